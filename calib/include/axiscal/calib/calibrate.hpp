@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/observations.hpp"
+
+namespace axiscal {
+
+/// The method that suits an experiment where none is stated (CONTRACT section 3).
+///
+/// `known` where the readings bring their field; `paired` where the field lies nominally along the
+/// table's normal and each reading has its opposite; else `joint`.
+[[nodiscard]] Method choose_method(const Experiment& experiment, const Observations& observations);
+
+/// Calibrates an instrument: from readings to bias and sensitivity with their uncertainty.
+///
+/// The response is v = b + S f + e, f_i = R_sp R_i f_table(i). `paired` regresses the averages of
+/// opposite positions and puts the measured tilt back in; `joint` fits all readings with the
+/// direction of the field in the table as two more unknowns; `known` takes the field as given. All
+/// are one linear regression core (LeastSquaresDesign).
+///
+/// @code
+/// axiscal::Experiment experiment;
+/// experiment.instrument = {.kind = "accelerometer", .unit = "V"};
+/// experiment.field.kind = "gravity";
+/// const axiscal::Calibration calibration = axiscal::calibrate(experiment, observations);
+/// @endcode
+///
+/// @param experiment    instrument, field, table, cube and method.
+/// @param observations  n readings of the instrument's m axes.
+/// @return coefficients, statistics, levelness, residuals and warnings; status "refused" where the
+///         direction of the field remains too uncertain for the coefficients to mean anything.
+/// @throws SetupError          if the experiment lacks what it needs.
+/// @throws RankDeficientError  if the design does not determine a coefficient; the message names
+///                             it and what to add.
+/// @throws RefusedError        if the readings are too few, or do not suit the method.
+/// @par Source
+/// METHOD sections 2 to 5; US 7,467,536.
+[[nodiscard]] Calibration calibrate(const Experiment& experiment, const Observations& observations);
+
+}  // namespace axiscal

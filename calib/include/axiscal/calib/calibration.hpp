@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/field/site.hpp"
+#include "axiscal/instruments/instrument.hpp"
+#include "axiscal/positioner/design_point.hpp"
+
+namespace axiscal {
+
+/// How the parameters are estimated (METHOD section 4).
+enum class Method { paired, joint, known };
+
+/// @return "paired", "joint", "known".
+[[nodiscard]] std::string_view method_name(Method method);
+
+/// @return the method of that name, or nothing.
+[[nodiscard]] std::optional<Method> parse_method(std::string_view name);
+
+/// The reference field of a calibration.
+struct FieldDescription {
+  std::string kind;                         ///< "gravity", "custom", or a user's own
+  std::string unit = "1";                   ///< of magnitude and in_table
+  double magnitude = 1.0;                   ///< F at level 1 [unit]
+  std::optional<Eigen::Vector3d> in_table;  ///< given or estimated, at level 1 [unit], frame table
+  std::optional<Eigen::Matrix3d> in_table_covariance;  ///< `joint`: of in_table [unit^2]
+  double in_table_degrees_of_freedom = 0.0;            ///< of in_table_covariance
+  std::optional<Site> site;                            ///< where it was computed for
+  std::string date;                                    ///< as given; gravity needs none
+};
+
+/// Diagnostics of one row of the regression: a reading, or (`paired`) the average of opposite ones.
+struct RegressionRow {
+  std::vector<int> runs;             ///< the readings in it
+  std::optional<DesignPoint> point;  ///< of the first reading
+  int block = 1;
+  Eigen::VectorXd leverage;     ///< m entries, one per axis; likewise the others
+  Eigen::VectorXd studentized;  ///< externally studentised residual
+  Eigen::VectorXd cooks_distance;
+  Eigen::VectorXd robust_weight;  ///< empty unless robust regression was asked for
+};
+
+/// Residual scatter of replicates against what the model leaves, for one axis.
+struct LackOfFit {
+  double pure_error_sd = 0.0;  ///< of a reading, from repeats alone [unit]
+  double pure_error_dof = 0.0;
+  double lack_of_fit_dof = 0.0;
+  double f = 0.0;  ///< ratio of the mean squares
+  double p_value = 0.0;
+};
+
+/// Statistics of the fit (METHOD section 5); m axes. NaN stands for what does not exist.
+struct FitStatistics {
+  int observations = 0;                      ///< readings used
+  Eigen::VectorXd degrees_of_freedom;        ///< per axis, of residual_sd
+  Eigen::VectorXd residual_sd;               ///< per axis, of one reading [unit]
+  Eigen::VectorXd r_squared;                 ///< per axis
+  Eigen::VectorXd bias_se;                   ///< standard errors [unit]
+  SensitivityMatrix sensitivity_se;          ///< [unit per field unit]
+  Eigen::VectorXd coverage_factor;           ///< per axis, Student's t for 95 %
+  std::vector<std::string> parameter_names;  ///< "x.bias", "x.sensitivity.x", ...: 4 m
+  Eigen::MatrixXd covariance;                ///< 4m x 4m, in that order
+  double condition_number = 1.0;             ///< of the design, columns of length 1
+  SensitivityMatrix variance_inflation;      ///< of the sensitivity columns, per axis
+  std::vector<LackOfFit> lack_of_fit;        ///< per axis; empty without replicates
+  std::vector<RegressionRow> rows;
+};
+
+/// One estimate of the table's levelness: from the opposite readings of one rest face.
+struct LevelnessEstimate {
+  DesignPoint point;  ///< rest face and the first of the two fence faces
+  int block = 1;
+  double x = 0.0;  ///< field along the table's x / F; for gravity the slope [rad]
+  double y = 0.0;
+};
+
+/// The field's components along the table's x and y, divided by its magnitude. For gravity slopes:
+/// x > 0 means that the table rises towards +x.
+struct Levelness {
+  std::vector<LevelnessEstimate> estimates;
+  double mean_x = 0.0;
+  double mean_y = 0.0;
+  double sd_x = 0.0;  ///< spread of the estimates; NaN for fewer than two
+  double sd_y = 0.0;
+  double standard_error_x = 0.0;  ///< of the mean, from the scatter within the differences
+  double standard_error_y = 0.0;
+  double degrees_of_freedom = 0.0;  ///< of the standard errors
+  bool consistent = true;           ///< p_value is not below 0.005
+  double p_value = 0.0;  ///< that estimates differ so much by chance; NaN where not testable
+  std::optional<LevelnessEstimate> suspect;  ///< where not consistent: the face that disagrees
+};
+
+/// What the fit leaves of one reading.
+struct ReadingResidual {
+  int run = 1;
+  std::optional<DesignPoint> point;
+  std::optional<double> level;
+  std::optional<int> block;
+  std::optional<double> temperature;
+  Eigen::VectorXd response;  ///< response less the fit, m entries [unit]
+  double magnitude = 0.0;    ///< |f_hat| - F [field unit]; NaN for m < 3
+  bool used = true;          ///< false: left out of the fit
+};
+
+/// Something that asks for the user's attention.
+struct CalibrationWarning {
+  std::string code;       ///< one of docs/messages.md
+  std::vector<int> runs;  ///< the readings concerned; may be empty
+  std::string message;    ///< what is so and what to do
+};
+
+/// A file that went into a calibration.
+struct InputFileDigest {
+  std::string path;
+  std::string sha256;
+};
+
+/// The result of a calibration: what a record file holds (CONTRACT section 4).
+struct Calibration {
+  std::string created;        ///< ISO 8601, UTC
+  std::string software;       ///< e.g. "axiscal 0.1.0"
+  std::string status = "ok";  ///< "ok", "warning", "refused"
+  std::vector<InputFileDigest> inputs;
+  Instrument instrument;
+  FieldDescription field;
+  std::string method;
+  std::string weights = "none";  ///< "none", "samples", "sd"
+  bool robust = false;
+  std::string positioner;     ///< its id; empty for the nominal cube
+  std::vector<int> left_out;  ///< runs not used
+  LinearResponse response;    ///< the coefficients
+  std::optional<FitStatistics> statistics;
+  std::optional<Levelness> levelness;
+  std::vector<ReadingResidual> residuals;
+  std::vector<CalibrationWarning> warnings;
+  std::vector<std::string> notes;
+};
+
+}  // namespace axiscal

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "axiscal/calib/calibration.hpp"
+
+namespace axiscal {
+
+/// @return the record as JSON (CONTRACT section 4); NaN is written as null.
+[[nodiscard]] std::string calibration_json(const Calibration& calibration);
+
+/// Reads a record. What calibration_json() wrote comes back so that it is written the same again.
+///
+/// Needed are `format`, `version`, `instrument.kind`, `.axes`, `.unit`, `field.kind`, `.unit`,
+/// `.magnitude` and `coefficients`; the rest is optional, unknown keys are passed over.
+///
+/// @param path  the file's name for messages.
+/// @throws DataError  if the text is no such record, or one that this version cannot use whole
+///                    (a later version, temperature terms).
+[[nodiscard]] Calibration parse_calibration(std::string_view text, const std::string& path);
+
+/// As parse_calibration(), from a file; `-` is standard input.
+[[nodiscard]] Calibration read_calibration(const std::string& path);
+
+}  // namespace axiscal

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace axiscal {
+
+/// Coverage factor of a two-sided interval from Student's t distribution.
+///
+/// @param coverage            probability between 0 and 1, e.g. 0.95.
+/// @param degrees_of_freedom  positive, not necessarily whole.
+/// @return t such that P(|T| <= t) = coverage; NaN where there are no degrees of freedom.
+/// @par Source
+/// Boost.Math.
+[[nodiscard]] double student_t_factor(double coverage, double degrees_of_freedom);
+
+/// @return P(|T| > |t|) for Student's t; NaN where an argument is NaN or there are no degrees of
+///         freedom.
+[[nodiscard]] double student_t_two_sided_p(double t, double degrees_of_freedom);
+
+/// @return P(F > f) for Fisher's F with (numerator, denominator) degrees of freedom; NaN where an
+///         argument is NaN or not positive.
+[[nodiscard]] double f_upper_p(double f, double numerator, double denominator);
+
+/// @return P(X > x) for chi-squared; NaN where an argument is NaN or not positive.
+[[nodiscard]] double chi_squared_upper_p(double x, double degrees_of_freedom);
+
+}  // namespace axiscal

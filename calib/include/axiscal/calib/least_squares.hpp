@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/QR>
+
+namespace axiscal {
+
+/// What a linear regression of one response gives; n observations, p parameters.
+struct LeastSquaresFit {
+  Eigen::VectorXd estimate;         ///< p entries [unit of y / unit of the column]
+  Eigen::MatrixXd covariance;       ///< s^2 (X^T W X)^-1, p x p; NaN without degrees of freedom
+  Eigen::VectorXd residuals;        ///< y - X b, n entries [unit of y], not weighted
+  double degrees_of_freedom = 0.0;  ///< observations of non-zero weight less p
+  double residual_sd = 0.0;         ///< s of an observation of weight 1 [unit of y]; NaN as above
+  double r_squared = 0.0;       ///< about the mean where the columns span a constant, else about 0
+  Eigen::VectorXd leverage;     ///< diagonal of the hat matrix, n entries in 0 .. 1
+  Eigen::VectorXd studentized;  ///< externally studentised residuals; NaN where not defined
+  Eigen::VectorXd cooks_distance;  ///< NaN where not defined
+};
+
+/// The design of a linear regression `y = X b + e`, factored once for any number of responses.
+///
+/// The errors e are independent with variances sigma^2 / w_i. W^1/2 X P = Q R by Householder QR
+/// with column pivoting, columns scaled by powers of two; the normal equations are never formed.
+/// Where the condition number (of columns scaled to equal length) exceeds refinement_above, the
+/// solution, its residuals and the covariance are refined by Bjorck's augmented system with
+/// residuals in double-double, so that nearly all digits that the data determine are right.
+///
+/// This core knows nothing of instruments.
+///
+/// @par Source
+/// Golub & Van Loan, Matrix Computations, 4th ed. (2013), secs. 5.3, 5.4; A. Bjorck, "Iterative
+/// refinement of linear least squares solutions I", BIT 7 (1967) 257-278; Belsley, Kuh & Welsch,
+/// Regression Diagnostics (1980) for leverage, studentised residuals and Cook's distance.
+class LeastSquaresDesign {
+ public:
+  /// Condition number above which solutions are refined.
+  static constexpr double refinement_above = 100.0;
+
+  /// @param design   X, n x p with n >= p; any units.
+  /// @param weights  n weights, not negative; empty: all 1. A weight 0 leaves the row out.
+  /// @param names    of the parameters, for the error; empty: "parameter 1", ...
+  /// @throws DomainError         if sizes disagree, or an entry is not finite, or a weight
+  /// negative.
+  /// @throws RankDeficientError  if the columns are dependent to working precision; it names the
+  ///                             parameters that the design leaves undetermined.
+  explicit LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
+                              const Eigen::Ref<const Eigen::VectorXd>& weights = Eigen::VectorXd(),
+                              const std::vector<std::string>& names = {});
+
+  /// Fits one response.
+  ///
+  /// @param observations  y, n entries in one unit.
+  /// @throws DomainError  if the size disagrees or an entry is not finite.
+  [[nodiscard]] LeastSquaresFit fit(const Eigen::Ref<const Eigen::VectorXd>& observations) const;
+
+  /// @return the estimate alone, without statistics.
+  [[nodiscard]] Eigen::VectorXd estimate(const Eigen::Ref<const Eigen::VectorXd>& y) const;
+
+  /// @return (X^T W X)^-1, p x p.
+  [[nodiscard]] const Eigen::MatrixXd& unscaled_covariance() const { return unscaled_covariance_; }
+
+  /// @return diagonal of the hat matrix, n entries.
+  [[nodiscard]] const Eigen::VectorXd& leverage() const { return leverage_; }
+
+  /// @return ratio of the largest to the smallest singular value of W^1/2 X with columns of
+  /// length 1.
+  [[nodiscard]] double condition_number() const { return condition_number_; }
+
+  /// @return n without the rows of weight 0.
+  [[nodiscard]] Eigen::Index observations() const { return observations_; }
+
+ private:
+  struct Solution {
+    Eigen::VectorXd x;          // of the scaled columns
+    Eigen::VectorXd residuals;  // weighted
+  };
+  [[nodiscard]] Solution solve(const Eigen::VectorXd& weighted_y) const;
+  [[nodiscard]] Solution refined(const Eigen::VectorXd& b,
+                                 const Eigen::VectorXd& c,
+                                 Solution start) const;
+  void find_unscaled_covariance();
+
+  Eigen::MatrixXd design_;
+  Eigen::VectorXd root_weights_;
+  Eigen::MatrixXd scaled_;  // W^1/2 X with columns scaled by powers of two
+  Eigen::VectorXd scale_;   // those powers
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;
+  Eigen::MatrixXd unscaled_covariance_;
+  Eigen::VectorXd leverage_;
+  double condition_number_ = 1.0;
+  Eigen::Index observations_ = 0;
+  bool spans_constant_ = false;
+};
+
+/// Fit `y = X b + e` by least squares, the errors independent and of one variance.
+///
+/// @param design        X, n x p with n >= p; column j in [unit of y / unit of b_j].
+/// @param observations  y, n entries in one common unit.
+/// @throws DomainError, RankDeficientError  as LeastSquaresDesign.
+[[nodiscard]] LeastSquaresFit fit_least_squares(
+    const Eigen::Ref<const Eigen::MatrixXd>& design,
+    const Eigen::Ref<const Eigen::VectorXd>& observations);
+
+/// Which parameters a design leaves open: those with a non-zero entry in a basis of its null space.
+///
+/// @param design  X, n x p; any n.
+/// @return positions of the columns, ascending; empty for full rank.
+[[nodiscard]] std::vector<Eigen::Index> undetermined_columns(
+    const Eigen::Ref<const Eigen::MatrixXd>& design);
+
+/// Variance inflation factor of each column: how much wider its variance is than if the column were
+/// square to all others, a constant among them: VIF_j = C_jj sum_i w_i (x_ij - mean_j)^2.
+///
+/// @param design               X, n x p.
+/// @param weights              n weights.
+/// @param unscaled_covariance  C = (X^T W X)^-1, or a larger one's block where further parameters
+///                             are fitted.
+/// @return p factors, at least 1; NaN for a constant column.
+/// @par Source
+/// Belsley, Kuh & Welsch, Regression Diagnostics (1980), sec. 3.2.
+[[nodiscard]] Eigen::VectorXd variance_inflation(
+    const Eigen::Ref<const Eigen::MatrixXd>& design,
+    const Eigen::Ref<const Eigen::VectorXd>& weights,
+    const Eigen::Ref<const Eigen::MatrixXd>& unscaled_covariance);
+
+/// Externally studentised residuals and Cook's distances from what any fit gives.
+struct ResidualDiagnostics {
+  Eigen::VectorXd studentized;
+  Eigen::VectorXd cooks_distance;
+};
+
+/// t_i = r_i / (s_(i) sqrt(1 - h_i)), s_(i)^2 = (RSS - r_i^2 / (1 - h_i)) / (nu - 1);
+/// D_i = r_i^2 h_i / (p s^2 (1 - h_i)^2).
+///
+/// @param weighted_residuals  sqrt(w_i) (y_i - fit_i).
+/// @param leverage            h_i.
+/// @param degrees_of_freedom  nu, not necessarily whole.
+/// @param parameters          p.
+/// @return NaN where h_i is 1 or degrees of freedom lack.
+[[nodiscard]] ResidualDiagnostics diagnose_residuals(
+    const Eigen::Ref<const Eigen::VectorXd>& weighted_residuals,
+    const Eigen::Ref<const Eigen::VectorXd>& leverage,
+    double degrees_of_freedom,
+    double parameters);
+
+}  // namespace axiscal

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/positioner/design_point.hpp"
+
+namespace axiscal {
+
+/// What is known of one reading besides its responses.
+struct Reading {
+  int run = 1;                                     ///< number of the reading, in the order taken
+  int block = 1;                                   ///< replicate of the whole design
+  std::optional<DesignPoint> point;                ///< how the cube lay
+  double level = 1.0;                              ///< multiple of the induced field
+  std::optional<double> temperature;               ///< temperature sensor output, any unit
+  std::optional<double> time_s;                    ///< when it was taken [s]
+  std::optional<Eigen::Vector3d> field_in_sensor;  ///< instead of a design point [field unit]
+};
+
+/// The readings of one run: n readings of an instrument with m axes.
+struct Observations {
+  std::vector<Reading> readings;               ///< n
+  Eigen::MatrixXd response;                    ///< n x m [unit of the instrument]
+  std::optional<Eigen::VectorXd> samples;      ///< how many samples each reading averages, n
+  std::optional<Eigen::MatrixXd> response_sd;  ///< their standard deviations, n x m [same unit]
+  bool has_block = false;                      ///< whether blocks, levels were stated
+  bool has_level = false;
+
+  [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(readings.size()); }
+};
+
+/// Puts several files of one run together: each is a block (or several), runs are numbered on.
+///
+/// @param parts  at least one; all with the same number of axes.
+/// @throws DomainError  if there are none, or their numbers of axes differ.
+[[nodiscard]] Observations concatenate(const std::vector<Observations>& parts);
+
+}  // namespace axiscal

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "axiscal/calib/observations.hpp"
+#include "axiscal/core/csv_reader.hpp"
+#include "axiscal/positioner/design.hpp"
+
+namespace axiscal {
+
+/// A table of observations as read.
+struct ObservationsTable {
+  Observations observations;
+  std::string serial;                        ///< the unit under test, where a column states it
+  std::vector<std::string> ignored_columns;  ///< columns that nothing was done with
+};
+
+/// Which columns a table of observations must have.
+struct ObservationColumns {
+  std::vector<std::string> axes = {"x", "y", "z"};  ///< the response columns
+  bool needs_labels = false;   ///< `rest` and `fence`, even where the field is given
+  bool needs_samples = false;  ///< `samples`
+  bool needs_sd = false;       ///< `AXIS_sd` for each axis, positive
+};
+
+/// Reads observations (CONTRACT section 2).
+///
+/// @param csv      the table, positioned behind its header.
+/// @param columns  what it must have; more is read where it is there.
+/// @throws DataError  `PATH:LINE: column 'x': ...` for a missing needed column, an unknown face, a
+///                    cell that is no finite number, a ragged row and the like.
+[[nodiscard]] ObservationsTable read_observations(CsvReader& csv,
+                                                  const ObservationColumns& columns);
+
+/// Reads a design or run sheet: columns `rest`, `fence` and, where it is there, `level`.
+/// @throws DataError  as read_observations().
+[[nodiscard]] std::vector<DesignEntry> read_design(CsvReader& csv);
+
+/// @return the sheet as CSV: `run,block,rest,fence[,level]`; `level` where one is not 1.
+[[nodiscard]] std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet);
+
+/// @return the observations as CSV: the sheet's columns and one for each axis.
+[[nodiscard]] std::string observations_csv(const Observations& observations,
+                                           const std::vector<std::string>& axes);
+
+}  // namespace axiscal

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "axiscal/calib/reduction.hpp"
+#include "axiscal/core/csv_reader.hpp"
+
+namespace axiscal {
+
+struct ReductionCsvOptions {
+  bool strict = false;     ///< a row that cannot be reduced is an error
+  bool every_row = false;  ///< hand over each row at once instead of large blocks
+};
+
+struct ReductionCsvSummary {
+  std::size_t rows = 0;
+  std::size_t unreadable = 0;             ///< rows that could not be reduced
+  std::size_t first_unreadable_line = 0;  ///< 0 where there is none
+  std::size_t clamped = 0;                ///< rows with a component larger than the field
+};
+
+/// Reduces a table row by row (CONTRACT section 5), in constant memory.
+///
+/// Each row's cells are copied as they are, and the results appended: `field_x,field_y,field_z,
+/// residual`, what the kind of instrument derives, and `flag`. With fewer than three axes instead:
+/// `component_AXIS` for each axis, and `angle_AXIS_deg` where the kind has angles. A row that
+/// cannot be reduced keeps its place, with empty results and the flag `unreadable`.
+///
+/// @param csv      the readings, positioned behind their header.
+/// @param axes     names of the columns to reduce, in the reducer's order.
+/// @param reducer  for as many axes.
+/// @param sink     takes the text, block by block.
+/// @throws DataError  if a column is missing or the output would have one twice; with `strict` for
+///                    the first row that cannot be reduced.
+ReductionCsvSummary reduce_csv(CsvReader& csv,
+                               const std::vector<std::string>& axes,
+                               const Reducer& reducer,
+                               const ReductionCsvOptions& options,
+                               const std::function<void(std::string_view)>& sink);
+
+}  // namespace axiscal

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/observations.hpp"
+#include "axiscal/positioner/design.hpp"
+#include "axiscal/positioner/positioner.hpp"
+
+namespace axiscal {
+
+struct SimulationOptions {
+  double noise_sd = 0.0;  ///< of each reading, normal and independent [unit of the readings]
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< the table is tilted further by this
+  double fence_azimuth_rad = 0.0;  ///< the fence's; the truth's field is that of one to the north
+  Positioner positioner;           ///< the cube
+  Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
+  std::uint64_t seed = 1;  ///< of the noise
+};
+
+/// Observations of a known truth: v_i = b + S R_sp R_i f_table + noise.
+///
+/// The field in the table is the truth's `in_table` (without one, its magnitude along the normal),
+/// tilted further by the slope (x, y): level becomes (x, y, sqrt(1 - x^2 - y^2)). So what comes out
+/// of a calibration can go in here.
+///
+/// @param truth  a calibration; its instrument, field and response count.
+/// @param sheet  the design points in the order in which they are taken.
+/// @return the readings; the same seed gives the same numbers.
+/// @throws DomainError  if the noise is negative or not finite, or the slope is not below 1.
+/// @par Source
+/// METHOD sections 2 and 3.
+[[nodiscard]] Observations simulate(const Calibration& truth,
+                                    const std::vector<RunSheetRow>& sheet,
+                                    const SimulationOptions& options = {});
+
+}  // namespace axiscal

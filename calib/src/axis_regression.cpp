@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axis_regression.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <tuple>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/robust.hpp"
+#include "axiscal/core/error.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double coverage = 0.95;
+
+// Reweights until the weights stay, then states the covariance of the robust estimate.
+void make_robust(AxisRegression& axis,
+                 const Eigen::MatrixXd& design,
+                 const Eigen::VectorXd& response,
+                 double rounding) {
+  const auto p = static_cast<double>(design.cols());
+  const LeastSquaresDesign plain(design, axis.weights);
+  if (axis.fit.degrees_of_freedom < 2.0) {
+    throw RefusedError(
+        "robust regression needs at least two readings (or, by `paired`, averages) more than "
+        "coefficients; add readings or leave --robust out");
+  }
+  const Eigen::VectorXd root = axis.weights.cwiseSqrt();
+  Eigen::VectorXd robust = Eigen::VectorXd::Ones(response.size());
+  BisquareWeights bisquare;
+  for (int round = 0; round < 100; ++round) {
+    bisquare =
+        bisquare_weights(root.cwiseProduct(axis.fit.residuals), plain.leverage(), p, rounding);
+    const double change = (bisquare.weights - robust).cwiseAbs().maxCoeff();
+    robust = bisquare.weights;
+    axis.fit = LeastSquaresDesign(design, axis.weights.cwiseProduct(robust)).fit(response);
+    if (change < 1e-9) {
+      break;
+    }
+  }
+  axis.robust_weights = robust;
+  axis.fit.degrees_of_freedom = static_cast<double>(plain.observations()) - p;
+  axis.fit.residual_sd = bisquare.scale * std::sqrt(bisquare.variance_factor);
+  axis.fit.covariance = axis.fit.residual_sd * axis.fit.residual_sd * plain.unscaled_covariance();
+  axis.fit.leverage = plain.leverage();
+}
+
+}  // namespace
+
+AxisRegression regress_axis(const Eigen::MatrixXd& design,
+                            const Eigen::VectorXd& response,
+                            const Eigen::VectorXd& weights,
+                            bool robust,
+                            double rounding) {
+  const LeastSquaresDesign factored(design, weights);
+  AxisRegression axis{
+      .fit = factored.fit(response),
+      .variance_inflation = variance_inflation(design, weights, factored.unscaled_covariance()),
+      .condition_number = factored.condition_number(),
+      .weights = weights,
+      .robust_weights = {}};
+  if (robust) {
+    make_robust(axis, design, response, rounding);
+  }
+  return axis;
+}
+
+std::optional<LackOfFit> test_lack_of_fit(const std::vector<int>& group,
+                                          const Eigen::VectorXd& weights,
+                                          const Eigen::VectorXd& weighted_residuals,
+                                          double degrees_of_freedom,
+                                          double rounding) {
+  struct Sums {
+    double weight = 0.0;
+    double residual = 0.0;
+    int count = 0;
+  };
+  std::map<int, Sums> groups;
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    Sums& sums = groups[group[i]];
+    sums.weight += weights(row);
+    sums.residual += std::sqrt(weights(row)) * weighted_residuals(row);
+    ++sums.count;
+  }
+  // Weighted sum of squares of the groups' means: what is left of the RSS is pure error.
+  double between = 0.0;
+  double pure_error_dof = 0.0;
+  for (const auto& [number, sums] : groups) {
+    between += sums.weight > 0.0 ? sums.residual * sums.residual / sums.weight : 0.0;
+    pure_error_dof += sums.count - 1;
+  }
+  const double lack_of_fit_dof = degrees_of_freedom - pure_error_dof;
+  if (!(pure_error_dof > 0.0) || !(lack_of_fit_dof > 0.0)) {
+    return std::nullopt;
+  }
+  const double pure_error =
+      std::max(weighted_residuals.squaredNorm() - between, 0.0) / pure_error_dof;
+  LackOfFit result{.pure_error_sd = std::sqrt(pure_error),
+                   .pure_error_dof = pure_error_dof,
+                   .lack_of_fit_dof = lack_of_fit_dof,
+                   .f = (between / lack_of_fit_dof) / pure_error};
+  const bool only_rounding = between / lack_of_fit_dof < rounding * rounding;
+  result.p_value = only_rounding ? 1.0 : f_upper_p(result.f, lack_of_fit_dof, pure_error_dof);
+  return result;
+}
+
+Estimate summarize(const ReadingSet& set,
+                   const std::vector<AxisRegression>& axes,
+                   RegressionRows rows) {
+  const auto m = static_cast<Eigen::Index>(axes.size());
+  Estimate estimate;
+  FitStatistics& statistics = estimate.statistics;
+  estimate.response.bias.resize(m);
+  estimate.response.sensitivity.resize(m, 3);
+  statistics.observations = static_cast<int>(set.size());
+  statistics.degrees_of_freedom.resize(m);
+  statistics.residual_sd.resize(m);
+  statistics.r_squared.resize(m);
+  statistics.variance_inflation.resize(m, 3);
+  statistics.covariance = Eigen::MatrixXd::Zero(4 * m, 4 * m);
+  statistics.rows = std::move(rows.rows);
+  for (RegressionRow& row : statistics.rows) {
+    row.leverage.resize(m);
+    row.studentized.resize(m);
+    row.cooks_distance.resize(m);
+    if (set.robust) {
+      row.robust_weight.resize(m);
+    }
+  }
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const AxisRegression& axis = axes[static_cast<std::size_t>(k)];
+    const LeastSquaresFit& fit = axis.fit;
+    estimate.response.bias(k) = fit.estimate(0);
+    estimate.response.sensitivity.row(k) = fit.estimate.tail<3>();
+    statistics.degrees_of_freedom(k) = fit.degrees_of_freedom;
+    statistics.residual_sd(k) = fit.residual_sd;
+    statistics.r_squared(k) = fit.r_squared;
+    statistics.variance_inflation.row(k) = axis.variance_inflation.tail<3>();
+    statistics.condition_number = std::max(statistics.condition_number, axis.condition_number);
+    statistics.covariance.block<4, 4>(4 * k, 4 * k) = fit.covariance;
+    for (std::size_t i = 0; i < statistics.rows.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(i);
+      RegressionRow& row = statistics.rows[i];
+      row.leverage(k) = fit.leverage(at);
+      row.studentized(k) = fit.studentized(at);
+      row.cooks_distance(k) = fit.cooks_distance(at);
+      if (set.robust) {
+        row.robust_weight(k) = axis.robust_weights(at);
+      }
+    }
+    const Eigen::VectorXd weighted = axis.weights.cwiseSqrt().cwiseProduct(fit.residuals);
+    if (const auto test = test_lack_of_fit(rows.group, axis.weights, weighted,
+                                           fit.degrees_of_freedom, set.rounding(k))) {
+      statistics.lack_of_fit.push_back(*test);
+    }
+  }
+  return estimate;
+}
+
+RegressionRows rows_of_readings(const ReadingSet& set) {
+  using Key = std::tuple<std::optional<DesignPoint>, double, std::vector<double>>;
+  std::map<Key, int> numbers;
+  RegressionRows rows;
+  for (const Reading& reading : set.readings) {
+    const bool has_field = set.rotation_sensor_from_table.empty();
+    Key key{has_field ? std::nullopt : reading.point, reading.level, {}};
+    if (has_field) {
+      std::get<2>(key).assign(reading.field_in_sensor->begin(), reading.field_in_sensor->end());
+    }
+    const auto number = static_cast<int>(numbers.size());
+    rows.group.push_back(numbers.emplace(key, number).first->second);
+    rows.rows.push_back({.runs = {reading.run}, .point = reading.point, .block = reading.block});
+  }
+  return rows;
+}
+
+double ReadingSet::rounding(Eigen::Index k) const {
+  return 64.0 * std::numeric_limits<double>::epsilon() * response.col(k).cwiseAbs().maxCoeff();
+}
+
+Eigen::MatrixXd field_design(const ReadingSet& set, const Eigen::Vector3d& in_table) {
+  Eigen::MatrixXd design(set.size(), 4);
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    design(i, 0) = 1.0;
+    design.row(i).tail<3>() =
+        set.readings[at].level * (set.rotation_sensor_from_table[at] * in_table);
+  }
+  return design;
+}
+
+std::vector<std::string> names_of_columns(const std::vector<std::string>& axes,
+                                          const std::vector<Eigen::Index>& columns) {
+  static const std::vector<std::string> suffixes = {".bias", ".sensitivity.x", ".sensitivity.y",
+                                                    ".sensitivity.z"};
+  std::vector<std::string> names;
+  for (const std::string& axis : axes) {
+    for (const Eigen::Index column : columns) {
+      names.push_back(axis + suffixes[static_cast<std::size_t>(column)]);
+    }
+  }
+  return names;
+}
+
+std::vector<std::string> parameter_names(const std::vector<std::string>& axes) {
+  return names_of_columns(axes, {0, 1, 2, 3});
+}
+
+}  // namespace axiscal

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/least_squares.hpp"
+#include "estimation.hpp"
+
+namespace axiscal {
+
+/// The regression of one axis's response on [1, f].
+struct AxisRegression {
+  LeastSquaresFit fit;
+  Eigen::VectorXd variance_inflation;  // of the 4 columns
+  double condition_number = 1.0;
+  Eigen::VectorXd weights;         // as given
+  Eigen::VectorXd robust_weights;  // empty unless robust
+};
+
+/// Rows that go into the regression, and which of them repeat each other.
+struct RegressionRows {
+  std::vector<RegressionRow> rows;  // their diagnostics are filled in by summarize()
+  std::vector<int> group;           // rows of one number are replicates
+};
+
+/// Fits one axis; bisquare on request.
+/// @param rounding  residuals below this count as zero.
+[[nodiscard]] AxisRegression regress_axis(const Eigen::MatrixXd& design,
+                                          const Eigen::VectorXd& response,
+                                          const Eigen::VectorXd& weights,
+                                          bool robust,
+                                          double rounding);
+
+/// Pure error against lack of fit for one axis.
+/// @param weighted_residuals  sqrt(w_i) (y_i - fit_i).
+/// @return nothing where there are no replicates or no degrees of freedom for either part.
+[[nodiscard]] std::optional<LackOfFit> test_lack_of_fit(const std::vector<int>& group,
+                                                        const Eigen::VectorXd& weights,
+                                                        const Eigen::VectorXd& weighted_residuals,
+                                                        double degrees_of_freedom,
+                                                        double rounding);
+
+/// Puts the axes' regressions together into the response and its statistics.
+[[nodiscard]] Estimate summarize(const ReadingSet& set,
+                                 const std::vector<AxisRegression>& axes,
+                                 RegressionRows rows);
+
+/// Numbers the rows by what they were taken at: same design point and level, or same field.
+[[nodiscard]] RegressionRows rows_of_readings(const ReadingSet& set);
+
+}  // namespace axiscal

@@ -1,0 +1,529 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/calibration_json.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/input_file.hpp"
+#include "axiscal/core/json_document.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
+#include "axiscal/instruments/polar_form.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+// ---- writing ----
+
+void put_point(Json& to, const std::optional<DesignPoint>& point) {
+  if (point) {
+    to["rest"] = face_name(point->rest());
+    to["fence"] = face_name(point->fence());
+  }
+}
+
+Json json_xy(double x, double y) {
+  return {{"x", x}, {"y", y}};
+}
+
+Json json_of(const Instrument& instrument) {
+  Json json = {{"kind", instrument.kind},
+               {"serial", instrument.serial},
+               {"axes", instrument.axes},
+               {"unit", instrument.unit}};
+  if (instrument.convention == AxisConvention::forward_right_down) {
+    json["convention"] = "frd";
+  }
+  return json;
+}
+
+Json json_of(const FieldDescription& field) {
+  Json json = {{"kind", field.kind}, {"unit", field.unit}, {"magnitude", field.magnitude}};
+  json["in_table"] = field.in_table ? json_from(*field.in_table) : Json();
+  if (field.in_table_covariance) {
+    json["in_table_covariance"] = json_from_matrix(*field.in_table_covariance);
+    json["in_table_degrees_of_freedom"] = field.in_table_degrees_of_freedom;
+  }
+  if (field.site) {
+    json["site"] = {{"latitude_deg", field.site->latitude_deg},
+                    {"longitude_deg", field.site->longitude_deg},
+                    {"height_m", field.site->height_m}};
+  }
+  if (!field.date.empty()) {
+    json["date"] = field.date;
+  }
+  return json;
+}
+
+// The axis that an axis is nominally, or else the one that it mostly reads.
+int main_axis(const Instrument& instrument, const LinearResponse& response, Eigen::Index k) {
+  Eigen::Index largest = 0;
+  response.sensitivity.row(k).cwiseAbs().maxCoeff(&largest);
+  return nominal_axis(instrument, k).value_or(static_cast<int>(largest));
+}
+
+Json json_of(const Instrument& instrument, const LinearResponse& response) {
+  Json polar = Json::array();
+  for (Eigen::Index k = 0; k < response.bias.size(); ++k) {
+    const int axis = main_axis(instrument, response, k);
+    const PolarForm form = polar_from_sensitivity(response.sensitivity.row(k).transpose(), axis,
+                                                  instrument.convention);
+    polar.push_back({{"axis", instrument.axes[static_cast<std::size_t>(k)]},
+                     {"nominal", std::string(1, "xyz"[axis])},
+                     {"bias", response.bias(k)},
+                     {"sensitivity", form.sensitivity},
+                     {"coning_angle_rad", form.coning_angle_rad},
+                     {"azimuth_rad", form.azimuth_rad}});
+  }
+  return {{"bias", json_from(response.bias)},
+          {"sensitivity", json_from_matrix(response.sensitivity)},
+          {"polar", polar}};
+}
+
+Json json_of(const RegressionRow& row) {
+  Json json = {{"runs", row.runs}};
+  put_point(json, row.point);
+  json["block"] = row.block;
+  json["leverage"] = json_from(row.leverage);
+  json["studentized"] = json_from(row.studentized);
+  json["cooks_distance"] = json_from(row.cooks_distance);
+  if (row.robust_weight.size() > 0) {
+    json["robust_weight"] = json_from(row.robust_weight);
+  }
+  return json;
+}
+
+Json json_of(const FitStatistics& statistics) {
+  const Eigen::VectorXd& t = statistics.coverage_factor;
+  Json json = {{"observations", statistics.observations},
+               {"degrees_of_freedom", json_from(statistics.degrees_of_freedom)},
+               {"residual_sd", json_from(statistics.residual_sd)},
+               {"r_squared", json_from(statistics.r_squared)}};
+  json["standard_error"] = {{"bias", json_from(statistics.bias_se)},
+                            {"sensitivity", json_from_matrix(statistics.sensitivity_se)}};
+  json["coverage_factor_95"] = json_from(t);
+  json["interval_95"] = {
+      {"bias", json_from(t.cwiseProduct(statistics.bias_se))},
+      {"sensitivity", json_from_matrix(t.asDiagonal() * statistics.sensitivity_se)}};
+  json["parameter_names"] = statistics.parameter_names;
+  json["covariance"] = json_from_matrix(statistics.covariance);
+  json["condition_number"] = statistics.condition_number;
+  json["variance_inflation"] = json_from_matrix(statistics.variance_inflation);
+  if (!statistics.lack_of_fit.empty()) {
+    Json tests = Json::array();
+    for (const LackOfFit& test : statistics.lack_of_fit) {
+      tests.push_back({{"pure_error_sd", test.pure_error_sd},
+                       {"pure_error_dof", test.pure_error_dof},
+                       {"lack_of_fit_dof", test.lack_of_fit_dof},
+                       {"f", test.f},
+                       {"p_value", test.p_value}});
+    }
+    json["lack_of_fit"] = tests;
+  }
+  json["rows"] = Json::array();
+  for (const RegressionRow& row : statistics.rows) {
+    json["rows"].push_back(json_of(row));
+  }
+  return json;
+}
+
+Json json_of(const LevelnessEstimate& estimate, bool with_values) {
+  Json json;
+  put_point(json, estimate.point);
+  json["block"] = estimate.block;
+  if (with_values) {
+    json["x"] = estimate.x;
+    json["y"] = estimate.y;
+  }
+  return json;
+}
+
+Json json_of(const Levelness& levelness) {
+  Json json = {{"estimates", Json::array()}};
+  for (const LevelnessEstimate& estimate : levelness.estimates) {
+    json["estimates"].push_back(json_of(estimate, true));
+  }
+  json["mean"] = json_xy(levelness.mean_x, levelness.mean_y);
+  json["sd"] = json_xy(levelness.sd_x, levelness.sd_y);
+  json["standard_error"] = json_xy(levelness.standard_error_x, levelness.standard_error_y);
+  json["degrees_of_freedom"] = levelness.degrees_of_freedom;
+  json["consistent"] = levelness.consistent;
+  json["p_value"] = levelness.p_value;
+  if (levelness.suspect) {
+    json["suspect"] = json_of(*levelness.suspect, false);
+  }
+  return json;
+}
+
+Json json_of(const ReadingResidual& residual) {
+  Json json = {{"run", residual.run}};
+  put_point(json, residual.point);
+  if (residual.level) {
+    json["level"] = *residual.level;
+  }
+  if (residual.block) {
+    json["block"] = *residual.block;
+  }
+  if (residual.temperature) {
+    json["temperature"] = *residual.temperature;
+  }
+  json["response"] = json_from(residual.response);
+  json["magnitude"] = residual.magnitude;
+  if (!residual.used) {
+    json["used"] = false;
+  }
+  return json;
+}
+
+Json json_of(const CalibrationWarning& warning) {
+  Json json = {{"code", warning.code}};
+  if (warning.runs.size() == 1) {
+    json["run"] = warning.runs.front();
+  } else if (!warning.runs.empty()) {
+    json["runs"] = warning.runs;
+  }
+  json["message"] = warning.message;
+  return json;
+}
+
+// ---- reading ----
+
+std::string text_or(const JsonValue& object, std::string_view key, const std::string& otherwise) {
+  const std::optional<JsonValue> value = object.find(key);
+  return value ? value->text() : otherwise;
+}
+
+double number_or_nan(const JsonValue& object, std::string_view key) {
+  const std::optional<JsonValue> value = object.find(key);
+  return value ? value->number() : not_a_number;
+}
+
+Eigen::VectorXd vector_or_nan(const JsonValue& object, std::string_view key, Eigen::Index size) {
+  const std::optional<JsonValue> value = object.find(key);
+  return value ? value->vector_or_nan(size) : Eigen::VectorXd::Constant(size, not_a_number);
+}
+
+Eigen::MatrixXd matrix_or_nan(const JsonValue& object,
+                              std::string_view key,
+                              Eigen::Index rows,
+                              Eigen::Index columns) {
+  const std::optional<JsonValue> value = object.find(key);
+  return value ? value->matrix_or_nan(rows, columns)
+               : Eigen::MatrixXd::Constant(rows, columns, not_a_number);
+}
+
+std::vector<int> integers(const JsonValue& list) {
+  std::vector<int> values;
+  for (const JsonValue& element : list.elements()) {
+    values.push_back(element.integer());
+  }
+  return values;
+}
+
+std::optional<DesignPoint> point_of(const JsonValue& object) {
+  const std::optional<JsonValue> rest = object.find("rest");
+  const std::optional<JsonValue> fence = object.find("fence");
+  if (!rest || !fence) {
+    return std::nullopt;
+  }
+  const std::optional<Face> rest_face = parse_face(rest->text());
+  const std::optional<Face> fence_face = parse_face(fence->text());
+  if (!rest_face || !fence_face || axis_of(*rest_face) == axis_of(*fence_face)) {
+    object.fail("rest and fence must be faces (+X -X +Y -Y +Z -Z) on two axes");
+  }
+  return DesignPoint(*rest_face, *fence_face);
+}
+
+Instrument instrument_of(const JsonValue& json) {
+  Instrument instrument;
+  const JsonValue kind = json.at("kind");
+  instrument.kind = kind.text();
+  try {
+    static_cast<void>(find_instrument_kind(instrument.kind));
+  } catch (const DomainError& error) {
+    kind.fail(error.what());
+  }
+  instrument.serial = text_or(json, "serial", "");
+  instrument.axes = json.at("axes").texts();
+  if (instrument.axes.empty()) {
+    json.at("axes").fail("must name at least one axis");
+  }
+  instrument.unit = json.at("unit").text();
+  const std::string convention = text_or(json, "convention", "flu");
+  if (convention != "flu" && convention != "frd") {
+    json.at("convention").fail("must be \"flu\" or \"frd\"");
+  }
+  instrument.convention =
+      convention == "frd" ? AxisConvention::forward_right_down : AxisConvention::forward_left_up;
+  return instrument;
+}
+
+FieldDescription field_of(const JsonValue& json) {
+  FieldDescription field{.kind = json.at("kind").text(),
+                         .unit = json.at("unit").text(),
+                         .magnitude = json.at("magnitude").number()};
+  if (!(field.magnitude > 0.0)) {
+    json.at("magnitude").fail("must be positive");
+  }
+  if (const auto in_table = json.find("in_table")) {
+    field.in_table = in_table->vector(3);
+  }
+  if (const auto covariance = json.find("in_table_covariance")) {
+    field.in_table_covariance = covariance->matrix_or_nan(3, 3);
+    field.in_table_degrees_of_freedom = number_or_nan(json, "in_table_degrees_of_freedom");
+  }
+  if (const auto site = json.find("site")) {
+    field.site = Site{.latitude_deg = site->at("latitude_deg").number(),
+                      .longitude_deg = site->at("longitude_deg").number(),
+                      .height_m = site->at("height_m").number()};
+  }
+  field.date = text_or(json, "date", "");
+  return field;
+}
+
+LinearResponse response_of(const JsonValue& json, Eigen::Index m) {
+  for (const std::string_view key : {"temperature", "also"}) {
+    if (const auto later = json.find(key)) {
+      later->fail(
+          "this version of axiscal cannot apply these terms, and leaving them out would "
+          "be wrong");
+    }
+  }
+  return {.bias = json.at("bias").vector(m), .sensitivity = json.at("sensitivity").matrix(m, 3)};
+}
+
+RegressionRow row_of(const JsonValue& json, Eigen::Index m) {
+  RegressionRow row;
+  if (const auto runs = json.find("runs")) {
+    row.runs = integers(*runs);
+  }
+  row.point = point_of(json);
+  if (const auto block = json.find("block")) {
+    row.block = block->integer();
+  }
+  row.leverage = vector_or_nan(json, "leverage", m);
+  row.studentized = vector_or_nan(json, "studentized", m);
+  row.cooks_distance = vector_or_nan(json, "cooks_distance", m);
+  if (json.find("robust_weight")) {
+    row.robust_weight = vector_or_nan(json, "robust_weight", m);
+  }
+  return row;
+}
+
+FitStatistics statistics_of(const JsonValue& json, Eigen::Index m) {
+  FitStatistics statistics;
+  if (const auto observations = json.find("observations")) {
+    statistics.observations = observations->integer();
+  }
+  statistics.degrees_of_freedom = vector_or_nan(json, "degrees_of_freedom", m);
+  statistics.residual_sd = vector_or_nan(json, "residual_sd", m);
+  statistics.r_squared = vector_or_nan(json, "r_squared", m);
+  statistics.bias_se = Eigen::VectorXd::Constant(m, not_a_number);
+  statistics.sensitivity_se = Eigen::MatrixXd::Constant(m, 3, not_a_number);
+  if (const auto errors = json.find("standard_error")) {
+    statistics.bias_se = vector_or_nan(*errors, "bias", m);
+    statistics.sensitivity_se = matrix_or_nan(*errors, "sensitivity", m, 3);
+  }
+  statistics.coverage_factor = vector_or_nan(json, "coverage_factor_95", m);
+  if (const auto names = json.find("parameter_names")) {
+    statistics.parameter_names = names->texts();
+  }
+  const auto parameters = static_cast<Eigen::Index>(statistics.parameter_names.size());
+  statistics.covariance = matrix_or_nan(json, "covariance", parameters, parameters);
+  statistics.condition_number = number_or_nan(json, "condition_number");
+  statistics.variance_inflation = matrix_or_nan(json, "variance_inflation", m, 3);
+  if (const auto tests = json.find("lack_of_fit")) {
+    for (const JsonValue& test : tests->elements()) {
+      statistics.lack_of_fit.push_back({.pure_error_sd = number_or_nan(test, "pure_error_sd"),
+                                        .pure_error_dof = number_or_nan(test, "pure_error_dof"),
+                                        .lack_of_fit_dof = number_or_nan(test, "lack_of_fit_dof"),
+                                        .f = number_or_nan(test, "f"),
+                                        .p_value = number_or_nan(test, "p_value")});
+    }
+  }
+  if (const auto rows = json.find("rows")) {
+    for (const JsonValue& row : rows->elements()) {
+      statistics.rows.push_back(row_of(row, m));
+    }
+  }
+  return statistics;
+}
+
+LevelnessEstimate levelness_estimate_of(const JsonValue& json) {
+  const std::optional<DesignPoint> point = point_of(json);
+  if (!point) {
+    json.fail("needs 'rest' and 'fence'");
+  }
+  LevelnessEstimate estimate{
+      .point = *point, .x = number_or_nan(json, "x"), .y = number_or_nan(json, "y")};
+  if (const auto block = json.find("block")) {
+    estimate.block = block->integer();
+  }
+  return estimate;
+}
+
+Eigen::Vector2d xy_of(const JsonValue& json, std::string_view key) {
+  const std::optional<JsonValue> pair = json.find(key);
+  return pair ? Eigen::Vector2d(number_or_nan(*pair, "x"), number_or_nan(*pair, "y"))
+              : Eigen::Vector2d::Constant(not_a_number);
+}
+
+Levelness levelness_of(const JsonValue& json) {
+  Levelness levelness;
+  if (const auto estimates = json.find("estimates")) {
+    for (const JsonValue& estimate : estimates->elements()) {
+      levelness.estimates.push_back(levelness_estimate_of(estimate));
+    }
+  }
+  const Eigen::Vector2d mean = xy_of(json, "mean");
+  const Eigen::Vector2d sd = xy_of(json, "sd");
+  const Eigen::Vector2d error = xy_of(json, "standard_error");
+  levelness.mean_x = mean.x();
+  levelness.mean_y = mean.y();
+  levelness.sd_x = sd.x();
+  levelness.sd_y = sd.y();
+  levelness.standard_error_x = error.x();
+  levelness.standard_error_y = error.y();
+  levelness.degrees_of_freedom = number_or_nan(json, "degrees_of_freedom");
+  levelness.p_value = number_or_nan(json, "p_value");
+  if (const auto consistent = json.find("consistent")) {
+    levelness.consistent = consistent->boolean();
+  }
+  if (const auto suspect = json.find("suspect")) {
+    levelness.suspect = levelness_estimate_of(*suspect);
+  }
+  return levelness;
+}
+
+ReadingResidual residual_of(const JsonValue& json, Eigen::Index m) {
+  ReadingResidual residual;
+  if (const auto run = json.find("run")) {
+    residual.run = run->integer();
+  }
+  residual.point = point_of(json);
+  if (const auto level = json.find("level")) {
+    residual.level = level->number();
+  }
+  if (const auto block = json.find("block")) {
+    residual.block = block->integer();
+  }
+  if (const auto temperature = json.find("temperature")) {
+    residual.temperature = temperature->number();
+  }
+  residual.response = vector_or_nan(json, "response", m);
+  residual.magnitude = number_or_nan(json, "magnitude");
+  if (const auto used = json.find("used")) {
+    residual.used = used->boolean();
+  }
+  return residual;
+}
+
+CalibrationWarning warning_of(const JsonValue& json) {
+  CalibrationWarning warning{
+      .code = text_or(json, "code", ""), .runs = {}, .message = text_or(json, "message", "")};
+  if (const auto run = json.find("run")) {
+    warning.runs = {run->integer()};
+  } else if (const auto runs = json.find("runs")) {
+    warning.runs = integers(*runs);
+  }
+  return warning;
+}
+
+}  // namespace
+
+std::string calibration_json(const Calibration& calibration) {
+  Json json = {{"format", "axiscal-calibration"},
+               {"version", 1},
+               {"created", calibration.created},
+               {"software", calibration.software},
+               {"status", calibration.status}};
+  json["inputs"] = Json::array();
+  for (const InputFileDigest& input : calibration.inputs) {
+    json["inputs"].push_back({{"path", input.path}, {"sha256", input.sha256}});
+  }
+  json["instrument"] = json_of(calibration.instrument);
+  json["field"] = json_of(calibration.field);
+  json["method"] = calibration.method;
+  json["weights"] = calibration.weights;
+  if (calibration.robust) {
+    json["robust"] = "bisquare";
+  }
+  if (!calibration.positioner.empty()) {
+    json["positioner"] = calibration.positioner;
+  }
+  if (!calibration.left_out.empty()) {
+    json["leave_out"] = calibration.left_out;
+  }
+  json["coefficients"] = json_of(calibration.instrument, calibration.response);
+  if (calibration.statistics) {
+    json["statistics"] = json_of(*calibration.statistics);
+  }
+  if (calibration.levelness) {
+    json["levelness"] = json_of(*calibration.levelness);
+  }
+  json["residuals"] = Json::array();
+  for (const ReadingResidual& residual : calibration.residuals) {
+    json["residuals"].push_back(json_of(residual));
+  }
+  json["warnings"] = Json::array();
+  for (const CalibrationWarning& warning : calibration.warnings) {
+    json["warnings"].push_back(json_of(warning));
+  }
+  json["notes"] = calibration.notes;
+  return json_text(json);
+}
+
+Calibration parse_calibration(std::string_view text, const std::string& path) {
+  const JsonValue json = parse_json(text, path);
+  json.require_format("axiscal-calibration");
+  Calibration calibration;
+  calibration.created = text_or(json, "created", "");
+  calibration.software = text_or(json, "software", "");
+  calibration.status = text_or(json, "status", "ok");
+  if (const auto inputs = json.find("inputs")) {
+    for (const JsonValue& input : inputs->elements()) {
+      calibration.inputs.push_back(
+          {.path = text_or(input, "path", ""), .sha256 = text_or(input, "sha256", "")});
+    }
+  }
+  calibration.instrument = instrument_of(json.at("instrument"));
+  calibration.field = field_of(json.at("field"));
+  calibration.method = text_or(json, "method", "");
+  calibration.weights = text_or(json, "weights", "none");
+  calibration.robust = json.find("robust").has_value();
+  calibration.positioner = text_or(json, "positioner", "");
+  if (const auto left_out = json.find("leave_out")) {
+    calibration.left_out = integers(*left_out);
+  }
+  const Eigen::Index m = calibration.instrument.axis_count();
+  calibration.response = response_of(json.at("coefficients"), m);
+  if (const auto statistics = json.find("statistics")) {
+    calibration.statistics = statistics_of(*statistics, m);
+  }
+  if (const auto levelness = json.find("levelness")) {
+    calibration.levelness = levelness_of(*levelness);
+  }
+  if (const auto residuals = json.find("residuals")) {
+    for (const JsonValue& residual : residuals->elements()) {
+      calibration.residuals.push_back(residual_of(residual, m));
+    }
+  }
+  if (const auto warnings = json.find("warnings")) {
+    for (const JsonValue& warning : warnings->elements()) {
+      calibration.warnings.push_back(warning_of(warning));
+    }
+  }
+  if (const auto notes = json.find("notes")) {
+    calibration.notes = notes->texts();
+  }
+  return calibration;
+}
+
+Calibration read_calibration(const std::string& path) {
+  return parse_calibration(read_whole_file(path), path);
+}
+
+}  // namespace axiscal

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/distributions.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/students_t.hpp>
+
+namespace axiscal {
+namespace {
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
+
+double student_t_factor(double coverage, double degrees_of_freedom) {
+  if (!(degrees_of_freedom > 0.0) || !(coverage > 0.0 && coverage < 1.0)) {
+    return not_a_number;
+  }
+  const boost::math::students_t distribution(degrees_of_freedom);
+  return boost::math::quantile(boost::math::complement(distribution, 0.5 * (1.0 - coverage)));
+}
+
+double student_t_two_sided_p(double t, double degrees_of_freedom) {
+  if (!(degrees_of_freedom > 0.0) || std::isnan(t)) {
+    return not_a_number;
+  }
+  const boost::math::students_t distribution(degrees_of_freedom);
+  return 2.0 * boost::math::cdf(boost::math::complement(distribution, std::abs(t)));
+}
+
+double f_upper_p(double f, double numerator, double denominator) {
+  if (!(f >= 0.0) || !(numerator > 0.0) || !(denominator > 0.0)) {
+    return not_a_number;
+  }
+  if (std::isinf(f)) {
+    return 0.0;
+  }
+  const boost::math::fisher_f distribution(numerator, denominator);
+  return boost::math::cdf(boost::math::complement(distribution, f));
+}
+
+double chi_squared_upper_p(double x, double degrees_of_freedom) {
+  if (!(x >= 0.0) || !(degrees_of_freedom > 0.0)) {
+    return not_a_number;
+  }
+  const boost::math::chi_squared distribution(degrees_of_freedom);
+  return boost::math::cdf(boost::math::complement(distribution, x));
+}
+
+}  // namespace axiscal

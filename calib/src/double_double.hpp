@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+
+namespace axiscal {
+
+/// A sum kept as the unevaluated sum of two doubles: about 32 digits.
+///
+/// @par Source
+/// T. J. Dekker, "A floating-point technique for extending the available precision", Numerische
+/// Mathematik 18 (1971) 224-242; D. E. Knuth's two-sum.
+class DoubleDouble {
+ public:
+  explicit DoubleDouble(double value) : high_(value) {}
+
+  void add(double value) {
+    const double sum = high_ + value;
+    const double back = sum - high_;
+    low_ += (high_ - (sum - back)) + (value - back);
+    high_ = sum;
+    renormalize();
+  }
+
+  void add_product(double a, double b) {
+    const double product = a * b;
+    const double error = std::fma(a, b, -product);
+    add(product);
+    low_ += error;
+    renormalize();
+  }
+
+  [[nodiscard]] double value() const { return high_; }  ///< the nearest double
+  [[nodiscard]] double low() const { return low_; }     ///< what the nearest double leaves
+
+ private:
+  void renormalize() {
+    const double sum = high_ + low_;
+    low_ -= sum - high_;
+    high_ = sum;
+  }
+
+  double high_;
+  double low_ = 0.0;
+};
+
+}  // namespace axiscal

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/experiment_json.hpp"
+
+#include <array>
+#include <filesystem>
+#include <functional>
+
+#include "axiscal/core/input_file.hpp"
+#include "axiscal/core/json_document.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
+#include "axiscal/positioner/positioner_json.hpp"
+
+namespace axiscal {
+namespace {
+
+using Keys = std::vector<std::string_view>;
+
+// Keys of the format that this version cannot use are known, so that they are not called typing
+// errors, and refused, so that they are not passed over.
+void check_keys(const JsonValue& object, const Keys& usable, const Keys& later) {
+  for (const std::string_view key : later) {
+    if (const auto value = object.find(key)) {
+      value->fail("this version of axiscal cannot use this key");
+    }
+  }
+  Keys all = usable;
+  all.insert(all.end(), later.begin(), later.end());
+  object.allow_keys(all);
+}
+
+void with(const JsonValue& object,
+          std::string_view key,
+          const std::function<void(const JsonValue&)>& use) {
+  if (const auto value = object.find(key)) {
+    use(*value);
+  }
+}
+
+std::string resolved(const std::string& name, const std::string& experiment_path) {
+  const std::filesystem::path path(name);
+  if (path.is_absolute() || name == "-") {
+    return name;
+  }
+  return (std::filesystem::path(experiment_path).parent_path() / path).string();
+}
+
+void read_instrument(const JsonValue& json, Instrument& instrument) {
+  check_keys(json, {"kind", "serial", "axes", "unit", "convention"}, {"range", "one_sided"});
+  with(json, "kind", [&](const JsonValue& kind) {
+    instrument.kind = kind.text();
+    try {
+      static_cast<void>(find_instrument_kind(instrument.kind));
+    } catch (const DomainError& error) {
+      kind.fail(error.what());
+    }
+  });
+  with(json, "serial", [&](const JsonValue& serial) { instrument.serial = serial.text(); });
+  with(json, "axes", [&](const JsonValue& axes) { instrument.axes = axes.texts(); });
+  with(json, "unit", [&](const JsonValue& unit) { instrument.unit = unit.text(); });
+  with(json, "convention", [&](const JsonValue& convention) {
+    const std::string text = convention.text();
+    if (text != "flu" && text != "frd") {
+      convention.fail("must be \"flu\" or \"frd\"");
+    }
+    instrument.convention =
+        text == "frd" ? AxisConvention::forward_right_down : AxisConvention::forward_left_up;
+  });
+}
+
+void read_field(const JsonValue& json, FieldSetup& field) {
+  if (json.is_array()) {
+    json.fail("this version of axiscal takes one field, not a list of parts");
+  }
+  check_keys(json, {"kind", "unit", "magnitude", "in_table"}, {});
+  with(json, "kind", [&](const JsonValue& kind) {
+    field.kind = kind.text();
+    if (field.kind != "gravity" && field.kind != "custom") {
+      kind.fail("unknown field \"" + field.kind + "\"; this version knows: gravity, custom");
+    }
+  });
+  with(json, "unit", [&](const JsonValue& unit) { field.unit = unit.text(); });
+  with(json, "magnitude", [&](const JsonValue& value) { field.magnitude = value.number(); });
+  with(json, "in_table", [&](const JsonValue& value) { field.in_table = value.vector(3); });
+}
+
+void read_site(const JsonValue& json, FieldSetup& field) {
+  check_keys(json, {"latitude_deg", "longitude_deg", "height_m", "date"}, {});
+  with(json, "date", [&](const JsonValue& date) {
+    field.date = date.is_text() ? date.text() : number_text(date.number());
+  });
+  if (!json.find("latitude_deg") && !json.find("longitude_deg") && !json.find("height_m")) {
+    return;
+  }
+  Site site{.latitude_deg = json.at("latitude_deg").number()};
+  with(json, "longitude_deg", [&](const JsonValue& v) { site.longitude_deg = v.number(); });
+  with(json, "height_m", [&](const JsonValue& v) { site.height_m = v.number(); });
+  try {
+    check_site(site);
+  } catch (const DomainError& error) {
+    json.fail(error.what());
+  }
+  field.site = site;
+}
+
+void read_table(const JsonValue& json, Experiment& experiment) {
+  check_keys(json, {"fence_azimuth_deg", "slope"}, {});
+  with(json, "fence_azimuth_deg", [&](const JsonValue& value) {
+    experiment.fence_azimuth_rad = value.number() * rad_per_deg;
+  });
+  with(json, "slope", [&](const JsonValue& value) { experiment.slope = value.vector(2); });
+}
+
+template <typename Enum>
+Enum choice(const JsonValue& value,
+            std::optional<Enum> (*parse)(std::string_view),
+            const char* names) {
+  const std::optional<Enum> parsed = parse(value.text());
+  if (!parsed) {
+    value.fail("'" + value.text() + "' is not known to this version; known: " + names);
+  }
+  return *parsed;
+}
+
+}  // namespace
+
+Experiment parse_experiment(std::string_view text, const std::string& path) {
+  const JsonValue json = parse_json(text, path);
+  json.require_format("axiscal-experiment");
+  check_keys(json,
+             {"format", "version", "observations", "instrument", "field", "site", "table",
+              "positioner", "method", "weights", "robust", "leave_out", "level_by", "temperature"},
+             {"also", "from", "shape", "limits"});
+  Experiment experiment;
+  with(json, "observations", [&](const JsonValue& files) {
+    const std::vector<std::string> names =
+        files.is_array() ? files.texts() : std::vector<std::string>{files.text()};
+    for (const std::string& name : names) {
+      experiment.observations.push_back(resolved(name, path));
+    }
+  });
+  with(json, "instrument",
+       [&](const JsonValue& value) { read_instrument(value, experiment.instrument); });
+  with(json, "field", [&](const JsonValue& value) { read_field(value, experiment.field); });
+  with(json, "site", [&](const JsonValue& value) { read_site(value, experiment.field); });
+  with(json, "table", [&](const JsonValue& value) { read_table(value, experiment); });
+  with(json, "positioner", [&](const JsonValue& value) {
+    experiment.positioner = read_positioner(resolved(value.text(), path));
+  });
+  with(json, "method", [&](const JsonValue& value) {
+    experiment.method = choice(value, parse_method, "paired, joint, known");
+  });
+  with(json, "weights", [&](const JsonValue& value) {
+    experiment.weighting = choice(value, parse_weighting, "samples, sd, none");
+  });
+  with(json, "robust", [&](const JsonValue& value) {
+    experiment.robust = value.is_text() ? true : value.boolean();
+    if (value.is_text() && value.text() != "bisquare") {
+      value.fail("must be true, false or \"bisquare\"");
+    }
+  });
+  with(json, "leave_out", [&](const JsonValue& runs) {
+    for (const JsonValue& run : runs.elements()) {
+      experiment.leave_out.push_back(run.integer());
+    }
+  });
+  with(json, "level_by", [](const JsonValue& value) {
+    if (value.text() != "run") {
+      value.fail("this version of axiscal knows only \"run\"");
+    }
+  });
+  with(json, "temperature", [](const JsonValue& temperature) {
+    check_keys(temperature, {"order"}, {"reference"});
+    with(temperature, "order", [](const JsonValue& order) {
+      if (order.is_text() || order.integer() != 0) {
+        order.fail("this version of axiscal knows only order 0: no temperature terms");
+      }
+    });
+  });
+  return experiment;
+}
+
+Experiment read_experiment(const std::string& path) {
+  return parse_experiment(read_whole_file(path), path);
+}
+
+}  // namespace axiscal

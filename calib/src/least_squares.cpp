@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/least_squares.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <Eigen/SVD>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "double_double.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+// Pivots below this, relative to the largest, count as zero; Filip's polynomial, the hardest that
+// must still pass, has 1e-10.
+constexpr double rank_tolerance = 1e-13;
+
+Eigen::VectorXd column_scales(const Eigen::MatrixXd& A) {
+  Eigen::VectorXd scale(A.cols());
+  for (Eigen::Index j = 0; j < A.cols(); ++j) {
+    const double length = A.col(j).stableNorm();
+    scale(j) = length > 0.0 ? std::exp2(-std::round(std::log2(length))) : 1.0;
+  }
+  return scale;
+}
+
+std::vector<Eigen::Index> open_columns(const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr) {
+  const Eigen::Index columns = qr.cols();
+  const Eigen::MatrixXd& R = qr.matrixQR();
+  const Eigen::Index pivots = std::min(qr.rows(), columns);
+  Eigen::Index rank = 0;
+  while (rank < pivots &&
+         std::abs(R(rank, rank)) > rank_tolerance * std::max(std::abs(R(0, 0)), 1e-300)) {
+    ++rank;
+  }
+  std::vector<Eigen::Index> open;
+  if (rank == columns) {
+    return open;
+  }
+  // Null space of [R11 R12]: columns (-R11^-1 R12, 1), in pivoted order.
+  Eigen::MatrixXd null_space(columns, columns - rank);
+  null_space.bottomRows(columns - rank).setIdentity();
+  null_space.topRows(rank) = -R.topLeftCorner(rank, rank)
+                                  .triangularView<Eigen::Upper>()
+                                  .solve(R.topRightCorner(rank, columns - rank));
+  const Eigen::MatrixXd in_order = qr.colsPermutation() * null_space;
+  for (Eigen::Index j = 0; j < columns; ++j) {
+    if (in_order.row(j).norm() > 1e-8) {
+      open.push_back(j);
+    }
+  }
+  return open;
+}
+
+std::string name_of(Eigen::Index j, const std::vector<std::string>& names) {
+  const auto i = static_cast<std::size_t>(j);
+  return i < names.size() ? names[i] : "parameter " + std::to_string(j + 1);
+}
+
+}  // namespace
+
+std::vector<Eigen::Index> undetermined_columns(const Eigen::Ref<const Eigen::MatrixXd>& design) {
+  const Eigen::VectorXd scale = column_scales(design);
+  return open_columns(Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(design * scale.asDiagonal()));
+}
+
+LeastSquaresDesign::LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
+                                       const Eigen::Ref<const Eigen::VectorXd>& weights,
+                                       const std::vector<std::string>& names)
+    : design_(design) {
+  const Eigen::Index n = design.rows();
+  const Eigen::Index p = design.cols();
+  if (weights.size() != 0 && weights.size() != n) {
+    throw DomainError("LeastSquaresDesign: " + std::to_string(weights.size()) + " weights for " +
+                      std::to_string(n) + " observations");
+  }
+  if (p == 0 || !design.allFinite() || !weights.allFinite() || !(weights.array() >= 0.0).all()) {
+    throw DomainError(
+        "LeastSquaresDesign: entries must be finite and weights not negative, in at least one "
+        "column");
+  }
+  root_weights_ = weights.size() == 0 ? Eigen::VectorXd::Ones(n) : weights.cwiseSqrt().eval();
+  observations_ = (root_weights_.array() > 0.0).count();
+  scaled_ = root_weights_.asDiagonal() * design;
+  scale_ = column_scales(scaled_);
+  scaled_ *= scale_.asDiagonal();
+  qr_.compute(scaled_);
+  const std::vector<Eigen::Index> open = open_columns(qr_);
+  if (!open.empty()) {
+    std::vector<std::string> open_names;
+    for (const Eigen::Index j : open) {
+      open_names.push_back(name_of(j, names));
+    }
+    const std::string list = joined(open_names);
+    throw RankDeficientError("the design does not determine " + list, std::move(open_names));
+  }
+
+  const Eigen::MatrixXd R =
+      qr_.matrixQR().topRows(p).template triangularView<Eigen::Upper>().toDenseMatrix();
+  const Eigen::VectorXd lengths = R.colwise().norm();
+  const Eigen::VectorXd singular =
+      Eigen::JacobiSVD<Eigen::MatrixXd>(R * lengths.cwiseInverse().asDiagonal()).singularValues();
+  condition_number_ = singular(0) / singular(p - 1);
+
+  const Eigen::MatrixXd Q = qr_.householderQ() * Eigen::MatrixXd::Identity(n, p);
+  leverage_ = Q.rowwise().squaredNorm();
+  spans_constant_ =
+      (root_weights_ - Q * (Q.transpose() * root_weights_)).norm() <= 1e-10 * root_weights_.norm();
+  find_unscaled_covariance();
+}
+
+void LeastSquaresDesign::find_unscaled_covariance() {
+  const Eigen::Index n = scaled_.rows();
+  const Eigen::Index p = scaled_.cols();
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(p, p);
+  qr_.matrixQR().topRows(p).triangularView<Eigen::Upper>().solveInPlace(inverse);
+  const Eigen::MatrixXd root = qr_.colsPermutation() * inverse;
+  Eigen::MatrixXd covariance = root * root.transpose();
+  if (condition_number_ > refinement_above) {
+    // Column j of (A^T A)^-1 is the x of: r + A x = 0, A^T r = -e_j.
+    for (Eigen::Index j = 0; j < p; ++j) {
+      const Eigen::VectorXd x = covariance.col(j);
+      covariance.col(j) = refined(Eigen::VectorXd::Zero(n), -Eigen::VectorXd::Unit(p, j),
+                                  {.x = x, .residuals = -scaled_ * x})
+                              .x;
+    }
+    covariance = 0.5 * (covariance + covariance.transpose()).eval();
+  }
+  unscaled_covariance_ = scale_.asDiagonal() * covariance * scale_.asDiagonal();
+}
+
+LeastSquaresDesign::Solution LeastSquaresDesign::solve(const Eigen::VectorXd& weighted_y) const {
+  Solution solution;
+  solution.x = qr_.solve(weighted_y);
+  solution.residuals = weighted_y - scaled_ * solution.x;
+  if (condition_number_ > refinement_above) {
+    return refined(weighted_y, Eigen::VectorXd::Zero(scaled_.cols()), std::move(solution));
+  }
+  return solution;
+}
+
+// Solves r + A x = b, A^T r = c. The unknown x is kept in double-double, so that r becomes as small
+// as the data allow; corrections come from the QR of A.
+LeastSquaresDesign::Solution LeastSquaresDesign::refined(const Eigen::VectorXd& b,
+                                                         const Eigen::VectorXd& c,
+                                                         Solution start) const {
+  const Eigen::Index n = scaled_.rows();
+  const Eigen::Index p = scaled_.cols();
+  const auto R = qr_.matrixQR().topLeftCorner(p, p).triangularView<Eigen::Upper>();
+  Eigen::VectorXd x = std::move(start.x);
+  Eigen::VectorXd x_low = Eigen::VectorXd::Zero(p);
+  Eigen::VectorXd r = std::move(start.residuals);
+  double last_change = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < 20; ++round) {
+    Eigen::VectorXd f(n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      DoubleDouble sum(b(i));
+      sum.add(-r(i));
+      for (Eigen::Index j = 0; j < p; ++j) {
+        sum.add_product(-scaled_(i, j), x(j));
+        sum.add_product(-scaled_(i, j), x_low(j));
+      }
+      f(i) = sum.value();
+    }
+    Eigen::VectorXd g(p);
+    for (Eigen::Index j = 0; j < p; ++j) {
+      DoubleDouble sum(c(j));
+      for (Eigen::Index i = 0; i < n; ++i) {
+        sum.add_product(-scaled_(i, j), r(i));
+      }
+      g(j) = sum.value();
+    }
+    const Eigen::VectorXd h = R.transpose().solve(qr_.colsPermutation().transpose() * g);
+    Eigen::VectorXd d = qr_.householderQ().adjoint() * f;
+    const Eigen::VectorXd dx = qr_.colsPermutation() * R.solve(d.head(p) - h);
+    d.head(p) = h;
+    const Eigen::VectorXd dr = qr_.householderQ() * d;
+    const double change = dx.norm() + dr.norm();
+    if (!(change < last_change)) {
+      break;  // no nearer: what is left is rounding
+    }
+    last_change = change;
+    for (Eigen::Index j = 0; j < p; ++j) {
+      DoubleDouble sum(x(j));
+      sum.add(x_low(j));
+      sum.add(dx(j));
+      x(j) = sum.value();
+      x_low(j) = sum.low();
+    }
+    r += dr;
+    if (dx.norm() <= epsilon * epsilon * x.norm() && dr.norm() <= epsilon * r.norm()) {
+      break;
+    }
+  }
+  return {.x = std::move(x), .residuals = std::move(r)};
+}
+
+Eigen::VectorXd LeastSquaresDesign::estimate(const Eigen::Ref<const Eigen::VectorXd>& y) const {
+  return scale_.asDiagonal() * solve(root_weights_.cwiseProduct(y)).x;
+}
+
+LeastSquaresFit LeastSquaresDesign::fit(
+    const Eigen::Ref<const Eigen::VectorXd>& observations) const {
+  const Eigen::Index n = scaled_.rows();
+  const auto p = static_cast<double>(scaled_.cols());
+  if (observations.size() != n || !observations.allFinite()) {
+    throw DomainError("LeastSquaresDesign::fit: " + std::to_string(n) +
+                      " finite observations are needed");
+  }
+  const Eigen::VectorXd weighted_y = root_weights_.cwiseProduct(observations);
+  const Solution solution = solve(weighted_y);
+  LeastSquaresFit fit;
+  fit.estimate = scale_.asDiagonal() * solution.x;
+  fit.residuals = (root_weights_.array() > 0.0)
+                      .select(solution.residuals.array() / root_weights_.array(),
+                              (observations - design_ * fit.estimate).array());
+  fit.degrees_of_freedom = static_cast<double>(observations_) - p;
+  const double rss = solution.residuals.squaredNorm();
+  fit.residual_sd =
+      fit.degrees_of_freedom > 0.0 ? std::sqrt(rss / fit.degrees_of_freedom) : not_a_number;
+  fit.covariance = fit.residual_sd * fit.residual_sd * unscaled_covariance_;
+  const double mean =
+      spans_constant_ ? root_weights_.dot(weighted_y) / root_weights_.squaredNorm() : 0.0;
+  const double total = (weighted_y - mean * root_weights_).squaredNorm();
+  fit.r_squared = total > 0.0 ? 1.0 - rss / total : not_a_number;
+  fit.leverage = leverage_;
+  ResidualDiagnostics diagnostics =
+      diagnose_residuals(solution.residuals, leverage_, fit.degrees_of_freedom, p);
+  fit.studentized = std::move(diagnostics.studentized);
+  fit.cooks_distance = std::move(diagnostics.cooks_distance);
+  return fit;
+}
+
+LeastSquaresFit fit_least_squares(const Eigen::Ref<const Eigen::MatrixXd>& design,
+                                  const Eigen::Ref<const Eigen::VectorXd>& observations) {
+  return LeastSquaresDesign(design).fit(observations);
+}
+
+Eigen::VectorXd variance_inflation(const Eigen::Ref<const Eigen::MatrixXd>& design,
+                                   const Eigen::Ref<const Eigen::VectorXd>& weights,
+                                   const Eigen::Ref<const Eigen::MatrixXd>& unscaled_covariance) {
+  Eigen::VectorXd factors(design.cols());
+  for (Eigen::Index j = 0; j < design.cols(); ++j) {
+    const Eigen::ArrayXd column = design.col(j).array();
+    const double mean = (weights.array() * column).sum() / weights.sum();
+    const double spread = (weights.array() * (column - mean).square()).sum();
+    const double size = (weights.array() * column.square()).sum();
+    factors(j) = spread > 1e-24 * size ? spread * unscaled_covariance(j, j) : not_a_number;
+  }
+  return factors;
+}
+
+ResidualDiagnostics diagnose_residuals(const Eigen::Ref<const Eigen::VectorXd>& weighted_residuals,
+                                       const Eigen::Ref<const Eigen::VectorXd>& leverage,
+                                       double degrees_of_freedom,
+                                       double parameters) {
+  const Eigen::Index n = weighted_residuals.size();
+  ResidualDiagnostics result{.studentized = Eigen::VectorXd::Constant(n, not_a_number),
+                             .cooks_distance = Eigen::VectorXd::Constant(n, not_a_number)};
+  const double rss = weighted_residuals.squaredNorm();
+  if (!(rss > 0.0) || !(degrees_of_freedom > 0.0)) {
+    return result;
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double rest = 1.0 - leverage(i);
+    if (!(rest > 1e-12)) {
+      continue;  // the fit passes through this observation
+    }
+    const double squared = weighted_residuals(i) * weighted_residuals(i);
+    result.cooks_distance(i) =
+        squared * leverage(i) / (parameters * (rss / degrees_of_freedom) * rest * rest);
+    const double without = (rss - squared / rest) / (degrees_of_freedom - 1.0);
+    if (degrees_of_freedom > 1.0 && without > 1e-14 * rss) {
+      result.studentized(i) = weighted_residuals(i) / std::sqrt(without * rest);
+    }
+  }
+  return result;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,366 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/observations_csv.hpp"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <optional>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/nearest_name.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/timestamp.hpp"
+
+namespace axiscal {
+namespace {
+
+// A table whose columns are asked for by name; every complaint says line and column.
+class Table {
+ public:
+  explicit Table(CsvReader& csv) : csv_(csv), used_(csv.header().size(), false) {}
+
+  std::optional<std::size_t> find(std::string_view name) {
+    const std::optional<std::size_t> column = csv_.column(name);
+    if (column) {
+      used_[*column] = true;
+    }
+    return column;
+  }
+
+  std::size_t need(std::string_view name) {
+    if (const std::optional<std::size_t> column = find(name)) {
+      return *column;
+    }
+    const std::vector<std::string_view> names(csv_.header().begin(), csv_.header().end());
+    std::string hint = did_you_mean(name, names);
+    if (names.size() == 1 && names.front().find_first_of(";\t") != std::string_view::npos) {
+      hint = "; columns must be parted by commas";
+    }
+    fail(name, "is missing; the columns are: " + joined(csv_.header()) + hint);
+  }
+
+  [[noreturn]] void fail(std::string_view column, std::string_view what) const {
+    throw DataError(csv_.path(), csv_.line(),
+                    "column '" + std::string(column) + "': " + std::string(what));
+  }
+
+  [[noreturn]] void fail(std::size_t column, std::string_view what) const {
+    fail(csv_.header()[column], what);
+  }
+
+  bool next() {
+    const CsvReader::Row row = csv_.next();
+    if (row == CsvReader::Row::defective) {
+      const bool longer = csv_.cell_count() > csv_.header().size();
+      throw DataError(csv_.path(), csv_.line(),
+                      csv_.defect() + (longer ? " (a decimal comma? use '.')" : std::string()));
+    }
+    if (row == CsvReader::Row::good && !is_utf8(csv_.text())) {
+      throw DataError(csv_.path(), csv_.line(), "not UTF-8 text: save the file as UTF-8");
+    }
+    return row == CsvReader::Row::good;
+  }
+
+  [[nodiscard]] std::string_view text(std::size_t column) const { return csv_.cells()[column]; }
+
+  [[nodiscard]] double number(std::size_t column) const {
+    const std::optional<double> number = parse_number(text(column));
+    if (!number) {
+      fail(column, quoted(column) + " is not a finite number" + advice(text(column)));
+    }
+    return *number;
+  }
+
+  [[nodiscard]] double positive(std::size_t column) const {
+    const double value = number(column);
+    if (!(value > 0.0)) {
+      fail(column, quoted(column) + " must be greater than 0");
+    }
+    return value;
+  }
+
+  [[nodiscard]] int integer(std::size_t column) const {
+    const std::optional<int> number = parse_integer(text(column));
+    if (!number) {
+      fail(column, quoted(column) + " is not a whole number");
+    }
+    return *number;
+  }
+
+  [[nodiscard]] Face face(std::size_t column) const {
+    const std::optional<Face> face = parse_face(text(column));
+    if (!face) {
+      fail(column, quoted(column) + " is not a face; the faces are +X -X +Y -Y +Z -Z");
+    }
+    return *face;
+  }
+
+  [[nodiscard]] DesignPoint point(std::size_t rest, std::size_t fence) const {
+    const Face rest_face = face(rest);
+    const Face fence_face = face(fence);
+    if (axis_of(rest_face) == axis_of(fence_face)) {
+      fail(fence, "'" + std::string(face_name(fence_face)) + "' lies on one axis with rest '" +
+                      std::string(face_name(rest_face)) + "'; the two faces must be neighbours");
+    }
+    return {rest_face, fence_face};
+  }
+
+  [[nodiscard]] double time(std::size_t column) const {
+    const std::optional<double> seconds = parse_number(text(column));
+    const std::optional<double> stamp = seconds ? seconds : parse_timestamp(text(column));
+    if (!stamp) {
+      fail(column, quoted(column) + " is neither a number of seconds nor an ISO 8601 time");
+    }
+    return *stamp;
+  }
+
+  [[nodiscard]] std::vector<std::string> ignored() const {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < used_.size(); ++i) {
+      if (!used_[i]) {
+        names.push_back(csv_.header()[i]);
+      }
+    }
+    return names;
+  }
+
+  [[noreturn]] void fail_without_rows() const {
+    throw DataError(csv_.path(), csv_.line(), "only a header: no readings follow it");
+  }
+
+  [[nodiscard]] std::size_t line() const { return csv_.line(); }
+
+ private:
+  [[nodiscard]] std::string quoted(std::size_t column) const {
+    return "'" + std::string(text(column).substr(0, 40)) + "'";
+  }
+
+  static std::string advice(std::string_view text) {
+    if (text.empty()) {
+      return ": the cell is empty";
+    }
+    if (text.find(',') != std::string_view::npos) {
+      return ": write '.' as the decimal point";
+    }
+    return "";
+  }
+
+  CsvReader& csv_;
+  std::vector<bool> used_;
+};
+
+// Where the columns of observations are.
+struct Columns {
+  std::optional<std::size_t> rest, fence, run, block, level, temperature, time, samples, serial;
+  std::vector<std::size_t> axes;
+  std::vector<std::size_t> axes_sd;  // empty unless every axis has one
+  std::vector<std::size_t> field;    // empty or three
+};
+
+Columns find_columns(Table& table, const ObservationColumns& wanted) {
+  const std::vector<std::string>& axes = wanted.axes;
+  Columns columns;
+  for (const std::string& axis : axes) {
+    columns.axes.push_back(table.need(axis));
+  }
+  for (const std::string& axis : axes) {
+    const std::string name = axis + "_sd";
+    const std::optional<std::size_t> column = wanted.needs_sd ? table.need(name) : table.find(name);
+    if (column) {
+      columns.axes_sd.push_back(*column);
+    }
+  }
+  if (columns.axes_sd.size() != axes.size()) {
+    columns.axes_sd.clear();
+  }
+  columns.rest = table.find("rest");
+  columns.fence = table.find("fence");
+  if (columns.rest && !columns.fence) {
+    table.fail("fence", "is missing; a design point needs both 'rest' and 'fence'");
+  }
+  if (columns.fence && !columns.rest) {
+    table.fail("rest", "is missing; a design point needs both 'rest' and 'fence'");
+  }
+  constexpr std::array<std::string_view, 3> field_names = {"fx", "fy", "fz"};
+  const bool any_field =
+      std::any_of(field_names.begin(), field_names.end(), [&](std::string_view name) {
+        return std::find(axes.begin(), axes.end(), name) == axes.end() && table.find(name);
+      });
+  if (any_field) {
+    for (const std::string_view name : field_names) {
+      columns.field.push_back(table.need(name));
+    }
+  }
+  if (!columns.rest && wanted.needs_labels) {
+    table.fail("rest", "is missing; this method needs the design point of each reading");
+  }
+  if (!columns.rest && !any_field) {
+    table.fail("rest",
+               "is missing; each reading needs its design point ('rest' and 'fence') or "
+               "its field ('fx', 'fy', 'fz')");
+  }
+  columns.run = table.find("run");
+  columns.block = table.find("block");
+  columns.level = table.find("level");
+  columns.temperature = table.find("temperature");
+  columns.time = table.find("time");
+  columns.samples = wanted.needs_samples ? table.need("samples") : table.find("samples");
+  columns.serial = table.find("serial");
+  return columns;
+}
+
+Reading read_reading(const Table& table, const Columns& columns, int row) {
+  Reading reading;
+  reading.run = columns.run ? table.integer(*columns.run) : row;
+  if (columns.block) {
+    reading.block = table.integer(*columns.block);
+  }
+  if (columns.rest) {
+    reading.point = table.point(*columns.rest, *columns.fence);
+  }
+  if (columns.level) {
+    reading.level = table.number(*columns.level);
+  }
+  if (columns.temperature) {
+    reading.temperature = table.number(*columns.temperature);
+  }
+  if (columns.time) {
+    reading.time_s = table.time(*columns.time);
+  }
+  if (!columns.field.empty()) {
+    reading.field_in_sensor =
+        Eigen::Vector3d(table.number(columns.field[0]), table.number(columns.field[1]),
+                        table.number(columns.field[2]));
+  }
+  return reading;
+}
+
+Eigen::MatrixXd rows_of(const std::vector<double>& numbers, std::size_t columns) {
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  return Eigen::Map<const RowMajor>(numbers.data(),
+                                    static_cast<Eigen::Index>(numbers.size() / columns),
+                                    static_cast<Eigen::Index>(columns));
+}
+
+void append_cells(std::string& text, const std::vector<std::string>& cells) {
+  text += joined(cells, ",");
+  text += '\n';
+}
+
+std::vector<std::string> sheet_header(bool with_level) {
+  std::vector<std::string> header = {"run", "block", "rest", "fence"};
+  if (with_level) {
+    header.emplace_back("level");
+  }
+  return header;
+}
+
+std::vector<std::string> sheet_cells(
+    int run, int block, const DesignPoint& point, double level, bool with_level) {
+  std::vector<std::string> cells = {std::to_string(run), std::to_string(block),
+                                    std::string(face_name(point.rest())),
+                                    std::string(face_name(point.fence()))};
+  if (with_level) {
+    cells.push_back(number_text(level));
+  }
+  return cells;
+}
+
+}  // namespace
+
+ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& wanted) {
+  Table table(csv);
+  const Columns columns = find_columns(table, wanted);
+  ObservationsTable result;
+  Observations& observations = result.observations;
+  observations.has_block = columns.block.has_value();
+  observations.has_level = columns.level.has_value();
+  std::vector<double> response;
+  std::vector<double> response_sd;
+  std::vector<double> samples;
+  while (table.next()) {
+    const int row = static_cast<int>(observations.readings.size()) + 1;
+    observations.readings.push_back(read_reading(table, columns, row));
+    for (const std::size_t column : columns.axes) {
+      response.push_back(table.number(column));
+    }
+    for (const std::size_t column : columns.axes_sd) {
+      response_sd.push_back(wanted.needs_sd ? table.positive(column) : table.number(column));
+    }
+    if (columns.samples) {
+      samples.push_back(table.positive(*columns.samples));
+    }
+    if (columns.serial) {
+      const std::string_view serial = table.text(*columns.serial);
+      if (row > 1 && serial != result.serial) {
+        table.fail(*columns.serial, "'" + std::string(serial) + "' follows '" + result.serial +
+                                        "': this version calibrates one unit at a time; give "
+                                        "each its own file");
+      }
+      result.serial = serial;
+    }
+  }
+  if (observations.readings.empty()) {
+    table.fail_without_rows();
+  }
+  observations.response = rows_of(response, wanted.axes.size());
+  if (!response_sd.empty()) {
+    observations.response_sd = rows_of(response_sd, wanted.axes.size());
+  }
+  if (!samples.empty()) {
+    observations.samples = rows_of(samples, 1).col(0);
+  }
+  result.ignored_columns = table.ignored();
+  return result;
+}
+
+std::vector<DesignEntry> read_design(CsvReader& csv) {
+  Table table(csv);
+  const std::size_t rest = table.need("rest");
+  const std::size_t fence = table.need("fence");
+  const std::optional<std::size_t> level = table.find("level");
+  std::vector<DesignEntry> design;
+  while (table.next()) {
+    design.push_back(
+        {.point = table.point(rest, fence), .level = level ? table.number(*level) : 1.0});
+  }
+  if (design.empty()) {
+    table.fail_without_rows();
+  }
+  return design;
+}
+
+std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet) {
+  const bool with_level = std::any_of(
+      sheet.begin(), sheet.end(), [](const RunSheetRow& row) { return row.entry.level != 1.0; });
+  std::string text;
+  append_cells(text, sheet_header(with_level));
+  for (const RunSheetRow& row : sheet) {
+    append_cells(text,
+                 sheet_cells(row.run, row.block, row.entry.point, row.entry.level, with_level));
+  }
+  return text;
+}
+
+std::string observations_csv(const Observations& observations,
+                             const std::vector<std::string>& axes) {
+  std::vector<std::string> header = sheet_header(observations.has_level);
+  std::transform(axes.begin(), axes.end(), std::back_inserter(header), csv_cell);
+  std::string text;
+  append_cells(text, header);
+  for (std::size_t i = 0; i < observations.readings.size(); ++i) {
+    const Reading& reading = observations.readings[i];
+    if (!reading.point) {
+      throw DomainError("observations_csv: a reading has no design point");
+    }
+    std::vector<std::string> cells = sheet_cells(reading.run, reading.block, *reading.point,
+                                                 reading.level, observations.has_level);
+    for (Eigen::Index k = 0; k < observations.response.cols(); ++k) {
+      cells.push_back(number_text(observations.response(static_cast<Eigen::Index>(i), k)));
+    }
+    append_cells(text, cells);
+  }
+  return text;
+}
+
+}  // namespace axiscal

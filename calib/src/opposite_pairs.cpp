@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "opposite_pairs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <tuple>
+
+#include <Eigen/QR>
+
+#include "axiscal/calib/distributions.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double mistake_below = 0.005;  // probability below which estimates disagree
+
+struct WeightedMean {
+  Eigen::VectorXd value;   // m entries
+  Eigen::VectorXd weight;  // their sums
+};
+
+WeightedMean mean_of(const ReadingSet& set, const std::vector<std::size_t>& rows) {
+  WeightedMean mean{.value = Eigen::VectorXd::Zero(set.axis_count()),
+                    .weight = Eigen::VectorXd::Zero(set.axis_count())};
+  for (const std::size_t i : rows) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::VectorXd weight = set.weights.row(row);
+    mean.value += weight.cwiseProduct(set.response.row(row).transpose());
+    mean.weight += weight;
+  }
+  mean.value = mean.value.cwiseQuotient(mean.weight);
+  return mean;
+}
+
+// The differences of one rest face in one block: rows d = G f, weighted.
+struct FaceDifferences {
+  const OppositePair* pair = nullptr;  // the first of them
+  Eigen::MatrixXd G;                   // rows x 2
+  Eigen::VectorXd d;
+};
+
+std::vector<FaceDifferences> differences_by_face(const std::vector<OppositePair>& pairs,
+                                                 const SensitivityMatrix& sensitivity) {
+  std::vector<FaceDifferences> faces;
+  std::map<std::pair<int, Face>, std::size_t> place;
+  for (const OppositePair& pair : pairs) {
+    if (pair.level == 0.0) {
+      continue;  // no field, no slope in it
+    }
+    const auto [found, is_new] =
+        place.emplace(std::pair(pair.block, pair.point.rest()), faces.size());
+    if (is_new) {
+      faces.push_back({.pair = &pair, .G = Eigen::MatrixXd(0, 2), .d = Eigen::VectorXd(0)});
+    }
+    FaceDifferences& face = faces[found->second];
+    const Eigen::VectorXd root = pair.weights.cwiseSqrt();
+    const Eigen::MatrixXd G =
+        root.asDiagonal() * (pair.level * sensitivity * pair.half_rotation.leftCols<2>());
+    const Eigen::Index rows = face.d.size();
+    face.G.conservativeResize(rows + G.rows(), 2);
+    face.G.bottomRows(G.rows()) = G;
+    face.d.conservativeResize(rows + G.rows());
+    face.d.tail(G.rows()) = root.cwiseProduct(pair.half_difference);
+  }
+  return faces;
+}
+
+// Least squares of two unknowns over some faces.
+struct PlaneFit {
+  bool determined = false;
+  Eigen::Vector2d f = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d unscaled_covariance = Eigen::Matrix2d::Zero();
+  double rss = 0.0;
+  Eigen::Index rows = 0;
+};
+
+PlaneFit fit_plane(const std::vector<FaceDifferences>& faces, const FaceDifferences* without) {
+  PlaneFit fit;
+  for (const FaceDifferences& face : faces) {
+    fit.rows += &face == without ? 0 : face.d.size();
+  }
+  Eigen::MatrixXd G(fit.rows, 2);
+  Eigen::VectorXd d(fit.rows);
+  Eigen::Index at = 0;
+  for (const FaceDifferences& face : faces) {
+    if (&face != without) {
+      G.middleRows(at, face.d.size()) = face.G;
+      d.segment(at, face.d.size()) = face.d;
+      at += face.d.size();
+    }
+  }
+  if (fit.rows < 2) {
+    return fit;
+  }
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(G);
+  qr.setThreshold(0.02);  // an axis nearly along the normal tells nothing of the other component
+  if (qr.rank() < 2) {
+    return fit;
+  }
+  fit.determined = true;
+  fit.f = qr.solve(d);
+  fit.rss = (d - G * fit.f).squaredNorm();
+  Eigen::Matrix2d inverse = Eigen::Matrix2d::Identity();
+  qr.matrixQR().topRows<2>().triangularView<Eigen::Upper>().solveInPlace(inverse);
+  const Eigen::Matrix2d root = qr.colsPermutation() * inverse;
+  fit.unscaled_covariance = root * root.transpose();
+  return fit;
+}
+
+double sample_sd(const std::vector<LevelnessEstimate>& estimates, double LevelnessEstimate::*part) {
+  const auto n = static_cast<double>(estimates.size());
+  double mean = 0.0;
+  for (const LevelnessEstimate& estimate : estimates) {
+    mean += estimate.*part / n;
+  }
+  double sum = 0.0;
+  for (const LevelnessEstimate& estimate : estimates) {
+    sum += std::pow(estimate.*part - mean, 2);
+  }
+  return n < 2.0 ? not_a_number : std::sqrt(sum / (n - 1.0));
+}
+
+// Agreement of the faces by deletion within the differences.
+void test_consistency(const ReadingSet& set,
+                      const std::vector<FaceDifferences>& faces,
+                      const PlaneFit& all,
+                      Levelness& levelness) {
+  double rounding = 0.0;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    rounding = std::max(rounding, set.rounding(k));
+  }
+  levelness.p_value = not_a_number;
+  const auto dof_all = static_cast<double>(all.rows - 2);
+  if (dof_all > 0.0 && all.rss <= dof_all * rounding * rounding) {
+    levelness.p_value = 1.0;
+    return;
+  }
+  double smallest = 2.0;
+  const FaceDifferences* suspect = nullptr;
+  for (const FaceDifferences& face : faces) {
+    const PlaneFit without = fit_plane(faces, &face);
+    const auto rows = static_cast<double>(face.d.size());
+    const auto dof = static_cast<double>(without.rows - 2);
+    if (!without.determined || dof < 1.0) {
+      return;
+    }
+    const double f = ((all.rss - without.rss) / rows) / (without.rss / dof);
+    const double p = without.rss > 0.0 ? f_upper_p(std::max(f, 0.0), rows, dof) : 0.0;
+    if (p < smallest) {
+      smallest = p;
+      suspect = &face;
+    }
+  }
+  if (suspect == nullptr) {
+    return;
+  }
+  levelness.p_value = std::min(1.0, static_cast<double>(faces.size()) * smallest);
+  levelness.consistent = !(levelness.p_value < mistake_below);
+  if (!levelness.consistent) {
+    levelness.suspect = LevelnessEstimate{.point = suspect->pair->point,
+                                          .block = suspect->pair->block,
+                                          .x = not_a_number,
+                                          .y = not_a_number};
+  }
+}
+
+}  // namespace
+
+OppositePairs find_opposite_pairs(const ReadingSet& set) {
+  // Both points of a pair have the same block, level, rest face and axis of the fence face.
+  using Key = std::tuple<int, double, Face, int>;
+  std::map<Key, std::size_t> place;
+  std::vector<OppositePair> candidates;
+  for (std::size_t i = 0; i < set.readings.size(); ++i) {
+    const Reading& reading = set.readings[i];
+    const int axis = axis_of(reading.point->fence());
+    const Key key{reading.block, reading.level, reading.point->rest(), axis};
+    const auto [found, is_new] = place.emplace(key, candidates.size());
+    if (is_new) {
+      candidates.push_back({.point = {reading.point->rest(), face_of(axis, true)},
+                            .block = reading.block,
+                            .level = reading.level});
+    }
+    OppositePair& pair = candidates[found->second];
+    (is_positive(reading.point->fence()) ? pair.first : pair.second).push_back(i);
+  }
+  OppositePairs result;
+  for (OppositePair& pair : candidates) {
+    if (pair.first.empty() || pair.second.empty()) {
+      const auto& alone = pair.first.empty() ? pair.second : pair.first;
+      result.unpaired.insert(result.unpaired.end(), alone.begin(), alone.end());
+      continue;
+    }
+    const WeightedMean a = mean_of(set, pair.first);
+    const WeightedMean b = mean_of(set, pair.second);
+    const Eigen::Matrix3d& R_a = set.rotation_sensor_from_table[pair.first.front()];
+    const Eigen::Matrix3d& R_b = set.rotation_sensor_from_table[pair.second.front()];
+    pair.mean = 0.5 * (a.value + b.value);
+    pair.half_difference = 0.5 * (a.value - b.value);
+    pair.weights = 4.0 * (a.weight.cwiseInverse() + b.weight.cwiseInverse()).cwiseInverse();
+    pair.mean_rotation = 0.5 * (R_a + R_b);
+    pair.half_rotation = 0.5 * (R_a - R_b);
+    result.pairs.push_back(std::move(pair));
+  }
+  std::sort(result.unpaired.begin(), result.unpaired.end());
+  return result;
+}
+
+std::optional<Levelness> estimate_levelness(const ReadingSet& set,
+                                            const std::vector<OppositePair>& pairs,
+                                            const SensitivityMatrix& sensitivity,
+                                            double F) {
+  const std::vector<FaceDifferences> faces = differences_by_face(pairs, sensitivity);
+  const PlaneFit all = fit_plane(faces, nullptr);
+  if (!all.determined) {
+    return std::nullopt;
+  }
+  Levelness levelness;
+  for (const FaceDifferences& face : faces) {
+    const PlaneFit alone = fit_plane({face}, nullptr);
+    if (alone.determined) {
+      levelness.estimates.push_back({.point = face.pair->point,
+                                     .block = face.pair->block,
+                                     .x = alone.f.x() / F,
+                                     .y = alone.f.y() / F});
+    }
+  }
+  levelness.mean_x = all.f.x() / F;
+  levelness.mean_y = all.f.y() / F;
+  if (levelness.estimates.size() == faces.size()) {
+    levelness.mean_x = 0.0;
+    levelness.mean_y = 0.0;
+    for (const LevelnessEstimate& estimate : levelness.estimates) {
+      levelness.mean_x += estimate.x / static_cast<double>(faces.size());
+      levelness.mean_y += estimate.y / static_cast<double>(faces.size());
+    }
+  }
+  levelness.sd_x = sample_sd(levelness.estimates, &LevelnessEstimate::x);
+  levelness.sd_y = sample_sd(levelness.estimates, &LevelnessEstimate::y);
+  levelness.degrees_of_freedom = static_cast<double>(all.rows - 2);
+  const double s = levelness.degrees_of_freedom > 0.0
+                       ? std::sqrt(all.rss / levelness.degrees_of_freedom)
+                       : not_a_number;
+  levelness.standard_error_x = s * std::sqrt(all.unscaled_covariance(0, 0)) / F;
+  levelness.standard_error_y = s * std::sqrt(all.unscaled_covariance(1, 1)) / F;
+  test_consistency(set, faces, all, levelness);
+  return levelness;
+}
+
+}  // namespace axiscal

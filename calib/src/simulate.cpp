@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/simulate.hpp"
+
+#include <cmath>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/random.hpp"
+#include "axiscal/core/rotation.hpp"
+
+namespace axiscal {
+
+Observations simulate(const Calibration& truth,
+                      const std::vector<RunSheetRow>& sheet,
+                      const SimulationOptions& options) {
+  if (!(options.noise_sd >= 0.0) || !std::isfinite(options.noise_sd)) {
+    throw DomainError("simulate: the noise must not be negative");
+  }
+  if (!(options.slope.norm() < 1.0)) {
+    throw DomainError("simulate: the slope must satisfy X^2 + Y^2 < 1");
+  }
+  const Eigen::Vector3d up(options.slope.x(), options.slope.y(),
+                           std::sqrt(1.0 - options.slope.squaredNorm()));
+  const Eigen::Vector3d field_in_table =
+      smallest_rotation(Eigen::Vector3d::UnitZ(), up) *
+      rotation_table_from_enu(options.fence_azimuth_rad) *
+      truth.field.in_table.value_or(Eigen::Vector3d(0.0, 0.0, truth.field.magnitude));
+  // Stream 0 shuffles run sheets; the noise must not repeat its numbers.
+  RandomStream random(options.seed, 1);
+  Observations observations;
+  observations.has_block = true;
+  observations.response.resize(static_cast<Eigen::Index>(sheet.size()), truth.response.bias.size());
+  for (std::size_t i = 0; i < sheet.size(); ++i) {
+    const RunSheetRow& row = sheet[i];
+    observations.readings.push_back(
+        {.run = row.run, .block = row.block, .point = row.entry.point, .level = row.entry.level});
+    observations.has_level = observations.has_level || row.entry.level != 1.0;
+    const Eigen::Vector3d field_in_sensor =
+        row.entry.level *
+        (options.rotation_sensor_from_positioner *
+         (options.positioner.rotation_table_from_positioner(row.entry.point).transpose() *
+          field_in_table));
+    Eigen::VectorXd response = truth.response.at(field_in_sensor);
+    if (options.noise_sd > 0.0) {
+      for (double& value : response) {
+        value += options.noise_sd * random.normal();
+      }
+    }
+    observations.response.row(static_cast<Eigen::Index>(i)) = response;
+  }
+  return observations;
+}
+
+}  // namespace axiscal

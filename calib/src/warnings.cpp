@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warnings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "axiscal/calib/distributions.hpp"
+
+namespace axiscal {
+namespace {
+
+// Probability of a false alarm over a whole run, for each kind of alarm that judges residuals.
+constexpr double false_alarm = 0.001;
+// Residual scatter above this part of the full response is no calibration but a mistake.
+constexpr double largest_residual_share = 0.02;
+constexpr double largest_good_condition = 30.0;
+// Above this standard error the direction of the field is unknown, and with it S.
+constexpr double largest_direction_se_rad = 0.05;
+// A slope that was stated and one that was measured may differ by this many standard errors.
+constexpr double largest_slope_deviation = 6.0;
+
+std::string rounded(double value, int digits) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+
+class Finder {
+ public:
+  Finder(const Calibration& calibration, const Estimate& estimate)
+      : calibration_(calibration), estimate_(estimate) {}
+
+  std::vector<CalibrationWarning> find() {
+    find_uncertain_direction();
+    find_inconsistent_levelness();
+    find_outliers();
+    find_poor_fit();
+    find_axes();
+    find_lack_of_fit();
+    find_slope();
+    find_unpaired();
+    find_condition();
+    find_no_redundancy();
+    return std::move(warnings_);
+  }
+
+ private:
+  void add(std::string code, std::vector<int> runs, std::string message) {
+    warnings_.push_back(
+        {.code = std::move(code), .runs = std::move(runs), .message = std::move(message)});
+  }
+
+  [[nodiscard]] const std::string& axis_name(Eigen::Index k) const {
+    return calibration_.instrument.axes[static_cast<std::size_t>(k)];
+  }
+
+  [[nodiscard]] const FitStatistics& statistics() const { return *calibration_.statistics; }
+
+  [[nodiscard]] double full_response(Eigen::Index k) const {
+    return calibration_.response.sensitivity.row(k).norm() * calibration_.field.magnitude;
+  }
+
+  void find_uncertain_direction() {
+    if (estimate_.direction_se_rad > largest_direction_se_rad) {
+      add("uncertain_direction", {},
+          "the readings hardly determine the field's direction in the table (standard error " +
+              rounded(estimate_.direction_se_rad, 2) +
+              " rad), so the sensitivities are as uncertain; take each face turned round as well, "
+              "or use --method known if the table is level");
+    }
+  }
+
+  // The readings of a rest face in a block.
+  [[nodiscard]] std::vector<int> runs_of_face(const LevelnessEstimate& estimate) const {
+    std::vector<int> runs;
+    for (const ReadingResidual& residual : calibration_.residuals) {
+      if (residual.used && residual.point && residual.point->rest() == estimate.point.rest() &&
+          residual.block.value_or(estimate.block) == estimate.block) {
+        runs.push_back(residual.run);
+      }
+    }
+    return runs;
+  }
+
+  void find_inconsistent_levelness() {
+    const std::optional<Levelness>& levelness = calibration_.levelness;
+    if (!levelness || !levelness->suspect) {
+      return;
+    }
+    const std::vector<int> runs = runs_of_face(*levelness->suspect);
+    add("levelness", runs,
+        name_of_runs(runs) + ": the table's slope by rest face " +
+            std::string(face_name(levelness->suspect->point.rest())) +
+            " disagrees with the other faces (p = " + rounded(levelness->p_value, 2) +
+            "); look for grit under a foot, a wrong face, a fence not touched or a moved table, "
+            "and take these readings again");
+  }
+
+  // By `paired` a mistake shows in the differences, which the levelness test sees, or spreads over
+  // averages that have too few degrees of freedom to name one.
+  void find_outliers() {
+    if (calibration_.method == method_name(Method::paired)) {
+      return;
+    }
+    const std::vector<RegressionRow>& rows = statistics().rows;
+    const auto tests =
+        static_cast<double>(rows.size()) * static_cast<double>(calibration_.response.bias.size());
+    for (const RegressionRow& row : rows) {
+      for (Eigen::Index k = 0; k < row.studentized.size(); ++k) {
+        const double t = row.studentized(k);
+        const double p = student_t_two_sided_p(t, statistics().degrees_of_freedom(k) - 1.0);
+        const bool rounding = statistics().residual_sd(k) <= 1e-13 * full_response(k);
+        if (p * tests < false_alarm && !rounding) {
+          add("outlier", row.runs,
+              name_of_runs(row.runs) + ": axis " + axis_name(k) + " is " + rounded(std::abs(t), 3) +
+                  " standard deviations from what the other readings say; check the pose and take "
+                  "it again, or leave it out with --leave-out " +
+                  std::to_string(row.runs.front()));
+          break;
+        }
+      }
+    }
+  }
+
+  void find_poor_fit() {
+    for (Eigen::Index k = 0; k < calibration_.response.bias.size(); ++k) {
+      const double share = statistics().residual_sd(k) / full_response(k);
+      if (share > largest_residual_share) {
+        add("poor_fit", {},
+            "axis " + axis_name(k) + ": the residuals are " + rounded(100.0 * share, 2) +
+                " % of the full response; a reading may be at the wrong design point, or the noise "
+                "is large: look at the residuals, correct the labels or take more readings");
+      }
+    }
+  }
+
+  void find_axes() {
+    for (Eigen::Index k = 0; k < calibration_.response.bias.size(); ++k) {
+      const std::optional<int> nominal = nominal_axis(calibration_.instrument, k);
+      if (!nominal) {
+        continue;
+      }
+      const Eigen::Vector3d row = calibration_.response.sensitivity.row(k);
+      Eigen::Index main = 0;
+      row.cwiseAbs().maxCoeff(&main);
+      const std::string letter(1, "xyz"[main]);
+      if (main != *nominal) {
+        add("axis_swapped", {},
+            "axis " + axis_name(k) + " reads mostly along " + (row(main) < 0.0 ? "-" : "+") +
+                letter + "; are columns exchanged, or is the instrument turned in the cube?");
+      } else if (row(main) < 0.0) {
+        add("axis_reversed", {},
+            "axis " + axis_name(k) + " reads reversed: its sensitivity to " + letter +
+                " is negative; is its sign or wiring exchanged, or are all faces labelled by the "
+                "opposite one?");
+      }
+    }
+  }
+
+  void find_lack_of_fit() {
+    const std::vector<LackOfFit>& tests = statistics().lack_of_fit;
+    for (std::size_t k = 0; k < tests.size(); ++k) {
+      if (tests[k].p_value * static_cast<double>(tests.size()) < false_alarm) {
+        add("lack_of_fit", {},
+            "axis " + axis_name(static_cast<Eigen::Index>(k)) +
+                ": the readings are further from the model than their repeats allow (F = " +
+                rounded(tests[k].f, 3) + ", p = " + rounded(tests[k].p_value, 2) +
+                "); the cube's faces, its seating or the axis's linearity limit this run, and the "
+                "standard errors include it");
+        return;
+      }
+    }
+  }
+
+  void find_slope() {
+    const std::optional<Levelness>& levelness = calibration_.levelness;
+    if (calibration_.method != method_name(Method::known) || !levelness ||
+        !calibration_.field.in_table) {
+      return;
+    }
+    const Eigen::Vector3d given = *calibration_.field.in_table / calibration_.field.magnitude;
+    const double x = std::abs(levelness->mean_x - given.x());
+    const double y = std::abs(levelness->mean_y - given.y());
+    // NaN, without degrees of freedom, is no warning; 1e-9 is rounding.
+    if (x > largest_slope_deviation * levelness->standard_error_x + 1e-9 ||
+        y > largest_slope_deviation * levelness->standard_error_y + 1e-9) {
+      add("slope", {},
+          "the field was given as " + rounded(given.x(), 4) + ", " + rounded(given.y(), 4) +
+              " in the table's plane (parts of its magnitude), but opposite readings show " +
+              rounded(levelness->mean_x, 4) + ", " + rounded(levelness->mean_y, 4) +
+              "; use --method paired or joint, or correct --slope");
+    }
+  }
+
+  void find_unpaired() {
+    if (!estimate_.unpaired_runs.empty()) {
+      add("unpaired", estimate_.unpaired_runs,
+          name_of_runs(estimate_.unpaired_runs) +
+              ": left out, as `paired` needs the opposite reading (same rest face, block and "
+              "level; "
+              "opposite fence face); take it, or use --method joint");
+    }
+  }
+
+  void find_condition() {
+    if (statistics().condition_number > largest_good_condition) {
+      add("ill_conditioned", {},
+          "the design hardly tells some coefficients apart (condition number " +
+              rounded(statistics().condition_number, 3) +
+              "; a standard design has less than 5); take each face turned round as well");
+    }
+  }
+
+  void find_no_redundancy() {
+    if (!(statistics().degrees_of_freedom.minCoeff() > 0.0)) {
+      add("no_redundancy", {},
+          "there are just as many readings as coefficients: no residual, so no uncertainty and no "
+          "check; take more design points");
+    }
+  }
+
+  const Calibration& calibration_;
+  const Estimate& estimate_;
+  std::vector<CalibrationWarning> warnings_;
+};
+
+}  // namespace
+
+std::string name_of_runs(const std::vector<int>& runs) {
+  std::string text = runs.size() == 1 ? "run " : "runs ";
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    text += i == 0 ? "" : i + 1 == runs.size() ? " and " : ", ";
+    text += std::to_string(runs[i]);
+  }
+  return text;
+}
+
+std::vector<CalibrationWarning> find_warnings(const Calibration& calibration,
+                                              const Estimate& estimate) {
+  return Finder(calibration, estimate).find();
+}
+
+}  // namespace axiscal

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+#include "estimation.hpp"
+
+namespace axiscal {
+
+/// What in a fit asks for the user's attention, the gravest first. Empty for a good run.
+///
+/// Codes and thresholds are listed in docs/messages.md.
+[[nodiscard]] std::vector<CalibrationWarning> find_warnings(const Calibration& calibration,
+                                                            const Estimate& estimate);
+
+/// @return "run 7", "runs 3 and 8", "runs 1, 4 and 9".
+[[nodiscard]] std::string name_of_runs(const std::vector<int>& runs);
+
+}  // namespace axiscal

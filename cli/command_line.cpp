@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command_line.hpp"
+
+#include <algorithm>
+
+#include <CLI/CLI.hpp>
+
+#include "axiscal/core/nearest_name.hpp"
+#include "axiscal/core/version.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+void add_experiment_options(CLI::App& app, ExperimentOptions& options) {
+  app.add_option("files", options.files,
+                 "Observations (CSV, several are blocks) or one experiment (.json); - is stdin")
+      ->required()
+      ->type_name("FILE");
+  const auto add = [&app](const char* group, const char* name, std::optional<std::string>& value,
+                          const char* type, const char* help) {
+    app.add_option(name, value, help)->type_name(type)->group(group);
+  };
+  add("Instrument", "--instrument", options.instrument, "KIND",
+      "accelerometer, inclinometer or generic");
+  add("Instrument", "--serial", options.serial, "TEXT", "serial number");
+  add("Instrument", "--axes", options.axes, "A,B,..", "response columns, one or more; x,y,z");
+  add("Instrument", "--unit", options.unit, "UNIT", "unit of the readings; 1");
+  add("Instrument", "--convention", options.convention, "flu|frd",
+      "axes forward-left-up (default) or forward-right-down");
+  add("Field", "--field", options.field, "KIND", "gravity or custom");
+  add("Field", "--field-unit", options.field_unit, "UNIT", "gravity: g (default) or m/s^2");
+  add("Field", "--field-magnitude", options.field_magnitude, "F", "its magnitude, in its unit");
+  add("Field", "--field-table", options.field_table, "X,Y,Z", "the field in the table's frame");
+  add("Field", "--latitude", options.latitude, "DEG", "of the site, for gravity in m/s^2");
+  add("Field", "--longitude", options.longitude, "DEG", "of the site; 0");
+  add("Field", "--height", options.height, "M", "of the site above the ellipsoid; 0");
+  add("Field", "--date", options.date, "DATE", "ISO 8601 or decimal year, kept in the record");
+  add("Table and cube", "--fence-azimuth", options.fence_azimuth, "DEG",
+      "azimuth of the table's y axis, clockwise from north; 0");
+  add("Table and cube", "--slope", options.slope, "X,Y", "known slope of the table; 0,0");
+  add("Table and cube", "--positioner", options.positioner, "FILE",
+      "measured cube; the nominal one");
+  add("Method", "--method", options.method, "METHOD", "paired, joint or known; chosen by the data");
+  add("Method", "--weights", options.weights, "W",
+      "samples (default where the column is there), sd or none");
+  app.add_flag("--robust", options.robust, "bisquare regression")->group("Method");
+  add("Method", "--leave-out", options.leave_out, "RUNS", "runs not to use, e.g. 7,8");
+  add("Method", "--level-by", options.level_by, "run", "one levelness for the run");
+  add("Method", "--temperature-order", options.temperature_order, "0", "no temperature terms");
+}
+
+void add_sheet_options(CLI::App& app, SheetOptions& options) {
+  app.add_option("--design", options.design, "6, 12 (default) or 24 points, or a file of points")
+      ->type_name("6|12|24|FILE");
+  app.add_option("--replicates", options.replicates, "how often the whole design is taken; 1")
+      ->type_name("N");
+  app.add_option("--seed", options.seed, "of the random order; 1")->type_name("S");
+}
+
+void add_output(CLI::App& app, std::string& output) {
+  app.add_option("-o,--output", output, "where to write; - is stdout")->type_name("FILE");
+}
+
+// The option of this name, without its dashes and value; null where there is none.
+CLI::Option* find_option(CLI::App& app, const std::string& argument) {
+  return app.get_option_no_throw(argument.substr(0, argument.find('=')));
+}
+
+// Joins an option and its value, as values may start with a minus sign, and refuses unknown ones.
+std::vector<std::string> with_joined_values(CLI::App& app,
+                                            const std::vector<std::string>& arguments) {
+  std::vector<std::string> result;
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    std::string argument = arguments[i];
+    if (argument.starts_with("--") && argument.size() > 2) {
+      const CLI::Option* option = find_option(app, argument);
+      if (option == nullptr) {
+        std::vector<std::string> names;
+        for (const CLI::Option* known : app.get_options()) {
+          if (!known->get_lnames().empty()) {
+            names.push_back("--" + known->get_lnames().front());
+          }
+        }
+        const std::vector<std::string_view> views(names.begin(), names.end());
+        const std::string name = argument.substr(0, argument.find('='));
+        throw UsageError("unknown option '" + name + "'" + did_you_mean(name, views));
+      }
+      const bool takes_value = option->get_items_expected_min() > 0;
+      const bool has_value = argument.find('=') != std::string::npos;
+      const bool next_is_value =
+          i + 1 < arguments.size() &&
+          !(arguments[i + 1].starts_with("-") && find_option(app, arguments[i + 1]) != nullptr);
+      if (takes_value && !has_value && next_is_value) {
+        argument += "=" + arguments[++i];
+      }
+    }
+    result.push_back(argument);
+  }
+  return result;
+}
+
+}  // namespace
+
+Command parse_command_line(std::vector<std::string> arguments) {
+  CLI::App app("Axiscal calibrates axis-sensitive instruments in 12 orientations.", "axiscal");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", std::string(software_name()), "Print the version and exit");
+  app.get_formatter()->column_width(28);
+  app.footer("axiscal SUBCOMMAND --help tells more of each.");
+
+  CalibrateCommand calibrate;
+  CLI::App* calibrate_app = app.add_subcommand("calibrate", "observations -> calibration record");
+  add_experiment_options(*calibrate_app, calibrate.experiment);
+  calibrate_app->add_option("-o,--output", calibrate.output, "the record (JSON); - is stdout")
+      ->type_name("FILE");
+  calibrate_app->add_flag("--json", calibrate.json, "print the record instead of tables");
+  calibrate_app->add_flag("--force", calibrate.force, "store the record even if it is refused");
+
+  ApplyCommand apply;
+  CLI::App* apply_app =
+      app.add_subcommand("apply", "raw readings -> field components and angles; streams");
+  apply_app->add_option("record", apply.record, "calibration record (JSON)")
+      ->required()
+      ->type_name("RECORD");
+  apply_app->add_option("readings", apply.readings, "raw readings (CSV); - is stdin")
+      ->required()
+      ->type_name("FILE");
+  add_output(*apply_app, apply.output);
+  apply_app
+      ->add_option("--field-magnitude", apply.field_magnitude,
+                   "of the field where the readings were taken; the record's")
+      ->type_name("F");
+  apply_app->add_option("--field-unit", apply.field_unit, "of --field-magnitude; the record's")
+      ->type_name("UNIT");
+  apply_app
+      ->add_option("--yaw-above", apply.yaw_above,
+                   "pitch from which yaw is given instead of roll; 85")
+      ->type_name("DEG");
+  apply_app
+      ->add_option("--pitch", apply.pitch, "pitch by asin(f_x / F), or by atan2 without F; asin")
+      ->type_name("asin|atan2");
+  apply_app->add_flag("--follow", apply.follow, "write each row at once");
+  apply_app->add_flag("--strict", apply.strict, "stop at a row that cannot be reduced");
+  apply_app->add_flag("--force", apply.force, "use a refused record");
+
+  PlanCommand plan;
+  CLI::App* plan_app = app.add_subcommand("plan", "a run sheet in random order");
+  add_sheet_options(*plan_app, plan.sheet);
+  add_output(*plan_app, plan.output);
+
+  SimulateCommand simulate;
+  CLI::App* simulate_app = app.add_subcommand("simulate", "observations from a known truth");
+  simulate_app->add_option("--truth", simulate.truth, "calibration record")
+      ->required()
+      ->type_name("RECORD");
+  add_sheet_options(*simulate_app, simulate.sheet);
+  simulate_app->add_option("--noise", simulate.noise, "sd of a reading, in its unit; 0")
+      ->type_name("SD");
+  simulate_app->add_option("--slope", simulate.slope, "tilt of the table; 0,0")->type_name("X,Y");
+  simulate_app
+      ->add_option("--fence-azimuth", simulate.fence_azimuth,
+                   "of the table's y axis; turns the field of the truth")
+      ->type_name("DEG");
+  simulate_app->add_option("--positioner", simulate.positioner, "measured cube")->type_name("FILE");
+  add_output(*simulate_app, simulate.output);
+
+  if (arguments.empty()) {
+    throw UsageError("a subcommand is missing\n\n" + app.help());
+  }
+  CLI::App* chosen = nullptr;
+  const std::string first = arguments.front();
+  if (!first.starts_with("-")) {
+    std::vector<std::string> names;
+    for (CLI::App* subcommand : app.get_subcommands(nullptr)) {
+      names.push_back(subcommand->get_name());
+      chosen = subcommand->get_name() == first ? subcommand : chosen;
+    }
+    if (chosen == nullptr) {
+      const std::vector<std::string_view> views(names.begin(), names.end());
+      throw UsageError("unknown subcommand '" + first + "'" + did_you_mean(first, views));
+    }
+  }
+  try {
+    if (chosen != nullptr) {
+      arguments = with_joined_values(*chosen, arguments);
+    }
+    std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
+    app.parse(arguments);
+  } catch (const CLI::CallForHelp&) {
+    return ShowText{(chosen != nullptr ? chosen : &app)->help()};
+  } catch (const CLI::CallForVersion&) {
+    return ShowText{std::string(software_name()) + "\n"};
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(error.what());
+  }
+  if (*calibrate_app) {
+    return calibrate;
+  }
+  if (*apply_app) {
+    return apply;
+  }
+  if (*plan_app) {
+    return plan;
+  }
+  return simulate;
+}
+
+}  // namespace axiscal::cli

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "axiscal/core/error.hpp"
+
+namespace axiscal::cli {
+
+/// The command line is wrong: exit status 2.
+class UsageError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// Options that describe an experiment, as typed.
+struct ExperimentOptions {
+  std::vector<std::string> files;
+  std::optional<std::string> instrument, serial, axes, unit, convention;
+  std::optional<std::string> field, field_unit, field_magnitude, field_table;
+  std::optional<std::string> latitude, longitude, height, date;
+  std::optional<std::string> fence_azimuth, slope, positioner;
+  std::optional<std::string> method, weights, leave_out, level_by, temperature_order;
+  bool robust = false;
+};
+
+struct CalibrateCommand {
+  ExperimentOptions experiment;
+  std::optional<std::string> output;
+  bool json = false;
+  bool force = false;
+};
+
+struct ApplyCommand {
+  std::string record;
+  std::string readings;
+  std::string output = "-";
+  std::optional<std::string> field_magnitude, field_unit, yaw_above, pitch;
+  bool follow = false;
+  bool strict = false;
+  bool force = false;
+};
+
+/// Options of a run sheet, as typed.
+struct SheetOptions {
+  std::string design = "12";
+  std::optional<std::string> replicates, seed;
+};
+
+struct PlanCommand {
+  SheetOptions sheet;
+  std::string output = "-";
+};
+
+struct SimulateCommand {
+  std::string truth;
+  SheetOptions sheet;
+  std::optional<std::string> noise, slope, fence_azimuth, positioner;
+  std::string output = "-";
+};
+
+/// Text for standard output and nothing more to do: help or version.
+struct ShowText {
+  std::string text;
+};
+
+using Command =
+    std::variant<ShowText, CalibrateCommand, ApplyCommand, PlanCommand, SimulateCommand>;
+
+/// @throws UsageError  for an unknown subcommand, option or value, or one that is missing.
+[[nodiscard]] Command parse_command_line(std::vector<std::string> arguments);
+
+}  // namespace axiscal::cli

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "command_line.hpp"
+
+namespace axiscal::cli {
+
+/// Each runs one subcommand and returns its exit status; errors are thrown.
+int run(const CalibrateCommand& command);
+int run(const ApplyCommand& command);
+int run(const PlanCommand& command);
+int run(const SimulateCommand& command);
+
+}  // namespace axiscal::cli

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "input.hpp"
+
+#include <array>
+#include <charconv>
+
+#include <sha2.h>
+#include <sys/types.h>
+
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal::cli {
+
+ObservationsFile read_observations_file(const std::string& path,
+                                        const ObservationColumns& columns) {
+  InputFile file(path);
+  SHA2_CTX digest;
+  SHA256Init(&digest);
+  CsvReader csv(
+      [&](char* buffer, std::size_t size) {
+        const std::size_t count = file.read(buffer, size);
+        SHA256Update(&digest, reinterpret_cast<const std::uint8_t*>(buffer), count);
+        return count;
+      },
+      path);
+  ObservationsFile result{.table = read_observations(csv, columns), .sha256 = {}};
+  std::array<char, SHA256_DIGEST_STRING_LENGTH> text{};
+  result.sha256 = SHA256End(&digest, text.data());
+  return result;
+}
+
+CsvReader csv_reader_of(InputFile& file) {
+  return {[&file](char* buffer, std::size_t size) { return file.read(buffer, size); }, file.path()};
+}
+
+double number_of(std::string_view option, const std::string& text) {
+  const std::optional<double> number = parse_number(text);
+  if (!number) {
+    throw UsageError(std::string(option) + ": '" + text + "' is not a number");
+  }
+  return *number;
+}
+
+std::vector<double> numbers_of(std::string_view option,
+                               const std::string& text,
+                               std::size_t count) {
+  const std::optional<std::vector<double>> numbers = parse_numbers(text);
+  if (!numbers || numbers->size() != count) {
+    throw UsageError(std::string(option) + ": '" + text + "' are not " + std::to_string(count) +
+                     " numbers parted by commas");
+  }
+  return *numbers;
+}
+
+std::uint64_t seed_of(const SheetOptions& options) {
+  if (!options.seed) {
+    return 1;
+  }
+  std::uint64_t seed = 0;
+  const char* end = options.seed->data() + options.seed->size();
+  const auto [stop, error] = std::from_chars(options.seed->data(), end, seed);
+  if (error != std::errc{} || stop != end) {
+    throw UsageError("--seed: '" + *options.seed + "' is not a whole number from 0 to 2^64 - 1");
+  }
+  return seed;
+}
+
+std::vector<RunSheetRow> make_sheet(const SheetOptions& options) {
+  constexpr int most_replicates = 100000;
+  int replicates = 1;
+  if (options.replicates) {
+    replicates = parse_integer(*options.replicates).value_or(0);
+    if (replicates < 1 || replicates > most_replicates) {
+      throw UsageError("--replicates: '" + *options.replicates +
+                       "' is not a whole number from 1 to 100000");
+    }
+  }
+  const std::uint64_t seed = seed_of(options);
+  std::vector<DesignEntry> design;
+  if (options.design == "6" || options.design == "12" || options.design == "24") {
+    design = standard_design(*parse_integer(options.design));
+  } else if (parse_number(options.design)) {
+    throw UsageError("--design: the designs have 6, 12 or 24 points, not " + options.design);
+  } else {
+    InputFile file(options.design);
+    CsvReader csv = csv_reader_of(file);
+    design = read_design(csv);
+  }
+  return make_run_sheet(design, replicates, seed);
+}
+
+}  // namespace axiscal::cli

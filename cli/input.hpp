@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "axiscal/calib/observations_csv.hpp"
+#include "axiscal/core/csv_reader.hpp"
+#include "axiscal/core/input_file.hpp"
+#include "axiscal/positioner/design.hpp"
+#include "command_line.hpp"
+
+namespace axiscal::cli {
+
+/// A table of observations and the SHA-256 of its file.
+struct ObservationsFile {
+  ObservationsTable table;
+  std::string sha256;
+};
+
+/// @throws DataError  as read_observations().
+[[nodiscard]] ObservationsFile read_observations_file(const std::string& path,
+                                                      const ObservationColumns& columns);
+
+/// A reader of an open file; the file must outlive it.
+[[nodiscard]] CsvReader csv_reader_of(InputFile& file);
+
+/// The run sheet that the options ask for.
+[[nodiscard]] std::vector<RunSheetRow> make_sheet(const SheetOptions& options);
+
+/// @return the seed of the options, 1 by default.
+[[nodiscard]] std::uint64_t seed_of(const SheetOptions& options);
+
+/// A typed value as a number. @throws UsageError naming the option.
+[[nodiscard]] double number_of(std::string_view option, const std::string& text);
+
+/// A typed value as `count` numbers parted by commas. @throws UsageError naming the option.
+[[nodiscard]] std::vector<double> numbers_of(std::string_view option,
+                                             const std::string& text,
+                                             std::size_t count);
+
+}  // namespace axiscal::cli

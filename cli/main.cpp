@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <vector>
+
+#include <unistd.h>
+
+#include "axiscal/calib/experiment.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/output_file.hpp"
+#include "command_line.hpp"
+#include "commands.hpp"
+
+namespace {
+
+enum ExitStatus { done = 0, refused = 1, wrong_usage = 2, bad_input = 3, output_not_written = 4 };
+
+extern "C" void remove_output_and_die(int signal) {
+  axiscal::remove_unfinished_output();
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
+void set_signals() {
+  // A closed pipe and a limit on file size are then reported by write().
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    if (std::signal(signal, remove_output_and_die) == SIG_IGN) {
+      std::signal(signal, SIG_IGN);
+    }
+  }
+}
+
+int fail(ExitStatus status, const std::string& message) {
+  std::fprintf(stderr, "%s\n", message.c_str());
+  return status;
+}
+
+int run_command(const axiscal::cli::Command& command) {
+  return std::visit(
+      [](const auto& chosen) -> int {
+        if constexpr (std::is_same_v<std::decay_t<decltype(chosen)>, axiscal::cli::ShowText>) {
+          axiscal::write_whole_file("-", chosen.text);
+          return done;
+        } else {
+          return axiscal::cli::run(chosen);
+        }
+      },
+      command);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  set_signals();
+  try {
+    return run_command(
+        axiscal::cli::parse_command_line(std::vector<std::string>(argv + 1, argv + argc)));
+  } catch (const axiscal::cli::UsageError& error) {
+    return fail(wrong_usage, std::string("axiscal: ") + error.what());
+  } catch (const axiscal::SetupError& error) {
+    return fail(wrong_usage, std::string("axiscal: ") + error.what());
+  } catch (const axiscal::DataError& error) {
+    return fail(bad_input, error.what());
+  } catch (const axiscal::ClosedPipe&) {
+    return done;
+  } catch (const axiscal::OutputError& error) {
+    return fail(output_not_written, std::string("axiscal: ") + error.what());
+  } catch (const std::exception& error) {
+    return fail(refused, std::string("axiscal: ") + error.what());
+  }
+}

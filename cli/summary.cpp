@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "axiscal/core/units.hpp"
+#include "axiscal/instruments/polar_form.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+constexpr int cell_width = 14;
+
+// Decimals that show two digits of an uncertainty.
+int decimals_for(double uncertainty) {
+  return static_cast<int>(1.0 - std::floor(std::log10(uncertainty)));
+}
+
+// A value to the digits that its uncertainty leaves; six digits where there is none.
+std::string rounded(double value, double uncertainty) {
+  if (std::isnan(value)) {
+    return "-";
+  }
+  if (!(uncertainty > 0.0)) {
+    return fmt::format("{:.6g}", value);
+  }
+  const int decimals = decimals_for(uncertainty);
+  const std::string fixed = fmt::format("{:.{}f}", value, std::clamp(decimals, 0, 17));
+  const bool readable = decimals <= 8 && fixed.size() < cell_width - 1;
+  if (readable) {
+    return fixed;
+  }
+  const double size = std::max(std::abs(value), uncertainty);
+  const int digits = static_cast<int>(std::floor(std::log10(size))) + decimals;
+  return fmt::format("{:.{}e}", value, std::clamp(digits, 1, 6));
+}
+
+std::string rounded_uncertainty(double uncertainty) {
+  return std::isnan(uncertainty) ? "-" : rounded(uncertainty, uncertainty);
+}
+
+// "V/g", "V/(m/s^2)".
+std::string per(const std::string& unit, const std::string& field_unit) {
+  return field_unit.find('/') == std::string::npos ? unit + "/" + field_unit
+                                                   : unit + "/(" + field_unit + ")";
+}
+
+std::string cell(const std::string& text) {
+  return fmt::format("{:>{}}", text, cell_width);
+}
+
+std::string row(std::string_view label, std::size_t width, const std::vector<std::string>& cells) {
+  std::string line = fmt::format("  {:<{}}", label, width);
+  for (const std::string& text : cells) {
+    line += cell(text);
+  }
+  return line + "\n";
+}
+
+std::string counted(std::size_t count, const std::string& noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+class Summary {
+ public:
+  explicit Summary(const Calibration& calibration)
+      : c_(calibration), statistics_(*calibration.statistics) {
+    for (const std::string& axis : c_.instrument.axes) {
+      label_width_ = std::max(label_width_, axis.size() + 1);
+    }
+    label_width_ = std::min<std::size_t>(label_width_, 20);
+  }
+
+  std::string text() {
+    add_what_was_done();
+    add_coefficients();
+    add_axes();
+    add_levelness();
+    add_quality();
+    return text_;
+  }
+
+ private:
+  void heading(const std::string& title) { text_ += "\n" + title + "\n"; }
+
+  void add_what_was_done() {
+    const Instrument& instrument = c_.instrument;
+    text_ += instrument.kind;
+    text_ += instrument.serial.empty() ? "" : " " + instrument.serial;
+    text_ += fmt::format(
+        ": {}, readings in {}\n",
+        instrument.axes.size() == 1 ? "1 axis" : fmt::format("{} axes", instrument.axes.size()),
+        instrument.unit == "1" ? "units of 1" : instrument.unit);
+    text_ += fmt::format("field {}, magnitude {:.7g} {}\n", c_.field.kind, c_.field.magnitude,
+                         c_.field.unit);
+    std::set<DesignPoint> points;
+    std::set<int> blocks;
+    for (const ReadingResidual& residual : c_.residuals) {
+      if (residual.used && residual.point) {
+        points.insert(*residual.point);
+        blocks.insert(residual.block.value_or(1));
+      }
+    }
+    std::string files;
+    for (const InputFileDigest& input : c_.inputs) {
+      files += (files.empty() ? "" : ", ") + input.path;
+    }
+    std::string used =
+        fmt::format("{}{} of {}", files.empty() ? "" : files + ": ", statistics_.observations,
+                    counted(c_.residuals.size(), "reading"));
+    if (!points.empty()) {
+      used += fmt::format(" used, at {} in {}", counted(points.size(), "design point"),
+                          counted(blocks.size(), "block"));
+    }
+    text_ += wrapped(used, 80) + "\n";
+    std::string method = "method " + c_.method;
+    if (c_.method == "paired") {
+      method +=
+          fmt::format(": {} of opposite positions", counted(statistics_.rows.size(), "average"));
+    } else if (c_.method == "joint") {
+      method += ": all readings, the field's direction in the table fitted with them";
+    } else {
+      method += ": the field taken as given";
+    }
+    method += c_.weights == "none" ? "" : "; weighted by " + c_.weights;
+    method += c_.robust ? "; robust (bisquare)" : "";
+    method += c_.positioner.empty() ? "" : "; cube " + c_.positioner;
+    text_ += wrapped(method, 80) + "\n";
+  }
+
+  void add_coefficients() {
+    const std::string unit = c_.instrument.unit;
+    heading(fmt::format("Coefficients: bias [{}], sensitivity to x, y, z [{}]; +- 95 % interval",
+                        unit, per(unit, c_.field.unit)));
+    text_ += row("axis", label_width_ + 3, {"bias", "x", "y", "z"});
+    for (Eigen::Index k = 0; k < c_.response.bias.size(); ++k) {
+      const double t = statistics_.coverage_factor(k);
+      std::vector<std::string> values = {rounded(c_.response.bias(k), t * statistics_.bias_se(k))};
+      std::vector<std::string> intervals = {rounded_uncertainty(t * statistics_.bias_se(k))};
+      for (Eigen::Index j = 0; j < 3; ++j) {
+        const double U = t * statistics_.sensitivity_se(k, j);
+        values.push_back(rounded(c_.response.sensitivity(k, j), U));
+        intervals.push_back(rounded_uncertainty(U));
+      }
+      text_ += row(axis_name(k), label_width_ + 3, values);
+      text_ += row(fmt::format("{:>{}}", "+-", label_width_ + 2), label_width_ + 3, intervals);
+    }
+  }
+
+  void add_axes() {
+    heading("Sensing axes: size and direction of the sensitivity");
+    text_ += row("axis", label_width_ + 3, {"size", "nominal", "off it [deg]", "azimuth [deg]"});
+    for (Eigen::Index k = 0; k < c_.response.bias.size(); ++k) {
+      const Eigen::Vector3d S = c_.response.sensitivity.row(k);
+      Eigen::Index largest = 0;
+      S.cwiseAbs().maxCoeff(&largest);
+      const int nominal = nominal_axis(c_.instrument, k).value_or(static_cast<int>(largest));
+      const PolarForm polar = polar_from_sensitivity(S, nominal, c_.instrument.convention);
+      const double t = statistics_.coverage_factor(k);
+      text_ += row(axis_name(k), label_width_ + 3,
+                   {rounded(S.norm(), t * statistics_.sensitivity_se.row(k).norm()),
+                    std::string(1, "xyz"[nominal]),
+                    fmt::format("{:.4f}", polar.coning_angle_rad * deg_per_rad),
+                    fmt::format("{:.2f}", polar.azimuth_rad * deg_per_rad)});
+    }
+  }
+
+  void add_levelness() {
+    if (!c_.levelness) {
+      return;
+    }
+    const Levelness& levelness = *c_.levelness;
+    const bool gravity = c_.field.kind == "gravity";
+    heading(gravity ? "Levelness: slope of the table [mrad], rising towards +x and +y"
+                    : "Field in the table's plane, thousandths of its magnitude");
+    const std::size_t width = 40;
+    const auto pair = [](double x, double y, double ux, double uy) {
+      return std::vector<std::string>{rounded(1e3 * x, 1e3 * ux), rounded(1e3 * y, 1e3 * uy)};
+    };
+    text_ += row("", width, {"x", "y"});
+    text_ += row("mean", width,
+                 pair(levelness.mean_x, levelness.mean_y, levelness.standard_error_x,
+                      levelness.standard_error_y));
+    text_ += row("standard error of the mean", width,
+                 {rounded_uncertainty(1e3 * levelness.standard_error_x),
+                  rounded_uncertainty(1e3 * levelness.standard_error_y)});
+    if (levelness.estimates.size() > 1) {
+      text_ += row(
+          fmt::format("spread (sd) of {}", counted(levelness.estimates.size(), "estimate")), width,
+          {rounded_uncertainty(1e3 * levelness.sd_x), rounded_uncertainty(1e3 * levelness.sd_y)});
+    }
+    if (!std::isnan(levelness.p_value)) {
+      text_ += fmt::format("  the faces {} (p = {:.2g})\n",
+                           levelness.consistent ? "agree" : "DISAGREE", levelness.p_value);
+    }
+  }
+
+  void add_quality() {
+    heading("Fit");
+    const std::size_t axes_at_once = 3;
+    const auto m = static_cast<std::size_t>(c_.response.bias.size());
+    for (std::size_t first = 0; first < m; first += axes_at_once) {
+      add_quality_of(first, std::min(m, first + axes_at_once));
+    }
+    text_ += fmt::format("  condition number of the design {:.3g}\n", statistics_.condition_number);
+  }
+
+  void add_quality_of(std::size_t first, std::size_t last) {
+    std::vector<std::string> names, sd, dof, r2, studentized, lack;
+    for (std::size_t i = first; i < last; ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      names.push_back(axis_name(k));
+      sd.push_back(fmt::format("{:.3g}", statistics_.residual_sd(k)));
+      dof.push_back(fmt::format("{:.4g}", statistics_.degrees_of_freedom(k)));
+      r2.push_back(fmt::format("{:.8f}", statistics_.r_squared(k)));
+      double largest = std::nan("");
+      for (const RegressionRow& row_of_fit : statistics_.rows) {
+        largest = std::fmax(largest, std::abs(row_of_fit.studentized(k)));
+      }
+      studentized.push_back(std::isnan(largest) ? "-" : fmt::format("{:.2f}", largest));
+      if (i < statistics_.lack_of_fit.size()) {
+        lack.push_back(fmt::format("{:.2g}", statistics_.lack_of_fit[i].p_value));
+      }
+    }
+    const std::size_t width = 34;
+    text_ += row("axis", width, names);
+    text_ += row(fmt::format("residual sd of a reading [{}]", c_.instrument.unit), width, sd);
+    text_ += row("degrees of freedom", width, dof);
+    text_ += row("R^2", width, r2);
+    text_ += row("largest studentised residual", width, studentized);
+    if (!lack.empty()) {
+      text_ += row("lack of fit against repeats, p", width, lack);
+    }
+  }
+
+  [[nodiscard]] std::string axis_name(Eigen::Index k) const {
+    return c_.instrument.axes[static_cast<std::size_t>(k)].substr(0, 20);
+  }
+
+  const Calibration& c_;
+  const FitStatistics& statistics_;
+  std::size_t label_width_ = 4;
+  std::string text_;
+};
+
+}  // namespace
+
+std::string summary_text(const Calibration& calibration) {
+  return Summary(calibration).text();
+}
+
+std::string wrapped(const std::string& text, std::size_t width) {
+  std::string result;
+  std::size_t column = 0;
+  std::size_t from = 0;
+  while (from < text.size()) {
+    const std::size_t end = std::min(text.find(' ', from), text.size());
+    const std::string word = text.substr(from, end - from);
+    if (column > 0 && column + 1 + word.size() > width) {
+      result += "\n    ";
+      column = 4;
+    } else if (column > 0) {
+      result += ' ';
+      ++column;
+    }
+    result += word;
+    column += word.size();
+    from = end + 1;
+  }
+  return result;
+}
+
+}  // namespace axiscal::cli

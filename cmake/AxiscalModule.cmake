@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: Apache-2.0
+# axiscal_add_module(NAME SOURCES ... HEADERS ... [PUBLIC ...] [PRIVATE ...] [HEADER_ONLY_PRIVATE ...])
+#
+# One library per folder: target axiscal_NAME, alias axiscal::NAME, headers under include/axiscal/NAME.
+# PUBLIC and PRIVATE are link dependencies; HEADER_ONLY_PRIVATE are needed to build it and by no user.
+function(axiscal_add_module name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;HEADERS;PUBLIC;PRIVATE;HEADER_ONLY_PRIVATE")
+  set(target axiscal_${name})
+  add_library(${target} ${arg_SOURCES})
+  add_library(axiscal::${name} ALIAS ${target})
+  list(TRANSFORM arg_HEADERS PREPEND include/axiscal/${name}/)
+  target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  target_compile_options(${target} PRIVATE ${AXISCAL_WARNINGS})
+  target_link_libraries(${target} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
+  foreach(dependency IN LISTS arg_HEADER_ONLY_PRIVATE)
+    target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:${dependency}>)
+  endforeach()
+  set_target_properties(
+    ${target}
+    PROPERTIES EXPORT_NAME ${name}
+               VERSION ${PROJECT_VERSION}
+               SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
+               POSITION_INDEPENDENT_CODE ON
+               VERIFY_INTERFACE_HEADER_SETS ON)
+  set_property(GLOBAL APPEND PROPERTY AXISCAL_MODULES ${target})
+endfunction()

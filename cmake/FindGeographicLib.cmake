@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: Apache-2.0
+# Finds GeographicLib through pkg-config: Debian's package brings no CMake config file.
+# Defines the target GeographicLib::GeographicLib.
+find_package(PkgConfig QUIET)
+if(PkgConfig_FOUND)
+  pkg_check_modules(PC_GeographicLib QUIET geographiclib)
+endif()
+find_path(GeographicLib_INCLUDE_DIR GeographicLib/NormalGravity.hpp
+          HINTS ${PC_GeographicLib_INCLUDE_DIRS})
+find_library(GeographicLib_LIBRARY NAMES GeographicLib Geographic
+             HINTS ${PC_GeographicLib_LIBRARY_DIRS})
+set(GeographicLib_VERSION ${PC_GeographicLib_VERSION})
+
+include(FindPackageHandleStandardArgs)
+find_package_handle_standard_args(
+  GeographicLib
+  REQUIRED_VARS GeographicLib_LIBRARY GeographicLib_INCLUDE_DIR
+  VERSION_VAR GeographicLib_VERSION)
+
+if(GeographicLib_FOUND AND NOT TARGET GeographicLib::GeographicLib)
+  add_library(GeographicLib::GeographicLib UNKNOWN IMPORTED)
+  set_target_properties(
+    GeographicLib::GeographicLib
+    PROPERTIES IMPORTED_LOCATION "${GeographicLib_LIBRARY}"
+               INTERFACE_INCLUDE_DIRECTORIES "${GeographicLib_INCLUDE_DIR}")
+endif()
+mark_as_advanced(GeographicLib_INCLUDE_DIR GeographicLib_LIBRARY)

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace axiscal {
+
+/// Reads comma-separated text row by row in constant memory: files larger than memory, pipes.
+///
+/// RFC 4180 with a header row, UTF-8 with or without byte order mark, LF or CRLF; lines that start
+/// with `#` and empty lines are skipped, blanks around a cell too. Reading a row allocates nothing
+/// once the buffers have grown to the longest row.
+class CsvReader {
+ public:
+  /// Gives the next bytes: fills at most `size` and returns how many; 0 at the end.
+  using Source = std::function<std::size_t(char* buffer, std::size_t size)>;
+
+  enum class Row { good, defective, end };
+
+  /// A row longer than this is an error: whatever it is, it is not text of readings.
+  static constexpr std::size_t longest_row = 1U << 20U;
+
+  /// Reads the header.
+  ///
+  /// @param source  where the bytes come from.
+  /// @param path    the file's name for messages.
+  /// @throws DataError  if the text is empty, is UTF-16 or binary, or a column's name is empty or
+  ///                    there twice.
+  CsvReader(Source source, std::string path);
+
+  /// @return the columns' names.
+  [[nodiscard]] const std::vector<std::string>& header() const { return header_; }
+
+  /// @return the header as it stands in the file, without its line end.
+  [[nodiscard]] const std::string& header_text() const { return header_text_; }
+
+  /// @return the position of a column, or nothing if there is none of that name.
+  [[nodiscard]] std::optional<std::size_t> column(std::string_view name) const;
+
+  /// Goes on to the next row.
+  ///
+  /// A row with the wrong number of cells, a quote that is not closed, text behind a closing quote
+  /// or a NUL byte is `defective`: defect() says why, text() is the row (of an open quote its first
+  /// line), and the next call goes on behind it.
+  /// @throws DataError  if reading fails or a line is longer than longest_row.
+  Row next();
+
+  /// @return the cells of a good row, unquoted; valid until next().
+  [[nodiscard]] std::span<const std::string_view> cells() const { return cells_; }
+
+  /// @return the row as it stands in the file, without its line end; valid until next().
+  [[nodiscard]] std::string_view text() const { return text_; }
+
+  /// @return how many cells the row has, also when that is not what the header says.
+  [[nodiscard]] std::size_t cell_count() const { return cells_.size(); }
+
+  /// @return what is wrong with a defective row.
+  [[nodiscard]] const std::string& defect() const { return defect_; }
+
+  /// @return the line on which the row starts, counted from 1.
+  [[nodiscard]] std::size_t line() const { return line_; }
+
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  bool find_line_end(std::size_t from, std::size_t& end);
+  bool next_content_line();
+  bool split_plain();
+  bool split_quoted();
+  void read_header();
+
+  Source source_;
+  std::string path_;
+  std::vector<char> buffer_;
+  std::size_t begin_ = 0;     // of what is not yet consumed
+  std::size_t filled_ = 0;    // end of the bytes in buffer_
+  std::size_t row_end_ = 0;   // end of the row's text
+  std::size_t consumed_ = 0;  // where the next row starts
+  bool at_end_ = false;
+  std::size_t line_ = 0;
+  std::size_t next_line_ = 1;
+  std::vector<std::string> header_;
+  std::string header_text_;
+  std::string_view text_;
+  std::vector<std::string_view> cells_;
+  std::string unquoted_;                                     // the cells of a row with quotes
+  std::vector<std::pair<std::size_t, std::size_t>> pieces_;  // their places in unquoted_
+  std::string defect_;
+};
+
+/// @return the text as a cell: in quotes where it holds a comma, a quote or a line end.
+[[nodiscard]] std::string csv_cell(const std::string& text);
+
+/// @return whether the text is well-formed UTF-8.
+[[nodiscard]] bool is_utf8(std::string_view text) noexcept;
+
+}  // namespace axiscal

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace axiscal {
+
+/// Everything that the library throws.
+class Error : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// An argument outside its documented range; the message names function, value and range.
+class DomainError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// A file that is missing, unreadable or malformed; the message starts with the place in it.
+class DataError : public Error {
+ public:
+  /// Message `PATH: what`.
+  DataError(std::string_view path, std::string_view what);
+
+  /// Message `PATH:LINE: what`; lines are counted from 1, header and comments included.
+  DataError(std::string_view path, std::size_t line, std::string_view what);
+
+  /// Message `PATH: POINTER: what`, for a value in a JSON file (RFC 6901); the whole file is `/`.
+  DataError(std::string_view path, std::string_view pointer, std::string_view what);
+};
+
+/// A result that could not be stored: disk full, folder missing, no permission.
+class OutputError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// The reader of our output has gone away (`| head`); no failure of ours.
+class ClosedPipe : public OutputError {
+ public:
+  using OutputError::OutputError;
+};
+
+/// Readings that were understood but from which no result follows: too few, no opposites, ...
+class RefusedError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// The design does not determine the parameters.
+class RankDeficientError : public RefusedError {
+ public:
+  /// @param what          the message; it should say what to add.
+  /// @param undetermined  names of the parameters that the data leave open.
+  RankDeficientError(const std::string& what, std::vector<std::string> undetermined)
+      : RefusedError(what), undetermined_(std::move(undetermined)) {}
+
+  [[nodiscard]] const std::vector<std::string>& undetermined() const { return undetermined_; }
+
+ private:
+  std::vector<std::string> undetermined_;
+};
+
+}  // namespace axiscal

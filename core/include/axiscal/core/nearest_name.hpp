@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace axiscal {
+
+/// The known name that a mistyped one is most like.
+///
+/// @return the candidate with the fewest edits (insert, delete, replace, swap of neighbours, case
+///         not counted), or "" where none is within a third of the name's length.
+[[nodiscard]] std::string_view nearest_name(std::string_view name,
+                                            std::span<const std::string_view> candidates);
+
+/// @return "; did you mean 'NAME'?" for nearest_name(), or "" where nothing is near.
+[[nodiscard]] std::string did_you_mean(std::string_view name,
+                                       std::span<const std::string_view> candidates);
+
+}  // namespace axiscal

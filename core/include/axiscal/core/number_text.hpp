@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace axiscal {
+
+/// Reads a whole text as one finite number; '.' is the decimal point whatever the locale.
+///
+/// @param text  e.g. "1.5", "+2e-3"; no blanks, nothing behind the number.
+/// @return the nearest double, or nothing if the text is no finite number.
+[[nodiscard]] std::optional<double> parse_number(std::string_view text) noexcept;
+
+/// As parse_number(), for whole numbers that an int holds.
+[[nodiscard]] std::optional<int> parse_integer(std::string_view text) noexcept;
+
+/// Numbers parted by commas: "0.001,-0.002"; blanks around a number are allowed.
+///
+/// @return the numbers, or nothing if one of them is no finite number.
+[[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text);
+
+/// Room that write_number() needs at most.
+inline constexpr std::size_t number_text_size = 32;
+
+/// Writes the shortest text that reads back to the same double; -0 is written as 0.
+///
+/// @param first  room for at least number_text_size characters.
+/// @param value  a finite number.
+/// @return one past the last character written.
+char* write_number(char* first, double value) noexcept;
+
+/// @return the shortest text that reads back to the same double.
+[[nodiscard]] std::string number_text(double value);
+
+/// @return `text` without blanks and tabs at both ends.
+[[nodiscard]] std::string_view trimmed(std::string_view text) noexcept;
+
+/// @return the parts of `text` between the separators, trimmed; one part where there is none.
+[[nodiscard]] std::vector<std::string_view> split(std::string_view text, char separator);
+
+/// @return the parts in one line, with `separator` between them.
+[[nodiscard]] std::string joined(const std::vector<std::string>& parts,
+                                 std::string_view separator = ", ");
+
+}  // namespace axiscal

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace axiscal {
+
+/// A file that is replaced whole or left as it was.
+///
+/// A regular file is written beside its place under a temporary name; commit() flushes it to the
+/// disk and renames it. A link is followed. Without commit() nothing changes. What is no regular
+/// file (`/dev/null`, a pipe) and the path `-`, standard output, are written to directly.
+class OutputFile {
+ public:
+  enum class Mode {
+    replace_whole,  ///< as described above
+    direct,         ///< the file itself is emptied and written as we go, for endless output
+  };
+
+  /// @throws OutputError  if the folder is missing or cannot be written to.
+  explicit OutputFile(std::string path, Mode mode = Mode::replace_whole);
+  ~OutputFile();
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  /// @throws OutputError  if the disk is full or the like; ClosedPipe if nobody reads any more.
+  void write(std::string_view text);
+
+  /// Puts the file into its place; nothing can be written after it.
+  /// @throws OutputError  as write().
+  void commit();
+
+ private:
+  [[noreturn]] void fail(std::string_view action) const;
+  void open_beside(const std::string& target);
+
+  std::string path_;
+  std::string target_;     // path_ with links followed; empty when written to directly
+  std::string temporary_;  // beside target_; empty when there is none
+  int descriptor_ = -1;
+};
+
+/// Writes a file at one go, whole or not at all.
+/// @throws OutputError  as OutputFile.
+void write_whole_file(const std::string& path, std::string_view content);
+
+/// Removes the temporary files of unfinished OutputFiles; may be called from a signal handler.
+void remove_unfinished_output() noexcept;
+
+}  // namespace axiscal

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <random>
+#include <span>
+#include <utility>
+
+namespace axiscal {
+
+/// Random numbers that are the same on every machine for the same seed.
+///
+/// The engine is std::mt19937_64, whose output the standard fixes; its distributions it does not
+/// fix, so these are our own: normals by Box and Muller, integers by rejection.
+class RandomStream {
+ public:
+  /// @param seed    any number; the same seed gives the same stream.
+  /// @param stream  streams of one seed with different numbers are independent.
+  explicit RandomStream(std::uint64_t seed, std::uint32_t stream = 0);
+
+  /// @return uniform in (0, 1), never 0.
+  double uniform();
+
+  /// @return normal, mean 0, standard deviation 1.
+  double normal();
+
+  /// @return uniform in 0 .. count - 1; count must not be 0.
+  std::size_t index(std::size_t count);
+
+  /// Puts the items into random order (Fisher and Yates).
+  template <typename Item>
+  void shuffle(std::span<Item> items) {
+    for (std::size_t left = items.size(); left > 1; --left) {
+      std::swap(items[left - 1], items[index(left)]);
+    }
+  }
+
+ private:
+  std::mt19937_64 engine_;
+  std::optional<double> spare_normal_;
+};
+
+}  // namespace axiscal

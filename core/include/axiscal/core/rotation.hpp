@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// @return whether `R` is orthogonal to `tolerance` (largest entry of R^T R - 1) and det R > 0.
+[[nodiscard]] bool is_rotation(const Eigen::Matrix3d& R, double tolerance = 1e-9);
+
+/// The smallest rotation that takes one direction to another: `to = R from`, both normalised.
+///
+/// @param from  any non-zero vector, any frame.
+/// @param to    any non-zero vector in the same frame; not opposite to `from`.
+/// @return R, 3 x 3; the axis is from x to, so that nothing turns about the direction itself.
+/// @throws DomainError  if a vector is zero or not finite, or the two are opposite.
+/// @par Source
+/// Rodrigues' formula with cos and sin taken from the dot and cross products.
+[[nodiscard]] Eigen::Matrix3d smallest_rotation(const Eigen::Vector3d& from,
+                                                const Eigen::Vector3d& to);
+
+/// Rotation from the local horizon to a level table whose fence lies at an azimuth (METHOD 2).
+///
+/// @param fence_azimuth_rad  azimuth of the table's y axis, clockwise from north [rad].
+/// @return rotation_table_from_enu; 1 with the fence to the north.
+/// @throws DomainError  if the azimuth is not finite.
+[[nodiscard]] Eigen::Matrix3d rotation_table_from_enu(double fence_azimuth_rad);
+
+/// Two unit vectors square to a direction and to each other: the tangents in which it can change.
+///
+/// @param direction  any non-zero vector.
+/// @return 3 x 2; its columns and the direction, in this order, are right-handed.
+/// @throws DomainError  if the direction is zero or not finite.
+[[nodiscard]] Eigen::Matrix<double, 3, 2> tangents_of(const Eigen::Vector3d& direction);
+
+}  // namespace axiscal

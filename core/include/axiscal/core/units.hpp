@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <numbers>
+
+namespace axiscal {
+
+/// Conversion constants, named unit_per_unit: `angle_rad = angle_deg * rad_per_deg`.
+inline constexpr double rad_per_deg = std::numbers::pi / 180.0;
+inline constexpr double deg_per_rad = 180.0 / std::numbers::pi;
+
+}  // namespace axiscal

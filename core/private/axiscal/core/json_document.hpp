@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+#include <nlohmann/json.hpp>
+
+namespace axiscal {
+
+using Json = nlohmann::ordered_json;
+
+/// A value in a JSON file together with its place, so that every complaint says where.
+///
+/// All accessors throw DataError `PATH: /json/pointer: ...` when the value is not what they want.
+class JsonValue {
+ public:
+  JsonValue(std::shared_ptr<const Json> document,
+            const Json* value,
+            std::string path,
+            std::string pointer)
+      : document_(std::move(document)),
+        value_(value),
+        path_(std::move(path)),
+        pointer_(std::move(pointer)) {}
+
+  [[nodiscard]] JsonValue at(std::string_view key) const;  ///< a needed member
+  [[nodiscard]] std::optional<JsonValue> find(
+      std::string_view key) const;                        ///< absent or null: none
+  [[nodiscard]] std::vector<JsonValue> elements() const;  ///< of an array
+  [[nodiscard]] double number() const;
+  [[nodiscard]] double number_or_nan() const;  ///< null is NaN
+  [[nodiscard]] int integer() const;
+  [[nodiscard]] bool boolean() const;
+  [[nodiscard]] std::string text() const;
+  [[nodiscard]] bool is_array() const { return value_->is_array(); }
+  [[nodiscard]] bool is_text() const { return value_->is_string(); }
+  [[nodiscard]] Eigen::VectorXd vector(std::optional<Eigen::Index> size = {}) const;  ///< finite
+  [[nodiscard]] Eigen::VectorXd vector_or_nan(std::optional<Eigen::Index> size = {}) const;
+  [[nodiscard]] Eigen::MatrixXd matrix(Eigen::Index rows, Eigen::Index columns) const;  ///< finite
+  [[nodiscard]] Eigen::MatrixXd matrix_or_nan(Eigen::Index rows, Eigen::Index columns) const;
+  [[nodiscard]] std::vector<std::string> texts() const;
+
+  /// Every member's name must be one of these; else the nearest one is suggested.
+  void allow_keys(std::span<const std::string_view> keys) const;
+
+  /// Checks `format` and `version` (only 1 is known).
+  void require_format(std::string_view format) const;
+
+  [[noreturn]] void fail(std::string_view what) const;
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  [[nodiscard]] JsonValue child(const Json& value, std::string_view name) const;
+  [[nodiscard]] Eigen::VectorXd numbers(std::optional<Eigen::Index> size, bool null_is_nan) const;
+  [[nodiscard]] Eigen::MatrixXd grid(Eigen::Index rows,
+                                     Eigen::Index columns,
+                                     bool null_is_nan) const;
+
+  std::shared_ptr<const Json> document_;
+  const Json* value_;
+  std::string path_;
+  std::string pointer_;
+};
+
+/// @throws DataError  `PATH:LINE: ...` if the text is no JSON.
+[[nodiscard]] JsonValue parse_json(std::string_view text, std::string path);
+
+/// @return the value as text to read: members on lines of their own, arrays of numbers on one,
+///         doubles as the shortest text that reads back, NaN as null; ends with a line feed.
+[[nodiscard]] std::string json_text(const Json& value);
+
+[[nodiscard]] Json json_from(const Eigen::Ref<const Eigen::VectorXd>& vector);
+[[nodiscard]] Json json_from_matrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
+
+}  // namespace axiscal

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/core/csv_reader.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::size_t block_size = 1U << 18U;
+
+bool is_blank(std::string_view text) {
+  return text.find_first_not_of(" \t\r") == std::string_view::npos;
+}
+
+}  // namespace
+
+std::string csv_cell(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) {
+    return text;
+  }
+  std::string cell = "\"";
+  for (const char c : text) {
+    cell += c == '"' ? "\"\"" : std::string(1, c);
+  }
+  return cell + '"';
+}
+
+bool is_utf8(std::string_view text) noexcept {
+  std::size_t i = 0;
+  while (i < text.size()) {
+    std::uint64_t eight = 0;
+    if (i + sizeof eight <= text.size()) {
+      std::memcpy(&eight, text.data() + i, sizeof eight);
+      if ((eight & 0x8080808080808080U) == 0) {
+        i += sizeof eight;
+        continue;
+      }
+    }
+    const auto byte = [&](std::size_t at) { return static_cast<unsigned char>(text[at]); };
+    const unsigned lead = byte(i);
+    const std::size_t length = lead < 0x80                    ? 1
+                               : lead >= 0xC2 && lead <= 0xDF ? 2
+                               : lead >= 0xE0 && lead <= 0xEF ? 3
+                               : lead >= 0xF0 && lead <= 0xF4 ? 4
+                                                              : 0;
+    if (length == 0 || i + length > text.size()) {
+      return false;
+    }
+    for (std::size_t k = 1; k < length; ++k) {
+      if ((byte(i + k) & 0xC0U) != 0x80U) {
+        return false;
+      }
+    }
+    // Overlong forms, surrogates and what lies beyond U+10FFFF.
+    if ((lead == 0xE0 && byte(i + 1) < 0xA0) || (lead == 0xED && byte(i + 1) > 0x9F) ||
+        (lead == 0xF0 && byte(i + 1) < 0x90) || (lead == 0xF4 && byte(i + 1) > 0x8F)) {
+      return false;
+    }
+    i += length;
+  }
+  return true;
+}
+
+CsvReader::CsvReader(Source source, std::string path)
+    : source_(std::move(source)), path_(std::move(path)), buffer_(block_size) {
+  read_header();
+}
+
+std::optional<std::size_t> CsvReader::column(std::string_view name) const {
+  const auto found = std::find(header_.begin(), header_.end(), name);
+  if (found == header_.end()) {
+    return std::nullopt;
+  }
+  return static_cast<std::size_t>(found - header_.begin());
+}
+
+// Looks for the end of the line that holds `from`; fills the buffer as needed. Offsets count from
+// begin_, which moves to the front of the buffer when more must be read.
+bool CsvReader::find_line_end(std::size_t from, std::size_t& end) {
+  std::size_t searched = from;
+  for (;;) {
+    const char* start = buffer_.data() + begin_ + searched;
+    const std::size_t available = filled_ - begin_ - searched;
+    const void* newline = available == 0 ? nullptr : std::memchr(start, '\n', available);
+    if (newline != nullptr) {
+      end = static_cast<std::size_t>(static_cast<const char*>(newline) - buffer_.data()) - begin_;
+      return true;
+    }
+    searched += available;
+    if (at_end_) {
+      end = searched;
+      return searched > from;
+    }
+    if (searched > longest_row) {
+      throw DataError(path_, next_line_, "a row of more than 1 MiB: is this a text file?");
+    }
+    if (begin_ > 0) {
+      std::memmove(buffer_.data(), buffer_.data() + begin_, filled_ - begin_);
+      filled_ -= begin_;
+      begin_ = 0;
+    }
+    if (filled_ == buffer_.size()) {
+      buffer_.resize(2 * buffer_.size());
+    }
+    const std::size_t count = source_(buffer_.data() + filled_, buffer_.size() - filled_);
+    filled_ += count;
+    at_end_ = count == 0;
+  }
+}
+
+// Sets text_ to the next line that is neither empty nor a comment.
+bool CsvReader::next_content_line() {
+  for (;;) {
+    begin_ += consumed_;
+    consumed_ = 0;
+    if (!find_line_end(0, row_end_)) {
+      return false;
+    }
+    line_ = next_line_++;
+    consumed_ = std::min(row_end_ + 1, filled_ - begin_);
+    text_ = std::string_view(buffer_.data() + begin_, row_end_);
+    if (!text_.empty() && text_.back() == '\r') {
+      text_.remove_suffix(1);
+    }
+    if (!text_.empty() && text_.front() != '#' && !is_blank(text_)) {
+      return true;
+    }
+  }
+}
+
+bool CsvReader::split_plain() {
+  cells_.clear();
+  std::string_view rest = text_;
+  for (;;) {
+    const std::size_t comma = rest.find(',');
+    cells_.push_back(trimmed(rest.substr(0, comma)));
+    if (comma == std::string_view::npos) {
+      return true;
+    }
+    rest.remove_prefix(comma + 1);
+  }
+}
+
+// Rows with quotes; they may go on over several lines.
+bool CsvReader::split_quoted() {
+  const std::size_t first_line_end = row_end_;
+  const std::size_t first_consumed = consumed_;
+  const std::size_t first_next_line = next_line_;
+  const auto give_up = [&](std::string_view reason) {
+    row_end_ = first_line_end;
+    consumed_ = first_consumed;
+    next_line_ = first_next_line;
+    defect_ = reason;
+    text_ = std::string_view(buffer_.data() + begin_, row_end_);
+    if (!text_.empty() && text_.back() == '\r') {
+      text_.remove_suffix(1);
+    }
+    split_plain();
+    return false;
+  };
+  pieces_.clear();
+  unquoted_.clear();
+  std::size_t i = 0;
+  for (;;) {
+    const auto at = [&](std::size_t k) { return buffer_[begin_ + k]; };
+    const std::size_t piece = unquoted_.size();
+    while (i < row_end_ && (at(i) == ' ' || at(i) == '\t')) {
+      ++i;
+    }
+    if (i < row_end_ && at(i) == '"') {
+      ++i;
+      for (;;) {
+        if (i == row_end_) {  // the cell goes on in the next line
+          std::size_t longer = 0;
+          if (row_end_ > longest_row || !find_line_end(row_end_ + 1, longer)) {
+            return give_up("a quote is opened and not closed");
+          }
+          row_end_ = longer;
+          consumed_ = std::min(row_end_ + 1, filled_ - begin_);
+          ++next_line_;
+          unquoted_ += '\n';
+          ++i;
+          continue;
+        }
+        if (at(i) != '"') {
+          unquoted_ += at(i++);
+        } else if (i + 1 < row_end_ && at(i + 1) == '"') {
+          unquoted_ += '"';
+          i += 2;
+        } else {
+          ++i;
+          break;
+        }
+      }
+      while (i < row_end_ && (at(i) == ' ' || at(i) == '\t' || at(i) == '\r')) {
+        ++i;
+      }
+      if (i < row_end_ && at(i) != ',') {
+        return give_up("text behind a closing quote");
+      }
+      pieces_.emplace_back(piece, unquoted_.size() - piece);
+    } else {
+      while (i < row_end_ && at(i) != ',') {
+        unquoted_ += at(i++);
+      }
+      std::string_view cell(unquoted_.data() + piece, unquoted_.size() - piece);
+      if (!cell.empty() && cell.back() == '\r' && i == row_end_) {
+        cell.remove_suffix(1);
+      }
+      pieces_.emplace_back(piece, trimmed(cell).size());
+    }
+    if (i == row_end_) {
+      break;
+    }
+    ++i;  // the comma
+  }
+  cells_.clear();
+  for (const auto& [start, length] : pieces_) {
+    cells_.emplace_back(unquoted_.data() + start, length);
+  }
+  text_ = std::string_view(buffer_.data() + begin_, row_end_);
+  if (!text_.empty() && text_.back() == '\r') {
+    text_.remove_suffix(1);
+  }
+  return true;
+}
+
+CsvReader::Row CsvReader::next() {
+  if (!next_content_line()) {
+    text_ = {};
+    cells_.clear();
+    return Row::end;
+  }
+  if (std::memchr(text_.data(), '\0', text_.size()) != nullptr) {
+    split_plain();
+    defect_ = "a NUL byte: the file is damaged or not a text file";
+    return Row::defective;
+  }
+  const bool quoted = std::memchr(text_.data(), '"', text_.size()) != nullptr;
+  if (!(quoted ? split_quoted() : split_plain())) {
+    return Row::defective;
+  }
+  if (cells_.size() != header_.size() && !header_.empty()) {
+    defect_ = "the row has " + std::to_string(cells_.size()) + " cells, the header " +
+              std::to_string(header_.size());
+    return Row::defective;
+  }
+  return Row::good;
+}
+
+void CsvReader::read_header() {
+  std::size_t end = 0;
+  const bool any = find_line_end(0, end);
+  const std::string_view start(buffer_.data(), any ? std::min<std::size_t>(end + 1, filled_) : 0);
+  if (start.starts_with("\xFF\xFE") || start.starts_with("\xFE\xFF")) {
+    throw DataError(path_, 1, "UTF-16 text: save the file as UTF-8");
+  }
+  if (start.starts_with("\xEF\xBB\xBF")) {
+    begin_ = 3;
+  }
+  const Row row = any ? next() : Row::end;
+  if (row == Row::end) {
+    throw DataError(path_, 1, "the file is empty: a header row and readings are needed");
+  }
+  if (!is_utf8(text_) || text_.find('\0') != std::string_view::npos) {
+    throw DataError(path_, line_, "not UTF-8 text: save the table as CSV in UTF-8");
+  }
+  if (row == Row::defective) {
+    throw DataError(path_, line_, defect_);
+  }
+  header_text_ = text_;
+  header_.assign(cells_.begin(), cells_.end());
+  for (std::size_t i = 0; i < header_.size(); ++i) {
+    if (header_[i].empty() && header_.size() > 1) {
+      throw DataError(path_, line_, "column " + std::to_string(i + 1) + " has no name");
+    }
+    if (std::find(header_.begin(), header_.begin() + static_cast<std::ptrdiff_t>(i), header_[i]) !=
+        header_.begin() + static_cast<std::ptrdiff_t>(i)) {
+      throw DataError(path_, line_, "column '" + header_[i] + "': is there twice");
+    }
+  }
+}
+
+}  // namespace axiscal

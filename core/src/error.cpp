@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/core/error.hpp"
+
+#include "axiscal/core/version.hpp"
+
+namespace axiscal {
+
+DataError::DataError(std::string_view path, std::string_view what)
+    : Error(std::string(path) + ": " + std::string(what)) {}
+
+DataError::DataError(std::string_view path, std::size_t line, std::string_view what)
+    : Error(std::string(path) + ":" + std::to_string(line) + ": " + std::string(what)) {}
+
+DataError::DataError(std::string_view path, std::string_view pointer, std::string_view what)
+    : Error(std::string(path) + ": " + (pointer.empty() ? "/" : std::string(pointer)) + ": " +
+            std::string(what)) {}
+
+std::string_view software_name() {
+  return "axiscal " AXISCAL_VERSION;
+}
+
+}  // namespace axiscal

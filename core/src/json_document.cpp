@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/core/json_document.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/nearest_name.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+bool is_scalar_array(const Json& value) {
+  return std::none_of(value.begin(), value.end(),
+                      [](const Json& element) { return element.is_structured(); });
+}
+
+void append_scalar(std::string& out, const Json& value) {
+  if (value.is_number_float()) {
+    const double number = value.get<double>();
+    out += std::isfinite(number) ? number_text(number) : "null";
+  } else {
+    out += value.dump(-1, ' ', false, Json::error_handler_t::replace);
+  }
+}
+
+void append(std::string& out, const Json& value, std::size_t indent) {
+  if (!value.is_structured()) {
+    append_scalar(out, value);
+    return;
+  }
+  const bool object = value.is_object();
+  if (value.empty() || (!object && is_scalar_array(value))) {
+    out += object ? '{' : '[';
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      out += i == 0 ? "" : ", ";
+      append_scalar(out, value[i]);
+    }
+    out += object ? '}' : ']';
+    return;
+  }
+  out += object ? "{\n" : "[\n";
+  bool first = true;
+  for (const auto& item : value.items()) {
+    out += first ? "" : ",\n";
+    first = false;
+    out.append(indent + 2, ' ');
+    if (object) {
+      out += Json(item.key()).dump(-1, ' ', false, Json::error_handler_t::replace) + ": ";
+    }
+    append(out, item.value(), indent + 2);
+  }
+  out += '\n';
+  out.append(indent, ' ');
+  out += object ? '}' : ']';
+}
+
+}  // namespace
+
+JsonValue JsonValue::child(const Json& value, std::string_view name) const {
+  std::string step;
+  for (const char c : name) {
+    step += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
+  }
+  return {document_, &value, path_, pointer_ + "/" + step};
+}
+
+std::optional<JsonValue> JsonValue::find(std::string_view key) const {
+  if (!value_->is_object()) {
+    fail("must be an object");
+  }
+  const auto found = value_->find(std::string(key));
+  if (found == value_->end() || found->is_null()) {
+    return std::nullopt;
+  }
+  return child(*found, key);
+}
+
+JsonValue JsonValue::at(std::string_view key) const {
+  std::optional<JsonValue> value = find(key);
+  if (!value) {
+    child(*value_, key).fail("is missing");
+  }
+  return *value;
+}
+
+std::vector<JsonValue> JsonValue::elements() const {
+  if (!value_->is_array()) {
+    fail("must be a list");
+  }
+  std::vector<JsonValue> values;
+  values.reserve(value_->size());
+  for (std::size_t i = 0; i < value_->size(); ++i) {
+    values.push_back(child((*value_)[i], std::to_string(i)));
+  }
+  return values;
+}
+
+double JsonValue::number() const {
+  if (!value_->is_number()) {
+    fail("must be a number");
+  }
+  const double number = value_->get<double>();
+  if (!std::isfinite(number)) {
+    fail("must be a finite number");
+  }
+  return number;
+}
+
+double JsonValue::number_or_nan() const {
+  return value_->is_null() ? std::numeric_limits<double>::quiet_NaN() : number();
+}
+
+int JsonValue::integer() const {
+  const double value = number();
+  if (value != std::floor(value) || std::abs(value) > std::numeric_limits<int>::max()) {
+    fail("must be a whole number");
+  }
+  return static_cast<int>(value);
+}
+
+bool JsonValue::boolean() const {
+  if (!value_->is_boolean()) {
+    fail("must be true or false");
+  }
+  return value_->get<bool>();
+}
+
+std::string JsonValue::text() const {
+  if (!value_->is_string()) {
+    fail("must be a text");
+  }
+  return value_->get<std::string>();
+}
+
+std::vector<std::string> JsonValue::texts() const {
+  std::vector<std::string> texts;
+  for (const JsonValue& element : elements()) {
+    texts.push_back(element.text());
+  }
+  return texts;
+}
+
+Eigen::VectorXd JsonValue::numbers(std::optional<Eigen::Index> size, bool null_is_nan) const {
+  const std::vector<JsonValue> values = elements();
+  const auto count = static_cast<Eigen::Index>(values.size());
+  if (size && *size != count) {
+    fail("must have " + std::to_string(*size) + " numbers, not " + std::to_string(count));
+  }
+  Eigen::VectorXd numbers(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const JsonValue& value = values[static_cast<std::size_t>(i)];
+    numbers(i) = null_is_nan ? value.number_or_nan() : value.number();
+  }
+  return numbers;
+}
+
+Eigen::MatrixXd JsonValue::grid(Eigen::Index rows, Eigen::Index columns, bool null_is_nan) const {
+  const std::vector<JsonValue> values = elements();
+  if (static_cast<Eigen::Index>(values.size()) != rows) {
+    fail("must have " + std::to_string(rows) + " rows, not " + std::to_string(values.size()));
+  }
+  Eigen::MatrixXd matrix(rows, columns);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    matrix.row(i) = values[static_cast<std::size_t>(i)].numbers(columns, null_is_nan);
+  }
+  return matrix;
+}
+
+Eigen::VectorXd JsonValue::vector(std::optional<Eigen::Index> size) const {
+  return numbers(size, false);
+}
+
+Eigen::VectorXd JsonValue::vector_or_nan(std::optional<Eigen::Index> size) const {
+  return numbers(size, true);
+}
+
+Eigen::MatrixXd JsonValue::matrix(Eigen::Index rows, Eigen::Index columns) const {
+  return grid(rows, columns, false);
+}
+
+Eigen::MatrixXd JsonValue::matrix_or_nan(Eigen::Index rows, Eigen::Index columns) const {
+  return grid(rows, columns, true);
+}
+
+void JsonValue::allow_keys(std::span<const std::string_view> keys) const {
+  if (!value_->is_object()) {
+    fail("must be an object");
+  }
+  for (const auto& item : value_->items()) {
+    if (std::find(keys.begin(), keys.end(), item.key()) == keys.end()) {
+      child(item.value(), item.key()).fail("unknown key" + did_you_mean(item.key(), keys));
+    }
+  }
+}
+
+void JsonValue::require_format(std::string_view format) const {
+  const JsonValue stated = at("format");
+  if (stated.text() != format) {
+    stated.fail("must be \"" + std::string(format) + "\", not \"" + stated.text() + "\"");
+  }
+  const JsonValue version = at("version");
+  const int number = version.integer();
+  if (number != 1) {
+    version.fail("version " + std::to_string(number) + " is not known to this program, only 1" +
+                 (number > 1 ? "; a newer axiscal has written it" : ""));
+  }
+}
+
+void JsonValue::fail(std::string_view what) const {
+  throw DataError(path_, pointer_, what);
+}
+
+JsonValue parse_json(std::string_view text, std::string path) {
+  if (text.starts_with("\xEF\xBB\xBF")) {
+    text.remove_prefix(3);
+  }
+  try {
+    auto document = std::make_shared<const Json>(Json::parse(text.begin(), text.end()));
+    const Json* root = document.get();
+    return {std::move(document), root, std::move(path), ""};
+  } catch (const Json::parse_error& error) {
+    const std::string_view before = text.substr(0, error.byte == 0 ? 0 : error.byte - 1);
+    const auto line = 1 + static_cast<std::size_t>(std::count(before.begin(), before.end(), '\n'));
+    std::string_view reason = error.what();
+    const std::size_t colon = reason.find(": ");  // behind "[json.exception...] ... column N"
+    reason.remove_prefix(colon == std::string_view::npos ? 0 : colon + 2);
+    throw DataError(path, line, "not valid JSON: " + std::string(reason));
+  } catch (const Json::exception& error) {
+    throw DataError(path, std::string("not usable as JSON: ") + error.what());
+  }
+}
+
+std::string json_text(const Json& value) {
+  std::string out;
+  append(out, value, 0);
+  out += '\n';
+  return out;
+}
+
+Json json_from(const Eigen::Ref<const Eigen::VectorXd>& vector) {
+  Json list = Json::array();
+  for (const double number : vector) {
+    list.push_back(number);
+  }
+  return list;
+}
+
+Json json_from_matrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    rows.push_back(json_from(matrix.row(i).transpose()));
+  }
+  return rows;
+}
+
+}  // namespace axiscal

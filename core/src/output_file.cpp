@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/core/output_file.hpp"
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <utility>
+
+#include <climits>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "axiscal/core/error.hpp"
+
+namespace axiscal {
+namespace {
+
+// The temporary file that a signal handler must remove. One at a time is all that the command has.
+std::array<char, PATH_MAX> unfinished_path;
+std::atomic<bool> unfinished = false;
+
+void announce_unfinished(const std::string& path) {
+  if (path.size() < unfinished_path.size() && !unfinished) {
+    std::memcpy(unfinished_path.data(), path.c_str(), path.size() + 1);
+    unfinished = true;
+  }
+}
+
+void withdraw_unfinished(const std::string& path) {
+  if (unfinished && path == unfinished_path.data()) {
+    unfinished = false;
+  }
+}
+
+// Where a chain of links ends, whether or not a file is there yet.
+std::string followed(std::string path) {
+  for (int links = 0; links < 40; ++links) {
+    std::array<char, PATH_MAX> text{};
+    const ssize_t length = ::readlink(path.c_str(), text.data(), text.size() - 1);
+    if (length < 0) {
+      return path;
+    }
+    const std::string link(text.data(), static_cast<std::size_t>(length));
+    const std::size_t slash = path.rfind('/');
+    path = link.starts_with('/') || slash == std::string::npos ? link
+                                                               : path.substr(0, slash + 1) + link;
+  }
+  return path;
+}
+
+mode_t permissions_of_new_files() {
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  return 0666U & ~mask;
+}
+
+}  // namespace
+
+OutputFile::OutputFile(std::string path, Mode mode) : path_(std::move(path)) {
+  if (path_ == "-") {
+    descriptor_ = STDOUT_FILENO;
+    return;
+  }
+  struct stat status {};
+  const bool exists = ::stat(path_.c_str(), &status) == 0;
+  if (exists && S_ISDIR(status.st_mode)) {
+    errno = EISDIR;
+    fail("cannot be written");
+  }
+  if (mode == Mode::direct || (exists && !S_ISREG(status.st_mode))) {
+    descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) {
+      fail("cannot be written");
+    }
+    return;
+  }
+  open_beside(followed(path_));
+  ::fchmod(descriptor_, exists ? status.st_mode & 07777U : permissions_of_new_files());
+}
+
+void OutputFile::open_beside(const std::string& target) {
+  std::string name = target + ".XXXXXX";
+  descriptor_ = ::mkostemp(name.data(), O_CLOEXEC);
+  if (descriptor_ < 0) {
+    fail(errno == ENOENT ? "cannot be written: is its folder there?" : "cannot be written");
+  }
+  target_ = target;
+  temporary_ = name;
+  announce_unfinished(temporary_);
+}
+
+OutputFile::~OutputFile() {
+  if (descriptor_ > STDERR_FILENO) {
+    ::close(descriptor_);
+  }
+  if (!temporary_.empty()) {
+    ::unlink(temporary_.c_str());
+    withdraw_unfinished(temporary_);
+  }
+}
+
+void OutputFile::fail(std::string_view action) const {
+  const int reason = errno;
+  const std::string name = path_ == "-" ? "standard output" : path_;
+  if (reason == EPIPE) {
+    throw ClosedPipe(name + ": closed by its reader");
+  }
+  throw OutputError(name + ": " + std::string(action) + " (" + std::strerror(reason) + ")");
+}
+
+void OutputFile::write(std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t count = ::write(descriptor_, text.data(), text.size());
+    if (count < 0 && errno == EINTR) {
+      continue;
+    }
+    if (count < 0) {
+      fail("cannot be written");
+    }
+    text.remove_prefix(static_cast<std::size_t>(count));
+  }
+}
+
+void OutputFile::commit() {
+  if (temporary_.empty()) {
+    return;
+  }
+  if (::fsync(descriptor_) != 0) {
+    fail("cannot be written to the disk");
+  }
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
+    fail("cannot be put into its place");
+  }
+  withdraw_unfinished(temporary_);
+  temporary_.clear();
+}
+
+void write_whole_file(const std::string& path, std::string_view content) {
+  OutputFile file(path);
+  file.write(content);
+  file.commit();
+}
+
+void remove_unfinished_output() noexcept {
+  if (unfinished) {
+    ::unlink(unfinished_path.data());
+  }
+}
+
+}  // namespace axiscal

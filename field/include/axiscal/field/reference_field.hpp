@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string_view>
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// What the world offers to calibrate against: a known vector at a site.
+///
+/// Any field whose direction is fixed in the room will do. Derive from this class to calibrate
+/// against a field of your own: a calibration asks for nothing but these functions.
+class ReferenceField {
+ public:
+  ReferenceField() = default;
+  virtual ~ReferenceField() = default;
+
+  /// @return the field [unit()], frame enu (east, north, up at the site).
+  [[nodiscard]] virtual Eigen::Vector3d value_in_enu() const = 0;
+
+  /// @return the unit of value_in_enu(), e.g. "m/s^2"; it becomes part of the record.
+  [[nodiscard]] virtual std::string_view unit() const = 0;
+
+  /// @return the kind of field as records name it, e.g. "gravity".
+  [[nodiscard]] virtual std::string_view kind() const = 0;
+
+  /// @return length of value_in_enu() [unit()].
+  [[nodiscard]] virtual double magnitude() const { return value_in_enu().norm(); }
+
+ protected:
+  ReferenceField(const ReferenceField&) = default;
+  ReferenceField(ReferenceField&&) = default;
+  ReferenceField& operator=(const ReferenceField&) = default;
+  ReferenceField& operator=(ReferenceField&&) = default;
+};
+
+}  // namespace axiscal

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace axiscal {
+
+/// A place on or above the Earth. Latitude and longitude are the one exception to radians.
+struct Site {
+  double latitude_deg = 0.0;   ///< geodetic, WGS 84, north positive [degree], -90 to 90
+  double longitude_deg = 0.0;  ///< east positive [degree], -180 to 360
+  double height_m = 0.0;       ///< above the WGS 84 ellipsoid [m], -20 km to 1000 km
+};
+
+/// @throws DomainError  if a member of `site` is not finite or out of its range.
+void check_site(const Site& site);
+
+}  // namespace axiscal

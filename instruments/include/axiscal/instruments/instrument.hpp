@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// How the sensor's axes lie in the vehicle; it matters to angles only.
+enum class AxisConvention {
+  forward_left_up,     ///< the default
+  forward_right_down,  ///< y and z change sign in the angle formulas
+};
+
+/// One row of numbers for each sensing axis: its sensitivity to the field's x, y, z.
+using SensitivityMatrix = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+
+/// What an instrument is called and how it speaks.
+struct Instrument {
+  std::string kind;                                 ///< name of an InstrumentKind
+  std::string serial;                               ///< any text; may be empty
+  std::vector<std::string> axes = {"x", "y", "z"};  ///< names of the response columns, one or more
+  std::string unit = "1";                           ///< of the readings, any text
+  AxisConvention convention = AxisConvention::forward_left_up;
+
+  [[nodiscard]] Eigen::Index axis_count() const { return static_cast<Eigen::Index>(axes.size()); }
+};
+
+/// The component of the field that an axis is meant to sense.
+///
+/// @param instrument  its axes' names and number are looked at.
+/// @param axis        0 .. axis_count() - 1.
+/// @return 0, 1, 2 for x, y, z: what the axis's name ends in ("x", "acc_x", "aX"), else its
+///         position where there are three; nothing where neither tells.
+[[nodiscard]] std::optional<int> nominal_axis(const Instrument& instrument, Eigen::Index axis);
+
+/// The linear response v = b + S f of an instrument with m axes.
+struct LinearResponse {
+  Eigen::VectorXd bias;           ///< b, m entries [unit]
+  SensitivityMatrix sensitivity;  ///< S, m x 3 [unit per field unit], columns in frame sensor
+
+  /// @param field_in_sensor  f [field unit].
+  /// @return v, m entries [unit].
+  [[nodiscard]] Eigen::VectorXd at(const Eigen::Vector3d& field_in_sensor) const {
+    return bias + sensitivity * field_in_sensor;
+  }
+};
+
+}  // namespace axiscal

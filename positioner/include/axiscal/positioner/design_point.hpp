@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <compare>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// A face of the cube, named by its outward normal in the positioner's frame.
+enum class Face { plus_x, minus_x, plus_y, minus_y, plus_z, minus_z };
+
+inline constexpr std::array all_faces = {Face::plus_x,  Face::minus_x, Face::plus_y,
+                                         Face::minus_y, Face::plus_z,  Face::minus_z};
+
+/// @return 0, 1, 2 for a face across x, y, z.
+[[nodiscard]] constexpr int axis_of(Face face) {
+  return static_cast<int>(face) / 2;
+}
+
+/// @return whether the face's normal points along its axis, not against it.
+[[nodiscard]] constexpr bool is_positive(Face face) {
+  return static_cast<int>(face) % 2 == 0;
+}
+
+/// @return the face across the cube.
+[[nodiscard]] constexpr Face opposite(Face face) {
+  return static_cast<Face>(static_cast<int>(face) ^ 1);
+}
+
+/// @return the face across an axis (0, 1, 2) with the given sign.
+[[nodiscard]] constexpr Face face_of(int axis, bool positive) {
+  return static_cast<Face>(2 * axis + (positive ? 0 : 1));
+}
+
+/// @return the outward normal of the nominal cube's face; its entries are 0, 1 and -1.
+[[nodiscard]] Eigen::Vector3d nominal_normal(Face face);
+
+/// @return "+X", "-X", ...
+[[nodiscard]] std::string_view face_name(Face face);
+
+/// @return the face named by "+X", "X+", "+x" or "x+"; nothing for another text.
+[[nodiscard]] std::optional<Face> parse_face(std::string_view text) noexcept;
+
+/// One of the 24 ways to lay the cube down: the face on the table and the face at the fence.
+class DesignPoint {
+ public:
+  /// @throws DomainError  if `rest` and `fence` lie on one axis.
+  DesignPoint(Face rest, Face fence);
+
+  [[nodiscard]] Face rest() const { return rest_; }
+  [[nodiscard]] Face fence() const { return fence_; }
+
+  /// @return the same rest face with the opposite face at the fence: turned by 180 degrees.
+  [[nodiscard]] DesignPoint turned_round() const { return {rest_, opposite(fence_)}; }
+
+  /// @return "rest +X, fence -Y".
+  [[nodiscard]] std::string name() const;
+
+  auto operator<=>(const DesignPoint&) const = default;
+
+ private:
+  Face rest_;
+  Face fence_;
+};
+
+}  // namespace axiscal

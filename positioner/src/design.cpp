@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/positioner/design.hpp"
+
+#include <span>
+#include <string>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/random.hpp"
+
+namespace axiscal {
+
+std::vector<DesignEntry> standard_design(int points) {
+  if (points != 6 && points != 12 && points != 24) {
+    throw DomainError("standard_design: the designs have 6, 12 or 24 points, not " +
+                      std::to_string(points));
+  }
+  std::vector<DesignEntry> design;
+  for (const int step : {1, 2}) {
+    for (const Face rest : all_faces) {
+      const int fence_axis = (axis_of(rest) + step) % 3;
+      design.push_back({.point = {rest, face_of(fence_axis, true)}});
+      if (points > 6) {
+        design.push_back({.point = {rest, face_of(fence_axis, false)}});
+      }
+    }
+    if (points < 24) {
+      break;
+    }
+  }
+  return design;
+}
+
+std::vector<RunSheetRow> make_run_sheet(const std::vector<DesignEntry>& design,
+                                        int replicates,
+                                        std::uint64_t seed) {
+  if (design.empty() || replicates < 1) {
+    throw DomainError("make_run_sheet: at least one design point and one replicate are needed");
+  }
+  RandomStream random(seed);
+  std::vector<RunSheetRow> sheet;
+  for (int block = 1; block <= replicates; ++block) {
+    std::vector<DesignEntry> order = design;
+    random.shuffle(std::span(order));
+    for (const DesignEntry& entry : order) {
+      sheet.push_back({.run = static_cast<int>(sheet.size()) + 1, .block = block, .entry = entry});
+    }
+  }
+  return sheet;
+}
+
+}  // namespace axiscal
