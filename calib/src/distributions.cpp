@@ -13,13 +13,22 @@ namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
+// With next to no degrees of freedom quantiles overflow: infinity is then the answer, no exception.
+using Quiet = boost::math::policies::policy<
+    boost::math::policies::overflow_error<boost::math::policies::ignore_error>,
+    boost::math::policies::underflow_error<boost::math::policies::ignore_error>,
+    boost::math::policies::evaluation_error<boost::math::policies::ignore_error>>;
+using StudentT = boost::math::students_t_distribution<double, Quiet>;
+using FisherF = boost::math::fisher_f_distribution<double, Quiet>;
+using ChiSquared = boost::math::chi_squared_distribution<double, Quiet>;
+
 }  // namespace
 
 double student_t_factor(double coverage, double degrees_of_freedom) {
   if (!(degrees_of_freedom > 0.0) || !(coverage > 0.0 && coverage < 1.0)) {
     return not_a_number;
   }
-  const boost::math::students_t distribution(degrees_of_freedom);
+  const StudentT distribution(degrees_of_freedom);
   return boost::math::quantile(boost::math::complement(distribution, 0.5 * (1.0 - coverage)));
 }
 
@@ -27,7 +36,7 @@ double student_t_two_sided_p(double t, double degrees_of_freedom) {
   if (!(degrees_of_freedom > 0.0) || std::isnan(t)) {
     return not_a_number;
   }
-  const boost::math::students_t distribution(degrees_of_freedom);
+  const StudentT distribution(degrees_of_freedom);
   return 2.0 * boost::math::cdf(boost::math::complement(distribution, std::abs(t)));
 }
 
@@ -38,7 +47,7 @@ double f_upper_p(double f, double numerator, double denominator) {
   if (std::isinf(f)) {
     return 0.0;
   }
-  const boost::math::fisher_f distribution(numerator, denominator);
+  const FisherF distribution(numerator, denominator);
   return boost::math::cdf(boost::math::complement(distribution, f));
 }
 
@@ -46,7 +55,7 @@ double chi_squared_upper_p(double x, double degrees_of_freedom) {
   if (!(x >= 0.0) || !(degrees_of_freedom > 0.0)) {
     return not_a_number;
   }
-  const boost::math::chi_squared distribution(degrees_of_freedom);
+  const ChiSquared distribution(degrees_of_freedom);
   return boost::math::cdf(boost::math::complement(distribution, x));
 }
 

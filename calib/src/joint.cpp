@@ -143,11 +143,12 @@ State JointFit::converged(Eigen::Vector3d field_in_table, const Eigen::VectorXd&
           (state.field_in_table / F + state.tangents * step).normalized();
       State next = at(F * direction);
       const double next_cost = cost(next, sigma);
-      better = next_cost < current || step.norm() < 1e-15;
-      if (next_cost < current) {
+      // Near the minimum the cost's own rounding must not stop the last steps.
+      better = next_cost <= (1.0 + 1e-12) * current;
+      if (better) {
         state = std::move(next);
         current = next_cost;
-      } else if (!better) {
+      } else {
         step *= 0.5;
       }
     }
@@ -232,22 +233,43 @@ struct Solution {
   Shares shares;
 };
 
+// One scatter for all axes; 1 where there is nothing to estimate it from.
+double pooled_scatter(const ReadingSet& set, const State& state, double dof) {
+  if (!(dof > 0.5)) {
+    return 1.0;
+  }
+  double rss = 0.0;
+  double rounding = 0.0;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    rss += state.axes[static_cast<std::size_t>(k)].residuals.squaredNorm();
+    rounding = std::max(rounding, set.rounding(k));
+  }
+  return std::max(std::sqrt(rss / dof), rounding);
+}
+
 Solution solve(const ReadingSet& set, const JointFit& fit, const Eigen::Vector3d& start) {
   Eigen::VectorXd sigma = Eigen::VectorXd::Ones(set.axis_count());
   State state = fit.converged(start, sigma);
-  Shares shares = shares_of(set, fit, state, sigma);
-  const bool can_weight = shares.degrees_of_freedom.minCoeff() >= 1.0;
-  for (int round = 0; can_weight && round < 50; ++round) {
-    const Eigen::VectorXd next = scatter(set, state, shares.degrees_of_freedom);
-    const double change = ((next - sigma).array() / next.array()).abs().maxCoeff();
-    sigma = next;
-    state = fit.converged(state.field_in_table, sigma);
-    shares = shares_of(set, fit, state, sigma);
+  const Shares unscaled = shares_of(set, fit, state, sigma);
+  sigma.setConstant(pooled_scatter(set, state, unscaled.degrees_of_freedom.sum()));
+  const Shares shares = shares_of(set, fit, state, sigma);
+  const Solution equal{.state = std::move(state), .sigma = sigma, .shares = shares};
+  Solution solution = equal;
+  for (int round = 0; round < 50; ++round) {
+    // With so little to go by an axis could get all the weight just for fitting by chance.
+    if (solution.shares.degrees_of_freedom.minCoeff() < 1.0) {
+      return equal;
+    }
+    const Eigen::VectorXd next = scatter(set, solution.state, solution.shares.degrees_of_freedom);
+    const double change = ((next - solution.sigma).array() / next.array()).abs().maxCoeff();
+    solution.sigma = next;
+    solution.state = fit.converged(solution.state.field_in_table, solution.sigma);
+    solution.shares = shares_of(set, fit, solution.state, solution.sigma);
     if (change < 1e-12) {
       break;
     }
   }
-  return {.state = std::move(state), .sigma = sigma, .shares = shares};
+  return solution;
 }
 
 // The whole Jacobian: 4 columns for each axis, then the two tangents; each axis in its sigma.

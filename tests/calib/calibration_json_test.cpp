@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/calibration_json.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "axiscal/core/error.hpp"
+#include "matchers.hpp"
+#include "scenario.hpp"
+
+namespace axiscal {
+namespace {
+
+using nlohmann::json;
+using test::accelerometer_truth;
+using test::experiment_for;
+using test::observe;
+using testing::HasSubstr;
+
+json smallest_record() {
+  return {{"format", "axiscal-calibration"},
+          {"version", 1},
+          {"instrument", {{"kind", "accelerometer"}, {"axes", {"x", "y"}}, {"unit", "V"}}},
+          {"field", {{"kind", "gravity"}, {"unit", "g"}, {"magnitude", 1.0}}},
+          {"coefficients", {{"bias", {0.1, 0.2}}, {"sensitivity", {{1, 0, 0}, {0, 1, 0}}}}}};
+}
+
+std::string complaint(const json& record) {
+  try {
+    static_cast<void>(parse_calibration(record.dump(), "cal.json"));
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(CalibrationJson, IsWrittenAgainByteForByte) {
+  const Calibration truth = accelerometer_truth();
+  Experiment experiment = experiment_for(truth);
+  experiment.field.site = Site{.latitude_deg = 52.0, .longitude_deg = 8.0};
+  experiment.field.date = "2026-11-20";
+  for (const Method method : {Method::paired, Method::joint, Method::known}) {
+    for (const bool robust : {false, true}) {
+      experiment.method = method;
+      experiment.robust = robust;
+      experiment.leave_out = {3};
+      Observations observations =
+          observe(truth, {.replicates = 2, .slope = {0.003, -0.002}, .noise_sd = 1e-4, .seed = 3});
+      observations.readings[0].temperature = 21.5;
+      observations.response(5, 1) += 0.01;  // so that there are warnings
+      Calibration calibration = calibrate(experiment, observations);
+      calibration.inputs = {{.path = "a \"quoted\" name.csv", .sha256 = "00ff"}};
+      calibration.notes = {"a note"};
+      calibration.instrument.serial = "QA-113 \xC3\xA9";
+      EXPECT_FALSE(calibration.warnings.empty());
+      const std::string text = calibration_json(calibration);
+      EXPECT_EQ(calibration_json(parse_calibration(text, "cal.json")), text);
+    }
+  }
+}
+
+TEST(CalibrationJson, HasTheKeysOfTheContract) {
+  const Calibration truth = accelerometer_truth();
+  const json record = json::parse(calibration_json(
+      calibrate(experiment_for(truth), observe(truth, {.slope = {0.003, 0.0}, .noise_sd = 1e-4}))));
+  EXPECT_EQ(record["format"], "axiscal-calibration");
+  EXPECT_EQ(record["version"], 1);
+  EXPECT_EQ(record["status"], "ok");
+  EXPECT_EQ(record["method"], "paired");
+  EXPECT_EQ(record["field"]["in_table"].size(), 3U);
+  EXPECT_EQ(record["coefficients"]["sensitivity"].size(), 3U);
+  EXPECT_EQ(record["statistics"]["standard_error"]["sensitivity"][2].size(), 3U);
+  EXPECT_EQ(record["statistics"]["covariance"].size(), 12U);
+  EXPECT_EQ(record["statistics"]["parameter_names"][5], "y.sensitivity.x");
+  EXPECT_EQ(record["levelness"]["estimates"].size(), 6U);
+  EXPECT_EQ(record["levelness"]["estimates"][0]["fence"].get<std::string>()[0], '+');
+  EXPECT_EQ(record["levelness"]["consistent"], true);
+  EXPECT_EQ(record["residuals"].size(), 12U);
+  EXPECT_EQ(record["residuals"][0]["run"], 1);
+  EXPECT_TRUE(record["warnings"].is_array() && record["warnings"].empty());
+  EXPECT_FALSE(record["coefficients"].contains("temperature"));
+  EXPECT_EQ(record["coefficients"]["polar"].size(), 3U);
+  // sd per reading from pairs, interval by t with 2 degrees of freedom.
+  const double se = record["statistics"]["standard_error"]["bias"][0];
+  EXPECT_NEAR(record["statistics"]["interval_95"]["bias"][0].get<double>() / se, 4.30265, 1e-4);
+}
+
+TEST(CalibrationJson, ReadsTheSmallestRecord) {
+  const Calibration calibration = parse_calibration(smallest_record().dump(), "cal.json");
+  EXPECT_EQ(calibration.instrument.axes, (std::vector<std::string>{"x", "y"}));
+  EXPECT_EQ(calibration.response.bias(1), 0.2);
+  EXPECT_FALSE(calibration.statistics);
+  json with_more = smallest_record();
+  with_more["colour"] = "blue";
+  EXPECT_EQ(complaint(with_more), "accepted") << "unknown keys are ignored";
+}
+
+TEST(CalibrationJson, SaysWhatIsWrongWhere) {
+  const auto changed = [](const char* pointer, const json& value) {
+    json record = smallest_record();
+    record[json::json_pointer(pointer)] = value;
+    return complaint(record);
+  };
+  EXPECT_THAT(changed("/version", 2), HasSubstr("cal.json: /version: version 2"));
+  EXPECT_THAT(changed("/format", "x"), HasSubstr("/format"));
+  EXPECT_THAT(changed("/instrument/kind", "sextant"), HasSubstr("/instrument/kind: unknown kind"));
+  EXPECT_THAT(changed("/instrument/axes", 3), HasSubstr("/instrument/axes: must be a list"));
+  EXPECT_THAT(changed("/field/magnitude", 0), HasSubstr("/field/magnitude: must be positive"));
+  EXPECT_THAT(changed("/coefficients/bias", json::array({1})),
+              HasSubstr("/coefficients/bias: must have 2 numbers"));
+  EXPECT_THAT(changed("/coefficients/sensitivity/1/2", "0"),
+              HasSubstr("/coefficients/sensitivity/1/2: must be a number"));
+  EXPECT_THAT(changed("/coefficients/temperature", {{"reference", 20}}),
+              HasSubstr("/coefficients/temperature: this version"));
+  json record = smallest_record();
+  record.erase("coefficients");
+  EXPECT_THAT(complaint(record), HasSubstr("/coefficients: is missing"));
+  EXPECT_THAT(complaint(json::array()), HasSubstr("cal.json: /: must be an object"));
+}
+
+}  // namespace
+}  // namespace axiscal

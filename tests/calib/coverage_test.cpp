@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// Are the stated uncertainties true? Seeded simulations of whole calibrations.
+#include <cmath>
+
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/distributions.hpp"
+#include "matchers.hpp"
+#include "scenario.hpp"
+
+namespace axiscal {
+namespace {
+
+using test::accelerometer_truth;
+using test::experiment_for;
+using test::observe;
+
+struct Tally {
+  int covered = 0;
+  int all = 0;
+  double squares = 0.0;  // of errors in units of the Cramer-Rao bound
+
+  void add(double error, double half_width, double bound) {
+    covered += std::abs(error) <= half_width ? 1 : 0;
+    ++all;
+    squares += std::pow(error / bound, 2);
+  }
+  [[nodiscard]] double coverage() const { return static_cast<double>(covered) / all; }
+  [[nodiscard]] double efficiency() const { return all / squares; }
+};
+
+struct CoverageCase {
+  Method method;
+  int points;
+  int replicates;
+};
+
+class Coverage : public testing::TestWithParam<CoverageCase> {};
+
+TEST_P(Coverage, IsAsStatedAndTheBoundIsReached) {
+  const auto [method, points, replicates] = GetParam();
+  const Calibration truth = accelerometer_truth();
+  Experiment experiment = experiment_for(truth);
+  experiment.method = method;
+  const Eigen::Vector2d slope(0.004, -0.002);
+  if (method == Method::known) {
+    experiment.slope = slope;
+  }
+  constexpr double noise = 2e-4;
+  constexpr int runs = 1500;
+  // METHOD 4: sigma^2 / 12r and sigma^2 / 4r for r whole designs of 12 points.
+  const double designs = replicates * points / 12.0;
+  const double bias_bound = noise / std::sqrt(12.0 * designs);
+  const double sensitivity_bound = noise / std::sqrt(4.0 * designs);
+  Tally bias;
+  Tally sensitivity;
+  Tally levelness;
+  for (int i = 0; i < runs; ++i) {
+    const Calibration result =
+        calibrate(experiment, observe(truth, {.points = points,
+                                              .replicates = replicates,
+                                              .slope = slope,
+                                              .noise_sd = noise,
+                                              .seed = static_cast<std::uint64_t>(i) + 1}));
+    const FitStatistics& s = *result.statistics;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      bias.add(result.response.bias(k) - truth.response.bias(k),
+               s.coverage_factor(k) * s.bias_se(k), bias_bound);
+      for (Eigen::Index j = 0; j < 3; ++j) {
+        sensitivity.add(result.response.sensitivity(k, j) - truth.response.sensitivity(k, j),
+                        s.coverage_factor(k) * s.sensitivity_se(k, j), sensitivity_bound);
+      }
+    }
+    if (result.levelness) {
+      const double t = student_t_factor(0.95, result.levelness->degrees_of_freedom);
+      levelness.add(result.levelness->mean_x - slope.x(), t * result.levelness->standard_error_x,
+                    1.0);
+      levelness.add(result.levelness->mean_y - slope.y(), t * result.levelness->standard_error_y,
+                    1.0);
+    }
+  }
+  std::printf("coverage: bias %.4f, sensitivity %.4f, levelness %.4f; efficiency %.3f, %.3f\n",
+              bias.coverage(), sensitivity.coverage(),
+              levelness.all > 0 ? levelness.coverage() : std::nan(""), bias.efficiency(),
+              sensitivity.efficiency());
+  // 4500 and 13500 intervals, not all independent: standard deviations of 0.33 and 0.25 %.
+  EXPECT_NEAR(bias.coverage(), 0.95, 0.013);
+  EXPECT_NEAR(sensitivity.coverage(), 0.95, 0.010);
+  if (levelness.all > 0) {
+    EXPECT_NEAR(levelness.coverage(), 0.95, 0.016);
+  }
+  // A variance of 4500 normals is known to 2.1 %.
+  EXPECT_NEAR(bias.efficiency(), 1.0, 0.08);
+  EXPECT_NEAR(sensitivity.efficiency(), 1.0, 0.05);
+}
+
+INSTANTIATE_TEST_SUITE_P(Designs,
+                         Coverage,
+                         testing::Values(CoverageCase{Method::paired, 12, 1},
+                                         CoverageCase{Method::paired, 12, 3},
+                                         CoverageCase{Method::paired, 24, 1},
+                                         CoverageCase{Method::joint, 12, 1},
+                                         CoverageCase{Method::joint, 12, 3},
+                                         CoverageCase{Method::joint, 24, 1},
+                                         CoverageCase{Method::known, 6, 1},
+                                         CoverageCase{Method::known, 12, 1}),
+                         [](const testing::TestParamInfo<CoverageCase>& test_case) {
+                           return std::string(method_name(test_case.param.method)) +
+                                  std::to_string(test_case.param.points) + "x" +
+                                  std::to_string(test_case.param.replicates);
+                         });
+
+// METHOD 4: with the factor for estimated weights 93 % at r = 1, 95 % from r = 2.
+TEST(Coverage, OfTheJointDirectionIsAsTheMethodSays) {
+  const Calibration truth = accelerometer_truth();
+  Experiment experiment = experiment_for(truth);
+  experiment.method = Method::joint;
+  for (const int replicates : {1, 2}) {
+    Tally tally;
+    for (int i = 0; i < 1500; ++i) {
+      const Calibration result =
+          calibrate(experiment, observe(truth, {.replicates = replicates,
+                                                .slope = {0.01, 0.02},
+                                                .noise_sd = 2e-4,
+                                                .seed = static_cast<std::uint64_t>(i) + 1}));
+      const double t = student_t_factor(0.95, result.field.in_table_degrees_of_freedom);
+      for (Eigen::Index j = 0; j < 2; ++j) {
+        tally.add((*result.field.in_table)(j)-0.01 * static_cast<double>(1 + j),
+                  t * std::sqrt((*result.field.in_table_covariance)(j, j)), 1.0);
+      }
+    }
+    std::printf("direction, %d replicates: %.4f\n", replicates, tally.coverage());
+    EXPECT_NEAR(tally.coverage(), replicates == 1 ? 0.93 : 0.945, 0.017);
+  }
+}
+
+}  // namespace
+}  // namespace axiscal

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/distributions.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "matchers.hpp"
+
+namespace axiscal {
+namespace {
+
+TEST(Distributions, AgreeWithTables) {
+  // NIST/SEMATECH e-Handbook, tables 1.3.6.7.2, .3, .4.
+  EXPECT_NEAR(student_t_factor(0.95, 2.0), 4.303, 5e-4);
+  EXPECT_NEAR(student_t_factor(0.95, 8.0), 2.306, 5e-4);
+  EXPECT_NEAR(student_t_factor(0.99, 10.0), 3.169, 5e-4);
+  EXPECT_NEAR(student_t_two_sided_p(-4.303, 2.0), 0.05, 1e-5);
+  EXPECT_NEAR(f_upper_p(3.326, 5.0, 10.0), 0.05, 1e-4);
+  EXPECT_NEAR(chi_squared_upper_p(7.815, 3.0), 0.05, 1e-5);
+  // With 1 and 2 degrees of freedom t has closed forms.
+  EXPECT_NEAR(student_t_two_sided_p(1.0, 1.0), 0.5, 1e-15);
+  EXPECT_NEAR(student_t_factor(0.95, 2.0), 0.95 * std::sqrt(2.0 / (1.0 - 0.95 * 0.95)), 1e-14);
+}
+
+TEST(Distributions, AreNanWhereTheyDoNotExist) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double value :
+       {student_t_factor(0.95, 0.0), student_t_factor(0.95, nan), student_t_factor(1.0, 3.0),
+        student_t_two_sided_p(nan, 3.0), student_t_two_sided_p(1.0, -1.0), f_upper_p(nan, 2.0, 2.0),
+        f_upper_p(-1.0, 2.0, 2.0), f_upper_p(1.0, 0.0, 2.0), chi_squared_upper_p(-1.0, 2.0),
+        chi_squared_upper_p(1.0, nan)}) {
+    EXPECT_TRUE(std::isnan(value));
+  }
+  EXPECT_TRUE(std::isinf(student_t_factor(0.95, 1e-4)));
+  EXPECT_EQ(f_upper_p(std::numeric_limits<double>::infinity(), 2.0, 3.0), 0.0);
+}
+
+}  // namespace
+}  // namespace axiscal

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/reduction.hpp"
+
+#include <cmath>
+#include <cstring>
+
+#include <Eigen/Geometry>
+
+#include "allocations.hpp"
+#include "axiscal/calib/reduction_csv.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/random.hpp"
+#include "matchers.hpp"
+#include "program.hpp"
+#include "scenario.hpp"
+
+namespace axiscal {
+namespace {
+
+using test::accelerometer_truth;
+
+Calibration truth_with_axes(int m, const std::string& kind) {
+  LinearResponse response{.bias = Eigen::VectorXd::LinSpaced(m, -0.2, 0.3),
+                          .sensitivity = SensitivityMatrix::Zero(m, 3)};
+  for (int k = 0; k < m; ++k) {
+    response.sensitivity.row(k) << 0.1 * k, -0.03, 0.2;
+    response.sensitivity(k, k % 3) += 2.0 + 0.1 * k;
+  }
+  return test::truth_of(response, kind);
+}
+
+TEST(Reducer, InvertsTheResponse) {
+  RandomStream random(4);
+  for (const int m : {3, 4, 6}) {
+    const Calibration truth = truth_with_axes(m, "generic");
+    const Reducer reducer(truth);
+    for (int i = 0; i < 50; ++i) {
+      const Eigen::Vector3d f(random.normal(), random.normal(), random.normal());
+      const Eigen::VectorXd v = truth.response.at(f);
+      const ReducedReading reduced = reducer.reduce({v.data(), static_cast<std::size_t>(m)});
+      EXPECT_MATRIX_NEAR(reduced.field_in_sensor, f, 1e-14);
+      EXPECT_NEAR(reduced.residual, f.norm() - 1.0, 1e-14);
+    }
+  }
+}
+
+TEST(Reducer, WeighsSpareAxesByTheirScatter) {
+  Calibration truth = truth_with_axes(4, "generic");
+  truth.response.sensitivity.setZero();
+  truth.response.sensitivity.topRows<3>().setIdentity();
+  truth.response.sensitivity(3, 0) = 1.0;  // a second x, three times as noisy
+  truth.response.bias.setZero();
+  truth.statistics = FitStatistics{.residual_sd = Eigen::Vector4d(1.0, 1.0, 1.0, 3.0)};
+  const ReducedReading reduced = Reducer(truth).reduce(std::array{1.0, 0.0, 0.0, 2.0});
+  // Weights 1 and 1/9: (1 + 2/9) / (1 + 1/9).
+  EXPECT_NEAR(reduced.field_in_sensor.x(), 1.1, 1e-15);
+}
+
+TEST(Reducer, GivesAnglesForEachKind) {
+  const Calibration truth = accelerometer_truth();
+  const Reducer reducer(truth);
+  const Eigen::VectorXd v = truth.response.at({0.5, 0.0, std::sqrt(0.75)});
+  const ReducedReading reduced = reducer.reduce({v.data(), 3});
+  EXPECT_NEAR(reduced.derived.values[0], 30.0, 1e-12);
+  EXPECT_NEAR(reduced.derived.values[1], 0.0, 1e-12);
+  EXPECT_TRUE(std::isnan(reduced.derived.values[2]));
+  // Elsewhere gravity is stronger, and the same reading means less pitch.
+  const ReducedReading elsewhere = Reducer(truth, {.magnitude = 1.002}).reduce({v.data(), 3});
+  EXPECT_NEAR(elsewhere.residual, -0.002, 1e-14);
+  EXPECT_NEAR(elsewhere.derived.values[0], std::asin(0.5 / 1.002) * deg_per_rad, 1e-12);
+}
+
+TEST(Reducer, GivesEachAxisWithFewerThanThree) {
+  for (const int m : {1, 2}) {
+    const Calibration truth = truth_with_axes(m, "inclinometer");
+    const Reducer reducer(truth);
+    EXPECT_FALSE(reducer.gives_components());
+    const Eigen::Vector3d f(0.4, -0.3, std::sqrt(0.75));
+    const Eigen::VectorXd v = truth.response.at(f);
+    for (int k = 0; k < m; ++k) {
+      const Eigen::Vector3d axis = truth.response.sensitivity.row(k).normalized();
+      const ReducedAxis reduced = reducer.reduce_axis(static_cast<std::size_t>(k), v(k));
+      EXPECT_NEAR(reduced.component, axis.dot(f), 1e-15);
+      EXPECT_NEAR(reduced.angle_rad, std::asin(axis.dot(f)), 1e-15);
+      EXPECT_FALSE(reduced.clamped);
+      EXPECT_TRUE(reducer.reduce_axis(static_cast<std::size_t>(k), 100.0).clamped);
+    }
+  }
+}
+
+TEST(Reducer, KnowsTheThirdComponentUpToItsSign) {
+  const Calibration truth = truth_with_axes(2, "inclinometer");
+  const Reducer reducer(truth);
+  const Eigen::Vector3d f(0.4, -0.3, std::sqrt(0.75));
+  const Eigen::VectorXd v = truth.response.at(f);
+  const Eigen::Vector3d first = truth.response.sensitivity.row(0);
+  const Eigen::Vector3d second = truth.response.sensitivity.row(1);
+  EXPECT_NEAR(reducer.unseen_component(v(0), v(1)),
+              std::abs(first.cross(second).normalized().dot(f)), 1e-14);
+  EXPECT_EQ(reducer.unseen_component(50.0, 50.0), 0.0);
+  EXPECT_THROW(static_cast<void>(Reducer(accelerometer_truth()).unseen_component(0.0, 0.0)),
+               DomainError);
+}
+
+TEST(Reducer, AllocatesNothingPerReading) {
+  const Calibration truth = accelerometer_truth();
+  const Reducer reducer(truth);
+  const Reducer spare(truth_with_axes(6, "inclinometer"));
+  const std::array<double, 6> v = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
+  const std::size_t before = test::allocation_count();
+  double sum = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    sum += reducer.reduce(std::span(v).first(3)).residual + spare.reduce(v).residual;
+  }
+  EXPECT_EQ(test::allocation_count(), before);
+  EXPECT_TRUE(std::isfinite(sum));
+}
+
+TEST(Reducer, RejectsWhatCannotBeInverted) {
+  Calibration truth = accelerometer_truth();
+  EXPECT_THROW(Reducer(truth, {.magnitude = 0.0}), DomainError);
+  truth.response.sensitivity.row(2) = truth.response.sensitivity.row(1);
+  EXPECT_THROW(Reducer{truth}, DomainError);
+  truth.response.sensitivity.row(2).setZero();
+  EXPECT_THROW(Reducer{truth}, DomainError);
+}
+
+// ---- tables ----
+
+struct Reduced {
+  std::string text;
+  ReductionCsvSummary summary;
+  std::size_t blocks = 0;
+  std::size_t allocations = 0;
+};
+
+Reduced reduce(const Calibration& truth,
+               const std::string& text,
+               const ReductionCsvOptions& options = {}) {
+  std::size_t at = 0;
+  CsvReader csv(
+      [&](char* buffer, std::size_t size) {
+        const std::size_t count = std::min(size, text.size() - at);
+        std::memcpy(buffer, text.data() + at, count);
+        at += count;
+        return count;
+      },
+      "in.csv");
+  Reduced result;
+  result.text.reserve(8 * text.size() + 10000);
+  const Reducer reducer(truth);
+  const std::size_t before = test::allocation_count();
+  result.summary =
+      reduce_csv(csv, truth.instrument.axes, reducer, options, [&](std::string_view block) {
+        result.text += block;
+        ++result.blocks;
+      });
+  result.allocations = test::allocation_count() - before;
+  return result;
+}
+
+TEST(ReduceCsv, CopiesCellsAndAppendsResults) {
+  const Calibration truth = accelerometer_truth();
+  const Eigen::VectorXd v = truth.response.at({0.0, 0.0, 1.0});
+  char row[200];
+  std::snprintf(row, sizeof row, "a \"b\",x,z,y\n\" q,1\" , %.17g,%.17g,%.17g\r\n", v(0), v(2),
+                v(1));
+  const Reduced reduced = reduce(truth, "t,x,z,y\r\n" + std::string(row).substr(12));
+  const std::vector<std::vector<std::string>> rows = test::csv_cells(reduced.text);
+  EXPECT_EQ(reduced.text.substr(0, reduced.text.find('\n')),
+            "t,x,z,y,field_x,field_y,field_z,residual,pitch_deg,roll_deg,yaw_deg,flag");
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_TRUE(reduced.text.find("\" q,1\" , ") != std::string::npos) << "cells stay as they are";
+  EXPECT_EQ(reduced.text.back(), '\n');
+  EXPECT_EQ(reduced.text.find('\r'), std::string::npos);
+  const std::vector<std::string>& cells = rows[1];  // the quoted comma makes one cell more
+  EXPECT_NEAR(std::stod(cells[7]), 1.0, 1e-15);
+  EXPECT_EQ(cells[11], "") << "no yaw";
+  EXPECT_EQ(cells[12], "") << "no flag";
+}
+
+TEST(ReduceCsv, KeepsThePlaceOfRowsThatCannotBeReduced) {
+  const Calibration truth = accelerometer_truth();
+  const std::string text =
+      "x,y,z,n\n0,0,2.5,a\nnan,0,2.5,b\n0,0\n0,0,2.5,c,extra\n,,,d\n0,0,\"2.5,e\n1e308,1e308,1e308,"
+      "f\n"
+      "0,0,9,g\n";
+  const Reduced reduced = reduce(truth, text);
+  const std::vector<std::vector<std::string>> rows = test::csv_cells(reduced.text);
+  ASSERT_EQ(rows.size(), 9U);
+  EXPECT_EQ(reduced.summary.rows, 8U);
+  EXPECT_EQ(reduced.summary.unreadable, 6U);
+  EXPECT_EQ(reduced.summary.first_unreadable_line, 3U);
+  EXPECT_EQ(rows[1].back(), "");
+  for (const std::size_t i : {2U, 3U, 4U, 5U, 6U, 7U}) {
+    EXPECT_EQ(rows[i].back(), "unreadable") << i;
+    EXPECT_EQ(rows[i][rows[i].size() - 2], "") << i;
+  }
+  EXPECT_EQ(rows[2][3], "b");
+  EXPECT_EQ(rows[3].size(), 12U) << "a short row is filled up";
+  EXPECT_EQ(rows[4].size(), 13U) << "a long row keeps its cells";
+  EXPECT_EQ(rows[8].back(), "") << "f_z alone is no argument of asin";
+  for (const std::vector<std::string>& row : rows) {
+    for (const std::string& cell : row) {
+      EXPECT_TRUE(cell != "nan" || &row == &rows[2]) << "never NaN";
+    }
+  }
+}
+
+TEST(ReduceCsv, FlagsClampedRows) {
+  const Calibration truth = accelerometer_truth();
+  const Reduced reduced = reduce(truth, "x,y,z\n2.6,0,0\n");
+  const std::vector<std::vector<std::string>> rows = test::csv_cells(reduced.text);
+  EXPECT_EQ(rows[1][7], "90");
+  EXPECT_EQ(rows[1].back(), "clamped");
+  EXPECT_EQ(reduced.summary.clamped, 1U);
+}
+
+TEST(ReduceCsv, StopsWhereAsked) {
+  const Calibration truth = accelerometer_truth();
+  try {
+    static_cast<void>(reduce(truth, "x,y,z\n1,2,3\n1,2,\n", {.strict = true}));
+    FAIL();
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("in.csv:3: column 'z': '' is not a finite"));
+  }
+  EXPECT_THROW(static_cast<void>(reduce(truth, "x,y,z\n1,2\n", {.strict = true})), DataError);
+}
+
+TEST(ReduceCsv, NeedsItsColumnsAndDoesNotWriteThemTwice) {
+  const Calibration truth = accelerometer_truth();
+  EXPECT_THROW(static_cast<void>(reduce(truth, "x,y\n1,2\n")), DataError);
+  EXPECT_THROW(static_cast<void>(reduce(truth, "x,y,z,pitch_deg\n1,2,3,4\n")), DataError);
+}
+
+TEST(ReduceCsv, GivesComponentsOfFewerAxes) {
+  const Calibration truth = truth_with_axes(2, "inclinometer");
+  const Reduced reduced = reduce(truth, "x,y\n0.1,0.2\n9,0\n");
+  const std::vector<std::vector<std::string>> rows = test::csv_cells(reduced.text);
+  EXPECT_THAT(rows[0], testing::ElementsAre("x", "y", "component_x", "component_y", "angle_x_deg",
+                                            "angle_y_deg", "flag"));
+  const Reducer reducer(truth);
+  EXPECT_EQ(std::stod(rows[1][3]), reducer.reduce_axis(1, 0.2).component);
+  EXPECT_EQ(std::stod(rows[1][4]), reducer.reduce_axis(0, 0.1).angle_rad * deg_per_rad);
+  EXPECT_EQ(rows[2].back(), "clamped");
+  const Reduced generic = reduce(truth_with_axes(1, "generic"), "x\n0.1\n");
+  EXPECT_EQ(generic.text.substr(0, generic.text.find('\n')), "x,component_x,flag");
+}
+
+TEST(ReduceCsv, AllocatesNothingPerRow) {
+  const Calibration truth = accelerometer_truth();
+  const auto text = [](int rows) {
+    std::string table = "t,x,y,z\n";
+    for (int i = 0; i < rows; ++i) {
+      table += i % 10 == 0 ? "\"a,b\",0.1,0.2,2.5\n" : "17,0.1,0.2,2.5\n";
+    }
+    return table;
+  };
+  const Reduced few = reduce(truth, text(1000));
+  const Reduced many = reduce(truth, text(20000));
+  EXPECT_EQ(few.allocations, many.allocations);
+}
+
+TEST(ReduceCsv, HandsOverEachRowOnRequest) {
+  const Calibration truth = accelerometer_truth();
+  const std::string text = "x,y,z\n1,2,3\n1,2,3\n1,2,3\n";
+  EXPECT_EQ(reduce(truth, text).blocks, 1U);
+  EXPECT_EQ(reduce(truth, text, {.every_row = true}).blocks, 4U);
+}
+
+}  // namespace
+}  // namespace axiscal

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/robust.hpp"
+
+#include <cmath>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/random.hpp"
+#include "matchers.hpp"
+#include "scenario.hpp"
+
+namespace axiscal {
+namespace {
+
+using test::accelerometer_truth;
+using test::experiment_for;
+using test::observe;
+
+TEST(BisquareWeights, FollowTheirFormula) {
+  Eigen::VectorXd residuals(9);
+  residuals << -0.4, 0.1, 0.2, -0.1, 0.3, -0.2, 0.05, 20.0, -0.3;
+  const Eigen::VectorXd leverage = Eigen::VectorXd::Constant(9, 0.19);  // sqrt(1 - h) = 0.9
+  const BisquareWeights result = bisquare_weights(residuals, leverage, 1.0);
+  const double s = 0.2 / 0.9 / 0.6745;  // the median of nine absolute residuals is 0.2
+  EXPECT_NEAR(result.scale, s, 1e-15);
+  const double u = -0.4 / 0.9 / (4.685 * s);
+  EXPECT_NEAR(result.weights(0), std::pow(1.0 - u * u, 2), 1e-15);
+  EXPECT_EQ(result.weights(7), 0.0);
+  EXPECT_THROW(static_cast<void>(bisquare_weights(residuals, leverage, 9.0)), DomainError);
+}
+
+TEST(BisquareWeights, LeaveExactDataAlone) {
+  const BisquareWeights result =
+      bisquare_weights(Eigen::VectorXd::Zero(6), Eigen::VectorXd::Constant(6, 0.5), 3.0);
+  EXPECT_EQ(result.weights, Eigen::VectorXd::Ones(6));
+}
+
+class RobustCalibration : public testing::TestWithParam<Method> {};
+
+TEST_P(RobustCalibration, ResistsAnOutlierAndCostsLittleWithout) {
+  const Calibration truth = accelerometer_truth();
+  Experiment experiment = experiment_for(truth);
+  experiment.method = GetParam();
+  if (GetParam() == Method::known) {
+    experiment.slope = {0.002, -0.001};
+  }
+  Observations observations =
+      observe(truth, {.replicates = 3, .slope = {0.002, -0.001}, .noise_sd = 1e-4, .seed = 5});
+  const auto error = [&](bool robust) {
+    experiment.robust = robust;
+    const Calibration result = calibrate(experiment, observations);
+    EXPECT_EQ(result.robust, robust);
+    return (result.response.sensitivity - truth.response.sensitivity).cwiseAbs().maxCoeff();
+  };
+  EXPECT_LT(error(true), 3.0 * error(false) + 1e-5);
+  observations.response(4, 1) += 0.5;
+  EXPECT_GT(error(false), 1e-2);
+  EXPECT_LT(error(true), 2e-4);
+  const Calibration result = calibrate(experiment, observations);
+  // The mistaken reading has lost its weight; the others have kept theirs.
+  int without_weight = 0;
+  for (const RegressionRow& row : result.statistics->rows) {
+    without_weight += row.robust_weight(1) == 0.0 ? 1 : 0;
+  }
+  EXPECT_EQ(without_weight, 1);
+  EXPECT_LT(result.statistics->residual_sd(1), 3e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods,
+                         RobustCalibration,
+                         testing::Values(Method::paired, Method::joint, Method::known),
+                         [](const testing::TestParamInfo<Method>& test_case) {
+                           return std::string(method_name(test_case.param));
+                         });
+
+TEST(RobustCalibration, NeedsReadingsToSpare) {
+  const Calibration truth = accelerometer_truth();
+  Experiment experiment = experiment_for(truth);
+  experiment.robust = true;
+  experiment.method = Method::known;
+  Observations observations = observe(truth, {.points = 6});
+  experiment.leave_out = {1};
+  EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), RefusedError);
+}
+
+}  // namespace
+}  // namespace axiscal

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/simulate.hpp"
+
+#include <cmath>
+
+#include "axiscal/core/error.hpp"
+#include "matchers.hpp"
+#include "scenario.hpp"
+
+namespace axiscal {
+namespace {
+
+using test::accelerometer_truth;
+using test::observe;
+
+TEST(Simulate, ReadsWhatTheModelSays) {
+  const Calibration truth = accelerometer_truth();
+  const std::vector<RunSheetRow> sheet = {{.entry = {.point = {Face::minus_z, Face::plus_y}}},
+                                          {.entry = {.point = {Face::plus_x, Face::plus_y}}}};
+  const double x = 0.01;
+  const double y = -0.02;
+  const double z = std::sqrt(1.0 - x * x - y * y);
+  const Observations observed = simulate(truth, sheet, {.slope = {x, y}});
+  // At rest -Z, fence +Y the cube's axes are the table's; at rest +X, z of the table is -X of the
+  // cube and y of the table its Y, so that x of the table = y cross z is its Z.
+  EXPECT_MATRIX_NEAR(observed.response.row(0).transpose(),
+                     truth.response.at(Eigen::Vector3d(x, y, z)), 1e-15);
+  EXPECT_MATRIX_NEAR(observed.response.row(1).transpose(),
+                     truth.response.at(Eigen::Vector3d(-z, y, x)), 1e-15);
+}
+
+TEST(Simulate, HasNoiseOfTheStatedSizeAndSeed) {
+  const Calibration truth = accelerometer_truth();
+  const Observations exact = observe(truth, {.replicates = 500, .seed = 3});
+  const Observations noisy = observe(truth, {.replicates = 500, .noise_sd = 0.1, .seed = 3});
+  const Eigen::MatrixXd noise = noisy.response - exact.response;
+  // 18000 normals: their sd is known to 0.5 %.
+  EXPECT_NEAR(std::sqrt(noise.array().square().mean()), 0.1, 0.0027);
+  EXPECT_NEAR(noise.mean(), 0.0, 0.004);
+  EXPECT_EQ(noisy.response,
+            observe(truth, {.replicates = 500, .noise_sd = 0.1, .seed = 3}).response);
+}
+
+TEST(Simulate, TurnsTheFieldWithTheFence) {
+  Calibration truth = accelerometer_truth();
+  truth.field.in_table = Eigen::Vector3d(0.0, 0.6, 0.8);  // to the north, as is the fence
+  const std::vector<RunSheetRow> sheet = {{.entry = {.point = {Face::minus_z, Face::plus_y}}}};
+  const Observations east = simulate(truth, sheet, {.fence_azimuth_rad = std::acos(0.0)});
+  // With the fence to the east north is -x of the table.
+  EXPECT_MATRIX_NEAR(east.response.row(0).transpose(),
+                     truth.response.at(Eigen::Vector3d(-0.6, 0.0, 0.8)), 1e-15);
+}
+
+TEST(Simulate, RejectsBadOptions) {
+  const Calibration truth = accelerometer_truth();
+  EXPECT_THROW(static_cast<void>(observe(truth, {.noise_sd = -1.0})), DomainError);
+  EXPECT_THROW(static_cast<void>(observe(truth, {.slope = {0.8, 0.8}})), DomainError);
+}
+
+}  // namespace
+}  // namespace axiscal

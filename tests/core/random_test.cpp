@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/core/random.hpp"
+
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "matchers.hpp"
+
+namespace axiscal {
+namespace {
+
+TEST(RandomStream, IsFixedByItsSeed) {
+  RandomStream a(5);
+  RandomStream b(5);
+  RandomStream other_seed(6);
+  RandomStream other_stream(5, 1);
+  const double first = a.normal();
+  EXPECT_EQ(first, b.normal());
+  EXPECT_NE(first, other_seed.normal());
+  EXPECT_NE(first, other_stream.normal());
+}
+
+TEST(RandomStream, NormalsHaveTheirMoments) {
+  RandomStream random(1);
+  constexpr int count = 200000;
+  double sum = 0.0;
+  double squares = 0.0;
+  double fourths = 0.0;
+  int beyond_three = 0;
+  for (int i = 0; i < count; ++i) {
+    const double x = random.normal();
+    sum += x;
+    squares += x * x;
+    fourths += x * x * x * x;
+    beyond_three += std::abs(x) > 3.0 ? 1 : 0;
+  }
+  // Five standard deviations of each statistic.
+  EXPECT_NEAR(sum / count, 0.0, 5.0 / std::sqrt(count));
+  EXPECT_NEAR(squares / count, 1.0, 5.0 * std::sqrt(2.0 / count));
+  EXPECT_NEAR(fourths / count, 3.0, 5.0 * std::sqrt(96.0 / count));
+  EXPECT_NEAR(beyond_three, 0.0027 * count, 5.0 * std::sqrt(0.0027 * count));
+}
+
+TEST(RandomStream, ShufflesEvenly) {
+  RandomStream random(2);
+  std::array<std::array<int, 4>, 4> counts{};
+  constexpr int rounds = 40000;
+  for (int i = 0; i < rounds; ++i) {
+    std::array<std::size_t, 4> items = {0, 1, 2, 3};
+    random.shuffle(std::span<std::size_t>(items));
+    for (std::size_t k = 0; k < 4; ++k) {
+      ++counts[items[k]][k];
+    }
+  }
+  for (const auto& row : counts) {
+    for (const int count : row) {
+      EXPECT_NEAR(count, rounds / 4.0, 5.0 * std::sqrt(rounds * 0.1875));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace axiscal

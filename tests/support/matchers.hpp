@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <gmock/gmock.h>
+
+namespace axiscal::test {
+
+/// @return whether two matrices have one shape and no entries further apart than `tolerance`.
+[[nodiscard]] testing::AssertionResult matrices_near(const Eigen::MatrixXd& actual,
+                                                     const Eigen::MatrixXd& expected,
+                                                     double tolerance);
+
+}  // namespace axiscal::test
+
+/// Holds a matrix or vector (copied, so that no expression dangles) against another, entry by
+/// entry.
+#define EXPECT_MATRIX_NEAR(actual, expected, tolerance) \
+  EXPECT_TRUE(axiscal::test::matrices_near(actual, expected, tolerance))

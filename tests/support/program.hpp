@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace axiscal::test {
+
+/// What a program left behind.
+struct ProgramResult {
+  int status = 0;   ///< exit status; 128 + signal if a signal ended it
+  std::string out;  ///< standard output
+  std::string err;  ///< standard error
+};
+
+struct ProgramInput {
+  std::string stdin_text;
+  std::optional<std::size_t> file_size_limit;  ///< bytes that a file may have (RLIMIT_FSIZE)
+  std::string stdout_path;                     ///< instead of reading standard output
+};
+
+/// Runs the command `axiscal` with these arguments.
+[[nodiscard]] ProgramResult run_axiscal(const std::vector<std::string>& arguments,
+                                        const ProgramInput& input = {});
+
+/// A folder of its own, removed at the end of the test.
+class ScratchFolder {
+ public:
+  ScratchFolder();
+  ~ScratchFolder();
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+  [[nodiscard]] std::string path(const std::string& name) const { return (path_ / name).string(); }
+
+  /// Writes a file and returns its path.
+  std::string write(const std::string& name, const std::string& content) const;
+
+  /// @return how many files there are.
+  [[nodiscard]] std::size_t file_count() const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+[[nodiscard]] std::string read_file(const std::string& path);
+
+[[nodiscard]] nlohmann::json read_json(const std::string& path);
+
+/// The cells of a CSV text without quotes: the header and the rows.
+[[nodiscard]] std::vector<std::vector<std::string>> csv_cells(const std::string& text);
+
+}  // namespace axiscal::test

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scenario.hpp"
+
+#include "axiscal/calib/observations_csv.hpp"
+
+namespace axiscal::test {
+
+Calibration truth_of(const LinearResponse& response, const std::string& kind) {
+  Calibration truth;
+  truth.instrument.kind = kind;
+  truth.instrument.unit = "V";
+  truth.instrument.axes.clear();
+  for (Eigen::Index k = 0; k < response.bias.size(); ++k) {
+    truth.instrument.axes.push_back(k < 3 ? std::string(1, "xyz"[k]) : "a" + std::to_string(k));
+  }
+  truth.field = {.kind = "gravity", .unit = "g", .magnitude = 1.0};
+  truth.response = response;
+  return truth;
+}
+
+Calibration accelerometer_truth() {
+  LinearResponse response{.bias = Eigen::Vector3d(0.012, -0.034, 0.005),
+                          .sensitivity = Eigen::Matrix3d::Zero()};
+  // clang-format off
+  response.sensitivity << 2.50,  0.010, -0.020,
+                          0.015, 2.48,   0.030,
+                         -0.010, 0.020,  2.52;
+  // clang-format on
+  return truth_of(response, "accelerometer");
+}
+
+Experiment experiment_for(const Calibration& truth) {
+  Experiment experiment;
+  experiment.instrument = truth.instrument;
+  experiment.field.kind = truth.field.kind;
+  experiment.field.unit = truth.field.unit;
+  experiment.field.magnitude = truth.field.magnitude;
+  experiment.field.in_table = truth.field.in_table;
+  return experiment;
+}
+
+Observations observe(const Calibration& truth, const Run& run) {
+  SimulationOptions options;
+  options.noise_sd = run.noise_sd;
+  options.slope = run.slope;
+  options.seed = run.seed;
+  return simulate(truth, make_run_sheet(standard_design(run.points), run.replicates, run.seed),
+                  options);
+}
+
+std::string observations_text(const Calibration& truth, const Run& run) {
+  return observations_csv(observe(truth, run), truth.instrument.axes);
+}
+
+}  // namespace axiscal::test
