@@ -110,6 +110,9 @@ Command parse_command_line(std::vector<std::string> arguments) {
 
   CalibrateCommand calibrate;
   CLI::App* calibrate_app = app.add_subcommand("calibrate", "observations -> calibration record");
+  calibrate_app->footer(
+      "Example: axiscal calibrate run.csv --instrument accelerometer --field gravity --unit V "
+      "-o cal.json");
   add_experiment_options(*calibrate_app, calibrate.experiment);
   calibrate_app->add_option("-o,--output", calibrate.output, "the record (JSON); - is stdout")
       ->type_name("FILE");
@@ -119,6 +122,7 @@ Command parse_command_line(std::vector<std::string> arguments) {
   ApplyCommand apply;
   CLI::App* apply_app =
       app.add_subcommand("apply", "raw readings -> field components and angles; streams");
+  apply_app->footer("Example: axiscal apply cal.json log.csv -o angles.csv");
   apply_app->add_option("record", apply.record, "calibration record (JSON)")
       ->required()
       ->type_name("RECORD");
@@ -145,11 +149,14 @@ Command parse_command_line(std::vector<std::string> arguments) {
 
   PlanCommand plan;
   CLI::App* plan_app = app.add_subcommand("plan", "a run sheet in random order");
+  plan_app->footer("Example: axiscal plan --replicates 2 --seed 7 -o sheet.csv");
   add_sheet_options(*plan_app, plan.sheet);
   add_output(*plan_app, plan.output);
 
   SimulateCommand simulate;
   CLI::App* simulate_app = app.add_subcommand("simulate", "observations from a known truth");
+  simulate_app->footer(
+      "Example: axiscal simulate --truth cal.json --noise 1e-4 --slope -0.001,0.002 -o run.csv");
   simulate_app->add_option("--truth", simulate.truth, "calibration record")
       ->required()
       ->type_name("RECORD");
@@ -187,7 +194,7 @@ Command parse_command_line(std::vector<std::string> arguments) {
     std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
     app.parse(arguments);
   } catch (const CLI::CallForHelp&) {
-    return ShowText{(chosen != nullptr ? chosen : &app)->help()};
+    return ShowText{chosen != nullptr ? chosen->help("axiscal") : app.help()};
   } catch (const CLI::CallForVersion&) {
     return ShowText{std::string(software_name()) + "\n"};
   } catch (const CLI::ParseError& error) {

@@ -1,1 +1,115 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "matchers.hpp"
+#include "program.hpp"
+#include "scenario.hpp"
+
+namespace axiscal::test {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(Usage, HelpAndVersionGoToStandardOutput) {
+  const ProgramResult version = run_axiscal({"--version"});
+  EXPECT_EQ(version.status, 0);
+  EXPECT_EQ(version.out, "axiscal 0.1.0\n");
+  for (const std::vector<std::string>& arguments :
+       std::vector<std::vector<std::string>>{{"--help"},
+                                             {"calibrate", "--help"},
+                                             {"apply", "--help"},
+                                             {"plan", "-h"},
+                                             {"simulate", "--help"}}) {
+    const ProgramResult help = run_axiscal(arguments);
+    EXPECT_EQ(help.status, 0);
+    EXPECT_THAT(help.out, HasSubstr("Usage: axiscal"));
+    EXPECT_EQ(help.err, "");
+  }
+  EXPECT_THAT(run_axiscal({"--help"}).out, HasSubstr("simulate"));
+}
+
+TEST(Usage, MistakesHaveStatusTwoAndAHint) {
+  const ScratchFolder folder;
+  const std::string run = folder.write("run.csv", observations_text(accelerometer_truth(), {}));
+  const std::vector<std::string> good = {"calibrate",     run,       "--instrument",
+                                         "accelerometer", "--field", "gravity"};
+  ASSERT_EQ(run_axiscal(good).status, 0);
+  const auto with = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = good;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramResult result = run_axiscal(arguments);
+    EXPECT_EQ(result.status, 2) << testing::PrintToString(more) << result.err;
+    EXPECT_EQ(result.out, "");
+    return result.err;
+  };
+  EXPECT_THAT(with({"--metod", "joint"}), HasSubstr("did you mean '--method'?"));
+  EXPECT_THAT(with({"--method", "best"}), HasSubstr("paired, joint, known"));
+  EXPECT_THAT(with({"--method"}), HasSubstr("--method"));
+  EXPECT_THAT(with({"--method", "joint", "--method", "paired"}), HasSubstr("--method"));
+  EXPECT_THAT(with({"--slope", "1"}), HasSubstr("--slope"));
+  EXPECT_THAT(with({"--slope", "-1,-1"}), HasSubstr("--slope"));
+  EXPECT_THAT(with({"--field-magnitude", "-1"}), HasSubstr("--field-magnitude"));
+  EXPECT_THAT(with({"--field-unit", "m/s^2"}), HasSubstr("--latitude"));
+  EXPECT_THAT(with({"--field-unit", "furlong"}), HasSubstr("g or m/s^2"));
+  EXPECT_THAT(with({"--latitude", "91"}), HasSubstr("latitude"));
+  EXPECT_THAT(with({"--height", "3"}), HasSubstr("--latitude"));
+  EXPECT_THAT(with({"--date", "tomorrow"}), HasSubstr("--date"));
+  EXPECT_THAT(with({"--convention", "ned"}), HasSubstr("flu or frd"));
+  EXPECT_THAT(with({"--weights", "all"}), HasSubstr("--weights"));
+  EXPECT_THAT(with({"--leave-out", "7,x"}), HasSubstr("--leave-out"));
+  EXPECT_THAT(with({"--leave-out", "77"}), HasSubstr("no run 77"));
+  EXPECT_THAT(with({"--axes", "x,,z"}), HasSubstr("--axes"));
+  EXPECT_THAT(with({"other.json"}), HasSubstr("only file"));
+  for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
+           {},
+           {"calibrat"},
+           {"--frobnicate"},
+           {"calibrate"},
+           {"calibrate", run},
+           {"calibrate", run, "--instrument", "accelerometer"},
+           {"calibrate", run, "--field", "gravity"},
+           {"calibrate", run, "--instrument", "sextant", "--field", "gravity"},
+           {"calibrate", run, "--instrument", "generic", "--field", "custom"},
+           {"apply"},
+           {"apply", run},
+           {"plan", "--design", "13"},
+           {"plan", "--replicates", "0"},
+           {"plan", "--seed", "-1"},
+           {"simulate"},
+           {"simulate", "--truth", run, "--noise", "-1"}}) {
+    const ProgramResult result = run_axiscal(arguments);
+    EXPECT_EQ(result.status, 2) << testing::PrintToString(arguments) << result.err;
+    EXPECT_NE(result.err, "");
+  }
+  EXPECT_THAT(run_axiscal({"calibrat"}).err, HasSubstr("did you mean 'calibrate'?"));
+}
+
+TEST(Usage, WhatLaterVersionsBringIsRefusedNotPassedOver) {
+  const ScratchFolder folder;
+  const std::string run = folder.write("run.csv", observations_text(accelerometer_truth(), {}));
+  for (const std::vector<std::string>& later : std::vector<std::vector<std::string>>{
+           {"--instrument", "magnetometer", "--field", "gravity"},
+           {"--instrument", "accelerometer", "--field", "geomagnetic"},
+           {"--instrument", "accelerometer", "--field", "gravity", "--method", "magnitude"},
+           {"--instrument", "accelerometer", "--field", "gravity", "--range", "0,1"},
+           {"--instrument", "accelerometer", "--field", "gravity", "--one-sided"},
+           {"--instrument", "accelerometer", "--field", "gravity", "--also", "gravity"},
+           {"--instrument", "accelerometer", "--field", "gravity", "--shape", "triangular"},
+           {"--instrument", "accelerometer", "--field", "gravity", "--from", "r.json"},
+           {"--instrument", "accelerometer", "--field", "gravity", "--limits", "l.json"},
+           {"--instrument", "accelerometer", "--field", "gravity", "--level-by", "block"},
+           {"--instrument", "accelerometer", "--field", "gravity", "--temperature-order", "1"},
+           {"--instrument", "accelerometer", "--field", "gravity", "--temperature-reference", "2"},
+           {"--instrument", "accelerometer", "--field", "gravity", "--axes", "d=p-n,y,z"}}) {
+    std::vector<std::string> arguments = {"calibrate", run};
+    arguments.insert(arguments.end(), later.begin(), later.end());
+    EXPECT_EQ(run_axiscal(arguments).status, 2) << testing::PrintToString(later);
+  }
+  EXPECT_EQ(run_axiscal({"plan", "--noise", "1e-4"}).status, 2);
+  EXPECT_EQ(run_axiscal({"plan", "--want-angle-deg", "0.01"}).status, 2);
+  for (const char* subcommand : {"field", "segment", "noise", "check", "level", "characterize",
+                                 "study", "export", "import", "report", "acquire"}) {
+    EXPECT_EQ(run_axiscal({subcommand}).status, 2) << subcommand;
+  }
+}
+
+}  // namespace
+}  // namespace axiscal::test

@@ -55,12 +55,16 @@ void feed(int descriptor, const std::string& text) {
 
 }  // namespace
 
+std::string command_path() {
+  return AXISCAL_COMMAND;
+}
+
 ProgramResult run_axiscal(const std::vector<std::string>& arguments, const ProgramInput& input) {
   std::signal(SIGPIPE, SIG_IGN);
   const Pipe in;
   const Pipe out;
   const Pipe err;
-  std::vector<std::string> words = {AXISCAL_COMMAND};
+  std::vector<std::string> words = {command_path()};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& word : words) {

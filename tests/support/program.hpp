@@ -23,6 +23,9 @@ struct ProgramInput {
   std::string stdout_path;                     ///< instead of reading standard output
 };
 
+/// @return path of the command `axiscal`.
+[[nodiscard]] std::string command_path();
+
 /// Runs the command `axiscal` with these arguments.
 [[nodiscard]] ProgramResult run_axiscal(const std::vector<std::string>& arguments,
                                         const ProgramInput& input = {});
