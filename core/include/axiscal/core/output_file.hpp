@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -39,6 +40,8 @@ class OutputFile {
   std::string target_;     // path_ with links followed; empty when written to directly
   std::string temporary_;  // beside target_; empty when there is none
   int descriptor_ = -1;
+  std::size_t written_ = 0;
+  std::size_t handed_to_disk_ = 0;
 };
 
 /// Writes a file at one go, whole or not at all.

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// One calibration: the regression core beside Eigen's bare QR, and the whole public call.
+#include <Eigen/QR>
+#include <benchmark/benchmark.h>
+
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/simulate.hpp"
+
+namespace {
+
+using axiscal::Calibration;
+using axiscal::Experiment;
+using axiscal::Method;
+using axiscal::Observations;
+
+Calibration truth() {
+  Calibration truth;
+  truth.instrument.kind = "accelerometer";
+  truth.field = {.kind = "gravity", .unit = "g", .magnitude = 1.0};
+  truth.response.bias = Eigen::Vector3d(0.012, -0.034, 0.005);
+  truth.response.sensitivity = 2.5 * Eigen::Matrix3d::Identity();
+  truth.response.sensitivity(0, 1) = 0.02;
+  return truth;
+}
+
+Observations readings(int replicates) {
+  axiscal::SimulationOptions options;
+  options.noise_sd = 1e-4;
+  options.slope = {0.003, -0.002};
+  return axiscal::simulate(
+      truth(), axiscal::make_run_sheet(axiscal::standard_design(12), replicates, 1), options);
+}
+
+Eigen::MatrixXd design() {
+  const Observations run = readings(1);
+  Eigen::MatrixXd X(12, 4);
+  for (Eigen::Index i = 0; i < 12; ++i) {
+    X.row(i) << 1.0, run.response.row(i);
+  }
+  return X;
+}
+
+void eigen_qr_12x4x3(benchmark::State& state) {
+  const Eigen::Matrix<double, 12, 4> X = design();
+  const Eigen::Matrix<double, 12, 3> Y = readings(1).response;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(X.data());
+    const Eigen::Matrix<double, 4, 3> b = X.colPivHouseholderQr().solve(Y);
+    benchmark::DoNotOptimize(b.data());
+  }
+}
+BENCHMARK(eigen_qr_12x4x3);
+
+void core_fit_12x4x3_with_statistics(benchmark::State& state) {
+  const Eigen::MatrixXd X = design();
+  const Eigen::MatrixXd Y = readings(1).response;
+  for (auto _ : state) {
+    const axiscal::LeastSquaresDesign factored(X);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      benchmark::DoNotOptimize(factored.fit(Y.col(k)).residual_sd);
+    }
+  }
+}
+BENCHMARK(core_fit_12x4x3_with_statistics);
+
+void calibrate(benchmark::State& state, Method method, int replicates) {
+  Experiment experiment;
+  experiment.instrument.kind = "accelerometer";
+  experiment.field.kind = "gravity";
+  experiment.method = method;
+  if (method == Method::known) {
+    experiment.slope = {0.003, -0.002};
+  }
+  const Observations run = readings(replicates);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(axiscal::calibrate(experiment, run).response.bias.data());
+  }
+}
+BENCHMARK_CAPTURE(calibrate, paired_12, Method::paired, 1);
+BENCHMARK_CAPTURE(calibrate, joint_12, Method::joint, 1);
+BENCHMARK_CAPTURE(calibrate, known_12, Method::known, 1);
+BENCHMARK_CAPTURE(calibrate, paired_12x10, Method::paired, 10);
+BENCHMARK_CAPTURE(calibrate, joint_12x10, Method::joint, 10);
+
+void write_record(benchmark::State& state) {
+  Experiment experiment;
+  experiment.instrument.kind = "accelerometer";
+  experiment.field.kind = "gravity";
+  const Calibration calibration = axiscal::calibrate(experiment, readings(1));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(axiscal::calibration_json(calibration).size());
+  }
+}
+BENCHMARK(write_record);
+
+}  // namespace

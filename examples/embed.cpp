@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// The library in a program of your own: readings from memory, errors that say what to do.
+#include <cstdio>
+
+#include <axiscal/calib/calibrate.hpp>
+#include <axiscal/calib/simulate.hpp>
+
+int main() {
+  axiscal::Experiment experiment;
+  experiment.instrument.kind = "accelerometer";
+  experiment.instrument.unit = "counts";
+  experiment.field.kind = "gravity";
+
+  // Your own driver would fill this in, one reading for each way in which the cube lies.
+  axiscal::Observations observations;
+  observations.response.resize(4, 3);
+  observations.response << -8190.0, 12.0, -30.0,  //
+      8194.0, 15.0, -28.0,                        //
+      3.0, -8188.0, -33.0,                        //
+      5.0, 8200.0, -25.0;
+  const axiscal::DesignPoint points[] = {{axiscal::Face::plus_x, axiscal::Face::plus_y},
+                                         {axiscal::Face::minus_x, axiscal::Face::plus_y},
+                                         {axiscal::Face::plus_y, axiscal::Face::plus_z},
+                                         {axiscal::Face::minus_y, axiscal::Face::plus_z}};
+  for (const axiscal::DesignPoint& point : points) {
+    axiscal::Reading reading;
+    reading.run = static_cast<int>(observations.readings.size()) + 1;
+    reading.point = point;
+    observations.readings.push_back(reading);
+  }
+  try {
+    static_cast<void>(axiscal::calibrate(experiment, observations));
+  } catch (const axiscal::RefusedError& error) {
+    std::printf("refused: %s\n", error.what());
+  }
+
+  // The whole design, here simulated, is enough.
+  axiscal::Calibration truth;
+  truth.instrument = experiment.instrument;
+  truth.field.kind = "gravity";
+  truth.field.unit = "g";
+  truth.response.bias = Eigen::Vector3d(4.0, 10.0, -29.0);
+  truth.response.sensitivity = 8192.0 * Eigen::Matrix3d::Identity();
+  axiscal::SimulationOptions options;
+  options.noise_sd = 2.0;
+  const axiscal::Calibration result = axiscal::calibrate(
+      experiment, axiscal::simulate(
+                      truth, axiscal::make_run_sheet(axiscal::standard_design(12), 2, 1), options));
+  std::printf("z: bias %.1f +- %.1f counts, sensitivity %.1f +- %.1f counts/g (95 %%)\n",
+              result.response.bias(2),
+              result.statistics->coverage_factor(2) * result.statistics->bias_se(2),
+              result.response.sensitivity(2, 2),
+              result.statistics->coverage_factor(2) * result.statistics->sensitivity_se(2, 2));
+  return 0;
+}

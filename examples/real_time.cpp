@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Apply a calibration in a control loop: after construction nothing is allocated, nothing throws.
+#include <array>
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+
+#include <axiscal/calib/reduction.hpp>
+
+namespace {
+std::atomic<long> allocations = 0;
+}
+
+// Counts allocations, to show that there are none.
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) {
+    return memory;
+  }
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+int main() {
+  // Usually axiscal::read_calibration("cal.json").
+  axiscal::Calibration calibration;
+  calibration.instrument.kind = "accelerometer";
+  calibration.field.kind = "gravity";
+  calibration.field.unit = "g";
+  calibration.response.bias = Eigen::Vector3d(0.01, -0.02, 0.005);
+  calibration.response.sensitivity = 2.5 * Eigen::Matrix3d::Identity();
+
+  const axiscal::Reducer reducer(calibration);
+  const long before = allocations;
+  axiscal::ReducedReading reduced;
+  for (int tick = 0; tick < 1000; ++tick) {
+    const std::array<double, 3> volts = {0.01 + 1e-3 * tick, -0.02, 2.4};
+    reduced = reducer.reduce(volts);
+  }
+  std::printf("pitch %.3f deg, roll %.3f deg, | f | - F = %+.4f g; allocations: %ld\n",
+              reduced.derived.values[0], reduced.derived.values[1], reduced.residual,
+              allocations - before);
+  return 0;
+}
