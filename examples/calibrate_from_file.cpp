@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Calibrate from a file of observations, print the result and store the record.
-#include <cstdio>
-
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/calibration_json.hpp>
 #include <axiscal/calib/observations_csv.hpp>
 #include <axiscal/core/input_file.hpp>
+#include <cstdio>
 
 int main(int argc, char** argv) {
   try {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The library in a program of your own: readings from memory, errors that say what to do.
-#include <cstdio>
-
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
+#include <cstdio>
 
 int main() {
   axiscal::Experiment experiment;

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A reference field of your own: derive from ReferenceField and calibrate against it.
-#include <cstdio>
-#include <memory>
-
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
+#include <cstdio>
+#include <memory>
 
 // The cube stands on a table in a centrifuge: gravity and a centripetal part to the north.
 class CentrifugeField final : public axiscal::ReferenceField {

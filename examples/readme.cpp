@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program of the README.
-#include <cstdio>
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/reduction.hpp>
 #include <axiscal/calib/simulate.hpp>
+#include <cstdio>
 
 int main() {
   axiscal::Calibration truth;  // an ideal instrument, to have something to read

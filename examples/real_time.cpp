@@ -2,11 +2,10 @@
 // Apply a calibration in a control loop: after construction nothing is allocated, nothing throws.
 #include <array>
 #include <atomic>
+#include <axiscal/calib/reduction.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <new>
-
-#include <axiscal/calib/reduction.hpp>
 
 namespace {
 std::atomic<long> allocations = 0;
@@ -20,8 +19,12 @@ void* operator new(std::size_t size) {
   }
   throw std::bad_alloc();
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
 
 int main() {
   // Usually axiscal::read_calibration("cal.json").

@@ -109,6 +109,9 @@ class Finder {
     for (const RegressionRow& row : rows) {
       for (Eigen::Index k = 0; k < row.studentized.size(); ++k) {
         const double t = row.studentized(k);
+        if (!(std::abs(t) > 3.0)) {
+          continue;  // never that unlikely
+        }
         const double p = student_t_two_sided_p(t, statistics().degrees_of_freedom(k) - 1.0);
         const bool rounding = statistics().residual_sd(k) <= 1e-13 * full_response(k);
         if (p * tests < false_alarm && !rounding) {

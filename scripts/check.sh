@@ -1,0 +1,25 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# The long look before a change is handed in: format, g++, clang, sanitizers, each public header
+# alone, Doxygen, and clang-tidy on what changed against origin/main (--all: on everything). Needs
+# clang, clang-format, clang-tidy and doxygen beside what dependencies.sh installs.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+scripts/format.sh --check
+for preset in dev clang sanitize; do
+  cmake --workflow --preset "$preset"
+done
+cmake --build --preset dev --target all_verify_interface_header_sets
+doxygen docs/Doxyfile
+
+if [ "${1:-}" = --all ]; then
+  files=$(git ls-files '*.cpp')
+else
+  base=$(git merge-base HEAD origin/main 2>/dev/null || git rev-list --max-parents=0 HEAD | tail -n 1)
+  files=$(git diff --name-only --diff-filter=d "$base" -- '*.cpp')
+fi
+files=$(printf '%s\n' "$files" | grep -v '^tests/install/' || true)
+if [ -n "$files" ]; then
+  printf '%s\n' "$files" | xargs -P "$(nproc)" -n 4 clang-tidy -p build/clang --quiet
+fi

@@ -1,0 +1,70 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Installs what building and testing Axiscal needs and this machine lacks, from the distribution's
+# packages (Debian 12 or later, Ubuntu 22.04 or later). Uses sudo where it is not run as root.
+set -euo pipefail
+
+# One need a line; alternatives are tried from left to right, as distributions name them differently.
+needs=(
+  "g++"
+  "cmake"
+  "ninja-build"
+  "pkg-config pkgconf"
+  "git"
+  "ccache"
+  "libeigen3-dev"
+  "libgeographiclib-dev libgeographic-dev"
+  "nlohmann-json3-dev"
+  "libboost-dev"
+  "libcli11-dev"
+  "libfmt-dev"
+  "libmd-dev"
+  "libgtest-dev"
+  "libgmock-dev"
+  "libbenchmark-dev"
+)
+
+is_installed() {
+  [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
+}
+
+if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+  echo "dependencies.sh: no apt here; install these yourself: ${needs[*]}" >&2
+  exit 1
+fi
+
+missing=()
+for need in "${needs[@]}"; do
+  found=no
+  for package in $need; do
+    if is_installed "$package"; then
+      found=yes
+      break
+    fi
+  done
+  [ "$found" = yes ] || missing+=("$need")
+done
+[ ${#missing[@]} -gt 0 ] || exit 0
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || { echo "dependencies.sh: run it as root, or install sudo" >&2; exit 1; }
+  as_root=(sudo)
+fi
+export DEBIAN_FRONTEND=noninteractive
+"${as_root[@]}" apt-get update -q
+
+packages=()
+for need in "${missing[@]}"; do
+  chosen=
+  for package in $need; do
+    if apt-cache show "$package" >/dev/null 2>&1; then
+      chosen=$package
+      break
+    fi
+  done
+  [ -n "$chosen" ] || { echo "dependencies.sh: this distribution has no ${need// / or }" >&2; exit 1; }
+  packages+=("$chosen")
+done
+echo "dependencies.sh: installing ${packages[*]}"
+"${as_root[@]}" apt-get install -y -q --no-install-recommends "${packages[@]}"
