@@ -11,7 +11,11 @@ Calibration truth_of(const LinearResponse& response, const std::string& kind) {
   truth.instrument.unit = "V";
   truth.instrument.axes.clear();
   for (Eigen::Index k = 0; k < response.bias.size(); ++k) {
-    truth.instrument.axes.push_back(k < 3 ? std::string(1, "xyz"[k]) : "a" + std::to_string(k));
+    std::string name(1, k < 3 ? "xyz"[k] : 'a');
+    if (k >= 3) {
+      name += std::to_string(k);
+    }
+    truth.instrument.axes.push_back(name);
   }
   truth.field = {.kind = "gravity", .unit = "g", .magnitude = 1.0};
   truth.response = response;
