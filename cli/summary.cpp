@@ -211,18 +211,21 @@ class Summary {
   }
 
   void add_quality_of(std::size_t first, std::size_t last) {
-    std::vector<std::string> names, sd, dof, r2, studentized, lack;
+    std::vector<std::string> names, sd, dof, unexplained, studentized, lack;
     for (std::size_t i = first; i < last; ++i) {
       const auto k = static_cast<Eigen::Index>(i);
       names.push_back(axis_name(k));
       sd.push_back(fmt::format("{:.3g}", statistics_.residual_sd(k)));
       dof.push_back(fmt::format("{:.4g}", statistics_.degrees_of_freedom(k)));
-      r2.push_back(fmt::format("{:.8f}", statistics_.r_squared(k)));
+      unexplained.push_back(fmt::format("{:.1e}", 1.0 - statistics_.r_squared(k)));
+      // With next to no degrees of freedom these are huge by chance and tell nothing.
+      constexpr double fewest_degrees_of_freedom = 4.0;
       double largest = std::nan("");
       for (const RegressionRow& row_of_fit : statistics_.rows) {
         largest = std::fmax(largest, std::abs(row_of_fit.studentized(k)));
       }
-      studentized.push_back(std::isnan(largest) ? "-" : fmt::format("{:.2f}", largest));
+      const bool tells = statistics_.degrees_of_freedom(k) >= fewest_degrees_of_freedom;
+      studentized.push_back(tells && !std::isnan(largest) ? fmt::format("{:.2f}", largest) : "-");
       if (i < statistics_.lack_of_fit.size()) {
         lack.push_back(fmt::format("{:.2g}", statistics_.lack_of_fit[i].p_value));
       }
@@ -231,7 +234,7 @@ class Summary {
     text_ += row("axis", width, names);
     text_ += row(fmt::format("residual sd of a reading [{}]", c_.instrument.unit), width, sd);
     text_ += row("degrees of freedom", width, dof);
-    text_ += row("R^2", width, r2);
+    text_ += row("1 - R^2", width, unexplained);
     text_ += row("largest studentised residual", width, studentized);
     if (!lack.empty()) {
       text_ += row("lack of fit against repeats, p", width, lack);

@@ -10,8 +10,8 @@
 namespace axiscal {
 namespace {
 
-// Probability of a false alarm over a whole run. Studentised residuals of `joint` have heavier tails
-// than t where readings are few: at 1e-4 outliers are announced in 0.1 to 0.2 % of good runs.
+// Probability of a false alarm over a whole run. Studentised residuals of `joint` have heavier
+// tails than t where readings are few: at 1e-4 outliers are announced in 0.1 to 0.2 % of good runs.
 constexpr double false_lack_of_fit = 1e-3;
 constexpr double false_outlier = 1e-4;
 // Residual scatter above this part of the full response is no calibration but a mistake.

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the README shows is what is there.
+#include <filesystem>
+
+#include "matchers.hpp"
+#include "program.hpp"
+
+namespace axiscal::test {
+namespace {
+
+using testing::HasSubstr;
+
+std::string source_file(const std::string& name) {
+  return read_file((std::filesystem::path(AXISCAL_SOURCE_DIR) / name).string());
+}
+
+TEST(Readme, ShowsTheExampleAndTheConsumer) {
+  const std::string readme = source_file("README.md");
+  ASSERT_FALSE(readme.empty());
+  const std::string example = source_file("examples/readme.cpp");
+  EXPECT_THAT(readme, HasSubstr(example.substr(example.find("#include"))));
+  const std::string consumer = source_file("tests/install/consumer/CMakeLists.txt");
+  EXPECT_THAT(readme, HasSubstr(consumer.substr(consumer.find("cmake_minimum"))));
+}
+
+TEST(Readme, ShowsWhatTheCommandPrints) {
+  const ScratchFolder folder;
+  std::filesystem::create_directory(folder.path("examples"));
+  folder.write("examples/run.csv", source_file("examples/run.csv"));
+  folder.write("log.csv", "time,x,y,z\n1,0.870,0.000,2.360\n");
+  const std::string readme = source_file("README.md");
+  const auto shown = [&](const std::string& command) {
+    const std::string shell = "cd '" + folder.path("") + "' && PATH='" +
+                              std::filesystem::path(command_path()).parent_path().string() +
+                              "':\"$PATH\" " + command + " > out.txt 2> err.txt";
+    EXPECT_EQ(std::system(shell.c_str()), 0) << read_file(folder.path("err.txt"));
+    EXPECT_THAT(readme, HasSubstr("$ " + command + "\n" + read_file(folder.path("out.txt"))));
+  };
+  shown(
+      "axiscal calibrate examples/run.csv --instrument accelerometer --field gravity --unit V "
+      "--serial QA-113 -o cal.json");
+  shown("axiscal apply cal.json log.csv");
+}
+
+}  // namespace
+}  // namespace axiscal::test
