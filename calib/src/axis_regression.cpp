@@ -14,8 +14,6 @@
 namespace axiscal {
 namespace {
 
-constexpr double coverage = 0.95;
-
 // Reweights until the weights stay, then states the covariance of the robust estimate.
 void make_robust(AxisRegression& axis,
                  const Eigen::MatrixXd& design,

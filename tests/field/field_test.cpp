@@ -56,7 +56,7 @@ TEST(CustomField, IsWhatItWasGiven) {
   EXPECT_EQ(field.value_in_enu(), Eigen::Vector3d(3.0, 0.0, -4.0));
   EXPECT_EQ(field.magnitude(), 5.0);
   EXPECT_EQ(field.unit(), "uT");
-  EXPECT_THROW(CustomField(Eigen::Vector3d::Zero()), DomainError);
+  EXPECT_THROW(CustomField{Eigen::Vector3d(0.0, 0.0, 0.0)}, DomainError);
 }
 
 }  // namespace
