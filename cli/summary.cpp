@@ -111,10 +111,10 @@ class Summary {
       files += (files.empty() ? "" : ", ") + input.path;
     }
     std::string used =
-        fmt::format("{}{} of {}", files.empty() ? "" : files + ": ", statistics_.observations,
+        fmt::format("{}{} of {} used", files.empty() ? "" : files + ": ", statistics_.observations,
                     counted(c_.residuals.size(), "reading"));
     if (!points.empty()) {
-      used += fmt::format(" used, at {} in {}", counted(points.size(), "design point"),
+      used += fmt::format(", at {} in {}", counted(points.size(), "design point"),
                           counted(blocks.size(), "block"));
     }
     text_ += wrapped(used, 80) + "\n";
@@ -162,11 +162,12 @@ class Summary {
       const int nominal = nominal_axis(c_.instrument, k).value_or(static_cast<int>(largest));
       const PolarForm polar = polar_from_sensitivity(S, nominal, c_.instrument.convention);
       const double t = statistics_.coverage_factor(k);
+      const double U = t * statistics_.sensitivity_se.row(k).maxCoeff();
+      const double across = S.norm() * std::sin(polar.coning_angle_rad);
       text_ += row(axis_name(k), label_width_ + 3,
-                   {rounded(S.norm(), t * statistics_.sensitivity_se.row(k).norm()),
-                    std::string(1, "xyz"[nominal]),
-                    fmt::format("{:.4f}", polar.coning_angle_rad * deg_per_rad),
-                    fmt::format("{:.2f}", polar.azimuth_rad * deg_per_rad)});
+                   {rounded(S.norm(), U), std::string(1, "xyz"[nominal]),
+                    rounded(polar.coning_angle_rad * deg_per_rad, U / S.norm() * deg_per_rad),
+                    rounded(polar.azimuth_rad * deg_per_rad, U / across * deg_per_rad)});
     }
   }
 
