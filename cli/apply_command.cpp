@@ -49,7 +49,8 @@ int run(const ApplyCommand& command) {
   }
   const Reducer reducer(calibration, reduction_options(command, calibration));
   InputFile input(command.readings);
-  CsvReader csv = csv_reader_of(input);
+  CsvReader csv = csv_reader_of(
+      input, command.follow ? CsvReader::Quotes::end_with_line : CsvReader::Quotes::span_lines);
   // Output that goes on for ever is written to directly: it would never be put into its place.
   OutputFile output(command.output,
                     command.follow ? OutputFile::Mode::direct : OutputFile::Mode::replace_whole);

@@ -40,11 +40,11 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
     }
   }
   if (options.convention) {
-    if (*options.convention != "flu" && *options.convention != "frd") {
-      throw UsageError("--convention: must be flu or frd, not '" + *options.convention + "'");
+    try {
+      instrument.convention = parse_convention(*options.convention);
+    } catch (const DomainError& error) {
+      throw UsageError(std::string("--convention: ") + error.what());
     }
-    instrument.convention = *options.convention == "frd" ? AxisConvention::forward_right_down
-                                                         : AxisConvention::forward_left_up;
   }
 }
 

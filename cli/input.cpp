@@ -29,8 +29,9 @@ ObservationsFile read_observations_file(const std::string& path,
   return result;
 }
 
-CsvReader csv_reader_of(InputFile& file) {
-  return {[&file](char* buffer, std::size_t size) { return file.read(buffer, size); }, file.path()};
+CsvReader csv_reader_of(InputFile& file, CsvReader::Quotes quotes) {
+  return {[&file](char* buffer, std::size_t size) { return file.read(buffer, size); }, file.path(),
+          quotes};
 }
 
 double number_of(std::string_view option, const std::string& text) {

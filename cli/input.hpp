@@ -26,7 +26,8 @@ struct ObservationsFile {
                                                       const ObservationColumns& columns);
 
 /// A reader of an open file; the file must outlive it.
-[[nodiscard]] CsvReader csv_reader_of(InputFile& file);
+[[nodiscard]] CsvReader csv_reader_of(InputFile& file,
+                                      CsvReader::Quotes quotes = CsvReader::Quotes::span_lines);
 
 /// The run sheet that the options ask for.
 [[nodiscard]] std::vector<RunSheetRow> make_sheet(const SheetOptions& options);

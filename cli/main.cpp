@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include "axiscal/calib/experiment.hpp"
@@ -21,6 +22,15 @@ extern "C" void remove_output_and_die(int signal) {
   axiscal::remove_unfinished_output();
   std::signal(signal, SIG_DFL);
   std::raise(signal);
+}
+
+// Without standard output a file that we open would take its number, and be printed into.
+void open_missing_standard_files() {
+  int descriptor = ::open("/dev/null", O_RDWR);
+  while (descriptor >= 0 && descriptor <= STDERR_FILENO) {
+    descriptor = ::open("/dev/null", O_RDWR);
+  }
+  ::close(descriptor);
 }
 
 void set_signals() {
@@ -55,6 +65,7 @@ int run_command(const axiscal::cli::Command& command) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  open_missing_standard_files();
   set_signals();
   try {
     return run_command(

@@ -21,12 +21,14 @@ int decimals_for(double uncertainty) {
   return static_cast<int>(1.0 - std::floor(std::log10(uncertainty)));
 }
 
+constexpr std::size_t longest_label = 17;  // so that a row stays within 80 columns
+
 // A value to the digits that its uncertainty leaves; six digits where there is none.
 std::string rounded(double value, double uncertainty) {
   if (std::isnan(value)) {
     return "-";
   }
-  if (!(uncertainty > 0.0)) {
+  if (!(uncertainty > 0.0) || !std::isfinite(uncertainty) || !std::isfinite(value)) {
     return fmt::format("{:.6g}", value);
   }
   const int decimals = decimals_for(uncertainty);
@@ -41,7 +43,7 @@ std::string rounded(double value, double uncertainty) {
 }
 
 std::string rounded_uncertainty(double uncertainty) {
-  return std::isnan(uncertainty) ? "-" : rounded(uncertainty, uncertainty);
+  return std::isfinite(uncertainty) ? rounded(uncertainty, uncertainty) : "-";
 }
 
 // "V/g", "V/(m/s^2)".
@@ -73,7 +75,7 @@ class Summary {
     for (const std::string& axis : c_.instrument.axes) {
       label_width_ = std::max(label_width_, axis.size() + 1);
     }
-    label_width_ = std::min<std::size_t>(label_width_, 20);
+    label_width_ = std::min(label_width_, longest_label + 1);
   }
 
   std::string text() {
@@ -86,7 +88,7 @@ class Summary {
   }
 
  private:
-  void heading(const std::string& title) { text_ += "\n" + title + "\n"; }
+  void heading(const std::string& title) { text_ += "\n" + wrapped(title, 80) + "\n"; }
 
   void add_what_was_done() {
     const Instrument& instrument = c_.instrument;
@@ -157,9 +159,7 @@ class Summary {
     text_ += row("axis", label_width_ + 3, {"size", "nominal", "off it [deg]", "azimuth [deg]"});
     for (Eigen::Index k = 0; k < c_.response.bias.size(); ++k) {
       const Eigen::Vector3d S = c_.response.sensitivity.row(k);
-      Eigen::Index largest = 0;
-      S.cwiseAbs().maxCoeff(&largest);
-      const int nominal = nominal_axis(c_.instrument, k).value_or(static_cast<int>(largest));
+      const int nominal = main_axis(c_.instrument, c_.response, k);
       const PolarForm polar = polar_from_sensitivity(S, nominal, c_.instrument.convention);
       const double t = statistics_.coverage_factor(k);
       const double U = t * statistics_.sensitivity_se.row(k).maxCoeff();
@@ -227,13 +227,15 @@ class Summary {
       }
       const bool tells = statistics_.degrees_of_freedom(k) >= fewest_degrees_of_freedom;
       studentized.push_back(tells && !std::isnan(largest) ? fmt::format("{:.2f}", largest) : "-");
-      if (i < statistics_.lack_of_fit.size()) {
-        lack.push_back(fmt::format("{:.2g}", statistics_.lack_of_fit[i].p_value));
+      if (!statistics_.lack_of_fit.empty()) {
+        const double p = statistics_.lack_of_fit[i].p_value;
+        lack.push_back(std::isnan(p) ? "-" : fmt::format("{:.2g}", p));
       }
     }
     const std::size_t width = 34;
     text_ += row("axis", width, names);
-    text_ += row(fmt::format("residual sd of a reading [{}]", c_.instrument.unit), width, sd);
+    text_ += row(fmt::format("residual sd of a reading [{}]", c_.instrument.unit).substr(0, width),
+                 width, sd);
     text_ += row("degrees of freedom", width, dof);
     text_ += row("1 - R^2", width, unexplained);
     text_ += row("largest studentised residual", width, studentized);
@@ -243,7 +245,7 @@ class Summary {
   }
 
   [[nodiscard]] std::string axis_name(Eigen::Index k) const {
-    return c_.instrument.axes[static_cast<std::size_t>(k)].substr(0, 20);
+    return c_.instrument.axes[static_cast<std::size_t>(k)].substr(0, longest_label);
   }
 
   const Calibration& c_;

@@ -10,17 +10,21 @@
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/robust.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
 namespace {
 
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
 // Reweights until the weights stay, then states the covariance of the robust estimate.
 void make_robust(AxisRegression& axis,
+                 const LeastSquaresDesign& plain,
                  const Eigen::MatrixXd& design,
                  const Eigen::VectorXd& response,
+                 const std::vector<std::string>& names,
                  double rounding) {
   const auto p = static_cast<double>(design.cols());
-  const LeastSquaresDesign plain(design, axis.weights);
   if (axis.fit.degrees_of_freedom < 2.0) {
     throw RefusedError(
         "robust regression needs at least two readings (or, by `paired`, averages) more than "
@@ -34,7 +38,7 @@ void make_robust(AxisRegression& axis,
         bisquare_weights(root.cwiseProduct(axis.fit.residuals), plain.leverage(), p, rounding);
     const double change = (bisquare.weights - robust).cwiseAbs().maxCoeff();
     robust = bisquare.weights;
-    axis.fit = LeastSquaresDesign(design, axis.weights.cwiseProduct(robust)).fit(response);
+    axis.fit = LeastSquaresDesign(design, axis.weights.cwiseProduct(robust), names).fit(response);
     if (change < 1e-9) {
       break;
     }
@@ -44,6 +48,15 @@ void make_robust(AxisRegression& axis,
   axis.fit.residual_sd = bisquare.scale * std::sqrt(bisquare.variance_factor);
   axis.fit.covariance = axis.fit.residual_sd * axis.fit.residual_sd * plain.unscaled_covariance();
   axis.fit.leverage = plain.leverage();
+  // What was given no weight must show: all residuals count, in units of the robust scatter.
+  const Eigen::VectorXd weighted = root.cwiseProduct(axis.fit.residuals);
+  ResidualDiagnostics diagnostics =
+      scale_residuals(weighted, plain.leverage(), axis.fit.residual_sd, p);
+  axis.fit.studentized = std::move(diagnostics.studentized);
+  axis.fit.cooks_distance = std::move(diagnostics.cooks_distance);
+  const double mean = axis.weights.dot(response) / axis.weights.sum();
+  const double total = root.cwiseProduct((response.array() - mean).matrix()).squaredNorm();
+  axis.fit.r_squared = 1.0 - weighted.squaredNorm() / total;
 }
 
 }  // namespace
@@ -51,9 +64,10 @@ void make_robust(AxisRegression& axis,
 AxisRegression regress_axis(const Eigen::MatrixXd& design,
                             const Eigen::VectorXd& response,
                             const Eigen::VectorXd& weights,
+                            const std::vector<std::string>& names,
                             bool robust,
                             double rounding) {
-  const LeastSquaresDesign factored(design, weights);
+  const LeastSquaresDesign factored(design, weights, names);
   AxisRegression axis{
       .fit = factored.fit(response),
       .variance_inflation = variance_inflation(design, weights, factored.unscaled_covariance()),
@@ -61,16 +75,16 @@ AxisRegression regress_axis(const Eigen::MatrixXd& design,
       .weights = weights,
       .robust_weights = {}};
   if (robust) {
-    make_robust(axis, design, response, rounding);
+    make_robust(axis, factored, design, response, names, rounding);
   }
   return axis;
 }
 
-std::optional<LackOfFit> test_lack_of_fit(const std::vector<int>& group,
-                                          const Eigen::VectorXd& weights,
-                                          const Eigen::VectorXd& weighted_residuals,
-                                          double degrees_of_freedom,
-                                          double rounding) {
+LackOfFit test_lack_of_fit(const std::vector<int>& group,
+                           const Eigen::VectorXd& weights,
+                           const Eigen::VectorXd& weighted_residuals,
+                           double degrees_of_freedom,
+                           double rounding) {
   struct Sums {
     double weight = 0.0;
     double residual = 0.0;
@@ -92,28 +106,29 @@ std::optional<LackOfFit> test_lack_of_fit(const std::vector<int>& group,
     pure_error_dof += sums.count - 1;
   }
   const double lack_of_fit_dof = degrees_of_freedom - pure_error_dof;
-  if (!(pure_error_dof > 0.0) || !(lack_of_fit_dof > 0.0)) {
-    return std::nullopt;
+  LackOfFit result{.pure_error_sd = not_a_number,
+                   .pure_error_dof = pure_error_dof,
+                   .lack_of_fit_dof = lack_of_fit_dof,
+                   .f = not_a_number,
+                   .p_value = not_a_number};
+  if (!(pure_error_dof > 0.0)) {
+    return result;
   }
   const double pure_error =
       std::max(weighted_residuals.squaredNorm() - between, 0.0) / pure_error_dof;
-  LackOfFit result{.pure_error_sd = std::sqrt(pure_error),
-                   .pure_error_dof = pure_error_dof,
-                   .lack_of_fit_dof = lack_of_fit_dof,
-                   .f = (between / lack_of_fit_dof) / pure_error};
+  result.pure_error_sd = std::sqrt(pure_error);
+  if (!(lack_of_fit_dof > 0.0)) {
+    return result;
+  }
+  result.f = (between / lack_of_fit_dof) / pure_error;
   const bool only_rounding = between / lack_of_fit_dof < rounding * rounding;
   result.p_value = only_rounding ? 1.0 : f_upper_p(result.f, lack_of_fit_dof, pure_error_dof);
   return result;
 }
 
-Estimate summarize(const ReadingSet& set,
-                   const std::vector<AxisRegression>& axes,
-                   RegressionRows rows) {
-  const auto m = static_cast<Eigen::Index>(axes.size());
-  Estimate estimate;
-  FitStatistics& statistics = estimate.statistics;
-  estimate.response.bias.resize(m);
-  estimate.response.sensitivity.resize(m, 3);
+FitStatistics blank_statistics(const ReadingSet& set, RegressionRows& rows) {
+  const Eigen::Index m = set.axis_count();
+  FitStatistics statistics;
   statistics.observations = static_cast<int>(set.size());
   statistics.degrees_of_freedom.resize(m);
   statistics.residual_sd.resize(m);
@@ -129,6 +144,47 @@ Estimate summarize(const ReadingSet& set,
       row.robust_weight.resize(m);
     }
   }
+  return statistics;
+}
+
+void put_diagnostics(FitStatistics& statistics,
+                     Eigen::Index k,
+                     const Eigen::VectorXd& leverage,
+                     const ResidualDiagnostics& diagnostics,
+                     const Eigen::VectorXd& robust_weights) {
+  for (std::size_t i = 0; i < statistics.rows.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    RegressionRow& row = statistics.rows[i];
+    row.leverage(k) = leverage(at);
+    row.studentized(k) = diagnostics.studentized(at);
+    row.cooks_distance(k) = diagnostics.cooks_distance(at);
+    if (robust_weights.size() > 0) {
+      row.robust_weight(k) = robust_weights(at);
+    }
+  }
+}
+
+void require_response(const ReadingSet& set) {
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const Eigen::VectorXd response = set.response.col(k);
+    if (response.maxCoeff() - response.minCoeff() <= set.rounding(k)) {
+      throw RefusedError("axis " + set.axes[static_cast<std::size_t>(k)] +
+                         " does not respond to the field: all its readings are " +
+                         number_text(response(0)) +
+                         "; check its wiring and its column, or leave it out");
+    }
+  }
+}
+
+Estimate summarize(const ReadingSet& set,
+                   const std::vector<AxisRegression>& axes,
+                   RegressionRows rows) {
+  const auto m = static_cast<Eigen::Index>(axes.size());
+  Estimate estimate;
+  estimate.statistics = blank_statistics(set, rows);
+  FitStatistics& statistics = estimate.statistics;
+  estimate.response.bias.resize(m);
+  estimate.response.sensitivity.resize(m, 3);
   for (Eigen::Index k = 0; k < m; ++k) {
     const AxisRegression& axis = axes[static_cast<std::size_t>(k)];
     const LeastSquaresFit& fit = axis.fit;
@@ -140,21 +196,12 @@ Estimate summarize(const ReadingSet& set,
     statistics.variance_inflation.row(k) = axis.variance_inflation.tail<3>();
     statistics.condition_number = std::max(statistics.condition_number, axis.condition_number);
     statistics.covariance.block<4, 4>(4 * k, 4 * k) = fit.covariance;
-    for (std::size_t i = 0; i < statistics.rows.size(); ++i) {
-      const auto at = static_cast<Eigen::Index>(i);
-      RegressionRow& row = statistics.rows[i];
-      row.leverage(k) = fit.leverage(at);
-      row.studentized(k) = fit.studentized(at);
-      row.cooks_distance(k) = fit.cooks_distance(at);
-      if (set.robust) {
-        row.robust_weight(k) = axis.robust_weights(at);
-      }
-    }
+    put_diagnostics(statistics, k, fit.leverage,
+                    {.studentized = fit.studentized, .cooks_distance = fit.cooks_distance},
+                    axis.robust_weights);
     const Eigen::VectorXd weighted = axis.weights.cwiseSqrt().cwiseProduct(fit.residuals);
-    if (const auto test = test_lack_of_fit(rows.group, axis.weights, weighted,
-                                           fit.degrees_of_freedom, set.rounding(k))) {
-      statistics.lack_of_fit.push_back(*test);
-    }
+    statistics.lack_of_fit.push_back(test_lack_of_fit(rows.group, axis.weights, weighted,
+                                                      fit.degrees_of_freedom, set.rounding(k)));
   }
   return estimate;
 }

@@ -26,21 +26,37 @@ struct RegressionRows {
 };
 
 /// Fits one axis; bisquare on request.
+/// @param names     of the axis's parameters, for errors.
 /// @param rounding  residuals below this count as zero.
 [[nodiscard]] AxisRegression regress_axis(const Eigen::MatrixXd& design,
                                           const Eigen::VectorXd& response,
                                           const Eigen::VectorXd& weights,
+                                          const std::vector<std::string>& names,
                                           bool robust,
                                           double rounding);
 
 /// Pure error against lack of fit for one axis.
 /// @param weighted_residuals  sqrt(w_i) (y_i - fit_i).
-/// @return nothing where there are no replicates or no degrees of freedom for either part.
-[[nodiscard]] std::optional<LackOfFit> test_lack_of_fit(const std::vector<int>& group,
-                                                        const Eigen::VectorXd& weights,
-                                                        const Eigen::VectorXd& weighted_residuals,
-                                                        double degrees_of_freedom,
-                                                        double rounding);
+/// @return F and p are NaN where there are no degrees of freedom for either part.
+[[nodiscard]] LackOfFit test_lack_of_fit(const std::vector<int>& group,
+                                         const Eigen::VectorXd& weights,
+                                         const Eigen::VectorXd& weighted_residuals,
+                                         double degrees_of_freedom,
+                                         double rounding);
+
+/// Statistics with room for each axis, and no more in them than the rows.
+[[nodiscard]] FitStatistics blank_statistics(const ReadingSet& set, RegressionRows& rows);
+
+/// Writes what was found of axis k into the rows' diagnostics.
+void put_diagnostics(FitStatistics& statistics,
+                     Eigen::Index k,
+                     const Eigen::VectorXd& leverage,
+                     const ResidualDiagnostics& diagnostics,
+                     const Eigen::VectorXd& robust_weights);
+
+/// Refuses an axis whose readings are all the same: it does not respond to the field.
+/// @throws RefusedError  naming the axis.
+void require_response(const ReadingSet& set);
 
 /// Puts the axes' regressions together into the response and its statistics.
 [[nodiscard]] Estimate summarize(const ReadingSet& set,

@@ -23,11 +23,15 @@ namespace axiscal {
 namespace {
 
 bool brings_field(const Observations& observations) {
-  return !observations.readings.empty() && observations.readings.front().field_in_sensor;
+  return !observations.readings.empty() &&
+         std::all_of(observations.readings.begin(), observations.readings.end(),
+                     [](const Reading& reading) { return reading.field_in_sensor.has_value(); });
 }
 
 bool has_labels(const Observations& observations) {
-  return !observations.readings.empty() && observations.readings.front().point;
+  return !observations.readings.empty() &&
+         std::all_of(observations.readings.begin(), observations.readings.end(),
+                     [](const Reading& reading) { return reading.point.has_value(); });
 }
 
 bool every_reading_has_its_opposite(const Observations& observations) {
@@ -57,9 +61,10 @@ void check(const Experiment& experiment, const Observations& observations) {
         "inclinometer or generic");
   }
   static_cast<void>(find_instrument_kind(instrument.kind));
-  const std::set<std::string> names(instrument.axes.begin(), instrument.axes.end());
-  if (instrument.axes.empty() || names.size() != instrument.axes.size() || names.contains("")) {
-    throw SetupError("an instrument needs one or more axes, each with a name of its own");
+  try {
+    check_axes(instrument);
+  } catch (const DomainError& error) {
+    throw SetupError(error.what());
   }
   if (observations.response.rows() != observations.size() ||
       observations.response.cols() != instrument.axis_count() ||
@@ -67,6 +72,18 @@ void check(const Experiment& experiment, const Observations& observations) {
     throw DomainError(
         "calibrate: the responses must be finite, a row for each reading and a "
         "column for each axis");
+  }
+  const bool bad_samples =
+      observations.samples && (observations.samples->size() != observations.size() ||
+                               !(observations.samples->array() > 0.0).all());
+  const bool bad_sd = observations.response_sd &&
+                      (observations.response_sd->rows() != observations.response.rows() ||
+                       observations.response_sd->cols() != observations.response.cols());
+  if (bad_samples || bad_sd) {
+    throw DomainError(
+        "calibrate: samples must be positive, one for each reading, and standard deviations as "
+        "many "
+        "as responses");
   }
   for (const Reading& reading : observations.readings) {
     const Reading& first = observations.readings.front();
@@ -182,7 +199,7 @@ void add_intervals(Calibration& calibration) {
 std::vector<ReadingResidual> residuals_of(const Observations& observations,
                                           const ReadingSet& set,
                                           const Calibration& calibration,
-                                          const std::vector<std::size_t>& rows) {
+                                          const std::vector<bool>& used) {
   const LinearResponse& response = calibration.response;
   const bool by_field = set.rotation_sensor_from_table.empty();
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> inverse(response.sensitivity);
@@ -208,7 +225,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
       residual.block = reading.block;
     }
     residual.temperature = reading.temperature;
-    residual.used = std::find(rows.begin(), rows.end(), i) != rows.end();
+    residual.used = used[i];
     residuals.push_back(std::move(residual));
   }
   return residuals;
@@ -220,6 +237,15 @@ void add_notes(Calibration& calibration, const Observations& observations) {
     calibration.notes.push_back(
         "with fewer than three axes readings give the field along each axis and that axis's angle, "
         "not all three components");
+  }
+  for (const RegressionRow& row : calibration.statistics->rows) {
+    for (Eigen::Index k = 0; k < row.robust_weight.size(); ++k) {
+      if (row.robust_weight(k) == 0.0) {
+        calibration.notes.push_back(name_of_runs(row.runs) + ": given no weight for axis " +
+                                    calibration.instrument.axes[static_cast<std::size_t>(k)] +
+                                    " by the robust regression");
+      }
+    }
   }
   std::set<int> runs;
   for (const Reading& reading : observations.readings) {
@@ -238,6 +264,9 @@ Method choose_method(const Experiment& experiment, const Observations& observati
   if (experiment.method) {
     return *experiment.method;
   }
+  if (!brings_field(observations) && !has_labels(observations)) {
+    throw DomainError("choose_method: the readings have neither design points nor fields");
+  }
   if (brings_field(observations)) {
     return Method::known;
   }
@@ -249,8 +278,7 @@ Method choose_method(const Experiment& experiment, const Observations& observati
 Calibration calibrate(const Experiment& experiment, const Observations& observations) {
   check(experiment, observations);
   const std::vector<std::size_t> rows = used_rows(experiment, observations);
-  Observations used = observations;
-  used.readings.clear();
+  Observations used;
   for (const std::size_t row : rows) {
     used.readings.push_back(observations.readings[row]);
   }
@@ -274,6 +302,14 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   calibration.robust = experiment.robust;
   calibration.positioner = experiment.positioner.id();
   calibration.left_out = experiment.leave_out;
+  const double stated = calibration.field.magnitude;
+  if (!by_field && method == Method::known && calibration.field.in_table &&
+      !(std::abs(calibration.field.in_table->norm() / stated - 1.0) <= 1e-6)) {
+    throw SetupError("method known: the field in the table has the length " +
+                     number_text(calibration.field.in_table->norm()) +
+                     ", but its magnitude is given as " + number_text(stated) +
+                     "; give one of them");
+  }
   if (!by_field && !calibration.field.in_table) {
     throw SetupError("field " + calibration.field.kind +
                      ": give the vector in the table's frame with --field-table X,Y,Z");
@@ -295,10 +331,24 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   calibration.field.in_table_covariance = estimate.field_covariance;
   calibration.field.in_table_degrees_of_freedom = estimate.field_degrees_of_freedom;
   calibration.levelness = std::move(estimate.levelness);
+  std::vector<LackOfFit>& tests = calibration.statistics->lack_of_fit;
+  if (std::none_of(tests.begin(), tests.end(),
+                   [](const LackOfFit& test) { return test.pure_error_dof > 0.0; })) {
+    tests.clear();
+  }
   add_intervals(calibration);
-  calibration.residuals = residuals_of(observations, set, calibration, rows);
+  std::vector<bool> in_fit(observations.readings.size(), false);
+  for (const std::size_t row : rows) {
+    in_fit[row] = true;
+  }
+  std::vector<int> unpaired_runs;
+  for (const std::size_t i : estimate.unpaired) {
+    in_fit[rows[i]] = false;
+    unpaired_runs.push_back(set.readings[i].run);
+  }
+  calibration.residuals = residuals_of(observations, set, calibration, in_fit);
   add_notes(calibration, observations);
-  calibration.warnings = find_warnings(calibration, estimate);
+  calibration.warnings = find_warnings(calibration, estimate, std::move(unpaired_runs));
   const bool refused =
       std::any_of(calibration.warnings.begin(), calibration.warnings.end(),
                   [](const CalibrationWarning& w) { return w.code == "uncertain_direction"; });

@@ -58,13 +58,6 @@ Json json_of(const FieldDescription& field) {
   return json;
 }
 
-// The axis that an axis is nominally, or else the one that it mostly reads.
-int main_axis(const Instrument& instrument, const LinearResponse& response, Eigen::Index k) {
-  Eigen::Index largest = 0;
-  response.sensitivity.row(k).cwiseAbs().maxCoeff(&largest);
-  return nominal_axis(instrument, k).value_or(static_cast<int>(largest));
-}
-
 Json json_of(const Instrument& instrument, const LinearResponse& response) {
   Json polar = Json::array();
   for (Eigen::Index k = 0; k < response.bias.size(); ++k) {
@@ -241,23 +234,16 @@ Instrument instrument_of(const JsonValue& json) {
   Instrument instrument;
   const JsonValue kind = json.at("kind");
   instrument.kind = kind.text();
-  try {
-    static_cast<void>(find_instrument_kind(instrument.kind));
-  } catch (const DomainError& error) {
-    kind.fail(error.what());
-  }
+  kind.check([&] { static_cast<void>(find_instrument_kind(instrument.kind)); });
   instrument.serial = text_or(json, "serial", "");
   instrument.axes = json.at("axes").texts();
   if (instrument.axes.empty()) {
     json.at("axes").fail("must name at least one axis");
   }
   instrument.unit = json.at("unit").text();
-  const std::string convention = text_or(json, "convention", "flu");
-  if (convention != "flu" && convention != "frd") {
-    json.at("convention").fail("must be \"flu\" or \"frd\"");
+  if (const auto convention = json.find("convention")) {
+    convention->check([&] { instrument.convention = parse_convention(convention->text()); });
   }
-  instrument.convention =
-      convention == "frd" ? AxisConvention::forward_right_down : AxisConvention::forward_left_up;
   return instrument;
 }
 
@@ -331,8 +317,12 @@ FitStatistics statistics_of(const JsonValue& json, Eigen::Index m) {
   if (const auto names = json.find("parameter_names")) {
     statistics.parameter_names = names->texts();
   }
+  // Without names nobody knows what the covariance is of.
   const auto parameters = static_cast<Eigen::Index>(statistics.parameter_names.size());
-  statistics.covariance = matrix_or_nan(json, "covariance", parameters, parameters);
+  statistics.covariance.resize(0, 0);
+  if (parameters > 0) {
+    statistics.covariance = matrix_or_nan(json, "covariance", parameters, parameters);
+  }
   statistics.condition_number = number_or_nan(json, "condition_number");
   statistics.variance_inflation = matrix_or_nan(json, "variance_inflation", m, 3);
   if (const auto tests = json.find("lack_of_fit")) {

@@ -38,8 +38,8 @@ struct Estimate {
   std::optional<Levelness> levelness;
   std::optional<Eigen::Matrix3d> field_covariance;  // joint: of field_in_table
   double field_degrees_of_freedom = 0.0;
-  double direction_se_rad = 0.0;   // joint: the larger standard error of the field's direction
-  std::vector<int> unpaired_runs;  // paired: readings without their opposite, left out
+  double direction_se_rad = 0.0;      // joint: the larger standard error of the field's direction
+  std::vector<std::size_t> unpaired;  // paired: readings without their opposite, left out
 };
 
 /// Averages of opposite positions, the measured tilt put back in (METHOD 4).

@@ -111,6 +111,10 @@ FieldDescription make_field_description(const Experiment& experiment) {
   if (!(experiment.slope.norm() < 1.0)) {
     throw SetupError("--slope: X^2 + Y^2 must be less than 1");
   }
+  if (setup.in_table && experiment.slope.norm() > 0.0) {
+    throw SetupError(
+        "--slope and --field-table both say how the field lies in the table; give one of them");
+  }
   const std::shared_ptr<const ReferenceField> field = make_field(setup);
   FieldDescription description{.kind = std::string(field->kind()),
                                .unit = std::string(field->unit()),
@@ -120,9 +124,7 @@ FieldDescription make_field_description(const Experiment& experiment) {
   if (setup.in_table) {
     description.in_table = setup.in_table;
   } else if (setup.custom || setup.kind != "custom") {
-    const Eigen::Vector2d& slope = experiment.slope;
-    const Eigen::Vector3d up(slope.x(), slope.y(), std::sqrt(1.0 - slope.squaredNorm()));
-    description.in_table = smallest_rotation(Eigen::Vector3d::UnitZ(), up) *
+    description.in_table = rotation_sloping_from_level(experiment.slope) *
                            rotation_table_from_enu(experiment.fence_azimuth_rad) *
                            field->value_in_enu();
   }

@@ -8,6 +8,7 @@
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
@@ -50,22 +51,16 @@ void read_instrument(const JsonValue& json, Instrument& instrument) {
   check_keys(json, {"kind", "serial", "axes", "unit", "convention"}, {"range", "one_sided"});
   with(json, "kind", [&](const JsonValue& kind) {
     instrument.kind = kind.text();
-    try {
-      static_cast<void>(find_instrument_kind(instrument.kind));
-    } catch (const DomainError& error) {
-      kind.fail(error.what());
-    }
+    kind.check([&] { static_cast<void>(find_instrument_kind(instrument.kind)); });
   });
   with(json, "serial", [&](const JsonValue& serial) { instrument.serial = serial.text(); });
-  with(json, "axes", [&](const JsonValue& axes) { instrument.axes = axes.texts(); });
+  with(json, "axes", [&](const JsonValue& axes) {
+    instrument.axes = axes.texts();
+    axes.check([&] { check_axes(instrument); });
+  });
   with(json, "unit", [&](const JsonValue& unit) { instrument.unit = unit.text(); });
   with(json, "convention", [&](const JsonValue& convention) {
-    const std::string text = convention.text();
-    if (text != "flu" && text != "frd") {
-      convention.fail("must be \"flu\" or \"frd\"");
-    }
-    instrument.convention =
-        text == "frd" ? AxisConvention::forward_right_down : AxisConvention::forward_left_up;
+    convention.check([&] { instrument.convention = parse_convention(convention.text()); });
   });
 }
 
@@ -80,15 +75,33 @@ void read_field(const JsonValue& json, FieldSetup& field) {
       kind.fail("unknown field \"" + field.kind + "\"; this version knows: gravity, custom");
     }
   });
-  with(json, "unit", [&](const JsonValue& unit) { field.unit = unit.text(); });
-  with(json, "magnitude", [&](const JsonValue& value) { field.magnitude = value.number(); });
-  with(json, "in_table", [&](const JsonValue& value) { field.in_table = value.vector(3); });
+  with(json, "unit", [&](const JsonValue& unit) {
+    field.unit = unit.text();
+    if (field.kind == "gravity" && field.unit != "g" && field.unit != "m/s^2") {
+      unit.fail("gravity is in \"g\" or \"m/s^2\"");
+    }
+  });
+  with(json, "magnitude", [&](const JsonValue& value) {
+    field.magnitude = value.number();
+    if (!(*field.magnitude > 0.0)) {
+      value.fail("must be positive");
+    }
+  });
+  with(json, "in_table", [&](const JsonValue& value) {
+    field.in_table = value.vector(3);
+    if (!(field.in_table->norm() > 0.0)) {
+      value.fail("must not be zero");
+    }
+  });
 }
 
 void read_site(const JsonValue& json, FieldSetup& field) {
   check_keys(json, {"latitude_deg", "longitude_deg", "height_m", "date"}, {});
   with(json, "date", [&](const JsonValue& date) {
     field.date = date.is_text() ? date.text() : number_text(date.number());
+    if (!parse_number(field.date) && !parse_timestamp(field.date)) {
+      date.fail("is neither ISO 8601 nor a decimal year");
+    }
   });
   if (!json.find("latitude_deg") && !json.find("longitude_deg") && !json.find("height_m")) {
     return;
@@ -96,11 +109,7 @@ void read_site(const JsonValue& json, FieldSetup& field) {
   Site site{.latitude_deg = json.at("latitude_deg").number()};
   with(json, "longitude_deg", [&](const JsonValue& v) { site.longitude_deg = v.number(); });
   with(json, "height_m", [&](const JsonValue& v) { site.height_m = v.number(); });
-  try {
-    check_site(site);
-  } catch (const DomainError& error) {
-    json.fail(error.what());
-  }
+  json.check([&] { check_site(site); });
   field.site = site;
 }
 
@@ -109,7 +118,12 @@ void read_table(const JsonValue& json, Experiment& experiment) {
   with(json, "fence_azimuth_deg", [&](const JsonValue& value) {
     experiment.fence_azimuth_rad = value.number() * rad_per_deg;
   });
-  with(json, "slope", [&](const JsonValue& value) { experiment.slope = value.vector(2); });
+  with(json, "slope", [&](const JsonValue& value) {
+    experiment.slope = value.vector(2);
+    if (!(experiment.slope.norm() < 1.0)) {
+      value.fail("X^2 + Y^2 must be less than 1");
+    }
+  });
 }
 
 template <typename Enum>

@@ -13,6 +13,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "axiscal/positioner/design.hpp"
 #include "design_advice.hpp"
 #include "estimation.hpp"
 #include "opposite_pairs.hpp"
@@ -79,7 +80,8 @@ State JointFit::at(const Eigen::Vector3d& field_in_table) const {
     const bool shared = k > 0 && weights_.col(k) == weights_.col(k - 1);
     axis.design = shared ? state.axes.back().design
                          : std::make_shared<const LeastSquaresDesign>(
-                               state.X, weights_.col(k), parameter_names({set_.axes.front()}));
+                               state.X, weights_.col(k),
+                               parameter_names({set_.axes[static_cast<std::size_t>(k)]}));
     axis.root_weights = weights_.col(k).cwiseSqrt();
     axis.estimate = axis.design->estimate(set_.response.col(k));
     axis.residuals = axis.root_weights.cwiseProduct(set_.response.col(k) - state.X * axis.estimate);
@@ -231,6 +233,7 @@ struct Solution {
   State state;
   Eigen::VectorXd sigma;
   Shares shares;
+  bool weights_are_estimated = false;
 };
 
 // One scatter for all axes; 1 where there is nothing to estimate it from.
@@ -255,6 +258,7 @@ Solution solve(const ReadingSet& set, const JointFit& fit, const Eigen::Vector3d
   const Shares shares = shares_of(set, fit, state, sigma);
   const Solution equal{.state = std::move(state), .sigma = sigma, .shares = shares};
   Solution solution = equal;
+  solution.weights_are_estimated = true;
   for (int round = 0; round < 50; ++round) {
     // With so little to go by an axis could get all the weight just for fitting by chance.
     if (solution.shares.degrees_of_freedom.minCoeff() < 1.0) {
@@ -363,12 +367,14 @@ void describe_direction(const Solution& solution, Estimate& estimate) {
   const Eigen::ArrayXd information = estimate.response.sensitivity.rowwise().squaredNorm().array() /
                                      solution.sigma.array().square();
   const Eigen::ArrayXd p = information / information.sum();
-  const double factor = 1.0 + 4.0 * (p * (1.0 - p) / nu.array()).sum();
+  const double factor =
+      solution.weights_are_estimated ? 1.0 + 4.0 * (p * (1.0 - p) / nu.array()).sum() : 1.0;
   const Eigen::Matrix2d C = factor * solution.shares.direction_covariance;
   const Eigen::Matrix<double, 3, 2> T =
       solution.state.field_in_table.norm() * solution.state.tangents;
   estimate.field_covariance = T * C * T.transpose();
-  estimate.field_degrees_of_freedom = 1.0 / (p.square() / nu.array()).sum();
+  estimate.field_degrees_of_freedom =
+      solution.weights_are_estimated ? 1.0 / (p.square() / nu.array()).sum() : nu.sum();
   estimate.direction_se_rad = std::sqrt(Eigen::JacobiSVD<Eigen::Matrix2d>(C).singularValues()(0));
 }
 
@@ -376,31 +382,19 @@ void describe_direction(const Solution& solution, Estimate& estimate) {
 Estimate describe(const ReadingSet& set,
                   const Solution& solution,
                   const Eigen::MatrixXd& robust_weights) {
-  const Eigen::Index n = set.size();
   const Eigen::Index m = set.axis_count();
   const State& state = solution.state;
   const Eigen::Matrix2d& C = solution.shares.direction_covariance;
   Estimate estimate;
-  FitStatistics& statistics = estimate.statistics;
   RegressionRows rows = rows_of_readings(set);
-  statistics.observations = static_cast<int>(n);
+  estimate.statistics = blank_statistics(set, rows);
+  FitStatistics& statistics = estimate.statistics;
   statistics.degrees_of_freedom = solution.shares.degrees_of_freedom;
   statistics.residual_sd = Eigen::VectorXd::Constant(m, std::numeric_limits<double>::quiet_NaN());
-  statistics.r_squared.resize(m);
-  statistics.variance_inflation.resize(m, 3);
-  statistics.covariance.resize(4 * m, 4 * m);
   statistics.condition_number = condition_of(whole_jacobian(set, state, solution.sigma));
   estimate.response.bias.resize(m);
   estimate.response.sensitivity.resize(m, 3);
   estimate.field_in_table = state.field_in_table;
-  for (RegressionRow& row : rows.rows) {
-    row.leverage.resize(m);
-    row.studentized.resize(m);
-    row.cooks_distance.resize(m);
-    if (set.robust) {
-      row.robust_weight.resize(m);
-    }
-  }
   for (Eigen::Index k = 0; k < m; ++k) {
     const AxisState& axis = state.axes[static_cast<std::size_t>(k)];
     const double nu = statistics.degrees_of_freedom(k);
@@ -431,23 +425,14 @@ Estimate describe(const ReadingSet& set,
     const Eigen::VectorXd leverage =
         axis.design->leverage() +
         (axis.projected * C).cwiseProduct(axis.projected).rowwise().sum() / (s * s);
-    const ResidualDiagnostics diagnostics = diagnose_residuals(
-        axis.residuals, leverage, nu, static_cast<double>(axis.design->observations()) - nu);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      RegressionRow& row = rows.rows[static_cast<std::size_t>(i)];
-      row.leverage(k) = leverage(i);
-      row.studentized(k) = diagnostics.studentized(i);
-      row.cooks_distance(k) = diagnostics.cooks_distance(i);
-      if (set.robust) {
-        row.robust_weight(k) = robust_weights(i, k);
-      }
-    }
-    if (const auto test =
-            test_lack_of_fit(rows.group, set.weights.col(k), axis.residuals, nu, set.rounding(k))) {
-      statistics.lack_of_fit.push_back(*test);
-    }
+    const double parameters = static_cast<double>(axis.design->observations()) - nu;
+    put_diagnostics(statistics, k, leverage,
+                    set.robust ? scale_residuals(axis.residuals, leverage, s, parameters)
+                               : diagnose_residuals(axis.residuals, leverage, nu, parameters),
+                    set.robust ? robust_weights.col(k) : Eigen::VectorXd());
+    statistics.lack_of_fit.push_back(
+        test_lack_of_fit(rows.group, set.weights.col(k), axis.residuals, nu, set.rounding(k)));
   }
-  statistics.rows = std::move(rows.rows);
   describe_direction(solution, estimate);
   return estimate;
 }
@@ -486,13 +471,44 @@ Eigen::MatrixXd leverage_of(const Estimate& estimate) {
   return leverage;
 }
 
+// Without a degree of freedom to spare for each axis there is neither an uncertainty nor a check,
+// and the direction may be anything that noise makes of it.
+void require_degrees_of_freedom(const ReadingSet& set, const Solution& solution) {
+  std::vector<std::string> axes;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    if (solution.shares.degrees_of_freedom(k) < 0.5) {
+      axes.push_back(set.axes[static_cast<std::size_t>(k)]);
+    }
+  }
+  if (axes.empty()) {
+    return;
+  }
+  std::vector<std::string> points;
+  for (const DesignEntry& entry : standard_design(12)) {
+    const bool taken = std::any_of(set.readings.begin(), set.readings.end(),
+                                   [&](const Reading& r) { return r.point == entry.point; });
+    if (!taken && points.size() < 4) {
+      points.push_back(entry.point.name());
+    }
+  }
+  std::vector<std::string> names = parameter_names(axes);
+  const std::string list = joined(names);
+  throw RankDeficientError("so few readings do not determine " + list +
+                               " together with the field's direction, with anything left to check "
+                               "them by; add readings" +
+                               (points.empty() ? "" : " at " + joined(points, "; ")) +
+                               ", or use --method known if the table is level",
+                           std::move(names));
+}
+
 Estimate robust_estimate(const ReadingSet& set, const Solution& plain) {
   if (plain.shares.degrees_of_freedom.minCoeff() < 2.0) {
     throw RefusedError(
         "robust regression needs at least two readings more than coefficients; add readings or "
         "leave --robust out");
   }
-  const Eigen::MatrixXd leverage = leverage_of(describe(set, plain, set.weights));
+  const Eigen::MatrixXd leverage =
+      leverage_of(describe(set, plain, Eigen::MatrixXd::Ones(set.size(), set.axis_count())));
   Eigen::MatrixXd robust = Eigen::MatrixXd::Ones(set.size(), set.axis_count());
   State state = plain.state;
   Eigen::VectorXd sigma = plain.sigma;
@@ -528,6 +544,7 @@ Estimate estimate_joint(const ReadingSet& set, const Eigen::Vector3d& start_in_t
     row << 1.0, (set.orientation(point) * start_in_table).transpose();
     return row;
   });
+  require_response(set);
   Eigen::Vector3d start = start_in_table;
   if (const std::optional<Eigen::Vector3d> direction = linear_start(set, set.weights)) {
     // (S, f) and (-S, -f) fit alike: the given direction decides.
@@ -540,6 +557,7 @@ Estimate estimate_joint(const ReadingSet& set, const Eigen::Vector3d& start_in_t
     solution.shares = shares_of(set, fit, solution.state, solution.sigma);
   }
   require_direction(set, solution);
+  require_degrees_of_freedom(set, solution);
   Estimate estimate =
       set.robust ? robust_estimate(set, solution) : describe(set, solution, Eigen::MatrixXd());
 

@@ -24,10 +24,12 @@ Estimate estimate_known(const ReadingSet& set, const std::optional<Eigen::Vector
     }
   }
   require_determined(set, design, rows_for);
+  require_response(set);
   std::vector<AxisRegression> axes;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    axes.push_back(
-        regress_axis(design, set.response.col(k), set.weights.col(k), set.robust, set.rounding(k)));
+    axes.push_back(regress_axis(design, set.response.col(k), set.weights.col(k),
+                                parameter_names({set.axes[static_cast<std::size_t>(k)]}),
+                                set.robust, set.rounding(k)));
   }
   Estimate estimate = summarize(set, axes, rows_of_readings(set));
   estimate.field_in_table = in_table;

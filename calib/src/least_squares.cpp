@@ -282,4 +282,14 @@ ResidualDiagnostics diagnose_residuals(const Eigen::Ref<const Eigen::VectorXd>& 
   return result;
 }
 
+ResidualDiagnostics scale_residuals(const Eigen::Ref<const Eigen::VectorXd>& weighted_residuals,
+                                    const Eigen::Ref<const Eigen::VectorXd>& leverage,
+                                    double scatter,
+                                    double parameters) {
+  const Eigen::ArrayXd rest = (1.0 - leverage.array()).max(1e-12);
+  const Eigen::ArrayXd t = weighted_residuals.array() / (scatter * rest.sqrt());
+  return {.studentized = t.matrix(),
+          .cooks_distance = (t.square() * leverage.array() / (parameters * rest)).matrix()};
+}
+
 }  // namespace axiscal

@@ -2,10 +2,22 @@
 #include "axiscal/calib/observations.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 
 #include "axiscal/core/error.hpp"
 
 namespace axiscal {
+namespace {
+
+int numbered_on(std::int64_t number) {
+  if (number > std::numeric_limits<int>::max()) {
+    throw DomainError("the numbers of runs or blocks are too large to be numbered on");
+  }
+  return static_cast<int>(number);
+}
+
+}  // namespace
 
 Observations concatenate(const std::vector<Observations>& parts) {
   if (parts.empty()) {
@@ -17,19 +29,22 @@ Observations concatenate(const std::vector<Observations>& parts) {
     if (part.response.cols() != all.response.cols()) {
       throw DomainError("concatenate: the numbers of axes differ");
     }
-    int last_run = 0;
-    int last_block = 0;
-    int first_block = 1;
+    if (all.samples.has_value() != part.samples.has_value()) {
+      throw DomainError("some files have a column 'samples' and others have not");
+    }
+    std::int64_t last_run = 0;
+    std::int64_t last_block = 0;
+    std::int64_t first_block = 1;
     for (const Reading& reading : all.readings) {
-      last_run = std::max(last_run, reading.run);
-      last_block = std::max(last_block, reading.block);
+      last_run = std::max<std::int64_t>(last_run, reading.run);
+      last_block = std::max<std::int64_t>(last_block, reading.block);
     }
     for (const Reading& reading : part.readings) {
-      first_block = std::min(first_block, reading.block);
+      first_block = std::min<std::int64_t>(first_block, reading.block);
     }
     for (Reading reading : part.readings) {
-      reading.run += last_run;
-      reading.block += last_block + 1 - first_block;
+      reading.run = numbered_on(reading.run + last_run);
+      reading.block = numbered_on(reading.block + last_block + 1 - first_block);
       all.readings.push_back(reading);
     }
     const auto append = [](const auto& above, const auto& below) {
@@ -38,10 +53,8 @@ Observations concatenate(const std::vector<Observations>& parts) {
       return both;
     };
     all.response = append(all.response, part.response);
-    if (all.samples && part.samples) {
+    if (all.samples) {
       all.samples = append(*all.samples, *part.samples).col(0);
-    } else {
-      all.samples.reset();
     }
     if (all.response_sd && part.response_sd) {
       all.response_sd = append(*all.response_sd, *part.response_sd);

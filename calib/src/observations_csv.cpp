@@ -269,6 +269,9 @@ std::vector<std::string> sheet_cells(
 }  // namespace
 
 ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& wanted) {
+  if (wanted.axes.empty()) {
+    throw DomainError("read_observations: at least one axis is needed");
+  }
   Table table(csv);
   const Columns columns = find_columns(table, wanted);
   ObservationsTable result;

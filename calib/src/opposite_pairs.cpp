@@ -77,7 +77,10 @@ struct PlaneFit {
   Eigen::Index rows = 0;
 };
 
-PlaneFit fit_plane(const std::vector<FaceDifferences>& faces, const FaceDifferences* without) {
+// @param smallest_pivot  relative; below it the two components count as not determined.
+PlaneFit fit_plane(const std::vector<FaceDifferences>& faces,
+                   const FaceDifferences* without,
+                   double smallest_pivot = 1e-3) {
   PlaneFit fit;
   for (const FaceDifferences& face : faces) {
     fit.rows += &face == without ? 0 : face.d.size();
@@ -96,7 +99,7 @@ PlaneFit fit_plane(const std::vector<FaceDifferences>& faces, const FaceDifferen
     return fit;
   }
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(G);
-  qr.setThreshold(0.02);  // an axis nearly along the normal tells nothing of the other component
+  qr.setThreshold(smallest_pivot);
   if (qr.rank() < 2) {
     return fit;
   }
@@ -219,9 +222,12 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
     return std::nullopt;
   }
   Levelness levelness;
+  Eigen::Matrix2d sum_of_covariances = Eigen::Matrix2d::Zero();
   for (const FaceDifferences& face : faces) {
-    const PlaneFit alone = fit_plane({face}, nullptr);
+    // What is seen only through cross-axis terms is no estimate of a face.
+    const PlaneFit alone = fit_plane({face}, nullptr, 0.2);
     if (alone.determined) {
+      sum_of_covariances += alone.unscaled_covariance;
       levelness.estimates.push_back({.point = face.pair->point,
                                      .block = face.pair->block,
                                      .x = alone.f.x() / F,
@@ -230,12 +236,16 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
   }
   levelness.mean_x = all.f.x() / F;
   levelness.mean_y = all.f.y() / F;
-  if (levelness.estimates.size() == faces.size()) {
+  Eigen::Matrix2d unscaled_covariance = all.unscaled_covariance;
+  // With fewer than three axes a face is seen through cross-axis terms, if at all: all d together.
+  if (sensitivity.rows() >= 3 && levelness.estimates.size() == faces.size()) {
+    const auto n = static_cast<double>(faces.size());
+    unscaled_covariance = sum_of_covariances / (n * n);
     levelness.mean_x = 0.0;
     levelness.mean_y = 0.0;
     for (const LevelnessEstimate& estimate : levelness.estimates) {
-      levelness.mean_x += estimate.x / static_cast<double>(faces.size());
-      levelness.mean_y += estimate.y / static_cast<double>(faces.size());
+      levelness.mean_x += estimate.x / n;
+      levelness.mean_y += estimate.y / n;
     }
   }
   levelness.sd_x = sample_sd(levelness.estimates, &LevelnessEstimate::x);
@@ -244,8 +254,8 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
   const double s = levelness.degrees_of_freedom > 0.0
                        ? std::sqrt(all.rss / levelness.degrees_of_freedom)
                        : not_a_number;
-  levelness.standard_error_x = s * std::sqrt(all.unscaled_covariance(0, 0)) / F;
-  levelness.standard_error_y = s * std::sqrt(all.unscaled_covariance(1, 1)) / F;
+  levelness.standard_error_x = s * std::sqrt(unscaled_covariance(0, 0)) / F;
+  levelness.standard_error_y = s * std::sqrt(unscaled_covariance(1, 1)) / F;
   test_consistency(set, faces, all, levelness);
   return levelness;
 }

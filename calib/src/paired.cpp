@@ -12,6 +12,13 @@
 namespace axiscal {
 namespace {
 
+// Averages of opposite positions hold only the field's part along the table's normal; their errors
+// grow as F over that part.
+constexpr double smallest_normal_part = 0.05;
+constexpr const char* in_plane_message =
+    "method paired: the field lies almost in the table's plane, and averages of opposite positions "
+    "have none of it left; use --method joint";
+
 // One pseudo-observation: the pairs of one rest face, block and level.
 struct PseudoObservation {
   std::vector<const OppositePair*> pairs;
@@ -93,6 +100,9 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
   }
   const std::vector<PseudoObservation> pooled = pool_by_rest_face(opposites.pairs);
   const double F = nominal_in_table.norm();
+  if (!(std::abs(nominal_in_table.z()) > smallest_normal_part * F)) {
+    throw RefusedError(in_plane_message);
+  }
   const Eigen::Vector3d normal(0.0, 0.0, std::copysign(F, nominal_in_table.z()));
   require_determined(
       set, axis_data(pooled, 0, normal).design,
@@ -104,6 +114,7 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
         return row;
       },
       true);
+  require_response(set);
 
   Eigen::Vector3d field_in_table = normal;
   Estimate estimate;
@@ -112,8 +123,9 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
     std::vector<AxisRegression> axes;
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
       const AxisData data = axis_data(pooled, k, field_in_table);
-      axes.push_back(
-          regress_axis(data.design, data.response, data.weights, set.robust, set.rounding(k)));
+      axes.push_back(regress_axis(data.design, data.response, data.weights,
+                                  parameter_names({set.axes[static_cast<std::size_t>(k)]}),
+                                  set.robust, set.rounding(k)));
     }
     estimate = summarize(set, axes, rows_of(pooled, set));
     estimate.field_in_table = field_in_table;
@@ -130,9 +142,10 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
       break;
     }
   }
-  for (const std::size_t i : opposites.unpaired) {
-    estimate.unpaired_runs.push_back(set.readings[i].run);
+  if (!(std::abs(field_in_table.z()) > smallest_normal_part * F)) {
+    throw RefusedError(in_plane_message);
   }
+  estimate.unpaired = opposites.unpaired;
   estimate.statistics.observations -= static_cast<int>(opposites.unpaired.size());
   return estimate;
 }

@@ -35,6 +35,9 @@ Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options
   }
   const SensitivityMatrix& S = calibration.response.sensitivity;
   const Eigen::Index m = S.rows();
+  if (m == 0 || calibration.response.bias.size() != m || calibration.instrument.axis_count() != m) {
+    throw DomainError("Reducer: bias, sensitivity and axes must be of one number");
+  }
   for (Eigen::Index k = 0; k < m; ++k) {
     bias_.push_back(calibration.response.bias(k));
     length_.push_back(S.row(k).norm());

@@ -185,8 +185,10 @@ class CsvReduction {
     for (std::size_t k = 0; k < columns_.size(); ++k) {
       const std::optional<double> reading = parse_number(csv_.cells()[columns_[k]]);
       if (!reading) {
-        refuse("column '" + csv_.header()[columns_[k]] + "': '" +
-               std::string(csv_.cells()[columns_[k]].substr(0, 40)) + "' is not a finite number");
+        if (options_.strict) {
+          refuse("column '" + csv_.header()[columns_[k]] + "': '" +
+                 std::string(csv_.cells()[columns_[k]].substr(0, 40)) + "' is not a finite number");
+        }
         put_unreadable();
         return;
       }
@@ -218,6 +220,13 @@ class CsvReduction {
 
   void put_axes() {
     bool clamped = false;
+    for (std::size_t k = 0; k < readings_.size(); ++k) {
+      if (!std::isfinite(reducer_.reduce_axis(k, readings_[k]).component)) {
+        refuse("the readings are too large to be reduced");
+        put_unreadable();
+        return;
+      }
+    }
     for (std::size_t k = 0; k < readings_.size(); ++k) {
       out_.put_cell(reducer_.reduce_axis(k, readings_[k]).component);
     }

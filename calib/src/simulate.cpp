@@ -15,13 +15,11 @@ Observations simulate(const Calibration& truth,
   if (!(options.noise_sd >= 0.0) || !std::isfinite(options.noise_sd)) {
     throw DomainError("simulate: the noise must not be negative");
   }
-  if (!(options.slope.norm() < 1.0)) {
-    throw DomainError("simulate: the slope must satisfy X^2 + Y^2 < 1");
+  if (truth.response.sensitivity.rows() != truth.response.bias.size()) {
+    throw DomainError("simulate: the truth needs a bias and a row of sensitivities for each axis");
   }
-  const Eigen::Vector3d up(options.slope.x(), options.slope.y(),
-                           std::sqrt(1.0 - options.slope.squaredNorm()));
   const Eigen::Vector3d field_in_table =
-      smallest_rotation(Eigen::Vector3d::UnitZ(), up) *
+      rotation_sloping_from_level(options.slope) *
       rotation_table_from_enu(options.fence_azimuth_rad) *
       truth.field.in_table.value_or(Eigen::Vector3d(0.0, 0.0, truth.field.magnitude));
   // Stream 0 shuffles run sheets; the noise must not repeat its numbers.

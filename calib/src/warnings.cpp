@@ -30,8 +30,8 @@ std::string rounded(double value, int digits) {
 
 class Finder {
  public:
-  Finder(const Calibration& calibration, const Estimate& estimate)
-      : calibration_(calibration), estimate_(estimate) {}
+  Finder(const Calibration& calibration, const Estimate& estimate, std::vector<int> unpaired_runs)
+      : calibration_(calibration), estimate_(estimate), unpaired_runs_(std::move(unpaired_runs)) {}
 
   std::vector<CalibrationWarning> find() {
     find_uncertain_direction();
@@ -166,6 +166,7 @@ class Finder {
   void find_lack_of_fit() {
     const std::vector<LackOfFit>& tests = statistics().lack_of_fit;
     for (std::size_t k = 0; k < tests.size(); ++k) {
+      // NaN, where nothing can be tested, is no warning.
       if (tests[k].p_value * static_cast<double>(tests.size()) < false_lack_of_fit) {
         add("lack_of_fit", {},
             "axis " + axis_name(static_cast<Eigen::Index>(k)) +
@@ -199,9 +200,9 @@ class Finder {
   }
 
   void find_unpaired() {
-    if (!estimate_.unpaired_runs.empty()) {
-      add("unpaired", estimate_.unpaired_runs,
-          name_of_runs(estimate_.unpaired_runs) +
+    if (!unpaired_runs_.empty()) {
+      add("unpaired", unpaired_runs_,
+          name_of_runs(unpaired_runs_) +
               ": left out, as `paired` needs the opposite reading (same rest face, block and "
               "level; "
               "opposite fence face); take it, or use --method joint");
@@ -227,6 +228,7 @@ class Finder {
 
   const Calibration& calibration_;
   const Estimate& estimate_;
+  std::vector<int> unpaired_runs_;
   std::vector<CalibrationWarning> warnings_;
 };
 
@@ -242,8 +244,9 @@ std::string name_of_runs(const std::vector<int>& runs) {
 }
 
 std::vector<CalibrationWarning> find_warnings(const Calibration& calibration,
-                                              const Estimate& estimate) {
-  return Finder(calibration, estimate).find();
+                                              const Estimate& estimate,
+                                              std::vector<int> unpaired_runs) {
+  return Finder(calibration, estimate, std::move(unpaired_runs)).find();
 }
 
 }  // namespace axiscal

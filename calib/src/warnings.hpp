@@ -12,7 +12,8 @@ namespace axiscal {
 ///
 /// Codes and thresholds are listed in docs/messages.md.
 [[nodiscard]] std::vector<CalibrationWarning> find_warnings(const Calibration& calibration,
-                                                            const Estimate& estimate);
+                                                            const Estimate& estimate,
+                                                            std::vector<int> unpaired_runs);
 
 /// @return "run 7", "runs 3 and 8", "runs 1, 4 and 9".
 [[nodiscard]] std::string name_of_runs(const std::vector<int>& runs);

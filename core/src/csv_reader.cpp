@@ -67,8 +67,8 @@ bool is_utf8(std::string_view text) noexcept {
   return true;
 }
 
-CsvReader::CsvReader(Source source, std::string path)
-    : source_(std::move(source)), path_(std::move(path)), buffer_(block_size) {
+CsvReader::CsvReader(Source source, std::string path, Quotes quotes)
+    : source_(std::move(source)), path_(std::move(path)), quotes_(quotes), buffer_(block_size) {
   read_header();
 }
 
@@ -83,19 +83,20 @@ std::optional<std::size_t> CsvReader::column(std::string_view name) const {
 // Looks for the end of the line that holds `from`; fills the buffer as needed. Offsets count from
 // begin_, which moves to the front of the buffer when more must be read.
 bool CsvReader::find_line_end(std::size_t from, std::size_t& end) {
-  std::size_t searched = from;
+  std::size_t searched = from;  // may lie one past what has been read so far
   for (;;) {
-    const char* start = buffer_.data() + begin_ + searched;
-    const std::size_t available = filled_ - begin_ - searched;
-    const void* newline = available == 0 ? nullptr : std::memchr(start, '\n', available);
-    if (newline != nullptr) {
-      end = static_cast<std::size_t>(static_cast<const char*>(newline) - buffer_.data()) - begin_;
-      return true;
+    const std::size_t available = filled_ - begin_;
+    if (searched < available) {
+      const char* start = buffer_.data() + begin_ + searched;
+      if (const void* newline = std::memchr(start, '\n', available - searched)) {
+        end = static_cast<std::size_t>(static_cast<const char*>(newline) - buffer_.data()) - begin_;
+        return true;
+      }
+      searched = available;
     }
-    searched += available;
     if (at_end_) {
-      end = searched;
-      return searched > from;
+      end = available;
+      return available > from;
     }
     if (searched > longest_row) {
       throw DataError(path_, next_line_, "a row of more than 1 MiB: is this a text file?");
@@ -178,7 +179,8 @@ bool CsvReader::split_quoted() {
       for (;;) {
         if (i == row_end_) {  // the cell goes on in the next line
           std::size_t longer = 0;
-          if (row_end_ > longest_row || !find_line_end(row_end_ + 1, longer)) {
+          if (quotes_ == Quotes::end_with_line || row_end_ > longest_row ||
+              !find_line_end(row_end_ + 1, longer)) {
             return give_up("a quote is opened and not closed");
           }
           row_end_ = longer;

@@ -21,7 +21,7 @@ InputFile::InputFile(std::string path) : path_(std::move(path)) {
   }
   struct stat status {};
   if (::fstat(descriptor_, &status) == 0 && S_ISDIR(status.st_mode)) {
-    if (descriptor_ != STDIN_FILENO) {
+    if (path_ != "-") {
       ::close(descriptor_);
     }
     throw DataError(path_, "is a directory, not a file");
@@ -29,7 +29,7 @@ InputFile::InputFile(std::string path) : path_(std::move(path)) {
 }
 
 InputFile::~InputFile() {
-  if (descriptor_ > STDIN_FILENO) {
+  if (path_ != "-") {
     ::close(descriptor_);
   }
 }

@@ -209,6 +209,14 @@ void JsonValue::require_format(std::string_view format) const {
   }
 }
 
+void JsonValue::check(const std::function<void()>& check_value) const {
+  try {
+    check_value();
+  } catch (const DomainError& error) {
+    fail(error.what());
+  }
+}
+
 void JsonValue::fail(std::string_view what) const {
   throw DataError(path_, pointer_, what);
 }

@@ -51,12 +51,6 @@ std::string followed(std::string path) {
   return path;
 }
 
-mode_t permissions_of_new_files() {
-  const mode_t mask = ::umask(0);
-  ::umask(mask);
-  return 0666U & ~mask;
-}
-
 }  // namespace
 
 OutputFile::OutputFile(std::string path, Mode mode) : path_(std::move(path)) {
@@ -78,22 +72,32 @@ OutputFile::OutputFile(std::string path, Mode mode) : path_(std::move(path)) {
     return;
   }
   open_beside(followed(path_));
-  ::fchmod(descriptor_, exists ? status.st_mode & 07777U : permissions_of_new_files());
+  if (exists && ::fchmod(descriptor_, status.st_mode & 07777U) != 0) {
+    fail("cannot be written with the permissions of the earlier file");
+  }
 }
 
 void OutputFile::open_beside(const std::string& target) {
-  std::string name = target + ".XXXXXX";
-  descriptor_ = ::mkostemp(name.data(), O_CLOEXEC);
-  if (descriptor_ < 0) {
-    fail(errno == ENOENT ? "cannot be written: is its folder there?" : "cannot be written");
+  // Announced first, so that a signal finds it; created so that the usual permissions hold.
+  for (int attempt = 0; attempt < 1000; ++attempt) {
+    temporary_ = target + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(attempt);
+    announce_unfinished(temporary_);
+    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor_ >= 0) {
+      target_ = target;
+      return;
+    }
+    withdraw_unfinished(temporary_);
+    if (errno != EEXIST) {
+      break;
+    }
   }
-  target_ = target;
-  temporary_ = name;
-  announce_unfinished(temporary_);
+  temporary_.clear();
+  fail(errno == ENOENT ? "cannot be written: is its folder there?" : "cannot be written");
 }
 
 OutputFile::~OutputFile() {
-  if (descriptor_ > STDERR_FILENO) {
+  if (path_ != "-" && descriptor_ >= 0) {
     ::close(descriptor_);
   }
   if (!temporary_.empty()) {

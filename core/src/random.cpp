@@ -20,8 +20,8 @@ RandomStream::RandomStream(std::uint64_t seed, std::uint32_t stream)
     : engine_(seeded_engine(seed, stream)) {}
 
 double RandomStream::uniform() {
-  // The middle of one of 2^53 equal parts of (0, 1).
-  return (static_cast<double>(engine_() >> 11U) + 0.5) * 0x1p-53;
+  // The middle of one of 2^52 equal parts of (0, 1), exactly.
+  return (static_cast<double>(engine_() >> 12U) + 0.5) * 0x1p-52;
 }
 
 double RandomStream::normal() {

@@ -57,6 +57,14 @@ Eigen::Matrix3d rotation_table_from_enu(double fence_azimuth_rad) {
   return R;
 }
 
+Eigen::Matrix3d rotation_sloping_from_level(const Eigen::Vector2d& slope) {
+  if (!(slope.squaredNorm() < 1.0)) {
+    throw DomainError("the slope must satisfy X^2 + Y^2 < 1");
+  }
+  return smallest_rotation(Eigen::Vector3d::UnitZ(),
+                           {slope.x(), slope.y(), std::sqrt(1.0 - slope.squaredNorm())});
+}
+
 Eigen::Matrix<double, 3, 2> tangents_of(const Eigen::Vector3d& direction) {
   const Eigen::Vector3d u = checked_direction(direction, "tangents_of");
   Eigen::Index smallest = 0;

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/instruments/instrument.hpp"
 
+#include <set>
+#include <string>
 #include <string_view>
+
+#include "axiscal/core/error.hpp"
 
 namespace axiscal {
 
@@ -15,6 +19,26 @@ std::optional<int> nominal_axis(const Instrument& instrument, Eigen::Index axis)
     return static_cast<int>(axis);
   }
   return std::nullopt;
+}
+
+int main_axis(const Instrument& instrument, const LinearResponse& response, Eigen::Index axis) {
+  Eigen::Index largest = 0;
+  response.sensitivity.row(axis).cwiseAbs().maxCoeff(&largest);
+  return nominal_axis(instrument, axis).value_or(static_cast<int>(largest));
+}
+
+void check_axes(const Instrument& instrument) {
+  const std::set<std::string> names(instrument.axes.begin(), instrument.axes.end());
+  if (names.empty() || names.size() != instrument.axes.size() || names.contains("")) {
+    throw DomainError("an instrument needs one or more axes, each with a name of its own");
+  }
+}
+
+AxisConvention parse_convention(std::string_view name) {
+  if (name != "flu" && name != "frd") {
+    throw DomainError("the convention must be flu or frd, not '" + std::string(name) + "'");
+  }
+  return name == "frd" ? AxisConvention::forward_right_down : AxisConvention::forward_left_up;
 }
 
 }  // namespace axiscal

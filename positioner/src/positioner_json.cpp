@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/positioner/positioner_json.hpp"
 
+#include <algorithm>
+#include <array>
+
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
@@ -10,7 +13,6 @@ namespace {
 
 constexpr std::array<std::string_view, 4> file_keys = {"format", "version", "id", "faces"};
 constexpr std::array<std::string_view, 1> face_keys = {"normal"};
-constexpr std::array<std::string_view, 6> face_names = {"+X", "-X", "+Y", "-Y", "+Z", "-Z"};
 
 // Known to the file format, but this version cannot use them and must not pass them over.
 void reject_later_keys(const JsonValue& value, std::initializer_list<std::string_view> keys) {
@@ -30,7 +32,9 @@ Positioner parse_positioner(std::string_view text, const std::string& path) {
   file.allow_keys(file_keys);
   const std::optional<JsonValue> id = file.find("id");
   const JsonValue faces = file.at("faces");
-  faces.allow_keys(face_names);
+  std::array<std::string_view, all_faces.size()> names;
+  std::transform(all_faces.begin(), all_faces.end(), names.begin(), face_name);
+  faces.allow_keys(names);
   std::array<Eigen::Vector3d, 6> normals;
   for (const Face face : all_faces) {
     const JsonValue entry = faces.at(face_name(face));

@@ -157,6 +157,11 @@ TEST(Calibrate, PairedLeavesOutWhatHasNoOppositeAndSaysSo) {
   EXPECT_EQ(result.warnings[0].runs.size(), 1U);
   EXPECT_EQ(result.status, "warning");
   EXPECT_EQ(result.statistics->observations, 22);
+  int used = 0;
+  for (const ReadingResidual& residual : result.residuals) {
+    used += residual.used ? 1 : 0;
+  }
+  EXPECT_EQ(used, 22);
   EXPECT_EQ(result.statistics->degrees_of_freedom(0), 7.0);
 }
 
@@ -568,6 +573,11 @@ TEST(Calibrate, ChecksItsArguments) {
   experiment.weighting = Weighting::sd;
   EXPECT_THROW(static_cast<void>(calibrate(experiment, good)), RefusedError);
   experiment = experiment_for(truth);
+  Observations bad_samples = good;
+  bad_samples.samples = Eigen::VectorXd::Zero(12);
+  EXPECT_THROW(static_cast<void>(calibrate(experiment, bad_samples)), DomainError);
+  bad_samples.samples = Eigen::VectorXd::Ones(11);
+  EXPECT_THROW(static_cast<void>(calibrate(experiment, bad_samples)), DomainError);
   experiment.rotation_sensor_from_positioner *= 2.0;
   EXPECT_THROW(static_cast<void>(calibrate(experiment, good)), DomainError);
   experiment = experiment_for(truth);
@@ -577,6 +587,107 @@ TEST(Calibrate, ChecksItsArguments) {
   Observations broken = good;
   broken.response(2, 1) = std::nan("");
   EXPECT_THROW(static_cast<void>(calibrate(experiment_for(truth), broken)), DomainError);
+}
+
+TEST(Calibrate, RefusesFiveNoisyPointsThatLeaveNothingToCheckBy) {
+  const Calibration truth = accelerometer_truth();
+  std::vector<DesignEntry> design;
+  for (const DesignPoint& point :
+       {DesignPoint{Face::minus_z, Face::plus_x}, DesignPoint{Face::minus_y, Face::plus_z},
+        DesignPoint{Face::minus_z, Face::minus_x}, DesignPoint{Face::plus_x, Face::plus_y},
+        DesignPoint{Face::minus_x, Face::plus_y}}) {
+    design.push_back({.point = point});
+  }
+  const Observations observations =
+      simulate(truth, make_run_sheet(design, 1, 1), {.noise_sd = 1e-4, .slope = {0.003, 0.002}});
+  std::string message;
+  EXPECT_THAT(undetermined(experiment_for(truth), observations, message), Contains("x.bias"));
+  EXPECT_THAT(message, HasSubstr("add readings at rest"));
+}
+
+TEST(Calibrate, RefusesAnAxisThatDoesNotRespond) {
+  const Calibration truth = accelerometer_truth();
+  Observations observations = observe(truth, {.noise_sd = 1e-4});
+  observations.response.col(1).setConstant(0.5);
+  for (const Method method : {Method::paired, Method::joint, Method::known}) {
+    Experiment experiment = experiment_for(truth);
+    experiment.method = method;
+    try {
+      static_cast<void>(calibrate(experiment, observations));
+      FAIL() << "accepted";
+    } catch (const RefusedError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("axis y does not respond to the field: all its readings "
+                                          "are 0.5"));
+    }
+  }
+}
+
+TEST(Calibrate, RefusesPairsOfAFieldInTheTablesPlane) {
+  Calibration truth = accelerometer_truth();
+  truth.field = {.kind = "custom", .magnitude = 1.0, .in_table = Eigen::Vector3d(1.0, 0.0, 0.0)};
+  Experiment experiment = experiment_for(truth);
+  const Observations observations = observe(truth, {});
+  EXPECT_EQ(calibrate(experiment, observations).status, "ok") << "joint";
+  experiment.method = Method::paired;
+  EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), RefusedError);
+  // Nor where it is stated to lie along the normal and does not.
+  experiment.field.in_table = Eigen::Vector3d(0.0, 0.0, 1.0);
+  EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), Error);
+}
+
+TEST(Calibrate, RefusesAMagnitudeThatContradictsTheVector) {
+  const Calibration truth = accelerometer_truth();
+  Experiment experiment = experiment_for(truth);
+  experiment.method = Method::known;
+  experiment.field.in_table = Eigen::Vector3d(0.0, 0.0, 2.0);
+  experiment.field.magnitude = 1.0;
+  EXPECT_THROW(static_cast<void>(calibrate(experiment, observe(truth, {}))), SetupError);
+  experiment.field.magnitude.reset();
+  experiment.slope = {0.01, 0.0};
+  EXPECT_THROW(static_cast<void>(calibrate(experiment, observe(truth, {}))), SetupError);
+}
+
+// METHOD 5: with m < 3 all d are fitted together, though faces are seen through cross-axis terms.
+TEST(Calibrate, FitsTheSlopeOfOneAxisFromAllDifferences) {
+  LinearResponse response{.bias = Eigen::VectorXd::Constant(1, 0.1),
+                          .sensitivity = SensitivityMatrix::Zero(1, 3)};
+  response.sensitivity << 2.5, 0.05, -0.04;
+  const Calibration truth = test::truth_of(response, "inclinometer");
+  double squares = 0.0;
+  constexpr int runs = 100;
+  for (int i = 0; i < runs; ++i) {
+    const Calibration result = calibrate(
+        experiment_for(truth), observe(truth, {.points = 24,
+                                               .slope = {0.004, -0.003},
+                                               .noise_sd = 1e-4,
+                                               .seed = static_cast<std::uint64_t>(i) + 1}));
+    squares += std::pow((result.levelness->mean_x - 0.004) / result.levelness->standard_error_x, 2);
+  }
+  // The mean square of t with 10 degrees of freedom is 1.25.
+  EXPECT_NEAR(squares / runs, 1.25, 0.7);
+}
+
+TEST(Calibrate, StatesTheStandardErrorOfTheMeanSlopeWithUnequalRepeats) {
+  const Calibration truth = accelerometer_truth();
+  std::vector<DesignEntry> design = standard_design(12);
+  for (int repeat = 0; repeat < 8; ++repeat) {
+    design.push_back(design[0]);
+    design.push_back(design[1]);
+  }
+  double squares = 0.0;
+  constexpr int runs = 300;
+  for (int i = 0; i < runs; ++i) {
+    const Observations observations =
+        simulate(truth, make_run_sheet(design, 1, 1),
+                 {.noise_sd = 1e-4, .seed = static_cast<std::uint64_t>(i) + 1});
+    Experiment experiment = experiment_for(truth);
+    experiment.method = Method::paired;
+    const Levelness levelness = *calibrate(experiment, observations).levelness;
+    squares += std::pow(levelness.mean_x / levelness.standard_error_x, 2) +
+               std::pow(levelness.mean_y / levelness.standard_error_y, 2);
+  }
+  // t with 16 degrees of freedom: 1.14; 600 squares are known to 6 %.
+  EXPECT_NEAR(squares / (2 * runs), 1.14, 0.3);
 }
 
 // ---- warnings ----
@@ -658,13 +769,16 @@ TEST(Calibrate, WarnsWhereNothingIsLeftToCheck) {
   EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-13);
 }
 
-TEST(Calibrate, WarnsOfAWrongLabelByPaired) {
+TEST(Calibrate, WarnsOfExchangedLabels) {
   const Calibration truth = accelerometer_truth();
   Observations observations = observe(truth, {.noise_sd = 1e-4});
-  observations.readings[2].point = observations.readings[3].point;
-  Experiment experiment = experiment_for(truth);
-  experiment.method = Method::known;
-  EXPECT_THAT(codes(calibrate(experiment, observations)), Contains("poor_fit"));
+  std::swap(observations.readings[2].point, observations.readings[3].point);
+  ASSERT_NE(observations.readings[2].point->rest(), observations.readings[3].point->rest());
+  for (const Method method : {Method::paired, Method::joint, Method::known}) {
+    Experiment experiment = experiment_for(truth);
+    experiment.method = method;
+    EXPECT_THAT(codes(calibrate(experiment, observations)), Contains("poor_fit"));
+  }
 }
 
 // METHOD 5: a false alarm of the levelness test in 0.5 % of good runs.

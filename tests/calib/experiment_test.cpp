@@ -76,6 +76,13 @@ TEST(ParseExperiment, RefusesWrongValues) {
   EXPECT_THAT(changed("/field/in_table", {1, 2}), HasSubstr("/field/in_table: must have 3"));
   EXPECT_THAT(changed("/site/latitude_deg", 91), HasSubstr("/site: site: latitude"));
   EXPECT_THAT(changed("/table/slope", "flat"), HasSubstr("/table/slope"));
+  EXPECT_THAT(changed("/table/slope", {2, 0}), HasSubstr("/table/slope: X^2 + Y^2"));
+  EXPECT_THAT(changed("/instrument/axes", json::array()), HasSubstr("/instrument/axes: "));
+  EXPECT_THAT(changed("/instrument/axes", {"x", "x"}), HasSubstr("/instrument/axes: "));
+  EXPECT_THAT(changed("/field/magnitude", -1), HasSubstr("/field/magnitude: must be positive"));
+  EXPECT_THAT(changed("/field/unit", "furlong"), HasSubstr("/field/unit: gravity is in"));
+  EXPECT_THAT(changed("/field/in_table", {0, 0, 0}), HasSubstr("/field/in_table: must not be"));
+  EXPECT_THAT(changed("/site/date", "rubbish"), HasSubstr("/site/date: is neither"));
   EXPECT_THAT(changed("/method", "best"), HasSubstr("/method"));
   EXPECT_THAT(changed("/weights", 1), HasSubstr("/weights: must be a text"));
   EXPECT_THAT(changed("/leave_out", {1.5}), HasSubstr("/leave_out/0: must be a whole number"));

@@ -157,6 +157,12 @@ TEST(Concatenate, MakesBlocksOfFilesAndNumbersRunsOn) {
   EXPECT_EQ(all.readings[35].run, 36);
   EXPECT_EQ(all.readings[35].block, 3);
   EXPECT_THROW(static_cast<void>(concatenate({})), DomainError);
+  Observations with_samples = one;
+  with_samples.samples = Eigen::VectorXd::Ones(12);
+  EXPECT_THROW(static_cast<void>(concatenate({with_samples, one})), DomainError);
+  Observations late = one;
+  late.readings[0].run = 2147483647;
+  EXPECT_THROW(static_cast<void>(concatenate({late, one})), DomainError);
 }
 
 }  // namespace

@@ -243,6 +243,9 @@ TEST(ReduceCsv, GivesComponentsOfFewerAxes) {
   EXPECT_EQ(std::stod(rows[1][3]), reducer.reduce_axis(1, 0.2).component);
   EXPECT_EQ(std::stod(rows[1][4]), reducer.reduce_axis(0, 0.1).angle_rad * deg_per_rad);
   EXPECT_EQ(rows[2].back(), "clamped");
+  Calibration faint = truth_with_axes(1, "inclinometer");
+  faint.response.sensitivity *= 1e-3;
+  EXPECT_EQ(test::csv_cells(reduce(faint, "x\n1e308\n").text)[1].back(), "unreadable");
   const Reduced generic = reduce(truth_with_axes(1, "generic"), "x\n0.1\n");
   EXPECT_EQ(generic.text.substr(0, generic.text.find('\n')), "x,component_x,flag");
 }

@@ -62,6 +62,13 @@ TEST_P(RobustCalibration, ResistsAnOutlierAndCostsLittleWithout) {
     without_weight += row.robust_weight(1) == 0.0 ? 1 : 0;
   }
   EXPECT_EQ(without_weight, 1);
+  ASSERT_EQ(result.notes.size(), 1U);
+  EXPECT_THAT(result.notes[0], testing::HasSubstr("given no weight for axis y"));
+  double largest = 0.0;
+  for (const RegressionRow& row : result.statistics->rows) {
+    largest = std::max(largest, std::abs(row.studentized(1)));
+  }
+  EXPECT_GT(largest, 100.0) << "what has no weight must show in the residuals";
   EXPECT_LT(result.statistics->residual_sd(1), 3e-4);
 }
 

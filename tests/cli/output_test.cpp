@@ -82,6 +82,29 @@ TEST_F(Output, CanReplaceItsOwnInput) {
   EXPECT_EQ(csv_cells(read_file(readings))[0].size(), 11U);
 }
 
+TEST_F(Output, AClosedStandardOutputIsNotMixedIntoTheRecord) {
+  const std::string record = folder_.path("cal.json");
+  const std::string command = "'" + command_path() + "' calibrate '" + run_ +
+                              "' --instrument accelerometer --field gravity -o '" + record +
+                              "' >&- 2>&-";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  EXPECT_EQ(read_json(record)["status"], "ok");
+}
+
+TEST_F(Output, ARefusalStaysOneWhenNobodyReads) {
+  const std::string six = folder_.write(
+      "six.csv",
+      observations_text(accelerometer_truth(),
+                        {.points = 6, .slope = {1e-4, -1e-4}, .noise_sd = 1e-3, .seed = 3}));
+  const std::string command = "{ '" + command_path() + "' calibrate '" + six +
+                              "' --instrument accelerometer --field gravity 2>'" +
+                              folder_.path("err") + "'; echo $? >'" + folder_.path("status") +
+                              "'; } | true";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  EXPECT_EQ(read_file(folder_.path("status")), "1\n");
+  EXPECT_THAT(read_file(folder_.path("err")), HasSubstr("refused"));
+}
+
 TEST_F(Output, AReaderThatStopsEndsTheCommandQuietly) {
   const std::string record = folder_.path("cal.json");
   ASSERT_EQ(run_axiscal(calibrate_to(record)).status, 0);

@@ -103,6 +103,20 @@ TEST(Usage, WhatLaterVersionsBringIsRefusedNotPassedOver) {
     arguments.insert(arguments.end(), later.begin(), later.end());
     EXPECT_EQ(run_axiscal(arguments).status, 2) << testing::PrintToString(later);
   }
+  for (const std::vector<std::string>& later :
+       std::vector<std::vector<std::string>>{{"--table", "t.csv"},
+                                             {"--imu", "log.csv"},
+                                             {"-o", "cal-{serial}.json"},
+                                             {"-o", "cal-{slot}.json"}}) {
+    std::vector<std::string> arguments = {"calibrate",     run,       "--instrument",
+                                          "accelerometer", "--field", "gravity"};
+    arguments.insert(arguments.end(), later.begin(), later.end());
+    EXPECT_EQ(run_axiscal(arguments).status, 2) << testing::PrintToString(later);
+  }
+  EXPECT_EQ(folder.file_count(), 1U);
+  for (const char* later : {"--uncertainty", "--attitude=r.json", "--declination=3"}) {
+    EXPECT_EQ(run_axiscal({"apply", run, run, later}).status, 2) << later;
+  }
   EXPECT_EQ(run_axiscal({"plan", "--noise", "1e-4"}).status, 2);
   EXPECT_EQ(run_axiscal({"plan", "--want-angle-deg", "0.01"}).status, 2);
   for (const char* subcommand : {"field", "segment", "noise", "check", "level", "characterize",

@@ -69,6 +69,22 @@ TEST(CsvReader, GoesOnBehindDefectiveRows) {
   EXPECT_EQ(csv.next(), CsvReader::Row::end);
 }
 
+TEST(CsvReader, SurvivesAQuoteThatTheEndOfTheFileLeavesOpen) {
+  for (const std::size_t piece : {1U, 5U, 1000U}) {
+    CsvReader csv(source_of("a,b\n1,\"2", piece), "t");
+    ASSERT_EQ(csv.next(), CsvReader::Row::defective);
+    EXPECT_THAT(csv.defect(), HasSubstr("not closed"));
+    EXPECT_EQ(csv.next(), CsvReader::Row::end);
+  }
+}
+
+TEST(CsvReader, EndsQuotesWithTheLineOnRequest) {
+  CsvReader csv(source_of("a,b\n1,\"2\n3,4\n"), "t", CsvReader::Quotes::end_with_line);
+  EXPECT_EQ(csv.next(), CsvReader::Row::defective);
+  ASSERT_EQ(csv.next(), CsvReader::Row::good);
+  EXPECT_EQ(csv.text(), "3,4");
+}
+
 TEST(CsvReader, RejectsWhatIsNoTable) {
   const auto complaint = [](const std::string& text) {
     try {

@@ -8,4 +8,4 @@ flags=$(pkg-config --static --cflags --libs axiscal)
 [ "$(pkg-config --modversion axiscal)" = "$3" ]
 # shellcheck disable=SC2086
 "${CXX:-g++}" -std=c++20 -O1 "$2" -o "$1/by_pkg_config" $flags
-"$1/by_pkg_config"
+"$1/by_pkg_config" 30.0000

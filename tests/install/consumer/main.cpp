@@ -6,7 +6,8 @@
 #include <axiscal/field/gravity_field.hpp>
 #include <cstdio>
 
-int main() {
+// Ends with status 0 if the pitch is the one that is named as its argument, in degrees.
+int main(int argc, char** argv) {
   axiscal::Calibration truth;
   truth.instrument.kind = "accelerometer";
   truth.field.kind = "gravity";
@@ -21,8 +22,8 @@ int main() {
       axiscal::simulate(truth, axiscal::make_run_sheet(axiscal::standard_design(12), 1, 1)));
   const axiscal::Reducer reducer(calibration);
   const std::array<double, 3> reading = {0.5, 0.0, 0.86602540378443865};
+  const double pitch_deg = reducer.reduce(reading).derived.values[0];
   std::printf("gravity %.4f m/s^2, pitch %.4f degrees\n",
-              axiscal::GravityField(axiscal::Site{45.0, 8.0, 0.0}).magnitude(),
-              reducer.reduce(reading).derived.values[0]);
-  return 0;
+              axiscal::GravityField(axiscal::Site{45.0, 8.0, 0.0}).magnitude(), pitch_deg);
+  return argc == 2 && std::abs(pitch_deg - std::atof(argv[1])) < 1e-9 ? 0 : 1;
 }

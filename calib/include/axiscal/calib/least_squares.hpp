@@ -149,4 +149,13 @@ struct ResidualDiagnostics {
     double degrees_of_freedom,
     double parameters);
 
+/// The same for a scatter that is known otherwise: t_i = r_i / (s sqrt(1 - h_i)).
+///
+/// @param scatter  s, standard deviation of a residual of weight 1.
+[[nodiscard]] ResidualDiagnostics scale_residuals(
+    const Eigen::Ref<const Eigen::VectorXd>& weighted_residuals,
+    const Eigen::Ref<const Eigen::VectorXd>& leverage,
+    double scatter,
+    double parameters);
+
 }  // namespace axiscal

@@ -37,7 +37,8 @@ struct Observations {
 /// Puts several files of one run together: each is a block (or several), runs are numbered on.
 ///
 /// @param parts  at least one; all with the same number of axes.
-/// @throws DomainError  if there are none, or their numbers of axes differ.
+/// @throws DomainError  if there are none, their numbers of axes differ, or only some of them state
+///                      samples.
 [[nodiscard]] Observations concatenate(const std::vector<Observations>& parts);
 
 }  // namespace axiscal

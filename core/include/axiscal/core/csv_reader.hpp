@@ -24,6 +24,10 @@ class CsvReader {
 
   enum class Row { good, defective, end };
 
+  /// Whether a quoted cell may go on in the next line. Where rows must be handed on at once it may
+  /// not: one stray quote would hold back all that follows.
+  enum class Quotes { span_lines, end_with_line };
+
   /// A row longer than this is an error: whatever it is, it is not text of readings.
   static constexpr std::size_t longest_row = 1U << 20U;
 
@@ -31,9 +35,10 @@ class CsvReader {
   ///
   /// @param source  where the bytes come from.
   /// @param path    the file's name for messages.
+  /// @param quotes  as above.
   /// @throws DataError  if the text is empty, is UTF-16 or binary, or a column's name is empty or
   ///                    there twice.
-  CsvReader(Source source, std::string path);
+  CsvReader(Source source, std::string path, Quotes quotes = Quotes::span_lines);
 
   /// @return the columns' names.
   [[nodiscard]] const std::vector<std::string>& header() const { return header_; }
@@ -78,6 +83,7 @@ class CsvReader {
 
   Source source_;
   std::string path_;
+  Quotes quotes_;
   std::vector<char> buffer_;
   std::size_t begin_ = 0;     // of what is not yet consumed
   std::size_t filled_ = 0;    // end of the bytes in buffer_

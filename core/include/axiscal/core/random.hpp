@@ -10,17 +10,18 @@
 
 namespace axiscal {
 
-/// Random numbers that are the same on every machine for the same seed.
+/// Random numbers that are the same with every compiler for the same seed.
 ///
 /// The engine is std::mt19937_64, whose output the standard fixes; its distributions it does not
-/// fix, so these are our own: normals by Box and Muller, integers by rejection.
+/// fix, so these are our own: normals by Box and Muller (as exact as log, sin and cos are),
+/// integers by rejection.
 class RandomStream {
  public:
   /// @param seed    any number; the same seed gives the same stream.
   /// @param stream  streams of one seed with different numbers are independent.
   explicit RandomStream(std::uint64_t seed, std::uint32_t stream = 0);
 
-  /// @return uniform in (0, 1), never 0.
+  /// @return uniform in (0, 1), never 0 or 1.
   double uniform();
 
   /// @return normal, mean 0, standard deviation 1.

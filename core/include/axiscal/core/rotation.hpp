@@ -26,6 +26,13 @@ namespace axiscal {
 /// @throws DomainError  if the azimuth is not finite.
 [[nodiscard]] Eigen::Matrix3d rotation_table_from_enu(double fence_azimuth_rad);
 
+/// What a slope does to directions in the table's frame: the level table's normal becomes
+/// (x, y, sqrt(1 - x^2 - y^2)), by the smallest rotation.
+///
+/// @param slope  the field's part along the table's x and y, for gravity the table's slope [rad].
+/// @throws DomainError  unless x^2 + y^2 < 1.
+[[nodiscard]] Eigen::Matrix3d rotation_sloping_from_level(const Eigen::Vector2d& slope);
+
 /// Two unit vectors square to a direction and to each other: the tangents in which it can change.
 ///
 /// @param direction  any non-zero vector.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -51,6 +52,9 @@ class JsonValue {
 
   /// Checks `format` and `version` (only 1 is known).
   void require_format(std::string_view format) const;
+
+  /// Runs a check of this value; a DomainError of it becomes this value's complaint.
+  void check(const std::function<void()>& check_value) const;
 
   [[noreturn]] void fail(std::string_view what) const;
   [[nodiscard]] const std::string& path() const { return path_; }

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -14,6 +15,10 @@ enum class AxisConvention {
   forward_left_up,     ///< the default
   forward_right_down,  ///< y and z change sign in the angle formulas
 };
+
+/// @return the convention called "flu" or "frd".
+/// @throws DomainError  for another name.
+[[nodiscard]] AxisConvention parse_convention(std::string_view name);
 
 /// One row of numbers for each sensing axis: its sensitivity to the field's x, y, z.
 using SensitivityMatrix = Eigen::Matrix<double, Eigen::Dynamic, 3>;
@@ -28,6 +33,9 @@ struct Instrument {
 
   [[nodiscard]] Eigen::Index axis_count() const { return static_cast<Eigen::Index>(axes.size()); }
 };
+
+/// @throws DomainError  unless there is an axis and each has a name of its own.
+void check_axes(const Instrument& instrument);
 
 /// The component of the field that an axis is meant to sense.
 ///
@@ -48,5 +56,10 @@ struct LinearResponse {
     return bias + sensitivity * field_in_sensor;
   }
 };
+
+/// @return nominal_axis(), or where nothing tells the component that the axis reads most.
+[[nodiscard]] int main_axis(const Instrument& instrument,
+                            const LinearResponse& response,
+                            Eigen::Index axis);
 
 }  // namespace axiscal
