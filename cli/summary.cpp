@@ -32,7 +32,7 @@ std::string rounded(double value, double uncertainty) {
     return fmt::format("{:.6g}", value);
   }
   const int decimals = decimals_for(uncertainty);
-  const std::string fixed = fmt::format("{:.{}f}", value, std::clamp(decimals, 0, 17));
+  std::string fixed = fmt::format("{:.{}f}", value, std::clamp(decimals, 0, 17));
   const bool readable = decimals <= 8 && fixed.size() < cell_width - 1;
   if (readable) {
     return fixed;
@@ -212,7 +212,12 @@ class Summary {
   }
 
   void add_quality_of(std::size_t first, std::size_t last) {
-    std::vector<std::string> names, sd, dof, unexplained, studentized, lack;
+    std::vector<std::string> names;
+    std::vector<std::string> sd;
+    std::vector<std::string> dof;
+    std::vector<std::string> unexplained;
+    std::vector<std::string> studentized;
+    std::vector<std::string> lack;
     for (std::size_t i = first; i < last; ++i) {
       const auto k = static_cast<Eigen::Index>(i);
       names.push_back(axis_name(k));

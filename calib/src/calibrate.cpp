@@ -234,7 +234,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
 void add_notes(Calibration& calibration, const Observations& observations) {
   const auto m = calibration.response.bias.size();
   if (m < 3) {
-    calibration.notes.push_back(
+    calibration.notes.emplace_back(
         "with fewer than three axes readings give the field along each axis and that axis's angle, "
         "not all three components");
   }

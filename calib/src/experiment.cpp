@@ -16,10 +16,10 @@ constexpr std::array<std::string_view, 3> method_names = {"paired", "joint", "kn
 constexpr std::array<std::string_view, 3> weighting_names = {"none", "samples", "sd"};
 constexpr std::array<std::string_view, 2> field_kinds = {"gravity", "custom"};
 
-template <typename Enum, std::size_t size>
-std::optional<Enum> find_in(const std::array<std::string_view, size>& names,
+template <typename Enum, std::size_t Size>
+std::optional<Enum> find_in(const std::array<std::string_view, Size>& names,
                             std::string_view name) {
-  for (std::size_t i = 0; i < size; ++i) {
+  for (std::size_t i = 0; i < Size; ++i) {
     if (names[i] == name) {
       return static_cast<Enum>(i);
     }

@@ -78,7 +78,7 @@ void read_field(const JsonValue& json, FieldSetup& field) {
   with(json, "unit", [&](const JsonValue& unit) {
     field.unit = unit.text();
     if (field.kind == "gravity" && field.unit != "g" && field.unit != "m/s^2") {
-      unit.fail("gravity is in \"g\" or \"m/s^2\"");
+      unit.fail("gravity is in g or m/s^2");
     }
   });
   with(json, "magnitude", [&](const JsonValue& value) {

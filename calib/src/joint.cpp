@@ -52,7 +52,8 @@ class JointFit {
   [[nodiscard]] State at(const Eigen::Vector3d& field_in_table) const;
 
   // Gauss-Newton in the two tangents, b and S projected out.
-  [[nodiscard]] State converged(Eigen::Vector3d field_in_table, const Eigen::VectorXd& sigma) const;
+  [[nodiscard]] State converged(const Eigen::Vector3d& field_in_table,
+                                const Eigen::VectorXd& sigma) const;
 
   // All tangents below each other, each axis in units of its sigma.
   [[nodiscard]] Eigen::MatrixXd stacked(const State& state,
@@ -60,7 +61,7 @@ class JointFit {
                                         Eigen::MatrixXd AxisState::*part) const;
 
  private:
-  [[nodiscard]] double cost(const State& state, const Eigen::VectorXd& sigma) const;
+  [[nodiscard]] static double cost(const State& state, const Eigen::VectorXd& sigma);
 
   const ReadingSet& set_;
   const Eigen::MatrixXd& weights_;
@@ -98,7 +99,7 @@ State JointFit::at(const Eigen::Vector3d& field_in_table) const {
   return state;
 }
 
-double JointFit::cost(const State& state, const Eigen::VectorXd& sigma) const {
+double JointFit::cost(const State& state, const Eigen::VectorXd& sigma) {
   double sum = 0.0;
   for (std::size_t k = 0; k < state.axes.size(); ++k) {
     const double s = sigma(static_cast<Eigen::Index>(k));
@@ -118,7 +119,8 @@ Eigen::MatrixXd JointFit::stacked(const State& state,
   return all;
 }
 
-State JointFit::converged(Eigen::Vector3d field_in_table, const Eigen::VectorXd& sigma) const {
+State JointFit::converged(const Eigen::Vector3d& field_in_table,
+                          const Eigen::VectorXd& sigma) const {
   const double F = field_in_table.norm();
   State state = at(field_in_table);
   double current = cost(state, sigma);
@@ -256,7 +258,7 @@ Solution solve(const ReadingSet& set, const JointFit& fit, const Eigen::Vector3d
   const Shares unscaled = shares_of(set, fit, state, sigma);
   sigma.setConstant(pooled_scatter(set, state, unscaled.degrees_of_freedom.sum()));
   const Shares shares = shares_of(set, fit, state, sigma);
-  const Solution equal{.state = std::move(state), .sigma = sigma, .shares = shares};
+  Solution equal{.state = std::move(state), .sigma = sigma, .shares = shares};
   Solution solution = equal;
   solution.weights_are_estimated = true;
   for (int round = 0; round < 50; ++round) {

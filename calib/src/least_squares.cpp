@@ -93,6 +93,7 @@ LeastSquaresDesign::LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& 
   const std::vector<Eigen::Index> open = open_columns(qr_);
   if (!open.empty()) {
     std::vector<std::string> open_names;
+    open_names.reserve(open.size());
     for (const Eigen::Index j : open) {
       open_names.push_back(name_of(j, names));
     }
@@ -151,7 +152,8 @@ LeastSquaresDesign::Solution LeastSquaresDesign::refined(const Eigen::VectorXd& 
                                                          Solution start) const {
   const Eigen::Index n = scaled_.rows();
   const Eigen::Index p = scaled_.cols();
-  const auto R = qr_.matrixQR().topLeftCorner(p, p).triangularView<Eigen::Upper>();
+  const auto R =  // a view of the factor, not a value
+      qr_.matrixQR().topLeftCorner(p, p).triangularView<Eigen::Upper>();
   Eigen::VectorXd x = std::move(start.x);
   Eigen::VectorXd x_low = Eigen::VectorXd::Zero(p);
   Eigen::VectorXd r = std::move(start.residuals);

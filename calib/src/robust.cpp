@@ -15,7 +15,7 @@ constexpr double tuning = 4.685;  // 95 % efficiency for normal errors
 double median_without_smallest(const Eigen::VectorXd& values, Eigen::Index left_out) {
   std::vector<double> sorted(values.begin(), values.end());
   std::sort(sorted.begin(), sorted.end());
-  const std::size_t first = static_cast<std::size_t>(left_out);
+  const auto first = static_cast<std::size_t>(left_out);
   const std::size_t count = sorted.size() - first;
   const double upper = sorted[first + count / 2];
   return count % 2 == 1 ? upper : 0.5 * (upper + sorted[first + count / 2 - 1]);

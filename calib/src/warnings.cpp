@@ -2,6 +2,7 @@
 #include "warnings.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -23,9 +24,9 @@ constexpr double largest_direction_se_rad = 0.05;
 constexpr double largest_slope_deviation = 6.0;
 
 std::string rounded(double value, int digits) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return text;
+  std::array<char, 48> text{};
+  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
+  return text.data();
 }
 
 class Finder {

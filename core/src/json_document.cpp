@@ -26,6 +26,7 @@ void append_scalar(std::string& out, const Json& value) {
   }
 }
 
+// NOLINTNEXTLINE(misc-no-recursion): the records that we write are a few levels deep
 void append(std::string& out, const Json& value, std::size_t indent) {
   if (!value.is_structured()) {
     append_scalar(out, value);

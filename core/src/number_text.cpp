@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/core/number_text.hpp"
 
+#include <array>
 #include <charconv>
 #include <cmath>
 
@@ -49,8 +50,8 @@ char* write_number(char* first, double value) noexcept {
 }
 
 std::string number_text(double value) {
-  char text[number_text_size];
-  return {text, write_number(text, value)};
+  std::array<char, number_text_size> text{};
+  return {text.data(), write_number(text.data(), value)};
 }
 
 std::string_view trimmed(std::string_view text) noexcept {

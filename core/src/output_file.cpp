@@ -4,13 +4,14 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <utility>
 
 #include <climits>
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <system_error>
 #include <unistd.h>
 
 #include "axiscal/core/error.hpp"
@@ -36,19 +37,12 @@ void withdraw_unfinished(const std::string& path) {
 }
 
 // Where a chain of links ends, whether or not a file is there yet.
-std::string followed(std::string path) {
-  for (int links = 0; links < 40; ++links) {
-    std::array<char, PATH_MAX> text{};
-    const ssize_t length = ::readlink(path.c_str(), text.data(), text.size() - 1);
-    if (length < 0) {
-      return path;
-    }
-    const std::string link(text.data(), static_cast<std::size_t>(length));
-    const std::size_t slash = path.rfind('/');
-    path = link.starts_with('/') || slash == std::string::npos ? link
-                                                               : path.substr(0, slash + 1) + link;
+std::string followed(std::filesystem::path path) {
+  std::error_code none;
+  for (int links = 0; links < 40 && std::filesystem::is_symlink(path, none); ++links) {
+    path = path.parent_path() / std::filesystem::read_symlink(path, none);  // absolute ones replace
   }
-  return path;
+  return path.string();
 }
 
 }  // namespace

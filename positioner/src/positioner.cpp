@@ -28,6 +28,7 @@ Positioner::Positioner() : nominal_(true) {
   }
 }
 
+// NOLINTNEXTLINE(modernize-pass-by-value): an array of fixed vectors gains nothing by a move
 Positioner::Positioner(const std::array<Eigen::Vector3d, 6>& normals, std::string id)
     : normals_(normals), id_(std::move(id)), nominal_(false) {
   for (const Face face : all_faces) {

@@ -29,11 +29,10 @@ struct ObservationColumns {
 /// Reads observations (CONTRACT section 2).
 ///
 /// @param csv      the table, positioned behind its header.
-/// @param columns  what it must have; more is read where it is there.
+/// @param wanted   what it must have; more is read where it is there.
 /// @throws DataError  `PATH:LINE: column 'x': ...` for a missing needed column, an unknown face, a
 ///                    cell that is no finite number, a ragged row and the like.
-[[nodiscard]] ObservationsTable read_observations(CsvReader& csv,
-                                                  const ObservationColumns& columns);
+[[nodiscard]] ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& wanted);
 
 /// Reads a design or run sheet: columns `rest`, `fence` and, where it is there, `level`.
 /// @throws DataError  as read_observations().

@@ -61,6 +61,7 @@ class DesignPoint {
   /// @return "rest +X, fence -Y".
   [[nodiscard]] std::string name() const;
 
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 takes the comparison with 0 for a pointer
   auto operator<=>(const DesignPoint&) const = default;
 
  private:
