@@ -39,15 +39,28 @@ ReductionOptions reduction_options(const ApplyCommand& command, const Calibratio
   return options;
 }
 
+Reducer make_reducer(const ApplyCommand& command, const Calibration& calibration) {
+  const ReductionOptions options = reduction_options(command, calibration);
+  try {
+    return Reducer(calibration, options);
+  } catch (const DomainError& error) {
+    throw DataError(command.record, error.what());
+  }
+}
+
 }  // namespace
 
 int run(const ApplyCommand& command) {
+  forbid_overwriting(command.output, command.record);
+  if (command.follow) {
+    forbid_overwriting(command.output, command.readings);  // it would read what it writes
+  }
   const Calibration calibration = read_calibration(command.record);
   if (calibration.status == "refused" && !command.force) {
     throw RefusedError(command.record +
                        ": this calibration was refused; look at its warnings, or use --force");
   }
-  const Reducer reducer(calibration, reduction_options(command, calibration));
+  const Reducer reducer = make_reducer(command, calibration);
   InputFile input(command.readings);
   CsvReader csv = csv_reader_of(
       input, command.follow ? CsvReader::Quotes::end_with_line : CsvReader::Quotes::span_lines);

@@ -70,6 +70,14 @@ int run(const CalibrateCommand& command) {
     throw UsageError("-o: this version writes one record and knows no {serial} or {slot}");
   }
   Experiment experiment = make_experiment(command.experiment);
+  if (command.output) {
+    for (const std::string& input : experiment.observations) {
+      forbid_overwriting(*command.output, input);
+    }
+    for (const std::string& input : command.experiment.files) {
+      forbid_overwriting(*command.output, input);
+    }
+  }
   Run run = read_run(experiment);
   if (experiment.instrument.serial.empty()) {
     experiment.instrument.serial = run.serial;

@@ -93,6 +93,12 @@ std::vector<std::string> with_joined_values(CLI::App& app,
       if (takes_value && !has_value && next_is_value) {
         argument += "=" + arguments[++i];
       }
+      if (takes_value && argument.ends_with("=")) {
+        throw UsageError(argument.substr(0, argument.size() - 1) + ": its value is empty");
+      }
+    }
+    if (argument == "-o" && i + 1 < arguments.size() && arguments[i + 1].empty()) {
+      throw UsageError("-o: its value is empty");
     }
     result.push_back(argument);
   }

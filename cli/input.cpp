@@ -3,9 +3,11 @@
 
 #include <array>
 #include <charconv>
+#include <filesystem>
 
 #include <sha2.h>
 #include <sys/types.h>
+#include <system_error>
 
 #include "axiscal/core/number_text.hpp"
 
@@ -32,6 +34,14 @@ ObservationsFile read_observations_file(const std::string& path,
 CsvReader csv_reader_of(InputFile& file, CsvReader::Quotes quotes) {
   return {[&file](char* buffer, std::size_t size) { return file.read(buffer, size); }, file.path(),
           quotes};
+}
+
+void forbid_overwriting(const std::string& output, const std::string& input) {
+  std::error_code none;
+  if (output != "-" && input != "-" && std::filesystem::is_regular_file(output, none) &&
+      std::filesystem::equivalent(output, input, none)) {
+    throw UsageError("-o: '" + output + "' is an input and would be overwritten");
+  }
 }
 
 double number_of(std::string_view option, const std::string& text) {

@@ -29,6 +29,10 @@ struct ObservationsFile {
 [[nodiscard]] CsvReader csv_reader_of(InputFile& file,
                                       CsvReader::Quotes quotes = CsvReader::Quotes::span_lines);
 
+/// Refuses an output that would overwrite an input.
+/// @throws UsageError  if both are one file.
+void forbid_overwriting(const std::string& output, const std::string& input);
+
 /// The run sheet that the options ask for.
 [[nodiscard]] std::vector<RunSheetRow> make_sheet(const SheetOptions& options);
 

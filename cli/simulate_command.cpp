@@ -11,6 +11,7 @@
 namespace axiscal::cli {
 
 int run(const SimulateCommand& command) {
+  forbid_overwriting(command.output, command.truth);
   SimulationOptions options;
   options.seed = seed_of(command.sheet);
   if (command.noise) {

@@ -220,7 +220,7 @@ class Summary {
     std::vector<std::string> lack;
     for (std::size_t i = first; i < last; ++i) {
       const auto k = static_cast<Eigen::Index>(i);
-      names.push_back(axis_name(k));
+      names.push_back(axis_name(k).substr(0, cell_width - 2));
       sd.push_back(fmt::format("{:.3g}", statistics_.residual_sd(k)));
       dof.push_back(fmt::format("{:.4g}", statistics_.degrees_of_freedom(k)));
       unexplained.push_back(fmt::format("{:.1e}", 1.0 - statistics_.r_squared(k)));

@@ -171,7 +171,7 @@ void require_response(const ReadingSet& set) {
       throw RefusedError("axis " + set.axes[static_cast<std::size_t>(k)] +
                          " does not respond to the field: all its readings are " +
                          number_text(response(0)) +
-                         "; check its wiring and its column, or leave it out");
+                         "; check its wiring and its column, or leave it out of --axes");
     }
   }
 }

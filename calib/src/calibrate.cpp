@@ -85,6 +85,17 @@ void check(const Experiment& experiment, const Observations& observations) {
         "many "
         "as responses");
   }
+  // Beyond this squares overflow; no instrument reads such numbers.
+  constexpr double largest = 1e150;
+  for (std::size_t i = 0; i < observations.readings.size(); ++i) {
+    const Reading& reading = observations.readings[i];
+    if (!(observations.response.row(static_cast<Eigen::Index>(i)).cwiseAbs().maxCoeff() <
+          largest) ||
+        (reading.field_in_sensor && !(reading.field_in_sensor->cwiseAbs().maxCoeff() < largest))) {
+      throw RefusedError("run " + std::to_string(reading.run) +
+                         ": a value of 1e150 or more is no reading; correct it or leave it out");
+    }
+  }
   for (const Reading& reading : observations.readings) {
     const Reading& first = observations.readings.front();
     if (reading.point.has_value() != first.point.has_value() ||

@@ -145,6 +145,7 @@ Json json_of(const Levelness& levelness) {
   json["degrees_of_freedom"] = levelness.degrees_of_freedom;
   json["consistent"] = levelness.consistent;
   json["p_value"] = levelness.p_value;
+  json["block_p_value"] = levelness.block_p_value;
   if (levelness.suspect) {
     json["suspect"] = json_of(*levelness.suspect, false);
   }
@@ -237,9 +238,7 @@ Instrument instrument_of(const JsonValue& json) {
   kind.check([&] { static_cast<void>(find_instrument_kind(instrument.kind)); });
   instrument.serial = text_or(json, "serial", "");
   instrument.axes = json.at("axes").texts();
-  if (instrument.axes.empty()) {
-    json.at("axes").fail("must name at least one axis");
-  }
+  json.at("axes").check([&] { check_axes(instrument); });
   instrument.unit = json.at("unit").text();
   if (const auto convention = json.find("convention")) {
     convention->check([&] { instrument.convention = parse_convention(convention->text()); });
@@ -254,8 +253,14 @@ FieldDescription field_of(const JsonValue& json) {
   if (!(field.magnitude > 0.0)) {
     json.at("magnitude").fail("must be positive");
   }
+  if (field.kind == "gravity" && field.unit != "g" && field.unit != "m/s^2") {
+    json.at("unit").fail("gravity is in g or m/s^2");
+  }
   if (const auto in_table = json.find("in_table")) {
     field.in_table = in_table->vector(3);
+    if (!(field.in_table->norm() > 0.0)) {
+      in_table->fail("must not be zero");
+    }
   }
   if (const auto covariance = json.find("in_table_covariance")) {
     field.in_table_covariance = covariance->matrix_or_nan(3, 3);
@@ -379,6 +384,7 @@ Levelness levelness_of(const JsonValue& json) {
   levelness.standard_error_y = error.y();
   levelness.degrees_of_freedom = number_or_nan(json, "degrees_of_freedom");
   levelness.p_value = number_or_nan(json, "p_value");
+  levelness.block_p_value = number_or_nan(json, "block_p_value");
   if (const auto consistent = json.find("consistent")) {
     levelness.consistent = consistent->boolean();
   }

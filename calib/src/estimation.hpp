@@ -38,6 +38,7 @@ struct Estimate {
   std::optional<Levelness> levelness;
   std::optional<Eigen::Matrix3d> field_covariance;  // joint: of field_in_table
   double field_degrees_of_freedom = 0.0;
+  double mean_field = 0.0;            // known by fx,fy,fz: mean length of the fields given
   double direction_se_rad = 0.0;      // joint: the larger standard error of the field's direction
   std::vector<std::size_t> unpaired;  // paired: readings without their opposite, left out
 };

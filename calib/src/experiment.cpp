@@ -102,8 +102,8 @@ FieldDescription make_field_description(const Experiment& experiment) {
   if (setup.site) {
     check_site(*setup.site);
   }
-  if (setup.in_table && (!setup.in_table->allFinite() || !(setup.in_table->norm() > 0.0))) {
-    throw SetupError("--field-table: the vector must be finite and not zero");
+  if (setup.in_table && !(setup.in_table->norm() > 0.0 && setup.in_table->norm() < 1e150)) {
+    throw SetupError("--field-table: the vector must not be zero, and shorter than 1e150");
   }
   if (setup.magnitude && !(*setup.magnitude > 0.0 && std::isfinite(*setup.magnitude))) {
     throw SetupError("--field-magnitude: must be a positive number");

@@ -89,8 +89,8 @@ void read_field(const JsonValue& json, FieldSetup& field) {
   });
   with(json, "in_table", [&](const JsonValue& value) {
     field.in_table = value.vector(3);
-    if (!(field.in_table->norm() > 0.0)) {
-      value.fail("must not be zero");
+    if (!(field.in_table->norm() > 0.0 && field.in_table->norm() < 1e150)) {
+      value.fail("must not be zero, and shorter than 1e150");
     }
   });
 }

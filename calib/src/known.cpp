@@ -33,6 +33,7 @@ Estimate estimate_known(const ReadingSet& set, const std::optional<Eigen::Vector
   }
   Estimate estimate = summarize(set, axes, rows_of_readings(set));
   estimate.field_in_table = in_table;
+  estimate.mean_field = design.rightCols<3>().rowwise().norm().mean();
   if (in_table) {
     estimate.levelness = estimate_levelness(set, find_opposite_pairs(set).pairs,
                                             estimate.response.sensitivity, in_table->norm());

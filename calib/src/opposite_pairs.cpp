@@ -170,6 +170,34 @@ void test_consistency(const ReadingSet& set,
   }
 }
 
+// One slope for all blocks against one for each, by the F test of nested models.
+double block_p_value(const ReadingSet& set,
+                     const std::vector<FaceDifferences>& faces,
+                     const PlaneFit& all) {
+  std::map<int, std::vector<FaceDifferences>> blocks;
+  for (const FaceDifferences& face : faces) {
+    blocks[face.pair->block].push_back(face);
+  }
+  double rss = 0.0;
+  double rounding = 0.0;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    rounding = std::max(rounding, set.rounding(k));
+  }
+  for (const auto& [number, members] : blocks) {
+    const PlaneFit fit = fit_plane(members, nullptr);
+    if (!fit.determined) {
+      return not_a_number;
+    }
+    rss += fit.rss;
+  }
+  const double more = 2.0 * static_cast<double>(blocks.size() - 1);
+  const double dof = static_cast<double>(all.rows - 2) - more;
+  if (!(more > 0.0) || !(dof > 0.0) || all.rss - rss <= more * rounding * rounding) {
+    return more > 0.0 && dof > 0.0 ? 1.0 : not_a_number;
+  }
+  return rss > 0.0 ? f_upper_p(((all.rss - rss) / more) / (rss / dof), more, dof) : 0.0;
+}
+
 }  // namespace
 
 OppositePairs find_opposite_pairs(const ReadingSet& set) {
@@ -257,6 +285,7 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
   levelness.standard_error_x = s * std::sqrt(unscaled_covariance(0, 0)) / F;
   levelness.standard_error_y = s * std::sqrt(unscaled_covariance(1, 1)) / F;
   test_consistency(set, faces, all, levelness);
+  levelness.block_p_value = block_p_value(set, faces, all);
   return levelness;
 }
 

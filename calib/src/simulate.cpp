@@ -45,6 +45,9 @@ Observations simulate(const Calibration& truth,
     }
     observations.response.row(static_cast<Eigen::Index>(i)) = response;
   }
+  if (!observations.response.allFinite()) {
+    throw DomainError("simulate: noise or field are so large that readings overflow");
+  }
   return observations;
 }
 

@@ -15,6 +15,7 @@ namespace {
 // tails than t where readings are few: at 1e-4 outliers are announced in 0.1 to 0.2 % of good runs.
 constexpr double false_lack_of_fit = 1e-3;
 constexpr double false_outlier = 1e-4;
+constexpr double false_moved_table = 1e-3;
 // Residual scatter above this part of the full response is no calibration but a mistake.
 constexpr double largest_residual_share = 0.02;
 constexpr double largest_good_condition = 30.0;
@@ -37,12 +38,14 @@ class Finder {
   std::vector<CalibrationWarning> find() {
     find_uncertain_direction();
     find_inconsistent_levelness();
+    find_moved_table();
     find_outliers();
     find_poor_fit();
     find_axes();
     find_lack_of_fit();
     find_slope();
     find_unpaired();
+    find_other_magnitude();
     find_condition();
     find_no_redundancy();
     return std::move(warnings_);
@@ -129,15 +132,33 @@ class Finder {
     }
   }
 
+  // By `paired` a mistake can hide in the averages, so the readings' own residuals count too.
   void find_poor_fit() {
     for (Eigen::Index k = 0; k < calibration_.response.bias.size(); ++k) {
-      const double share = statistics().residual_sd(k) / full_response(k);
-      if (share > largest_residual_share) {
-        add("poor_fit", {},
-            "axis " + axis_name(k) + ": the residuals are " + rounded(100.0 * share, 2) +
-                " % of the full response; a reading may be at the wrong design point, or the noise "
-                "is large: look at the residuals, correct the labels or take more readings");
+      double squares = 0.0;
+      double largest = 0.0;
+      for (const ReadingResidual& residual : calibration_.residuals) {
+        if (residual.used) {
+          squares += residual.response(k) * residual.response(k);
+          largest = std::max(largest, std::abs(residual.response(k)));
+        }
       }
+      const double rms = std::sqrt(squares / statistics().observations);
+      const double share = std::fmax(statistics().residual_sd(k), rms) / full_response(k);
+      if (!(share > largest_residual_share)) {
+        continue;
+      }
+      std::vector<int> runs;
+      for (const ReadingResidual& residual : calibration_.residuals) {
+        if (residual.used && std::abs(residual.response(k)) > 0.5 * largest) {
+          runs.push_back(residual.run);
+        }
+      }
+      add("poor_fit", runs,
+          "axis " + axis_name(k) + ": the residuals are " + rounded(100.0 * share, 2) +
+              " % of the full response, the largest at " + name_of_runs(runs) +
+              "; a reading may be at the wrong design point, or two exchanged, or the noise is "
+              "large: correct the labels or take these readings again");
     }
   }
 
@@ -200,6 +221,16 @@ class Finder {
     }
   }
 
+  void find_moved_table() {
+    const std::optional<Levelness>& levelness = calibration_.levelness;
+    if (levelness && levelness->block_p_value < false_moved_table) {
+      add("table_moved", {},
+          "the table's slope differs between blocks (p = " + rounded(levelness->block_p_value, 2) +
+              "), so it was moved, and one slope for all blocks is wrong; calibrate each block "
+              "from its own file");
+    }
+  }
+
   void find_unpaired() {
     if (!unpaired_runs_.empty()) {
       add("unpaired", unpaired_runs_,
@@ -216,6 +247,20 @@ class Finder {
           "the design hardly tells some coefficients apart (condition number " +
               rounded(statistics().condition_number, 3) +
               "; a standard design has less than 5); take each face turned round as well");
+    }
+  }
+
+  void find_other_magnitude() {
+    if (calibration_.method != method_name(Method::known) || calibration_.field.in_table) {
+      return;
+    }
+    constexpr double largest_deviation = 0.05;
+    const double ratio = estimate_.mean_field / calibration_.field.magnitude;
+    if (!(std::abs(ratio - 1.0) <= largest_deviation)) {
+      add("field_magnitude", {},
+          "the columns fx, fy, fz have a length of " + rounded(estimate_.mean_field, 4) +
+              " on average, but the field is " + rounded(calibration_.field.magnitude, 4) + " " +
+              calibration_.field.unit + "; correct the unit, or give the magnitude");
     }
   }
 

@@ -49,6 +49,11 @@ std::string_view nearest_name(std::string_view name, std::span<const std::string
       nearest = candidate;
     }
   }
+  if (nearest.empty() && name.size() >= 3) {
+    const auto longer = std::find_if(candidates.begin(), candidates.end(),
+                                     [&](std::string_view c) { return c.starts_with(name); });
+    nearest = longer == candidates.end() ? nearest : *longer;
+  }
   return nearest;
 }
 

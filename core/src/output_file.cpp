@@ -65,7 +65,12 @@ OutputFile::OutputFile(std::string path, Mode mode) : path_(std::move(path)) {
     }
     return;
   }
-  open_beside(followed(path_));
+  const std::string target = followed(path_);
+  if (std::error_code none; std::filesystem::is_symlink(target, none)) {
+    errno = ELOOP;
+    fail("cannot be written");
+  }
+  open_beside(target);
   if (exists && ::fchmod(descriptor_, status.st_mode & 07777U) != 0) {
     fail("cannot be written with the permissions of the earlier file");
   }
@@ -74,7 +79,9 @@ OutputFile::OutputFile(std::string path, Mode mode) : path_(std::move(path)) {
 void OutputFile::open_beside(const std::string& target) {
   // Announced first, so that a signal finds it; created so that the usual permissions hold.
   for (int attempt = 0; attempt < 1000; ++attempt) {
-    temporary_ = target + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(attempt);
+    const std::string name =
+        ".axiscal-" + std::to_string(::getpid()) + "-" + std::to_string(attempt);
+    temporary_ = (std::filesystem::path(target).parent_path() / name).string();
     announce_unfinished(temporary_);
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor_ >= 0) {

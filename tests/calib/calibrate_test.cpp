@@ -744,6 +744,51 @@ TEST(Calibrate, NamesAnOutlier) {
   EXPECT_THAT(outlier->message, HasSubstr("run 11: axis z"));
 }
 
+TEST(Calibrate, WarnsOfATableThatMovedBetweenBlocks) {
+  const Calibration truth = accelerometer_truth();
+  const Observations moved =
+      concatenate({observe(truth, {.slope = {-0.001, 0.002}, .noise_sd = 1e-4, .seed = 1}),
+                   observe(truth, {.slope = {0.001, 0.0}, .noise_sd = 1e-4, .seed = 2})});
+  for (const Method method : {Method::paired, Method::joint}) {
+    Experiment experiment = experiment_for(truth);
+    experiment.method = method;
+    EXPECT_THAT(codes(calibrate(experiment, moved)), Contains("table_moved"));
+  }
+}
+
+TEST(Calibrate, NamesTheReadingsOfOppositeFacesThatWereExchanged) {
+  const Calibration truth = accelerometer_truth();
+  Observations observations = observe(truth, {.slope = {0.003, -0.002}, .noise_sd = 1e-4});
+  const int down = run_at(observations, {Face::minus_z, Face::minus_x});
+  const int up = run_at(observations, {Face::plus_z, Face::minus_x});
+  observations.response.row(down - 1).swap(observations.response.row(up - 1));
+  const Calibration result = calibrate(experiment_for(truth), observations);
+  const auto poor =
+      std::find_if(result.warnings.begin(), result.warnings.end(),
+                   [](const CalibrationWarning& warning) { return warning.code == "poor_fit"; });
+  ASSERT_NE(poor, result.warnings.end());
+  EXPECT_THAT(poor->runs, testing::IsSupersetOf({down, up}));
+}
+
+TEST(Calibrate, WarnsOfFieldsInAnotherUnit) {
+  const Calibration truth = accelerometer_truth();
+  Observations observations = observe(truth, {.noise_sd = 1e-4});
+  const Positioner cube;
+  for (Reading& reading : observations.readings) {
+    reading.field_in_sensor =
+        9.81 * (cube.rotation_table_from_positioner(*reading.point).transpose() *
+                Eigen::Vector3d::UnitZ());
+  }
+  EXPECT_THAT(codes(calibrate(experiment_for(truth), observations)), Contains("field_magnitude"));
+}
+
+TEST(Calibrate, RefusesNumbersThatAreNoReadings) {
+  const Calibration truth = accelerometer_truth();
+  Observations observations = observe(truth, {});
+  observations.response(3, 0) = 1e300;
+  EXPECT_THROW(static_cast<void>(calibrate(experiment_for(truth), observations)), RefusedError);
+}
+
 TEST(Calibrate, WarnsOfASlopeThatIsNotTheStatedOne) {
   const Calibration truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);

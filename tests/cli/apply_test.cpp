@@ -127,6 +127,13 @@ TEST_F(ApplyCommand, CountsWhatItCannotReduce) {
   EXPECT_EQ(read_file(output), "earlier");
 }
 
+TEST_F(ApplyCommand, DoesNotFollowWhatItWrites) {
+  const std::string input = folder_.write("in.csv", "x,y,z\n0,0,2.5\n");
+  EXPECT_EQ(run_axiscal({"apply", record_, input, "-o", input, "--follow"}).status, 2);
+  EXPECT_EQ(read_file(input), "x,y,z\n0,0,2.5\n");
+  EXPECT_EQ(run_axiscal({"apply", record_, input, "-o", record_}).status, 2);
+}
+
 TEST_F(ApplyCommand, NeedsItsColumns) {
   const std::string input = folder_.write("in.csv", "x,y\n1,2\n");
   const ProgramResult result = run_axiscal({"apply", record_, input});

@@ -58,6 +58,9 @@ TEST(Usage, MistakesHaveStatusTwoAndAHint) {
   EXPECT_THAT(with({"--leave-out", "77"}), HasSubstr("no run 77"));
   EXPECT_THAT(with({"--axes", "x,,z"}), HasSubstr("--axes"));
   EXPECT_THAT(with({"other.json"}), HasSubstr("only file"));
+  EXPECT_THAT(with({"--serial", "", "--json"}), HasSubstr("--serial: its value is empty"));
+  EXPECT_THAT(with({"-o", ""}), HasSubstr("-o: its value is empty"));
+  EXPECT_THAT(with({"-o", run}), HasSubstr("would be overwritten"));
   for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
            {},
            {"calibrat"},

@@ -51,6 +51,17 @@ TEST(OutputFile, RefusesWhereNothingCanBeWritten) {
   EXPECT_THROW(write_whole_file("/dev/full", "x"), OutputError);
 }
 
+TEST(OutputFile, RefusesALoopOfLinksAndTakesLongNames) {
+  const ScratchFolder folder;
+  std::filesystem::create_symlink("b", folder.path("a"));
+  std::filesystem::create_symlink("a", folder.path("b"));
+  EXPECT_THROW(write_whole_file(folder.path("a"), "x"), OutputError);
+  EXPECT_TRUE(std::filesystem::is_symlink(folder.path("a")));
+  const std::string long_name = folder.path(std::string(250, 'n'));
+  write_whole_file(long_name, "x");
+  EXPECT_EQ(read_file(long_name), "x");
+}
+
 TEST(OutputFile, WritesToDevicesDirectly) {
   write_whole_file("/dev/null", "x");
   EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));

@@ -16,6 +16,7 @@ TEST(NearestName, FindsTypingErrors) {
   EXPECT_EQ(nearest_name("feild", names), "field");
   EXPECT_EQ(nearest_name("Methods", names), "method");
   EXPECT_EQ(nearest_name("observation", names), "observations");
+  EXPECT_EQ(nearest_name("obser", names), "observations");
   EXPECT_EQ(nearest_name("xyz", names), "");
   EXPECT_EQ(did_you_mean("instrumnet", names), "; did you mean 'instrument'?");
   EXPECT_EQ(did_you_mean("zzz", names), "");

@@ -91,7 +91,8 @@ struct Levelness {
   double standard_error_y = 0.0;
   double degrees_of_freedom = 0.0;  ///< of the standard errors
   bool consistent = true;           ///< p_value is not below 0.005
-  double p_value = 0.0;  ///< that estimates differ so much by chance; NaN where not testable
+  double p_value = 0.0;        ///< that estimates differ so much by chance; NaN where not testable
+  double block_p_value = 1.0;  ///< that blocks differ so much by chance; NaN where not testable
   std::optional<LevelnessEstimate> suspect;  ///< where not consistent: the face that disagrees
 };
 

@@ -10,7 +10,8 @@ namespace axiscal {
 /// The known name that a mistyped one is most like.
 ///
 /// @return the candidate with the fewest edits (insert, delete, replace, swap of neighbours, case
-///         not counted), or "" where none is within a third of the name's length.
+///         not counted) within a third of the name's length; else one that begins with the name;
+///         else "".
 [[nodiscard]] std::string_view nearest_name(std::string_view name,
                                             std::span<const std::string_view> candidates);
 
