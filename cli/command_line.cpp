@@ -61,7 +61,7 @@ void add_output(CLI::App& app, std::string& output) {
   app.add_option("-o,--output", output, "where to write; - is stdout")->type_name("FILE");
 }
 
-// The option of this name, without its dashes and value; null where there is none.
+// The option that an argument names, with or without its value; null where there is none.
 CLI::Option* find_option(CLI::App& app, const std::string& argument) {
   return app.get_option_no_throw(argument.substr(0, argument.find('=')));
 }

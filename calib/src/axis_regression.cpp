@@ -54,12 +54,18 @@ void make_robust(AxisRegression& axis,
       scale_residuals(weighted, plain.leverage(), axis.fit.residual_sd, p);
   axis.fit.studentized = std::move(diagnostics.studentized);
   axis.fit.cooks_distance = std::move(diagnostics.cooks_distance);
-  const double mean = axis.weights.dot(response) / axis.weights.sum();
-  const double total = root.cwiseProduct((response.array() - mean).matrix()).squaredNorm();
-  axis.fit.r_squared = 1.0 - weighted.squaredNorm() / total;
+  axis.fit.r_squared = r_squared_about_mean(response, axis.weights, weighted);
 }
 
 }  // namespace
+
+double r_squared_about_mean(const Eigen::VectorXd& response,
+                            const Eigen::VectorXd& weights,
+                            const Eigen::VectorXd& weighted_residuals) {
+  const double mean = weights.dot(response) / weights.sum();
+  const double total = (weights.array() * (response.array() - mean).square()).sum();
+  return 1.0 - weighted_residuals.squaredNorm() / total;
+}
 
 AxisRegression regress_axis(const Eigen::MatrixXd& design,
                             const Eigen::VectorXd& response,
@@ -225,6 +231,14 @@ RegressionRows rows_of_readings(const ReadingSet& set) {
 
 double ReadingSet::rounding(Eigen::Index k) const {
   return 64.0 * std::numeric_limits<double>::epsilon() * response.col(k).cwiseAbs().maxCoeff();
+}
+
+double ReadingSet::rounding() const {
+  double largest = 0.0;
+  for (Eigen::Index k = 0; k < axis_count(); ++k) {
+    largest = std::max(largest, rounding(k));
+  }
+  return largest;
 }
 
 Eigen::MatrixXd field_design(const ReadingSet& set, const Eigen::Vector3d& in_table) {

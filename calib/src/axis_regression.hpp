@@ -35,6 +35,11 @@ struct RegressionRows {
                                           bool robust,
                                           double rounding);
 
+/// 1 - RSS / total sum of squares about the weighted mean.
+[[nodiscard]] double r_squared_about_mean(const Eigen::VectorXd& response,
+                                          const Eigen::VectorXd& weights,
+                                          const Eigen::VectorXd& weighted_residuals);
+
 /// Pure error against lack of fit for one axis.
 /// @param weighted_residuals  sqrt(w_i) (y_i - fit_i).
 /// @return F and p are NaN where there are no degrees of freedom for either part.

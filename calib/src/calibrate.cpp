@@ -82,8 +82,7 @@ void check(const Experiment& experiment, const Observations& observations) {
   if (bad_samples || bad_sd) {
     throw DomainError(
         "calibrate: samples must be positive, one for each reading, and standard deviations as "
-        "many "
-        "as responses");
+        "many as responses");
   }
   // Beyond this squares overflow; no instrument reads such numbers.
   constexpr double largest = 1e150;

@@ -28,6 +28,9 @@ struct ReadingSet {
 
   /// Residuals of axis k below this are rounding.
   [[nodiscard]] double rounding(Eigen::Index k) const;
+
+  /// The largest of them, where axes are looked at together.
+  [[nodiscard]] double rounding() const;
 };
 
 /// What each method gives.

@@ -230,7 +230,6 @@ Eigen::VectorXd scatter(const ReadingSet& set,
   return sigma;
 }
 
-// The axes' noise is not known: weights are iterated from equal ones.
 struct Solution {
   State state;
   Eigen::VectorXd sigma;
@@ -244,14 +243,13 @@ double pooled_scatter(const ReadingSet& set, const State& state, double dof) {
     return 1.0;
   }
   double rss = 0.0;
-  double rounding = 0.0;
-  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    rss += state.axes[static_cast<std::size_t>(k)].residuals.squaredNorm();
-    rounding = std::max(rounding, set.rounding(k));
+  for (const AxisState& axis : state.axes) {
+    rss += axis.residuals.squaredNorm();
   }
-  return std::max(std::sqrt(rss / dof), rounding);
+  return std::max(std::sqrt(rss / dof), set.rounding());
 }
 
+// The axes' noise is not known: weights are iterated from equal ones.
 Solution solve(const ReadingSet& set, const JointFit& fit, const Eigen::Vector3d& start) {
   Eigen::VectorXd sigma = Eigen::VectorXd::Ones(set.axis_count());
   State state = fit.converged(start, sigma);
@@ -358,8 +356,7 @@ void require_direction(const ReadingSet& set, const Solution& solution) {
       std::move(names));
 }
 
-// Covariance of the field's direction; the axes' weights being estimated costs some of it (METHOD
-// 4).
+// Covariance of the field's direction; that weights are estimated costs some of it (METHOD 4).
 void describe_direction(const Solution& solution, Estimate& estimate) {
   const Eigen::VectorXd& nu = solution.shares.degrees_of_freedom;
   if (!(nu.minCoeff() > 0.0)) {
@@ -406,11 +403,8 @@ Estimate describe(const ReadingSet& set,
     }
     estimate.response.bias(k) = axis.estimate(0);
     estimate.response.sensitivity.row(k) = axis.estimate.tail<3>();
-    const double mean =
-        axis.root_weights.cwiseAbs2().dot(set.response.col(k)) / axis.root_weights.squaredNorm();
-    const double total =
-        axis.root_weights.cwiseProduct((set.response.col(k).array() - mean).matrix()).squaredNorm();
-    statistics.r_squared(k) = 1.0 - axis.residuals.squaredNorm() / total;
+    statistics.r_squared(k) =
+        r_squared_about_mean(set.response.col(k), set.weights.col(k), axis.residuals);
 
     const double s2 = statistics.residual_sd(k) * statistics.residual_sd(k);
     const Eigen::MatrixXd own = axis.design->unscaled_covariance() +

@@ -131,10 +131,7 @@ void test_consistency(const ReadingSet& set,
                       const std::vector<FaceDifferences>& faces,
                       const PlaneFit& all,
                       Levelness& levelness) {
-  double rounding = 0.0;
-  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    rounding = std::max(rounding, set.rounding(k));
-  }
+  const double rounding = set.rounding();
   levelness.p_value = not_a_number;
   const auto dof_all = static_cast<double>(all.rows - 2);
   if (dof_all > 0.0 && all.rss <= dof_all * rounding * rounding) {
@@ -179,10 +176,6 @@ double block_p_value(const ReadingSet& set,
     blocks[face.pair->block].push_back(face);
   }
   double rss = 0.0;
-  double rounding = 0.0;
-  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    rounding = std::max(rounding, set.rounding(k));
-  }
   for (const auto& [number, members] : blocks) {
     const PlaneFit fit = fit_plane(members, nullptr);
     if (!fit.determined) {
@@ -192,8 +185,11 @@ double block_p_value(const ReadingSet& set,
   }
   const double more = 2.0 * static_cast<double>(blocks.size() - 1);
   const double dof = static_cast<double>(all.rows - 2) - more;
-  if (!(more > 0.0) || !(dof > 0.0) || all.rss - rss <= more * rounding * rounding) {
-    return more > 0.0 && dof > 0.0 ? 1.0 : not_a_number;
+  if (!(more > 0.0) || !(dof > 0.0)) {
+    return not_a_number;
+  }
+  if (all.rss - rss <= more * set.rounding() * set.rounding()) {
+    return 1.0;
   }
   return rss > 0.0 ? f_upper_p(((all.rss - rss) / more) / (rss / dof), more, dof) : 0.0;
 }

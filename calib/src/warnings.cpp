@@ -236,8 +236,7 @@ class Finder {
       add("unpaired", unpaired_runs_,
           name_of_runs(unpaired_runs_) +
               ": left out, as `paired` needs the opposite reading (same rest face, block and "
-              "level; "
-              "opposite fence face); take it, or use --method joint");
+              "level; opposite fence face); take it, or use --method joint");
     }
   }
 

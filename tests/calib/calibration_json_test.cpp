@@ -25,12 +25,8 @@ json smallest_record() {
 }
 
 std::string complaint(const json& record) {
-  try {
-    static_cast<void>(parse_calibration(record.dump(), "cal.json"));
-  } catch (const DataError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::complaint_of<DataError>(
+      [&] { static_cast<void>(parse_calibration(record.dump(), "cal.json")); });
 }
 
 TEST(CalibrationJson, IsWrittenAgainByteForByte) {

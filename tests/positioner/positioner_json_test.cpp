@@ -21,12 +21,8 @@ nlohmann::json nominal_file() {
 }
 
 std::string complaint(const nlohmann::json& file) {
-  try {
-    static_cast<void>(parse_positioner(file.dump(), "cube.json"));
-  } catch (const DataError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::complaint_of<DataError>(
+      [&] { static_cast<void>(parse_positioner(file.dump(), "cube.json")); });
 }
 
 TEST(ParsePositioner, ReadsNormals) {

@@ -11,6 +11,17 @@ namespace axiscal::test {
                                                      const Eigen::MatrixXd& expected,
                                                      double tolerance);
 
+/// Calls a function and returns what its exception says, or "accepted" where there is none.
+template <typename Exception, typename Function>
+[[nodiscard]] std::string complaint_of(const Function& call) {
+  try {
+    call();
+  } catch (const Exception& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
 }  // namespace axiscal::test
 
 /// Holds a matrix or vector (copied, so that no expression dangles) against another, entry by
