@@ -185,11 +185,6 @@ Json json_of(const CalibrationWarning& warning) {
 
 // ---- reading ----
 
-std::string text_or(const JsonValue& object, std::string_view key, const std::string& otherwise) {
-  const std::optional<JsonValue> value = object.find(key);
-  return value ? value->text() : otherwise;
-}
-
 double number_or_nan(const JsonValue& object, std::string_view key) {
   const std::optional<JsonValue> value = object.find(key);
   return value ? value->number() : not_a_number;
@@ -236,7 +231,7 @@ Instrument instrument_of(const JsonValue& json) {
   const JsonValue kind = json.at("kind");
   instrument.kind = kind.text();
   kind.check([&] { static_cast<void>(find_instrument_kind(instrument.kind)); });
-  instrument.serial = text_or(json, "serial", "");
+  instrument.serial = json.text_or("serial");
   instrument.axes = json.at("axes").texts();
   json.at("axes").check([&] { check_axes(instrument); });
   instrument.unit = json.at("unit").text();
@@ -271,7 +266,7 @@ FieldDescription field_of(const JsonValue& json) {
                       .longitude_deg = site->at("longitude_deg").number(),
                       .height_m = site->at("height_m").number()};
   }
-  field.date = text_or(json, "date", "");
+  field.date = json.text_or("date");
   return field;
 }
 
@@ -419,7 +414,7 @@ ReadingResidual residual_of(const JsonValue& json, Eigen::Index m) {
 
 CalibrationWarning warning_of(const JsonValue& json) {
   CalibrationWarning warning{
-      .code = text_or(json, "code", ""), .runs = {}, .message = text_or(json, "message", "")};
+      .code = json.text_or("code"), .runs = {}, .message = json.text_or("message")};
   if (const auto run = json.find("run")) {
     warning.runs = {run->integer()};
   } else if (const auto runs = json.find("runs")) {
@@ -476,21 +471,21 @@ Calibration parse_calibration(std::string_view text, const std::string& path) {
   const JsonValue json = parse_json(text, path);
   json.require_format("axiscal-calibration");
   Calibration calibration;
-  calibration.created = text_or(json, "created", "");
-  calibration.software = text_or(json, "software", "");
-  calibration.status = text_or(json, "status", "ok");
+  calibration.created = json.text_or("created");
+  calibration.software = json.text_or("software");
+  calibration.status = json.text_or("status", "ok");
   if (const auto inputs = json.find("inputs")) {
     for (const JsonValue& input : inputs->elements()) {
       calibration.inputs.push_back(
-          {.path = text_or(input, "path", ""), .sha256 = text_or(input, "sha256", "")});
+          {.path = input.text_or("path"), .sha256 = input.text_or("sha256")});
     }
   }
   calibration.instrument = instrument_of(json.at("instrument"));
   calibration.field = field_of(json.at("field"));
-  calibration.method = text_or(json, "method", "");
-  calibration.weights = text_or(json, "weights", "none");
+  calibration.method = json.text_or("method");
+  calibration.weights = json.text_or("weights", "none");
   calibration.robust = json.find("robust").has_value();
-  calibration.positioner = text_or(json, "positioner", "");
+  calibration.positioner = json.text_or("positioner");
   if (const auto left_out = json.find("leave_out")) {
     calibration.left_out = integers(*left_out);
   }

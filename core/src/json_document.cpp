@@ -144,6 +144,22 @@ std::vector<std::string> JsonValue::texts() const {
   return texts;
 }
 
+std::vector<std::string> JsonValue::keys() const {
+  if (!value_->is_object()) {
+    fail("must be an object");
+  }
+  std::vector<std::string> names;
+  for (const auto& item : value_->items()) {
+    names.push_back(item.key());
+  }
+  return names;
+}
+
+std::string JsonValue::text_or(std::string_view key, const std::string& otherwise) const {
+  const std::optional<JsonValue> value = find(key);
+  return value ? value->text() : otherwise;
+}
+
 Eigen::VectorXd JsonValue::numbers(std::optional<Eigen::Index> size, bool null_is_nan) const {
   const std::vector<JsonValue> values = elements();
   const auto count = static_cast<Eigen::Index>(values.size());

@@ -1,14 +1,104 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/positioner/positioner.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/positioner/design.hpp"
 
 namespace axiscal {
+namespace {
+
+constexpr double touching_m = 1e-9;  // a ball that passes a plane by less touches it
+
+PositionerDescription description_of(const FaceNormals& normals, std::string id) {
+  PositionerDescription description{.id = std::move(id)};
+  for (const Face face : all_faces) {
+    const auto at = static_cast<std::size_t>(face);
+    description.faces[at].normal = normals[at];
+  }
+  return description;
+}
+
+PositionerDescription description_of(const CubeFeet& feet, Surface surface, std::string id) {
+  PositionerDescription description{.id = std::move(id), .surface = std::move(surface)};
+  for (std::size_t face = 0; face < feet.size(); ++face) {
+    description.faces[face].feet = feet[face];
+  }
+  return description;
+}
+
+FaceNormals nominal_normals() {
+  FaceNormals normals;
+  std::transform(all_faces.begin(), all_faces.end(), normals.begin(), nominal_normal);
+  return normals;
+}
+
+std::string of_face(Face face) {
+  return " of face " + std::string(face_name(face)) + " ";
+}
+
+// By the normals alone (METHOD 2).
+Eigen::Matrix3d rotation_by_normals(const Eigen::Vector3d& rest, const Eigen::Vector3d& fence) {
+  const Eigen::Vector3d z = -rest;
+  const Eigen::Vector3d y = (fence - fence.dot(z) * z).normalized();
+  Eigen::Matrix3d R;
+  R.row(0) = y.cross(z);
+  R.row(1) = y;
+  R.row(2) = z;
+  return R.array() + 0.0;  // no -0
+}
+
+// Whether the cube's centre stands over the triangle in which the rest face touches the table.
+bool stands(const Feet& feet, const Eigen::Vector3d& normal) {
+  int positive = 0;
+  int negative = 0;
+  for (std::size_t i = 0; i < feet.size(); ++i) {
+    const Eigen::Vector3d& from = feet[i].centre_m;
+    const Eigen::Vector3d& to = feet[(i + 1) % feet.size()].centre_m;
+    // Balls touch right below their centres, so that centres may stand for the points of contact.
+    const double side = normal.dot(from.cross(to));
+    positive += side > 0.0 ? 1 : 0;
+    negative += side < 0.0 ? 1 : 0;
+  }
+  return positive == 0 || negative == 0;
+}
+
+void check_covariance(const NormalCovariance& C) {
+  const double size = C.cwiseAbs().maxCoeff();
+  if (!C.allFinite() || !((C - C.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * size) ||
+      !(Eigen::SelfAdjointEigenSolver<NormalCovariance>(C).eigenvalues()(0) >= -1e-9 * size)) {
+    throw DomainError("normal_covariance must be symmetric and have no negative eigenvalue");
+  }
+}
+
+// Balls of two faces may not go into each other either.
+void check_neighbours(const std::array<FaceDescription, all_faces.size()>& faces) {
+  for (const Face one : all_faces) {
+    for (const Face other : all_faces) {
+      const std::optional<Feet>& a = faces[static_cast<std::size_t>(one)].feet;
+      const std::optional<Feet>& b = faces[static_cast<std::size_t>(other)].feet;
+      if (one >= other || !a || !b) {
+        continue;
+      }
+      for (const Ball& p : *a) {
+        for (const Ball& q : *b) {
+          if ((p.centre_m - q.centre_m).norm() < p.radius_m + q.radius_m) {
+            throw DomainError("the feet" + of_face(one) + "and those" + of_face(other) +
+                              "go into each other");
+          }
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
 
 std::string defect_of_normal(Face face, const Eigen::Vector3d& normal) {
   constexpr double largest_tilt_rad = 0.2;
@@ -22,34 +112,121 @@ std::string defect_of_normal(Face face, const Eigen::Vector3d& normal) {
   return "";
 }
 
-Positioner::Positioner() : nominal_(true) {
-  for (const Face face : all_faces) {
-    normals_[static_cast<std::size_t>(face)] = nominal_normal(face);
-  }
+Positioner::Positioner()
+    : description_(description_of(nominal_normals(), "")),
+      normals_(nominal_normals()),
+      nominal_(true) {
+  find_seats();
 }
 
-// NOLINTNEXTLINE(modernize-pass-by-value): an array of fixed vectors gains nothing by a move
-Positioner::Positioner(const std::array<Eigen::Vector3d, 6>& normals, std::string id)
-    : normals_(normals), id_(std::move(id)), nominal_(false) {
+Positioner::Positioner(const FaceNormals& normals, std::string id)
+    : Positioner(description_of(normals, std::move(id))) {}
+
+Positioner::Positioner(const CubeFeet& feet, const Surface& surface, std::string id)
+    : Positioner(description_of(feet, surface, std::move(id))) {}
+
+Positioner::Positioner(PositionerDescription description)
+    : description_(std::move(description)), nominal_(false) {
   for (const Face face : all_faces) {
-    const std::string defect = defect_of_normal(face, normal(face));
-    if (!defect.empty()) {
-      throw DomainError("Positioner: the normal of face " + std::string(face_name(face)) + " " +
-                        defect);
+    FaceDescription& known = description_.faces[static_cast<std::size_t>(face)];
+    Eigen::Vector3d& normal = normals_[static_cast<std::size_t>(face)];
+    if (!known.normal && !known.feet) {
+      throw DomainError("face " + std::string(face_name(face)) + " needs a normal or feet");
     }
-    normals_[static_cast<std::size_t>(face)].normalize();
+    if (known.feet) {
+      if (const std::string defect = defect_of_feet(face, *known.feet); !defect.empty()) {
+        throw DomainError("the feet" + of_face(face) + defect);
+      }
+      normal = contact_plane(face, *known.feet).normal;
+    }
+    if (known.normal) {
+      if (const std::string defect = defect_of_normal(face, *known.normal); !defect.empty()) {
+        throw DomainError("the normal" + of_face(face) + defect);
+      }
+      normal = known.normal->normalized();
+      if (known.feet) {
+        known.feet = feet_turned_to(face, *known.feet, normal);
+      }
+    }
+  }
+  check_neighbours(description_.faces);
+  if (description_.normal_covariance) {
+    check_covariance(*description_.normal_covariance);
+  }
+  check_mounts(description_.mounts);
+  if (!(std::abs(description_.surface.fence_lean_rad) <= 0.5)) {
+    throw DomainError("the fence may lean by up to 0.5 rad");
+  }
+  find_seats();
+}
+
+void Positioner::find_seats() {
+  seats_.resize(all_faces.size() * all_faces.size());
+  for (const DesignEntry& entry : standard_design(24)) {
+    const auto at = static_cast<std::size_t>(entry.point.rest()) * all_faces.size() +
+                    static_cast<std::size_t>(entry.point.fence());
+    seats_[at] = find_seat(entry.point);
   }
 }
 
-Eigen::Matrix3d Positioner::rotation_table_from_positioner(const DesignPoint& point) const {
-  const Eigen::Vector3d z = -normal(point.rest());
-  const Eigen::Vector3d& fence = normal(point.fence());
-  const Eigen::Vector3d y = (fence - fence.dot(z) * z).normalized();
-  Eigen::Matrix3d R;
-  R.row(0) = y.cross(z);
-  R.row(1) = y;
-  R.row(2) = z;
-  return R.array() + 0.0;  // no -0
+Seat Positioner::find_seat(const DesignPoint& point) const {
+  const Eigen::Vector3d& rest = normal(point.rest());
+  Seat seat{.rotation_table_from_positioner = rotation_by_normals(rest, normal(point.fence()))};
+  const std::optional<Feet>& rest_feet = feet(point.rest());
+  const std::optional<Feet>& fence_feet = feet(point.fence());
+  if (rest_feet && !stands(*rest_feet, rest)) {
+    seat.defect = "the cube would tip: its centre does not stand over the triangle of its feet";
+    return seat;
+  }
+  if (fence_feet) {
+    seat =
+        seat_at_fence(seat.rotation_table_from_positioner, *fence_feet, surface().fence_lean_rad);
+    if (!seat.defect.empty()) {
+      return seat;
+    }
+  }
+  const double lean = surface().fence_lean_rad;
+  const Eigen::Vector3d to_fence = seat.rotation_table_from_positioner.transpose() *
+                                   Eigen::Vector3d(0.0, std::cos(lean), std::sin(lean));
+  const auto passes = [](const Ball& ball, const Eigen::Vector3d& direction, const Ball& plane) {
+    return direction.dot(ball.centre_m - plane.centre_m) + ball.radius_m - plane.radius_m >
+           touching_m;
+  };
+  for (const Face face : all_faces) {
+    if (!feet(face)) {
+      continue;
+    }
+    for (const Ball& ball : *feet(face)) {
+      if (rest_feet && face != point.rest() && passes(ball, rest, rest_feet->front())) {
+        seat.defect = "a foot" + of_face(face) + "reaches below the table";
+      } else if (fence_feet && face != point.fence() &&
+                 passes(ball, to_fence,
+                        (*fence_feet)[static_cast<std::size_t>(seat.contacts.front())])) {
+        seat.defect = "a foot" + of_face(face) + "reaches through the fence";
+      }
+    }
+  }
+  return seat;
+}
+
+const Seat& Positioner::seat(const DesignPoint& point) const {
+  return seats_[static_cast<std::size_t>(point.rest()) * all_faces.size() +
+                static_cast<std::size_t>(point.fence())];
+}
+
+const Eigen::Matrix3d& Positioner::rotation_table_from_positioner(const DesignPoint& point) const {
+  const Seat& found = seat(point);
+  if (!found.defect.empty()) {
+    throw RefusedError(point.name() + ": the cube" + (id().empty() ? "" : " " + id()) +
+                       " cannot lie so: " + found.defect);
+  }
+  return found.rotation_table_from_positioner;
+}
+
+std::optional<Mount> Positioner::mount(const std::string& slot) const {
+  const auto found = std::find_if(mounts().begin(), mounts().end(),
+                                  [&](const Mount& mount) { return mount.slot == slot; });
+  return found == mounts().end() ? std::nullopt : std::optional(*found);
 }
 
 }  // namespace axiscal

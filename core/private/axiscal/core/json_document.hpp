@@ -46,6 +46,10 @@ class JsonValue {
   [[nodiscard]] Eigen::MatrixXd matrix(Eigen::Index rows, Eigen::Index columns) const;  ///< finite
   [[nodiscard]] Eigen::MatrixXd matrix_or_nan(Eigen::Index rows, Eigen::Index columns) const;
   [[nodiscard]] std::vector<std::string> texts() const;
+  [[nodiscard]] std::vector<std::string> keys() const;  ///< of an object, in the file's order
+
+  /// @return a member's text; `otherwise` where it is absent.
+  [[nodiscard]] std::string text_or(std::string_view key, const std::string& otherwise = "") const;
 
   /// Every member's name must be one of these; else the nearest one is suggested.
   void allow_keys(std::span<const std::string_view> keys) const;

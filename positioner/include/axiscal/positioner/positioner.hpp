@@ -2,11 +2,17 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include <Eigen/Core>
 
 #include "axiscal/positioner/design_point.hpp"
+#include "axiscal/positioner/feet.hpp"
+#include "axiscal/positioner/mount.hpp"
+#include "axiscal/positioner/seat.hpp"
+#include "axiscal/positioner/surface.hpp"
 
 namespace axiscal {
 
@@ -16,7 +22,42 @@ namespace axiscal {
 ///         0.2 rad from the face's nominal direction (a face mixed up, a left-handed frame).
 [[nodiscard]] std::string defect_of_normal(Face face, const Eigen::Vector3d& normal);
 
-/// The cube that holds the instrument: its six face normals and how they make it lie.
+/// Outward unit normals in the order of Face, frame positioner.
+using FaceNormals = std::array<Eigen::Vector3d, all_faces.size()>;
+
+/// Covariance of the normals, faces in the order of Face, each x y z [rad^2].
+using NormalCovariance = Eigen::Matrix<double, 18, 18>;
+
+/// What is known of one face; of the two at least one.
+///
+/// Where both are, the normal is what was measured and the feet say where the face touches: they
+/// are turned together until their plane has that normal.
+struct FaceDescription {
+  std::optional<Eigen::Vector3d> normal;  ///< outward, unit length
+  std::optional<Feet> feet;
+};
+
+/// What a positioner was measured with.
+struct MeasuredFrom {
+  std::string slot;          ///< the instrument's mount
+  std::string record;        ///< its calibration record
+  std::string observations;  ///< the readings in this positioner
+};
+
+/// All that a positioner's file says (CONTRACT section 6).
+struct PositionerDescription {
+  std::string id;
+  std::array<FaceDescription, all_faces.size()> faces;
+  std::optional<NormalCovariance> normal_covariance;
+  std::vector<Mount> mounts;
+  Surface surface;
+  std::string created;   ///< when it was measured, ISO 8601; may be empty
+  std::string software;  ///< what measured it; may be empty
+  std::vector<MeasuredFrom> from;
+  std::vector<std::string> notes;  ///< remarks of who measured it
+};
+
+/// The cube that holds the instrument: its faces or feet, and how they make it lie.
 ///
 /// @code
 /// const axiscal::Positioner cube;  // the nominal one
@@ -32,29 +73,62 @@ class Positioner {
   /// @param normals  outward unit normals in the order of Face, frame positioner.
   /// @param id       the cube's name.
   /// @throws DomainError  if a normal has a defect_of_normal().
-  explicit Positioner(const std::array<Eigen::Vector3d, 6>& normals, std::string id = "");
+  explicit Positioner(const FaceNormals& normals, std::string id = "");
+
+  /// A cube on feet, with the fence as its surface says.
+  ///
+  /// @throws DomainError  if the feet of a face have a defect_of_feet(), or balls of different
+  /// faces
+  ///                      go into each other.
+  explicit Positioner(const CubeFeet& feet, const Surface& surface = {}, std::string id = "");
+
+  /// @throws DomainError  if a face has neither normal nor feet, these have a defect, the
+  ///                      covariance is not symmetric and positive, or the mounts are not good.
+  explicit Positioner(PositionerDescription description);
 
   /// @return outward unit normal of a face, frame positioner.
   [[nodiscard]] const Eigen::Vector3d& normal(Face face) const {
     return normals_[static_cast<std::size_t>(face)];
   }
+  [[nodiscard]] const FaceNormals& normals() const { return normals_; }
+
+  /// @return the feet of a face, or nothing where only its normal is known.
+  [[nodiscard]] const std::optional<Feet>& feet(Face face) const {
+    return description_.faces[static_cast<std::size_t>(face)].feet;
+  }
 
   /// How the cube lies at a design point.
   ///
   /// With n_r and n_f the normals of rest and fence face: z = -n_r, y = n_f - (n_f . z) z
-  /// normalised, x = y cross z; the rotation has rows x, y, z. z is exact for measured normals; y
-  /// is so only where n_f is square to n_r, else the heading is off by about that angle. For the
-  /// nominal cube the entries are exactly 0, 1 and -1.
+  /// normalised, x = y cross z. That is exact for the rest face; where the feet of the fence face
+  /// are known, seat_at_fence() makes the turn about z exact too, else the heading is off by about
+  /// the angle by which n_f is not square to n_r. For the nominal cube the entries are exactly 0, 1
+  /// and -1.
   /// @par Source
-  /// METHOD section 2.
-  [[nodiscard]] Eigen::Matrix3d rotation_table_from_positioner(const DesignPoint& point) const;
+  /// METHOD sections 2 and 9.
+  [[nodiscard]] const Seat& seat(const DesignPoint& point) const;
+
+  /// @return the seat's rotation, whose rows are x, y, z.
+  /// @throws RefusedError  if the cube cannot lie so.
+  [[nodiscard]] const Eigen::Matrix3d& rotation_table_from_positioner(
+      const DesignPoint& point) const;
+
+  /// @return the mount of that slot, or nothing.
+  [[nodiscard]] std::optional<Mount> mount(const std::string& slot) const;
 
   [[nodiscard]] bool is_nominal() const { return nominal_; }
-  [[nodiscard]] const std::string& id() const { return id_; }
+  [[nodiscard]] const std::string& id() const { return description_.id; }
+  [[nodiscard]] const PositionerDescription& description() const { return description_; }
+  [[nodiscard]] const std::vector<Mount>& mounts() const { return description_.mounts; }
+  [[nodiscard]] const Surface& surface() const { return description_.surface; }
 
  private:
-  std::array<Eigen::Vector3d, 6> normals_;
-  std::string id_;
+  void find_seats();
+  [[nodiscard]] Seat find_seat(const DesignPoint& point) const;
+
+  PositionerDescription description_;
+  FaceNormals normals_;
+  std::vector<Seat> seats_;  // by rest and fence face, 6 x 6
   bool nominal_;
 };
 

@@ -8,15 +8,23 @@
 
 namespace axiscal {
 
-/// Reads a positioner file (CONTRACT section 6): `id` and the `normal` of each of the six `faces`.
+/// Reads a positioner file (CONTRACT section 6).
+///
+/// Each of the six `faces` has a `normal`, or `feet`, or both: then the normal is what was measured
+/// and the feet are turned to it. `normal_covariance`, `mounts` and `table` are optional; of the
+/// latter `surface` is "one_piece" (the default) or "separate".
 ///
 /// @param text  the file's content.
 /// @param path  the file's name for messages.
-/// @throws DataError  if the text is no such file: wrong format or version, a face missing or
-///                    misnamed, a normal that is not of unit length, an unknown key.
+/// @throws DataError  `PATH: /json/pointer: ...` if the text is no such file: wrong format or
+///                    version, a face missing or misnamed, a normal that is not of unit length,
+///                    feet that are not three, in a line or in each other, an unknown key.
 [[nodiscard]] Positioner parse_positioner(std::string_view text, const std::string& path);
 
 /// As parse_positioner(), from a file; `-` is standard input.
 [[nodiscard]] Positioner read_positioner(const std::string& path);
+
+/// @return the positioner as such a file.
+[[nodiscard]] std::string positioner_json(const Positioner& positioner);
 
 }  // namespace axiscal

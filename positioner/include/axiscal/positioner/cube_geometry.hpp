@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "axiscal/positioner/positioner.hpp"
+
+namespace axiscal {
+
+/// Two faces of a cube and the angle between their outward normals.
+struct FaceAngle {
+  Face first = Face::plus_x;
+  Face second = Face::plus_x;
+  double angle_rad = 0.0;      ///< 0 .. pi
+  double deviation_rad = 0.0;  ///< from square (neighbours) or parallel (opposites)
+};
+
+/// How a cube differs from the nominal one, whatever way its axes are drawn.
+struct CubeGeometry {
+  std::vector<FaceAngle> angles;  ///< of all 15 pairs of faces
+  /// Distance of each face's contact plane from the centre [m]; nothing without feet.
+  std::array<std::optional<double>, all_faces.size()> offset_m;
+  double worst_from_square_rad = 0.0;
+  double worst_from_parallel_rad = 0.0;
+};
+
+/// @par Source
+/// METHOD section 9.
+[[nodiscard]] CubeGeometry describe_geometry(const Positioner& positioner);
+
+}  // namespace axiscal

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string>
+
+#include <Eigen/Core>
+
+#include "axiscal/positioner/design_point.hpp"
+
+namespace axiscal {
+
+/// A ball foot; a radius of 0 is a point, so that other protuberances can be described too.
+struct Ball {
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< frame positioner, from the cube's centre
+  double radius_m = 0.0;
+};
+
+/// The three feet of a face.
+using Feet = std::array<Ball, 3>;
+
+/// The feet of all faces, in the order of Face.
+using CubeFeet = std::array<Feet, all_faces.size()>;
+
+/// The plane that a face stands on: the points p with normal . p = offset_m.
+struct ContactPlane {
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< outward unit normal, frame positioner
+  double offset_m = 0.0;                              ///< from the cube's centre
+};
+
+/// What is wrong with the feet of a face.
+///
+/// @return "" for good ones; else why they cannot be: a number that is not finite, a radius below
+///         0, balls that go into each other, feet in a line, no plane that touches all three, or a
+///         plane more than 0.2 rad from the face's nominal direction or on the wrong side of the
+///         centre.
+[[nodiscard]] std::string defect_of_feet(Face face, const Feet& feet);
+
+/// The plane tangent to three balls, on the outer side of the face: n . c_i + r_i = d.
+///
+/// With differences c_1 - c_3, c_2 - c_3 two equations fix n in their plane, and |n| = 1 the rest:
+/// exact for unequal radii.
+/// @throws DomainError  if the feet have a defect_of_feet().
+/// @par Source
+/// METHOD section 9.
+[[nodiscard]] ContactPlane contact_plane(Face face, const Feet& feet);
+
+/// A ball frame as it is drawn: all faces alike.
+///
+/// On the face +Z a foot position is (x, y), on +X (y, z), on +Y (z, x): along the next axis in the
+/// cycle X, Y, Z, X, and the one after it; opposite faces are mirror images. The default has no
+/// foot over the middle of its face, whichever way the face meets the fence: then no seat rocks.
+struct BallFrame {
+  double edge_m = 0.07;  ///< distance of opposite faces, feet not counted
+  std::array<Eigen::Vector2d, 3> foot_positions_m = {Eigen::Vector2d(0.027, 0.027),
+                                                     Eigen::Vector2d(-0.027, 0.009),
+                                                     Eigen::Vector2d(0.009, -0.027)};
+  double foot_height_m = 0.004;  ///< how far a ball's outermost point stands out of its face
+  double ball_radius_m = 0.003;
+};
+
+/// @return the feet of a frame as drawn.
+/// @throws DomainError  if the edge is not positive, a height or radius negative, a foot not on its
+///                      face, or the feet have a defect_of_feet().
+[[nodiscard]] CubeFeet feet_of_frame(const BallFrame& frame);
+
+/// Feet from protuberances of any kind, each touching at a point.
+///
+/// @param points  of each face in the order of Face, three points [m], frame positioner.
+[[nodiscard]] CubeFeet feet_from_points(
+    const std::array<std::array<Eigen::Vector3d, 3>, all_faces.size()>& points);
+
+/// The same feet, turned together about their middle so that their plane has another normal.
+///
+/// @param normal  outward unit normal, frame positioner.
+[[nodiscard]] Feet feet_turned_to(Face face, const Feet& feet, const Eigen::Vector3d& normal);
+
+}  // namespace axiscal

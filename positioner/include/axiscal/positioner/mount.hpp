@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// How an instrument sits in the positioner: one slot of an assembly.
+struct Mount {
+  std::string slot;  ///< its name; columns of observations are called SLOT.axis
+  Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
+  double repeatability_rad = 0.0;  ///< sd of a small rotation, per axis, when it is fitted anew
+};
+
+/// The axis in the web of an H-shaped frame about which the second instrument is turned.
+enum class WebAxis { x, y };
+
+/// The two instruments of an H-shaped frame: on either side of its web, "mirror images".
+///
+/// The web lies square to the positioner's z. A mirror image is no rotation, and no instrument can
+/// be made its own mirror image by mounting it: what a rigid frame does is to turn the second
+/// instrument by 180 degrees about an axis in the web, here the positioner's x, diag(1, -1, -1), or
+/// y, diag(-1, 1, -1). Both bring its base to the web from the other side; they differ by half a
+/// turn about z.
+///
+/// @param first, second  the slots' names.
+/// @return the first as the cube, the second turned.
+/// @par Source
+/// METHOD section 9; US 7,467,536.
+[[nodiscard]] std::vector<Mount> h_shaped_mounts(const std::string& first,
+                                                 const std::string& second,
+                                                 WebAxis axis = WebAxis::x);
+
+/// Instruments in one orientation, that of the cube: single (one slot), triple (three), any number.
+[[nodiscard]] std::vector<Mount> parallel_mounts(const std::vector<std::string>& slots);
+
+/// @throws DomainError  if a slot has no name or its name twice, a matrix is no rotation (to 1e-6),
+///                      or a repeatability is negative.
+void check_mounts(const std::vector<Mount>& mounts);
+
+}  // namespace axiscal

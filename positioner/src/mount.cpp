@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/positioner/mount.hpp"
+
+#include <set>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/rotation.hpp"
+
+namespace axiscal {
+
+std::vector<Mount> h_shaped_mounts(const std::string& first,
+                                   const std::string& second,
+                                   WebAxis axis) {
+  const Eigen::Vector3d turned =
+      axis == WebAxis::x ? Eigen::Vector3d(1.0, -1.0, -1.0) : Eigen::Vector3d(-1.0, 1.0, -1.0);
+  return {{.slot = first},
+          {.slot = second, .rotation_sensor_from_positioner = turned.asDiagonal()}};
+}
+
+std::vector<Mount> parallel_mounts(const std::vector<std::string>& slots) {
+  std::vector<Mount> mounts;
+  for (const std::string& slot : slots) {
+    mounts.push_back({.slot = slot});
+  }
+  return mounts;
+}
+
+void check_mounts(const std::vector<Mount>& mounts) {
+  std::set<std::string> names;
+  for (const Mount& mount : mounts) {
+    if (mount.slot.empty() || !names.insert(mount.slot).second) {
+      throw DomainError("each mount needs a slot name of its own");
+    }
+    if (!is_rotation(mount.rotation_sensor_from_positioner, 1e-6)) {
+      throw DomainError("slot " + mount.slot + ": rotation_sensor_from_positioner is no rotation");
+    }
+    if (!(mount.repeatability_rad >= 0.0)) {
+      throw DomainError("slot " + mount.slot + ": the repeatability must not be negative");
+    }
+  }
+}
+
+}  // namespace axiscal

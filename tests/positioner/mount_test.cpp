@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/positioner/mount.hpp"
+
+#include <limits>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "matchers.hpp"
+
+namespace axiscal {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(HShapedMounts, TurnTheSecondAboutAnAxisInTheWeb) {
+  const std::vector<Mount> x = h_shaped_mounts("A", "B");
+  ASSERT_EQ(x.size(), 2U);
+  EXPECT_EQ(x[0].rotation_sensor_from_positioner, Eigen::Matrix3d::Identity());
+  const Eigen::Matrix3d& turned = x[1].rotation_sensor_from_positioner;
+  EXPECT_TRUE(is_rotation(turned));
+  // An axis in the web stays, the web's normal is reversed: the other side of the same plane.
+  EXPECT_EQ(turned * Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitX());
+  EXPECT_EQ(turned * Eigen::Vector3d::UnitZ(), -Eigen::Vector3d::UnitZ());
+  const Eigen::Matrix3d& other =
+      h_shaped_mounts("A", "B", WebAxis::y)[1].rotation_sensor_from_positioner;
+  EXPECT_TRUE(is_rotation(other));
+  EXPECT_EQ(other * Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitY());
+}
+
+TEST(ParallelMounts, AreTheCubesOwnOrientation) {
+  const std::vector<Mount> triple = parallel_mounts({"A", "B", "C"});
+  ASSERT_EQ(triple.size(), 3U);
+  EXPECT_EQ(triple[2].slot, "C");
+  EXPECT_EQ(triple[2].rotation_sensor_from_positioner, Eigen::Matrix3d::Identity());
+}
+
+TEST(CheckMounts, RefusesWhatIsNoMount) {
+  const auto complaint = [](const std::vector<Mount>& mounts) {
+    return test::complaint_of<DomainError>([&] { check_mounts(mounts); });
+  };
+  EXPECT_EQ(complaint(h_shaped_mounts("A", "B")), "accepted");
+  EXPECT_THAT(complaint(parallel_mounts({"A", "A"})), HasSubstr("slot name of its own"));
+  EXPECT_THAT(complaint(parallel_mounts({""})), HasSubstr("slot name of its own"));
+  const Eigen::Matrix3d mirrored = Eigen::Vector3d(1.0, 1.0, -1.0).asDiagonal();
+  EXPECT_THAT(complaint({{.slot = "A", .rotation_sensor_from_positioner = mirrored}}),
+              HasSubstr("slot A: rotation_sensor_from_positioner is no rotation"));
+  EXPECT_THAT(complaint({{.slot = "A", .repeatability_rad = -1.0}}), HasSubstr("negative"));
+  EXPECT_THAT(
+      complaint({{.slot = "A", .repeatability_rad = std::numeric_limits<double>::quiet_NaN()}}),
+      HasSubstr("negative"));
+}
+
+}  // namespace
+}  // namespace axiscal
