@@ -48,6 +48,17 @@ Reducer make_reducer(const ApplyCommand& command, const Calibration& calibration
   }
 }
 
+// The columns of the record's axes: their names, or SLOT.axis in a log of its whole assembly.
+std::vector<std::string> reading_columns(const Calibration& calibration, const CsvReader& csv) {
+  std::vector<std::string> columns = calibration.instrument.axes;
+  if (!calibration.slot.empty() && !csv.column(columns.front())) {
+    for (std::string& column : columns) {
+      column.insert(0, calibration.slot + ".");
+    }
+  }
+  return columns;
+}
+
 }  // namespace
 
 int run(const ApplyCommand& command) {
@@ -68,7 +79,7 @@ int run(const ApplyCommand& command) {
   OutputFile output(command.output,
                     command.follow ? OutputFile::Mode::direct : OutputFile::Mode::replace_whole);
   const ReductionCsvSummary summary =
-      reduce_csv(csv, calibration.instrument.axes, reducer,
+      reduce_csv(csv, reading_columns(calibration, csv), reducer,
                  {.strict = command.strict, .every_row = command.follow},
                  [&output](std::string_view text) { output.write(text); });
   output.commit();

@@ -1,56 +1,68 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstdio>
 
-#include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/calibration_json.hpp"
-#include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "commands.hpp"
 #include "experiment_options.hpp"
 #include "input.hpp"
+#include "run_input.hpp"
 #include "summary.hpp"
 
 namespace axiscal::cli {
 namespace {
 
-ObservationColumns needed_columns(const Experiment& experiment) {
-  return {.axes = experiment.instrument.axes,
-          .needs_labels = experiment.method.value_or(Method::known) != Method::known,
-          .needs_samples = experiment.weighting == Weighting::samples,
-          .needs_sd = experiment.weighting == Weighting::sd};
+constexpr std::string_view slot_place = "{slot}";
+
+// The record's file for a slot: `{slot}` in the pattern is its name.
+std::string output_for(const std::string& pattern, const std::string& slot) {
+  std::string path = pattern;
+  if (const std::size_t at = path.find(slot_place); at != std::string::npos) {
+    if (slot.empty()) {
+      throw UsageError("-o: '" + pattern +
+                       "' holds {slot}, but no slot is stated, neither by columns SLOT.axis nor by "
+                       "--slot");
+    }
+    if (slot.find('/') != std::string::npos) {
+      throw UsageError("-o: slot '" + slot + "' cannot be part of a file's name");
+    }
+    path.replace(at, slot_place.size(), slot);
+  }
+  return path;
 }
 
-// What was read, and remarks on it.
-struct Run {
-  Observations observations;
-  std::vector<InputFileDigest> inputs;
-  std::vector<std::string> notes;
-  std::string serial;
-};
-
-Run read_run(const Experiment& experiment) {
-  const ObservationColumns columns = needed_columns(experiment);
-  Run run;
-  std::vector<Observations> parts;
-  for (const std::string& path : experiment.observations) {
-    ObservationsFile file = read_observations_file(path, columns);
-    if (!run.serial.empty() && !file.table.serial.empty() && run.serial != file.table.serial) {
-      throw DataError(path, "column 'serial': '" + file.table.serial +
-                                "', but an earlier file is "
-                                "of '" +
-                                run.serial + "'; calibrate one unit at a time");
-    }
-    run.serial = file.table.serial.empty() ? run.serial : file.table.serial;
-    run.inputs.push_back({.path = path, .sha256 = file.sha256});
-    const std::vector<std::string>& ignored = file.table.ignored_columns;
-    if (!ignored.empty()) {
-      run.notes.push_back(path + ": " + (ignored.size() == 1 ? "column " : "columns ") +
-                          joined(ignored) + (ignored.size() == 1 ? " was" : " were") + " ignored");
-    }
-    parts.push_back(std::move(file.table.observations));
+void check_output(const std::string& output, const Experiment& experiment, const Run& run,
+                  const std::vector<std::string>& files) {
+  if (run.slots.size() > 1 && output != "-" && output.find(slot_place) == std::string::npos) {
+    throw UsageError("-o: the run has " + std::to_string(run.slots.size()) +
+                     " slots, one record each; the file's name must hold {slot}");
   }
-  run.observations = concatenate(parts);
-  return run;
+  const std::vector<std::string> slots =
+      run.slots.empty() ? std::vector<std::string>{experiment.slot} : run.slots;
+  for (const std::string& slot : slots) {
+    const std::string path = output_for(output, slot);
+    for (const std::string& input : experiment.observations) {
+      forbid_overwriting(path, input);
+    }
+    for (const std::string& input : files) {
+      forbid_overwriting(path, input);
+    }
+  }
+}
+
+// The records as one text: an object, or a list of them for several slots.
+std::string records_text(const std::vector<Calibration>& calibrations) {
+  if (calibrations.size() == 1) {
+    return calibration_json(calibrations.front());
+  }
+  std::string text = "[\n";
+  for (std::size_t i = 0; i < calibrations.size(); ++i) {
+    std::string record = calibration_json(calibrations[i]);
+    record.pop_back();
+    text += record + (i + 1 < calibrations.size() ? ",\n" : "\n");
+  }
+  return text + "]\n";
 }
 
 // A reader that has gone away changes nothing of what the status says.
@@ -65,46 +77,42 @@ void print(const std::string& text) {
 }  // namespace
 
 int run(const CalibrateCommand& command) {
-  if (command.output && (command.output->find("{serial}") != std::string::npos ||
-                         command.output->find("{slot}") != std::string::npos)) {
-    throw UsageError("-o: this version writes one record and knows no {serial} or {slot}");
+  if (command.output && command.output->find("{serial}") != std::string::npos) {
+    throw UsageError("-o: this version writes one record a slot and knows no {serial}");
   }
-  Experiment experiment = make_experiment(command.experiment);
+  const Experiment experiment = make_experiment(command.experiment);
+  const Run run = read_run(experiment);
   if (command.output) {
-    for (const std::string& input : experiment.observations) {
-      forbid_overwriting(*command.output, input);
+    check_output(*command.output, experiment, run, command.experiment.files);
+  }
+  const std::vector<Calibration> calibrations =
+      calibrate_run(experiment, run, command.experiment.assembly.value_or(""));
+  std::string text;
+  bool any_refused = false;
+  bool any_stored = false;
+  for (const Calibration& calibration : calibrations) {
+    const bool refused = calibration.status == "refused";
+    any_refused = any_refused || refused;
+    text += text.empty() ? "" : "\n";
+    text += summary_text(calibration);
+    if (command.output && *command.output != "-" && (!refused || command.force)) {
+      const std::string path = output_for(*command.output, calibration.slot);
+      write_whole_file(path, calibration_json(calibration));
+      any_stored = any_stored || refused;
+      text += "\nrecord: " + path + "\n";
     }
-    for (const std::string& input : command.experiment.files) {
-      forbid_overwriting(*command.output, input);
-    }
   }
-  Run run = read_run(experiment);
-  if (experiment.instrument.serial.empty()) {
-    experiment.instrument.serial = run.serial;
+  if (command.output == "-" && (!any_refused || command.force)) {
+    write_whole_file("-", records_text(calibrations));
+    any_stored = true;
+  } else if (command.output != "-") {
+    print(command.json ? records_text(calibrations) : text);
   }
-  Calibration calibration = calibrate(experiment, run.observations);
-  calibration.inputs = std::move(run.inputs);
-  calibration.notes.insert(calibration.notes.end(), run.notes.begin(), run.notes.end());
-  const bool refused = calibration.status == "refused";
-  const std::string record = calibration_json(calibration);
-  const bool store = command.output && (!refused || command.force);
-  if (store) {
-    write_whole_file(*command.output, record);
-  }
-  if (command.output != "-") {
-    const std::string where = store ? "\nrecord: " + *command.output + "\n" : "";
-    print(command.json ? record : summary_text(calibration) + where);
-  }
-  for (const std::string& note : calibration.notes) {
-    std::fprintf(stderr, "note: %s\n", note.c_str());
-  }
-  for (const CalibrationWarning& warning : calibration.warnings) {
-    std::fprintf(stderr, "%s\n", wrapped("warning: " + warning.message, 80).c_str());
-  }
-  if (refused) {
+  print_remarks(calibrations);
+  if (any_refused) {
     std::fprintf(stderr, "axiscal: refused%s\n",
-                 store ? "; the record is stored as such, as --force asks"
-                       : "; no record is stored (--force would)");
+                 any_stored ? "; the record is stored as such, as --force asks"
+                            : "; no record is stored (--force would)");
     return 1;
   }
   return 0;

@@ -40,12 +40,18 @@ void add_experiment_options(CLI::App& app, ExperimentOptions& options) {
   add("Table and cube", "--slope", options.slope, "X,Y", "known slope of the table; 0,0");
   add("Table and cube", "--positioner", options.positioner, "FILE",
       "measured cube; the nominal one");
+  add("Table and cube", "--slot", options.slot, "NAME",
+      "mount of the positioner that holds the instrument");
+  add("Table and cube", "--assembly", options.assembly, "parallel|h|h:y",
+      "mounts of the slots of columns SLOT.axis: all as the cube, or two on the web of an H, the "
+      "second turned by 180 degrees about x (h) or y (h:y)");
   add("Method", "--method", options.method, "METHOD", "paired, joint or known; chosen by the data");
   add("Method", "--weights", options.weights, "W",
       "samples (default where the column is there), sd or none");
   app.add_flag("--robust", options.robust, "bisquare regression")->group("Method");
   add("Method", "--leave-out", options.leave_out, "RUNS", "runs not to use, e.g. 7,8");
-  add("Method", "--level-by", options.level_by, "run", "one levelness for the run");
+  add("Method", "--level-by", options.level_by, "run|block",
+      "one levelness for the run (default) or one for each block");
   add("Method", "--temperature-order", options.temperature_order, "0", "no temperature terms");
 }
 
@@ -163,8 +169,12 @@ Command parse_command_line(std::vector<std::string> arguments) {
   CLI::App* simulate_app = app.add_subcommand("simulate", "observations from a known truth");
   simulate_app->footer(
       "Example: axiscal simulate --truth cal.json --noise 1e-4 --slope -0.001,0.002 -o run.csv");
-  simulate_app->add_option("--truth", simulate.truth, "calibration record")
+  simulate_app
+      ->add_option("--truth", simulate.truths,
+                   "calibration record; for an assembly SLOT=RECORD, once for each slot")
       ->required()
+      ->take_all()
+      ->expected(1)
       ->type_name("RECORD");
   add_sheet_options(*simulate_app, simulate.sheet);
   simulate_app->add_option("--noise", simulate.noise, "sd of a reading, in its unit; 0")
@@ -174,8 +184,29 @@ Command parse_command_line(std::vector<std::string> arguments) {
       ->add_option("--fence-azimuth", simulate.fence_azimuth,
                    "of the table's y axis; turns the field of the truth")
       ->type_name("DEG");
-  simulate_app->add_option("--positioner", simulate.positioner, "measured cube")->type_name("FILE");
+  simulate_app->add_option("--positioner", simulate.positioner, "cube: feet or normals, fence, mounts")
+      ->type_name("FILE");
+  simulate_app->add_option("--slot", simulate.slot, "mount of the positioner that holds the instrument")
+      ->type_name("NAME");
+  simulate_app->add_option("--assembly", simulate.assembly, "mounts of the slots, as by calibrate")
+      ->type_name("parallel|h|h:y");
   add_output(*simulate_app, simulate.output);
+
+  LevelCommand level;
+  CLI::App* level_app =
+      app.add_subcommand("level", "12 readings or a record -> what to turn to level the table");
+  level_app->footer(
+      "Example: axiscal level run.csv --instrument accelerometer --field gravity\n"
+      "         --adjusters \"0.1,0;-0.1,0.08;-0.1,-0.08\" --thread-pitch 0.0005\n"
+      "Raise the adjusters as it says, take 12 readings again, until it says that it is level.");
+  add_experiment_options(*level_app, level.experiment);
+  level_app
+      ->add_option("--adjusters", level.adjusters,
+                   "where the table stands [m], frame table; the positioner's")
+      ->type_name("X,Y;..");
+  level_app->add_option("--thread-pitch", level.thread_pitch, "what a turn raises; the positioner's")
+      ->type_name("M");
+  level_app->add_flag("--json", level.json, "print JSON instead of a table");
 
   if (arguments.empty()) {
     throw UsageError("a subcommand is missing\n\n" + app.help());
@@ -214,6 +245,9 @@ Command parse_command_line(std::vector<std::string> arguments) {
   }
   if (*plan_app) {
     return plan;
+  }
+  if (*level_app) {
+    return level;
   }
   return simulate;
 }

@@ -23,7 +23,7 @@ struct ExperimentOptions {
   std::optional<std::string> instrument, serial, axes, unit, convention;
   std::optional<std::string> field, field_unit, field_magnitude, field_table;
   std::optional<std::string> latitude, longitude, height, date;
-  std::optional<std::string> fence_azimuth, slope, positioner;
+  std::optional<std::string> fence_azimuth, slope, positioner, slot, assembly;
   std::optional<std::string> method, weights, leave_out, level_by, temperature_order;
   bool robust = false;
 };
@@ -57,10 +57,16 @@ struct PlanCommand {
 };
 
 struct SimulateCommand {
-  std::string truth;
+  std::vector<std::string> truths;  ///< a record, or SLOT=RECORD for each slot
   SheetOptions sheet;
-  std::optional<std::string> noise, slope, fence_azimuth, positioner;
+  std::optional<std::string> noise, slope, fence_azimuth, positioner, slot, assembly;
   std::string output = "-";
+};
+
+struct LevelCommand {
+  ExperimentOptions experiment;
+  std::optional<std::string> adjusters, thread_pitch;
+  bool json = false;
 };
 
 /// Text for standard output and nothing more to do: help or version.
@@ -69,7 +75,7 @@ struct ShowText {
 };
 
 using Command =
-    std::variant<ShowText, CalibrateCommand, ApplyCommand, PlanCommand, SimulateCommand>;
+    std::variant<ShowText, CalibrateCommand, ApplyCommand, PlanCommand, SimulateCommand, LevelCommand>;
 
 /// @throws UsageError  for an unknown subcommand, option or value, or one that is missing.
 [[nodiscard]] Command parse_command_line(std::vector<std::string> arguments);

@@ -10,5 +10,6 @@ int run(const CalibrateCommand& command);
 int run(const ApplyCommand& command);
 int run(const PlanCommand& command);
 int run(const SimulateCommand& command);
+int run(const LevelCommand& command);
 
 }  // namespace axiscal::cli

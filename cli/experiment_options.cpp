@@ -113,9 +113,12 @@ void set_method(const ExperimentOptions& options, Experiment& experiment) {
       experiment.leave_out.push_back(*number);
     }
   }
-  if (options.level_by.value_or("run") != "run") {
-    throw UsageError("--level-by: '" + *options.level_by +
-                     "' is not known to this version; it knows run");
+  if (options.level_by) {
+    const std::optional<LevelBy> level_by = parse_level_by(*options.level_by);
+    if (!level_by) {
+      throw UsageError("--level-by: must be run or block, not '" + *options.level_by + "'");
+    }
+    experiment.level_by = *level_by;
   }
   if (options.temperature_order.value_or("0") != "0") {
     throw UsageError("--temperature-order: '" + *options.temperature_order +
@@ -153,6 +156,7 @@ Experiment make_experiment(const ExperimentOptions& options) {
   if (options.positioner) {
     experiment.positioner = read_positioner(*options.positioner);
   }
+  experiment.slot = options.slot.value_or(experiment.slot);
   set_method(options, experiment);
   static_cast<void>(make_field_description(experiment));  // complains before any data are read
   return experiment;

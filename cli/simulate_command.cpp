@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
+
+#include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/calib/simulate.hpp"
@@ -7,11 +10,45 @@
 #include "axiscal/positioner/positioner_json.hpp"
 #include "commands.hpp"
 #include "input.hpp"
+#include "run_input.hpp"
 
 namespace axiscal::cli {
+namespace {
 
-int run(const SimulateCommand& command) {
-  forbid_overwriting(command.output, command.truth);
+struct Truth {
+  std::string slot;  // empty for a single instrument without one
+  std::string path;
+  Calibration calibration;
+};
+
+std::vector<Truth> read_truths(const SimulateCommand& command) {
+  std::vector<Truth> truths;
+  for (const std::string& text : command.truths) {
+    const std::size_t parting = text.find('=');
+    // A name with an equals sign in it may be that of a file.
+    const bool has_slot =
+        parting != std::string::npos && !std::filesystem::exists(std::filesystem::path(text));
+    if (!has_slot && command.truths.size() > 1) {
+      throw UsageError("--truth: '" + text + "': of several each must be SLOT=RECORD");
+    }
+    Truth truth{.slot = has_slot ? text.substr(0, parting) : "",
+                .path = has_slot ? text.substr(parting + 1) : text,
+                .calibration = {}};
+    if (has_slot && truth.slot.empty()) {
+      throw UsageError("--truth: '" + text + "': the slot's name is missing");
+    }
+    for (const Truth& other : truths) {
+      if (other.slot == truth.slot) {
+        throw UsageError("--truth: slot '" + truth.slot + "' is there twice");
+      }
+    }
+    forbid_overwriting(command.output, truth.path);
+    truths.push_back(std::move(truth));
+  }
+  return truths;
+}
+
+SimulationOptions simulation_options(const SimulateCommand& command) {
   SimulationOptions options;
   options.seed = seed_of(command.sheet);
   if (command.noise) {
@@ -27,16 +64,50 @@ int run(const SimulateCommand& command) {
       throw UsageError("--slope: X^2 + Y^2 must be less than 1");
     }
   }
-  const std::vector<RunSheetRow> sheet = make_sheet(command.sheet);
-  const Calibration truth = read_calibration(command.truth);
-  if (command.positioner) {
-    options.positioner = read_positioner(*command.positioner);
-  }
   if (command.fence_azimuth) {
     options.fence_azimuth_rad = number_of("--fence-azimuth", *command.fence_azimuth) * rad_per_deg;
   }
-  write_whole_file(command.output,
-                   observations_csv(simulate(truth, sheet, options), truth.instrument.axes));
+  return options;
+}
+
+}  // namespace
+
+int run(const SimulateCommand& command) {
+  SimulationOptions options = simulation_options(command);
+  std::vector<Truth> truths = read_truths(command);
+  const std::vector<RunSheetRow> sheet = make_sheet(command.sheet);
+  std::vector<std::string> slots;
+  for (Truth& truth : truths) {
+    truth.calibration = read_calibration(truth.path);
+    slots.push_back(truth.slot);
+  }
+  if (command.positioner) {
+    options.positioner = read_positioner(*command.positioner);
+  }
+  if (command.assembly) {
+    options.positioner = options.positioner.with_mounts(mounts_of_assembly(
+        *command.assembly, slots.front().empty() ? std::vector<std::string>{} : slots));
+  }
+  // Every instrument stands at the same points, but has noise of its own.
+  Observations all;
+  std::vector<std::string> columns;
+  for (const Truth& truth : truths) {
+    const std::string slot = truth.slot.empty() ? command.slot.value_or("") : truth.slot;
+    options.rotation_sensor_from_positioner = mount_rotation(options.positioner, slot);
+    Observations own = simulate(truth.calibration, sheet, options);
+    ++options.stream;
+    for (const std::string& axis : truth.calibration.instrument.axes) {
+      columns.push_back(truth.slot.empty() ? axis : truth.slot + "." + axis);
+    }
+    if (all.readings.empty()) {
+      all = std::move(own);
+    } else {
+      Eigen::MatrixXd response(all.response.rows(), all.response.cols() + own.response.cols());
+      response << all.response, own.response;
+      all.response = std::move(response);
+    }
+  }
+  write_whole_file(command.output, observations_csv(all, columns));
   return 0;
 }
 

@@ -94,6 +94,7 @@ class Summary {
     const Instrument& instrument = c_.instrument;
     text_ += instrument.kind;
     text_ += instrument.serial.empty() ? "" : " " + instrument.serial;
+    text_ += c_.slot.empty() ? "" : " in slot " + c_.slot;
     text_ += fmt::format(
         ": {}, readings in {}\n",
         instrument.axes.size() == 1 ? "1 axis" : fmt::format("{} axes", instrument.axes.size()),
@@ -184,6 +185,13 @@ class Summary {
       return std::vector<std::string>{rounded(1e3 * x, 1e3 * ux), rounded(1e3 * y, 1e3 * uy)};
     };
     text_ += row("", width, {"x", "y"});
+    for (const BlockLevelness& block : levelness.blocks) {
+      text_ += row(fmt::format("block {}", block.block), width,
+                   pair(block.x, block.y, block.standard_error_x, block.standard_error_y));
+      text_ += row("  its standard error", width,
+                   {rounded_uncertainty(1e3 * block.standard_error_x),
+                    rounded_uncertainty(1e3 * block.standard_error_y)});
+    }
     text_ += row("mean", width,
                  pair(levelness.mean_x, levelness.mean_y, levelness.standard_error_x,
                       levelness.standard_error_y));
@@ -198,6 +206,16 @@ class Summary {
     if (!std::isnan(levelness.p_value)) {
       text_ += fmt::format("  the faces {} (p = {:.2g})\n",
                            levelness.consistent ? "agree" : "DISAGREE", levelness.p_value);
+    }
+    if (levelness.combined) {
+      const CombinedLevelness& all = *levelness.combined;
+      text_ += row(fmt::format("all {}", counted(all.slots.size(), "slot")), width,
+                   pair(all.x, all.y, all.standard_error_x, all.standard_error_y));
+      text_ += row("standard error of all", width,
+                   {rounded_uncertainty(1e3 * all.standard_error_x),
+                    rounded_uncertainty(1e3 * all.standard_error_y)});
+      text_ += fmt::format("  the slots {} (p = {:.2g})\n", all.consistent ? "agree" : "DISAGREE",
+                           all.p_value);
     }
   }
 

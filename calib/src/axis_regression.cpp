@@ -241,13 +241,13 @@ double ReadingSet::rounding() const {
   return largest;
 }
 
-Eigen::MatrixXd field_design(const ReadingSet& set, const Eigen::Vector3d& in_table) {
+Eigen::MatrixXd field_design(const ReadingSet& set, const std::vector<Eigen::Vector3d>& fields) {
   Eigen::MatrixXd design(set.size(), 4);
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     design(i, 0) = 1.0;
     design.row(i).tail<3>() =
-        set.readings[at].level * (set.rotation_sensor_from_table[at] * in_table);
+        set.readings[at].level * (set.rotation_sensor_from_table[at] * fields[set.level_of(i)]);
   }
   return design;
 }

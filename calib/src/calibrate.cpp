@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 #include <tuple>
 
@@ -157,6 +158,21 @@ Eigen::MatrixXd weights_of(const Observations& observations, Weighting weighting
   return Eigen::MatrixXd::Ones(n, m);
 }
 
+void give_each_block_its_level(ReadingSet& set) {
+  std::map<int, std::size_t> position;
+  for (const Reading& reading : set.readings) {
+    position.emplace(reading.block, 0);
+  }
+  set.level_blocks.clear();
+  for (auto& [block, at] : position) {
+    at = set.level_blocks.size();
+    set.level_blocks.push_back(block);
+  }
+  for (const Reading& reading : set.readings) {
+    set.levels.push_back(position.at(reading.block));
+  }
+}
+
 ReadingSet make_reading_set(const Experiment& experiment,
                             const Observations& observations,
                             const std::vector<std::size_t>& rows,
@@ -187,6 +203,9 @@ ReadingSet make_reading_set(const Experiment& experiment,
   for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
     set.weights.col(k) /= set.weights.col(k).mean();
   }
+  if (experiment.level_by == LevelBy::block) {
+    give_each_block_its_level(set);
+  }
   return set;
 }
 
@@ -205,13 +224,34 @@ void add_intervals(Calibration& calibration) {
   }
 }
 
+// The field in the table of the whole run: the mean direction where each block has its own.
+std::optional<Eigen::Vector3d> mean_field(const std::vector<Eigen::Vector3d>& fields) {
+  if (fields.size() <= 1) {
+    return fields.empty() ? std::nullopt : std::optional(fields.front());
+  }
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& field : fields) {
+    sum += field;
+  }
+  return fields.front().norm() * sum.normalized();
+}
+
 // Residuals of all readings, left out or not, in the order of the file.
 std::vector<ReadingResidual> residuals_of(const Observations& observations,
                                           const ReadingSet& set,
+                                          const std::vector<Eigen::Vector3d>& fields,
                                           const Calibration& calibration,
                                           const std::vector<bool>& used) {
   const LinearResponse& response = calibration.response;
   const bool by_field = set.rotation_sensor_from_table.empty();
+  std::map<int, Eigen::Vector3d> field_of_block;
+  for (std::size_t s = 0; s < fields.size() && fields.size() > 1; ++s) {
+    field_of_block[set.level_blocks[s]] = fields[s];
+  }
+  const auto field_in_table = [&](const Reading& reading) -> const Eigen::Vector3d& {
+    const auto found = field_of_block.find(reading.block);
+    return found == field_of_block.end() ? *calibration.field.in_table : found->second;
+  };
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> inverse(response.sensitivity);
   const bool has_magnitude = inverse.rank() == 3;
   std::vector<ReadingResidual> residuals;
@@ -219,7 +259,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     const Reading& reading = observations.readings[i];
     const Eigen::Vector3d field =
         by_field ? *reading.field_in_sensor
-                 : reading.level * (set.orientation(*reading.point) * *calibration.field.in_table);
+                 : reading.level * (set.orientation(*reading.point) * field_in_table(reading));
     const Eigen::VectorXd v = observations.response.row(static_cast<Eigen::Index>(i));
     ReadingResidual residual{.run = reading.run, .point = reading.point};
     residual.response = v - response.at(field);
@@ -241,7 +281,9 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
   return residuals;
 }
 
-void add_notes(Calibration& calibration, const Observations& observations) {
+void add_notes(Calibration& calibration,
+               const Observations& observations,
+               const Positioner& positioner) {
   const auto m = calibration.response.bias.size();
   if (m < 3) {
     calibration.notes.emplace_back(
@@ -256,6 +298,17 @@ void add_notes(Calibration& calibration, const Observations& observations) {
                                     " by the robust regression");
       }
     }
+  }
+  std::set<DesignPoint> rocking;
+  for (const Reading& reading : observations.readings) {
+    if (reading.point && positioner.seat(*reading.point).rocks) {
+      rocking.insert(*reading.point);
+    }
+  }
+  for (const DesignPoint& point : rocking) {
+    calibration.notes.push_back(point.name() +
+                                ": this seat rocks, as a middle foot of the fence face stands out; "
+                                "the nearer of its two positions was taken");
   }
   std::set<int> runs;
   for (const Reading& reading : observations.readings) {
@@ -311,7 +364,14 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   calibration.weights = weighting_name(weighting);
   calibration.robust = experiment.robust;
   calibration.positioner = experiment.positioner.id();
+  calibration.slot = experiment.slot;
+  calibration.level_by_block = experiment.level_by == LevelBy::block;
   calibration.left_out = experiment.leave_out;
+  if (method == Method::known && experiment.level_by == LevelBy::block) {
+    throw SetupError(
+        "method known takes the field as given and estimates no levelness; level by block goes with "
+        "paired and joint");
+  }
   const double stated = calibration.field.magnitude;
   if (!by_field && method == Method::known && calibration.field.in_table &&
       !(std::abs(calibration.field.in_table->norm() / stated - 1.0) <= 1e-6)) {
@@ -337,7 +397,7 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
                           : estimate_known(set, by_field ? std::nullopt : in_table);
   calibration.response = std::move(estimate.response);
   calibration.statistics = std::move(estimate.statistics);
-  calibration.field.in_table = estimate.field_in_table;
+  calibration.field.in_table = mean_field(estimate.fields);
   calibration.field.in_table_covariance = estimate.field_covariance;
   calibration.field.in_table_degrees_of_freedom = estimate.field_degrees_of_freedom;
   calibration.levelness = std::move(estimate.levelness);
@@ -356,8 +416,8 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
     in_fit[rows[i]] = false;
     unpaired_runs.push_back(set.readings[i].run);
   }
-  calibration.residuals = residuals_of(observations, set, calibration, in_fit);
-  add_notes(calibration, observations);
+  calibration.residuals = residuals_of(observations, set, estimate.fields, calibration, in_fit);
+  add_notes(calibration, observations, experiment.positioner);
   calibration.warnings = find_warnings(calibration, estimate, std::move(unpaired_runs));
   const bool refused =
       std::any_of(calibration.warnings.begin(), calibration.warnings.end(),

@@ -149,6 +149,27 @@ Json json_of(const Levelness& levelness) {
   if (levelness.suspect) {
     json["suspect"] = json_of(*levelness.suspect, false);
   }
+  if (!levelness.blocks.empty()) {
+    json["blocks"] = Json::array();
+    for (const BlockLevelness& block : levelness.blocks) {
+      json["blocks"].push_back(
+          {{"block", block.block},
+           {"x", block.x},
+           {"y", block.y},
+           {"standard_error", json_xy(block.standard_error_x, block.standard_error_y)}});
+    }
+  }
+  if (levelness.combined) {
+    const CombinedLevelness& combined = *levelness.combined;
+    json["combined"] = {
+        {"slots", combined.slots},
+        {"x", combined.x},
+        {"y", combined.y},
+        {"standard_error", json_xy(combined.standard_error_x, combined.standard_error_y)},
+        {"consistent", combined.consistent},
+        {"p_value", combined.p_value},
+        {"suspect", combined.suspect}};
+  }
   return json;
 }
 
@@ -386,6 +407,27 @@ Levelness levelness_of(const JsonValue& json) {
   if (const auto suspect = json.find("suspect")) {
     levelness.suspect = levelness_estimate_of(*suspect);
   }
+  if (const auto blocks = json.find("blocks")) {
+    for (const JsonValue& block : blocks->elements()) {
+      const Eigen::Vector2d own = xy_of(block, "standard_error");
+      levelness.blocks.push_back({.block = block.at("block").integer(),
+                                  .x = number_or_nan(block, "x"),
+                                  .y = number_or_nan(block, "y"),
+                                  .standard_error_x = own.x(),
+                                  .standard_error_y = own.y()});
+    }
+  }
+  if (const auto combined = json.find("combined")) {
+    const Eigen::Vector2d own = xy_of(*combined, "standard_error");
+    levelness.combined = CombinedLevelness{.slots = combined->at("slots").texts(),
+                                           .x = number_or_nan(*combined, "x"),
+                                           .y = number_or_nan(*combined, "y"),
+                                           .standard_error_x = own.x(),
+                                           .standard_error_y = own.y(),
+                                           .p_value = number_or_nan(*combined, "p_value"),
+                                           .consistent = combined->at("consistent").boolean(),
+                                           .suspect = combined->text_or("suspect")};
+  }
   return levelness;
 }
 
@@ -445,6 +487,12 @@ std::string calibration_json(const Calibration& calibration) {
   if (!calibration.positioner.empty()) {
     json["positioner"] = calibration.positioner;
   }
+  if (!calibration.slot.empty()) {
+    json["slot"] = calibration.slot;
+  }
+  if (calibration.level_by_block) {
+    json["level_by"] = "block";
+  }
   if (!calibration.left_out.empty()) {
     json["leave_out"] = calibration.left_out;
   }
@@ -486,6 +534,8 @@ Calibration parse_calibration(std::string_view text, const std::string& path) {
   calibration.weights = json.text_or("weights", "none");
   calibration.robust = json.find("robust").has_value();
   calibration.positioner = json.text_or("positioner");
+  calibration.slot = json.text_or("slot");
+  calibration.level_by_block = json.text_or("level_by") == "block";
   if (const auto left_out = json.find("leave_out")) {
     calibration.left_out = integers(*left_out);
   }

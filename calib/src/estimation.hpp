@@ -22,6 +22,13 @@ struct ReadingSet {
   std::function<Eigen::Matrix3d(const DesignPoint&)> orientation;  // the same for any point
   std::vector<std::string> axes;                                   // m names
   bool robust = false;
+  // One levelness for the run, or one for each block: the blocks, and which one a reading is of.
+  std::vector<int> level_blocks = {1};
+  std::vector<std::size_t> levels;  // n; empty: all of the first
+
+  [[nodiscard]] std::size_t level_of(Eigen::Index reading) const {
+    return levels.empty() ? 0 : levels[static_cast<std::size_t>(reading)];
+  }
 
   [[nodiscard]] Eigen::Index size() const { return response.rows(); }
   [[nodiscard]] Eigen::Index axis_count() const { return response.cols(); }
@@ -36,10 +43,10 @@ struct ReadingSet {
 /// What each method gives.
 struct Estimate {
   LinearResponse response;
-  std::optional<Eigen::Vector3d> field_in_table;
+  std::vector<Eigen::Vector3d> fields;  // in the table, one for each levelness; empty: as readings
   FitStatistics statistics;
   std::optional<Levelness> levelness;
-  std::optional<Eigen::Matrix3d> field_covariance;  // joint: of field_in_table
+  std::optional<Eigen::Matrix3d> field_covariance;  // joint: of the fields' mean
   double field_degrees_of_freedom = 0.0;
   double mean_field = 0.0;            // known by fx,fy,fz: mean length of the fields given
   double direction_se_rad = 0.0;      // joint: the larger standard error of the field's direction
@@ -60,8 +67,9 @@ struct Estimate {
 [[nodiscard]] Estimate estimate_known(const ReadingSet& set,
                                       const std::optional<Eigen::Vector3d>& in_table);
 
-/// Rows [1, f_i] of the regression for a field in the table, n x 4.
-[[nodiscard]] Eigen::MatrixXd field_design(const ReadingSet& set, const Eigen::Vector3d& in_table);
+/// Rows [1, f_i] of the regression for the fields in the table, one for each levelness; n x 4.
+[[nodiscard]] Eigen::MatrixXd field_design(const ReadingSet& set,
+                                           const std::vector<Eigen::Vector3d>& fields);
 
 /// "x.bias", "x.sensitivity.x", ... for all axes.
 [[nodiscard]] std::vector<std::string> parameter_names(const std::vector<std::string>& axes);

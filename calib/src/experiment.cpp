@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::array<std::string_view, 3> method_names = {"paired", "joint", "known"};
 constexpr std::array<std::string_view, 3> weighting_names = {"none", "samples", "sd"};
+constexpr std::array<std::string_view, 2> level_by_names = {"run", "block"};
 constexpr std::array<std::string_view, 2> field_kinds = {"gravity", "custom"};
 
 template <typename Enum, std::size_t Size>
@@ -95,6 +96,10 @@ std::string_view weighting_name(Weighting weighting) {
 
 std::optional<Weighting> parse_weighting(std::string_view name) {
   return find_in<Weighting>(weighting_names, name);
+}
+
+std::optional<LevelBy> parse_level_by(std::string_view name) {
+  return find_in<LevelBy>(level_by_names, name);
 }
 
 FieldDescription make_field_description(const Experiment& experiment) {

@@ -144,7 +144,7 @@ Experiment parse_experiment(std::string_view text, const std::string& path) {
   json.require_format("axiscal-experiment");
   check_keys(json,
              {"format", "version", "observations", "instrument", "field", "site", "table",
-              "positioner", "method", "weights", "robust", "leave_out", "level_by", "temperature"},
+              "positioner", "slot", "method", "weights", "robust", "leave_out", "level_by", "temperature"},
              {"also", "from", "shape", "limits"});
   Experiment experiment;
   with(json, "observations", [&](const JsonValue& files) {
@@ -162,6 +162,7 @@ Experiment parse_experiment(std::string_view text, const std::string& path) {
   with(json, "positioner", [&](const JsonValue& value) {
     experiment.positioner = read_positioner(resolved(value.text(), path));
   });
+  with(json, "slot", [&](const JsonValue& value) { experiment.slot = value.text(); });
   with(json, "method", [&](const JsonValue& value) {
     experiment.method = choice(value, parse_method, "paired, joint, known");
   });
@@ -179,10 +180,8 @@ Experiment parse_experiment(std::string_view text, const std::string& path) {
       experiment.leave_out.push_back(run.integer());
     }
   });
-  with(json, "level_by", [](const JsonValue& value) {
-    if (value.text() != "run") {
-      value.fail("this version of axiscal knows only \"run\"");
-    }
+  with(json, "level_by", [&](const JsonValue& value) {
+    experiment.level_by = choice(value, parse_level_by, "run, block");
   });
   with(json, "temperature", [](const JsonValue& temperature) {
     check_keys(temperature, {"order"}, {"reference"});

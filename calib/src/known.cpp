@@ -10,7 +10,7 @@ Estimate estimate_known(const ReadingSet& set, const std::optional<Eigen::Vector
   Eigen::MatrixXd design(set.size(), 4);
   RowsForPoint rows_for;
   if (in_table) {
-    design = field_design(set, *in_table);
+    design = field_design(set, {*in_table});
     rows_for = [&](const DesignPoint& point) {
       Eigen::RowVector4d row;
       row << 1.0, (set.orientation(point) * *in_table).transpose();
@@ -32,9 +32,9 @@ Estimate estimate_known(const ReadingSet& set, const std::optional<Eigen::Vector
                                 set.robust, set.rounding(k)));
   }
   Estimate estimate = summarize(set, axes, rows_of_readings(set));
-  estimate.field_in_table = in_table;
   estimate.mean_field = design.rightCols<3>().rowwise().norm().mean();
   if (in_table) {
+    estimate.fields = {*in_table};
     estimate.levelness = estimate_levelness(set, find_opposite_pairs(set).pairs,
                                             estimate.response.sensitivity, in_table->norm());
   }

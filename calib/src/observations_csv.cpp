@@ -130,6 +130,17 @@ class Table {
 
   [[nodiscard]] std::size_t line() const { return csv_.line(); }
 
+  // Slots whose SLOT.axis are there for the first axis, in the columns' order.
+  [[nodiscard]] std::vector<std::string> slots_of(const std::string& axis) const {
+    std::vector<std::string> slots;
+    for (const std::string& name : csv_.header()) {
+      if (name.size() > axis.size() + 1 && name.ends_with("." + axis)) {
+        slots.push_back(name.substr(0, name.size() - axis.size() - 1));
+      }
+    }
+    return slots;
+  }
+
  private:
   [[nodiscard]] std::string quoted(std::size_t column) const {
     return "'" + std::string(text(column).substr(0, 40)) + "'";
@@ -268,13 +279,25 @@ std::vector<std::string> sheet_cells(
 
 }  // namespace
 
-ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& wanted) {
-  if (wanted.axes.empty()) {
+ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
+  if (asked_for.axes.empty()) {
     throw DomainError("read_observations: at least one axis is needed");
   }
   Table table(csv);
-  const Columns columns = find_columns(table, wanted);
   ObservationsTable result;
+  ObservationColumns wanted = asked_for;
+  if (!csv.column(asked_for.axes.front())) {
+    result.slots = table.slots_of(asked_for.axes.front());
+  }
+  if (!result.slots.empty()) {
+    wanted.axes.clear();
+    for (const std::string& slot : result.slots) {
+      for (const std::string& axis : asked_for.axes) {
+        wanted.axes.push_back(slot + "." + axis);
+      }
+    }
+  }
+  const Columns columns = find_columns(table, wanted);
   Observations& observations = result.observations;
   observations.has_block = columns.block.has_value();
   observations.has_level = columns.level.has_value();

@@ -126,38 +126,62 @@ double sample_sd(const std::vector<LevelnessEstimate>& estimates, double Levelne
   return n < 2.0 ? not_a_number : std::sqrt(sum / (n - 1.0));
 }
 
+// The faces of each levelness, which have one slope.
+using FacesByLevel = std::vector<std::vector<FaceDifferences>>;
+
+// A slope for each levelness.
+struct PlaneFits {
+  bool determined = true;
+  std::vector<PlaneFit> fits;
+  double rss = 0.0;
+  double dof = 0.0;
+};
+
+PlaneFits fit_planes(const FacesByLevel& levels, const FaceDifferences* without) {
+  PlaneFits all;
+  for (const std::vector<FaceDifferences>& faces : levels) {
+    const PlaneFit& fit = all.fits.emplace_back(fit_plane(faces, without));
+    all.determined = all.determined && fit.determined;
+    all.rss += fit.rss;
+    all.dof += static_cast<double>(fit.rows) - 2.0;
+  }
+  return all;
+}
+
 // Agreement of the faces by deletion within the differences.
 void test_consistency(const ReadingSet& set,
-                      const std::vector<FaceDifferences>& faces,
-                      const PlaneFit& all,
+                      const FacesByLevel& levels,
+                      const PlaneFits& all,
                       Levelness& levelness) {
   const double rounding = set.rounding();
   levelness.p_value = not_a_number;
-  const auto dof_all = static_cast<double>(all.rows - 2);
-  if (dof_all > 0.0 && all.rss <= dof_all * rounding * rounding) {
+  if (all.dof > 0.0 && all.rss <= all.dof * rounding * rounding) {
     levelness.p_value = 1.0;
     return;
   }
   double smallest = 2.0;
+  double tests = 0.0;
   const FaceDifferences* suspect = nullptr;
-  for (const FaceDifferences& face : faces) {
-    const PlaneFit without = fit_plane(faces, &face);
-    const auto rows = static_cast<double>(face.d.size());
-    const auto dof = static_cast<double>(without.rows - 2);
-    if (!without.determined || dof < 1.0) {
-      return;
-    }
-    const double f = ((all.rss - without.rss) / rows) / (without.rss / dof);
-    const double p = without.rss > 0.0 ? f_upper_p(std::max(f, 0.0), rows, dof) : 0.0;
-    if (p < smallest) {
-      smallest = p;
-      suspect = &face;
+  for (const std::vector<FaceDifferences>& faces : levels) {
+    for (const FaceDifferences& face : faces) {
+      const PlaneFits without = fit_planes(levels, &face);
+      const auto rows = static_cast<double>(face.d.size());
+      if (!without.determined || without.dof < 1.0) {
+        return;
+      }
+      const double f = ((all.rss - without.rss) / rows) / (without.rss / without.dof);
+      const double p = without.rss > 0.0 ? f_upper_p(std::max(f, 0.0), rows, without.dof) : 0.0;
+      tests += 1.0;
+      if (p < smallest) {
+        smallest = p;
+        suspect = &face;
+      }
     }
   }
   if (suspect == nullptr) {
     return;
   }
-  levelness.p_value = std::min(1.0, static_cast<double>(faces.size()) * smallest);
+  levelness.p_value = std::min(1.0, tests * smallest);
   levelness.consistent = !(levelness.p_value < mistake_below);
   if (!levelness.consistent) {
     levelness.suspect = LevelnessEstimate{.point = suspect->pair->point,
@@ -171,27 +195,41 @@ void test_consistency(const ReadingSet& set,
 double block_p_value(const ReadingSet& set,
                      const std::vector<FaceDifferences>& faces,
                      const PlaneFit& all) {
-  std::map<int, std::vector<FaceDifferences>> blocks;
+  std::map<int, std::vector<FaceDifferences>> by_block;
   for (const FaceDifferences& face : faces) {
-    blocks[face.pair->block].push_back(face);
+    by_block[face.pair->block].push_back(face);
   }
-  double rss = 0.0;
-  for (const auto& [number, members] : blocks) {
-    const PlaneFit fit = fit_plane(members, nullptr);
-    if (!fit.determined) {
-      return not_a_number;
-    }
-    rss += fit.rss;
+  FacesByLevel blocks;
+  for (auto& [number, members] : by_block) {
+    blocks.push_back(std::move(members));
   }
+  const PlaneFits own = fit_planes(blocks, nullptr);
   const double more = 2.0 * static_cast<double>(blocks.size() - 1);
-  const double dof = static_cast<double>(all.rows - 2) - more;
-  if (!(more > 0.0) || !(dof > 0.0)) {
+  if (!own.determined || !(more > 0.0) || !(own.dof > 0.0)) {
     return not_a_number;
   }
-  if (all.rss - rss <= more * set.rounding() * set.rounding()) {
+  if (all.rss - own.rss <= more * set.rounding() * set.rounding()) {
     return 1.0;
   }
-  return rss > 0.0 ? f_upper_p(((all.rss - rss) / more) / (rss / dof), more, dof) : 0.0;
+  return own.rss > 0.0 ? f_upper_p(((all.rss - own.rss) / more) / (own.rss / own.dof), more, own.dof)
+                       : 0.0;
+}
+
+// The levelness of each block, where each has its own.
+std::vector<BlockLevelness> levelness_by_block(const ReadingSet& set,
+                                               const PlaneFits& planes,
+                                               double s,
+                                               double F) {
+  std::vector<BlockLevelness> blocks;
+  for (std::size_t i = 0; i < planes.fits.size() && planes.fits.size() > 1; ++i) {
+    const PlaneFit& fit = planes.fits[i];
+    blocks.push_back({.block = set.level_blocks[i],
+                      .x = fit.f.x() / F,
+                      .y = fit.f.y() / F,
+                      .standard_error_x = s * std::sqrt(fit.unscaled_covariance(0, 0)) / F,
+                      .standard_error_y = s * std::sqrt(fit.unscaled_covariance(1, 1)) / F});
+  }
+  return blocks;
 }
 
 }  // namespace
@@ -209,7 +247,8 @@ OppositePairs find_opposite_pairs(const ReadingSet& set) {
     if (is_new) {
       candidates.push_back({.point = {reading.point->rest(), face_of(axis, true)},
                             .block = reading.block,
-                            .level = reading.level});
+                            .level = reading.level,
+                            .levelness = set.level_of(static_cast<Eigen::Index>(i))});
     }
     OppositePair& pair = candidates[found->second];
     (is_positive(reading.point->fence()) ? pair.first : pair.second).push_back(i);
@@ -241,8 +280,13 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
                                             const SensitivityMatrix& sensitivity,
                                             double F) {
   const std::vector<FaceDifferences> faces = differences_by_face(pairs, sensitivity);
+  FacesByLevel levels(set.level_blocks.size());
+  for (const FaceDifferences& face : faces) {
+    levels[face.pair->levelness].push_back(face);
+  }
+  const PlaneFits planes = fit_planes(levels, nullptr);
   const PlaneFit all = fit_plane(faces, nullptr);
-  if (!all.determined) {
+  if (!planes.determined) {
     return std::nullopt;
   }
   Levelness levelness;
@@ -274,14 +318,14 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
   }
   levelness.sd_x = sample_sd(levelness.estimates, &LevelnessEstimate::x);
   levelness.sd_y = sample_sd(levelness.estimates, &LevelnessEstimate::y);
-  levelness.degrees_of_freedom = static_cast<double>(all.rows - 2);
-  const double s = levelness.degrees_of_freedom > 0.0
-                       ? std::sqrt(all.rss / levelness.degrees_of_freedom)
-                       : not_a_number;
+  levelness.degrees_of_freedom = planes.dof;
+  const double s = planes.dof > 0.0 ? std::sqrt(planes.rss / planes.dof) : not_a_number;
   levelness.standard_error_x = s * std::sqrt(unscaled_covariance(0, 0)) / F;
   levelness.standard_error_y = s * std::sqrt(unscaled_covariance(1, 1)) / F;
-  test_consistency(set, faces, all, levelness);
-  levelness.block_p_value = block_p_value(set, faces, all);
+  test_consistency(set, levels, planes, levelness);
+  levelness.blocks = levelness_by_block(set, planes, s, F);
+  levelness.block_p_value =
+      levelness.blocks.empty() ? block_p_value(set, faces, all) : not_a_number;
   return levelness;
 }
 

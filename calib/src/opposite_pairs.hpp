@@ -13,6 +13,7 @@ struct OppositePair {
   DesignPoint point;  // rest face with the positive fence face
   int block = 1;
   double level = 1.0;
+  std::size_t levelness = 0;        // which one it is of, as ReadingSet::level_of()
   std::vector<std::size_t> first;   // readings at `point`
   std::vector<std::size_t> second;  // readings turned round
   Eigen::VectorXd mean;             // (v_a + v_b) / 2, m entries
@@ -34,7 +35,7 @@ struct OppositePairs {
 /// The field's components in the table's plane from the half differences (METHOD 5).
 ///
 /// @param F  magnitude of the field at level 1.
-/// @return nothing where the differences do not determine both components.
+/// @return nothing where the differences do not determine both components of each levelness.
 [[nodiscard]] std::optional<Levelness> estimate_levelness(const ReadingSet& set,
                                                           const std::vector<OppositePair>& pairs,
                                                           const SensitivityMatrix& sensitivity,

@@ -69,7 +69,7 @@ struct AxisData {
 
 AxisData axis_data(const std::vector<PseudoObservation>& pooled,
                    Eigen::Index axis,
-                   const Eigen::Vector3d& field_in_table) {
+                   const std::vector<Eigen::Vector3d>& fields) {
   const auto n = static_cast<Eigen::Index>(pooled.size());
   AxisData data{.design = Eigen::MatrixXd::Zero(n, 4),
                 .response = Eigen::VectorXd::Zero(n),
@@ -81,7 +81,7 @@ AxisData axis_data(const std::vector<PseudoObservation>& pooled,
       const double weight = pair->weights(axis);
       data.weights(i) += weight;
       data.response(i) += weight * pair->mean(axis);
-      data.design.row(i).tail<3>() += weight * pair->level * (pair->mean_rotation * field_in_table);
+      data.design.row(i).tail<3>() += weight * pair->level * (pair->mean_rotation * fields[pair->levelness]);
     }
     data.response(i) /= data.weights(i);
     data.design.row(i).tail<3>() /= data.weights(i);
@@ -104,8 +104,9 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
     throw RefusedError(in_plane_message);
   }
   const Eigen::Vector3d normal(0.0, 0.0, std::copysign(F, nominal_in_table.z()));
+  std::vector<Eigen::Vector3d> fields(set.level_blocks.size(), normal);
   require_determined(
-      set, axis_data(pooled, 0, normal).design,
+      set, axis_data(pooled, 0, fields).design,
       [&](const DesignPoint& point) {
         const Eigen::Matrix3d R =
             0.5 * (set.orientation(point) + set.orientation(point.turned_round()));
@@ -116,34 +117,43 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
       true);
   require_response(set);
 
-  Eigen::Vector3d field_in_table = normal;
   Estimate estimate;
   // Each round gains 6 digits or more (METHOD 4); the last one changes nothing.
   for (int round = 0; round < 8; ++round) {
     std::vector<AxisRegression> axes;
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-      const AxisData data = axis_data(pooled, k, field_in_table);
+      const AxisData data = axis_data(pooled, k, fields);
       axes.push_back(regress_axis(data.design, data.response, data.weights,
                                   parameter_names({set.axes[static_cast<std::size_t>(k)]}),
                                   set.robust, set.rounding(k)));
     }
     estimate = summarize(set, axes, rows_of(pooled, set));
-    estimate.field_in_table = field_in_table;
+    estimate.fields = fields;
     estimate.levelness = estimate_levelness(set, opposites.pairs, estimate.response.sensitivity, F);
+    if (!estimate.levelness && fields.size() > 1) {
+      throw RefusedError(
+          "level by block: some block has no opposite readings that tell its levelness; take them, "
+          "or use one levelness for the run");
+    }
     if (!estimate.levelness) {
       break;
     }
-    const Eigen::Vector3d measured(F * estimate.levelness->mean_x, F * estimate.levelness->mean_y,
-                                   field_in_table.z());
-    const Eigen::Vector3d next = F * measured.normalized();
-    const double change = (next - field_in_table).norm();
-    field_in_table = next;
+    double change = 0.0;
+    for (std::size_t s = 0; s < fields.size(); ++s) {
+      const Eigen::Vector2d in_plane = estimate.levelness->of_level(s);
+      const Eigen::Vector3d measured(F * in_plane.x(), F * in_plane.y(), fields[s].z());
+      const Eigen::Vector3d next = F * measured.normalized();
+      change = std::max(change, (next - fields[s]).norm());
+      fields[s] = next;
+    }
     if (change <= 1e-15 * F) {
       break;
     }
   }
-  if (!(std::abs(field_in_table.z()) > smallest_normal_part * F)) {
-    throw RefusedError(in_plane_message);
+  for (const Eigen::Vector3d& field : fields) {
+    if (!(std::abs(field.z()) > smallest_normal_part * F)) {
+      throw RefusedError(in_plane_message);
+    }
   }
   estimate.unpaired = opposites.unpaired;
   estimate.statistics.observations -= static_cast<int>(opposites.unpaired.size());

@@ -23,7 +23,7 @@ Observations simulate(const Calibration& truth,
       rotation_table_from_enu(options.fence_azimuth_rad) *
       truth.field.in_table.value_or(Eigen::Vector3d(0.0, 0.0, truth.field.magnitude));
   // Stream 0 shuffles run sheets; the noise must not repeat its numbers.
-  RandomStream random(options.seed, 1);
+  RandomStream random(options.seed, 1 + options.stream);
   Observations observations;
   observations.has_block = true;
   observations.response.resize(static_cast<Eigen::Index>(sheet.size()), truth.response.bias.size());

@@ -226,8 +226,8 @@ class Finder {
     if (levelness && levelness->block_p_value < false_moved_table) {
       add("table_moved", {},
           "the table's slope differs between blocks (p = " + rounded(levelness->block_p_value, 2) +
-              "), so it was moved, and one slope for all blocks is wrong; calibrate each block "
-              "from its own file");
+              "), so it was moved, and one slope for all blocks is wrong; give each block its "
+              "own with --level-by block");
     }
   }
 

@@ -229,4 +229,11 @@ std::optional<Mount> Positioner::mount(const std::string& slot) const {
   return found == mounts().end() ? std::nullopt : std::optional(*found);
 }
 
+Positioner Positioner::with_mounts(std::vector<Mount> mounts) const {
+  check_mounts(mounts);
+  Positioner changed = *this;
+  changed.description_.mounts = std::move(mounts);
+  return changed;
+}
+
 }  // namespace axiscal

@@ -100,7 +100,6 @@ TEST(ParseExperiment, RefusesWhatLaterVersionsBring) {
                                                  {"/instrument/range", {0, 1}},
                                                  {"/instrument/one_sided", true},
                                                  {"/field", json::array({{{"kind", "gravity"}}})},
-                                                 {"/level_by", "block"},
                                                  {"/method", "magnitude"},
                                                  {"/temperature/order", 1},
                                                  {"/temperature/order", "auto"},

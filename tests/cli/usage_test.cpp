@@ -98,7 +98,6 @@ TEST(Usage, WhatLaterVersionsBringIsRefusedNotPassedOver) {
            {"--instrument", "accelerometer", "--field", "gravity", "--shape", "triangular"},
            {"--instrument", "accelerometer", "--field", "gravity", "--from", "r.json"},
            {"--instrument", "accelerometer", "--field", "gravity", "--limits", "l.json"},
-           {"--instrument", "accelerometer", "--field", "gravity", "--level-by", "block"},
            {"--instrument", "accelerometer", "--field", "gravity", "--temperature-order", "1"},
            {"--instrument", "accelerometer", "--field", "gravity", "--temperature-reference", "2"},
            {"--instrument", "accelerometer", "--field", "gravity", "--axes", "d=p-n,y,z"}}) {

@@ -79,6 +79,27 @@ struct LevelnessEstimate {
   double y = 0.0;
 };
 
+/// The levelness of one block, where each has its own.
+struct BlockLevelness {
+  int block = 1;
+  double x = 0.0;  ///< as in LevelnessEstimate
+  double y = 0.0;
+  double standard_error_x = 0.0;
+  double standard_error_y = 0.0;
+};
+
+/// The levelness that all instruments of an assembly say together: they stand on one table.
+struct CombinedLevelness {
+  std::vector<std::string> slots;
+  double x = 0.0;  ///< mean, weighted by the slots' variances
+  double y = 0.0;
+  double standard_error_x = 0.0;
+  double standard_error_y = 0.0;
+  double p_value = 1.0;     ///< that the slots differ so much by chance; NaN where not testable
+  bool consistent = true;   ///< p_value is not below 0.001
+  std::string suspect;      ///< where not consistent: the slot; of two nobody knows which, so empty
+};
+
 /// The field's components along the table's x and y, divided by its magnitude. For gravity slopes:
 /// x > 0 means that the table rises towards +x.
 struct Levelness {
@@ -94,6 +115,14 @@ struct Levelness {
   double p_value = 0.0;        ///< that estimates differ so much by chance; NaN where not testable
   double block_p_value = 1.0;  ///< that blocks differ so much by chance; NaN where not testable
   std::optional<LevelnessEstimate> suspect;  ///< where not consistent: the face that disagrees
+  std::vector<BlockLevelness> blocks;        ///< where each block has its own; else empty
+  std::optional<CombinedLevelness> combined;  ///< of an assembly
+
+  /// @return the levelness of one block, by its position among them; the mean where there is one.
+  [[nodiscard]] Eigen::Vector2d of_level(std::size_t position) const {
+    return blocks.empty() ? Eigen::Vector2d(mean_x, mean_y)
+                          : Eigen::Vector2d(blocks.at(position).x, blocks.at(position).y);
+  }
 };
 
 /// What the fit leaves of one reading.
@@ -133,6 +162,8 @@ struct Calibration {
   std::string weights = "none";  ///< "none", "samples", "sd"
   bool robust = false;
   std::string positioner;     ///< its id; empty for the nominal cube
+  std::string slot;           ///< where in an assembly the instrument sat; may be empty
+  bool level_by_block = false;  ///< whether each block has its own levelness
   std::vector<int> left_out;  ///< runs not used
   LinearResponse response;    ///< the coefficients
   std::optional<FitStatistics> statistics;

@@ -31,6 +31,15 @@ enum class Weighting {
 /// @return "none", "samples", "sd".
 [[nodiscard]] std::string_view weighting_name(Weighting weighting);
 
+/// What has one levelness of the table.
+enum class LevelBy {
+  run,    ///< all readings
+  block,  ///< each block its own: taken on different days, or the table moved between them
+};
+
+/// @return the choice of that name ("run", "block"), or nothing.
+[[nodiscard]] std::optional<LevelBy> parse_level_by(std::string_view name);
+
 /// The reference field as an experiment states it (CONTRACT section 3).
 struct FieldSetup {
   std::string kind;                         ///< "gravity" or "custom"
@@ -52,10 +61,12 @@ struct Experiment {
   double fence_azimuth_rad = 0.0;  ///< azimuth of the table's y, clockwise from north
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< known slope of the table, as Levelness
   Positioner positioner;
-  Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
+  std::string slot;  ///< of an assembly, where the instrument sits; may be empty
+  Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();  ///< its mount
   std::optional<Method> method;        ///< default: see choose_method()
   std::optional<Weighting> weighting;  ///< default: samples where they are known
   bool robust = false;                 ///< bisquare
+  LevelBy level_by = LevelBy::run;     ///< `block`: for methods paired and joint
   std::vector<int> leave_out;          ///< runs not used
 };
 

@@ -16,11 +16,15 @@ struct ObservationsTable {
   Observations observations;
   std::string serial;                        ///< the unit under test, where a column states it
   std::vector<std::string> ignored_columns;  ///< columns that nothing was done with
+  /// Where the columns are SLOT.axis: the slots in the columns' order; the responses are those of
+  /// the first slot's axes, then the second's, ...
+  std::vector<std::string> slots;
 };
 
 /// Which columns a table of observations must have.
 struct ObservationColumns {
-  std::vector<std::string> axes = {"x", "y", "z"};  ///< the response columns
+  /// The response columns; where the first is missing, SLOT.axis of one slot or more.
+  std::vector<std::string> axes = {"x", "y", "z"};
   bool needs_labels = false;   ///< `rest` and `fence`, even where the field is given
   bool needs_samples = false;  ///< `samples`
   bool needs_sd = false;       ///< `AXIS_sd` for each axis, positive

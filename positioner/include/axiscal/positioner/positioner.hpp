@@ -116,6 +116,9 @@ class Positioner {
   /// @return the mount of that slot, or nothing.
   [[nodiscard]] std::optional<Mount> mount(const std::string& slot) const;
 
+  /// @return the same cube with other mounts.
+  [[nodiscard]] Positioner with_mounts(std::vector<Mount> mounts) const;
+
   [[nodiscard]] bool is_nominal() const { return nominal_; }
   [[nodiscard]] const std::string& id() const { return description_.id; }
   [[nodiscard]] const PositionerDescription& description() const { return description_; }

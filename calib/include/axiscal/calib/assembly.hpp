@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/observations.hpp"
+
+namespace axiscal {
+
+/// The readings of one instrument of an assembly.
+struct SlotObservations {
+  std::string slot;
+  Observations observations;
+};
+
+/// Parts readings of several instruments of as many axes each.
+///
+/// @param all    response n x (slots m): the axes of the first slot, then those of the second, ...
+/// @param slots  the slots' names.
+/// @throws DomainError  if the number of responses is no multiple of the number of slots.
+[[nodiscard]] std::vector<SlotObservations> split_by_slot(const Observations& all,
+                                                          const std::vector<std::string>& slots);
+
+/// How the instrument of a slot sits in its positioner.
+///
+/// @return the rotation of the positioner's mount of that name; that of its only mount where no slot
+///         is stated; 1 where there are no mounts, or no slot is stated and there are several.
+/// @throws SetupError  if the positioner has mounts, but none for the slot.
+[[nodiscard]] Eigen::Matrix3d mount_rotation(const Positioner& positioner, const std::string& slot);
+
+/// The levelness of one instrument of an assembly.
+struct SlotLevelness {
+  std::string slot;
+  Levelness levelness;
+};
+
+/// What several instruments on one table say of its levelness together.
+///
+/// The means are weighted by 1 / variance. Each slot is held against the mean of the others, F(2,
+/// nu) with both variances and their degrees of freedom, Bonferroni over the slots; below 0.001 the
+/// worst one is named (of two, both disagree and neither is).
+///
+/// @param slots  two or more.
+/// @throws DomainError  if there are fewer.
+/// @par Source
+/// METHOD section 9; beyond US 7,467,536.
+[[nodiscard]] CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots);
+
+/// Calibrates several instruments from one run: each in its slot, with its mount's rotation.
+///
+/// @param experiment  of all of them: instruments of one kind with the same axes; its slot and
+///                    mount are set for each in turn.
+/// @param slots       the readings of each.
+/// @return a calibration for each slot, with the levelness that they say together; a slot that
+///         disagrees with the others has a warning.
+/// @throws SetupError, RefusedError  as calibrate(); the message starts with the slot.
+[[nodiscard]] std::vector<Calibration> calibrate_assembly(
+    const Experiment& experiment, const std::vector<SlotObservations>& slots);
+
+}  // namespace axiscal

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/assembly.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <Eigen/LU>
+
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double mistake_below = 0.001;
+constexpr double rounding_rad = 1e-12;  // slopes that differ by less are the same
+
+// A mean of slopes with its variances (the two components are independent).
+struct Mean {
+  Eigen::Array2d value = Eigen::Array2d::Zero();
+  Eigen::Array2d variance = Eigen::Array2d::Zero();
+  double degrees_of_freedom = 0.0;
+};
+
+Mean mean_without(const std::vector<SlotLevelness>& slots, std::size_t without) {
+  Mean mean;
+  Eigen::Array2d weights = Eigen::Array2d::Zero();
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    if (i == without) {
+      continue;
+    }
+    const Levelness& own = slots[i].levelness;
+    // Without noise all weigh alike.
+    const Eigen::Array2d variance =
+        Eigen::Array2d(own.standard_error_x, own.standard_error_y).square() +
+        rounding_rad * rounding_rad;
+    weights += variance.inverse();
+    mean.value += Eigen::Array2d(own.mean_x, own.mean_y) / variance;
+    mean.degrees_of_freedom += own.degrees_of_freedom;
+  }
+  mean.value /= weights;
+  mean.variance = weights.inverse();
+  return mean;
+}
+
+void warn_of_disagreement(Calibration& calibration, const CombinedLevelness& combined) {
+  if (combined.consistent || (!combined.suspect.empty() && combined.suspect != calibration.slot)) {
+    return;
+  }
+  const std::string p = number_text(std::round(combined.p_value * 1e6) * 1e-6);
+  calibration.warnings.push_back(
+      {.code = "slot_levelness",
+       .runs = {},
+       .message = combined.suspect.empty()
+                      ? "slots " + joined(combined.slots) +
+                            " stand on one table but disagree about its slope (p = " + p +
+                            "); one mount's rotation is wrong, or an instrument is loose"
+                      : "slot " + combined.suspect +
+                            " disagrees with the other slots about the slope of the table that all "
+                            "stand on (p = " + p +
+                            "); look at its mount's rotation, and whether the instrument is loose"});
+  if (calibration.status == "ok") {
+    calibration.status = "warning";
+  }
+}
+
+}  // namespace
+
+std::vector<SlotObservations> split_by_slot(const Observations& all,
+                                            const std::vector<std::string>& slots) {
+  const auto count = static_cast<Eigen::Index>(slots.size());
+  if (count == 0 || all.response.cols() % count != 0) {
+    throw DomainError("split_by_slot: each slot needs as many axes");
+  }
+  const Eigen::Index m = all.response.cols() / count;
+  std::vector<SlotObservations> parts;
+  for (Eigen::Index s = 0; s < count; ++s) {
+    SlotObservations& part =
+        parts.emplace_back(SlotObservations{.slot = slots[static_cast<std::size_t>(s)],
+                                            .observations = all});
+    part.observations.response = all.response.middleCols(s * m, m);
+    if (all.response_sd) {
+      part.observations.response_sd = all.response_sd->middleCols(s * m, m);
+    }
+  }
+  return parts;
+}
+
+Eigen::Matrix3d mount_rotation(const Positioner& positioner, const std::string& slot) {
+  const std::vector<Mount>& mounts = positioner.mounts();
+  if (mounts.empty() || (slot.empty() && mounts.size() > 1)) {
+    return Eigen::Matrix3d::Identity();
+  }
+  if (slot.empty()) {
+    return mounts.front().rotation_sensor_from_positioner;
+  }
+  if (const std::optional<Mount> mount = positioner.mount(slot)) {
+    return mount->rotation_sensor_from_positioner;
+  }
+  std::vector<std::string> names;
+  for (const Mount& mount : mounts) {
+    names.push_back(mount.slot);
+  }
+  throw SetupError("the positioner has no mount for slot '" + slot + "'; its slots: " +
+                   joined(names));
+}
+
+CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots) {
+  if (slots.size() < 2) {
+    throw DomainError("combine_levelness: at least two slots are needed");
+  }
+  const Mean all = mean_without(slots, slots.size());
+  CombinedLevelness combined{.slots = {},
+                             .x = all.value(0),
+                             .y = all.value(1),
+                             .standard_error_x = std::sqrt(all.variance(0)),
+                             .standard_error_y = std::sqrt(all.variance(1)),
+                             .suspect = {}};
+  double smallest = 2.0;
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    const Levelness& own = slots[i].levelness;
+    combined.slots.push_back(slots[i].slot);
+    const Mean others = mean_without(slots, i);
+    const Eigen::Array2d difference = Eigen::Array2d(own.mean_x, own.mean_y) - others.value;
+    const Eigen::Array2d variance =
+        others.variance + Eigen::Array2d(own.standard_error_x, own.standard_error_y).square();
+    const double f = 0.5 * (difference.square() / variance).sum();
+    const double p = f_upper_p(f, 2.0, own.degrees_of_freedom + others.degrees_of_freedom);
+    if (std::isnan(p)) {
+      combined.p_value = std::numeric_limits<double>::quiet_NaN();
+      return combined;
+    }
+    if (p < smallest) {
+      smallest = p;
+      combined.suspect = slots[i].slot;
+    }
+  }
+  // Of two slots both tests are the same one.
+  const double tests = slots.size() == 2 ? 1.0 : static_cast<double>(slots.size());
+  combined.p_value = std::min(1.0, tests * smallest);
+  combined.consistent = !(combined.p_value < mistake_below);
+  if (combined.consistent || slots.size() == 2) {
+    combined.suspect.clear();
+  }
+  return combined;
+}
+
+std::vector<Calibration> calibrate_assembly(const Experiment& experiment,
+                                            const std::vector<SlotObservations>& slots) {
+  std::vector<Calibration> calibrations;
+  std::vector<SlotLevelness> levelness;
+  for (const SlotObservations& slot : slots) {
+    Experiment own = experiment;
+    own.slot = slot.slot;
+    own.rotation_sensor_from_positioner = mount_rotation(experiment.positioner, slot.slot);
+    try {
+      calibrations.push_back(calibrate(own, slot.observations));
+    } catch (const RankDeficientError& error) {
+      throw RankDeficientError("slot " + slot.slot + ": " + error.what(), error.undetermined());
+    } catch (const RefusedError& error) {
+      throw RefusedError("slot " + slot.slot + ": " + error.what());
+    }
+    if (calibrations.back().levelness) {
+      levelness.push_back({.slot = slot.slot, .levelness = *calibrations.back().levelness});
+    }
+  }
+  // Where each block has its own levelness there is no common mean to compare.
+  if (levelness.size() == slots.size() && slots.size() > 1 &&
+      experiment.level_by == LevelBy::run) {
+    const CombinedLevelness combined = combine_levelness(levelness);
+    for (Calibration& calibration : calibrations) {
+      calibration.levelness->combined = combined;
+      warn_of_disagreement(calibration, combined);
+    }
+  }
+  return calibrations;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,471 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solid_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include "axiscal/calib/least_squares.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/rotation.hpp"
+
+namespace axiscal {
+namespace {
+
+// Degrees of freedom that the mean of the records' variances counts for in the weights.
+constexpr double dof_of_mean_variance = 20.0;
+
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d K;
+  // clang-format off
+  K <<   0.0, -v.z(),  v.y(),
+       v.z(),    0.0, -v.x(),
+      -v.y(),  v.x(),    0.0;
+  // clang-format on
+  return K;
+}
+
+Eigen::Matrix3d rotation_by(const Eigen::Vector3d& vector) {
+  const double angle = vector.norm();
+  return angle > 0.0 ? Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix()
+                     : Eigen::Matrix3d::Identity();
+}
+
+// The rotation R that makes sum |a_i - R b_i|^2 least, from sum a_i b_i^T.
+Eigen::Matrix3d procrustes(const Eigen::Matrix3d& sum) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d signs = Eigen::Vector3d::Ones();
+  signs(2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+}
+
+// Turns the description of the cube into the one that fits the nominal cube best.
+void fix_gauge(SolidState& state) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const Face face : all_faces) {
+    sum += nominal_normal(face) * state.normals[static_cast<std::size_t>(face)].transpose();
+  }
+  const Eigen::Matrix3d G = procrustes(sum);
+  for (Eigen::Vector3d& normal : state.normals) {
+    normal = (G * normal).normalized();
+  }
+  for (Eigen::Matrix3d& mount : state.mounts) {
+    mount = mount * G.transpose();
+  }
+}
+
+// Tangents of all normals, 18 x 12.
+Eigen::Matrix<double, 18, 12> tangents_of_normals(const FaceNormals& normals) {
+  Eigen::Matrix<double, 18, 12> T = Eigen::Matrix<double, 18, 12>::Zero();
+  for (Eigen::Index r = 0; r < 6; ++r) {
+    T.block<3, 2>(3 * r, 2 * r) = tangents_of(normals[static_cast<std::size_t>(r)]);
+  }
+  return T;
+}
+
+// Of the 12 tangents those combinations that keep sum e_r cross n_r = 0, 12 x 9.
+Eigen::Matrix<double, 12, 9> gauge_basis(const Eigen::Matrix<double, 18, 12>& T) {
+  Eigen::Matrix<double, 3, 12> constraint = Eigen::Matrix<double, 3, 12>::Zero();
+  for (const Face face : all_faces) {
+    constraint +=
+        cross_matrix(nominal_normal(face)) * T.middleRows<3>(3 * static_cast<Eigen::Index>(face));
+  }
+  const Eigen::HouseholderQR<Eigen::Matrix<double, 12, 3>> qr(constraint.transpose());
+  const Eigen::Matrix<double, 12, 12> Q = qr.householderQ();
+  return Q.rightCols<9>();
+}
+
+}  // namespace
+
+// Where each parameter stands among the columns.
+struct SolidFit::Layout {
+  Eigen::Matrix<double, 12, 9> gauge;
+  Eigen::Matrix<double, 18, 12> tangents;
+  std::vector<Eigen::Index> reference;  // first column of each: mount 3, fields 2 L, bias m, scale m
+  std::vector<Eigen::Index> shift;      // by instrument
+  std::vector<std::string> names;
+  Eigen::Index columns = 0;
+};
+
+SolidFit::SolidFit(const std::vector<SolidReference>& references,
+                   const Positioner& drawing,
+                   bool free_bias_and_scale)
+    : references_(references), drawing_(drawing), free_bias_and_scale_(free_bias_and_scale) {
+  make_priors();
+}
+
+void SolidFit::make_priors() {
+  double mean = 0.0;
+  double count = 0.0;
+  for (const SolidReference& reference : references_) {
+    priors_.resize(std::max(priors_.size(), reference.instrument + 1));
+    Prior& prior = priors_[reference.instrument];
+    if (prior.root.rows() > 0) {
+      continue;  // a refit has the same record
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(reference.covariance);
+    const double largest = eigen.eigenvalues().cwiseAbs().maxCoeff();
+    const Eigen::Index zeros = (eigen.eigenvalues().array() <= 1e-12 * largest).count();
+    const Eigen::Index rank = largest > 0.0 ? reference.covariance.rows() - zeros : 0;
+    prior.root = eigen.eigenvectors().rightCols(rank) *
+                 eigen.eigenvalues().tail(rank).cwiseSqrt().asDiagonal();
+    prior.calibration_dof = reference.calibration_dof;
+    // In field units, so that volts and counts can be compared.
+    const double size = reference.calibrated.sensitivity.norm();
+    prior.variance = reference.covariance.trace() / (size * size);
+    mean += rank > 0 ? prior.variance : 0.0;
+    count += rank > 0 ? 1.0 : 0.0;
+  }
+  for (Prior& prior : priors_) {
+    if (prior.root.cols() > 0) {
+      const double nu = prior.calibration_dof > 0.0 ? prior.calibration_dof : 1e9;
+      const double taken = (nu * prior.variance + dof_of_mean_variance * mean / count) /
+                           (nu + dof_of_mean_variance);
+      prior.variance /= taken;
+      prior.root /= std::sqrt(prior.variance);
+    }
+  }
+}
+
+LinearResponse SolidFit::response_of(const SolidState& state, std::size_t reference) const {
+  const SolidReference& own = references_[reference];
+  const Eigen::VectorXd change =
+      priors_[own.instrument].root * state.shift[own.instrument];  // b, S by axis
+  LinearResponse response{.bias = state.bias[reference], .sensitivity = own.calibrated.sensitivity};
+  for (Eigen::Index axis = 0; axis < response.bias.size(); ++axis) {
+    response.bias(axis) += change(4 * axis);
+    response.sensitivity.row(axis) =
+        state.scale[reference](axis) *
+        (response.sensitivity.row(axis) + change.segment<3>(4 * axis + 1).transpose());
+  }
+  return response;
+}
+
+Positioner SolidFit::positioner_of(const FaceNormals& normals) const {
+  PositionerDescription description = drawing_.description();
+  for (std::size_t face = 0; face < normals.size(); ++face) {
+    description.faces[face].normal = normals[face].normalized();
+  }
+  description.normal_covariance.reset();
+  return Positioner(std::move(description));
+}
+
+SolidState SolidFit::start() const {
+  SolidState state{.normals = Positioner().normals(),
+                   .mounts = {},
+                   .fields = {},
+                   .bias = {},
+                   .scale = {},
+                   .shift = {}};
+  for (const Prior& prior : priors_) {
+    state.shift.emplace_back(Eigen::VectorXd::Zero(prior.root.cols()));
+  }
+  // Outward normals as each instrument sees them, in its own frame.
+  std::vector<std::map<Face, Eigen::Vector3d>> seen;
+  for (const SolidReference& reference : references_) {
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> inverse(reference.calibrated.sensitivity);
+    if (inverse.rank() < 3) {
+      throw RefusedError("slot " + reference.slot +
+                         ": an instrument needs three axes in different directions to measure a cube");
+    }
+    std::map<Face, Eigen::Vector3d>& own = seen.emplace_back();
+    for (std::size_t i = 0; i < reference.readings.size(); ++i) {
+      const Eigen::VectorXd v = reference.response.row(static_cast<Eigen::Index>(i));
+      const Eigen::Vector3d up = inverse.solve(v - reference.calibrated.bias);
+      own.try_emplace(reference.readings[i].point->rest(), Eigen::Vector3d::Zero())
+          .first->second -= reference.readings[i].level * up;
+    }
+    for (auto& [face, normal] : own) {
+      normal.normalize();
+    }
+    state.mounts.emplace_back(Eigen::Matrix3d::Identity());
+    state.fields.emplace_back(reference.level_count, Eigen::Vector3d(0.0, 0.0, reference.F));
+    state.bias.push_back(reference.calibrated.bias);
+    state.scale.emplace_back(Eigen::VectorXd::Ones(reference.calibrated.bias.size()));
+  }
+  // Generalised Procrustes: mounts for given normals, normals for given mounts.
+  for (int round = 0; round < 10; ++round) {
+    FaceNormals sum;
+    sum.fill(Eigen::Vector3d::Zero());
+    for (std::size_t k = 0; k < references_.size(); ++k) {
+      Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+      for (const auto& [face, normal] : seen[k]) {
+        A += normal * state.normals[static_cast<std::size_t>(face)].transpose();
+      }
+      state.mounts[k] = procrustes(A);
+      for (const auto& [face, normal] : seen[k]) {
+        sum[static_cast<std::size_t>(face)] += state.mounts[k].transpose() * normal;
+      }
+    }
+    for (std::size_t face = 0; face < sum.size(); ++face) {
+      state.normals[face] = sum[face].normalized();
+    }
+    fix_gauge(state);
+  }
+  for (const Face face : all_faces) {
+    const Eigen::Vector3d& normal = state.normals[static_cast<std::size_t>(face)];
+    if (const std::string defect = defect_of_normal(face, normal); !defect.empty()) {
+      throw RefusedError("the normal of face " + std::string(face_name(face)) +
+                         ", by the average of its readings, " + defect +
+                         " Check the labels and the records.");
+    }
+  }
+  return state;
+}
+
+SolidFit::Layout SolidFit::layout(const SolidState& state) const {
+  Layout layout;
+  layout.tangents = tangents_of_normals(state.normals);
+  layout.gauge = gauge_basis(layout.tangents);
+  const auto add = [&](const std::string& name, Eigen::Index count) {
+    for (Eigen::Index i = 0; i < count; ++i) {
+      layout.names.push_back(name);
+    }
+    layout.columns += count;
+  };
+  add("face normals", 9);
+  for (std::size_t k = 0; k < references_.size(); ++k) {
+    const SolidReference& reference = references_[k];
+    layout.reference.push_back(layout.columns);
+    add("mount of slot " + reference.slot, 3);
+    add("slope of the table under slot " + reference.slot,
+        2 * static_cast<Eigen::Index>(reference.level_count));
+    if (free_bias_and_scale_) {
+      add("bias of slot " + reference.slot, reference.response.cols());
+      add("scale of slot " + reference.slot, reference.response.cols());
+    }
+  }
+  for (const Prior& prior : priors_) {
+    layout.shift.push_back(layout.columns);
+    add("record of an instrument", prior.root.cols());
+  }
+  return layout;
+}
+
+Eigen::VectorXd SolidFit::residuals(const SolidState& state,
+                                    const std::vector<double>& sigma) const {
+  const Positioner cube = positioner_of(state.normals);
+  std::vector<double> all;
+  for (std::size_t k = 0; k < references_.size(); ++k) {
+    const SolidReference& reference = references_[k];
+    const LinearResponse response = response_of(state, k);
+    for (std::size_t i = 0; i < reference.readings.size(); ++i) {
+      const Reading& reading = reference.readings[i];
+      const Eigen::VectorXd fit = response.at(
+          reading.level * (state.mounts[k] *
+                           (cube.rotation_table_from_positioner(*reading.point).transpose() *
+                            state.fields[k][reference.levels[i]])));
+      for (Eigen::Index axis = 0; axis < fit.size(); ++axis) {
+        const double unit = reference.calibrated.sensitivity.row(axis).norm() * sigma[k];
+        all.push_back((reference.response(static_cast<Eigen::Index>(i), axis) - fit(axis)) / unit);
+      }
+    }
+  }
+  for (const Eigen::VectorXd& shift : state.shift) {
+    for (const double value : shift) {
+      all.push_back(-value);
+    }
+  }
+  return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
+}
+
+Eigen::MatrixXd SolidFit::jacobian(const SolidState& state,
+                                   const Layout& layout,
+                                   const std::vector<double>& sigma) const {
+  // How each seat turns with each tangent, by central differences: with feet the turn to the fence
+  // has no simple formula, and rotations are smooth to the last digit that matters here.
+  constexpr double step = 1e-5;
+  const Positioner cube = positioner_of(state.normals);
+  std::vector<Positioner> forward;
+  std::vector<Positioner> backward;
+  for (Eigen::Index j = 0; j < 12; ++j) {
+    for (const double sign : {1.0, -1.0}) {
+      FaceNormals normals = state.normals;
+      const Eigen::Index face = j / 2;
+      normals[static_cast<std::size_t>(face)] +=
+          sign * step * layout.tangents.block<3, 1>(3 * face, j);
+      (sign > 0.0 ? forward : backward).push_back(positioner_of(normals));
+    }
+  }
+  Eigen::Index rows = layout.columns - layout.shift.front();
+  for (const SolidReference& reference : references_) {
+    rows += reference.response.size();
+  }
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(rows, layout.columns);
+  Eigen::Index row = 0;
+  for (std::size_t k = 0; k < references_.size(); ++k) {
+    const SolidReference& reference = references_[k];
+    const Eigen::Index m = reference.response.cols();
+    const Eigen::Index first = layout.reference[k];
+    const Eigen::Index fields = first + 3;
+    const Eigen::Index bias = fields + 2 * static_cast<Eigen::Index>(reference.level_count);
+    const LinearResponse response = response_of(state, k);
+    const Eigen::MatrixXd& prior = priors_[reference.instrument].root;
+    for (std::size_t i = 0; i < reference.readings.size(); ++i, row += m) {
+      const Reading& reading = reference.readings[i];
+      const std::size_t level = reference.levels[i];
+      const Eigen::Vector3d& field = state.fields[k][level];
+      const Eigen::Matrix3d to_sensor =
+          reading.level * state.mounts[k] *
+          cube.rotation_table_from_positioner(*reading.point).transpose();
+      const Eigen::Vector3d f = to_sensor * field;
+      Eigen::Matrix<double, 3, 12> by_normals;
+      for (Eigen::Index j = 0; j < 12; ++j) {
+        const auto at = static_cast<std::size_t>(j);
+        const Eigen::Matrix3d change =
+            (forward[at].rotation_table_from_positioner(*reading.point) -
+             backward[at].rotation_table_from_positioner(*reading.point)) /
+            (2.0 * step);
+        by_normals.col(j) = reading.level * (state.mounts[k] * (change.transpose() * field));
+      }
+      const Eigen::Matrix<double, 3, 9> by_gauge = by_normals * layout.gauge;
+      const Eigen::Matrix3d by_mount = -cross_matrix(f);
+      const Eigen::Matrix<double, 3, 2> by_field = to_sensor * (reference.F * tangents_of(field));
+      for (Eigen::Index axis = 0; axis < m; ++axis) {
+        const double length = reference.calibrated.sensitivity.row(axis).norm() * sigma[k];
+        const Eigen::RowVector3d s = response.sensitivity.row(axis) / length;
+        const Eigen::Index at = row + axis;
+        J.row(at).head<9>() = s * by_gauge;
+        J.row(at).segment<3>(first) = s * by_mount;
+        J.row(at).segment<2>(fields + 2 * static_cast<Eigen::Index>(level)) = s * by_field;
+        if (free_bias_and_scale_) {
+          J(at, bias + axis) = 1.0 / length;
+          J(at, bias + m + axis) = s.dot(f) / state.scale[k](axis);
+        }
+        J.row(at).segment(layout.shift[reference.instrument], prior.cols()) =
+            (prior.row(4 * axis) +
+             state.scale[k](axis) * (f.transpose() * prior.middleRows<3>(4 * axis + 1))) /
+            length;
+      }
+    }
+  }
+  J.bottomRightCorner(rows - row, rows - row).setIdentity();
+  return J;
+}
+
+void SolidFit::move(SolidState& state, const Layout& layout, const Eigen::VectorXd& step) const {
+  const Eigen::Matrix<double, 18, 1> change = layout.tangents * (layout.gauge * step.head<9>());
+  for (Eigen::Index face = 0; face < 6; ++face) {
+    Eigen::Vector3d& normal = state.normals[static_cast<std::size_t>(face)];
+    normal = (normal + change.segment<3>(3 * face)).normalized();
+  }
+  for (std::size_t k = 0; k < references_.size(); ++k) {
+    const Eigen::Index m = references_[k].response.cols();
+    Eigen::Index at = layout.reference[k];
+    state.mounts[k] = rotation_by(step.segment<3>(at)) * state.mounts[k];
+    at += 3;
+    for (Eigen::Vector3d& field : state.fields[k]) {
+      const double F = field.norm();
+      field = F * (field / F + tangents_of(field) * step.segment<2>(at)).normalized();
+      at += 2;
+    }
+    if (free_bias_and_scale_) {
+      state.bias[k] += step.segment(at, m);
+      state.scale[k] += step.segment(at + m, m);
+    }
+  }
+  for (std::size_t instrument = 0; instrument < priors_.size(); ++instrument) {
+    Eigen::VectorXd& shift = state.shift[instrument];
+    shift += step.segment(layout.shift[instrument], shift.size());
+  }
+  fix_gauge(state);
+}
+
+// The scatter of each reference by what the last fit left; all of them pooled where one has too few
+// degrees of freedom of its own.
+std::vector<double> SolidFit::scatter(const std::vector<double>& sigma,
+                                      const Eigen::VectorXd& residuals,
+                                      const Eigen::VectorXd& leverage,
+                                      double& degrees_of_freedom) const {
+  constexpr double fewest_dof = 4.0;
+  constexpr double rounding = 1e-15;
+  std::vector<double> squares;
+  std::vector<double> dof;
+  Eigen::Index row = 0;
+  for (const SolidReference& reference : references_) {
+    const Eigen::Index rows = reference.response.size();
+    squares.push_back(residuals.segment(row, rows).squaredNorm());
+    dof.push_back(static_cast<double>(rows) - leverage.segment(row, rows).sum());
+    row += rows;
+  }
+  degrees_of_freedom = std::accumulate(dof.begin(), dof.end(), 0.0);
+  const double pooled =
+      degrees_of_freedom > 0.5
+          ? std::accumulate(squares.begin(), squares.end(), 0.0) / degrees_of_freedom
+          : 1.0;
+  std::vector<double> next;
+  for (std::size_t k = 0; k < references_.size(); ++k) {
+    const double own = dof[k] >= fewest_dof ? squares[k] / dof[k] : pooled;
+    next.push_back(std::max(sigma[k] * std::sqrt(own), rounding * references_[k].F));
+  }
+  return next;
+}
+
+void SolidFit::describe(const Layout& layout,
+                        const Eigen::MatrixXd& J,
+                        const Eigen::MatrixXd& C,
+                        SolidSolution& solution) const {
+  solution.basis = layout.tangents * layout.gauge;
+  const Eigen::Index readings = J.rows() - (layout.columns - layout.shift.front());
+  const Eigen::MatrixXd by_noise = C * J.topRows(readings).transpose();
+  solution.noise = by_noise.topRows<9>() * by_noise.topRows<9>().transpose();
+  for (const Eigen::Index first : layout.reference) {
+    const Eigen::MatrixXd own = by_noise.middleRows<3>(first);
+    solution.mount_noise.emplace_back(own * own.transpose());
+  }
+  solution.handed_on.setZero();
+  double over_dof = 0.0;
+  for (std::size_t instrument = 0; instrument < priors_.size(); ++instrument) {
+    const Prior& prior = priors_[instrument];
+    const Eigen::MatrixXd P = C.block(0, layout.shift[instrument], 9, prior.root.cols());
+    const Eigen::Matrix<double, 9, 9> part = prior.variance * P * P.transpose();
+    solution.handed_on += part;
+    over_dof += prior.calibration_dof > 0.0 ? part.trace() * part.trace() / prior.calibration_dof
+                                            : 0.0;
+  }
+  const double trace = solution.handed_on.trace();
+  solution.calibration_dof = over_dof > 0.0 ? trace * trace / over_dof : 0.0;
+}
+
+SolidSolution SolidFit::solve() const {
+  SolidSolution solution{.state = start()};
+  SolidState& state = solution.state;
+  solution.sigma.assign(references_.size(), 1e-3 * references_.front().F);
+  // The scatter decides how far the records are believed, and is itself found by the fit.
+  constexpr int rounds_of_scatter = 4;
+  for (int outer = 0; outer <= rounds_of_scatter; ++outer) {
+    Layout layout = this->layout(state);
+    Eigen::MatrixXd J = jacobian(state, layout, solution.sigma);
+    for (int round = 0; round < 20; ++round) {
+      const Eigen::VectorXd r = residuals(state, solution.sigma);
+      const Eigen::VectorXd scale = J.colwise().norm().cwiseInverse();
+      const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(J * scale.asDiagonal());
+      if (qr.rank() < J.cols()) {
+        static_cast<void>(LeastSquaresDesign(J, Eigen::VectorXd(), layout.names));  // says which
+      }
+      const Eigen::VectorXd step = scale.cwiseProduct(qr.solve(r));
+      move(state, layout, step);
+      layout = this->layout(state);
+      J = jacobian(state, layout, solution.sigma);
+      if (step.head(layout.reference.front() + 3).norm() < 1e-12) {
+        break;
+      }
+    }
+    const LeastSquaresDesign design(J, Eigen::VectorXd(), layout.names);
+    if (outer < rounds_of_scatter) {
+      solution.sigma = scatter(solution.sigma, residuals(state, solution.sigma), design.leverage(),
+                               solution.degrees_of_freedom);
+    } else {
+      describe(layout, J, design.unscaled_covariance(), solution);
+    }
+  }
+  return solution;
+}
+
+}  // namespace axiscal

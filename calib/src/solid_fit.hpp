@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/observations.hpp"
+#include "axiscal/instruments/instrument.hpp"
+#include "axiscal/positioner/positioner.hpp"
+
+namespace axiscal {
+
+/// What the fit needs of one reference: n readings of m axes.
+struct SolidReference {
+  std::string slot;
+  std::vector<Reading> readings;
+  Eigen::MatrixXd response;         // n x m
+  LinearResponse calibrated;        // b, S of its record
+  Eigen::MatrixXd covariance;       // of b, S by axis, 4m x 4m; zero where the record has none
+  double calibration_dof = 0.0;     // of that covariance; 0: exact
+  double F = 1.0;                   // field at level 1
+  std::size_t instrument = 0;       // references of one number are one instrument
+  std::vector<std::size_t> levels;  // which slope of its own a reading has, from 0
+  std::size_t level_count = 1;
+};
+
+struct SolidState {
+  FaceNormals normals;
+  std::vector<Eigen::Matrix3d> mounts;               // rotation_sensor_from_positioner
+  std::vector<std::vector<Eigen::Vector3d>> fields;  // in the table, by reference and level
+  std::vector<Eigen::VectorXd> bias;                 // by reference
+  std::vector<Eigen::VectorXd> scale;                // 1 is the record's
+  std::vector<Eigen::VectorXd> shift;  // by instrument: its record's error, in standard deviations
+};
+
+/// The cube, the mounts and the slopes that fit all readings best.
+struct SolidSolution {
+  SolidState state;
+  std::vector<double> sigma;  // of a reading, by reference [field unit]
+  double degrees_of_freedom = 0.0;
+  double calibration_dof = 0.0;                 // effective, of the records' part; 0: exact
+  Eigen::Matrix<double, 18, 9> basis;           // of the changes of the normals that the gauge allows
+  Eigen::Matrix<double, 9, 9> noise;            // covariance of the normals in it, by the readings
+  Eigen::Matrix<double, 9, 9> handed_on;        // by the instruments' own calibrations
+  std::vector<Eigen::Matrix3d> mount_noise;     // covariance of each mount, by the readings
+};
+
+/// Least squares of a solid positioner (METHOD 9).
+///
+/// The errors of the records are random effects: parameters with the records' covariances as their
+/// prior, so that instruments which disagree are not taken for noisy ones (generalised least
+/// squares). Variances stated by few degrees of freedom are drawn towards their mean for the weights;
+/// the stated ones make the covariance.
+class SolidFit {
+ public:
+  /// @param references  must outlive the fit; their instruments are numbered from 0.
+  /// @param drawing     the cube whose feet, if it has any, turn with the normals.
+  SolidFit(const std::vector<SolidReference>& references,
+           const Positioner& drawing,
+           bool free_bias_and_scale);
+
+  /// @throws RefusedError, RankDeficientError  if the readings do not determine the cube.
+  [[nodiscard]] SolidSolution solve() const;
+
+  /// The drawing with other normals.
+  [[nodiscard]] Positioner positioner_of(const FaceNormals& normals) const;
+
+ private:
+  struct Layout;
+
+  [[nodiscard]] SolidState start() const;
+  [[nodiscard]] Layout layout(const SolidState& state) const;
+  [[nodiscard]] Eigen::VectorXd residuals(const SolidState& state,
+                                          const std::vector<double>& sigma) const;
+  [[nodiscard]] Eigen::MatrixXd jacobian(const SolidState& state,
+                                         const Layout& layout,
+                                         const std::vector<double>& sigma) const;
+  void move(SolidState& state, const Layout& layout, const Eigen::VectorXd& step) const;
+
+  [[nodiscard]] std::vector<double> scatter(const std::vector<double>& sigma,
+                                            const Eigen::VectorXd& residuals,
+                                            const Eigen::VectorXd& leverage,
+                                            double& degrees_of_freedom) const;
+  void describe(const Layout& layout,
+                const Eigen::MatrixXd& J,
+                const Eigen::MatrixXd& C,
+                SolidSolution& solution) const;
+
+  // The response that a reference is taken to have, its record's error put right.
+  [[nodiscard]] LinearResponse response_of(const SolidState& state, std::size_t reference) const;
+
+  // What is known of an instrument before: one standard deviation of its record by column.
+  struct Prior {
+    Eigen::MatrixXd root;    // 4m x rank
+    double variance = 1.0;   // stated over what the weights take it for
+    double calibration_dof = 0.0;
+  };
+  void make_priors();
+
+  const std::vector<SolidReference>& references_;
+  const Positioner& drawing_;
+  bool free_bias_and_scale_;
+  std::vector<Prior> priors_;  // by instrument
+};
+
+}  // namespace axiscal

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/core/input_file.hpp"
+#include "axiscal/core/json_document.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/output_file.hpp"
+#include "axiscal/positioner/surface.hpp"
+#include "commands.hpp"
+#include "experiment_options.hpp"
+#include "input.hpp"
+#include "run_input.hpp"
+#include "summary.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+// Below this many standard errors a slope may be none at all.
+constexpr double level_within = 2.0;
+
+// The slope of the table as it stands now.
+struct Slope {
+  Eigen::Vector2d value = Eigen::Vector2d::Zero();
+  Eigen::Vector2d standard_error = Eigen::Vector2d::Zero();
+
+  [[nodiscard]] double size() const { return value.norm(); }
+
+  // Standard uncertainty of the size, along the slope; the larger one where there is none.
+  [[nodiscard]] double size_error() const {
+    return size() > 0.0 ? value.cwiseProduct(standard_error).norm() / size()
+                        : standard_error.maxCoeff();
+  }
+
+  [[nodiscard]] bool is_level() const {
+    return (value.array().abs() <= level_within * standard_error.array()).all();
+  }
+};
+
+bool is_record(const std::string& path) {
+  return path.ends_with(".json") &&
+         parse_json(read_whole_file(path), path).text_or("format") == "axiscal-calibration";
+}
+
+std::vector<Calibration> calibrations_of(const LevelCommand& command, Surface& surface) {
+  const std::vector<std::string>& files = command.experiment.files;
+  if (files.size() == 1 && is_record(files.front())) {
+    return {read_calibration(files.front())};
+  }
+  const Experiment experiment = make_experiment(command.experiment);
+  surface = experiment.positioner.surface();
+  return calibrate_run(experiment, read_run(experiment),
+                       command.experiment.assembly.value_or(""));
+}
+
+// Of several blocks the last: the table may have been moved before it. Of several slots all.
+Slope slope_of(const Calibration& calibration) {
+  if (calibration.field.kind != "gravity") {
+    throw RefusedError("level: the field is " + calibration.field.kind +
+                       ", and only gravity shows where the table is not level");
+  }
+  if (!calibration.levelness) {
+    throw RefusedError(
+        "level: no reading has its opposite (same rest face, opposite fence face), so nothing shows "
+        "the table's slope; take each face turned round as well");
+  }
+  const Levelness& levelness = *calibration.levelness;
+  if (!levelness.blocks.empty()) {
+    const BlockLevelness& last = levelness.blocks.back();
+    return {.value = {last.x, last.y},
+            .standard_error = {last.standard_error_x, last.standard_error_y}};
+  }
+  if (levelness.combined) {
+    const CombinedLevelness& all = *levelness.combined;
+    return {.value = {all.x, all.y}, .standard_error = {all.standard_error_x, all.standard_error_y}};
+  }
+  return {.value = {levelness.mean_x, levelness.mean_y},
+          .standard_error = {levelness.standard_error_x, levelness.standard_error_y}};
+}
+
+void add_options(const LevelCommand& command, Surface& surface) {
+  if (command.adjusters) {
+    surface.adjusters_m.clear();
+    for (const std::string_view pair : split(*command.adjusters, ';')) {
+      const std::vector<double> xy = numbers_of("--adjusters", std::string(pair), 2);
+      surface.adjusters_m.emplace_back(xy[0], xy[1]);
+    }
+  }
+  if (command.thread_pitch) {
+    surface.thread_pitch_m = number_of("--thread-pitch", *command.thread_pitch);
+  }
+  if (surface.adjusters_m.empty()) {
+    throw UsageError(
+        "level: where the table's height adjusters stand is missing: --adjusters \"X,Y;X,Y;X,Y\" in "
+        "metres, or a positioner with a table");
+  }
+  try {
+    const Eigen::Vector2d none = Eigen::Vector2d::Zero();
+    static_cast<void>(level_table(none, Eigen::Matrix2d::Zero(), surface));
+  } catch (const DomainError& error) {
+    throw UsageError(std::string("level: ") + error.what());
+  }
+}
+
+std::string level_json(const Slope& slope,
+                       const std::vector<AdjusterMove>& moves,
+                       double fence_lean_rad) {
+  const auto xy = [](const Eigen::Vector2d& v) -> Json { return {{"x", v.x()}, {"y", v.y()}}; };
+  Json json = {{"slope", xy(slope.value)},
+               {"u", xy(slope.standard_error)},
+               {"level", slope.is_level()},
+               {"fence_lean_when_level_rad", fence_lean_rad},
+               {"adjusters", Json::array()}};
+  for (const AdjusterMove& move : moves) {
+    json["adjusters"].push_back({{"x_m", move.position_m.x()},
+                                 {"y_m", move.position_m.y()},
+                                 {"raise_m", move.raise_m},
+                                 {"u_m", move.uncertainty_m},
+                                 {"turns", move.turns ? Json(*move.turns) : Json()}});
+  }
+  return json_text(json);
+}
+
+std::string micro(double value) {
+  if (!std::isfinite(value)) {
+    return "unknown";
+  }
+  const double size = std::abs(1e6 * value);
+  return fmt::format("{:.{}f}", 1e6 * value, size >= 100.0 ? 0 : size >= 10.0 ? 1 : 2);
+}
+
+std::string text_of(const Slope& slope,
+                    const std::vector<AdjusterMove>& moves,
+                    const Surface& surface) {
+  std::string text = wrapped(
+      fmt::format("The table is level to {} +- {} urad (slope {}, {} urad along x and y, standard "
+                  "errors {}, {}); it rises towards {}x and {}y.",
+                  micro(slope.size()), micro(slope.size_error()), micro(slope.value.x()),
+                  micro(slope.value.y()), micro(slope.standard_error.x()),
+                  micro(slope.standard_error.y()), slope.value.x() < 0.0 ? "-" : "+",
+                  slope.value.y() < 0.0 ? "-" : "+"),
+      80);
+  text += fmt::format("\n\n  {:>10}{:>10}{:>16}{:>8}{:>10}\n", "x [mm]", "y [mm]", "raise by [um]",
+                      "+-", "turns");
+  for (const AdjusterMove& move : moves) {
+    text += fmt::format("  {:>10.4g}{:>10.4g}{:>16}{:>8}{:>10}\n", 1e3 * move.position_m.x(),
+                        1e3 * move.position_m.y(), micro(move.raise_m), micro(move.uncertainty_m),
+                        move.turns ? fmt::format("{:.3f}", *move.turns) : "-");
+  }
+  text += "\n" +
+          wrapped(slope.is_level()
+                      ? "That is as level as these readings can tell; more replicates would tell more."
+                      : "Raise the adjusters so, then take the 12 readings again.",
+                  80) +
+          "\n";
+  const double lean = fence_lean_when_level(surface, slope.value);
+  if (surface.kind == SurfaceKind::separate) {
+    text += wrapped(fmt::format("The fence stands by itself: once the table is level it leans by {} "
+                                "urad instead of {}; write that into the positioner's file.",
+                                micro(lean), micro(surface.fence_lean_rad)),
+                    80) +
+            "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+int run(const LevelCommand& command) {
+  Surface surface;
+  // Usage first: the readings may be minutes of work, a missing option none.
+  if (command.adjusters) {
+    add_options(command, surface);
+  }
+  const std::vector<Calibration> calibrations = calibrations_of(command, surface);
+  add_options(command, surface);
+  print_remarks(calibrations);
+  const Calibration& calibration = calibrations.front();
+  if (calibration.status == "refused" && !calibrations.front().levelness) {
+    throw RefusedError("level: the calibration was refused, and with it the slope");
+  }
+  const Slope slope = slope_of(calibration);
+  const Eigen::Matrix2d covariance = slope.standard_error.cwiseAbs2().asDiagonal();
+  const std::vector<AdjusterMove> moves = level_table(slope.value, covariance, surface);
+  write_whole_file("-", command.json ? level_json(slope, moves,
+                                                  fence_lean_when_level(surface, slope.value))
+                                     : text_of(slope, moves, surface));
+  return 0;
+}
+
+}  // namespace axiscal::cli

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run_input.hpp"
+
+#include <cstdio>
+#include <set>
+
+#include "axiscal/calib/assembly.hpp"
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "command_line.hpp"
+#include "input.hpp"
+#include "summary.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+ObservationColumns needed_columns(const Experiment& experiment) {
+  return {.axes = experiment.instrument.axes,
+          .needs_labels = experiment.method.value_or(Method::known) != Method::known,
+          .needs_samples = experiment.weighting == Weighting::samples,
+          .needs_sd = experiment.weighting == Weighting::sd};
+}
+
+void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+}  // namespace
+
+std::vector<Mount> mounts_of_assembly(const std::string& assembly,
+                                      const std::vector<std::string>& slots) {
+  if (assembly == "parallel") {
+    return parallel_mounts(slots);
+  }
+  if (assembly != "h" && assembly != "h:y") {
+    throw UsageError("--assembly: must be parallel, h or h:y, not '" + assembly + "'");
+  }
+  if (slots.size() != 2) {
+    throw UsageError("--assembly: an H-shaped frame has two slots, but the columns have " +
+                     (slots.empty() ? "none" : std::to_string(slots.size())));
+  }
+  return h_shaped_mounts(slots[0], slots[1], assembly == "h" ? WebAxis::x : WebAxis::y);
+}
+
+Run read_run(const Experiment& experiment) {
+  const ObservationColumns columns = needed_columns(experiment);
+  Run run;
+  std::vector<Observations> parts;
+  for (const std::string& path : experiment.observations) {
+    ObservationsFile file = read_observations_file(path, columns);
+    if (!run.serial.empty() && !file.table.serial.empty() && run.serial != file.table.serial) {
+      throw DataError(path, "column 'serial': '" + file.table.serial +
+                                "', but an earlier file is "
+                                "of '" +
+                                run.serial + "'; calibrate one unit at a time");
+    }
+    if (!parts.empty() && run.slots != file.table.slots) {
+      throw DataError(path, "the columns are of other slots than the first file's");
+    }
+    run.slots = file.table.slots;
+    run.serial = file.table.serial.empty() ? run.serial : file.table.serial;
+    run.inputs.push_back({.path = path, .sha256 = file.sha256});
+    const std::vector<std::string>& ignored = file.table.ignored_columns;
+    if (!ignored.empty()) {
+      run.notes.push_back(path + ": " + (ignored.size() == 1 ? "column " : "columns ") +
+                          joined(ignored) + (ignored.size() == 1 ? " was" : " were") + " ignored");
+    }
+    parts.push_back(std::move(file.table.observations));
+  }
+  run.observations = concatenate(parts);
+  return run;
+}
+
+std::vector<Calibration> calibrate_run(Experiment experiment,
+                                       const Run& run,
+                                       const std::string& assembly) {
+  std::vector<std::string> notes = run.notes;
+  if (experiment.instrument.serial.empty()) {
+    experiment.instrument.serial = run.serial;
+  }
+  if (!assembly.empty()) {
+    experiment.positioner = experiment.positioner.with_mounts(mounts_of_assembly(assembly, run.slots));
+  }
+  const std::vector<Mount>& mounts = experiment.positioner.mounts();
+  std::vector<Calibration> calibrations;
+  if (run.slots.empty()) {
+    experiment.rotation_sensor_from_positioner =
+        mount_rotation(experiment.positioner, experiment.slot);
+    if (experiment.slot.empty() && mounts.size() == 1) {
+      experiment.slot = mounts.front().slot;
+      notes.push_back("the instrument sits in the positioner's only slot, " + experiment.slot +
+                      ", with its mount's rotation");
+    } else if (experiment.slot.empty() && mounts.size() > 1) {
+      notes.emplace_back(
+          "the positioner has mounts for several slots and none was stated (--slot): the "
+          "instrument's frame is taken as the cube's");
+    }
+    calibrations.push_back(calibrate(experiment, run.observations));
+  } else {
+    if (!experiment.slot.empty()) {
+      throw UsageError("--slot: the columns state the slots themselves: " + joined(run.slots));
+    }
+    if (mounts.empty() && run.slots.size() > 1) {
+      notes.emplace_back(
+          "no mounts are stated (--assembly, or a positioner's mounts): each instrument's frame is "
+          "taken as the cube's");
+    }
+    calibrations = calibrate_assembly(experiment, split_by_slot(run.observations, run.slots));
+  }
+  for (Calibration& calibration : calibrations) {
+    calibration.inputs = run.inputs;
+    append(calibration.notes, notes);
+  }
+  return calibrations;
+}
+
+void print_remarks(const std::vector<Calibration>& calibrations) {
+  std::set<std::string> said;  // what all slots have in common is said once
+  for (const Calibration& calibration : calibrations) {
+    const std::string slot =
+        calibrations.size() > 1 && !calibration.slot.empty() ? "slot " + calibration.slot + ": "
+                                                             : "";
+    for (const std::string& note : calibration.notes) {
+      if (said.insert(note).second) {
+        std::fprintf(stderr, "note: %s\n", note.c_str());
+      }
+    }
+    for (const CalibrationWarning& warning : calibration.warnings) {
+      if (said.insert(warning.message).second) {
+        std::fprintf(stderr, "%s\n",
+                     wrapped("warning: " + (warning.code == "slot_levelness" ? "" : slot) +
+                                 warning.message,
+                             80)
+                         .c_str());
+      }
+    }
+  }
+}
+
+}  // namespace axiscal::cli

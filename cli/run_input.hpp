@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/observations.hpp"
+
+namespace axiscal::cli {
+
+/// What the files of a run say, and remarks on them.
+struct Run {
+  Observations observations;
+  std::vector<InputFileDigest> inputs;
+  std::vector<std::string> notes;
+  std::string serial;
+  std::vector<std::string> slots;  ///< of an assembly, as in ObservationsTable
+};
+
+/// Reads the experiment's observations; several files are blocks.
+/// @throws DataError  for their content.
+[[nodiscard]] Run read_run(const Experiment& experiment);
+
+/// The mounts of an assembly's slots.
+/// @param assembly  "parallel", "h" or "h:y".
+/// @throws UsageError  for another name, or one that does not suit the number of slots.
+[[nodiscard]] std::vector<Mount> mounts_of_assembly(const std::string& assembly,
+                                                    const std::vector<std::string>& slots);
+
+/// Calibrates what was read: one record, or one for each slot of an assembly.
+///
+/// @param assembly  as mounts_of_assembly(), instead of the positioner's mounts; empty for those.
+[[nodiscard]] std::vector<Calibration> calibrate_run(Experiment experiment,
+                                                     const Run& run,
+                                                     const std::string& assembly);
+
+/// Prints notes and warnings to standard error, each record's under its slot.
+void print_remarks(const std::vector<Calibration>& calibrations);
+
+}  // namespace axiscal::cli
