@@ -208,6 +208,40 @@ Command parse_command_line(std::vector<std::string> arguments) {
       ->type_name("M");
   level_app->add_flag("--json", level.json, "print JSON instead of a table");
 
+  CharacterizeCommand characterize;
+  CLI::App* characterize_app =
+      app.add_subcommand("characterize", "calibrated instruments -> a measured positioner");
+  characterize_app->footer(
+      "Example: axiscal characterize --reference a.json=a.csv --reference b.json=b.csv\n"
+      "         --id cube-07 -o cube-07.json\n"
+      "The 12 points, several times (replicates). A record that is there twice is one instrument,\n"
+      "fitted anew: that shows the repeatability of the mount.");
+  characterize_app
+      ->add_option("--reference", characterize.references,
+                   "an instrument's record and its readings in the cube; once for each")
+      ->required()
+      ->take_all()
+      ->expected(1)
+      ->type_name("RECORD=OBS");
+  characterize_app->add_option("--id", characterize.id, "name of the cube")
+      ->required()
+      ->type_name("NAME");
+  characterize_app->add_option("-o,--output", characterize.output, "the positioner (JSON); - is stdout")
+      ->required()
+      ->type_name("FILE");
+  characterize_app
+      ->add_option("--drawing", characterize.drawing, "the cube as drawn: its feet make seats exact")
+      ->type_name("FILE");
+  characterize_app
+      ->add_option("--level-by", characterize.level_by,
+                   "one levelness for each reference (run, default) or for each block")
+      ->type_name("run|block");
+  characterize_app->add_option("--leave-out", characterize.leave_out, "slots not to use, e.g. A,B")
+      ->type_name("SLOTS");
+  characterize_app->add_flag("--hold-bias-and-scale", characterize.hold_bias_and_scale,
+                             "take bias and scale from the records; else they are fitted anew");
+  characterize_app->add_flag("--json", characterize.json, "print JSON instead of tables");
+
   if (arguments.empty()) {
     throw UsageError("a subcommand is missing\n\n" + app.help());
   }
@@ -248,6 +282,9 @@ Command parse_command_line(std::vector<std::string> arguments) {
   }
   if (*level_app) {
     return level;
+  }
+  if (*characterize_app) {
+    return characterize;
   }
   return simulate;
 }

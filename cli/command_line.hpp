@@ -69,13 +69,23 @@ struct LevelCommand {
   bool json = false;
 };
 
+struct CharacterizeCommand {
+  std::vector<std::string> references;  ///< RECORD=OBSERVATIONS
+  std::string id;
+  std::string output;
+  std::optional<std::string> drawing, level_by, leave_out;
+  bool hold_bias_and_scale = false;
+  bool json = false;
+};
+
 /// Text for standard output and nothing more to do: help or version.
 struct ShowText {
   std::string text;
 };
 
 using Command =
-    std::variant<ShowText, CalibrateCommand, ApplyCommand, PlanCommand, SimulateCommand, LevelCommand>;
+    std::variant<ShowText, CalibrateCommand, ApplyCommand, PlanCommand, SimulateCommand, LevelCommand,
+                 CharacterizeCommand>;
 
 /// @throws UsageError  for an unknown subcommand, option or value, or one that is missing.
 [[nodiscard]] Command parse_command_line(std::vector<std::string> arguments);

@@ -11,5 +11,6 @@ int run(const ApplyCommand& command);
 int run(const PlanCommand& command);
 int run(const SimulateCommand& command);
 int run(const LevelCommand& command);
+int run(const CharacterizeCommand& command);
 
 }  // namespace axiscal::cli

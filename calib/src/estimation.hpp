@@ -58,6 +58,14 @@ struct Estimate {
 [[nodiscard]] Estimate estimate_paired(const ReadingSet& set,
                                        const Eigen::Vector3d& nominal_in_table);
 
+/// The averages that `paired` regresses on, for readings of equal weight.
+struct PairedDesign {
+  Eigen::MatrixXd design;     // [1, mean f], q x 4
+  Eigen::MatrixXd averaging;  // q x n: the averages of the readings
+  Eigen::VectorXd weights;    // q
+};
+[[nodiscard]] PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table);
+
 /// All readings, the field's direction in the table unknown (METHOD 4).
 /// @param start_in_table  the field; its length F and, as a start, its direction are used.
 [[nodiscard]] Estimate estimate_joint(const ReadingSet& set, const Eigen::Vector3d& start_in_table);

@@ -91,6 +91,28 @@ AxisData axis_data(const std::vector<PseudoObservation>& pooled,
 
 }  // namespace
 
+PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table) {
+  const OppositePairs opposites = find_opposite_pairs(set);
+  const std::vector<PseudoObservation> pooled = pool_by_rest_face(opposites.pairs);
+  const AxisData data = axis_data(pooled, 0, {in_table});
+  PairedDesign paired{.design = data.design,
+                      .averaging = Eigen::MatrixXd::Zero(data.weights.size(), set.size()),
+                      .weights = data.weights};
+  for (std::size_t q = 0; q < pooled.size(); ++q) {
+    const auto row = static_cast<Eigen::Index>(q);
+    for (const OppositePair* pair : pooled[q].pairs) {
+      for (const auto* readings : {&pair->first, &pair->second}) {
+        for (const std::size_t i : *readings) {
+          paired.averaging(row, static_cast<Eigen::Index>(i)) +=
+              0.5 * pair->weights(0) /
+              (data.weights(row) * static_cast<double>(readings->size()));
+        }
+      }
+    }
+  }
+  return paired;
+}
+
 Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_in_table) {
   const OppositePairs opposites = find_opposite_pairs(set);
   if (opposites.pairs.empty()) {

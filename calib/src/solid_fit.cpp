@@ -13,6 +13,7 @@
 
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 
 namespace axiscal {
@@ -80,6 +81,51 @@ Eigen::Matrix<double, 12, 9> gauge_basis(const Eigen::Matrix<double, 18, 12>& T)
   const Eigen::Matrix<double, 12, 12> Q = qr.householderQ();
   return Q.rightCols<9>();
 }
+
+// The QR of a Jacobian, columns scaled to length 1. Gauss-Newton mends its own rounding, so that no
+// refinement as in LeastSquaresDesign is needed.
+class Factors {
+ public:
+  Factors(const Eigen::MatrixXd& J, const std::vector<std::string>& names)
+      : scale_(J.colwise().norm().cwiseInverse()), qr_(J * scale_.asDiagonal()) {
+    if (qr_.rank() == J.cols()) {
+      return;
+    }
+    std::vector<std::string> open;
+    for (const Eigen::Index j : undetermined_columns(J)) {
+      const std::string& name = names[static_cast<std::size_t>(j)];
+      if (open.empty() || open.back() != name) {
+        open.push_back(name);
+      }
+    }
+    const std::string list = joined(open);
+    throw RankDeficientError(
+        "the readings do not determine " + list + "; take all 12 points with each instrument",
+        std::move(open));
+  }
+
+  [[nodiscard]] Eigen::VectorXd step(const Eigen::VectorXd& residuals) const {
+    return scale_.cwiseProduct(qr_.solve(residuals));
+  }
+
+  [[nodiscard]] Eigen::MatrixXd covariance() const {
+    const Eigen::Index p = scale_.size();
+    Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(p, p);
+    qr_.matrixQR().topRows(p).triangularView<Eigen::Upper>().solveInPlace(inverse);
+    const Eigen::MatrixXd root = scale_.asDiagonal() * (qr_.colsPermutation() * inverse);
+    return root * root.transpose();
+  }
+
+  [[nodiscard]] Eigen::VectorXd leverage() const {
+    const Eigen::MatrixXd Q =
+        qr_.householderQ() * Eigen::MatrixXd::Identity(qr_.rows(), qr_.cols());
+    return Q.rowwise().squaredNorm();
+  }
+
+ private:
+  Eigen::VectorXd scale_;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;
+};
 
 }  // namespace
 
@@ -443,13 +489,8 @@ SolidSolution SolidFit::solve() const {
     Layout layout = this->layout(state);
     Eigen::MatrixXd J = jacobian(state, layout, solution.sigma);
     for (int round = 0; round < 20; ++round) {
-      const Eigen::VectorXd r = residuals(state, solution.sigma);
-      const Eigen::VectorXd scale = J.colwise().norm().cwiseInverse();
-      const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(J * scale.asDiagonal());
-      if (qr.rank() < J.cols()) {
-        static_cast<void>(LeastSquaresDesign(J, Eigen::VectorXd(), layout.names));  // says which
-      }
-      const Eigen::VectorXd step = scale.cwiseProduct(qr.solve(r));
+      const Eigen::VectorXd step =
+          Factors(J, layout.names).step(residuals(state, solution.sigma));
       move(state, layout, step);
       layout = this->layout(state);
       J = jacobian(state, layout, solution.sigma);
@@ -457,12 +498,12 @@ SolidSolution SolidFit::solve() const {
         break;
       }
     }
-    const LeastSquaresDesign design(J, Eigen::VectorXd(), layout.names);
+    const Factors factors(J, layout.names);
     if (outer < rounds_of_scatter) {
-      solution.sigma = scatter(solution.sigma, residuals(state, solution.sigma), design.leverage(),
+      solution.sigma = scatter(solution.sigma, residuals(state, solution.sigma), factors.leverage(),
                                solution.degrees_of_freedom);
     } else {
-      describe(layout, J, design.unscaled_covariance(), solution);
+      describe(layout, J, factors.covariance(), solution);
     }
   }
   return solution;

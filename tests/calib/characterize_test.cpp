@@ -274,9 +274,10 @@ TEST_P(CharacterizeCoverage, HoldsAndReachesFiveMicroradians) {
   EXPECT_LE(false_alarms, 6);  // 0.005 of 200 each
   if (instruments == 3) {
     EXPECT_LT(rms, 5.1);
-    // METHOD 9: 0.71 u / sqrt(K) with bias and scale free. Held by their prior they are no worse:
-    // the readings tell them better than the records (1.23 u / sqrt(K) for records taken as exact).
-    EXPECT_NEAR(rms, 0.71 * calibration_sd / urad / std::sqrt(3.0), 0.25);
+    // METHOD 9: 0.71 u / sqrt(K) with bias and scale free. Held by their prior they are no worse, as
+    // the readings tell them better than the records (1.23 u / sqrt(K) for records taken as exact);
+    // a slope of milliradians lets the readings tell something of the axes' angles too.
+    EXPECT_NEAR(rms, 0.71 * calibration_sd / urad / std::sqrt(3.0), 0.08 * rms);
   }
 }
 
@@ -369,8 +370,8 @@ TEST(Characterize, ARefitTurnedBy90DegreesDeterminesTheAnglesBetweenTheAxes) {
   const Characterization result = characterize(references);
   // Calibrated to no better than 100 urad, it measures the cube to the noise of its readings.
   EXPECT_LT(rms_error(result.positioner, truth), 1.5 * urad);
-  EXPECT_LT(result.transferred_rad, 0.1 * urad);
-  EXPECT_GT(characterize({references[0]}).transferred_rad, 30 * urad);
+  EXPECT_LT(result.normal_u_rad, urad);
+  EXPECT_GT(characterize({references[0]}).normal_u_rad, 10 * urad);
 }
 
 TEST(Characterize, MakesCalibrationsAtLeastTwentyTimesBetter) {

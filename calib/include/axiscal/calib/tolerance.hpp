@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/core/random.hpp"
+#include "axiscal/positioner/design.hpp"
+#include "axiscal/positioner/positioner.hpp"
+
+namespace axiscal {
+
+/// How exactly a cube is made: standard deviations.
+struct Tolerances {
+  double foot_height_m = 0.0;  ///< of each ball along its face's normal
+  double ball_radius_m = 0.0;  ///< of each ball
+  double squareness_rad = 0.0;  ///< of each face as a whole, about both of its edges
+  double fence_rad = 0.0;       ///< of the fence's lean
+};
+
+/// A cube made to a drawing, as it may turn out.
+/// @throws DomainError  if the tolerances are so wide that it is none.
+[[nodiscard]] Positioner random_positioner(const CubeFeet& drawing,
+                                           const Surface& surface,
+                                           const Tolerances& tolerances,
+                                           RandomStream& random);
+
+/// The covariance of such cubes' face normals, in closed form.
+///
+/// Of the contact plane n . c_i + r_i = d a foot that stands out by h_i, or is larger by h_i, turns n
+/// by the gradient of the plane through the three h_i.
+[[nodiscard]] NormalCovariance normal_covariance_of(const CubeFeet& drawing,
+                                                    const Tolerances& tolerances);
+
+/// Root mean square errors of a calibration that takes the cube as drawn, in units of the field (of
+/// biases divided by the axis's sensitivity, of sensitivities likewise).
+struct CalibrationErrors {
+  double bias = 0.0;
+  double sensitivity = 0.0;  ///< of each axis's main component
+  double cross_axis = 0.0;   ///< of its others
+  double angle_rad = 0.0;  ///< of the field's direction by calibrated readings, any way, over attitudes
+};
+
+/// What a cube's tolerances do to calibrations by one method.
+struct ToleranceEffect {
+  Method method = Method::paired;
+  CalibrationErrors closed_form;  ///< linear in the tolerances; on a level table
+  CalibrationErrors simulated;    ///< cubes made, seated, simulated and calibrated; on the table given
+  double worst_angle_95_rad = 0.0;  ///< 95 % of the cubes have no larger error in any attitude
+};
+
+struct ToleranceStudy {
+  Calibration nominal;              ///< instrument, field and response; three axes or more
+  std::vector<DesignEntry> design;  ///< the points taken, one replicate
+  CubeFeet drawing;
+  Surface surface;
+  Tolerances tolerances;
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< of the table, not known to the calibration
+  int trials = 1000;
+  std::uint64_t seed = 1;
+};
+
+/// The errors that a cube's tolerances leave in calibrations, by each method that the design allows.
+///
+/// No noise: what it adds is in forecast(). `known` takes the table as level, so that the slope is
+/// part of its error.
+/// @return paired (where each point has its opposite), joint and known (where they are determined).
+/// @throws DomainError  for fewer than 1 trial, a negative tolerance, or fewer than three axes.
+/// @par Source
+/// METHOD sections 9 and 10.
+[[nodiscard]] std::vector<ToleranceEffect> study_tolerances(const ToleranceStudy& study);
+
+}  // namespace axiscal
