@@ -32,7 +32,9 @@ std::string output_for(const std::string& pattern, const std::string& slot) {
   return path;
 }
 
-void check_output(const std::string& output, const Experiment& experiment, const Run& run,
+void check_output(const std::string& output,
+                  const Experiment& experiment,
+                  const Run& run,
                   const std::vector<std::string>& files) {
   if (run.slots.size() > 1 && output != "-" && output.find(slot_place) == std::string::npos) {
     throw UsageError("-o: the run has " + std::to_string(run.slots.size()) +

@@ -7,8 +7,8 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/assembly.hpp"
+#include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/characterize.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -71,15 +71,17 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
                         .observations = {}};
     const Calibration& record = reference.calibration;
     if (record.status == "refused") {
-      throw RefusedError(files.record + ": this calibration was refused; a cube cannot be measured "
-                                        "with it");
+      throw RefusedError(files.record +
+                         ": this calibration was refused; a cube cannot be measured "
+                         "with it");
     }
     const ObservationsFile table = read_observations_file(
         files.observations, {.axes = record.instrument.axes, .needs_labels = true});
     reference.observations = own_readings(table.table, record.slot, files);
-    const std::string name = !record.slot.empty()                ? record.slot
-                             : !record.instrument.serial.empty() ? record.instrument.serial
-                             : std::filesystem::path(files.record).stem().string();
+    const std::string name = !record.slot.empty() ? record.slot
+                             : !record.instrument.serial.empty()
+                                 ? record.instrument.serial
+                                 : std::filesystem::path(files.record).stem().string();
     reference.slot = name;
     for (int number = 2; !names.insert(reference.slot).second; ++number) {
       reference.slot = name + "#" + std::to_string(number);
@@ -103,9 +105,10 @@ std::string text_of(const Characterization& result) {
   std::string text =
       fmt::format("cube {}: measured with {} reference{}", cube.id(), result.references.size(),
                   result.references.size() == 1 ? "" : "s");
-  text += fmt::format("\n\nFace normals, off the nominal ones [urad]\n  {:<6}{:>10}{:>10}{:>10}{:>8}"
-                      "{:>8}{:>8}\n",
-                      "face", "x", "y", "z", "u(x)", "u(y)", "u(z)");
+  text += fmt::format(
+      "\n\nFace normals, off the nominal ones [urad]\n  {:<6}{:>10}{:>10}{:>10}{:>8}"
+      "{:>8}{:>8}\n",
+      "face", "x", "y", "z", "u(x)", "u(y)", "u(z)");
   for (const Face face : all_faces) {
     const Eigen::Vector3d off = cube.normal(face) - nominal_normal(face);
     const Eigen::Index at = 3 * static_cast<Eigen::Index>(face);
@@ -119,17 +122,18 @@ std::string text_of(const Characterization& result) {
     text += "\n";
   }
   const CubeGeometry geometry = describe_geometry(cube);
-  text += fmt::format("  out of square by up to {} urad, out of parallel by up to {} urad\n",
-                      micro(geometry.worst_from_square_rad), micro(geometry.worst_from_parallel_rad));
+  text +=
+      fmt::format("  out of square by up to {} urad, out of parallel by up to {} urad\n",
+                  micro(geometry.worst_from_square_rad), micro(geometry.worst_from_parallel_rad));
   text += fmt::format("\nInstruments\n  {:<20}{:>12}{:>12}{:>20}{:>8}\n", "slot", "mount [mrad]",
                       "scatter", "slope [mrad]", "p");
   for (const ReferenceResult& reference : result.references) {
     const Eigen::AngleAxisd turn(reference.rotation_sensor_from_positioner);
-    text += fmt::format("  {:<20}{:>12.3f}{:>12.2e}{:>20}{:>8}\n", reference.slot.substr(0, 19),
-                        1e3 * std::abs(turn.angle()), reference.residual_sd,
-                        fmt::format("{:.3f}, {:.3f}", 1e3 * reference.slope.x(),
-                                    1e3 * reference.slope.y()),
-                        p_text(reference.p_value));
+    text += fmt::format(
+        "  {:<20}{:>12.3f}{:>12.2e}{:>20}{:>8}\n", reference.slot.substr(0, 19),
+        1e3 * std::abs(turn.angle()), reference.residual_sd,
+        fmt::format("{:.3f}, {:.3f}", 1e3 * reference.slope.x(), 1e3 * reference.slope.y()),
+        p_text(reference.p_value));
   }
   if (std::isfinite(result.p_value)) {
     text += fmt::format("  the instruments {} (p = {:.2g})\n",
@@ -149,14 +153,10 @@ std::string text_of(const Characterization& result) {
 }
 
 std::string json_of(const Characterization& result) {
-  Json json = {{"id", result.positioner.id()},
-               {"normal_u_rad", result.normal_u_rad},
-               {"noise_rad", result.noise_rad},
-               {"transferred_rad", result.transferred_rad},
-               {"p_value", result.p_value},
-               {"consistent", result.consistent},
-               {"suspect", result.suspect},
-               {"references", Json::array()},
+  Json json = {{"id", result.positioner.id()},  {"normal_u_rad", result.normal_u_rad},
+               {"noise_rad", result.noise_rad}, {"transferred_rad", result.transferred_rad},
+               {"p_value", result.p_value},     {"consistent", result.consistent},
+               {"suspect", result.suspect},     {"references", Json::array()},
                {"repeatability", Json::array()}};
   for (const ReferenceResult& reference : result.references) {
     json["references"].push_back(
@@ -227,8 +227,8 @@ int run(const CharacterizeCommand& command) {
   if (!result.consistent) {
     const std::string what =
         result.suspect.empty()
-            ? "warning: the two instruments disagree about the cube (p = " + p_text(result.p_value) +
-                  "); a third would tell which one is wrong"
+            ? "warning: the two instruments disagree about the cube (p = " +
+                  p_text(result.p_value) + "); a third would tell which one is wrong"
             : "warning: slot " + result.suspect +
                   " disagrees with the others about the cube (p = " + p_text(result.p_value) +
                   "); calibrate that instrument again, or leave it out with --leave-out " +

@@ -56,8 +56,9 @@ void add_experiment_options(CLI::App& app, ExperimentOptions& options) {
 }
 
 void add_sheet_options(CLI::App& app, SheetOptions& options) {
-  app.add_option("--design", options.design, "6, 12 (default) or 24 points, or a file of points")
-      ->type_name("6|12|24|FILE");
+  app.add_option("--design", options.design,
+                 "6, 12 (default) or 24 points, the N of the 24 that determine most, or a file")
+      ->type_name("6|12|24|optimal:N|FILE");
   app.add_option("--replicates", options.replicates, "how often the whole design is taken; 1")
       ->type_name("N");
   app.add_option("--seed", options.seed, "of the random order; 1")->type_name("S");
@@ -160,10 +161,41 @@ Command parse_command_line(std::vector<std::string> arguments) {
   apply_app->add_flag("--force", apply.force, "use a refused record");
 
   PlanCommand plan;
-  CLI::App* plan_app = app.add_subcommand("plan", "a run sheet in random order");
-  plan_app->footer("Example: axiscal plan --replicates 2 --seed 7 -o sheet.csv");
+  CLI::App* plan_app =
+      app.add_subcommand("plan", "a run sheet in random order, and what it will reach");
+  plan_app->footer(
+      "Example: axiscal plan --noise 1e-4 --want-angle-deg 0.005 --seed 7 -o sheet.csv --page "
+      "sheet.html\n"
+      "Without -o the sheet goes to stdout and the forecast to stderr.");
+  plan_app->add_option("experiment", plan.experiment, "instrument, field, cube and method (.json)")
+      ->type_name("EXPERIMENT");
   add_sheet_options(*plan_app, plan.sheet);
-  add_output(*plan_app, plan.output);
+  const auto add_plan = [plan_app](const char* group, const char* name,
+                                   std::optional<std::string>& value, const char* type,
+                                   const char* help) {
+    plan_app->add_option(name, value, help)->type_name(type)->group(group);
+  };
+  add_plan("Forecast", "--noise", plan.noise, "SD", "sd of one sample, in the readings' unit");
+  add_plan("Forecast", "--samples", plan.samples, "N", "averaged at each point; 1");
+  add_plan("Forecast", "--want-angle-deg", plan.want_angle, "U",
+           "standard uncertainty wanted of an angle: takes as many replicates as it needs");
+  add_plan("Forecast", "--sensitivity", plan.sensitivity, "S", "of each axis, nominal; 1");
+  add_plan("Forecast", "--method", plan.method, "METHOD", "paired, joint or known; by the design");
+  add_plan("Forecast", "--positioner", plan.positioner, "FILE", "the cube; the nominal one");
+  add_plan("Forecast", "--positioner-u", plan.positioner_u, "RAD",
+           "standard uncertainty of each face normal, besides the positioner's covariance");
+  add_plan("Forecast", "--level-u", plan.level_u, "RAD",
+           "known: standard uncertainty of the table's slope along x and y");
+  add_plan("Forecast", "--slope", plan.slope, "X,Y", "of the table, expected; 0,0");
+  add_plan(
+      "Tolerances", "--tolerances", plan.tolerances, "NAME=SD,..",
+      "errors by how the cube is made: foot_height_m, ball_radius_m, squareness_rad, fence_rad");
+  add_plan("Tolerances", "--trials", plan.trials, "N", "cubes simulated; 1000");
+  plan_app->add_option("--page", plan.page, "the run sheet as a page to print")
+      ->type_name("SHEET.html");
+  plan_app->add_option("-o,--output", plan.output, "the run sheet (CSV); stdout")
+      ->type_name("FILE");
+  plan_app->add_flag("--json", plan.json, "print the forecast as JSON");
 
   SimulateCommand simulate;
   CLI::App* simulate_app = app.add_subcommand("simulate", "observations from a known truth");
@@ -184,9 +216,11 @@ Command parse_command_line(std::vector<std::string> arguments) {
       ->add_option("--fence-azimuth", simulate.fence_azimuth,
                    "of the table's y axis; turns the field of the truth")
       ->type_name("DEG");
-  simulate_app->add_option("--positioner", simulate.positioner, "cube: feet or normals, fence, mounts")
+  simulate_app
+      ->add_option("--positioner", simulate.positioner, "cube: feet or normals, fence, mounts")
       ->type_name("FILE");
-  simulate_app->add_option("--slot", simulate.slot, "mount of the positioner that holds the instrument")
+  simulate_app
+      ->add_option("--slot", simulate.slot, "mount of the positioner that holds the instrument")
       ->type_name("NAME");
   simulate_app->add_option("--assembly", simulate.assembly, "mounts of the slots, as by calibrate")
       ->type_name("parallel|h|h:y");
@@ -204,7 +238,8 @@ Command parse_command_line(std::vector<std::string> arguments) {
       ->add_option("--adjusters", level.adjusters,
                    "where the table stands [m], frame table; the positioner's")
       ->type_name("X,Y;..");
-  level_app->add_option("--thread-pitch", level.thread_pitch, "what a turn raises; the positioner's")
+  level_app
+      ->add_option("--thread-pitch", level.thread_pitch, "what a turn raises; the positioner's")
       ->type_name("M");
   level_app->add_flag("--json", level.json, "print JSON instead of a table");
 
@@ -226,11 +261,13 @@ Command parse_command_line(std::vector<std::string> arguments) {
   characterize_app->add_option("--id", characterize.id, "name of the cube")
       ->required()
       ->type_name("NAME");
-  characterize_app->add_option("-o,--output", characterize.output, "the positioner (JSON); - is stdout")
+  characterize_app
+      ->add_option("-o,--output", characterize.output, "the positioner (JSON); - is stdout")
       ->required()
       ->type_name("FILE");
   characterize_app
-      ->add_option("--drawing", characterize.drawing, "the cube as drawn: its feet make seats exact")
+      ->add_option("--drawing", characterize.drawing,
+                   "the cube as drawn: its feet make seats exact")
       ->type_name("FILE");
   characterize_app
       ->add_option("--level-by", characterize.level_by,

@@ -52,8 +52,12 @@ struct SheetOptions {
 };
 
 struct PlanCommand {
+  std::optional<std::string> experiment;  ///< a file that describes what is planned
   SheetOptions sheet;
-  std::string output = "-";
+  std::optional<std::string> noise, samples, want_angle, sensitivity, method, positioner;
+  std::optional<std::string> positioner_u, level_u, slope, page, tolerances, trials;
+  std::optional<std::string> output;
+  bool json = false;
 };
 
 struct SimulateCommand {
@@ -83,9 +87,13 @@ struct ShowText {
   std::string text;
 };
 
-using Command =
-    std::variant<ShowText, CalibrateCommand, ApplyCommand, PlanCommand, SimulateCommand, LevelCommand,
-                 CharacterizeCommand>;
+using Command = std::variant<ShowText,
+                             CalibrateCommand,
+                             ApplyCommand,
+                             PlanCommand,
+                             SimulateCommand,
+                             LevelCommand,
+                             CharacterizeCommand>;
 
 /// @throws UsageError  for an unknown subcommand, option or value, or one that is missing.
 [[nodiscard]] Command parse_command_line(std::vector<std::string> arguments);

@@ -9,6 +9,7 @@
 #include <sys/types.h>
 #include <system_error>
 
+#include "axiscal/calib/design_quality.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal::cli {
@@ -76,28 +77,43 @@ std::uint64_t seed_of(const SheetOptions& options) {
   return seed;
 }
 
-std::vector<RunSheetRow> make_sheet(const SheetOptions& options) {
+int replicates_of(const SheetOptions& options) {
   constexpr int most_replicates = 100000;
-  int replicates = 1;
-  if (options.replicates) {
-    replicates = parse_integer(*options.replicates).value_or(0);
-    if (replicates < 1 || replicates > most_replicates) {
-      throw UsageError("--replicates: '" + *options.replicates +
-                       "' is not a whole number from 1 to 100000");
-    }
+  if (!options.replicates) {
+    return 1;
   }
-  const std::uint64_t seed = seed_of(options);
-  std::vector<DesignEntry> design;
+  const int replicates = parse_integer(*options.replicates).value_or(0);
+  if (replicates < 1 || replicates > most_replicates) {
+    throw UsageError("--replicates: '" + *options.replicates +
+                     "' is not a whole number from 1 to 100000");
+  }
+  return replicates;
+}
+
+std::vector<DesignEntry> design_of(const SheetOptions& options) {
+  constexpr std::string_view optimal = "optimal:";
   if (options.design == "6" || options.design == "12" || options.design == "24") {
-    design = standard_design(*parse_integer(options.design));
-  } else if (parse_number(options.design)) {
-    throw UsageError("--design: the designs have 6, 12 or 24 points, not " + options.design);
-  } else {
-    InputFile file(options.design);
-    CsvReader csv = csv_reader_of(file);
-    design = read_design(csv);
+    return standard_design(*parse_integer(options.design));
   }
-  return make_run_sheet(design, replicates, seed);
+  if (options.design.starts_with(optimal)) {
+    const std::optional<int> points = parse_integer(options.design.substr(optimal.size()));
+    if (!points || *points < 4 || *points > 24) {
+      throw UsageError("--design: '" + options.design + "' must be optimal:N, N from 4 to 24");
+    }
+    return optimal_design(*points, Eigen::Vector3d::UnitZ(), seed_of(options)).design;
+  }
+  if (parse_number(options.design)) {
+    throw UsageError("--design: the designs have 6, 12 or 24 points, not " + options.design);
+  }
+  InputFile file(options.design);
+  CsvReader csv = csv_reader_of(file);
+  return read_design(csv);
+}
+
+std::vector<RunSheetRow> make_sheet(const SheetOptions& options) {
+  const int replicates = replicates_of(options);
+  const std::uint64_t seed = seed_of(options);
+  return make_run_sheet(design_of(options), replicates, seed);
 }
 
 }  // namespace axiscal::cli

@@ -33,6 +33,12 @@ struct ObservationsFile {
 /// @throws UsageError  if both are one file.
 void forbid_overwriting(const std::string& output, const std::string& input);
 
+/// The design that the options ask for: one replicate.
+[[nodiscard]] std::vector<DesignEntry> design_of(const SheetOptions& options);
+
+/// @return the replicates of the options, 1 by default.
+[[nodiscard]] int replicates_of(const SheetOptions& options);
+
 /// The run sheet that the options ask for.
 [[nodiscard]] std::vector<RunSheetRow> make_sheet(const SheetOptions& options);
 

@@ -51,8 +51,7 @@ std::vector<Calibration> calibrations_of(const LevelCommand& command, Surface& s
   }
   const Experiment experiment = make_experiment(command.experiment);
   surface = experiment.positioner.surface();
-  return calibrate_run(experiment, read_run(experiment),
-                       command.experiment.assembly.value_or(""));
+  return calibrate_run(experiment, read_run(experiment), command.experiment.assembly.value_or(""));
 }
 
 // Of several blocks the last: the table may have been moved before it. Of several slots all.
@@ -63,7 +62,8 @@ Slope slope_of(const Calibration& calibration) {
   }
   if (!calibration.levelness) {
     throw RefusedError(
-        "level: no reading has its opposite (same rest face, opposite fence face), so nothing shows "
+        "level: no reading has its opposite (same rest face, opposite fence face), so nothing "
+        "shows "
         "the table's slope; take each face turned round as well");
   }
   const Levelness& levelness = *calibration.levelness;
@@ -74,7 +74,8 @@ Slope slope_of(const Calibration& calibration) {
   }
   if (levelness.combined) {
     const CombinedLevelness& all = *levelness.combined;
-    return {.value = {all.x, all.y}, .standard_error = {all.standard_error_x, all.standard_error_y}};
+    return {.value = {all.x, all.y},
+            .standard_error = {all.standard_error_x, all.standard_error_y}};
   }
   return {.value = {levelness.mean_x, levelness.mean_y},
           .standard_error = {levelness.standard_error_x, levelness.standard_error_y}};
@@ -93,7 +94,8 @@ void add_options(const LevelCommand& command, Surface& surface) {
   }
   if (surface.adjusters_m.empty()) {
     throw UsageError(
-        "level: where the table's height adjusters stand is missing: --adjusters \"X,Y;X,Y;X,Y\" in "
+        "level: where the table's height adjusters stand is missing: --adjusters \"X,Y;X,Y;X,Y\" "
+        "in "
         "metres, or a positioner with a table");
   }
   try {
@@ -149,19 +151,21 @@ std::string text_of(const Slope& slope,
                         1e3 * move.position_m.y(), micro(move.raise_m), micro(move.uncertainty_m),
                         move.turns ? fmt::format("{:.3f}", *move.turns) : "-");
   }
-  text += "\n" +
-          wrapped(slope.is_level()
-                      ? "That is as level as these readings can tell; more replicates would tell more."
-                      : "Raise the adjusters so, then take the 12 readings again.",
-                  80) +
-          "\n";
+  text +=
+      "\n" +
+      wrapped(slope.is_level()
+                  ? "That is as level as these readings can tell; more replicates would tell more."
+                  : "Raise the adjusters so, then take the 12 readings again.",
+              80) +
+      "\n";
   const double lean = fence_lean_when_level(surface, slope.value);
   if (surface.kind == SurfaceKind::separate) {
-    text += wrapped(fmt::format("The fence stands by itself: once the table is level it leans by {} "
-                                "urad instead of {}; write that into the positioner's file.",
-                                micro(lean), micro(surface.fence_lean_rad)),
-                    80) +
-            "\n";
+    text +=
+        wrapped(fmt::format("The fence stands by itself: once the table is level it leans by {} "
+                            "urad instead of {}; write that into the positioner's file.",
+                            micro(lean), micro(surface.fence_lean_rad)),
+                80) +
+        "\n";
   }
   return text;
 }
@@ -184,9 +188,9 @@ int run(const LevelCommand& command) {
   const Slope slope = slope_of(calibration);
   const Eigen::Matrix2d covariance = slope.standard_error.cwiseAbs2().asDiagonal();
   const std::vector<AdjusterMove> moves = level_table(slope.value, covariance, surface);
-  write_whole_file("-", command.json ? level_json(slope, moves,
-                                                  fence_lean_when_level(surface, slope.value))
-                                     : text_of(slope, moves, surface));
+  write_whole_file("-", command.json
+                            ? level_json(slope, moves, fence_lean_when_level(surface, slope.value))
+                            : text_of(slope, moves, surface));
   return 0;
 }
 

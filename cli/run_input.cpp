@@ -79,7 +79,8 @@ std::vector<Calibration> calibrate_run(Experiment experiment,
     experiment.instrument.serial = run.serial;
   }
   if (!assembly.empty()) {
-    experiment.positioner = experiment.positioner.with_mounts(mounts_of_assembly(assembly, run.slots));
+    experiment.positioner =
+        experiment.positioner.with_mounts(mounts_of_assembly(assembly, run.slots));
   }
   const std::vector<Mount>& mounts = experiment.positioner.mounts();
   std::vector<Calibration> calibrations;
@@ -117,9 +118,9 @@ std::vector<Calibration> calibrate_run(Experiment experiment,
 void print_remarks(const std::vector<Calibration>& calibrations) {
   std::set<std::string> said;  // what all slots have in common is said once
   for (const Calibration& calibration : calibrations) {
-    const std::string slot =
-        calibrations.size() > 1 && !calibration.slot.empty() ? "slot " + calibration.slot + ": "
-                                                             : "";
+    const std::string slot = calibrations.size() > 1 && !calibration.slot.empty()
+                                 ? "slot " + calibration.slot + ": "
+                                 : "";
     for (const std::string& note : calibration.notes) {
       if (said.insert(note).second) {
         std::fprintf(stderr, "note: %s\n", note.c_str());
@@ -127,11 +128,11 @@ void print_remarks(const std::vector<Calibration>& calibrations) {
     }
     for (const CalibrationWarning& warning : calibration.warnings) {
       if (said.insert(warning.message).second) {
-        std::fprintf(stderr, "%s\n",
-                     wrapped("warning: " + (warning.code == "slot_levelness" ? "" : slot) +
-                                 warning.message,
-                             80)
-                         .c_str());
+        std::fprintf(
+            stderr, "%s\n",
+            wrapped("warning: " + (warning.code == "slot_levelness" ? "" : slot) + warning.message,
+                    80)
+                .c_str());
       }
     }
   }

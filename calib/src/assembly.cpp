@@ -53,14 +53,15 @@ void warn_of_disagreement(Calibration& calibration, const CombinedLevelness& com
   calibration.warnings.push_back(
       {.code = "slot_levelness",
        .runs = {},
-       .message = combined.suspect.empty()
-                      ? "slots " + joined(combined.slots) +
-                            " stand on one table but disagree about its slope (p = " + p +
-                            "); one mount's rotation is wrong, or an instrument is loose"
-                      : "slot " + combined.suspect +
-                            " disagrees with the other slots about the slope of the table that all "
-                            "stand on (p = " + p +
-                            "); look at its mount's rotation, and whether the instrument is loose"});
+       .message =
+           combined.suspect.empty()
+               ? "slots " + joined(combined.slots) +
+                     " stand on one table but disagree about its slope (p = " + p +
+                     "); one mount's rotation is wrong, or an instrument is loose"
+               : "slot " + combined.suspect +
+                     " disagrees with the other slots about the slope of the table that all "
+                     "stand on (p = " +
+                     p + "); look at its mount's rotation, and whether the instrument is loose"});
   if (calibration.status == "ok") {
     calibration.status = "warning";
   }
@@ -77,9 +78,8 @@ std::vector<SlotObservations> split_by_slot(const Observations& all,
   const Eigen::Index m = all.response.cols() / count;
   std::vector<SlotObservations> parts;
   for (Eigen::Index s = 0; s < count; ++s) {
-    SlotObservations& part =
-        parts.emplace_back(SlotObservations{.slot = slots[static_cast<std::size_t>(s)],
-                                            .observations = all});
+    SlotObservations& part = parts.emplace_back(
+        SlotObservations{.slot = slots[static_cast<std::size_t>(s)], .observations = all});
     part.observations.response = all.response.middleCols(s * m, m);
     if (all.response_sd) {
       part.observations.response_sd = all.response_sd->middleCols(s * m, m);
@@ -103,8 +103,8 @@ Eigen::Matrix3d mount_rotation(const Positioner& positioner, const std::string& 
   for (const Mount& mount : mounts) {
     names.push_back(mount.slot);
   }
-  throw SetupError("the positioner has no mount for slot '" + slot + "'; its slots: " +
-                   joined(names));
+  throw SetupError("the positioner has no mount for slot '" + slot +
+                   "'; its slots: " + joined(names));
 }
 
 CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots) {
@@ -167,8 +167,7 @@ std::vector<Calibration> calibrate_assembly(const Experiment& experiment,
     }
   }
   // Where each block has its own levelness there is no common mean to compare.
-  if (levelness.size() == slots.size() && slots.size() > 1 &&
-      experiment.level_by == LevelBy::run) {
+  if (levelness.size() == slots.size() && slots.size() > 1 && experiment.level_by == LevelBy::run) {
     const CombinedLevelness combined = combine_levelness(levelness);
     for (Calibration& calibration : calibrations) {
       calibration.levelness->combined = combined;

@@ -369,7 +369,8 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   calibration.left_out = experiment.leave_out;
   if (method == Method::known && experiment.level_by == LevelBy::block) {
     throw SetupError(
-        "method known takes the field as given and estimates no levelness; level by block goes with "
+        "method known takes the field as given and estimates no levelness; level by block goes "
+        "with "
         "paired and joint");
   }
   const double stated = calibration.field.magnitude;

@@ -33,7 +33,8 @@ void check(const std::vector<Reference>& references) {
     const Calibration& calibration = reference.calibration;
     const std::string slot = "slot " + reference.slot + ": ";
     if (calibration.response.bias.size() < 3) {
-      throw RefusedError(slot + "the instrument has fewer than three axes; it cannot measure a cube");
+      throw RefusedError(slot +
+                         "the instrument has fewer than three axes; it cannot measure a cube");
     }
     if (reference.observations.response.cols() != calibration.response.bias.size()) {
       throw DomainError(slot + "the readings and the record have different numbers of axes");
@@ -121,16 +122,16 @@ std::vector<SolidReference> solid_references(const std::vector<Reference>& refer
     }
     const std::size_t instrument =
         instruments.emplace(reference.instrument, instruments.size()).first->second;
-    SolidReference& own =
-        solid.emplace_back(SolidReference{.slot = reference.slot,
-                                          .readings = reference.observations.readings,
-                                          .response = reference.observations.response,
-                                          .calibrated = reference.calibration.response,
-                                          .covariance = calibration_covariance(reference.calibration),
-                                          .calibration_dof = calibration_dof(reference.calibration),
-                                          .F = reference.calibration.field.magnitude,
-                                          .instrument = instrument,
-                                          .levels = {}});
+    SolidReference& own = solid.emplace_back(
+        SolidReference{.slot = reference.slot,
+                       .readings = reference.observations.readings,
+                       .response = reference.observations.response,
+                       .calibrated = reference.calibration.response,
+                       .covariance = calibration_covariance(reference.calibration),
+                       .calibration_dof = calibration_dof(reference.calibration),
+                       .F = reference.calibration.field.magnitude,
+                       .instrument = instrument,
+                       .levels = {}});
     std::map<int, std::size_t> blocks;
     for (const Reading& reading : own.readings) {
       const int block = options.level_by == LevelBy::block ? reading.block : 1;
@@ -163,11 +164,10 @@ double p_of_difference(const SolidSolution& one, const SolidSolution& others) {
   const Eigen::Matrix<double, 9, 1> d = others.basis.transpose() * difference;
   // Both covariances in one basis: they differ by what the normals differ.
   const Eigen::Matrix<double, 9, 9> to = others.basis.transpose() * one.basis;
-  const Eigen::Matrix<double, 9, 9> V = to * (one.noise + one.handed_on) * to.transpose() +
-                                        others.noise + others.handed_on;
+  const Eigen::Matrix<double, 9, 9> V =
+      to * (one.noise + one.handed_on) * to.transpose() + others.noise + others.handed_on;
   const double rounding = 1e-26;
-  const double Q =
-      d.dot((V + rounding * Eigen::Matrix<double, 9, 9>::Identity()).ldlt().solve(d));
+  const double Q = d.dot((V + rounding * Eigen::Matrix<double, 9, 9>::Identity()).ldlt().solve(d));
   const double dof = effective_dof({{one.noise.trace(), one.degrees_of_freedom},
                                     {one.handed_on.trace(), one.calibration_dof},
                                     {others.noise.trace(), others.degrees_of_freedom},
@@ -213,9 +213,8 @@ void compare_instruments(const std::vector<SolidReference>& references,
     try {
       require_faces(own);
       require_faces(others);
-      p = p_of_difference(
-          SolidFit(own, options.drawing, options.free_bias_and_scale).solve(),
-          SolidFit(others, options.drawing, options.free_bias_and_scale).solve());
+      p = p_of_difference(SolidFit(own, options.drawing, options.free_bias_and_scale).solve(),
+                          SolidFit(others, options.drawing, options.free_bias_and_scale).solve());
     } catch (const RefusedError&) {
       continue;  // an instrument that did not take all faces cannot be compared
     }
@@ -327,32 +326,29 @@ Characterization characterize(const std::vector<Reference>& references,
   result.transferred_rad = std::sqrt(solution.handed_on.trace() / 18.0);
   result.normal_u_rad = std::sqrt(total.trace() / 18.0);
   std::vector<std::string> instruments;
-  PositionerDescription description =
-      fit.positioner_of(solution.state.normals).description();
+  PositionerDescription description = fit.positioner_of(solution.state.normals).description();
   description.id = options.id;
   description.created = timestamp_now();
   description.software = software_name();
-  const NormalCovariance covariance =
-      solution.basis * total * solution.basis.transpose();
+  const NormalCovariance covariance = solution.basis * total * solution.basis.transpose();
   description.normal_covariance = 0.5 * (covariance + covariance.transpose());
   description.mounts.clear();
   bool all_have_covariance = true;
   for (std::size_t k = 0; k < solid.size(); ++k) {
-    const auto reference = std::find_if(
-        references.begin(), references.end(),
-        [&](const Reference& one) { return one.slot == solid[k].slot; });
+    const auto reference =
+        std::find_if(references.begin(), references.end(),
+                     [&](const Reference& one) { return one.slot == solid[k].slot; });
     instruments.push_back(reference->instrument);
     all_have_covariance = all_have_covariance && !solid[k].covariance.isZero(0.0);
     Eigen::Vector2d slope = Eigen::Vector2d::Zero();
     for (const Eigen::Vector3d& field : solution.state.fields[k]) {
       slope += field.head<2>() / (solid[k].F * static_cast<double>(solid[k].level_count));
     }
-    result.references.push_back(
-        {.slot = solid[k].slot,
-         .rotation_sensor_from_positioner = solution.state.mounts[k],
-         .mount_se_rad = solution.mount_noise[k].diagonal().cwiseSqrt(),
-         .residual_sd = solution.sigma[k],
-         .slope = slope});
+    result.references.push_back({.slot = solid[k].slot,
+                                 .rotation_sensor_from_positioner = solution.state.mounts[k],
+                                 .mount_se_rad = solution.mount_noise[k].diagonal().cwiseSqrt(),
+                                 .residual_sd = solution.sigma[k],
+                                 .slope = slope});
     description.mounts.push_back(
         {.slot = solid[k].slot, .rotation_sensor_from_positioner = solution.state.mounts[k]});
     description.from.push_back({.slot = solid[k].slot, .record = reference->instrument});
@@ -366,10 +362,10 @@ Characterization characterize(const std::vector<Reference>& references,
       }
     }
   }
-  description.notes.push_back(
-      "standard uncertainty of a normal's component " + micro(result.normal_u_rad) +
-      " urad: " + micro(result.noise_rad) + " by the readings' scatter, " +
-      micro(result.transferred_rad) + " handed on by the instruments' own calibrations");
+  description.notes.push_back("standard uncertainty of a normal's component " +
+                              micro(result.normal_u_rad) + " urad: " + micro(result.noise_rad) +
+                              " by the readings' scatter, " + micro(result.transferred_rad) +
+                              " handed on by the instruments' own calibrations");
   description.notes.emplace_back(
       "an error that all instruments share (calibrated in one cube, by one method) is handed on "
       "whole, and is not in the covariance");

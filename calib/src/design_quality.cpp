@@ -102,12 +102,13 @@ DesignQuality assess_design(const std::vector<DesignEntry>& design,
   x << 1.0, quality.worst_direction;
   quality.largest_prediction_variance = x.dot(C * x);
   quality.g_efficiency = 4.0 / (n * quality.largest_prediction_variance);
-  quality.variance_inflation =
-      variance_inflation(X, Eigen::VectorXd::Ones(X.rows()), C).tail<3>();
+  quality.variance_inflation = variance_inflation(X, Eigen::VectorXd::Ones(X.rows()), C).tail<3>();
   return quality;
 }
 
-OptimalDesign optimal_design(int points, const Eigen::Vector3d& field_in_table, std::uint64_t seed) {
+OptimalDesign optimal_design(int points,
+                             const Eigen::Vector3d& field_in_table,
+                             std::uint64_t seed) {
   const std::vector<DesignEntry> candidates = standard_design(24);
   if (points < 4 || points > static_cast<int>(candidates.size())) {
     throw DomainError("optimal_design: 4 to 24 points, not " + std::to_string(points));

@@ -142,10 +142,11 @@ Enum choice(const JsonValue& value,
 Experiment parse_experiment(std::string_view text, const std::string& path) {
   const JsonValue json = parse_json(text, path);
   json.require_format("axiscal-experiment");
-  check_keys(json,
-             {"format", "version", "observations", "instrument", "field", "site", "table",
-              "positioner", "slot", "method", "weights", "robust", "leave_out", "level_by", "temperature"},
-             {"also", "from", "shape", "limits"});
+  check_keys(
+      json,
+      {"format", "version", "observations", "instrument", "field", "site", "table", "positioner",
+       "slot", "method", "weights", "robust", "leave_out", "level_by", "temperature"},
+      {"also", "from", "shape", "limits"});
   Experiment experiment;
   with(json, "observations", [&](const JsonValue& files) {
     const std::vector<std::string> names =

@@ -36,8 +36,8 @@ std::vector<RunSheetRow> sheet_of(const std::vector<DesignEntry>& design) {
 Eigen::VectorXd readings_of(const ForecastSetup& setup,
                             const Positioner& positioner,
                             const Eigen::Vector2d& slope) {
-  const Observations observations = simulate(setup.nominal, sheet_of(setup.design),
-                                             {.slope = slope, .positioner = positioner});
+  const Observations observations =
+      simulate(setup.nominal, sheet_of(setup.design), {.slope = slope, .positioner = positioner});
   return observations.response.reshaped();
 }
 
@@ -75,9 +75,8 @@ Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& X) {
 LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
   const Eigen::Index m = set.axis_count();
   const double F = setup.nominal.field.magnitude;
-  const Eigen::Vector3d field =
-      rotation_sloping_from_level(setup.slope) *
-      setup.nominal.field.in_table.value_or(Eigen::Vector3d(0.0, 0.0, F));
+  const Eigen::Vector3d field = rotation_sloping_from_level(setup.slope) *
+                                setup.nominal.field.in_table.value_or(Eigen::Vector3d(0.0, 0.0, F));
   const auto row_for = [&](const DesignPoint& point) {
     Eigen::RowVector4d row;
     row << 1.0, (set.orientation(point) * field).transpose();
@@ -103,8 +102,7 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
   map.degrees_of_freedom = Eigen::VectorXd::Constant(m, static_cast<double>(set.size()));
   require_determined(set, field_design(set, {field}), row_for);
   if (setup.method == Method::known) {
-    map.coefficients_from_readings =
-        for_each_axis(pseudo_inverse(field_design(set, {field})), m);
+    map.coefficients_from_readings = for_each_axis(pseudo_inverse(field_design(set, {field})), m);
     return map;
   }
   const JointFit fit(set, set.weights);
@@ -131,8 +129,8 @@ Eigen::MatrixXd positioner_part(const ForecastSetup& setup, const Eigen::MatrixX
   for (const Face face : all_faces) {
     const Eigen::Vector3d& n = setup.positioner.normal(face);
     const Eigen::Index at = 3 * static_cast<Eigen::Index>(face);
-    C.block<3, 3>(at, at) += setup.normal_u_rad * setup.normal_u_rad *
-                             (Eigen::Matrix3d::Identity() - n * n.transpose());
+    C.block<3, 3>(at, at) +=
+        setup.normal_u_rad * setup.normal_u_rad * (Eigen::Matrix3d::Identity() - n * n.transpose());
   }
   if (C.isZero(0.0)) {
     return Eigen::MatrixXd::Zero(map.rows(), map.rows());
@@ -201,7 +199,8 @@ Forecast forecast(const ForecastSetup& setup) {
   if (!(setup.noise_sd >= 0.0) || !std::isfinite(setup.noise_sd) || setup.replicates < 1 ||
       setup.samples < 1 || !(setup.normal_u_rad >= 0.0) || !(setup.level_u_rad >= 0.0)) {
     throw DomainError(
-        "forecast: noise and uncertainties must not be negative, replicates and samples at least 1");
+        "forecast: noise and uncertainties must not be negative, replicates and samples at least "
+        "1");
   }
   const ReadingSet set = reading_set(setup);
   const LinearMap map = linear_map(setup, set);
@@ -210,8 +209,7 @@ Forecast forecast(const ForecastSetup& setup) {
   return {.noise = setup.noise_sd * setup.noise_sd / averaged * L * L.transpose(),
           .positioner = positioner_part(setup, L),
           .level = level_part(setup, L),
-          .degrees_of_freedom =
-              setup.replicates * map.degrees_of_freedom.array() - map.parameters,
+          .degrees_of_freedom = setup.replicates * map.degrees_of_freedom.array() - map.parameters,
           .response = setup.nominal.response,
           .magnitude = setup.nominal.field.magnitude};
 }
@@ -252,8 +250,8 @@ double largest_angle_uncertainty(const Forecast& forecast, const Eigen::MatrixXd
         field_covariance(forecast, inverse, covariance, forecast.magnitude * u);
     const Eigen::Matrix<double, 3, 2> T = tangents_of(u);
     const Eigen::Matrix2d tangential = T.transpose() * C * T;
-    largest = std::max(
-        largest, Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(tangential).eigenvalues()(1));
+    largest = std::max(largest,
+                       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(tangential).eigenvalues()(1));
   }
   return std::sqrt(largest) / forecast.magnitude;
 }

@@ -52,7 +52,9 @@ double pooled_scatter(const ReadingSet& set, const JointState& state, double dof
 }
 
 // The axes' noise is not known: weights are iterated from equal ones.
-Solution solve(const ReadingSet& set, const JointFit& fit, const std::vector<Eigen::Vector3d>& start) {
+Solution solve(const ReadingSet& set,
+               const JointFit& fit,
+               const std::vector<Eigen::Vector3d>& start) {
   Eigen::VectorXd sigma = Eigen::VectorXd::Ones(set.axis_count());
   JointState state = fit.converged(start, sigma);
   const DirectionShares unscaled = fit.shares(state, sigma);
@@ -344,7 +346,8 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Sol
 // The directions that follow linearly; (S, f) and (-S, -f) fit alike, and the given one decides. A
 // levelness with too few readings of its own starts from that of all readings.
 std::vector<Eigen::Vector3d> start_fields(const ReadingSet& set, const Eigen::Vector3d& given) {
-  const auto directed = [&](const std::vector<Eigen::Index>& rows) -> std::optional<Eigen::Vector3d> {
+  const auto directed =
+      [&](const std::vector<Eigen::Index>& rows) -> std::optional<Eigen::Vector3d> {
     const std::optional<Eigen::Vector3d> direction = linear_direction(set, rows);
     return direction ? std::optional<Eigen::Vector3d>(
                            std::copysign(given.norm(), direction->dot(given)) * *direction)

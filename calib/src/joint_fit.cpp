@@ -10,8 +10,7 @@
 namespace axiscal {
 
 JointState JointFit::at(const std::vector<Eigen::Vector3d>& fields) const {
-  JointState state{
-      .fields = fields, .tangents = {}, .X = field_design(set_, fields), .axes = {}};
+  JointState state{.fields = fields, .tangents = {}, .X = field_design(set_, fields), .axes = {}};
   const Eigen::Index directions = state.direction_count();
   std::vector<Eigen::Vector3d> along_first;
   std::vector<Eigen::Vector3d> along_second;

@@ -17,10 +17,10 @@ namespace axiscal {
 struct JointAxis {
   std::shared_ptr<const LeastSquaresDesign> design;
   Eigen::VectorXd root_weights;
-  Eigen::Vector4d estimate;                          // b, S
-  Eigen::VectorXd residuals;                         // weighted
-  Eigen::MatrixXd tangents;                          // n x 2B, weighted: change of the fit per radian
-  Eigen::MatrixXd projected;                         // the same without what b and S can take up
+  Eigen::Vector4d estimate;   // b, S
+  Eigen::VectorXd residuals;  // weighted
+  Eigen::MatrixXd tangents;   // n x 2B, weighted: change of the fit per radian
+  Eigen::MatrixXd projected;  // the same without what b and S can take up
   Eigen::Matrix<double, 4, Eigen::Dynamic> take_up;  // change of b and S that takes up a tangent
 };
 
@@ -37,8 +37,9 @@ struct JointState {
 
 /// What the fitted directions cost.
 struct DirectionShares {
-  Eigen::MatrixXd covariance;          // of the tangents [rad^2], 2B x 2B
-  Eigen::VectorXd degrees_of_freedom;  // per axis: readings less 4, less its share in the directions
+  Eigen::MatrixXd covariance;  // of the tangents [rad^2], 2B x 2B
+  Eigen::VectorXd
+      degrees_of_freedom;  // per axis: readings less 4, less its share in the directions
 };
 
 /// Least squares in b, S and the field's direction for each levelness (METHOD 4).

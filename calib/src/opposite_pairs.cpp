@@ -211,8 +211,9 @@ double block_p_value(const ReadingSet& set,
   if (all.rss - own.rss <= more * set.rounding() * set.rounding()) {
     return 1.0;
   }
-  return own.rss > 0.0 ? f_upper_p(((all.rss - own.rss) / more) / (own.rss / own.dof), more, own.dof)
-                       : 0.0;
+  return own.rss > 0.0
+             ? f_upper_p(((all.rss - own.rss) / more) / (own.rss / own.dof), more, own.dof)
+             : 0.0;
 }
 
 // The levelness of each block, where each has its own.

@@ -81,7 +81,8 @@ AxisData axis_data(const std::vector<PseudoObservation>& pooled,
       const double weight = pair->weights(axis);
       data.weights(i) += weight;
       data.response(i) += weight * pair->mean(axis);
-      data.design.row(i).tail<3>() += weight * pair->level * (pair->mean_rotation * fields[pair->levelness]);
+      data.design.row(i).tail<3>() +=
+          weight * pair->level * (pair->mean_rotation * fields[pair->levelness]);
     }
     data.response(i) /= data.weights(i);
     data.design.row(i).tail<3>() /= data.weights(i);
@@ -104,8 +105,7 @@ PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_tabl
       for (const auto* readings : {&pair->first, &pair->second}) {
         for (const std::size_t i : *readings) {
           paired.averaging(row, static_cast<Eigen::Index>(i)) +=
-              0.5 * pair->weights(0) /
-              (data.weights(row) * static_cast<double>(readings->size()));
+              0.5 * pair->weights(0) / (data.weights(row) * static_cast<double>(readings->size()));
         }
       }
     }

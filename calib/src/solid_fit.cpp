@@ -133,8 +133,9 @@ class Factors {
 struct SolidFit::Layout {
   Eigen::Matrix<double, 12, 9> gauge;
   Eigen::Matrix<double, 18, 12> tangents;
-  std::vector<Eigen::Index> reference;  // first column of each: mount 3, fields 2 L, bias m, scale m
-  std::vector<Eigen::Index> shift;      // by instrument
+  std::vector<Eigen::Index>
+      reference;                    // first column of each: mount 3, fields 2 L, bias m, scale m
+  std::vector<Eigen::Index> shift;  // by instrument
   std::vector<std::string> names;
   Eigen::Index columns = 0;
 };
@@ -171,8 +172,8 @@ void SolidFit::make_priors() {
   for (Prior& prior : priors_) {
     if (prior.root.cols() > 0) {
       const double nu = prior.calibration_dof > 0.0 ? prior.calibration_dof : 1e9;
-      const double taken = (nu * prior.variance + dof_of_mean_variance * mean / count) /
-                           (nu + dof_of_mean_variance);
+      const double taken =
+          (nu * prior.variance + dof_of_mean_variance * mean / count) / (nu + dof_of_mean_variance);
       prior.variance /= taken;
       prior.root /= std::sqrt(prior.variance);
     }
@@ -217,15 +218,16 @@ SolidState SolidFit::start() const {
   for (const SolidReference& reference : references_) {
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> inverse(reference.calibrated.sensitivity);
     if (inverse.rank() < 3) {
-      throw RefusedError("slot " + reference.slot +
-                         ": an instrument needs three axes in different directions to measure a cube");
+      throw RefusedError(
+          "slot " + reference.slot +
+          ": an instrument needs three axes in different directions to measure a cube");
     }
     std::map<Face, Eigen::Vector3d>& own = seen.emplace_back();
     for (std::size_t i = 0; i < reference.readings.size(); ++i) {
       const Eigen::VectorXd v = reference.response.row(static_cast<Eigen::Index>(i));
       const Eigen::Vector3d up = inverse.solve(v - reference.calibrated.bias);
-      own.try_emplace(reference.readings[i].point->rest(), Eigen::Vector3d::Zero())
-          .first->second -= reference.readings[i].level * up;
+      own.try_emplace(reference.readings[i].point->rest(), Eigen::Vector3d::Zero()).first->second -=
+          reference.readings[i].level * up;
     }
     for (auto& [face, normal] : own) {
       normal.normalize();
@@ -304,9 +306,9 @@ Eigen::VectorXd SolidFit::residuals(const SolidState& state,
     for (std::size_t i = 0; i < reference.readings.size(); ++i) {
       const Reading& reading = reference.readings[i];
       const Eigen::VectorXd fit = response.at(
-          reading.level * (state.mounts[k] *
-                           (cube.rotation_table_from_positioner(*reading.point).transpose() *
-                            state.fields[k][reference.levels[i]])));
+          reading.level *
+          (state.mounts[k] * (cube.rotation_table_from_positioner(*reading.point).transpose() *
+                              state.fields[k][reference.levels[i]])));
       for (Eigen::Index axis = 0; axis < fit.size(); ++axis) {
         const double unit = reference.calibrated.sensitivity.row(axis).norm() * sigma[k];
         all.push_back((reference.response(static_cast<Eigen::Index>(i), axis) - fit(axis)) / unit);
@@ -472,8 +474,8 @@ void SolidFit::describe(const Layout& layout,
     const Eigen::MatrixXd P = C.block(0, layout.shift[instrument], 9, prior.root.cols());
     const Eigen::Matrix<double, 9, 9> part = prior.variance * P * P.transpose();
     solution.handed_on += part;
-    over_dof += prior.calibration_dof > 0.0 ? part.trace() * part.trace() / prior.calibration_dof
-                                            : 0.0;
+    over_dof +=
+        prior.calibration_dof > 0.0 ? part.trace() * part.trace() / prior.calibration_dof : 0.0;
   }
   const double trace = solution.handed_on.trace();
   solution.calibration_dof = over_dof > 0.0 ? trace * trace / over_dof : 0.0;
@@ -489,8 +491,7 @@ SolidSolution SolidFit::solve() const {
     Layout layout = this->layout(state);
     Eigen::MatrixXd J = jacobian(state, layout, solution.sigma);
     for (int round = 0; round < 20; ++round) {
-      const Eigen::VectorXd step =
-          Factors(J, layout.names).step(residuals(state, solution.sigma));
+      const Eigen::VectorXd step = Factors(J, layout.names).step(residuals(state, solution.sigma));
       move(state, layout, step);
       layout = this->layout(state);
       J = jacobian(state, layout, solution.sigma);

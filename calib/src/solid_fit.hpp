@@ -41,19 +41,19 @@ struct SolidSolution {
   SolidState state;
   std::vector<double> sigma;  // of a reading, by reference [field unit]
   double degrees_of_freedom = 0.0;
-  double calibration_dof = 0.0;                 // effective, of the records' part; 0: exact
-  Eigen::Matrix<double, 18, 9> basis;           // of the changes of the normals that the gauge allows
-  Eigen::Matrix<double, 9, 9> noise;            // covariance of the normals in it, by the readings
-  Eigen::Matrix<double, 9, 9> handed_on;        // by the instruments' own calibrations
-  std::vector<Eigen::Matrix3d> mount_noise;     // covariance of each mount, by the readings
+  double calibration_dof = 0.0;              // effective, of the records' part; 0: exact
+  Eigen::Matrix<double, 18, 9> basis;        // of the changes of the normals that the gauge allows
+  Eigen::Matrix<double, 9, 9> noise;         // covariance of the normals in it, by the readings
+  Eigen::Matrix<double, 9, 9> handed_on;     // by the instruments' own calibrations
+  std::vector<Eigen::Matrix3d> mount_noise;  // covariance of each mount, by the readings
 };
 
 /// Least squares of a solid positioner (METHOD 9).
 ///
 /// The errors of the records are random effects: parameters with the records' covariances as their
 /// prior, so that instruments which disagree are not taken for noisy ones (generalised least
-/// squares). Variances stated by few degrees of freedom are drawn towards their mean for the weights;
-/// the stated ones make the covariance.
+/// squares). Variances stated by few degrees of freedom are drawn towards their mean for the
+/// weights; the stated ones make the covariance.
 class SolidFit {
  public:
   /// @param references  must outlive the fit; their instruments are numbered from 0.
@@ -94,8 +94,8 @@ class SolidFit {
 
   // What is known of an instrument before: one standard deviation of its record by column.
   struct Prior {
-    Eigen::MatrixXd root;    // 4m x rank
-    double variance = 1.0;   // stated over what the weights take it for
+    Eigen::MatrixXd root;   // 4m x rank
+    double variance = 1.0;  // stated over what the weights take it for
     double calibration_dof = 0.0;
   };
   void make_priors();

@@ -74,8 +74,7 @@ Sums squares_of(const RelativeErrors& errors, const SensitivityMatrix& sensitivi
   for (Eigen::Index k = 0; k < errors.rows(); ++k) {
     scaled.row(k) = errors.row(k) * sensitivity.row(k).norm();
   }
-  const Eigen::MatrixXd inverse =
-      sensitivity.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd inverse = sensitivity.completeOrthogonalDecomposition().pseudoInverse();
   const Eigen::Vector3d e = inverse * scaled.col(0) / F;
   const Eigen::Matrix3d E = inverse * scaled.rightCols<3>();
   const double across = 2.0 / 3.0 * e.squaredNorm() + E.squaredNorm() -
@@ -93,7 +92,8 @@ CalibrationErrors errors_from(const Sums& sums, double count) {
 
 // The largest angle over attitudes between the field and what calibrated readings say of it.
 double worst_angle(const LinearResponse& found, const LinearResponse& truth, double F) {
-  const Eigen::MatrixXd inverse = found.sensitivity.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd inverse =
+      found.sensitivity.completeOrthogonalDecomposition().pseudoInverse();
   const Eigen::Vector3d e = inverse * (truth.bias - found.bias);
   const Eigen::Matrix3d E = inverse * (truth.sensitivity - found.sensitivity);
   constexpr int directions = 200;
@@ -161,8 +161,7 @@ ToleranceEffect effect_of(const ToleranceStudy& study, Method method) {
     const Positioner cube =
         random_positioner(study.drawing, study.surface, study.tolerances, random);
     const Calibration found = calibrate(
-        experiment,
-        simulate(study.nominal, sheet, {.slope = study.slope, .positioner = cube}));
+        experiment, simulate(study.nominal, sheet, {.slope = study.slope, .positioner = cube}));
     RelativeErrors relative(truth.bias.size(), 4);
     for (Eigen::Index k = 0; k < truth.bias.size(); ++k) {
       const double length = truth.sensitivity.row(k).norm();
@@ -214,7 +213,8 @@ NormalCovariance normal_covariance_of(const CubeFeet& drawing, const Tolerances&
     const Feet& feet = drawing[static_cast<std::size_t>(face)];
     const Eigen::Vector3d n = contact_plane(face, feet).normal;
     const Eigen::Matrix<double, 3, 2> T = tangents_of(n);
-    // Heights h_i over the plane's tangents (a, b): h = h_0 + g_a a + g_b b; n turns by -(g_a, g_b).
+    // Heights h_i over the plane's tangents (a, b): h = h_0 + g_a a + g_b b; n turns by -(g_a,
+    // g_b).
     Eigen::Matrix3d positions;
     for (int i = 0; i < 3; ++i) {
       positions.row(i) << 1.0,
@@ -237,9 +237,8 @@ std::vector<ToleranceEffect> study_tolerances(const ToleranceStudy& study) {
   std::vector<ToleranceEffect> effects;
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
     try {
-      static_cast<void>(forecast({.nominal = study.nominal,
-                                  .design = study.design,
-                                  .method = method}));
+      static_cast<void>(
+          forecast({.nominal = study.nominal, .design = study.design, .method = method}));
     } catch (const RefusedError&) {
       continue;  // the design does not allow this method
     }

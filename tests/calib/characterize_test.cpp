@@ -165,8 +165,8 @@ TEST(Characterize, MayHaveASlopeForEachBlock) {
   const Scene first{.noise = 0.0, .replicates = 1};
   const Scene second{.noise = 0.0, .replicates = 1, .slope = {-0.002, 0.005}, .seed = 2};
   const Eigen::Matrix3d mount = small_rotation(random, 0.01);
-  const Observations both = concatenate(
-      {read_in(cube, pair, mount, first, 0), read_in(cube, pair, mount, second, 0)});
+  const Observations both =
+      concatenate({read_in(cube, pair, mount, first, 0), read_in(cube, pair, mount, second, 0)});
   const std::vector<Reference> references = {
       {.slot = "A", .instrument = "A", .calibration = pair.record, .observations = both}};
   const Characterization by_block = characterize(references, {.level_by = LevelBy::block});
@@ -182,8 +182,12 @@ TEST(Characterize, IsBetterThanPlainAverages) {
   constexpr int trials = 40;
   for (int trial = 0; trial < trials; ++trial) {
     const FaceNormals truth = random_normals(random, 2e-3);
-    const Scene scene{.instruments = 1, .calibration_sd = 0.0, .noise = 0.0, .replicates = 1,
-                      .slope = {0.005, 0.0}, .seed = static_cast<std::uint64_t>(trial) + 1};
+    const Scene scene{.instruments = 1,
+                      .calibration_sd = 0.0,
+                      .noise = 0.0,
+                      .replicates = 1,
+                      .slope = {0.005, 0.0},
+                      .seed = static_cast<std::uint64_t>(trial) + 1};
     const std::vector<Reference> references = references_in(Positioner(truth), scene);
     by_fit += std::pow(rms_error(characterize(references).positioner, truth), 2);
     const Reference& one = references.front();
@@ -263,20 +267,21 @@ TEST_P(CharacterizeCoverage, HoldsAndReachesFiveMicroradians) {
     }
   }
   const double rms = std::sqrt(squares / trials) / urad;
-  std::printf("%s, %g urad each, %d instruments: rms %.2f urad (stated %.2f), coverage %.4f, "
-              "chi^2/9 %.3f, false alarms %d\n",
-              free ? "free" : "held", calibration_sd / urad, instruments, rms,
-              std::sqrt(stated / trials) / urad, static_cast<double>(within) / intervals,
-              chi / trials, false_alarms);
+  std::printf(
+      "%s, %g urad each, %d instruments: rms %.2f urad (stated %.2f), coverage %.4f, "
+      "chi^2/9 %.3f, false alarms %d\n",
+      free ? "free" : "held", calibration_sd / urad, instruments, rms,
+      std::sqrt(stated / trials) / urad, static_cast<double>(within) / intervals, chi / trials,
+      false_alarms);
   EXPECT_NEAR(static_cast<double>(within) / intervals, 0.95, 0.012);
   EXPECT_NEAR(rms, std::sqrt(stated / trials) / urad, 0.06 * rms);
   EXPECT_NEAR(chi / trials, 1.0, 0.09);
   EXPECT_LE(false_alarms, 6);  // 0.005 of 200 each
   if (instruments == 3) {
     EXPECT_LT(rms, 5.1);
-    // METHOD 9: 0.71 u / sqrt(K) with bias and scale free. Held by their prior they are no worse, as
-    // the readings tell them better than the records (1.23 u / sqrt(K) for records taken as exact);
-    // a slope of milliradians lets the readings tell something of the axes' angles too.
+    // METHOD 9: 0.71 u / sqrt(K) with bias and scale free. Held by their prior they are no worse,
+    // as the readings tell them better than the records (1.23 u / sqrt(K) for records taken as
+    // exact); a slope of milliradians lets the readings tell something of the axes' angles too.
     EXPECT_NEAR(rms, 0.71 * calibration_sd / urad / std::sqrt(3.0), 0.08 * rms);
   }
 }
@@ -333,9 +338,10 @@ TEST(Characterize, RefitsShowTheRepeatabilityOfTheMount) {
           {.slot = "A" + std::to_string(j),
            .instrument = "A",
            .calibration = pair.record,
-           .observations = read_in(cube, pair, mount,
-                                   {.noise = 20 * urad, .replicates = 1,
-                                    .seed = static_cast<std::uint64_t>(trial) + 1}, j)});
+           .observations = read_in(
+               cube, pair, mount,
+               {.noise = 20 * urad, .replicates = 1, .seed = static_cast<std::uint64_t>(trial) + 1},
+               j)});
     }
     const Characterization result = characterize(references);
     ASSERT_EQ(result.repeatability.size(), 1U);
@@ -360,7 +366,8 @@ TEST(Characterize, ARefitTurnedBy90DegreesDeterminesTheAnglesBetweenTheAxes) {
       Eigen::AngleAxisd(1.5707963267948966, Eigen::Vector3d::UnitX()).toRotationMatrix();
   std::vector<Reference> references;
   std::uint32_t stream = 0;
-  for (const Eigen::Matrix3d& mount : {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), about_z, about_x}) {
+  for (const Eigen::Matrix3d& mount :
+       {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), about_z, about_x}) {
     references.push_back({.slot = "A" + std::to_string(stream),
                           .instrument = "A",
                           .calibration = pair.record,
@@ -402,8 +409,7 @@ TEST(Characterize, RefusesWhatCannotBeMeasured) {
   const std::vector<Reference> good = references_in(cube, {.instruments = 1, .replicates = 1});
   const auto complaint = [](const std::vector<Reference>& references,
                             const CharacterizeOptions& options = {}) {
-    return test::complaint_of<Error>(
-        [&] { static_cast<void>(characterize(references, options)); });
+    return test::complaint_of<Error>([&] { static_cast<void>(characterize(references, options)); });
   };
   EXPECT_EQ(complaint(good), "accepted");
   EXPECT_THAT(complaint(good, {.leave_out = {"A"}}), HasSubstr("no references are left"));

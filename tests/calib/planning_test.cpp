@@ -58,9 +58,11 @@ TEST(AssessDesign, WorstDirectionIsTheMaximumOverTheSphere) {
   ASSERT_TRUE(quality.determined);
   Eigen::MatrixXd X(9, 4);
   for (int i = 0; i < 9; ++i) {
-    X.row(i) << 1.0, (Positioner().rotation_table_from_positioner(
-                                       design[static_cast<std::size_t>(i)].point).transpose() *
-                      gravity).transpose();
+    X.row(i) << 1.0, (Positioner()
+                          .rotation_table_from_positioner(design[static_cast<std::size_t>(i)].point)
+                          .transpose() *
+                      gravity)
+                         .transpose();
   }
   const Eigen::Matrix4d C = (X.transpose() * X).inverse();
   RandomStream random(1);
@@ -138,13 +140,13 @@ TEST_P(ForecastAgrees, WithSimulationWithinFivePercent) {
     }
     const Eigen::Vector2d slope = level_u * Eigen::Vector2d(random.normal(), random.normal());
     const LinearResponse found =
-        calibrate(experiment,
-                  simulate(setup.nominal,
-                           make_run_sheet(setup.design, replicates,
-                                          static_cast<std::uint64_t>(trial) + 1),
-                           {.noise_sd = setup.noise_sd, .slope = slope,
-                            .positioner = Positioner(normals),
-                            .seed = static_cast<std::uint64_t>(trial) + 1}))
+        calibrate(experiment, simulate(setup.nominal,
+                                       make_run_sheet(setup.design, replicates,
+                                                      static_cast<std::uint64_t>(trial) + 1),
+                                       {.noise_sd = setup.noise_sd,
+                                        .slope = slope,
+                                        .positioner = Positioner(normals),
+                                        .seed = static_cast<std::uint64_t>(trial) + 1}))
             .response;
     for (Eigen::Index k = 0; k < 3; ++k) {
       squares(4 * k) += std::pow(found.bias(k) - truth.bias(k), 2);
@@ -159,9 +161,9 @@ TEST_P(ForecastAgrees, WithSimulationWithinFivePercent) {
   const Eigen::VectorXd rms = (squares / trials).cwiseSqrt();
   const Eigen::VectorXd stated = result.covariance().diagonal().cwiseSqrt();
   // Each rms is known to 1.3 %; the pooled ones far better.
-  const double bias_ratio = std::sqrt((rms(0) * rms(0) + rms(4) * rms(4) + rms(8) * rms(8)) /
-                                      (stated(0) * stated(0) + stated(4) * stated(4) +
-                                       stated(8) * stated(8)));
+  const double bias_ratio =
+      std::sqrt((rms(0) * rms(0) + rms(4) * rms(4) + rms(8) * rms(8)) /
+                (stated(0) * stated(0) + stated(4) * stated(4) + stated(8) * stated(8)));
   EXPECT_NEAR(bias_ratio, 1.0, 0.05);
   EXPECT_NEAR(rms.norm() / stated.norm(), 1.0, 0.05);
   for (Eigen::Index i = 0; i < 12; ++i) {
@@ -172,24 +174,24 @@ TEST_P(ForecastAgrees, WithSimulationWithinFivePercent) {
   EXPECT_NEAR(std::sqrt(roll_squares / trials) / angles.roll_rad, 1.0, 0.05);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Designs,
-    ForecastAgrees,
-    testing::Values(ForecastCase{Method::paired, 12, 1, 0.0, 0.0},
-                    ForecastCase{Method::paired, 12, 3, 1e-4, 1e-3},
-                    ForecastCase{Method::joint, 12, 1, 1e-4, 1e-3},
-                    ForecastCase{Method::joint, 24, 1, 0.0, 1e-3},
-                    ForecastCase{Method::known, 6, 2, 0.0, 0.0},
-                    ForecastCase{Method::known, 12, 1, 1e-4, 2e-4}),
-    [](const testing::TestParamInfo<ForecastCase>& test_case) {
-      return std::string(method_name(test_case.param.method)) +
-             std::to_string(test_case.param.points) + "x" +
-             std::to_string(test_case.param.replicates) +
-             (test_case.param.normal_u_rad > 0.0 ? "Cube" : "");
-    });
+INSTANTIATE_TEST_SUITE_P(Designs,
+                         ForecastAgrees,
+                         testing::Values(ForecastCase{Method::paired, 12, 1, 0.0, 0.0},
+                                         ForecastCase{Method::paired, 12, 3, 1e-4, 1e-3},
+                                         ForecastCase{Method::joint, 12, 1, 1e-4, 1e-3},
+                                         ForecastCase{Method::joint, 24, 1, 0.0, 1e-3},
+                                         ForecastCase{Method::known, 6, 2, 0.0, 0.0},
+                                         ForecastCase{Method::known, 12, 1, 1e-4, 2e-4}),
+                         [](const testing::TestParamInfo<ForecastCase>& test_case) {
+                           return std::string(method_name(test_case.param.method)) +
+                                  std::to_string(test_case.param.points) + "x" +
+                                  std::to_string(test_case.param.replicates) +
+                                  (test_case.param.normal_u_rad > 0.0 ? "Cube" : "");
+                         });
 
 TEST(Forecast, OfTheStandardDesignIsTheMethods) {
-  // METHOD 10: prediction variance sigma^2 / 3 r, so an angle's standard error sigma / (s F sqrt(3 r)).
+  // METHOD 10: prediction variance sigma^2 / 3 r, so an angle's standard error sigma / (s F sqrt(3
+  // r)).
   ForecastSetup setup{.nominal = test::truth_of({.bias = Eigen::Vector3d::Zero(),
                                                  .sensitivity = 2.0 * Eigen::Matrix3d::Identity()}),
                       .design = standard_design(12),
@@ -203,9 +205,8 @@ TEST(Forecast, OfTheStandardDesignIsTheMethods) {
     EXPECT_NEAR(result.noise(1, 1), 1e-6 / (4.0 * 4.0 * 5.0), 1e-18);
     const double angle = 1e-3 / (2.0 * std::sqrt(3.0 * 4.0 * 5.0));
     EXPECT_NEAR(largest_angle_uncertainty(result, result.covariance()), angle, 1e-6 * angle);
-    EXPECT_NEAR(
-        forecast_angles(result, result.noise, 1.2, 0.3, PitchFormula::arctangent).pitch_rad,
-        angle, 1e-9 * angle);
+    EXPECT_NEAR(forecast_angles(result, result.noise, 1.2, 0.3, PitchFormula::arctangent).pitch_rad,
+                angle, 1e-9 * angle);
     EXPECT_NEAR(forecast_angles(result, result.noise, 1.2, 0.3).pitch_rad, angle / std::cos(1.2),
                 1e-9);
   }
@@ -272,13 +273,14 @@ TEST(StudyTolerances, ClosedFormAgreesWithSimulation) {
   const std::vector<ToleranceEffect> effects = study_tolerances(study);
   ASSERT_EQ(effects.size(), 3U);
   for (const ToleranceEffect& effect : effects) {
-    std::printf("%-7s bias %.1f/%.1f, sensitivity %.2f/%.2f, cross-axis %.1f/%.1f, angle %.1f/%.1f, "
-                "worst %.1f (1e-6)\n",
-                std::string(method_name(effect.method)).c_str(), 1e6 * effect.closed_form.bias,
-                1e6 * effect.simulated.bias, 1e6 * effect.closed_form.sensitivity,
-                1e6 * effect.simulated.sensitivity, 1e6 * effect.closed_form.cross_axis,
-                1e6 * effect.simulated.cross_axis, 1e6 * effect.closed_form.angle_rad,
-                1e6 * effect.simulated.angle_rad, 1e6 * effect.worst_angle_95_rad);
+    std::printf(
+        "%-7s bias %.1f/%.1f, sensitivity %.2f/%.2f, cross-axis %.1f/%.1f, angle %.1f/%.1f, "
+        "worst %.1f (1e-6)\n",
+        std::string(method_name(effect.method)).c_str(), 1e6 * effect.closed_form.bias,
+        1e6 * effect.simulated.bias, 1e6 * effect.closed_form.sensitivity,
+        1e6 * effect.simulated.sensitivity, 1e6 * effect.closed_form.cross_axis,
+        1e6 * effect.simulated.cross_axis, 1e6 * effect.closed_form.angle_rad,
+        1e6 * effect.simulated.angle_rad, 1e6 * effect.worst_angle_95_rad);
     EXPECT_NEAR(effect.simulated.bias / effect.closed_form.bias, 1.0, 0.05);
     EXPECT_NEAR(effect.simulated.cross_axis / effect.closed_form.cross_axis, 1.0, 0.05);
     EXPECT_NEAR(effect.simulated.angle_rad / effect.closed_form.angle_rad, 1.0, 0.05);

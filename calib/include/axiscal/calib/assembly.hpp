@@ -26,7 +26,8 @@ struct SlotObservations {
 
 /// How the instrument of a slot sits in its positioner.
 ///
-/// @return the rotation of the positioner's mount of that name; that of its only mount where no slot
+/// @return the rotation of the positioner's mount of that name; that of its only mount where no
+/// slot
 ///         is stated; 1 where there are no mounts, or no slot is stated and there are several.
 /// @throws SetupError  if the positioner has mounts, but none for the slot.
 [[nodiscard]] Eigen::Matrix3d mount_rotation(const Positioner& positioner, const std::string& slot);

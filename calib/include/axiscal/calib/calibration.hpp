@@ -95,9 +95,9 @@ struct CombinedLevelness {
   double y = 0.0;
   double standard_error_x = 0.0;
   double standard_error_y = 0.0;
-  double p_value = 1.0;     ///< that the slots differ so much by chance; NaN where not testable
-  bool consistent = true;   ///< p_value is not below 0.001
-  std::string suspect;      ///< where not consistent: the slot; of two nobody knows which, so empty
+  double p_value = 1.0;    ///< that the slots differ so much by chance; NaN where not testable
+  bool consistent = true;  ///< p_value is not below 0.001
+  std::string suspect;     ///< where not consistent: the slot; of two nobody knows which, so empty
 };
 
 /// The field's components along the table's x and y, divided by its magnitude. For gravity slopes:
@@ -114,8 +114,8 @@ struct Levelness {
   bool consistent = true;           ///< p_value is not below 0.005
   double p_value = 0.0;        ///< that estimates differ so much by chance; NaN where not testable
   double block_p_value = 1.0;  ///< that blocks differ so much by chance; NaN where not testable
-  std::optional<LevelnessEstimate> suspect;  ///< where not consistent: the face that disagrees
-  std::vector<BlockLevelness> blocks;        ///< where each block has its own; else empty
+  std::optional<LevelnessEstimate> suspect;   ///< where not consistent: the face that disagrees
+  std::vector<BlockLevelness> blocks;         ///< where each block has its own; else empty
   std::optional<CombinedLevelness> combined;  ///< of an assembly
 
   /// @return the levelness of one block, by its position among them; the mean where there is one.
@@ -161,11 +161,11 @@ struct Calibration {
   std::string method;
   std::string weights = "none";  ///< "none", "samples", "sd"
   bool robust = false;
-  std::string positioner;     ///< its id; empty for the nominal cube
-  std::string slot;           ///< where in an assembly the instrument sat; may be empty
+  std::string positioner;       ///< its id; empty for the nominal cube
+  std::string slot;             ///< where in an assembly the instrument sat; may be empty
   bool level_by_block = false;  ///< whether each block has its own levelness
-  std::vector<int> left_out;  ///< runs not used
-  LinearResponse response;    ///< the coefficients
+  std::vector<int> left_out;    ///< runs not used
+  LinearResponse response;      ///< the coefficients
   std::optional<FitStatistics> statistics;
   std::optional<Levelness> levelness;
   std::vector<ReadingResidual> residuals;

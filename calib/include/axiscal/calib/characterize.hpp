@@ -39,18 +39,18 @@ struct ReferenceResult {
   std::string slot;
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
   Eigen::Vector3d mount_se_rad = Eigen::Vector3d::Zero();  ///< about the sensor's axes
-  double residual_sd = 0.0;  ///< of a reading, all axes alike [field unit]
+  double residual_sd = 0.0;                         ///< of a reading, all axes alike [field unit]
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< of the table, mean of its blocks
-  /// Probability that this instrument's normals differ so much from the others' by chance; NaN where
-  /// there is no other instrument.
+  /// Probability that this instrument's normals differ so much from the others' by chance; NaN
+  /// where there is no other instrument.
   double p_value = 0.0;
 };
 
 /// What remounting an instrument changes.
 struct MountRepeatability {
   std::string instrument;
-  std::vector<std::string> slots;   ///< its mounts of nearly one orientation
-  double sd_rad = 0.0;              ///< of a small rotation, per axis, the fit's own noise taken out
+  std::vector<std::string> slots;  ///< its mounts of nearly one orientation
+  double sd_rad = 0.0;             ///< of a small rotation, per axis, the fit's own noise taken out
   double degrees_of_freedom = 0.0;  ///< 3 (mounts - 1)
 };
 
@@ -59,8 +59,8 @@ struct Characterization {
   Positioner positioner;  ///< normals with covariance, mounts
   std::vector<ReferenceResult> references;
   std::vector<MountRepeatability> repeatability;
-  double normal_u_rad = 0.0;    ///< standard uncertainty of a normal's component, rms over the faces
-  double noise_rad = 0.0;       ///< the part of it that comes from the readings' scatter
+  double normal_u_rad = 0.0;  ///< standard uncertainty of a normal's component, rms over the faces
+  double noise_rad = 0.0;     ///< the part of it that comes from the readings' scatter
   double transferred_rad = 0.0;  ///< the part that the instruments' own calibrations hand on
   double p_value = 0.0;  ///< that the instruments agree no better by chance; NaN for a single one
   std::string suspect;   ///< slot of the instrument that disagrees (p < 0.005); of two empty
@@ -83,18 +83,20 @@ struct Characterization {
 ///     v = b + (1 + scale) S M_k R_i(n)^T f_table,   R_i the seat by the normals n,
 ///
 /// with unknown normals n, mounts M_k, a slope of the table for each run and, by default, bias and
-/// scale of each axis. Generalised Procrustes of the averages over opposite points is the start, then
-/// Gauss-Newton on all readings, weighted by each reference's own scatter, so that the table's tilt
-/// does not matter. Gauge: of all frames in which the cube could be described the one that fits the
-/// nominal cube best (sum of e_r cross n_r is 0). The records' covariances are propagated to the
-/// normals: what K independent calibrations hand on shrinks as 1 / sqrt(K); what they share (one
-/// reference cube, one method's error) stays and is not in the covariance. An instrument that was
-/// also fitted in a mount turned by more than 0.5 rad determines the angles between its axes too.
+/// scale of each axis. Generalised Procrustes of the averages over opposite points is the start,
+/// then Gauss-Newton on all readings, weighted by each reference's own scatter, so that the table's
+/// tilt does not matter. Gauge: of all frames in which the cube could be described the one that
+/// fits the nominal cube best (sum of e_r cross n_r is 0). The records' covariances are propagated
+/// to the normals: what K independent calibrations hand on shrinks as 1 / sqrt(K); what they share
+/// (one reference cube, one method's error) stays and is not in the covariance. An instrument that
+/// was also fitted in a mount turned by more than 0.5 rad determines the angles between its axes
+/// too.
 ///
-/// @param references  one or more, each with all six rest faces between them, and opposite readings.
+/// @param references  one or more, each with all six rest faces between them, and opposite
+/// readings.
 /// @throws RefusedError  if there are none left, a field is not along the table's normal, an
-///                       instrument has fewer than three axes, a face was never the rest face, or the
-///                       readings do not determine the cube.
+///                       instrument has fewer than three axes, a face was never the rest face, or
+///                       the readings do not determine the cube.
 /// @throws DomainError   if slots have no names of their own.
 /// @par Source
 /// METHOD section 9; US 7,467,536; beyond it.

@@ -20,8 +20,8 @@ struct DesignQuality {
   double d_efficiency = 0.0;  ///< det(X^T X)^(1/4): volume of the coefficients' confidence region
   double a_efficiency = 0.0;  ///< 1 / trace (X^T X)^-1: mean variance of the coefficients
   double g_efficiency = 0.0;  ///< 1 / largest prediction variance
-  /// Variance of a predicted response in the worst direction of the field [noise variance], and that
-  /// direction in the instrument's frame.
+  /// Variance of a predicted response in the worst direction of the field [noise variance], and
+  /// that direction in the instrument's frame.
   double largest_prediction_variance = 0.0;
   Eigen::Vector3d worst_direction = Eigen::Vector3d::Zero();
   Eigen::Vector3d variance_inflation = Eigen::Vector3d::Zero();  ///< of the sensitivities
@@ -41,9 +41,9 @@ struct DesignQuality {
 /// The n of the 24 points that determine most.
 struct OptimalDesign {
   std::vector<DesignEntry> design;
-  double d_efficiency = 0.0;               ///< relative to the bound for any n readings
+  double d_efficiency = 0.0;              ///< relative to the bound for any n readings
   double d_efficiency_of_standard = 0.0;  ///< the 12-point design's, relative to its own bound
-  int parameters = 10;                     ///< 10, or 4 with fewer than 10 points
+  int parameters = 10;                    ///< 10, or 4 with fewer than 10 points
 };
 
 /// D-optimal subset by exchange.
@@ -56,7 +56,8 @@ struct OptimalDesign {
 /// @param seed            of the random starts; the same seed gives the same design.
 /// @throws DomainError  for another n.
 /// @par Source
-/// Fedorov, Theory of Optimal Experiments (1972): exchange of one point while the determinant grows.
+/// Fedorov, Theory of Optimal Experiments (1972): exchange of one point while the determinant
+/// grows.
 [[nodiscard]] OptimalDesign optimal_design(int points,
                                            const Eigen::Vector3d& field_in_table,
                                            std::uint64_t seed);

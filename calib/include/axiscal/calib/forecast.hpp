@@ -19,11 +19,11 @@ struct ForecastSetup {
   std::vector<DesignEntry> design;  ///< one replicate
   int replicates = 1;
   Method method = Method::paired;
-  double noise_sd = 0.0;  ///< of one sample [unit of the readings]
-  int samples = 1;        ///< averaged at each point, independent
-  Positioner positioner;  ///< its normal_covariance counts where there is one
+  double noise_sd = 0.0;      ///< of one sample [unit of the readings]
+  int samples = 1;            ///< averaged at each point, independent
+  Positioner positioner;      ///< its normal_covariance counts where there is one
   double normal_u_rad = 0.0;  ///< more uncertainty of each face normal, two directions, independent
-  double level_u_rad = 0.0;  ///< `known`: of the table's slope along x and y; others measure it
+  double level_u_rad = 0.0;   ///< `known`: of the table's slope along x and y; others measure it
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< of the table, expected
 };
 
@@ -68,7 +68,8 @@ struct AngleUncertainty {
                                                double roll_rad,
                                                PitchFormula formula = PitchFormula::arcsine);
 
-/// @return the largest standard uncertainty of the field's direction as calibrated readings give it,
+/// @return the largest standard uncertainty of the field's direction as calibrated readings give
+/// it,
 ///         over all attitudes and both ways in which it can be off [rad].
 /// @throws DomainError  as forecast_angles().
 [[nodiscard]] double largest_angle_uncertainty(const Forecast& forecast,

@@ -13,8 +13,8 @@ namespace axiscal {
 
 /// How exactly a cube is made: standard deviations.
 struct Tolerances {
-  double foot_height_m = 0.0;  ///< of each ball along its face's normal
-  double ball_radius_m = 0.0;  ///< of each ball
+  double foot_height_m = 0.0;   ///< of each ball along its face's normal
+  double ball_radius_m = 0.0;   ///< of each ball
   double squareness_rad = 0.0;  ///< of each face as a whole, about both of its edges
   double fence_rad = 0.0;       ///< of the fence's lean
 };
@@ -28,8 +28,8 @@ struct Tolerances {
 
 /// The covariance of such cubes' face normals, in closed form.
 ///
-/// Of the contact plane n . c_i + r_i = d a foot that stands out by h_i, or is larger by h_i, turns n
-/// by the gradient of the plane through the three h_i.
+/// Of the contact plane n . c_i + r_i = d a foot that stands out by h_i, or is larger by h_i, turns
+/// n by the gradient of the plane through the three h_i.
 [[nodiscard]] NormalCovariance normal_covariance_of(const CubeFeet& drawing,
                                                     const Tolerances& tolerances);
 
@@ -39,14 +39,16 @@ struct CalibrationErrors {
   double bias = 0.0;
   double sensitivity = 0.0;  ///< of each axis's main component
   double cross_axis = 0.0;   ///< of its others
-  double angle_rad = 0.0;  ///< of the field's direction by calibrated readings, any way, over attitudes
+  double angle_rad =
+      0.0;  ///< of the field's direction by calibrated readings, any way, over attitudes
 };
 
 /// What a cube's tolerances do to calibrations by one method.
 struct ToleranceEffect {
   Method method = Method::paired;
   CalibrationErrors closed_form;  ///< linear in the tolerances; on a level table
-  CalibrationErrors simulated;    ///< cubes made, seated, simulated and calibrated; on the table given
+  CalibrationErrors
+      simulated;  ///< cubes made, seated, simulated and calibrated; on the table given
   double worst_angle_95_rad = 0.0;  ///< 95 % of the cubes have no larger error in any attitude
 };
 
@@ -61,7 +63,8 @@ struct ToleranceStudy {
   std::uint64_t seed = 1;
 };
 
-/// The errors that a cube's tolerances leave in calibrations, by each method that the design allows.
+/// The errors that a cube's tolerances leave in calibrations, by each method that the design
+/// allows.
 ///
 /// No noise: what it adds is in forecast(). `known` takes the table as level, so that the slope is
 /// part of its error.
