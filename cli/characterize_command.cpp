@@ -65,10 +65,9 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
   std::vector<Reference> references;
   std::set<std::string> names;
   for (const ReferenceFiles& files : all) {
-    Reference reference{.slot = {},
-                        .instrument = std::filesystem::weakly_canonical(files.record).string(),
-                        .calibration = read_calibration(files.record),
-                        .observations = {}};
+    Reference reference;
+    reference.instrument = std::filesystem::weakly_canonical(files.record).string();
+    reference.calibration = read_calibration(files.record);
     const Calibration& record = reference.calibration;
     if (record.status == "refused") {
       throw RefusedError(files.record +

@@ -86,7 +86,9 @@ Method planned_method(const Experiment& experiment, const std::vector<DesignEntr
 ForecastSetup forecast_setup(const PlanCommand& command,
                              const Experiment& experiment,
                              const std::vector<DesignEntry>& design) {
-  ForecastSetup setup{.design = design, .replicates = replicates_of(command.sheet)};
+  ForecastSetup setup;
+  setup.design = design;
+  setup.replicates = replicates_of(command.sheet);
   setup.nominal.instrument = experiment.instrument;
   Experiment level = experiment;
   level.slope.setZero();
@@ -137,13 +139,14 @@ Tolerances tolerances_of(const std::string& text) {
 ToleranceStudy tolerance_study(const PlanCommand& command,
                                const ForecastSetup& setup,
                                const Positioner& positioner) {
-  ToleranceStudy study{.nominal = setup.nominal,
-                       .design = setup.design,
-                       .drawing = feet_of_frame({}),
-                       .surface = positioner.surface(),
-                       .tolerances = tolerances_of(*command.tolerances),
-                       .slope = setup.slope,
-                       .seed = seed_of(command.sheet)};
+  ToleranceStudy study;
+  study.nominal = setup.nominal;
+  study.design = setup.design;
+  study.drawing = feet_of_frame({});
+  study.surface = positioner.surface();
+  study.tolerances = tolerances_of(*command.tolerances);
+  study.slope = setup.slope;
+  study.seed = seed_of(command.sheet);
   if (command.trials) {
     study.trials = positive_integer("--trials", *command.trials);
   }
@@ -445,8 +448,9 @@ int run(const PlanCommand& command) {
   }
   const Experiment experiment = planned_experiment(command);
   const std::vector<DesignEntry> design = design_of(command.sheet);
-  Plan plan{.setup = forecast_setup(command, experiment, design),
-            .seats = remarks_on_seats(experiment.positioner, design)};
+  Plan plan;
+  plan.setup = forecast_setup(command, experiment, design);
+  plan.seats = remarks_on_seats(experiment.positioner, design);
   const Eigen::Vector3d field =
       plan.setup.nominal.field.in_table.value_or(Eigen::Vector3d(Eigen::Vector3d::UnitZ()));
   plan.quality = assess_design(design, experiment.positioner, field);

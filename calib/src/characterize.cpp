@@ -2,7 +2,9 @@
 #include "axiscal/calib/characterize.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <map>
 #include <set>
@@ -276,7 +278,9 @@ std::vector<MountRepeatability> find_repeatability(const std::vector<SolidRefere
 }
 
 std::string micro(double radian) {
-  return number_text(std::round(radian * 1e8) * 1e-2);
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", 1e6 * radian);
+  return text.data();
 }
 
 }  // namespace

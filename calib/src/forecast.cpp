@@ -206,12 +206,14 @@ Forecast forecast(const ForecastSetup& setup) {
   const LinearMap map = linear_map(setup, set);
   const Eigen::MatrixXd& L = map.coefficients_from_readings;
   const double averaged = static_cast<double>(setup.replicates) * setup.samples;
-  return {.noise = setup.noise_sd * setup.noise_sd / averaged * L * L.transpose(),
-          .positioner = positioner_part(setup, L),
-          .level = level_part(setup, L),
-          .degrees_of_freedom = setup.replicates * map.degrees_of_freedom.array() - map.parameters,
-          .response = setup.nominal.response,
-          .magnitude = setup.nominal.field.magnitude};
+  Forecast result;
+  result.noise = setup.noise_sd * setup.noise_sd / averaged * L * L.transpose();
+  result.positioner = positioner_part(setup, L);
+  result.level = level_part(setup, L);
+  result.degrees_of_freedom = setup.replicates * map.degrees_of_freedom.array() - map.parameters;
+  result.response = setup.nominal.response;
+  result.magnitude = setup.nominal.field.magnitude;
+  return result;
 }
 
 AngleUncertainty forecast_angles(const Forecast& forecast,

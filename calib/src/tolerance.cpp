@@ -148,7 +148,9 @@ Experiment experiment_of(const ToleranceStudy& study, Method method) {
 }
 
 ToleranceEffect effect_of(const ToleranceStudy& study, Method method) {
-  ToleranceEffect effect{.method = method, .closed_form = closed_form(study, method)};
+  ToleranceEffect effect;
+  effect.method = method;
+  effect.closed_form = closed_form(study, method);
   const Experiment experiment = experiment_of(study, method);
   const std::vector<RunSheetRow> sheet = make_run_sheet(study.design, 1, study.seed);
   const LinearResponse& truth = study.nominal.response;
