@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Levels a table on three screws: read, turn, read again, until the readings cannot tell any more.
+#include <axiscal/calib/calibrate.hpp>
+#include <axiscal/calib/simulate.hpp>
+#include <axiscal/positioner/surface.hpp>
+#include <cmath>
+#include <cstdio>
+
+int main() {
+  axiscal::Calibration truth;  // the instrument on the table
+  truth.instrument.kind = "inclinometer";
+  truth.field.kind = "gravity";
+  truth.field.unit = "g";
+  truth.response.bias = Eigen::Vector3d(0.02, -0.01, 0.03);
+  truth.response.sensitivity = Eigen::Matrix3d::Identity();
+
+  axiscal::Surface table;
+  table.adjusters_m = {{0.1, 0.0}, {-0.1, 0.08}, {-0.1, -0.08}};
+  table.thread_pitch_m = 0.5e-3;
+  const double smallest_turn = 0.005;  // a hand turns a screw no finer
+
+  axiscal::Experiment experiment;
+  experiment.instrument = truth.instrument;
+  experiment.field.kind = "gravity";
+  Eigen::Vector2d slope(0.004, -0.006);  // what nobody knows
+  for (std::uint64_t round = 1; round <= 5; ++round) {
+    axiscal::SimulationOptions options;
+    options.noise_sd = 1e-5;
+    options.slope = slope;
+    options.seed = round;
+    const axiscal::Calibration found = axiscal::calibrate(
+        experiment,
+        axiscal::simulate(truth, axiscal::make_run_sheet(axiscal::standard_design(12), 1, round),
+                          options));
+    const axiscal::Levelness& level = *found.levelness;
+    const Eigen::Vector2d measured(level.mean_x, level.mean_y);
+    const Eigen::Vector2d u(level.standard_error_x, level.standard_error_y);
+    std::printf("round %d: level to %.0f +- %.0f urad\n", static_cast<int>(round),
+                1e6 * measured.norm(), 1e6 * u.maxCoeff());
+    const std::vector<axiscal::AdjusterMove> moves =
+        axiscal::level_table(measured, u.cwiseAbs2().asDiagonal(), table);
+    Eigen::Vector3d raised;
+    for (std::size_t i = 0; i < moves.size(); ++i) {
+      const double turns = std::round(*moves[i].turns / smallest_turn) * smallest_turn;
+      raised(static_cast<Eigen::Index>(i)) = turns * *table.thread_pitch_m;
+      std::printf("  screw at (%+.2f, %+.2f) m: raise by %.3f turns\n", moves[i].position_m.x(),
+                  moves[i].position_m.y(), turns);
+    }
+    if (raised.isZero()) {
+      std::printf("level as far as these screws can be turned\n");
+      break;
+    }
+    // The table follows: the plane through the three heads.
+    const double along_x = (0.5 * (raised(1) + raised(2)) - raised(0)) / -0.2;
+    const double along_y = (raised(1) - raised(2)) / 0.16;
+    slope += Eigen::Vector2d(along_x, along_y);
+  }
+  return 0;
+}
