@@ -42,9 +42,9 @@ void add_experiment_options(CLI::App& app, ExperimentOptions& options) {
       "measured cube; the nominal one");
   add("Table and cube", "--slot", options.slot, "NAME",
       "mount of the positioner that holds the instrument");
-  add("Table and cube", "--assembly", options.assembly, "parallel|h|h:y",
-      "mounts of the slots of columns SLOT.axis: all as the cube, or two on the web of an H, the "
-      "second turned by 180 degrees about x (h) or y (h:y)");
+  add("Table and cube", "--assembly", options.assembly, "NAME",
+      "mounts of the slots of columns SLOT.axis: parallel, single, triple (all as the cube), h or h:y "
+      "(two on the web of an H, the second turned by 180 degrees about x or y)");
   add("Method", "--method", options.method, "METHOD", "paired, joint or known; chosen by the data");
   add("Method", "--weights", options.weights, "W",
       "samples (default where the column is there), sd or none");
@@ -223,7 +223,7 @@ Command parse_command_line(std::vector<std::string> arguments) {
       ->add_option("--slot", simulate.slot, "mount of the positioner that holds the instrument")
       ->type_name("NAME");
   simulate_app->add_option("--assembly", simulate.assembly, "mounts of the slots, as by calibrate")
-      ->type_name("parallel|h|h:y");
+      ->type_name("NAME");
   add_output(*simulate_app, simulate.output);
 
   LevelCommand level;

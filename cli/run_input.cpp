@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_input.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cstdio>
 #include <set>
 
@@ -29,17 +31,27 @@ void append(std::vector<std::string>& to, const std::vector<std::string>& from) 
 
 std::vector<Mount> mounts_of_assembly(const std::string& assembly,
                                       const std::vector<std::string>& slots) {
-  if (assembly == "parallel") {
-    return parallel_mounts(slots);
+  struct Known {
+    std::string_view name;
+    std::size_t slots;  // 0: any number
+  };
+  constexpr std::array<Known, 5> known = {
+      {{"parallel", 0}, {"single", 1}, {"triple", 3}, {"h", 2}, {"h:y", 2}}};
+  const auto* found = std::find_if(known.begin(), known.end(),
+                                   [&](const Known& one) { return one.name == assembly; });
+  if (found == known.end()) {
+    throw UsageError("--assembly: must be parallel, single, triple, h or h:y, not '" + assembly +
+                     "'");
   }
-  if (assembly != "h" && assembly != "h:y") {
-    throw UsageError("--assembly: must be parallel, h or h:y, not '" + assembly + "'");
+  if (slots.empty() || (found->slots != 0 && slots.size() != found->slots)) {
+    throw UsageError("--assembly: '" + assembly + "' has " +
+                     (found->slots == 0 ? "slots" : std::to_string(found->slots) + " slots") +
+                     ", but the columns SLOT.axis have " + std::to_string(slots.size()));
   }
-  if (slots.size() != 2) {
-    throw UsageError("--assembly: an H-shaped frame has two slots, but the columns have " +
-                     (slots.empty() ? "none" : std::to_string(slots.size())));
+  if (assembly.starts_with("h")) {
+    return h_shaped_mounts(slots[0], slots[1], assembly == "h" ? WebAxis::x : WebAxis::y);
   }
-  return h_shaped_mounts(slots[0], slots[1], assembly == "h" ? WebAxis::x : WebAxis::y);
+  return parallel_mounts(slots);
 }
 
 Run read_run(const Experiment& experiment) {

@@ -24,7 +24,7 @@ struct Run {
 [[nodiscard]] Run read_run(const Experiment& experiment);
 
 /// The mounts of an assembly's slots.
-/// @param assembly  "parallel", "h" or "h:y".
+/// @param assembly  "parallel", "single", "triple": as the cube; "h", "h:y": see h_shaped_mounts().
 /// @throws UsageError  for another name, or one that does not suit the number of slots.
 [[nodiscard]] std::vector<Mount> mounts_of_assembly(const std::string& assembly,
                                                     const std::vector<std::string>& slots);

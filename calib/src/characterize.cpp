@@ -44,7 +44,7 @@ void check(const std::vector<Reference>& references) {
     const std::optional<Eigen::Vector3d>& field = calibration.field.in_table;
     const bool along_normal =
         calibration.field.kind == "gravity" ||
-        (field && std::abs(field->z()) > 0.99 * field->norm() && calibration.method != "known");
+        (field && std::abs(field->z()) > 0.99 * field->norm());
     if (!along_normal) {
       throw RefusedError(slot + "the field is " + calibration.field.kind +
                          "; a cube is measured by one along the table's normal, as gravity is");
@@ -111,6 +111,11 @@ Eigen::MatrixXd calibration_covariance(const Calibration& calibration) {
     return Eigen::MatrixXd::Zero(parameters, parameters);
   }
   return calibration.statistics->covariance;
+}
+
+// Gravity reads up; another field as its record says.
+double sign_along_normal(const FieldDescription& field) {
+  return field.kind != "gravity" && field.in_table && field.in_table->z() < 0.0 ? -1.0 : 1.0;
 }
 
 std::vector<SolidReference> solid_references(const std::vector<Reference>& references,

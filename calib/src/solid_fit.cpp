@@ -233,7 +233,7 @@ SolidState SolidFit::start() const {
       normal.normalize();
     }
     state.mounts.emplace_back(Eigen::Matrix3d::Identity());
-    state.fields.emplace_back(reference.level_count, Eigen::Vector3d(0.0, 0.0, reference.F));
+    state.fields.emplace_back(reference.level_count, Eigen::Vector3d(0.0, 0.0, reference.sign * reference.F));
     state.bias.push_back(reference.calibrated.bias);
     state.scale.emplace_back(Eigen::VectorXd::Ones(reference.calibrated.bias.size()));
   }

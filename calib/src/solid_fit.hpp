@@ -21,7 +21,8 @@ struct SolidReference {
   LinearResponse calibrated;        // b, S of its record
   Eigen::MatrixXd covariance;       // of b, S by axis, 4m x 4m; zero where the record has none
   double calibration_dof = 0.0;     // of that covariance; 0: exact
-  double F = 1.0;                   // field at level 1
+  double F = 1.0;                   // length of the field at level 1
+  double sign = 1.0;                // -1: it points into the table
   std::size_t instrument = 0;       // references of one number are one instrument
   std::vector<std::size_t> levels;  // which slope of its own a reading has, from 0
   std::size_t level_count = 1;

@@ -41,6 +41,11 @@ std::string line(const std::string& style, const std::vector<Spot>& spots) {
   return "<polyline class=\"" + style + "\" points=\"" + corners(spots) + "\"/>";
 }
 
+// A face's name with a minus that can be read from a distance.
+std::string shown(const std::string& name) {
+  return name.front() == '-' ? "\u2212" + name.substr(1) : name;
+}
+
 std::string label(const std::string& style, const Spot& at, const std::string& text) {
   return "<text class=\"" + style + "\" x=\"" + number(at.x) + "\" y=\"" + number(at.y) + "\">" +
          text + "</text>";
@@ -131,11 +136,14 @@ std::string seat_svg(const DesignPoint& point) {
   const Spot top = seen(0.0, 0.0, 1.0);
   const Spot front = seen(0.0, -1.0, 0.0);
   const Spot side = seen(1.0, 0.0, 0.0);
-  svg += label("name", {top.x, top.y + 6.0}, face_towards(point, Eigen::Vector3d::UnitZ()));
-  svg += label("name", {front.x, front.y + 6.0}, face_towards(point, -Eigen::Vector3d::UnitY()));
-  svg += label("name", {side.x, side.y + 6.0}, face_towards(point, Eigen::Vector3d::UnitX()));
-  svg += label("onfence", {seen(-0.1, 1.0, 1.55).x, 19.0}, fence + " at the fence");
-  svg += label("onrest", {84.0, 183.0}, rest + " on the table");
+  svg += label("name", {top.x, top.y + 6.0},
+               shown(face_towards(point, Eigen::Vector3d::UnitZ())));
+  svg += label("name", {front.x, front.y + 6.0},
+               shown(face_towards(point, -Eigen::Vector3d::UnitY())));
+  svg += label("name", {side.x, side.y + 6.0},
+               shown(face_towards(point, Eigen::Vector3d::UnitX())));
+  svg += label("onfence", {seen(-0.1, 1.0, 1.55).x, 19.0}, shown(fence) + " at the fence");
+  svg += label("onrest", {84.0, 183.0}, shown(rest) + " on the table");
   return svg + "</svg>";
 }
 

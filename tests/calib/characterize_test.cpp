@@ -174,6 +174,23 @@ TEST(Characterize, MayHaveASlopeForEachBlock) {
   EXPECT_GT(characterize(references).references[0].residual_sd, 1e-3);
 }
 
+TEST(Characterize, TakesAFieldThatPointsIntoTheTable) {
+  RandomStream random(15);
+  const FaceNormals truth = random_normals(random, 2e-3);
+  Pair pair = instrument(random, 0.0);
+  for (Calibration* one : {&pair.truth, &pair.record}) {
+    one->field = {.kind = "custom", .unit = "1", .magnitude = 2.0,
+                  .in_table = Eigen::Vector3d(0.0, 0.0, -2.0)};
+  }
+  const std::vector<Reference> references = {
+      {.slot = "A",
+       .instrument = "A",
+       .calibration = pair.record,
+       .observations = read_in(Positioner(truth), pair, small_rotation(random, 0.01),
+                               {.noise = 0.0, .replicates = 1}, 0)}};
+  EXPECT_LT(rms_error(characterize(references).positioner, truth), 1e-13);
+}
+
 // The plain averages of opposite positions, without taking the in-plane part out.
 TEST(Characterize, IsBetterThanPlainAverages) {
   RandomStream random(6);

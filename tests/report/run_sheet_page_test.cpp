@@ -22,11 +22,11 @@ TEST(SeatSvg, NamesTheFacesAsTheyAreSeen) {
   // right.
   const std::string svg = seat_svg({Face::minus_x, Face::plus_y});
   EXPECT_THAT(svg, HasSubstr("aria-label=\"Face -X on the table, face +Y at the fence\""));
-  EXPECT_THAT(svg, HasSubstr(">-X on the table</text>"));
+  EXPECT_THAT(svg, HasSubstr(">\u2212X on the table</text>"));
   EXPECT_THAT(svg, HasSubstr(">+Y at the fence</text>"));
   const std::size_t top = svg.find(">+X</text>");
-  const std::size_t front = svg.find(">-Y</text>");
-  const std::size_t side = svg.find(">-Z</text>");
+  const std::size_t front = svg.find(">\u2212Y</text>");
+  const std::size_t side = svg.find(">\u2212Z</text>");
   ASSERT_NE(top, std::string::npos);
   ASSERT_NE(front, std::string::npos);
   ASSERT_NE(side, std::string::npos);
