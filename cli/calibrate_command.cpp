@@ -35,7 +35,8 @@ std::string output_for(const std::string& pattern, const std::string& slot) {
 void check_output(const std::string& output,
                   const Experiment& experiment,
                   const Run& run,
-                  const std::vector<std::string>& files) {
+                  const std::vector<std::string>& files,
+                  const std::optional<std::string>& positioner) {
   if (run.slots.size() > 1 && output != "-" && output.find(slot_place) == std::string::npos) {
     throw UsageError("-o: the run has " + std::to_string(run.slots.size()) +
                      " slots, one record each; the file's name must hold {slot}");
@@ -49,6 +50,9 @@ void check_output(const std::string& output,
     }
     for (const std::string& input : files) {
       forbid_overwriting(path, input);
+    }
+    if (positioner) {
+      forbid_overwriting(path, *positioner);
     }
   }
 }
@@ -82,19 +86,25 @@ int run(const CalibrateCommand& command) {
   if (command.output && command.output->find("{serial}") != std::string::npos) {
     throw UsageError("-o: this version writes one record a slot and knows no {serial}");
   }
-  const Experiment experiment = make_experiment(command.experiment);
+  Experiment experiment = make_experiment(command.experiment);
   const Run run = read_run(experiment);
+  experiment.slot = slot_of(experiment, run);
   if (command.output) {
-    check_output(*command.output, experiment, run, command.experiment.files);
+    check_output(*command.output, experiment, run, command.experiment.files,
+                 command.experiment.positioner);
   }
   const std::vector<Calibration> calibrations =
       calibrate_run(experiment, run, command.experiment.assembly.value_or(""));
   std::string text;
   bool any_refused = false;
   bool any_stored = false;
+  std::string refused_slots = "refused";
   for (const Calibration& calibration : calibrations) {
     const bool refused = calibration.status == "refused";
     any_refused = any_refused || refused;
+    if (refused && !calibration.slot.empty()) {
+      refused_slots += (refused_slots == "refused" ? ": slot " : ", ") + calibration.slot;
+    }
     text += text.empty() ? "" : "\n";
     text += summary_text(calibration);
     if (command.output && *command.output != "-" && (!refused || command.force)) {
@@ -112,9 +122,9 @@ int run(const CalibrateCommand& command) {
   }
   print_remarks(calibrations);
   if (any_refused) {
-    std::fprintf(stderr, "axiscal: refused%s\n",
+    std::fprintf(stderr, "axiscal: %s%s\n", refused_slots.c_str(),
                  any_stored ? "; the record is stored as such, as --force asks"
-                            : "; no record is stored (--force would)");
+                            : "; its record is not stored (--force would)");
     return 1;
   }
   return 0;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -26,7 +27,19 @@ namespace {
 struct ReferenceFiles {
   std::string record;
   std::string observations;
+  std::string slot;  // of columns SLOT.axis; empty: the record's
 };
+
+// OBS.csv:SLOT, unless there is a file of that whole name.
+void part_slot(ReferenceFiles& files) {
+  const std::size_t parting = files.observations.rfind(':');
+  std::error_code none;
+  if (parting != std::string::npos && parting > 0 && parting + 1 < files.observations.size() &&
+      !std::filesystem::exists(files.observations, none)) {
+    files.slot = files.observations.substr(parting + 1);
+    files.observations.resize(parting);
+  }
+}
 
 std::vector<ReferenceFiles> reference_files(const CharacterizeCommand& command) {
   std::vector<ReferenceFiles> files;
@@ -36,8 +49,16 @@ std::vector<ReferenceFiles> reference_files(const CharacterizeCommand& command) 
       throw UsageError("--reference: '" + text + "' must be RECORD.json=OBS.csv");
     }
     files.push_back({.record = text.substr(0, parting), .observations = text.substr(parting + 1)});
+    part_slot(files.back());
     for (const std::string& input : {files.back().record, files.back().observations}) {
       forbid_overwriting(command.output, input);
+    }
+    for (std::size_t i = 0; i + 1 < files.size(); ++i) {
+      if (files[i].observations == files.back().observations && files[i].slot == files.back().slot &&
+          files.back().observations != "-") {
+        throw UsageError("--reference: the readings " + files.back().observations +
+                         " are there twice; a refit needs readings of its own");
+      }
     }
   }
   return files;
@@ -58,7 +79,9 @@ Observations own_readings(const ObservationsTable& table,
   }
   throw DataError(files.observations, "the columns are of slots " + joined(table.slots) +
                                           ", but the record " + files.record +
-                                          (slot.empty() ? " states none" : " is of slot " + slot));
+                                          (slot.empty() ? " states none" : " is of slot " + slot) +
+                                          "; say which one: --reference " + files.record + "=" +
+                                          files.observations + ":SLOT");
 }
 
 std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
@@ -66,8 +89,11 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
   std::set<std::string> names;
   for (const ReferenceFiles& files : all) {
     Reference reference;
-    reference.instrument = std::filesystem::weakly_canonical(files.record).string();
     reference.calibration = read_calibration(files.record);
+    // Two records of one serial number are one instrument, whatever the files are called.
+    const std::string& serial = reference.calibration.instrument.serial;
+    reference.instrument = serial.empty() ? std::filesystem::weakly_canonical(files.record).string()
+                                          : reference.calibration.instrument.kind + " " + serial;
     const Calibration& record = reference.calibration;
     if (record.status == "refused") {
       throw RefusedError(files.record +
@@ -124,12 +150,12 @@ std::string text_of(const Characterization& result) {
   text +=
       fmt::format("  out of square by up to {} urad, out of parallel by up to {} urad\n",
                   micro(geometry.worst_from_square_rad), micro(geometry.worst_from_parallel_rad));
-  text += fmt::format("\nInstruments\n  {:<20}{:>12}{:>12}{:>20}{:>8}\n", "slot", "mount [mrad]",
+  text += fmt::format("\nInstruments\n  {:<18}{:>13}{:>12}{:>20}{:>10}\n", "slot", "mount [mrad]",
                       "scatter", "slope [mrad]", "p");
   for (const ReferenceResult& reference : result.references) {
     const Eigen::AngleAxisd turn(reference.rotation_sensor_from_positioner);
     text += fmt::format(
-        "  {:<20}{:>12.3f}{:>12.2e}{:>20}{:>8}\n", reference.slot.substr(0, 19),
+        "  {:<18}{:>13.3f}{:>12.2e}{:>20}{:>10}\n", reference.slot.substr(0, 17),
         1e3 * std::abs(turn.angle()), reference.residual_sd,
         fmt::format("{:.3f}, {:.3f}", 1e3 * reference.slope.x(), 1e3 * reference.slope.y()),
         p_text(reference.p_value));
@@ -146,6 +172,9 @@ std::string text_of(const Characterization& result) {
             "\n";
   }
   for (const std::string& note : cube.description().notes) {
+    if (std::find(result.warnings.begin(), result.warnings.end(), note) != result.warnings.end()) {
+      continue;  // printed as such
+    }
     text += "\n" + wrapped(note, 80) + "\n";
   }
   return text;
@@ -164,6 +193,7 @@ std::string json_of(const Characterization& result) {
           json_from_matrix(reference.rotation_sensor_from_positioner)},
          {"mount_se_rad", json_from(reference.mount_se_rad)},
          {"residual_sd", reference.residual_sd},
+         {"worst_run", reference.worst_run},
          {"slope", {{"x", reference.slope.x()}, {"y", reference.slope.y()}}},
          {"p_value", reference.p_value}});
   }
@@ -171,6 +201,18 @@ std::string json_of(const Characterization& result) {
     json["repeatability"].push_back({{"slots", repeatability.slots},
                                      {"sd_rad", repeatability.sd_rad},
                                      {"degrees_of_freedom", repeatability.degrees_of_freedom}});
+  }
+  const CubeGeometry geometry = describe_geometry(result.positioner);
+  json["angles"] = Json::array();
+  for (const FaceAngle& angle : geometry.angles) {
+    json["angles"].push_back({{"faces", {face_name(angle.first), face_name(angle.second)}},
+                              {"angle_rad", angle.angle_rad},
+                              {"deviation_rad", angle.deviation_rad}});
+  }
+  for (const Face face : all_faces) {
+    if (const std::optional<double>& offset = geometry.offset_m[static_cast<std::size_t>(face)]) {
+      json["offset_m"][std::string(face_name(face))] = *offset;
+    }
   }
   return json_text(json);
 }
@@ -215,6 +257,12 @@ CharacterizeOptions options_of(const CharacterizeCommand& command) {
 }  // namespace
 
 int run(const CharacterizeCommand& command) {
+  if (command.output == "-" && command.json) {
+    throw UsageError("-o -: standard output cannot hold both the positioner and --json");
+  }
+  if (command.drawing) {
+    forbid_overwriting(command.output, *command.drawing);
+  }
   const std::vector<ReferenceFiles> files = reference_files(command);
   const CharacterizeOptions options = options_of(command);
   const std::vector<Reference> references = read_references(files);
@@ -223,16 +271,8 @@ int run(const CharacterizeCommand& command) {
   if (command.output != "-") {
     write_whole_file("-", command.json ? json_of(result) : text_of(result));
   }
-  if (!result.consistent) {
-    const std::string what =
-        result.suspect.empty()
-            ? "warning: the two instruments disagree about the cube (p = " +
-                  p_text(result.p_value) + "); a third would tell which one is wrong"
-            : "warning: slot " + result.suspect +
-                  " disagrees with the others about the cube (p = " + p_text(result.p_value) +
-                  "); calibrate that instrument again, or leave it out with --leave-out " +
-                  result.suspect;
-    std::fprintf(stderr, "%s\n", wrapped(what, 80).c_str());
+  for (const std::string& warning : result.warnings) {
+    std::fprintf(stderr, "%s\n", wrapped("warning: " + warning, 80).c_str());
   }
   return 0;
 }

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -8,6 +11,7 @@
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "axiscal/positioner/positioner_json.hpp"
 #include "axiscal/positioner/surface.hpp"
 #include "commands.hpp"
 #include "experiment_options.hpp"
@@ -25,6 +29,7 @@ constexpr double level_within = 2.0;
 struct Slope {
   Eigen::Vector2d value = Eigen::Vector2d::Zero();
   Eigen::Vector2d standard_error = Eigen::Vector2d::Zero();
+  bool of_last_block = false;
 
   [[nodiscard]] double size() const { return value.norm(); }
 
@@ -44,47 +49,106 @@ bool is_record(const std::string& path) {
          parse_json(read_whole_file(path), path).text_or("format") == "axiscal-calibration";
 }
 
-std::vector<Calibration> calibrations_of(const LevelCommand& command, Surface& surface) {
+// A record is read as it is: what would change it has no effect, so it is refused.
+void forbid_options_of_calibrate(const ExperimentOptions& options) {
+  for (const auto* option :
+       {&options.instrument, &options.serial, &options.axes, &options.unit, &options.convention,
+        &options.field, &options.field_unit, &options.field_magnitude, &options.field_table,
+        &options.slope, &options.slot, &options.assembly, &options.method, &options.weights,
+        &options.leave_out, &options.level_by}) {
+    if (option->has_value()) {
+      throw UsageError("level: a record is taken as it is; options of calibrate go with readings");
+    }
+  }
+}
+
+struct Measured {
+  std::string path;
+  Calibration calibration;
+};
+
+Measured measure(const LevelCommand& command, Surface& surface) {
   const std::vector<std::string>& files = command.experiment.files;
   if (files.size() == 1 && is_record(files.front())) {
-    return {read_calibration(files.front())};
+    forbid_options_of_calibrate(command.experiment);
+    if (command.experiment.positioner) {
+      surface = read_positioner(*command.experiment.positioner).surface();
+    }
+    return {files.front(), read_calibration(files.front())};
   }
   const Experiment experiment = make_experiment(command.experiment);
   surface = experiment.positioner.surface();
-  return calibrate_run(experiment, read_run(experiment), command.experiment.assembly.value_or(""));
+  const std::vector<Calibration> calibrations =
+      calibrate_run(experiment, read_run(experiment), command.experiment.assembly.value_or(""));
+  print_remarks(calibrations);
+  // What any slot warns of counts for the one table that all stand on.
+  Measured measured{files.front(), calibrations.front()};
+  for (std::size_t s = 1; s < calibrations.size(); ++s) {
+    std::vector<CalibrationWarning>& warnings = measured.calibration.warnings;
+    warnings.insert(warnings.end(), calibrations[s].warnings.begin(),
+                    calibrations[s].warnings.end());
+  }
+  return measured;
+}
+
+// A slope that the readings themselves contradict is no ground for turning screws.
+void require_trust(const Measured& measured) {
+  const Calibration& calibration = measured.calibration;
+  constexpr std::array<std::string_view, 5> spoiling = {
+      "levelness", "poor_fit", "table_moved", "slot_levelness", "uncertain_direction"};
+  const bool spoilt = std::any_of(
+      calibration.warnings.begin(), calibration.warnings.end(), [&](const CalibrationWarning& w) {
+        return std::find(spoiling.begin(), spoiling.end(), w.code) != spoiling.end();
+      });
+  if (spoilt || calibration.status == "refused" ||
+      (calibration.levelness && !calibration.levelness->consistent)) {
+    throw RefusedError(
+        "level: the readings do not agree about the slope, so no turns are given; mend what the "
+        "warnings name (take those readings again, --leave-out, --level-by block) first");
+  }
 }
 
 // Of several blocks the last: the table may have been moved before it. Of several slots all.
-Slope slope_of(const Calibration& calibration) {
+Slope slope_of(const Measured& measured) {
+  const Calibration& calibration = measured.calibration;
   if (calibration.field.kind != "gravity") {
     throw RefusedError("level: the field is " + calibration.field.kind +
                        ", and only gravity shows where the table is not level");
   }
+  if (!calibration.levelness && is_record(measured.path)) {
+    throw RefusedError(measured.path + ": the record holds no levelness; give the readings instead");
+  }
   if (!calibration.levelness) {
     throw RefusedError(
-        "level: no reading has its opposite (same rest face, opposite fence face), so nothing "
-        "shows "
+        "level: no reading has its opposite (same rest face, opposite fence face), so nothing shows "
         "the table's slope; take each face turned round as well");
   }
   const Levelness& levelness = *calibration.levelness;
-  if (!levelness.blocks.empty()) {
-    const BlockLevelness& last = levelness.blocks.back();
-    return {.value = {last.x, last.y},
-            .standard_error = {last.standard_error_x, last.standard_error_y}};
-  }
+  Slope slope{.value = {levelness.mean_x, levelness.mean_y},
+              .standard_error = {levelness.standard_error_x, levelness.standard_error_y}};
   if (levelness.combined) {
     const CombinedLevelness& all = *levelness.combined;
-    return {.value = {all.x, all.y},
-            .standard_error = {all.standard_error_x, all.standard_error_y}};
+    slope = {.value = {all.x, all.y}, .standard_error = {all.standard_error_x, all.standard_error_y}};
+  } else if (!levelness.blocks.empty()) {
+    const BlockLevelness& last = levelness.blocks.back();
+    slope = {.value = {last.x, last.y},
+             .standard_error = {last.standard_error_x, last.standard_error_y}};
   }
-  return {.value = {levelness.mean_x, levelness.mean_y},
-          .standard_error = {levelness.standard_error_x, levelness.standard_error_y}};
+  slope.of_last_block = !levelness.blocks.empty();
+  if (!(slope.value.squaredNorm() < 1.0)) {
+    throw DataError(measured.path, "/levelness/mean", "is no slope: X^2 + Y^2 must be less than 1");
+  }
+  return slope;
 }
 
 void add_options(const LevelCommand& command, Surface& surface) {
   if (command.adjusters) {
     surface.adjusters_m.clear();
     for (const std::string_view pair : split(*command.adjusters, ';')) {
+      if (std::count(pair.begin(), pair.end(), ',') != 1) {
+        throw UsageError("--adjusters: '" + *command.adjusters +
+                         "' must be positions in metres, \"X,Y;X,Y;X,Y\"");
+      }
       const std::vector<double> xy = numbers_of("--adjusters", std::string(pair), 2);
       surface.adjusters_m.emplace_back(xy[0], xy[1]);
     }
@@ -136,13 +200,17 @@ std::string micro(double value) {
 std::string text_of(const Slope& slope,
                     const std::vector<AdjusterMove>& moves,
                     const Surface& surface) {
+  const auto rises = [](double value, char axis) {
+    return std::string(value < 0.0 ? "-" : "+") + axis;
+  };
   std::string text = wrapped(
-      fmt::format("The table is level to {} +- {} urad (slope {}, {} urad along x and y, standard "
-                  "errors {}, {}); it rises towards {}x and {}y.",
-                  micro(slope.size()), micro(slope.size_error()), micro(slope.value.x()),
+      fmt::format("The table is level to {} +- {} urad{} (slope {}, {} urad along x and y, standard "
+                  "errors {}, {}); it rises towards {} and {}.",
+                  micro(slope.size()), micro(slope.size_error()),
+                  slope.of_last_block ? " in the last block" : "", micro(slope.value.x()),
                   micro(slope.value.y()), micro(slope.standard_error.x()),
-                  micro(slope.standard_error.y()), slope.value.x() < 0.0 ? "-" : "+",
-                  slope.value.y() < 0.0 ? "-" : "+"),
+                  micro(slope.standard_error.y()), rises(slope.value.x(), 'x'),
+                  rises(slope.value.y(), 'y')),
       80);
   text += fmt::format("\n\n  {:>10}{:>10}{:>16}{:>8}{:>10}\n", "x [mm]", "y [mm]", "raise by [um]",
                       "+-", "turns");
@@ -178,14 +246,10 @@ int run(const LevelCommand& command) {
   if (command.adjusters) {
     add_options(command, surface);
   }
-  const std::vector<Calibration> calibrations = calibrations_of(command, surface);
+  const Measured measured = measure(command, surface);
   add_options(command, surface);
-  print_remarks(calibrations);
-  const Calibration& calibration = calibrations.front();
-  if (calibration.status == "refused" && !calibrations.front().levelness) {
-    throw RefusedError("level: the calibration was refused, and with it the slope");
-  }
-  const Slope slope = slope_of(calibration);
+  const Slope slope = slope_of(measured);
+  require_trust(measured);
   const Eigen::Matrix2d covariance = slope.standard_error.cwiseAbs2().asDiagonal();
   const std::vector<AdjusterMove> moves = level_table(slope.value, covariance, surface);
   write_whole_file("-", command.json

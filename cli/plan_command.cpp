@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -60,6 +63,9 @@ Experiment planned_experiment(const PlanCommand& command) {
   if (command.slope) {
     const std::vector<double> slope = numbers_of("--slope", *command.slope, 2);
     experiment.slope = Eigen::Vector2d(slope[0], slope[1]);
+    if (!(experiment.slope.norm() < 1.0)) {
+      throw UsageError("--slope: X^2 + Y^2 must be less than 1");
+    }
   }
   if (command.method) {
     experiment.method = parse_method(*command.method);
@@ -167,7 +173,7 @@ struct Plan {
   std::optional<double> wanted_rad;
   int replicates_needed = 0;
   std::vector<ToleranceEffect> tolerances;
-  std::vector<std::string> seats;  // remarks on how the cube lies
+  std::vector<std::string> remarks;
 };
 
 double degrees(double radian) {
@@ -192,7 +198,7 @@ class PlanText {
     }
     add_wanted();
     add_tolerances();
-    for (const std::string& remark : plan_.seats) {
+    for (const std::string& remark : plan_.remarks) {
       text_ += "\n" + wrapped(remark, 80) + "\n";
     }
     return text_;
@@ -275,7 +281,7 @@ class PlanText {
                            degrees(by_asin.roll_rad));
     }
     const auto part = [&](const char* name, const Eigen::MatrixXd& covariance) {
-      text_ += fmt::format("  {:<46}{:>10.3g}\n", name,
+      text_ += fmt::format("  {:<54}{:>10.3g}\n", name,
                            degrees(largest_angle_uncertainty(forecast, covariance)));
     };
     part("largest, of the direction in any attitude", C);
@@ -284,7 +290,7 @@ class PlanText {
       part("  by the cube (replicates do not lower it)", forecast.positioner);
     }
     if (!forecast.level.isZero(0.0)) {
-      part("  by the table's level (nor this)", forecast.level);
+      part("  by the table's level (replicates do not lower it)", forecast.level);
     }
   }
 
@@ -325,6 +331,20 @@ class PlanText {
       text_ += fmt::format("{:>11.4g}\n", 1e6 * effect.worst_angle_95_rad);
     }
     text_ += "  (95 % of: no more than this in any attitude for 95 % of the cubes)\n";
+    const int unusable = plan_.tolerances.front().unusable;
+    if (unusable > 0) {
+      text_ += fmt::format("  {} of the cubes could not be used\n", unusable);
+    }
+    if (!plan_.setup.positioner.feet(Face::plus_x)) {
+      const BallFrame frame;
+      text_ += wrapped(fmt::format("  Drawn as: edge {} mm, feet {} mm high of radius {} mm within {} "
+                                   "mm of the middle; --positioner takes another drawing.",
+                                   1e3 * frame.edge_m, 1e3 * frame.foot_height_m,
+                                   1e3 * frame.ball_radius_m,
+                                   1e3 * frame.foot_positions_m[0].cwiseAbs().maxCoeff()),
+                       80) +
+               "\n";
+    }
   }
 
   const Plan& plan_;
@@ -399,37 +419,61 @@ std::string plan_json(const Plan& plan) {
   return json_text(json);
 }
 
-std::vector<std::string> remarks_on_seats(const Positioner& positioner,
-                                          const std::vector<DesignEntry>& design) {
-  std::vector<std::string> remarks;
-  for (const DesignEntry& entry : design) {
-    const Seat& seat = positioner.seat(entry.point);
-    if (!seat.defect.empty()) {
-      throw RefusedError("plan: at " + entry.point.name() + " the cube cannot lie: " + seat.defect);
-    }
-    if (seat.rocks) {
-      remarks.push_back(entry.point.name() +
-                        ": this seat rocks (a middle foot of the fence face stands out); hold the "
-                        "cube to the same side each time");
-    }
+std::vector<std::string> remarks_on(const ForecastSetup& setup) {
+  std::set<DesignPoint> points;
+  for (const DesignEntry& entry : setup.design) {
+    points.insert(entry.point);
+  }
+  std::vector<std::string> remarks = rocking_remarks(setup.positioner, points);
+  if (setup.method == Method::known && !(setup.level_u_rad > 0.0)) {
+    remarks.emplace_back(
+        "Method known takes the table's slope as exactly known; --level-u says how well it is.");
   }
   return remarks;
 }
 
-// The replicates that the wanted uncertainty needs.
-int needed_replicates(const ForecastSetup& setup, double wanted_rad) {
-  const std::optional<int> needed = replicates_for_angle(setup, wanted_rad);
-  if (needed) {
-    return *needed;
+void check_outputs(const PlanCommand& command) {
+  if (command.page == "-") {
+    throw UsageError("--page: needs a file; standard output is for the sheet and the forecast");
   }
-  ForecastSetup silent = setup;
-  silent.noise_sd = 0.0;
-  const Forecast rest = forecast(silent);
-  throw RefusedError(
-      "--want-angle-deg: no number of replicates reaches " + short_number(degrees(wanted_rad)) +
-      " degrees: the cube and the table's level alone leave " +
-      short_number(degrees(largest_angle_uncertainty(rest, rest.covariance()))) +
-      "; measure the cube better (characterize), or the level (method paired or joint)");
+  if (command.page && command.page == command.output) {
+    throw UsageError("--page: the page and the sheet need files of their own");
+  }
+  if (command.trials && !command.tolerances) {
+    throw UsageError("--trials: goes with --tolerances");
+  }
+  for (const std::string& output : {command.output.value_or("-"), command.page.value_or("-")}) {
+    for (const std::optional<std::string>& input :
+         {command.experiment, command.positioner, std::optional(command.sheet.design)}) {
+      if (input) {
+        forbid_overwriting(output, *input);
+      }
+    }
+  }
+}
+
+// The replicates that the wanted uncertainty needs.
+int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_sheet) {
+  constexpr int longest_sheet = 1000;
+  const std::optional<double> needed = replicates_for_angle(setup, wanted_rad);
+  if (!needed) {
+    ForecastSetup silent = setup;
+    silent.noise_sd = 0.0;
+    const Forecast rest = forecast(silent);
+    throw RefusedError(
+        "--want-angle-deg: no number of replicates reaches " + short_number(degrees(wanted_rad)) +
+        " degrees: the cube and the table's level alone leave " +
+        short_number(degrees(largest_angle_uncertainty(rest, rest.covariance()))) +
+        "; measure the cube better (characterize), or the level (method paired or joint)");
+  }
+  if (makes_sheet && *needed > longest_sheet) {
+    throw RefusedError("--want-angle-deg: " + short_number(degrees(wanted_rad)) + " degrees need " +
+                       fmt::format("{:.0f}", *needed) + " replicates of " +
+                       std::to_string(setup.samples) +
+                       " samples a point; average more samples at each point (--samples), or state "
+                       "--replicates");
+  }
+  return static_cast<int>(std::min(*needed, 1e9));
 }
 
 }  // namespace
@@ -441,16 +485,12 @@ int run(const PlanCommand& command) {
   if (command.want_angle && !command.noise) {
     throw UsageError("--want-angle-deg: the noise of a sample is needed too (--noise)");
   }
-  if (command.experiment) {
-    for (const std::string& output : {command.output.value_or("-"), command.page.value_or("-")}) {
-      forbid_overwriting(output, *command.experiment);
-    }
-  }
+  check_outputs(command);
   const Experiment experiment = planned_experiment(command);
   const std::vector<DesignEntry> design = design_of(command.sheet);
   Plan plan;
   plan.setup = forecast_setup(command, experiment, design);
-  plan.seats = remarks_on_seats(experiment.positioner, design);
+  plan.remarks = remarks_on(plan.setup);
   const Eigen::Vector3d field =
       plan.setup.nominal.field.in_table.value_or(Eigen::Vector3d(Eigen::Vector3d::UnitZ()));
   plan.quality = assess_design(design, experiment.positioner, field);
@@ -464,7 +504,7 @@ int run(const PlanCommand& command) {
       throw UsageError("--want-angle-deg: must be positive");
     }
     plan.wanted_rad = wanted_deg * rad_per_deg;
-    plan.replicates_needed = needed_replicates(plan.setup, *plan.wanted_rad);
+    plan.replicates_needed = needed_replicates(plan.setup, *plan.wanted_rad, !command.sheet.replicates);
     if (!command.sheet.replicates) {
       plan.setup.replicates = plan.replicates_needed;
     }

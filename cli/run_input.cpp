@@ -83,6 +83,13 @@ Run read_run(const Experiment& experiment) {
   return run;
 }
 
+std::string slot_of(const Experiment& experiment, const Run& run) {
+  const std::vector<Mount>& mounts = experiment.positioner.mounts();
+  const bool only_mount = experiment.slot.empty() && run.slots.empty() && mounts.size() == 1 &&
+                          !is_of_reference(experiment.positioner, mounts.front().slot);
+  return only_mount ? mounts.front().slot : experiment.slot;
+}
+
 std::vector<Calibration> calibrate_run(Experiment experiment,
                                        const Run& run,
                                        const std::string& assembly) {
@@ -97,16 +104,16 @@ std::vector<Calibration> calibrate_run(Experiment experiment,
   const std::vector<Mount>& mounts = experiment.positioner.mounts();
   std::vector<Calibration> calibrations;
   if (run.slots.empty()) {
+    experiment.slot = slot_of(experiment, run);
     experiment.rotation_sensor_from_positioner =
         mount_rotation(experiment.positioner, experiment.slot);
-    if (experiment.slot.empty() && mounts.size() == 1) {
-      experiment.slot = mounts.front().slot;
-      notes.push_back("the instrument sits in the positioner's only slot, " + experiment.slot +
+    if (!experiment.slot.empty() && mounts.size() == 1) {
+      notes.push_back("the instrument sits in the positioner's slot " + experiment.slot +
                       ", with its mount's rotation");
-    } else if (experiment.slot.empty() && mounts.size() > 1) {
+    } else if (experiment.slot.empty() && !mounts.empty()) {
       notes.emplace_back(
-          "the positioner has mounts for several slots and none was stated (--slot): the "
-          "instrument's frame is taken as the cube's");
+          "the positioner's mounts are not used, as no slot is stated (--slot): the instrument's "
+          "frame is taken as the cube's");
     }
     calibrations.push_back(calibrate(experiment, run.observations));
   } else {
@@ -135,7 +142,7 @@ void print_remarks(const std::vector<Calibration>& calibrations) {
                                  : "";
     for (const std::string& note : calibration.notes) {
       if (said.insert(note).second) {
-        std::fprintf(stderr, "note: %s\n", note.c_str());
+        std::fprintf(stderr, "%s\n", wrapped("note: " + note, 80).c_str());
       }
     }
     for (const CalibrationWarning& warning : calibration.warnings) {

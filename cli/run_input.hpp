@@ -29,6 +29,10 @@ struct Run {
 [[nodiscard]] std::vector<Mount> mounts_of_assembly(const std::string& assembly,
                                                     const std::vector<std::string>& slots);
 
+/// @return the slot of a single instrument: the stated one, or that of the positioner's only mount
+///         (not of a reference instrument); empty where there is none, or columns state slots.
+[[nodiscard]] std::string slot_of(const Experiment& experiment, const Run& run);
+
 /// Calibrates what was read: one record, or one for each slot of an assembly.
 ///
 /// @param assembly  as mounts_of_assembly(), instead of the positioner's mounts; empty for those.

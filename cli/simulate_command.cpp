@@ -73,6 +73,10 @@ SimulationOptions simulation_options(const SimulateCommand& command) {
 }  // namespace
 
 int run(const SimulateCommand& command) {
+  if (command.positioner) {
+    forbid_overwriting(command.output, *command.positioner);
+  }
+  forbid_overwriting(command.output, command.sheet.design);
   SimulationOptions options = simulation_options(command);
   std::vector<Truth> truths = read_truths(command);
   const std::vector<RunSheetRow> sheet = make_sheet(command.sheet);

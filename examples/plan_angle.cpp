@@ -21,10 +21,10 @@ int main() {
   for (const double cube_u_rad : {0.0, 3e-5, 2e-4}) {
     setup.normal_u_rad = cube_u_rad;
     std::printf("faces known to %3.0f urad: ", 1e6 * cube_u_rad);
-    if (const std::optional<int> replicates = axiscal::replicates_for_angle(setup, wanted_rad)) {
-      setup.replicates = *replicates;
+    if (const std::optional<double> replicates = axiscal::replicates_for_angle(setup, wanted_rad)) {
+      setup.replicates = static_cast<int>(*replicates);
       const axiscal::Forecast forecast = axiscal::forecast(setup);
-      std::printf("%d replicates, %.4f degrees in any attitude\n", *replicates,
+      std::printf("%d replicates, %.4f degrees in any attitude\n", setup.replicates,
                   axiscal::largest_angle_uncertainty(forecast, forecast.covariance()) *
                       axiscal::deg_per_rad);
     } else {

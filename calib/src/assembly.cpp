@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/assembly.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -24,25 +25,43 @@ struct Mean {
   double degrees_of_freedom = 0.0;
 };
 
+// Without noise all weigh alike.
+Eigen::Array2d variance_of(const Levelness& levelness) {
+  return Eigen::Array2d(levelness.standard_error_x, levelness.standard_error_y)
+      .square()
+      .max(rounding_rad * rounding_rad);
+}
+
 Mean mean_without(const std::vector<SlotLevelness>& slots, std::size_t without) {
   Mean mean;
   Eigen::Array2d weights = Eigen::Array2d::Zero();
+  double over_dof = 0.0;  // Welch and Satterthwaite
   for (std::size_t i = 0; i < slots.size(); ++i) {
     if (i == without) {
       continue;
     }
     const Levelness& own = slots[i].levelness;
-    // Without noise all weigh alike.
-    const Eigen::Array2d variance =
-        Eigen::Array2d(own.standard_error_x, own.standard_error_y).square() +
-        rounding_rad * rounding_rad;
+    const Eigen::Array2d variance = variance_of(own);
     weights += variance.inverse();
     mean.value += Eigen::Array2d(own.mean_x, own.mean_y) / variance;
-    mean.degrees_of_freedom += own.degrees_of_freedom;
+    over_dof += variance.inverse().square().sum() / own.degrees_of_freedom;
   }
   mean.value /= weights;
   mean.variance = weights.inverse();
+  mean.degrees_of_freedom = weights.square().sum() / over_dof;
   return mean;
+}
+
+// Where each block has its own levelness, that of the last one.
+Levelness as_it_stands(Levelness levelness) {
+  if (!levelness.blocks.empty()) {
+    const BlockLevelness& last = levelness.blocks.back();
+    levelness.mean_x = last.x;
+    levelness.mean_y = last.y;
+    levelness.standard_error_x = last.standard_error_x;
+    levelness.standard_error_y = last.standard_error_y;
+  }
+  return levelness;
 }
 
 void warn_of_disagreement(Calibration& calibration, const CombinedLevelness& combined) {
@@ -88,13 +107,21 @@ std::vector<SlotObservations> split_by_slot(const Observations& all,
   return parts;
 }
 
+bool is_of_reference(const Positioner& positioner, const std::string& slot) {
+  const std::vector<MeasuredFrom>& from = positioner.description().from;
+  return std::any_of(from.begin(), from.end(),
+                     [&](const MeasuredFrom& reference) { return reference.slot == slot; });
+}
+
 Eigen::Matrix3d mount_rotation(const Positioner& positioner, const std::string& slot) {
   const std::vector<Mount>& mounts = positioner.mounts();
   if (mounts.empty() || (slot.empty() && mounts.size() > 1)) {
     return Eigen::Matrix3d::Identity();
   }
   if (slot.empty()) {
-    return mounts.front().rotation_sensor_from_positioner;
+    return is_of_reference(positioner, mounts.front().slot)
+               ? Eigen::Matrix3d::Identity()
+               : mounts.front().rotation_sensor_from_positioner;
   }
   if (const std::optional<Mount> mount = positioner.mount(slot)) {
     return mount->rotation_sensor_from_positioner;
@@ -124,10 +151,13 @@ CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots) {
     combined.slots.push_back(slots[i].slot);
     const Mean others = mean_without(slots, i);
     const Eigen::Array2d difference = Eigen::Array2d(own.mean_x, own.mean_y) - others.value;
-    const Eigen::Array2d variance =
-        others.variance + Eigen::Array2d(own.standard_error_x, own.standard_error_y).square();
+    const Eigen::Array2d variance = others.variance + variance_of(own);
     const double f = 0.5 * (difference.square() / variance).sum();
-    const double p = f_upper_p(f, 2.0, own.degrees_of_freedom + others.degrees_of_freedom);
+    const double dof =
+        variance.square().sum() /
+        (variance_of(own).square().sum() / own.degrees_of_freedom +
+         others.variance.square().sum() / others.degrees_of_freedom);
+    const double p = f_upper_p(f, 2.0, dof);
     if (std::isnan(p)) {
       combined.p_value = std::numeric_limits<double>::quiet_NaN();
       return combined;
@@ -152,22 +182,31 @@ std::vector<Calibration> calibrate_assembly(const Experiment& experiment,
   std::vector<Calibration> calibrations;
   std::vector<SlotLevelness> levelness;
   for (const SlotObservations& slot : slots) {
+    const std::vector<Reading>& readings = slot.observations.readings;
+    if (slots.size() > 1 && !readings.empty() && readings.front().field_in_sensor) {
+      throw SetupError(
+          "columns fx, fy, fz are the field in one instrument's frame, but the readings are of "
+          "several slots; give each slot a file of its own");
+    }
+  }
+  for (const SlotObservations& slot : slots) {
     Experiment own = experiment;
     own.slot = slot.slot;
     own.rotation_sensor_from_positioner = mount_rotation(experiment.positioner, slot.slot);
     try {
       calibrations.push_back(calibrate(own, slot.observations));
+    } catch (const SetupError& error) {
+      throw SetupError("slot " + slot.slot + ": " + error.what());
     } catch (const RankDeficientError& error) {
       throw RankDeficientError("slot " + slot.slot + ": " + error.what(), error.undetermined());
     } catch (const RefusedError& error) {
       throw RefusedError("slot " + slot.slot + ": " + error.what());
     }
-    if (calibrations.back().levelness) {
-      levelness.push_back({.slot = slot.slot, .levelness = *calibrations.back().levelness});
+    if (const std::optional<Levelness>& measured = calibrations.back().levelness) {
+      levelness.push_back({.slot = slot.slot, .levelness = as_it_stands(*measured)});
     }
   }
-  // Where each block has its own levelness there is no common mean to compare.
-  if (levelness.size() == slots.size() && slots.size() > 1 && experiment.level_by == LevelBy::run) {
+  if (levelness.size() == slots.size() && slots.size() > 1) {
     const CombinedLevelness combined = combine_levelness(levelness);
     for (Calibration& calibration : calibrations) {
       calibration.levelness->combined = combined;

@@ -240,6 +240,7 @@ std::optional<Eigen::Vector3d> mean_field(const std::vector<Eigen::Vector3d>& fi
 std::vector<ReadingResidual> residuals_of(const Observations& observations,
                                           const ReadingSet& set,
                                           const std::vector<Eigen::Vector3d>& fields,
+                                          const Positioner& positioner,
                                           const Calibration& calibration,
                                           const std::vector<bool>& used) {
   const LinearResponse& response = calibration.response;
@@ -257,6 +258,16 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
   std::vector<ReadingResidual> residuals;
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
     const Reading& reading = observations.readings[i];
+    if (!used[i] && reading.point && !positioner.seat(*reading.point).defect.empty()) {
+      // Left out as the cube cannot lie so: there is no field to hold the reading against.
+      residuals.push_back({.run = reading.run,
+                           .point = reading.point,
+                           .response = Eigen::VectorXd::Constant(
+                               response.bias.size(), std::numeric_limits<double>::quiet_NaN()),
+                           .magnitude = std::numeric_limits<double>::quiet_NaN(),
+                           .used = false});
+      continue;
+    }
     const Eigen::Vector3d field =
         by_field ? *reading.field_in_sensor
                  : reading.level * (set.orientation(*reading.point) * field_in_table(reading));
@@ -299,16 +310,14 @@ void add_notes(Calibration& calibration,
       }
     }
   }
-  std::set<DesignPoint> rocking;
+  std::set<DesignPoint> points;
   for (const Reading& reading : observations.readings) {
-    if (reading.point && positioner.seat(*reading.point).rocks) {
-      rocking.insert(*reading.point);
+    if (reading.point) {
+      points.insert(*reading.point);
     }
   }
-  for (const DesignPoint& point : rocking) {
-    calibration.notes.push_back(point.name() +
-                                ": this seat rocks, as a middle foot of the fence face stands out; "
-                                "the nearer of its two positions was taken");
+  for (std::string& remark : rocking_remarks(positioner, points)) {
+    calibration.notes.push_back(std::move(remark));
   }
   std::set<int> runs;
   for (const Reading& reading : observations.readings) {
@@ -417,7 +426,8 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
     in_fit[rows[i]] = false;
     unpaired_runs.push_back(set.readings[i].run);
   }
-  calibration.residuals = residuals_of(observations, set, estimate.fields, calibration, in_fit);
+  calibration.residuals = residuals_of(observations, set, estimate.fields, experiment.positioner,
+                                       calibration, in_fit);
   add_notes(calibration, observations, experiment.positioner);
   calibration.warnings = find_warnings(calibration, estimate, std::move(unpaired_runs));
   const bool refused =

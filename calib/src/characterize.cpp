@@ -137,7 +137,9 @@ std::vector<SolidReference> solid_references(const std::vector<Reference>& refer
                        .covariance = calibration_covariance(reference.calibration),
                        .calibration_dof = calibration_dof(reference.calibration),
                        .F = reference.calibration.field.magnitude,
+                       .sign = sign_along_normal(reference.calibration.field),
                        .instrument = instrument,
+                       .root_weights = {},
                        .levels = {}});
     std::map<int, std::size_t> blocks;
     for (const Reading& reading : own.readings) {
@@ -145,6 +147,10 @@ std::vector<SolidReference> solid_references(const std::vector<Reference>& refer
       own.levels.push_back(blocks.emplace(block, blocks.size()).first->second);
     }
     own.level_count = blocks.size();
+    const std::optional<Eigen::VectorXd>& samples = reference.observations.samples;
+    for (Eigen::Index i = 0; i < reference.observations.size(); ++i) {
+      own.root_weights.push_back(samples ? std::sqrt((*samples)(i) / samples->mean()) : 1.0);
+    }
     require_opposites(own);
   }
   return solid;
@@ -201,9 +207,10 @@ std::vector<SolidReference> part_of(const std::vector<SolidReference>& reference
 void compare_instruments(const std::vector<SolidReference>& references,
                          const CharacterizeOptions& options,
                          Characterization& result) {
-  std::map<std::size_t, std::string> slot_of_instrument;
+  std::map<std::size_t, std::string> slot_of_instrument;  // all of its slots, parted by commas
   for (const SolidReference& reference : references) {
-    slot_of_instrument.emplace(reference.instrument, reference.slot);
+    std::string& slots = slot_of_instrument[reference.instrument];
+    slots += (slots.empty() ? "" : ",") + reference.slot;
   }
   result.p_value = not_a_number;
   for (ReferenceResult& reference : result.references) {
@@ -223,7 +230,7 @@ void compare_instruments(const std::vector<SolidReference>& references,
       p = p_of_difference(SolidFit(own, options.drawing, options.free_bias_and_scale).solve(),
                           SolidFit(others, options.drawing, options.free_bias_and_scale).solve());
     } catch (const RefusedError&) {
-      continue;  // an instrument that did not take all faces cannot be compared
+      continue;  // readings that alone do not determine the cube cannot be compared
     }
     for (std::size_t k = 0; k < references.size(); ++k) {
       if (references[k].instrument == instrument) {
@@ -282,10 +289,70 @@ std::vector<MountRepeatability> find_repeatability(const std::vector<SolidRefere
   return found;
 }
 
-std::string micro(double radian) {
+std::string significant(double value) {
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", 1e6 * radian);
+  std::snprintf(text.data(), text.size(), "%.3g", value);
   return text.data();
+}
+
+std::string micro(double radian) {
+  return significant(1e6 * radian);
+}
+
+// The scatter that the instrument's own calibration had [field unit]; NaN where it states none.
+double scatter_of_record(const Calibration& calibration) {
+  if (!calibration.statistics ||
+      calibration.statistics->residual_sd.size() != calibration.response.bias.size()) {
+    return not_a_number;
+  }
+  const Eigen::VectorXd relative = calibration.statistics->residual_sd.cwiseQuotient(
+      calibration.response.sensitivity.rowwise().norm());
+  return std::sqrt(relative.cwiseAbs2().mean());
+}
+
+// A mistake within one reference shows in the scatter of its readings, not in the agreement.
+void warn_of_scatter(const std::vector<Reference>& references, Characterization& result) {
+  constexpr double suspicious = 5.0;  // times what is to be expected
+  for (const ReferenceResult& own : result.references) {
+    std::vector<double> others;
+    for (const ReferenceResult& other : result.references) {
+      if (&other != &own) {
+        others.push_back(other.residual_sd);
+      }
+    }
+    const auto reference =
+        std::find_if(references.begin(), references.end(),
+                     [&](const Reference& one) { return one.slot == own.slot; });
+    double expected = scatter_of_record(reference->calibration);
+    if (!others.empty()) {
+      const auto middle = others.begin() + static_cast<std::ptrdiff_t>(others.size() / 2);
+      std::nth_element(others.begin(), middle, others.end());
+      expected = std::fmax(expected, *middle);
+    }
+    if (own.residual_sd > suspicious * expected &&
+        own.residual_sd > 1e-12 * reference->calibration.field.magnitude) {
+      result.warnings.push_back(
+          "slot " + own.slot + ": its readings scatter by " + significant(own.residual_sd) + " " +
+          reference->calibration.field.unit + ", " + significant(own.residual_sd / expected) +
+          " times what is to be expected, run " + std::to_string(own.worst_run) +
+          " most; look for a wrong label, a loose instrument, a table that was moved (--level-by "
+          "block), or readings of another instrument");
+    }
+  }
+}
+
+void find_warnings(const std::vector<Reference>& references, Characterization& result) {
+  warn_of_scatter(references, result);
+  if (!result.consistent) {
+    const std::string p = " (p = " + significant(result.p_value) + ")";
+    result.warnings.push_back(
+        result.suspect.empty()
+            ? "the two instruments disagree about the cube" + p +
+                  "; a third would tell which one is wrong"
+            : "slot " + result.suspect + " disagrees with the others about the cube" + p +
+                  "; calibrate that instrument again, or leave it out with --leave-out " +
+                  result.suspect);
+  }
 }
 
 }  // namespace
@@ -331,9 +398,9 @@ Characterization characterize(const std::vector<Reference>& references,
 
   Characterization result;
   const Eigen::Matrix<double, 9, 9> total = solution.noise + solution.handed_on;
-  result.noise_rad = std::sqrt(solution.noise.trace() / 18.0);
-  result.transferred_rad = std::sqrt(solution.handed_on.trace() / 18.0);
-  result.normal_u_rad = std::sqrt(total.trace() / 18.0);
+  result.noise_rad = std::sqrt(solution.noise.trace() / 12.0);
+  result.transferred_rad = std::sqrt(solution.handed_on.trace() / 12.0);
+  result.normal_u_rad = std::sqrt(total.trace() / 12.0);
   std::vector<std::string> instruments;
   PositionerDescription description = fit.positioner_of(solution.state.normals).description();
   description.id = options.id;
@@ -357,6 +424,7 @@ Characterization characterize(const std::vector<Reference>& references,
                                  .rotation_sensor_from_positioner = solution.state.mounts[k],
                                  .mount_se_rad = solution.mount_noise[k].diagonal().cwiseSqrt(),
                                  .residual_sd = solution.sigma[k],
+         .worst_run = solution.worst_runs[k],
                                  .slope = slope});
     description.mounts.push_back(
         {.slot = solid[k].slot, .rotation_sensor_from_positioner = solution.state.mounts[k]});
@@ -378,12 +446,35 @@ Characterization characterize(const std::vector<Reference>& references,
   description.notes.emplace_back(
       "an error that all instruments share (calibrated in one cube, by one method) is handed on "
       "whole, and is not in the covariance");
+  const bool has_feet = std::all_of(all_faces.begin(), all_faces.end(), [&](Face face) {
+    return options.drawing.feet(face).has_value();
+  });
+  if (!has_feet) {
+    description.notes.emplace_back(
+        "no drawing with feet: seats by the face normals alone; for a cube on feet, or a leaning "
+        "fence, errors of about the slope times how far the faces are out of square come on top");
+  }
   if (!all_have_covariance) {
     description.notes.emplace_back(
         "a record states no covariance; its instrument was taken as exact");
   }
-  result.positioner = Positioner(std::move(description));
   compare_instruments(solid, options, result);
+  find_warnings(references, result);
+  for (const std::string& warning : result.warnings) {
+    description.notes.push_back(warning);
+  }
+  const Positioner positioner(std::move(description));
+  description = positioner.description();
+  std::set<DesignPoint> points;
+  for (const SolidReference& reference : solid) {
+    for (const Reading& reading : reference.readings) {
+      points.insert(*reading.point);
+    }
+  }
+  for (std::string& remark : rocking_remarks(positioner, points)) {
+    description.notes.push_back(std::move(remark));
+  }
+  result.positioner = Positioner(std::move(description));
   return result;
 }
 

@@ -29,7 +29,12 @@ std::string points_to_add(const Eigen::MatrixXd& design, const RowsForPoint& row
     if (rank == design.cols()) {
       break;
     }
-    const Eigen::MatrixXd rows = rows_for(entry.point);
+    Eigen::MatrixXd rows;
+    try {
+      rows = rows_for(entry.point);
+    } catch (const RefusedError&) {
+      continue;  // the cube cannot lie so
+    }
     Eigen::MatrixXd longer(extended.rows() + rows.rows(), design.cols());
     longer << extended, rows;
     const Eigen::Index longer_rank = rank_of(longer);

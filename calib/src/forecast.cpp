@@ -3,13 +3,13 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "design_advice.hpp"
 #include "estimation.hpp"
@@ -109,11 +109,20 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
   const JointState state = fit.at({field});
   const Eigen::VectorXd sigma = Eigen::VectorXd::Ones(m);
   const Eigen::MatrixXd J = fit.jacobian(state, sigma);
-  if (std::vector<Eigen::Index> open = undetermined_columns(J); !open.empty()) {
-    throw RankDeficientError(
-        "the design does not determine the coefficients together with the field's direction; take "
-        "each face turned round as well, or use --method known",
-        {});
+  if (const std::vector<Eigen::Index> open = undetermined_columns(J); !open.empty()) {
+    std::vector<std::string> all = parameter_names(set.axes);
+    all.resize(static_cast<std::size_t>(J.cols()), "direction of the field");
+    std::vector<std::string> names;
+    for (const Eigen::Index j : open) {
+      if (names.empty() || names.back() != all[static_cast<std::size_t>(j)]) {
+        names.push_back(all[static_cast<std::size_t>(j)]);
+      }
+    }
+    const std::string list = joined(names);
+    throw RankDeficientError("the design does not determine " + list +
+                                 " together; take each face turned round as well, or the method "
+                                 "known on a level table",
+                             std::move(names));
   }
   map.coefficients_from_readings = pseudo_inverse(J).topRows(4 * m);
   map.parameters = 4.0 + 2.0 / static_cast<double>(m);
@@ -238,16 +247,11 @@ AngleUncertainty forecast_angles(const Forecast& forecast,
 }
 
 double largest_angle_uncertainty(const Forecast& forecast, const Eigen::MatrixXd& covariance) {
-  // Directions spread evenly over the sphere along a spiral; the function is smooth and even these
-  // few hundred find its largest value to a part in a thousand.
+  // The function is smooth: a few hundred directions find its largest value to a part in a thousand.
   constexpr int directions = 600;
-  const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
   const Eigen::MatrixXd inverse = inverse_of(forecast);
   double largest = 0.0;
-  for (int i = 0; i < directions; ++i) {
-    const double z = 1.0 - (2.0 * i + 1.0) / directions;
-    const double r = std::sqrt(1.0 - z * z);
-    const Eigen::Vector3d u(r * std::cos(golden * i), r * std::sin(golden * i), z);
+  for (const Eigen::Vector3d& u : directions_on_sphere(directions)) {
     const Eigen::Matrix3d C =
         field_covariance(forecast, inverse, covariance, forecast.magnitude * u);
     const Eigen::Matrix<double, 3, 2> T = tangents_of(u);
@@ -258,7 +262,7 @@ double largest_angle_uncertainty(const Forecast& forecast, const Eigen::MatrixXd
   return std::sqrt(largest) / forecast.magnitude;
 }
 
-std::optional<int> replicates_for_angle(const ForecastSetup& setup, double wanted_rad) {
+std::optional<double> replicates_for_angle(const ForecastSetup& setup, double wanted_rad) {
   if (!(wanted_rad > 0.0)) {
     throw DomainError("replicates_for_angle: the wanted uncertainty must be positive");
   }
@@ -270,14 +274,18 @@ std::optional<int> replicates_for_angle(const ForecastSetup& setup, double wante
     first.noise = noise / replicates;
     return largest_angle_uncertainty(first, first.covariance()) <= wanted_rad;
   };
-  constexpr double most = 1e6;
+  constexpr double most = 1e15;
   if (!reaches(most)) {
     return std::nullopt;
   }
-  int low = 0;  // not enough
-  int high = static_cast<int>(most);
-  while (high - low > 1) {
-    const int middle = low + (high - low) / 2;
+  double low = 0.0;  // not enough
+  double high = 1.0;
+  while (!reaches(high)) {
+    low = high;
+    high *= 2.0;
+  }
+  while (high - low > 1.0) {
+    const double middle = std::floor(0.5 * (low + high));
     (reaches(middle) ? high : low) = middle;
   }
   return high;

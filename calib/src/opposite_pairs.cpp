@@ -16,6 +16,8 @@ namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double mistake_below = 0.005;  // probability below which estimates disagree
+// What is seen only through cross-axis terms is no estimate of a face.
+constexpr double smallest_pivot_of_a_face = 0.2;
 
 struct WeightedMean {
   Eigen::VectorXd value;   // m entries
@@ -216,21 +218,27 @@ double block_p_value(const ReadingSet& set,
              : 0.0;
 }
 
-// The levelness of each block, where each has its own.
-std::vector<BlockLevelness> levelness_by_block(const ReadingSet& set,
-                                               const PlaneFits& planes,
-                                               double s,
-                                               double F) {
-  std::vector<BlockLevelness> blocks;
-  for (std::size_t i = 0; i < planes.fits.size() && planes.fits.size() > 1; ++i) {
-    const PlaneFit& fit = planes.fits[i];
-    blocks.push_back({.block = set.level_blocks[i],
-                      .x = fit.f.x() / F,
-                      .y = fit.f.y() / F,
-                      .standard_error_x = s * std::sqrt(fit.unscaled_covariance(0, 0)) / F,
-                      .standard_error_y = s * std::sqrt(fit.unscaled_covariance(1, 1)) / F});
+// The slope of some faces: the mean of their own estimates where each has one; with fewer than three
+// axes a face is seen through cross-axis terms, if at all, and all differences are fitted together.
+struct MeanSlope {
+  Eigen::Vector2d f = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d unscaled_covariance = Eigen::Matrix2d::Zero();
+};
+
+MeanSlope mean_slope(const std::vector<FaceDifferences>& faces,
+                     const PlaneFit& together,
+                     bool three_axes) {
+  MeanSlope mean;
+  const auto n = static_cast<double>(faces.size());
+  for (const FaceDifferences& face : faces) {
+    const PlaneFit alone = fit_plane({face}, nullptr, smallest_pivot_of_a_face);
+    if (!alone.determined || !three_axes) {
+      return {.f = together.f, .unscaled_covariance = together.unscaled_covariance};
+    }
+    mean.f += alone.f / n;
+    mean.unscaled_covariance += alone.unscaled_covariance / (n * n);
   }
-  return blocks;
+  return mean;
 }
 
 }  // namespace
@@ -291,40 +299,37 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
     return std::nullopt;
   }
   Levelness levelness;
-  Eigen::Matrix2d sum_of_covariances = Eigen::Matrix2d::Zero();
   for (const FaceDifferences& face : faces) {
-    // What is seen only through cross-axis terms is no estimate of a face.
-    const PlaneFit alone = fit_plane({face}, nullptr, 0.2);
+    const PlaneFit alone = fit_plane({face}, nullptr, smallest_pivot_of_a_face);
     if (alone.determined) {
-      sum_of_covariances += alone.unscaled_covariance;
       levelness.estimates.push_back({.point = face.pair->point,
                                      .block = face.pair->block,
                                      .x = alone.f.x() / F,
                                      .y = alone.f.y() / F});
     }
   }
-  levelness.mean_x = all.f.x() / F;
-  levelness.mean_y = all.f.y() / F;
-  Eigen::Matrix2d unscaled_covariance = all.unscaled_covariance;
-  // With fewer than three axes a face is seen through cross-axis terms, if at all: all d together.
-  if (sensitivity.rows() >= 3 && levelness.estimates.size() == faces.size()) {
-    const auto n = static_cast<double>(faces.size());
-    unscaled_covariance = sum_of_covariances / (n * n);
-    levelness.mean_x = 0.0;
-    levelness.mean_y = 0.0;
-    for (const LevelnessEstimate& estimate : levelness.estimates) {
-      levelness.mean_x += estimate.x / n;
-      levelness.mean_y += estimate.y / n;
-    }
-  }
+  const bool three_axes = sensitivity.rows() >= 3;
+  const MeanSlope mean = mean_slope(faces, all, three_axes);
+  levelness.mean_x = mean.f.x() / F;
+  levelness.mean_y = mean.f.y() / F;
   levelness.sd_x = sample_sd(levelness.estimates, &LevelnessEstimate::x);
   levelness.sd_y = sample_sd(levelness.estimates, &LevelnessEstimate::y);
   levelness.degrees_of_freedom = planes.dof;
   const double s = planes.dof > 0.0 ? std::sqrt(planes.rss / planes.dof) : not_a_number;
-  levelness.standard_error_x = s * std::sqrt(unscaled_covariance(0, 0)) / F;
-  levelness.standard_error_y = s * std::sqrt(unscaled_covariance(1, 1)) / F;
+  const auto standard_errors = [&](const MeanSlope& slope) -> Eigen::Vector2d {
+    return s * slope.unscaled_covariance.diagonal().cwiseSqrt() / F;
+  };
+  levelness.standard_error_x = standard_errors(mean).x();
+  levelness.standard_error_y = standard_errors(mean).y();
   test_consistency(set, levels, planes, levelness);
-  levelness.blocks = levelness_by_block(set, planes, s, F);
+  for (std::size_t i = 0; i < levels.size() && levels.size() > 1; ++i) {
+    const MeanSlope own = mean_slope(levels[i], planes.fits[i], three_axes);
+    levelness.blocks.push_back({.block = set.level_blocks[i],
+                                .x = own.f.x() / F,
+                                .y = own.f.y() / F,
+                                .standard_error_x = standard_errors(own).x(),
+                                .standard_error_y = standard_errors(own).y()});
+  }
   levelness.block_p_value =
       levelness.blocks.empty() ? block_p_value(set, faces, all) : not_a_number;
   return levelness;

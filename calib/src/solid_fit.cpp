@@ -7,10 +7,9 @@
 #include <numeric>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 #include <Eigen/QR>
-#include <Eigen/SVD>
 
+#include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -21,30 +20,9 @@ namespace {
 
 // Degrees of freedom that the mean of the records' variances counts for in the weights.
 constexpr double dof_of_mean_variance = 20.0;
-
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d K;
-  // clang-format off
-  K <<   0.0, -v.z(),  v.y(),
-       v.z(),    0.0, -v.x(),
-      -v.y(),  v.x(),    0.0;
-  // clang-format on
-  return K;
-}
-
-Eigen::Matrix3d rotation_by(const Eigen::Vector3d& vector) {
-  const double angle = vector.norm();
-  return angle > 0.0 ? Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix()
-                     : Eigen::Matrix3d::Identity();
-}
-
-// The rotation R that makes sum |a_i - R b_i|^2 least, from sum a_i b_i^T.
-Eigen::Matrix3d procrustes(const Eigen::Matrix3d& sum) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs = Eigen::Vector3d::Ones();
-  signs(2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-}
+// A record whose variance would be so much larger than the others' by chance alone with less than
+// this probability is another sort of calibration: its own variance counts.
+constexpr double different_variance = 0.01;
 
 // Turns the description of the cube into the one that fits the nominal cube best.
 void fix_gauge(SolidState& state) {
@@ -52,7 +30,7 @@ void fix_gauge(SolidState& state) {
   for (const Face face : all_faces) {
     sum += nominal_normal(face) * state.normals[static_cast<std::size_t>(face)].transpose();
   }
-  const Eigen::Matrix3d G = procrustes(sum);
+  const Eigen::Matrix3d G = nearest_rotation(sum);
   for (Eigen::Vector3d& normal : state.normals) {
     normal = (G * normal).normalized();
   }
@@ -148,14 +126,15 @@ SolidFit::SolidFit(const std::vector<SolidReference>& references,
 }
 
 void SolidFit::make_priors() {
-  double mean = 0.0;
-  double count = 0.0;
+  std::vector<bool> known;
   for (const SolidReference& reference : references_) {
     priors_.resize(std::max(priors_.size(), reference.instrument + 1));
-    Prior& prior = priors_[reference.instrument];
-    if (prior.root.rows() > 0) {
+    known.resize(priors_.size(), false);
+    if (known[reference.instrument]) {
       continue;  // a refit has the same record
     }
+    known[reference.instrument] = true;
+    Prior& prior = priors_[reference.instrument];
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(reference.covariance);
     const double largest = eigen.eigenvalues().cwiseAbs().maxCoeff();
     const Eigen::Index zeros = (eigen.eigenvalues().array() <= 1e-12 * largest).count();
@@ -163,21 +142,51 @@ void SolidFit::make_priors() {
     prior.root = eigen.eigenvectors().rightCols(rank) *
                  eigen.eigenvalues().tail(rank).cwiseSqrt().asDiagonal();
     prior.calibration_dof = reference.calibration_dof;
-    // In field units, so that volts and counts can be compared.
+    // Relative, so that volts and counts, g and m/s^2 can be compared.
     const double size = reference.calibrated.sensitivity.norm();
-    prior.variance = reference.covariance.trace() / (size * size);
-    mean += rank > 0 ? prior.variance : 0.0;
-    count += rank > 0 ? 1.0 : 0.0;
+    prior.variance = 0.0;
+    for (Eigen::Index i = 0; i < reference.covariance.rows(); ++i) {
+      const double unit = i % 4 == 0 ? size * reference.F : size;
+      prior.variance += reference.covariance(i, i) / (unit * unit);
+    }
   }
+  const double mean = comparable_variance();
   for (Prior& prior : priors_) {
     if (prior.root.cols() > 0) {
       const double nu = prior.calibration_dof > 0.0 ? prior.calibration_dof : 1e9;
-      const double taken =
-          (nu * prior.variance + dof_of_mean_variance * mean / count) / (nu + dof_of_mean_variance);
+      const bool comparable = f_upper_p(prior.variance / mean, nu, 1e9) > different_variance;
+      const double taken = comparable ? (nu * prior.variance + dof_of_mean_variance * mean) /
+                                            (nu + dof_of_mean_variance)
+                                      : prior.variance;
       prior.variance /= taken;
       prior.root /= std::sqrt(prior.variance);
     }
   }
+}
+
+// The mean of the stated variances, without those that are larger than chance allows.
+double SolidFit::comparable_variance() const {
+  std::vector<const Prior*> pool;
+  for (const Prior& prior : priors_) {
+    if (prior.root.cols() > 0) {
+      pool.push_back(&prior);
+    }
+  }
+  std::sort(pool.begin(), pool.end(),
+            [](const Prior* a, const Prior* b) { return a->variance < b->variance; });
+  double sum = 0.0;
+  double dof = 0.0;
+  double count = 0.0;
+  for (const Prior* prior : pool) {
+    const double nu = prior->calibration_dof > 0.0 ? prior->calibration_dof : 1e9;
+    if (count > 0.0 && !(f_upper_p(prior->variance / (sum / count), nu, dof) > different_variance)) {
+      break;
+    }
+    sum += prior->variance;
+    dof += nu;
+    count += 1.0;
+  }
+  return count > 0.0 ? sum / count : 1.0;
 }
 
 LinearResponse SolidFit::response_of(const SolidState& state, std::size_t reference) const {
@@ -227,7 +236,7 @@ SolidState SolidFit::start() const {
       const Eigen::VectorXd v = reference.response.row(static_cast<Eigen::Index>(i));
       const Eigen::Vector3d up = inverse.solve(v - reference.calibrated.bias);
       own.try_emplace(reference.readings[i].point->rest(), Eigen::Vector3d::Zero()).first->second -=
-          reference.readings[i].level * up;
+          reference.sign * reference.readings[i].level * up;
     }
     for (auto& [face, normal] : own) {
       normal.normalize();
@@ -246,7 +255,7 @@ SolidState SolidFit::start() const {
       for (const auto& [face, normal] : seen[k]) {
         A += normal * state.normals[static_cast<std::size_t>(face)].transpose();
       }
-      state.mounts[k] = procrustes(A);
+      state.mounts[k] = nearest_rotation(A);
       for (const auto& [face, normal] : seen[k]) {
         sum[static_cast<std::size_t>(face)] += state.mounts[k].transpose() * normal;
       }
@@ -310,7 +319,8 @@ Eigen::VectorXd SolidFit::residuals(const SolidState& state,
           (state.mounts[k] * (cube.rotation_table_from_positioner(*reading.point).transpose() *
                               state.fields[k][reference.levels[i]])));
       for (Eigen::Index axis = 0; axis < fit.size(); ++axis) {
-        const double unit = reference.calibrated.sensitivity.row(axis).norm() * sigma[k];
+        const double unit = reference.calibrated.sensitivity.row(axis).norm() * sigma[k] /
+                            reference.root_weights[i];
         all.push_back((reference.response(static_cast<Eigen::Index>(i), axis) - fit(axis)) / unit);
       }
     }
@@ -376,7 +386,8 @@ Eigen::MatrixXd SolidFit::jacobian(const SolidState& state,
       const Eigen::Matrix3d by_mount = -cross_matrix(f);
       const Eigen::Matrix<double, 3, 2> by_field = to_sensor * (reference.F * tangents_of(field));
       for (Eigen::Index axis = 0; axis < m; ++axis) {
-        const double length = reference.calibrated.sensitivity.row(axis).norm() * sigma[k];
+        const double length = reference.calibrated.sensitivity.row(axis).norm() * sigma[k] /
+                              reference.root_weights[i];
         const Eigen::RowVector3d s = response.sensitivity.row(axis) / length;
         const Eigen::Index at = row + axis;
         J.row(at).head<9>() = s * by_gauge;
@@ -481,6 +492,25 @@ void SolidFit::describe(const Layout& layout,
   solution.calibration_dof = over_dof > 0.0 ? trace * trace / over_dof : 0.0;
 }
 
+std::vector<int> SolidFit::worst_runs(const Eigen::VectorXd& residuals) const {
+  std::vector<int> runs;
+  Eigen::Index row = 0;
+  for (const SolidReference& reference : references_) {
+    const Eigen::Index m = reference.response.cols();
+    double largest = -1.0;
+    for (const Reading& reading : reference.readings) {
+      const double size = residuals.segment(row, m).norm();
+      if (size > largest) {
+        largest = size;
+        runs.resize(static_cast<std::size_t>(&reference - references_.data()) + 1);
+        runs.back() = reading.run;
+      }
+      row += m;
+    }
+  }
+  return runs;
+}
+
 SolidSolution SolidFit::solve() const {
   SolidSolution solution{.state = start()};
   SolidState& state = solution.state;
@@ -490,14 +520,18 @@ SolidSolution SolidFit::solve() const {
   for (int outer = 0; outer <= rounds_of_scatter; ++outer) {
     Layout layout = this->layout(state);
     Eigen::MatrixXd J = jacobian(state, layout, solution.sigma);
-    for (int round = 0; round < 20; ++round) {
+    bool settled = false;
+    for (int round = 0; round < 20 && !settled; ++round) {
       const Eigen::VectorXd step = Factors(J, layout.names).step(residuals(state, solution.sigma));
       move(state, layout, step);
       layout = this->layout(state);
       J = jacobian(state, layout, solution.sigma);
-      if (step.head(layout.reference.front() + 3).norm() < 1e-12) {
-        break;
-      }
+      settled = step.head(layout.reference.front() + 3).norm() < 1e-11;
+    }
+    if (!settled) {
+      throw RefusedError(
+          "the cube's normals do not settle; check the labels of the readings, and that each was "
+          "read by the instrument of its record");
     }
     const Factors factors(J, layout.names);
     if (outer < rounds_of_scatter) {
@@ -505,6 +539,7 @@ SolidSolution SolidFit::solve() const {
                                solution.degrees_of_freedom);
     } else {
       describe(layout, J, factors.covariance(), solution);
+      solution.worst_runs = worst_runs(residuals(state, solution.sigma));
     }
   }
   return solution;

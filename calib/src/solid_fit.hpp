@@ -24,6 +24,7 @@ struct SolidReference {
   double F = 1.0;                   // length of the field at level 1
   double sign = 1.0;                // -1: it points into the table
   std::size_t instrument = 0;       // references of one number are one instrument
+  std::vector<double> root_weights;  // of each reading, of mean square 1
   std::vector<std::size_t> levels;  // which slope of its own a reading has, from 0
   std::size_t level_count = 1;
 };
@@ -40,7 +41,8 @@ struct SolidState {
 /// The cube, the mounts and the slopes that fit all readings best.
 struct SolidSolution {
   SolidState state;
-  std::vector<double> sigma;  // of a reading, by reference [field unit]
+  std::vector<double> sigma;    // of a reading, by reference [field unit]
+  std::vector<int> worst_runs;  // by reference: the reading that is furthest from the fit
   double degrees_of_freedom = 0.0;
   double calibration_dof = 0.0;              // effective, of the records' part; 0: exact
   Eigen::Matrix<double, 18, 9> basis;        // of the changes of the normals that the gauge allows
@@ -85,6 +87,7 @@ class SolidFit {
                                             const Eigen::VectorXd& residuals,
                                             const Eigen::VectorXd& leverage,
                                             double& degrees_of_freedom) const;
+  [[nodiscard]] std::vector<int> worst_runs(const Eigen::VectorXd& residuals) const;
   void describe(const Layout& layout,
                 const Eigen::MatrixXd& J,
                 const Eigen::MatrixXd& C,
@@ -100,6 +103,7 @@ class SolidFit {
     double calibration_dof = 0.0;
   };
   void make_priors();
+  [[nodiscard]] double comparable_variance() const;
 
   const std::vector<SolidReference>& references_;
   const Positioner& drawing_;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
@@ -28,21 +27,6 @@ void check(const ToleranceStudy& study) {
   if (study.trials < 1 || study.nominal.response.bias.size() < 3) {
     throw DomainError("study_tolerances: at least one trial and three axes are needed");
   }
-}
-
-// Feet turned together about their face's nominal normal's two tangents.
-Feet turned(const Feet& feet, const Eigen::Vector3d& rotation) {
-  const double angle = rotation.norm();
-  if (!(angle > 0.0)) {
-    return feet;
-  }
-  const Eigen::Matrix3d R = Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix();
-  const Eigen::Vector3d middle = (feet[0].centre_m + feet[1].centre_m + feet[2].centre_m) / 3.0;
-  Feet result = feet;
-  for (Ball& ball : result) {
-    ball.centre_m = middle + R * (ball.centre_m - middle);
-  }
-  return result;
 }
 
 // Squares of errors, in field units, summed up.
@@ -69,7 +53,7 @@ Sums squares_of(const RelativeErrors& errors, const SensitivityMatrix& sensitivi
   }
   // f_hat is off by -E u - e with E = S^-1 dS F, e = S^-1 db. Over all directions u the mean square
   // of the part across u, in one of its two ways, is half of
-  // |e|^2 2/3 + |E|^2 - (tr(E)^2 + |E|^2 + tr(E E)) / 15.
+  // 2/3 |e|^2 + 1/3 |E|^2 - (tr(E)^2 + |E|^2 + tr(E E)) / 15.
   Eigen::MatrixXd scaled(errors.rows(), 4);
   for (Eigen::Index k = 0; k < errors.rows(); ++k) {
     scaled.row(k) = errors.row(k) * sensitivity.row(k).norm();
@@ -77,7 +61,7 @@ Sums squares_of(const RelativeErrors& errors, const SensitivityMatrix& sensitivi
   const Eigen::MatrixXd inverse = sensitivity.completeOrthogonalDecomposition().pseudoInverse();
   const Eigen::Vector3d e = inverse * scaled.col(0) / F;
   const Eigen::Matrix3d E = inverse * scaled.rightCols<3>();
-  const double across = 2.0 / 3.0 * e.squaredNorm() + E.squaredNorm() -
+  const double across = 2.0 / 3.0 * e.squaredNorm() + E.squaredNorm() / 3.0 -
                         (E.trace() * E.trace() + E.squaredNorm() + (E * E).trace()) / 15.0;
   sums.angle = 0.5 * across;
   return sums;
@@ -98,10 +82,7 @@ double worst_angle(const LinearResponse& found, const LinearResponse& truth, dou
   const Eigen::Matrix3d E = inverse * (truth.sensitivity - found.sensitivity);
   constexpr int directions = 200;
   double largest = 0.0;
-  for (int i = 0; i < directions; ++i) {
-    const double z = 1.0 - (2.0 * i + 1.0) / directions;
-    const double r = std::sqrt(1.0 - z * z);
-    const Eigen::Vector3d u(r * std::cos(2.399963 * i), r * std::sin(2.399963 * i), z);
+  for (const Eigen::Vector3d& u : directions_on_sphere(directions)) {
     const Eigen::Vector3d off = e / F + E * u;
     largest = std::max(largest, (off - off.dot(u) * u).norm());
   }
@@ -109,11 +90,12 @@ double worst_angle(const LinearResponse& found, const LinearResponse& truth, dou
 }
 
 CalibrationErrors closed_form(const ToleranceStudy& study, Method method) {
-  ForecastSetup setup{.nominal = study.nominal, .design = study.design, .method = method};
-  PositionerDescription description;
-  for (const Face face : all_faces) {
-    description.faces[static_cast<std::size_t>(face)].normal = nominal_normal(face);
-  }
+  ForecastSetup setup;
+  setup.nominal = study.nominal;
+  setup.design = study.design;
+  setup.method = method;
+  PositionerDescription description =
+      Positioner(study.drawing, study.surface).description();
   description.normal_covariance = normal_covariance_of(study.drawing, study.tolerances);
   setup.positioner = Positioner(std::move(description));
   const Forecast result = forecast(setup);
@@ -144,6 +126,7 @@ Experiment experiment_of(const ToleranceStudy& study, Method method) {
                       .magnitude = study.nominal.field.magnitude,
                       .in_table = study.nominal.field.in_table};
   experiment.method = method;
+  experiment.positioner = Positioner(study.drawing, study.surface);  // as drawn
   return experiment;
 }
 
@@ -160,25 +143,35 @@ ToleranceEffect effect_of(const ToleranceStudy& study, Method method) {
   for (int trial = 0; trial < study.trials; ++trial) {
     // Every method has the same cubes.
     RandomStream random(study.seed, static_cast<std::uint32_t>(trial) + 16);
-    const Positioner cube =
-        random_positioner(study.drawing, study.surface, study.tolerances, random);
-    const Calibration found = calibrate(
-        experiment, simulate(study.nominal, sheet, {.slope = study.slope, .positioner = cube}));
+    LinearResponse response;
+    try {
+      const Positioner cube =
+          random_positioner(study.drawing, study.surface, study.tolerances, random);
+      response = calibrate(experiment, simulate(study.nominal, sheet,
+                                                {.slope = study.slope, .positioner = cube}))
+                     .response;
+    } catch (const Error&) {
+      ++effect.unusable;  // no cube, or one that cannot lie at a point
+      continue;
+    }
     RelativeErrors relative(truth.bias.size(), 4);
     for (Eigen::Index k = 0; k < truth.bias.size(); ++k) {
       const double length = truth.sensitivity.row(k).norm();
-      relative(k, 0) = (found.response.bias(k) - truth.bias(k)) / length;
+      relative(k, 0) = (response.bias(k) - truth.bias(k)) / length;
       relative.row(k).tail<3>() =
-          (found.response.sensitivity.row(k) - truth.sensitivity.row(k)) / length;
+          (response.sensitivity.row(k) - truth.sensitivity.row(k)) / length;
     }
     const Sums part = squares_of(relative, truth.sensitivity, F);
     sums.bias += part.bias;
     sums.main += part.main;
     sums.cross += part.cross;
     sums.angle += part.angle;
-    worst.push_back(worst_angle(found.response, truth, F));
+    worst.push_back(worst_angle(response, truth, F));
   }
-  effect.simulated = errors_from(sums, static_cast<double>(study.trials));
+  if (worst.empty()) {
+    throw RefusedError("the tolerances are so wide that no cube could be used");
+  }
+  effect.simulated = errors_from(sums, static_cast<double>(worst.size()));
   const auto at = static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(worst.size() - 1));
   std::nth_element(worst.begin(), worst.begin() + at, worst.end());
   effect.worst_angle_95_rad = worst[static_cast<std::size_t>(at)];
@@ -202,7 +195,8 @@ Positioner random_positioner(const CubeFeet& drawing,
     const Eigen::Matrix<double, 3, 2> T = tangents_of(normal);
     const double first = random.normal();
     const double second = random.normal();
-    feet = turned(feet, tolerances.squareness_rad * (T.col(0) * first + T.col(1) * second));
+    feet = feet_rotated(feet, rotation_by(tolerances.squareness_rad *
+                                          (T.col(0) * first + T.col(1) * second)));
   }
   Surface leaning = surface;
   leaning.fence_lean_rad += tolerances.fence_rad * random.normal();

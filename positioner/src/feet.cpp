@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/positioner/feet.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -122,14 +123,17 @@ CubeFeet feet_from_points(
   return cube;
 }
 
-Feet feet_turned_to(Face face, const Feet& feet, const Eigen::Vector3d& normal) {
-  const Eigen::Matrix3d R = smallest_rotation(contact_plane(face, feet).normal, normal);
+Feet feet_rotated(const Feet& feet, const Eigen::Matrix3d& rotation) {
   const Eigen::Vector3d middle = (feet[0].centre_m + feet[1].centre_m + feet[2].centre_m) / 3.0;
   Feet turned = feet;
   for (Ball& ball : turned) {
-    ball.centre_m = middle + R * (ball.centre_m - middle);
+    ball.centre_m = middle + rotation * (ball.centre_m - middle);
   }
   return turned;
+}
+
+Feet feet_turned_to(Face face, const Feet& feet, const Eigen::Vector3d& normal) {
+  return feet_rotated(feet, smallest_rotation(contact_plane(face, feet).normal, normal));
 }
 
 }  // namespace axiscal

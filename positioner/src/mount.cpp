@@ -25,9 +25,9 @@ std::vector<Mount> parallel_mounts(const std::vector<std::string>& slots) {
   return mounts;
 }
 
-void check_mounts(const std::vector<Mount>& mounts) {
+std::vector<Mount> checked_mounts(std::vector<Mount> mounts) {
   std::set<std::string> names;
-  for (const Mount& mount : mounts) {
+  for (Mount& mount : mounts) {
     if (mount.slot.empty() || !names.insert(mount.slot).second) {
       throw DomainError("each mount needs a slot name of its own");
     }
@@ -37,7 +37,13 @@ void check_mounts(const std::vector<Mount>& mounts) {
     if (!(mount.repeatability_rad >= 0.0)) {
       throw DomainError("slot " + mount.slot + ": the repeatability must not be negative");
     }
+    // Exact rotations stay as they are.
+    if (!is_rotation(mount.rotation_sensor_from_positioner, 1e-15)) {
+      mount.rotation_sensor_from_positioner =
+          nearest_rotation(mount.rotation_sensor_from_positioner);
+    }
   }
+  return mounts;
 }
 
 }  // namespace axiscal

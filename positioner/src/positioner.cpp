@@ -69,14 +69,6 @@ bool stands(const Feet& feet, const Eigen::Vector3d& normal) {
   return positive == 0 || negative == 0;
 }
 
-void check_covariance(const NormalCovariance& C) {
-  const double size = C.cwiseAbs().maxCoeff();
-  if (!C.allFinite() || !((C - C.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * size) ||
-      !(Eigen::SelfAdjointEigenSolver<NormalCovariance>(C).eigenvalues()(0) >= -1e-9 * size)) {
-    throw DomainError("normal_covariance must be symmetric and have no negative eigenvalue");
-  }
-}
-
 // Balls of two faces may not go into each other either.
 void check_neighbours(const std::array<FaceDescription, all_faces.size()>& faces) {
   for (const Face one : all_faces) {
@@ -99,6 +91,14 @@ void check_neighbours(const std::array<FaceDescription, all_faces.size()>& faces
 }
 
 }  // namespace
+
+void check_normal_covariance(const NormalCovariance& C) {
+  const double size = C.cwiseAbs().maxCoeff();
+  if (!C.allFinite() || !((C - C.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * size) ||
+      !(Eigen::SelfAdjointEigenSolver<NormalCovariance>(C).eigenvalues()(0) >= -1e-9 * size)) {
+    throw DomainError("normal_covariance must be symmetric and have no negative eigenvalue");
+  }
+}
 
 std::string defect_of_normal(Face face, const Eigen::Vector3d& normal) {
   constexpr double largest_tilt_rad = 0.2;
@@ -151,9 +151,9 @@ Positioner::Positioner(PositionerDescription description)
   }
   check_neighbours(description_.faces);
   if (description_.normal_covariance) {
-    check_covariance(*description_.normal_covariance);
+    check_normal_covariance(*description_.normal_covariance);
   }
-  check_mounts(description_.mounts);
+  description_.mounts = checked_mounts(std::move(description_.mounts));
   if (!(std::abs(description_.surface.fence_lean_rad) <= 0.5)) {
     throw DomainError("the fence may lean by up to 0.5 rad");
   }
@@ -230,10 +230,22 @@ std::optional<Mount> Positioner::mount(const std::string& slot) const {
 }
 
 Positioner Positioner::with_mounts(std::vector<Mount> mounts) const {
-  check_mounts(mounts);
   Positioner changed = *this;
-  changed.description_.mounts = std::move(mounts);
+  changed.description_.mounts = checked_mounts(std::move(mounts));
   return changed;
+}
+
+std::vector<std::string> rocking_remarks(const Positioner& positioner,
+                                         const std::set<DesignPoint>& points) {
+  std::vector<std::string> remarks;
+  for (const DesignPoint& point : points) {
+    if (positioner.seat(point).rocks) {
+      remarks.push_back(point.name() +
+                        ": this seat rocks, as a middle foot of the fence face stands out; the nearer "
+                        "of its two positions is taken, so hold the cube to the same side each time");
+    }
+  }
+  return remarks;
 }
 
 }  // namespace axiscal

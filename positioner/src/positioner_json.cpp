@@ -97,10 +97,10 @@ Mount mount_of(const std::string& slot, const JsonValue& json) {
   Mount mount{.slot = slot};
   const JsonValue rotation = json.at("rotation_sensor_from_positioner");
   mount.rotation_sensor_from_positioner = rotation.matrix(3, 3);
-  rotation.check([&] { check_mounts({mount}); });
+  rotation.check([&] { static_cast<void>(checked_mounts({mount})); });
   if (const std::optional<JsonValue> repeatability = json.find("repeatability_rad")) {
     mount.repeatability_rad = repeatability->number();
-    repeatability->check([&] { check_mounts({mount}); });
+    repeatability->check([&] { static_cast<void>(checked_mounts({mount})); });
   }
   return mount;
 }
@@ -125,6 +125,7 @@ Surface surface_of(const JsonValue& json) {
       adjuster.allow_keys(adjuster_keys);
       surface.adjusters_m.emplace_back(adjuster.at("x_m").number(), adjuster.at("y_m").number());
     }
+    adjusters->check([&] { check_adjusters(surface.adjusters_m); });
   }
   if (const std::optional<JsonValue> pitch = json.find("thread_pitch_m")) {
     surface.thread_pitch_m = pitch->number();
@@ -207,12 +208,7 @@ Positioner parse_positioner(std::string_view text, const std::string& path) {
   }
   if (const std::optional<JsonValue> covariance = file.find("normal_covariance")) {
     description.normal_covariance = covariance->matrix(18, 18);
-    covariance->check([&] {
-      PositionerDescription alone;
-      alone.faces = description.faces;
-      alone.normal_covariance = description.normal_covariance;
-      static_cast<void>(Positioner(std::move(alone)));
-    });
+    covariance->check([&] { check_normal_covariance(*description.normal_covariance); });
   }
   if (const std::optional<JsonValue> mounts = file.find("mounts")) {
     for (const std::string& slot : mounts->keys()) {
@@ -251,9 +247,12 @@ std::string positioner_json(const Positioner& positioner) {
     json["normal_covariance"] = json_from_matrix(*description.normal_covariance);
   }
   for (const Mount& mount : description.mounts) {
-    json["mounts"][mount.slot] = {{"rotation_sensor_from_positioner",
-                                   json_from_matrix(mount.rotation_sensor_from_positioner)},
-                                  {"repeatability_rad", mount.repeatability_rad}};
+    Json& own = json["mounts"][mount.slot];
+    own["rotation_sensor_from_positioner"] =
+        json_from_matrix(mount.rotation_sensor_from_positioner);
+    if (mount.repeatability_rad > 0.0) {
+      own["repeatability_rad"] = mount.repeatability_rad;
+    }
   }
   if (says_something(description.surface)) {
     json["table"] = json_of(description.surface);

@@ -9,8 +9,6 @@
 #include "axiscal/core/error.hpp"
 
 namespace axiscal {
-namespace {
-
 void check_adjusters(const std::vector<Eigen::Vector2d>& adjusters) {
   if (adjusters.size() < 3) {
     throw DomainError("a table needs at least three height adjusters that are not in a line");
@@ -28,8 +26,6 @@ void check_adjusters(const std::vector<Eigen::Vector2d>& adjusters) {
     throw DomainError("the height adjusters stand in a line; they cannot level the table");
   }
 }
-
-}  // namespace
 
 std::vector<AdjusterMove> level_table(const Eigen::Vector2d& slope,
                                       const Eigen::Matrix2d& covariance,

@@ -288,6 +288,47 @@ TEST(StudyTolerances, ClosedFormAgreesWithSimulation) {
   }
 }
 
+TEST(StudyTolerances, AnAngleIsAnAngle) {
+  // Faces off by 1e-4 both ways on their own: over the sphere the direction's mean square error,
+  // either way, is 23/45 of their variance (an independent calculation), and so is the simulation's.
+  ToleranceStudy study{.nominal = test::accelerometer_truth(),
+                       .design = standard_design(12),
+                       .drawing = feet_of_frame({}),
+                       .surface = {},
+                       .tolerances = {.squareness_rad = 1e-4},
+                       .trials = 1500};
+  const ToleranceEffect effect = study_tolerances(study).front();
+  EXPECT_NEAR(effect.closed_form.angle_rad, 1e-4 * std::sqrt(23.0 / 45.0), 3e-6);
+  EXPECT_NEAR(effect.simulated.angle_rad, 1e-4 * std::sqrt(23.0 / 45.0), 3e-6);
+  // For any one cube the rms, either way, is no more than the worst over the root of two.
+  for (study.seed = 1; study.seed <= 20; ++study.seed) {
+    study.trials = 1;
+    const ToleranceEffect one = study_tolerances(study).front();
+    EXPECT_GE(one.worst_angle_95_rad, 1.39 * one.simulated.angle_rad);
+  }
+  // A scale error is no angle: `known` on a sloping table.
+  study.tolerances = {.fence_rad = 1e-6};
+  study.slope = {0.02, 0.0};
+  const ToleranceEffect known = study_tolerances(study).back();
+  EXPECT_EQ(known.method, Method::known);
+  EXPECT_NEAR(known.simulated.sensitivity, 2e-4, 1e-6);
+  EXPECT_LT(known.simulated.angle_rad, 1e-6);
+}
+
+TEST(StudyTolerances, TakesTheCubeAsDrawn) {
+  ToleranceStudy study{.nominal = test::accelerometer_truth(),
+                       .design = standard_design(12),
+                       .drawing = feet_of_frame({}),
+                       .surface = {},
+                       .tolerances = {.foot_height_m = 5e-6},
+                       .trials = 600};
+  study.drawing[static_cast<std::size_t>(Face::plus_z)][0].centre_m.z() += 1e-4;
+  const ToleranceEffect effect = study_tolerances(study).front();
+  EXPECT_NEAR(effect.simulated.angle_rad / effect.closed_form.angle_rad, 1.0, 0.06);
+  study.tolerances = {.foot_height_m = 5e-3};
+  EXPECT_GT(study_tolerances(study).front().unusable, 0);
+}
+
 TEST(StudyTolerances, ASlopeHurtsOnlyTheMethodThatTakesTheTableAsLevel) {
   ToleranceStudy study{.nominal = test::accelerometer_truth(),
                        .design = standard_design(12),

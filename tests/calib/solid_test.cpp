@@ -108,6 +108,61 @@ TEST(SolidRunNotes, SayWhichSeatsRock) {
   EXPECT_EQ(found.status, "ok");
 }
 
+// A cube that tips on -Z, and whose face -Z does not hold at the fence.
+Positioner tipping_cube() {
+  CubeFeet feet = feet_of_frame({});
+  Feet& bottom = feet[static_cast<std::size_t>(Face::minus_z)];
+  bottom[0].centre_m.head<2>() = Eigen::Vector2d(0.03, 0.01);
+  bottom[1].centre_m.head<2>() = Eigen::Vector2d(0.005, 0.03);
+  bottom[2].centre_m.head<2>() = Eigen::Vector2d(0.03, -0.02);
+  return Positioner(feet);
+}
+
+TEST(SolidRunSeats, OfReadingsLeftOutDoNotMatter) {
+  const Calibration truth = test::accelerometer_truth();
+  const Observations run = test::observe(truth, {.points = 24});
+  Experiment experiment = test::experiment_for(truth);
+  experiment.positioner = tipping_cube();
+  EXPECT_THAT(
+      test::complaint_of<RefusedError>([&] { static_cast<void>(calibrate(experiment, run)); }),
+      HasSubstr("cannot lie so"));
+  for (const Reading& reading : run.readings) {
+    if (!experiment.positioner.seat(*reading.point).defect.empty()) {
+      experiment.leave_out.push_back(reading.run);
+    }
+  }
+  ASSERT_FALSE(experiment.leave_out.empty());
+  const Calibration found = calibrate(experiment, run);
+  EXPECT_LT(worst_error(found, truth), 1e-12);
+  for (const ReadingResidual& residual : found.residuals) {
+    EXPECT_EQ(residual.used, residual.response.allFinite());
+  }
+}
+
+TEST(SolidRunSeats, ThatCannotBeAreNotAdvised) {
+  const Calibration truth = test::accelerometer_truth();
+  Experiment experiment = test::experiment_for(truth);
+  experiment.positioner = tipping_cube();
+  Observations run = test::observe(truth, {});
+  Observations few;
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < run.size(); ++i) {
+    const Reading& reading = run.readings[static_cast<std::size_t>(i)];
+    if (axis_of(reading.point->rest()) == 0) {
+      few.readings.push_back(reading);
+      rows.push_back(i);
+    }
+  }
+  few.response = run.response(rows, Eigen::all);
+  for (const Method method : {Method::paired, Method::joint, Method::known}) {
+    experiment.method = method;
+    const std::string complaint = test::complaint_of<RankDeficientError>(
+        [&] { static_cast<void>(calibrate(experiment, few)); });
+    EXPECT_THAT(complaint, HasSubstr("do not determine"));
+    EXPECT_THAT(complaint, testing::Not(HasSubstr("rest -Z")));
+  }
+}
+
 // ---- a levelness for each block ----
 
 class LevelByBlock : public testing::TestWithParam<Method> {};
@@ -329,6 +384,21 @@ TEST(CalibrateAssembly, NamesTheSlotThatDisagreesAboutTheSlope) {
   EXPECT_EQ(two[1].warnings.back().code, "slot_levelness");
 }
 
+TEST(CalibrateAssembly, RefusesOneFieldForSeveralInstruments) {
+  const Calibration truth = test::accelerometer_truth();
+  std::vector<SlotObservations> slots =
+      read_together({truth, truth}, parallel_mounts({"A", "B"}), {});
+  for (SlotObservations& slot : slots) {
+    for (Reading& reading : slot.observations.readings) {
+      reading.field_in_sensor = Eigen::Vector3d(0.0, 0.0, 1.0);
+    }
+  }
+  EXPECT_THAT(test::complaint_of<SetupError>([&] {
+                static_cast<void>(calibrate_assembly(test::experiment_for(truth), slots));
+              }),
+              HasSubstr("fx, fy, fz"));
+}
+
 TEST(MountRotation, IsThatOfTheSlotOrOfTheOnlyMount) {
   const std::vector<Mount> h = h_shaped_mounts("L", "R");
   const Positioner cube = Positioner().with_mounts(h);
@@ -338,6 +408,11 @@ TEST(MountRotation, IsThatOfTheSlotOrOfTheOnlyMount) {
   EXPECT_EQ(mount_rotation(Positioner().with_mounts({h[1]}), ""),
             h[1].rotation_sensor_from_positioner);
   EXPECT_EQ(mount_rotation(Positioner(), "any"), Eigen::Matrix3d::Identity());
+  // A mount that characterize() wrote is its reference's alone.
+  PositionerDescription measured = Positioner().with_mounts({h[1]}).description();
+  measured.from = {{.slot = "R", .record = "r.json", .observations = "r.csv"}};
+  EXPECT_EQ(mount_rotation(Positioner(measured), ""), Eigen::Matrix3d::Identity());
+  EXPECT_EQ(mount_rotation(Positioner(measured), "R"), h[1].rotation_sensor_from_positioner);
   EXPECT_THROW(static_cast<void>(split_by_slot({}, {})), DomainError);
   EXPECT_THROW(static_cast<void>(combine_levelness({})), DomainError);
 }

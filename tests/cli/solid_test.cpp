@@ -297,7 +297,7 @@ TEST(CalibrateCommand, TakesTheMountsOfAPositioner) {
   EXPECT_LT(worst_error(record), 1e-12);
   const ProgramResult unstated =
       run_axiscal(with({"calibrate", run, "--positioner", cube}, accelerometer));
-  EXPECT_THAT(unstated.err, HasSubstr("none was stated (--slot)"));
+  EXPECT_THAT(unstated.err, HasSubstr("as no slot is stated (--slot)"));
   EXPECT_EQ(run_axiscal(with({"calibrate", run, "--positioner", cube, "--slot", "X"}, accelerometer))
                 .status,
             2);
@@ -361,10 +361,15 @@ TEST(CharacterizeCommand, MeasuresACube) {
   const json printed = json::parse(run_axiscal(with(call, {"-o", out, "--json"})).out);
   EXPECT_TRUE(printed["consistent"].get<bool>());
   EXPECT_EQ(printed["references"].size(), 3U);
-  // The same record twice is the same instrument, fitted anew.
+  // The same record twice is the same instrument, fitted anew; the same readings twice are a mistake.
   const std::string again = lab.folder.path("A.json") + "=" + lab.folder.path("A.csv");
+  const std::string refit = lab.folder.path("A.json") + "=" + lab.folder.path("B.csv");
+  EXPECT_EQ(run_axiscal({"characterize", "--reference", again, "--reference", again, "--id", "x",
+                         "-o", out})
+                .status,
+            2);
   const ProgramResult refits = run_axiscal(
-      {"characterize", "--reference", again, "--reference", again, "--id", "x", "-o", out});
+      {"characterize", "--reference", again, "--reference", refit, "--id", "x", "-o", out});
   EXPECT_THAT(refits.out, HasSubstr("mount repeatability of A (2 fittings)"));
   EXPECT_TRUE(read_json(out)["mounts"].contains("A#2"));
 }

@@ -34,9 +34,22 @@ TEST(ParallelMounts, AreTheCubesOwnOrientation) {
   EXPECT_EQ(triple[2].rotation_sensor_from_positioner, Eigen::Matrix3d::Identity());
 }
 
-TEST(CheckMounts, RefusesWhatIsNoMount) {
+TEST(CheckedMounts, MakesAMatrixOfFewDigitsARotation) {
+  Eigen::Matrix3d written;
+  // clang-format off
+  written << 0.8660254, -0.5,       0.0,
+             0.5,        0.8660254, 0.0,
+             0.0,        0.0,       1.0;
+  // clang-format on
+  const Mount mount =
+      checked_mounts({{.slot = "A", .rotation_sensor_from_positioner = written}}).front();
+  EXPECT_TRUE(is_rotation(mount.rotation_sensor_from_positioner, 1e-15));
+  EXPECT_MATRIX_NEAR(mount.rotation_sensor_from_positioner, written, 1e-7);
+}
+
+TEST(CheckedMounts, RefusesWhatIsNoMount) {
   const auto complaint = [](const std::vector<Mount>& mounts) {
-    return test::complaint_of<DomainError>([&] { check_mounts(mounts); });
+    return test::complaint_of<DomainError>([&] { static_cast<void>(checked_mounts(mounts)); });
   };
   EXPECT_EQ(complaint(h_shaped_mounts("A", "B")), "accepted");
   EXPECT_THAT(complaint(parallel_mounts({"A", "A"})), HasSubstr("slot name of its own"));

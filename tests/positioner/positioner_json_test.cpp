@@ -76,7 +76,10 @@ TEST(ParsePositioner, ReadsFeetMountsAndTable) {
                          {"repeatability_rad", 2e-5}};
   file["mounts"]["A"] = {{"rotation_sensor_from_positioner", {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}};
   file["table"] = {{"fence_lean_rad", 0.003},
-                   {"adjusters", {{{"x_m", 0.1}, {"y_m", 0.0}}}},
+                   {"adjusters",
+                    {{{"x_m", 0.1}, {"y_m", 0.0}},
+                     {{"x_m", -0.1}, {"y_m", 0.1}},
+                     {{"x_m", -0.1}, {"y_m", -0.1}}}},
                    {"thread_pitch_m", 5e-4},
                    {"surface", "separate"}};
   const Positioner cube = parse_positioner(file.dump(), "cube.json");
@@ -171,6 +174,8 @@ TEST(ParsePositioner, SaysWhatIsWrongWithMountsAndTable) {
   EXPECT_THAT(complaint(file), HasSubstr("/table/fence_lean_rad: the fence may lean"));
   file["table"] = {{"thread_pitch_m", -1.0}};
   EXPECT_THAT(complaint(file), HasSubstr("/table/thread_pitch_m: must be positive"));
+  file["table"] = {{"adjusters", {{{"x_m", 0.1}, {"y_m", 0.0}}}}};
+  EXPECT_THAT(complaint(file), HasSubstr("/table/adjusters: a table needs at least three"));
   file["table"] = {{"surface", "marble"}};
   EXPECT_THAT(complaint(file), HasSubstr("/table/surface: must be"));
 }

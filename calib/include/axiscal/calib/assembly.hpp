@@ -26,11 +26,17 @@ struct SlotObservations {
 
 /// How the instrument of a slot sits in its positioner.
 ///
-/// @return the rotation of the positioner's mount of that name; that of its only mount where no
-/// slot
-///         is stated; 1 where there are no mounts, or no slot is stated and there are several.
+/// Mounts that characterize() wrote are those of its reference instruments, and hold for these
+/// alone: they must be asked for by name.
+///
+/// @param slot  its name, or empty where none is stated.
+/// @return the rotation of the positioner's mount of that name; where none is stated that of
+///         its only mount, unless it is a reference's; else 1.
 /// @throws SetupError  if the positioner has mounts, but none for the slot.
 [[nodiscard]] Eigen::Matrix3d mount_rotation(const Positioner& positioner, const std::string& slot);
+
+/// @return whether the slot's mount is that of an instrument that the positioner was measured with.
+[[nodiscard]] bool is_of_reference(const Positioner& positioner, const std::string& slot);
 
 /// The levelness of one instrument of an assembly.
 struct SlotLevelness {
@@ -40,7 +46,9 @@ struct SlotLevelness {
 
 /// What several instruments on one table say of its levelness together.
 ///
-/// The means are weighted by 1 / variance. Each slot is held against the mean of the others, F(2,
+/// The slots' own mounts do not matter to it: a slope follows from differences of readings with the
+/// sensitivity that the same readings gave. What it sees is a loose instrument, a table that gives way
+/// under one, readings of other points. The means are weighted by 1 / variance. Each slot is held against the mean of the others, F(2,
 /// nu) with both variances and their degrees of freedom, Bonferroni over the slots; below 0.001 the
 /// worst one is named (of two, both disagree and neither is).
 ///

@@ -88,7 +88,8 @@ struct BlockLevelness {
   double standard_error_y = 0.0;
 };
 
-/// The levelness that all instruments of an assembly say together: they stand on one table.
+/// The levelness that all instruments of an assembly say together: they stand on one table. Where
+/// each block has its own levelness it is that of the last block.
 struct CombinedLevelness {
   std::vector<std::string> slots;
   double x = 0.0;  ///< mean, weighted by the slots' variances

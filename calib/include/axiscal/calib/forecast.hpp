@@ -78,10 +78,10 @@ struct AngleUncertainty {
 /// Replicates for a wanted uncertainty.
 ///
 /// @param wanted_rad  largest_angle_uncertainty() to be reached.
-/// @return how many replicates (of setup.samples each) are enough; nothing where no number is, as
-///         positioner or level alone are worse.
+/// @return how many replicates (of setup.samples each) are enough, a whole number, up to 1e15;
+///         nothing where no number is, as positioner or level alone are worse.
 /// @throws DomainError  if `wanted_rad` is not positive; else as forecast().
-[[nodiscard]] std::optional<int> replicates_for_angle(const ForecastSetup& setup,
+[[nodiscard]] std::optional<double> replicates_for_angle(const ForecastSetup& setup,
                                                       double wanted_rad);
 
 }  // namespace axiscal

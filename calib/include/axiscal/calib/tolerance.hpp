@@ -33,7 +33,7 @@ struct Tolerances {
 [[nodiscard]] NormalCovariance normal_covariance_of(const CubeFeet& drawing,
                                                     const Tolerances& tolerances);
 
-/// Root mean square errors of a calibration that takes the cube as drawn, in units of the field (of
+/// Root mean square errors of a calibration that takes the cube as drawn, in parts of the field (of
 /// biases divided by the axis's sensitivity, of sensitivities likewise).
 struct CalibrationErrors {
   double bias = 0.0;
@@ -49,6 +49,7 @@ struct ToleranceEffect {
   CalibrationErrors closed_form;  ///< linear in the tolerances; on a level table
   CalibrationErrors
       simulated;  ///< cubes made, seated, simulated and calibrated; on the table given
+  int unusable = 0;  ///< of the cubes made: could not lie at a point, or were no cubes
   double worst_angle_95_rad = 0.0;  ///< 95 % of the cubes have no larger error in any attitude
 };
 

@@ -1,12 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
 #include <Eigen/Core>
 
 namespace axiscal {
 
 /// @return whether `R` is orthogonal to `tolerance` (largest entry of R^T R - 1) and det R > 0.
 [[nodiscard]] bool is_rotation(const Eigen::Matrix3d& R, double tolerance = 1e-9);
+
+/// @return [v x]: the matrix that makes the cross product, [v x] u = v x u.
+[[nodiscard]] Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v);
+
+/// @param rotation_rad  axis times angle [rad]; zero gives 1.
+/// @return the rotation by it.
+[[nodiscard]] Eigen::Matrix3d rotation_by(const Eigen::Vector3d& rotation_rad);
+
+/// The nearest rotation to a matrix: the R that makes |R - M| least, and sum |a_i - R b_i|^2 for
+/// M = sum a_i b_i^T (Procrustes).
+///
+/// @param M  any matrix of rank 2 or more.
+/// @par Source
+/// Kabsch, Acta Cryst. A 32 (1976) 922: R = U diag(1, 1, det(U V^T)) V^T.
+[[nodiscard]] Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M);
 
 /// The smallest rotation that takes one direction to another: `to = R from`, both normalised.
 ///
@@ -39,5 +56,12 @@ namespace axiscal {
 /// @return 3 x 2; its columns and the direction, in this order, are right-handed.
 /// @throws DomainError  if the direction is zero or not finite.
 [[nodiscard]] Eigen::Matrix<double, 3, 2> tangents_of(const Eigen::Vector3d& direction);
+
+/// Directions spread evenly over the sphere, along a spiral.
+///
+/// @param count  how many, at least 1.
+/// @par Source
+/// Vogel's spiral: equal steps in z, the golden angle between neighbours.
+[[nodiscard]] std::vector<Eigen::Vector3d> directions_on_sphere(int count);
 
 }  // namespace axiscal

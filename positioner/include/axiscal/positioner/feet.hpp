@@ -59,20 +59,26 @@ struct BallFrame {
   double ball_radius_m = 0.003;
 };
 
-/// @return the feet of a frame as drawn.
+/// Makes the feet of a frame as drawn.
+///
+/// @return three balls a face, in the order of Face.
 /// @throws DomainError  if the edge is not positive, a height or radius negative, a foot not on its
 ///                      face, or the feet have a defect_of_feet().
 [[nodiscard]] CubeFeet feet_of_frame(const BallFrame& frame);
 
 /// Feet from protuberances of any kind, each touching at a point.
 ///
+/// @return balls of radius 0; a face's are checked where a Positioner is made of them.
 /// @param points  of each face in the order of Face, three points [m], frame positioner.
 [[nodiscard]] CubeFeet feet_from_points(
     const std::array<std::array<Eigen::Vector3d, 3>, all_faces.size()>& points);
 
-/// The same feet, turned together about their middle so that their plane has another normal.
-///
+/// @return the same feet, turned together about their middle.
+[[nodiscard]] Feet feet_rotated(const Feet& feet, const Eigen::Matrix3d& rotation);
+
 /// @param normal  outward unit normal, frame positioner.
+/// @return the same feet, turned together about their middle so that their plane has that normal.
+/// @throws DomainError  if the feet have a defect_of_feet(), or the normal is opposite to theirs.
 [[nodiscard]] Feet feet_turned_to(Face face, const Feet& feet, const Eigen::Vector3d& normal);
 
 }  // namespace axiscal

@@ -37,8 +37,10 @@ enum class WebAxis { x, y };
 /// Instruments in one orientation, that of the cube: single (one slot), triple (three), any number.
 [[nodiscard]] std::vector<Mount> parallel_mounts(const std::vector<std::string>& slots);
 
+/// Checks mounts, and makes matrices that were written with few digits rotations to the last digit.
+///
 /// @throws DomainError  if a slot has no name or its name twice, a matrix is no rotation (to 1e-6),
 ///                      or a repeatability is negative.
-void check_mounts(const std::vector<Mount>& mounts);
+[[nodiscard]] std::vector<Mount> checked_mounts(std::vector<Mount> mounts);
 
 }  // namespace axiscal

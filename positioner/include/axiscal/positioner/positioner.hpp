@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,9 @@ namespace axiscal {
 
 /// Outward unit normals in the order of Face, frame positioner.
 using FaceNormals = std::array<Eigen::Vector3d, all_faces.size()>;
+
+/// @throws DomainError  unless the matrix is symmetric and has no negative eigenvalue.
+void check_normal_covariance(const Eigen::Matrix<double, 18, 18>& covariance);
 
 /// Covariance of the normals, faces in the order of Face, each x y z [rad^2].
 using NormalCovariance = Eigen::Matrix<double, 18, 18>;
@@ -134,5 +138,9 @@ class Positioner {
   std::vector<Seat> seats_;  // by rest and fence face, 6 x 6
   bool nominal_;
 };
+
+/// @return a sentence for each of the points at which the cube's seat rocks.
+[[nodiscard]] std::vector<std::string> rocking_remarks(const Positioner& positioner,
+                                                       const std::set<DesignPoint>& points);
 
 }  // namespace axiscal

@@ -32,6 +32,9 @@ struct AdjusterMove {
   std::optional<double> turns;
 };
 
+/// @throws DomainError  unless there are three or more, finite, and not in a line.
+void check_adjusters(const std::vector<Eigen::Vector2d>& adjusters_m);
+
 /// The heights that level a table, by raising only: the highest adjuster stays.
 ///
 /// With the field's direction (x, y, z) in the table, z = sqrt(1 - x^2 - y^2), an adjuster at
