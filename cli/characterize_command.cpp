@@ -54,8 +54,8 @@ std::vector<ReferenceFiles> reference_files(const CharacterizeCommand& command) 
       forbid_overwriting(command.output, input);
     }
     for (std::size_t i = 0; i + 1 < files.size(); ++i) {
-      if (files[i].observations == files.back().observations && files[i].slot == files.back().slot &&
-          files.back().observations != "-") {
+      if (files[i].observations == files.back().observations &&
+          files[i].slot == files.back().slot && files.back().observations != "-") {
         throw UsageError("--reference: the readings " + files.back().observations +
                          " are there twice; a refit needs readings of its own");
       }

@@ -43,7 +43,8 @@ void add_experiment_options(CLI::App& app, ExperimentOptions& options) {
   add("Table and cube", "--slot", options.slot, "NAME",
       "mount of the positioner that holds the instrument");
   add("Table and cube", "--assembly", options.assembly, "NAME",
-      "mounts of the slots of columns SLOT.axis: parallel, single, triple (all as the cube), h or h:y "
+      "mounts of the slots of columns SLOT.axis: parallel, single, triple (all as the cube), h or "
+      "h:y "
       "(two on the web of an H, the second turned by 180 degrees about x or y)");
   add("Method", "--method", options.method, "METHOD", "paired, joint or known; chosen by the data");
   add("Method", "--weights", options.weights, "W",

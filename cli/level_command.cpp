@@ -94,8 +94,8 @@ Measured measure(const LevelCommand& command, Surface& surface) {
 // A slope that the readings themselves contradict is no ground for turning screws.
 void require_trust(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
-  constexpr std::array<std::string_view, 5> spoiling = {
-      "levelness", "poor_fit", "table_moved", "slot_levelness", "uncertain_direction"};
+  constexpr std::array<std::string_view, 5> spoiling = {"levelness", "poor_fit", "table_moved",
+                                                        "slot_levelness", "uncertain_direction"};
   const bool spoilt = std::any_of(
       calibration.warnings.begin(), calibration.warnings.end(), [&](const CalibrationWarning& w) {
         return std::find(spoiling.begin(), spoiling.end(), w.code) != spoiling.end();
@@ -116,11 +116,13 @@ Slope slope_of(const Measured& measured) {
                        ", and only gravity shows where the table is not level");
   }
   if (!calibration.levelness && is_record(measured.path)) {
-    throw RefusedError(measured.path + ": the record holds no levelness; give the readings instead");
+    throw RefusedError(measured.path +
+                       ": the record holds no levelness; give the readings instead");
   }
   if (!calibration.levelness) {
     throw RefusedError(
-        "level: no reading has its opposite (same rest face, opposite fence face), so nothing shows "
+        "level: no reading has its opposite (same rest face, opposite fence face), so nothing "
+        "shows "
         "the table's slope; take each face turned round as well");
   }
   const Levelness& levelness = *calibration.levelness;
@@ -128,7 +130,8 @@ Slope slope_of(const Measured& measured) {
               .standard_error = {levelness.standard_error_x, levelness.standard_error_y}};
   if (levelness.combined) {
     const CombinedLevelness& all = *levelness.combined;
-    slope = {.value = {all.x, all.y}, .standard_error = {all.standard_error_x, all.standard_error_y}};
+    slope = {.value = {all.x, all.y},
+             .standard_error = {all.standard_error_x, all.standard_error_y}};
   } else if (!levelness.blocks.empty()) {
     const BlockLevelness& last = levelness.blocks.back();
     slope = {.value = {last.x, last.y},
@@ -204,13 +207,13 @@ std::string text_of(const Slope& slope,
     return std::string(value < 0.0 ? "-" : "+") + axis;
   };
   std::string text = wrapped(
-      fmt::format("The table is level to {} +- {} urad{} (slope {}, {} urad along x and y, standard "
-                  "errors {}, {}); it rises towards {} and {}.",
-                  micro(slope.size()), micro(slope.size_error()),
-                  slope.of_last_block ? " in the last block" : "", micro(slope.value.x()),
-                  micro(slope.value.y()), micro(slope.standard_error.x()),
-                  micro(slope.standard_error.y()), rises(slope.value.x(), 'x'),
-                  rises(slope.value.y(), 'y')),
+      fmt::format(
+          "The table is level to {} +- {} urad{} (slope {}, {} urad along x and y, standard "
+          "errors {}, {}); it rises towards {} and {}.",
+          micro(slope.size()), micro(slope.size_error()),
+          slope.of_last_block ? " in the last block" : "", micro(slope.value.x()),
+          micro(slope.value.y()), micro(slope.standard_error.x()), micro(slope.standard_error.y()),
+          rises(slope.value.x(), 'x'), rises(slope.value.y(), 'y')),
       80);
   text += fmt::format("\n\n  {:>10}{:>10}{:>16}{:>8}{:>10}\n", "x [mm]", "y [mm]", "raise by [um]",
                       "+-", "turns");

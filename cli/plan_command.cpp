@@ -337,11 +337,11 @@ class PlanText {
     }
     if (!plan_.setup.positioner.feet(Face::plus_x)) {
       const BallFrame frame;
-      text_ += wrapped(fmt::format("  Drawn as: edge {} mm, feet {} mm high of radius {} mm within {} "
-                                   "mm of the middle; --positioner takes another drawing.",
-                                   1e3 * frame.edge_m, 1e3 * frame.foot_height_m,
-                                   1e3 * frame.ball_radius_m,
-                                   1e3 * frame.foot_positions_m[0].cwiseAbs().maxCoeff()),
+      text_ += wrapped(fmt::format(
+                           "  Drawn as: edge {} mm, feet {} mm high of radius {} mm within {} "
+                           "mm of the middle; --positioner takes another drawing.",
+                           1e3 * frame.edge_m, 1e3 * frame.foot_height_m, 1e3 * frame.ball_radius_m,
+                           1e3 * frame.foot_positions_m[0].cwiseAbs().maxCoeff()),
                        80) +
                "\n";
     }
@@ -504,7 +504,8 @@ int run(const PlanCommand& command) {
       throw UsageError("--want-angle-deg: must be positive");
     }
     plan.wanted_rad = wanted_deg * rad_per_deg;
-    plan.replicates_needed = needed_replicates(plan.setup, *plan.wanted_rad, !command.sheet.replicates);
+    plan.replicates_needed =
+        needed_replicates(plan.setup, *plan.wanted_rad, !command.sheet.replicates);
     if (!command.sheet.replicates) {
       plan.setup.replicates = plan.replicates_needed;
     }

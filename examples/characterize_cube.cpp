@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures a new cube with three calibrated instruments, and calibrates a fourth in it: with the cube
-// as drawn and with the cube as measured.
+// Measures a new cube with three calibrated instruments, and calibrates a fourth in it: with the
+// cube as drawn and with the cube as measured.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/characterize.hpp>
 #include <axiscal/calib/simulate.hpp>
@@ -25,8 +25,7 @@ axiscal::Observations read_in(const axiscal::Positioner& cube,
                               const axiscal::Calibration& truth,
                               const Eigen::Vector2d& slope,
                               std::uint64_t seed) {
-  return axiscal::simulate(truth,
-                           axiscal::make_run_sheet(axiscal::standard_design(12), 6, seed),
+  return axiscal::simulate(truth, axiscal::make_run_sheet(axiscal::standard_design(12), 6, seed),
                            {.noise_sd = 5e-6, .slope = slope, .positioner = cube, .seed = seed});
 }
 
@@ -54,8 +53,8 @@ int main() {
     axiscal::Reference reference;
     reference.slot = name;
     reference.instrument = name;
-    reference.calibration = axiscal::calibrate(
-        experiment, read_in(axiscal::Positioner(), truth, {0.001, 0.0}, seed));
+    reference.calibration =
+        axiscal::calibrate(experiment, read_in(axiscal::Positioner(), truth, {0.001, 0.0}, seed));
     reference.observations = read_in(made, truth, {0.004, -0.003}, 10 + seed);
     references.push_back(std::move(reference));
   }
@@ -67,8 +66,8 @@ int main() {
   std::printf("normals to %.1f urad; the instruments agree: p = %.2f\n", 1e6 * result.normal_u_rad,
               result.p_value);
 
-  // A fourth instrument. Its frame is the cube's as drawn; that of the measured cube fits the drawing
-  // best, so the mounts tell how the two lie to each other.
+  // A fourth instrument. Its frame is the cube's as drawn; that of the measured cube fits the
+  // drawing best, so the mounts tell how the two lie to each other.
   const axiscal::Calibration fourth = instrument(0.07);
   const axiscal::Observations readings = read_in(made, fourth, {-0.002, 0.001}, 99);
   const double nominal = error_of(axiscal::calibrate(experiment, readings), fourth);

@@ -28,9 +28,9 @@ int main() {
     options.rotation_sensor_from_positioner = mount.rotation_sensor_from_positioner;
     options.stream = static_cast<std::uint32_t>(readings.size());
     readings.push_back(
-        {mount.slot, axiscal::simulate(
-                         truth, axiscal::make_run_sheet(axiscal::standard_design(12), 2, 1),
-                         options)});
+        {mount.slot,
+         axiscal::simulate(truth, axiscal::make_run_sheet(axiscal::standard_design(12), 2, 1),
+                           options)});
   }
 
   for (const axiscal::Calibration& found : axiscal::calibrate_assembly(experiment, readings)) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Before anything is measured: how many replicates give 0.005 degrees, and how well must the cube be
-// made or known?
+// Before anything is measured: how many replicates give 0.005 degrees, and how well must the cube
+// be made or known?
 #include <axiscal/calib/forecast.hpp>
 #include <axiscal/calib/tolerance.hpp>
 #include <axiscal/core/units.hpp>

@@ -154,9 +154,8 @@ CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots) {
     const Eigen::Array2d variance = others.variance + variance_of(own);
     const double f = 0.5 * (difference.square() / variance).sum();
     const double dof =
-        variance.square().sum() /
-        (variance_of(own).square().sum() / own.degrees_of_freedom +
-         others.variance.square().sum() / others.degrees_of_freedom);
+        variance.square().sum() / (variance_of(own).square().sum() / own.degrees_of_freedom +
+                                   others.variance.square().sum() / others.degrees_of_freedom);
     const double p = f_upper_p(f, 2.0, dof);
     if (std::isnan(p)) {
       combined.p_value = std::numeric_limits<double>::quiet_NaN();

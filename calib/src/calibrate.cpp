@@ -426,8 +426,8 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
     in_fit[rows[i]] = false;
     unpaired_runs.push_back(set.readings[i].run);
   }
-  calibration.residuals = residuals_of(observations, set, estimate.fields, experiment.positioner,
-                                       calibration, in_fit);
+  calibration.residuals =
+      residuals_of(observations, set, estimate.fields, experiment.positioner, calibration, in_fit);
   add_notes(calibration, observations, experiment.positioner);
   calibration.warnings = find_warnings(calibration, estimate, std::move(unpaired_runs));
   const bool refused =

@@ -42,9 +42,8 @@ void check(const std::vector<Reference>& references) {
       throw DomainError(slot + "the readings and the record have different numbers of axes");
     }
     const std::optional<Eigen::Vector3d>& field = calibration.field.in_table;
-    const bool along_normal =
-        calibration.field.kind == "gravity" ||
-        (field && std::abs(field->z()) > 0.99 * field->norm());
+    const bool along_normal = calibration.field.kind == "gravity" ||
+                              (field && std::abs(field->z()) > 0.99 * field->norm());
     if (!along_normal) {
       throw RefusedError(slot + "the field is " + calibration.field.kind +
                          "; a cube is measured by one along the table's normal, as gravity is");
@@ -320,9 +319,8 @@ void warn_of_scatter(const std::vector<Reference>& references, Characterization&
         others.push_back(other.residual_sd);
       }
     }
-    const auto reference =
-        std::find_if(references.begin(), references.end(),
-                     [&](const Reference& one) { return one.slot == own.slot; });
+    const auto reference = std::find_if(references.begin(), references.end(),
+                                        [&](const Reference& one) { return one.slot == own.slot; });
     double expected = scatter_of_record(reference->calibration);
     if (!others.empty()) {
       const auto middle = others.begin() + static_cast<std::ptrdiff_t>(others.size() / 2);
@@ -424,7 +422,7 @@ Characterization characterize(const std::vector<Reference>& references,
                                  .rotation_sensor_from_positioner = solution.state.mounts[k],
                                  .mount_se_rad = solution.mount_noise[k].diagonal().cwiseSqrt(),
                                  .residual_sd = solution.sigma[k],
-         .worst_run = solution.worst_runs[k],
+                                 .worst_run = solution.worst_runs[k],
                                  .slope = slope});
     description.mounts.push_back(
         {.slot = solid[k].slot, .rotation_sensor_from_positioner = solution.state.mounts[k]});

@@ -247,7 +247,8 @@ AngleUncertainty forecast_angles(const Forecast& forecast,
 }
 
 double largest_angle_uncertainty(const Forecast& forecast, const Eigen::MatrixXd& covariance) {
-  // The function is smooth: a few hundred directions find its largest value to a part in a thousand.
+  // The function is smooth: a few hundred directions find its largest value to a part in a
+  // thousand.
   constexpr int directions = 600;
   const Eigen::MatrixXd inverse = inverse_of(forecast);
   double largest = 0.0;

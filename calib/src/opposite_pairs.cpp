@@ -218,8 +218,9 @@ double block_p_value(const ReadingSet& set,
              : 0.0;
 }
 
-// The slope of some faces: the mean of their own estimates where each has one; with fewer than three
-// axes a face is seen through cross-axis terms, if at all, and all differences are fitted together.
+// The slope of some faces: the mean of their own estimates where each has one; with fewer than
+// three axes a face is seen through cross-axis terms, if at all, and all differences are fitted
+// together.
 struct MeanSlope {
   Eigen::Vector2d f = Eigen::Vector2d::Zero();
   Eigen::Matrix2d unscaled_covariance = Eigen::Matrix2d::Zero();

@@ -6,10 +6,8 @@
 #include <map>
 #include <numeric>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 
-#include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -17,12 +15,6 @@
 
 namespace axiscal {
 namespace {
-
-// Degrees of freedom that the mean of the records' variances counts for in the weights.
-constexpr double dof_of_mean_variance = 20.0;
-// A record whose variance would be so much larger than the others' by chance alone with less than
-// this probability is another sort of calibration: its own variance counts.
-constexpr double different_variance = 0.01;
 
 // Turns the description of the cube into the one that fits the nominal cube best.
 void fix_gauge(SolidState& state) {
@@ -122,71 +114,15 @@ SolidFit::SolidFit(const std::vector<SolidReference>& references,
                    const Positioner& drawing,
                    bool free_bias_and_scale)
     : references_(references), drawing_(drawing), free_bias_and_scale_(free_bias_and_scale) {
-  make_priors();
-}
-
-void SolidFit::make_priors() {
-  std::vector<bool> known;
-  for (const SolidReference& reference : references_) {
-    priors_.resize(std::max(priors_.size(), reference.instrument + 1));
-    known.resize(priors_.size(), false);
-    if (known[reference.instrument]) {
-      continue;  // a refit has the same record
-    }
-    known[reference.instrument] = true;
-    Prior& prior = priors_[reference.instrument];
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(reference.covariance);
-    const double largest = eigen.eigenvalues().cwiseAbs().maxCoeff();
-    const Eigen::Index zeros = (eigen.eigenvalues().array() <= 1e-12 * largest).count();
-    const Eigen::Index rank = largest > 0.0 ? reference.covariance.rows() - zeros : 0;
-    prior.root = eigen.eigenvectors().rightCols(rank) *
-                 eigen.eigenvalues().tail(rank).cwiseSqrt().asDiagonal();
-    prior.calibration_dof = reference.calibration_dof;
-    // Relative, so that volts and counts, g and m/s^2 can be compared.
-    const double size = reference.calibrated.sensitivity.norm();
-    prior.variance = 0.0;
-    for (Eigen::Index i = 0; i < reference.covariance.rows(); ++i) {
-      const double unit = i % 4 == 0 ? size * reference.F : size;
-      prior.variance += reference.covariance(i, i) / (unit * unit);
-    }
+  std::vector<RecordErrors> records;
+  for (const SolidReference& reference : references) {
+    records.resize(std::max(records.size(), reference.instrument + 1));
+    records[reference.instrument] = {.covariance = reference.covariance,
+                                     .degrees_of_freedom = reference.calibration_dof,
+                                     .sensitivity = reference.calibrated.sensitivity,
+                                     .F = reference.F};
   }
-  const double mean = comparable_variance();
-  for (Prior& prior : priors_) {
-    if (prior.root.cols() > 0) {
-      const double nu = prior.calibration_dof > 0.0 ? prior.calibration_dof : 1e9;
-      const bool comparable = f_upper_p(prior.variance / mean, nu, 1e9) > different_variance;
-      const double taken = comparable ? (nu * prior.variance + dof_of_mean_variance * mean) /
-                                            (nu + dof_of_mean_variance)
-                                      : prior.variance;
-      prior.variance /= taken;
-      prior.root /= std::sqrt(prior.variance);
-    }
-  }
-}
-
-// The mean of the stated variances, without those that are larger than chance allows.
-double SolidFit::comparable_variance() const {
-  std::vector<const Prior*> pool;
-  for (const Prior& prior : priors_) {
-    if (prior.root.cols() > 0) {
-      pool.push_back(&prior);
-    }
-  }
-  std::sort(pool.begin(), pool.end(),
-            [](const Prior* a, const Prior* b) { return a->variance < b->variance; });
-  double sum = 0.0;
-  double dof = 0.0;
-  double count = 0.0;
-  for (const Prior* prior : pool) {
-    const double nu = prior->calibration_dof > 0.0 ? prior->calibration_dof : 1e9;
-    if (count > 0.0 && !(f_upper_p(prior->variance / (sum / count), nu, dof) > different_variance)) {
-      break;
-    }
-    sum += prior->variance;
-    dof += nu;
-    count += 1.0;
-  }
-  return count > 0.0 ? sum / count : 1.0;
+  priors_ = record_priors(records);
 }
 
 LinearResponse SolidFit::response_of(const SolidState& state, std::size_t reference) const {
@@ -219,7 +155,7 @@ SolidState SolidFit::start() const {
                    .bias = {},
                    .scale = {},
                    .shift = {}};
-  for (const Prior& prior : priors_) {
+  for (const RecordPrior& prior : priors_) {
     state.shift.emplace_back(Eigen::VectorXd::Zero(prior.root.cols()));
   }
   // Outward normals as each instrument sees them, in its own frame.
@@ -242,7 +178,8 @@ SolidState SolidFit::start() const {
       normal.normalize();
     }
     state.mounts.emplace_back(Eigen::Matrix3d::Identity());
-    state.fields.emplace_back(reference.level_count, Eigen::Vector3d(0.0, 0.0, reference.sign * reference.F));
+    state.fields.emplace_back(reference.level_count,
+                              Eigen::Vector3d(0.0, 0.0, reference.sign * reference.F));
     state.bias.push_back(reference.calibrated.bias);
     state.scale.emplace_back(Eigen::VectorXd::Ones(reference.calibrated.bias.size()));
   }
@@ -298,7 +235,7 @@ SolidFit::Layout SolidFit::layout(const SolidState& state) const {
       add("scale of slot " + reference.slot, reference.response.cols());
     }
   }
-  for (const Prior& prior : priors_) {
+  for (const RecordPrior& prior : priors_) {
     layout.shift.push_back(layout.columns);
     add("record of an instrument", prior.root.cols());
   }
@@ -481,12 +418,13 @@ void SolidFit::describe(const Layout& layout,
   solution.handed_on.setZero();
   double over_dof = 0.0;
   for (std::size_t instrument = 0; instrument < priors_.size(); ++instrument) {
-    const Prior& prior = priors_[instrument];
+    const RecordPrior& prior = priors_[instrument];
     const Eigen::MatrixXd P = C.block(0, layout.shift[instrument], 9, prior.root.cols());
-    const Eigen::Matrix<double, 9, 9> part = prior.variance * P * P.transpose();
+    const Eigen::Matrix<double, 9, 9> part = P * P.transpose();
     solution.handed_on += part;
-    over_dof +=
-        prior.calibration_dof > 0.0 ? part.trace() * part.trace() / prior.calibration_dof : 0.0;
+    over_dof += prior.degrees_of_freedom > 0.0
+                    ? part.trace() * part.trace() / prior.degrees_of_freedom
+                    : 0.0;
   }
   const double trace = solution.handed_on.trace();
   solution.calibration_dof = over_dof > 0.0 ? trace * trace / over_dof : 0.0;

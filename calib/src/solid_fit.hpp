@@ -10,6 +10,7 @@
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/instruments/instrument.hpp"
 #include "axiscal/positioner/positioner.hpp"
+#include "record_prior.hpp"
 
 namespace axiscal {
 
@@ -17,15 +18,15 @@ namespace axiscal {
 struct SolidReference {
   std::string slot;
   std::vector<Reading> readings;
-  Eigen::MatrixXd response;         // n x m
-  LinearResponse calibrated;        // b, S of its record
-  Eigen::MatrixXd covariance;       // of b, S by axis, 4m x 4m; zero where the record has none
-  double calibration_dof = 0.0;     // of that covariance; 0: exact
-  double F = 1.0;                   // length of the field at level 1
-  double sign = 1.0;                // -1: it points into the table
-  std::size_t instrument = 0;       // references of one number are one instrument
+  Eigen::MatrixXd response;          // n x m
+  LinearResponse calibrated;         // b, S of its record
+  Eigen::MatrixXd covariance;        // of b, S by axis, 4m x 4m; zero where the record has none
+  double calibration_dof = 0.0;      // of that covariance; 0: exact
+  double F = 1.0;                    // length of the field at level 1
+  double sign = 1.0;                 // -1: it points into the table
+  std::size_t instrument = 0;        // references of one number are one instrument
   std::vector<double> root_weights;  // of each reading, of mean square 1
-  std::vector<std::size_t> levels;  // which slope of its own a reading has, from 0
+  std::vector<std::size_t> levels;   // which slope of its own a reading has, from 0
   std::size_t level_count = 1;
 };
 
@@ -55,8 +56,7 @@ struct SolidSolution {
 ///
 /// The errors of the records are random effects: parameters with the records' covariances as their
 /// prior, so that instruments which disagree are not taken for noisy ones (generalised least
-/// squares). Variances stated by few degrees of freedom are drawn towards their mean for the
-/// weights; the stated ones make the covariance.
+/// squares).
 class SolidFit {
  public:
   /// @param references  must outlive the fit; their instruments are numbered from 0.
@@ -96,19 +96,10 @@ class SolidFit {
   // The response that a reference is taken to have, its record's error put right.
   [[nodiscard]] LinearResponse response_of(const SolidState& state, std::size_t reference) const;
 
-  // What is known of an instrument before: one standard deviation of its record by column.
-  struct Prior {
-    Eigen::MatrixXd root;   // 4m x rank
-    double variance = 1.0;  // stated over what the weights take it for
-    double calibration_dof = 0.0;
-  };
-  void make_priors();
-  [[nodiscard]] double comparable_variance() const;
-
   const std::vector<SolidReference>& references_;
   const Positioner& drawing_;
   bool free_bias_and_scale_;
-  std::vector<Prior> priors_;  // by instrument
+  std::vector<RecordPrior> priors_;  // by instrument
 };
 
 }  // namespace axiscal

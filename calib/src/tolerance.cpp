@@ -94,8 +94,7 @@ CalibrationErrors closed_form(const ToleranceStudy& study, Method method) {
   setup.nominal = study.nominal;
   setup.design = study.design;
   setup.method = method;
-  PositionerDescription description =
-      Positioner(study.drawing, study.surface).description();
+  PositionerDescription description = Positioner(study.drawing, study.surface).description();
   description.normal_covariance = normal_covariance_of(study.drawing, study.tolerances);
   setup.positioner = Positioner(std::move(description));
   const Forecast result = forecast(setup);
@@ -158,8 +157,7 @@ ToleranceEffect effect_of(const ToleranceStudy& study, Method method) {
     for (Eigen::Index k = 0; k < truth.bias.size(); ++k) {
       const double length = truth.sensitivity.row(k).norm();
       relative(k, 0) = (response.bias(k) - truth.bias(k)) / length;
-      relative.row(k).tail<3>() =
-          (response.sensitivity.row(k) - truth.sensitivity.row(k)) / length;
+      relative.row(k).tail<3>() = (response.sensitivity.row(k) - truth.sensitivity.row(k)) / length;
     }
     const Sums part = squares_of(relative, truth.sensitivity, F);
     sums.bias += part.bias;
@@ -195,8 +193,8 @@ Positioner random_positioner(const CubeFeet& drawing,
     const Eigen::Matrix<double, 3, 2> T = tangents_of(normal);
     const double first = random.normal();
     const double second = random.normal();
-    feet = feet_rotated(feet, rotation_by(tolerances.squareness_rad *
-                                          (T.col(0) * first + T.col(1) * second)));
+    feet = feet_rotated(
+        feet, rotation_by(tolerances.squareness_rad * (T.col(0) * first + T.col(1) * second)));
   }
   Surface leaning = surface;
   leaning.fence_lean_rad += tolerances.fence_rad * random.normal();

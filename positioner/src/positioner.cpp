@@ -240,9 +240,10 @@ std::vector<std::string> rocking_remarks(const Positioner& positioner,
   std::vector<std::string> remarks;
   for (const DesignPoint& point : points) {
     if (positioner.seat(point).rocks) {
-      remarks.push_back(point.name() +
-                        ": this seat rocks, as a middle foot of the fence face stands out; the nearer "
-                        "of its two positions is taken, so hold the cube to the same side each time");
+      remarks.push_back(
+          point.name() +
+          ": this seat rocks, as a middle foot of the fence face stands out; the nearer "
+          "of its two positions is taken, so hold the cube to the same side each time");
     }
   }
   return remarks;

@@ -136,12 +136,11 @@ std::string seat_svg(const DesignPoint& point) {
   const Spot top = seen(0.0, 0.0, 1.0);
   const Spot front = seen(0.0, -1.0, 0.0);
   const Spot side = seen(1.0, 0.0, 0.0);
-  svg += label("name", {top.x, top.y + 6.0},
-               shown(face_towards(point, Eigen::Vector3d::UnitZ())));
+  svg += label("name", {top.x, top.y + 6.0}, shown(face_towards(point, Eigen::Vector3d::UnitZ())));
   svg += label("name", {front.x, front.y + 6.0},
                shown(face_towards(point, -Eigen::Vector3d::UnitY())));
-  svg += label("name", {side.x, side.y + 6.0},
-               shown(face_towards(point, Eigen::Vector3d::UnitX())));
+  svg +=
+      label("name", {side.x, side.y + 6.0}, shown(face_towards(point, Eigen::Vector3d::UnitX())));
   svg += label("onfence", {seen(-0.1, 1.0, 1.55).x, 19.0}, shown(fence) + " at the fence");
   svg += label("onrest", {84.0, 183.0}, shown(rest) + " on the table");
   return svg + "</svg>";

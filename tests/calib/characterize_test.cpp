@@ -179,7 +179,9 @@ TEST(Characterize, TakesAFieldThatPointsIntoTheTable) {
   const FaceNormals truth = random_normals(random, 2e-3);
   Pair pair = instrument(random, 0.0);
   for (Calibration* one : {&pair.truth, &pair.record}) {
-    one->field = {.kind = "custom", .unit = "1", .magnitude = 2.0,
+    one->field = {.kind = "custom",
+                  .unit = "1",
+                  .magnitude = 2.0,
                   .in_table = Eigen::Vector3d(0.0, 0.0, -2.0)};
   }
   const std::vector<Reference> references = {
@@ -369,8 +371,8 @@ TEST(Characterize, APoorlyCalibratedInstrumentDoesNoHarm) {
       value += 1000.0 * 12 * urad * random.normal();
     }
     with += std::pow(rms_error(characterize(references).positioner, truth), 2);
-    without += std::pow(
-        rms_error(characterize(references, {.leave_out = {"C"}}).positioner, truth), 2);
+    without +=
+        std::pow(rms_error(characterize(references, {.leave_out = {"C"}}).positioner, truth), 2);
   }
   EXPECT_LT(std::sqrt(with / 20.0), 1.2 * std::sqrt(without / 20.0));
 }
@@ -390,11 +392,13 @@ TEST(Characterize, HoldsWithRecordsOfFewDegreesOfFreedom) {
       Pair pair = instrument(random, 0.0);
       const Scene own{.noise = 25 * urad, .replicates = 1, .seed = 1000 * seed + k};
       Experiment experiment = test::experiment_for(pair.truth);
-      pair.record = calibrate(
-          experiment, read_in(Positioner(), pair, Eigen::Matrix3d::Identity(), own, 0));
+      pair.record =
+          calibrate(experiment, read_in(Positioner(), pair, Eigen::Matrix3d::Identity(), own, 0));
       const std::string name(1, static_cast<char>('A' + k));
       references.push_back(
-          {.slot = name, .instrument = name, .calibration = pair.record,
+          {.slot = name,
+           .instrument = name,
+           .calibration = pair.record,
            .observations = read_in(cube, pair, small_rotation(random, 0.01), {.seed = seed}, k)});
     }
     const Characterization result = characterize(references);

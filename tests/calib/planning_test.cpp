@@ -290,7 +290,8 @@ TEST(StudyTolerances, ClosedFormAgreesWithSimulation) {
 
 TEST(StudyTolerances, AnAngleIsAnAngle) {
   // Faces off by 1e-4 both ways on their own: over the sphere the direction's mean square error,
-  // either way, is 23/45 of their variance (an independent calculation), and so is the simulation's.
+  // either way, is 23/45 of their variance (an independent calculation), and so is the
+  // simulation's.
   ToleranceStudy study{.nominal = test::accelerometer_truth(),
                        .design = standard_design(12),
                        .drawing = feet_of_frame({}),

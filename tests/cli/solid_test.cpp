@@ -70,9 +70,8 @@ TEST(SolidCommand, SimulateAndCalibrateUseTheSameSeats) {
                   .status,
               0);
     for (const char* method : {"paired", "joint"}) {
-      const ProgramResult result = run_axiscal(
-          with({"calibrate", run, "--positioner", cube, "--method", method, "--json"},
-               accelerometer));
+      const ProgramResult result = run_axiscal(with(
+          {"calibrate", run, "--positioner", cube, "--method", method, "--json"}, accelerometer));
       EXPECT_EQ(result.status, 0) << result.err;
       EXPECT_LT(worst_error(json::parse(result.out)), 1e-12);
     }
@@ -177,12 +176,12 @@ TEST(LevelCommand, TakesTheScrewsOfAPositionerAndTheLastBlock) {
   const std::string cube = folder.write("cube.json", positioner_json(Positioner(description)));
   for (const auto& [name, slope] : {std::pair{"a.csv", "0.004,0"}, {"b.csv", "0,0.002"}}) {
     prepare({"simulate", "--truth", truth, "--slope", slope, "--noise", "1e-6", "--positioner",
-                 cube, "-o", folder.path(name)});
+             cube, "-o", folder.path(name)});
   }
-  const ProgramResult result = run_axiscal(
-      with({"level", folder.path("a.csv"), folder.path("b.csv"), "--level-by", "block",
-            "--positioner", cube, "--json"},
-           accelerometer));
+  const ProgramResult result =
+      run_axiscal(with({"level", folder.path("a.csv"), folder.path("b.csv"), "--level-by", "block",
+                        "--positioner", cube, "--json"},
+                       accelerometer));
   ASSERT_EQ(result.status, 0) << result.err;
   const json level = json::parse(result.out);
   EXPECT_NEAR(level["slope"]["x"].get<double>(), 0.0, 1e-5);
@@ -211,7 +210,8 @@ TEST(LevelCommand, SaysWhatIsMissing) {
   EXPECT_THAT(refused.err, HasSubstr("turned round"));
   const std::string truth = folder.write("truth.json", truth_text());
   EXPECT_EQ(run_axiscal({"level", truth, "--adjusters", three_screws}).status, 1);
-  EXPECT_EQ(run_axiscal({"level", folder.path("none.json"), "--adjusters", three_screws}).status, 3);
+  EXPECT_EQ(run_axiscal({"level", folder.path("none.json"), "--adjusters", three_screws}).status,
+            3);
 }
 
 // ---- a levelness for each block ----
@@ -223,9 +223,9 @@ TEST(CalibrateCommand, GivesEachBlockItsLevelnessOnRequest) {
     prepare({"simulate", "--truth", truth, "--slope", slope, "-o", folder.path(name)});
   }
   for (const char* method : {"paired", "joint"}) {
-    const std::vector<std::string> call =
-        with({"calibrate", folder.path("a.csv"), folder.path("b.csv"), "--method", method, "--json"},
-             accelerometer);
+    const std::vector<std::string> call = with(
+        {"calibrate", folder.path("a.csv"), folder.path("b.csv"), "--method", method, "--json"},
+        accelerometer);
     const ProgramResult moved = run_axiscal(call);
     EXPECT_THAT(moved.err, HasSubstr("--level-by"));
     const json record = json::parse(run_axiscal(with(call, {"--level-by", "block"})).out);
@@ -259,8 +259,7 @@ TEST(CalibrateCommand, WritesARecordForEachSlot) {
               testing::ElementsAre("run", "block", "rest", "fence", "L.x", "L.y", "L.z", "R.x",
                                    "R.y", "R.z"));
   const std::vector<std::string> call = with({"calibrate", run, "--assembly", "h"}, accelerometer);
-  const ProgramResult result =
-      run_axiscal(with(call, {"-o", folder.path("cal-{slot}.json")}));
+  const ProgramResult result = run_axiscal(with(call, {"-o", folder.path("cal-{slot}.json")}));
   EXPECT_EQ(result.status, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("in slot R"));
   EXPECT_THAT(result.out, HasSubstr("the slots agree"));
@@ -291,16 +290,17 @@ TEST(CalibrateCommand, TakesTheMountsOfAPositioner) {
   const std::string run = folder.path("run.csv");
   prepare({"simulate", "--truth", truth, "--slot", "R", "--positioner", cube, "-o", run});
   const json record = json::parse(
-      run_axiscal(with({"calibrate", run, "--positioner", cube, "--slot", "R", "--json"},
-                       accelerometer))
+      run_axiscal(
+          with({"calibrate", run, "--positioner", cube, "--slot", "R", "--json"}, accelerometer))
           .out);
   EXPECT_LT(worst_error(record), 1e-12);
   const ProgramResult unstated =
       run_axiscal(with({"calibrate", run, "--positioner", cube}, accelerometer));
   EXPECT_THAT(unstated.err, HasSubstr("as no slot is stated (--slot)"));
-  EXPECT_EQ(run_axiscal(with({"calibrate", run, "--positioner", cube, "--slot", "X"}, accelerometer))
-                .status,
-            2);
+  EXPECT_EQ(
+      run_axiscal(with({"calibrate", run, "--positioner", cube, "--slot", "X"}, accelerometer))
+          .status,
+      2);
 }
 
 TEST(CalibrateCommand, NamesTheColumnThatASlotLacks) {
@@ -323,12 +323,12 @@ struct Laboratory {
   [[nodiscard]] std::string reference(const std::string& name, const std::string& seed) const {
     const std::string run = folder.path("run.csv");
     prepare({"simulate", "--truth", truth, "--noise", "1e-5", "--replicates", "3", "--seed", seed,
-                 "-o", run});
+             "-o", run});
     prepare(with({"calibrate", run, "--serial", name, "-o", folder.path(name + ".json")},
-                     accelerometer));
+                 accelerometer));
     prepare({"simulate", "--truth", truth, "--noise", "1e-5", "--replicates", "2", "--seed",
-                 seed + "1", "--slope", "0.004,-0.003", "--positioner", cube, "-o",
-                 folder.path(name + ".csv")});
+             seed + "1", "--slope", "0.004,-0.003", "--positioner", cube, "-o",
+             folder.path(name + ".csv")});
     return folder.path(name + ".json") + "=" + folder.path(name + ".csv");
   }
 };
@@ -336,10 +336,15 @@ struct Laboratory {
 TEST(CharacterizeCommand, MeasuresACube) {
   const Laboratory lab;
   const std::string out = lab.folder.path("cube-07.json");
-  const std::vector<std::string> call = {"characterize", "--reference", lab.reference("A", "2"),
-                                         "--reference",  lab.reference("B", "3"),
-                                         "--reference",  lab.reference("C", "4"),
-                                         "--id",         "cube-07"};
+  const std::vector<std::string> call = {"characterize",
+                                         "--reference",
+                                         lab.reference("A", "2"),
+                                         "--reference",
+                                         lab.reference("B", "3"),
+                                         "--reference",
+                                         lab.reference("C", "4"),
+                                         "--id",
+                                         "cube-07"};
   const ProgramResult result = run_axiscal(with(call, {"-o", out}));
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("the instruments agree"));
@@ -361,7 +366,8 @@ TEST(CharacterizeCommand, MeasuresACube) {
   const json printed = json::parse(run_axiscal(with(call, {"-o", out, "--json"})).out);
   EXPECT_TRUE(printed["consistent"].get<bool>());
   EXPECT_EQ(printed["references"].size(), 3U);
-  // The same record twice is the same instrument, fitted anew; the same readings twice are a mistake.
+  // The same record twice is the same instrument, fitted anew; the same readings twice are a
+  // mistake.
   const std::string again = lab.folder.path("A.json") + "=" + lab.folder.path("A.csv");
   const std::string refit = lab.folder.path("A.json") + "=" + lab.folder.path("B.csv");
   EXPECT_EQ(run_axiscal({"characterize", "--reference", again, "--reference", again, "--id", "x",
@@ -384,9 +390,8 @@ TEST(CharacterizeCommand, NamesTheBadInstrument) {
       bent["coefficients"]["sensitivity"][0][1].get<double>() + 2e-3;
   lab.folder.write("B.json", bent.dump());
   const std::string out = lab.folder.path("cube.json");
-  const std::vector<std::string> call = {"characterize", "--reference", a,      "--reference", b,
-                                         "--reference",  c,             "--id", "x",           "-o",
-                                         out};
+  const std::vector<std::string> call = {
+      "characterize", "--reference", a, "--reference", b, "--reference", c, "--id", "x", "-o", out};
   const ProgramResult result = run_axiscal(call);
   EXPECT_EQ(result.status, 0);
   EXPECT_THAT(result.err, HasSubstr("slot B disagrees"));
@@ -415,8 +420,8 @@ TEST(CharacterizeCommand, SaysWhatIsWrong) {
   EXPECT_FALSE(std::filesystem::exists(out));
   EXPECT_EQ(run_axiscal({"characterize", "--id", "x", "-o", out}).status, 2);
   EXPECT_EQ(run_axiscal({"characterize", "--reference", good, "--id", "x"}).status, 2);
-  EXPECT_EQ(run_axiscal({"characterize", "--reference", good, "--id", "x", "-o",
-                         lab.folder.path("A.json")})
+  EXPECT_EQ(run_axiscal(
+                {"characterize", "--reference", good, "--id", "x", "-o", lab.folder.path("A.json")})
                 .status,
             2);
 }
@@ -426,8 +431,8 @@ TEST(CharacterizeCommand, SaysWhatIsWrong) {
 TEST(PlanCommand, ForecastsAndFindsTheReplicates) {
   const ScratchFolder folder;
   const std::string sheet = folder.path("sheet.csv");
-  const std::vector<std::string> call = {"plan", "--noise", "3e-4", "--want-angle-deg", "0.005",
-                                         "-o",   sheet};
+  const std::vector<std::string> call = {"plan",  "--noise", "3e-4", "--want-angle-deg",
+                                         "0.005", "-o",      sheet};
   const ProgramResult result = run_axiscal(with(call, {"--json"}));
   ASSERT_EQ(result.status, 0) << result.err;
   const json plan = json::parse(result.out);
@@ -465,9 +470,8 @@ TEST(PlanCommand, MakesAPageAndDesignsOfAnySize) {
 
 TEST(PlanCommand, StudiesTolerances) {
   const ScratchFolder folder;
-  const ProgramResult result =
-      run_axiscal({"plan", "--tolerances", "foot_height_m=5e-6,fence_rad=1e-3", "--trials", "200",
-                   "--json"});
+  const ProgramResult result = run_axiscal(
+      {"plan", "--tolerances", "foot_height_m=5e-6,fence_rad=1e-3", "--trials", "200", "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   const json paired = json::parse(result.out)["tolerances"]["paired"];
   EXPECT_NEAR(paired["simulated"]["angle_rad"].get<double>() /
@@ -485,8 +489,8 @@ TEST(PlanCommand, PlansAnExperimentFromItsFile) {
       R"({"format":"axiscal-experiment","version":1,"instrument":{"kind":"inclinometer",
           "serial":"Q<1>","axes":["x","y"],"unit":"V"},"field":{"kind":"gravity"},
           "positioner":"cube.json","method":"joint"})");
-  const ProgramResult result =
-      run_axiscal({"plan", experiment, "--noise", "1e-4", "--json", "--page", folder.path("p.html")});
+  const ProgramResult result = run_axiscal(
+      {"plan", experiment, "--noise", "1e-4", "--json", "--page", folder.path("p.html")});
   ASSERT_EQ(result.status, 0) << result.err;
   const json plan = json::parse(result.out);
   EXPECT_EQ(plan["method"], "joint");

@@ -119,7 +119,8 @@ TEST(Usage, WhatLaterVersionsBringIsRefusedNotPassedOver) {
   for (const char* later : {"--uncertainty", "--attitude=r.json", "--declination=3"}) {
     EXPECT_EQ(run_axiscal({"apply", run, run, later}).status, 2) << later;
   }
-  for (const char* subcommand : {"field", "segment", "noise", "check", "study", "export", "import", "report", "acquire"}) {
+  for (const char* subcommand :
+       {"field", "segment", "noise", "check", "study", "export", "import", "report", "acquire"}) {
     EXPECT_EQ(run_axiscal({subcommand}).status, 2) << subcommand;
   }
 }

@@ -40,7 +40,7 @@ struct ReferenceResult {
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
   Eigen::Vector3d mount_se_rad = Eigen::Vector3d::Zero();  ///< about the sensor's axes
   double residual_sd = 0.0;                         ///< of a reading, all axes alike [field unit]
-  int worst_run = 0;  ///< the reading that is furthest from the fit
+  int worst_run = 0;                                ///< the reading that is furthest from the fit
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< of the table, mean of its blocks
   /// Probability that this instrument's normals differ so much from the others' by chance; NaN
   /// where there is no other instrument.
@@ -60,12 +60,12 @@ struct Characterization {
   Positioner positioner;  ///< normals with covariance, mounts
   std::vector<ReferenceResult> references;
   std::vector<MountRepeatability> repeatability;
-  double normal_u_rad = 0.0;  ///< standard uncertainty of a normal, either way; rms over faces
-  double noise_rad = 0.0;     ///< the part of it that comes from the readings' scatter
+  double normal_u_rad = 0.0;     ///< standard uncertainty of a normal, either way; rms over faces
+  double noise_rad = 0.0;        ///< the part of it that comes from the readings' scatter
   double transferred_rad = 0.0;  ///< the part that the instruments' own calibrations hand on
   double p_value = 0.0;  ///< that the instruments agree no better by chance; NaN for a single one
-  /// Slots, parted by commas, of the instrument that disagrees (p < 0.005); of two instruments nobody
-  /// knows which, so empty.
+  /// Slots, parted by commas, of the instrument that disagrees (p < 0.005); of two instruments
+  /// nobody knows which, so empty.
   std::string suspect;
   bool consistent = true;
   std::vector<std::string> warnings;  ///< what asks for attention, a sentence each
@@ -101,7 +101,8 @@ struct Characterization {
 /// @throws RefusedError  if there are none left, a field is not along the table's normal, an
 ///                       instrument has fewer than three axes, a face was never the rest face, or
 ///                       the readings do not determine the cube.
-/// @throws DomainError   if slots have no names of their own, or readings and record differ in their
+/// @throws DomainError   if slots have no names of their own, or readings and record differ in
+/// their
 ///                       number of axes.
 /// @throws SetupError    if leave_out names a slot that is not there.
 /// @par Source

@@ -82,6 +82,6 @@ struct AngleUncertainty {
 ///         nothing where no number is, as positioner or level alone are worse.
 /// @throws DomainError  if `wanted_rad` is not positive; else as forecast().
 [[nodiscard]] std::optional<double> replicates_for_angle(const ForecastSetup& setup,
-                                                      double wanted_rad);
+                                                         double wanted_rad);
 
 }  // namespace axiscal

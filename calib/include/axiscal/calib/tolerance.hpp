@@ -48,7 +48,7 @@ struct ToleranceEffect {
   Method method = Method::paired;
   CalibrationErrors closed_form;  ///< linear in the tolerances; on a level table
   CalibrationErrors
-      simulated;  ///< cubes made, seated, simulated and calibrated; on the table given
+      simulated;     ///< cubes made, seated, simulated and calibrated; on the table given
   int unusable = 0;  ///< of the cubes made: could not lie at a point, or were no cubes
   double worst_angle_95_rad = 0.0;  ///< 95 % of the cubes have no larger error in any attitude
 };
