@@ -185,6 +185,8 @@ Command parse_command_line(std::vector<std::string> arguments) {
   add_plan("Forecast", "--positioner", plan.positioner, "FILE", "the cube; the nominal one");
   add_plan("Forecast", "--positioner-u", plan.positioner_u, "RAD",
            "standard uncertainty of each face normal, besides the positioner's covariance");
+  add_plan("Forecast", "--slot", plan.slot, "NAME",
+           "mount of the positioner that holds the instrument; its repeatability counts");
   add_plan("Forecast", "--level-u", plan.level_u, "RAD",
            "known: standard uncertainty of the table's slope along x and y");
   add_plan("Forecast", "--slope", plan.slope, "X,Y", "of the table, expected; 0,0");

@@ -55,7 +55,7 @@ struct PlanCommand {
   std::optional<std::string> experiment;  ///< a file that describes what is planned
   SheetOptions sheet;
   std::optional<std::string> noise, samples, want_angle, sensitivity, method, positioner;
-  std::optional<std::string> positioner_u, level_u, slope, page, tolerances, trials;
+  std::optional<std::string> positioner_u, level_u, slope, slot, page, tolerances, trials;
   std::optional<std::string> output;
   bool json = false;
 };

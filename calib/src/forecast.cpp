@@ -35,21 +35,26 @@ std::vector<RunSheetRow> sheet_of(const std::vector<DesignEntry>& design) {
 
 Eigen::VectorXd readings_of(const ForecastSetup& setup,
                             const Positioner& positioner,
+                            const Eigen::Matrix3d& mount,
                             const Eigen::Vector2d& slope) {
-  const Observations observations =
-      simulate(setup.nominal, sheet_of(setup.design), {.slope = slope, .positioner = positioner});
-  return observations.response.reshaped();
+  return simulate(
+             setup.nominal, sheet_of(setup.design),
+             {.slope = slope, .positioner = positioner, .rotation_sensor_from_positioner = mount})
+      .response.reshaped();
 }
 
 ReadingSet reading_set(const ForecastSetup& setup) {
   ReadingSet set;
   set.axes = setup.nominal.instrument.axes;
   set.orientation = [&setup](const DesignPoint& point) -> Eigen::Matrix3d {
-    return setup.positioner.rotation_table_from_positioner(point).transpose();
+    return setup.mount.rotation_sensor_from_positioner *
+           setup.positioner.rotation_table_from_positioner(point).transpose();
   };
   const Observations observations =
       simulate(setup.nominal, sheet_of(setup.design),
-               {.slope = setup.slope, .positioner = setup.positioner});
+               {.slope = setup.slope,
+                .positioner = setup.positioner,
+                .rotation_sensor_from_positioner = setup.mount.rotation_sensor_from_positioner});
   set.readings = observations.readings;
   set.response = observations.response;
   set.weights = Eigen::MatrixXd::Ones(set.size(), set.axis_count());
@@ -156,7 +161,8 @@ Eigen::MatrixXd positioner_part(const ForecastSetup& setup, const Eigen::MatrixX
       Eigen::Vector3d& n = *description.faces[face].normal;
       n(j % 3) += by;
       n.normalize();
-      return readings_of(setup, Positioner(std::move(description)), setup.slope);
+      return readings_of(setup, Positioner(std::move(description)),
+                         setup.mount.rotation_sensor_from_positioner, setup.slope);
     };
     change.col(j) = map * (moved(step) - moved(-step)) / (2.0 * step);
   }
@@ -171,12 +177,32 @@ Eigen::MatrixXd level_part(const ForecastSetup& setup, const Eigen::MatrixXd& ma
   Eigen::MatrixXd change(map.rows(), 2);
   for (int j = 0; j < 2; ++j) {
     const Eigen::Vector2d by = step * Eigen::Vector2d::Unit(j);
+    const Eigen::Matrix3d& mount = setup.mount.rotation_sensor_from_positioner;
     change.col(j) = map *
-                    (readings_of(setup, setup.positioner, setup.slope + by) -
-                     readings_of(setup, setup.positioner, setup.slope - by)) /
+                    (readings_of(setup, setup.positioner, mount, setup.slope + by) -
+                     readings_of(setup, setup.positioner, mount, setup.slope - by)) /
                     (2.0 * step);
   }
   return setup.level_u_rad * setup.level_u_rad * change * change.transpose();
+}
+
+Eigen::MatrixXd mount_part(const ForecastSetup& setup, const Eigen::MatrixXd& map) {
+  const double u = setup.mount.repeatability_rad;
+  if (!(u > 0.0)) {
+    return Eigen::MatrixXd::Zero(map.rows(), map.rows());
+  }
+  constexpr double step = 1e-5;
+  Eigen::MatrixXd change(map.rows(), 3);
+  for (int j = 0; j < 3; ++j) {
+    const auto turned = [&](double by) -> Eigen::VectorXd {
+      return readings_of(
+          setup, setup.positioner,
+          rotation_by(by * Eigen::Vector3d::Unit(j)) * setup.mount.rotation_sensor_from_positioner,
+          setup.slope);
+    };
+    change.col(j) = map * (turned(step) - turned(-step)) / (2.0 * step);
+  }
+  return u * u * change * change.transpose();
 }
 
 // Covariance of the field that a calibrated reading gives, for a field in the instrument's frame.
@@ -206,7 +232,8 @@ Eigen::MatrixXd inverse_of(const Forecast& forecast) {
 
 Forecast forecast(const ForecastSetup& setup) {
   if (!(setup.noise_sd >= 0.0) || !std::isfinite(setup.noise_sd) || setup.replicates < 1 ||
-      setup.samples < 1 || !(setup.normal_u_rad >= 0.0) || !(setup.level_u_rad >= 0.0)) {
+      setup.samples < 1 || !(setup.normal_u_rad >= 0.0) ||
+      !(setup.mount.repeatability_rad >= 0.0) || !(setup.level_u_rad >= 0.0)) {
     throw DomainError(
         "forecast: noise and uncertainties must not be negative, replicates and samples at least "
         "1");
@@ -219,6 +246,7 @@ Forecast forecast(const ForecastSetup& setup) {
   result.noise = setup.noise_sd * setup.noise_sd / averaged * L * L.transpose();
   result.positioner = positioner_part(setup, L);
   result.level = level_part(setup, L);
+  result.mount = mount_part(setup, L);
   result.degrees_of_freedom = setup.replicates * map.degrees_of_freedom.array() - map.parameters;
   result.response = setup.nominal.response;
   result.magnitude = setup.nominal.field.magnitude;

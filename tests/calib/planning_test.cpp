@@ -217,6 +217,23 @@ TEST(Forecast, OfTheStandardDesignIsTheMethods) {
                      Eigen::Vector3d::Constant(44.0 - 2.0 / 3.0), 1e-12);
 }
 
+TEST(Forecast, CountsTheMountAndItsRepeatability) {
+  ForecastSetup setup{.nominal = test::truth_of({.bias = Eigen::Vector3d::Zero(),
+                                                 .sensitivity = 2.0 * Eigen::Matrix3d::Identity()}),
+                      .design = standard_design(12)};
+  setup.mount = h_shaped_mounts("L", "R")[1];
+  setup.mount.repeatability_rad = 5e-5;
+  for (const Method method : {Method::paired, Method::joint, Method::known}) {
+    setup.method = method;
+    const Forecast result = forecast(setup);
+    // A small rotation about each axis: cross-axis terms only, and the direction off by as much.
+    EXPECT_NEAR(result.covariance()(0, 0), 0.0, 1e-20);
+    EXPECT_NEAR(result.covariance()(1, 1), 0.0, 1e-16);
+    EXPECT_NEAR(std::sqrt(result.covariance()(2, 2)), 2.0 * 5e-5, 1e-9);
+    EXPECT_NEAR(largest_angle_uncertainty(result, result.covariance()), 5e-5, 1e-8);
+  }
+}
+
 TEST(ReplicatesForAngle, FindsTheSmallestNumberThatIsEnough) {
   ForecastSetup setup{.nominal = test::truth_of({.bias = Eigen::Vector3d::Zero(),
                                                  .sensitivity = Eigen::Matrix3d::Identity()}),

@@ -259,11 +259,13 @@ TEST(Positioner, TakesFeetAndMeasuredNormalsTogether) {
 }
 
 TEST(Positioner, RefusesBallsOfTwoFacesInEachOther) {
-  CubeFeet feet = feet_of_frame({});
-  feet[static_cast<std::size_t>(Face::plus_x)][0].centre_m =
-      feet[static_cast<std::size_t>(Face::plus_y)][0].centre_m + Eigen::Vector3d(0.004, 0.0, 0.0);
-  EXPECT_THAT(test::complaint_of<DomainError>([&] { static_cast<void>(Positioner(feet)); }),
-              testing::AnyOf(HasSubstr("go into each other"), HasSubstr("0.2 rad")));
+  // Balls at the edges: a foot of +X and one of +Y are at the same place.
+  BallFrame frame{.ball_radius_m = 0.006};
+  frame.foot_positions_m = {Eigen::Vector2d(0.033, 0.02), Eigen::Vector2d(0.02, 0.033),
+                            Eigen::Vector2d(-0.02, -0.02)};
+  EXPECT_THAT(
+      test::complaint_of<DomainError>([&] { static_cast<void>(Positioner(feet_of_frame(frame))); }),
+      HasSubstr("of face +X and those of face +Y go into each other"));
 }
 
 }  // namespace

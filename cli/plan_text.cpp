@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plan_text.hpp"
+
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "axiscal/core/json_document.hpp"
+#include "axiscal/core/units.hpp"
+#include "summary.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+// Attitudes that the forecast is printed for.
+constexpr std::array<double, 4> pitches_deg = {0.0, 45.0, 80.0, 85.0};
+
+double degrees(double radian) {
+  return radian * deg_per_rad;
+}
+
+std::string short_number(double value) {
+  return std::isfinite(value) ? fmt::format("{:.4g}", value) : "-";
+}
+
+class PlanText {
+ public:
+  explicit PlanText(const Plan& plan) : plan_(plan) {}
+
+  std::string text() {
+    add_design();
+    if (plan_.forecast) {
+      add_coefficients();
+      add_angles();
+    } else {
+      text_ += "\nNo forecast: give the noise of a sample by --noise.\n";
+    }
+    add_wanted();
+    add_tolerances();
+    for (const std::string& remark : plan_.remarks) {
+      text_ += "\n" + wrapped(remark, 80) + "\n";
+    }
+    return text_;
+  }
+
+ private:
+  void add_design() {
+    const ForecastSetup& setup = plan_.setup;
+    const DesignQuality& quality = plan_.quality;
+    text_ += fmt::format("{} design points, {} replicate{}: {} readings, method {}\n",
+                         setup.design.size(), setup.replicates, setup.replicates == 1 ? "" : "s",
+                         setup.design.size() * static_cast<std::size_t>(setup.replicates),
+                         method_name(setup.method));
+    if (!quality.determined) {
+      text_ += "The design does not determine all coefficients.\n";
+      return;
+    }
+    text_ += fmt::format("efficiency against the best {} readings: D {:.3f}, A {:.3f}, G {:.3f}\n",
+                         setup.design.size(), quality.d_efficiency, quality.a_efficiency,
+                         quality.g_efficiency);
+    text_ +=
+        fmt::format("variance inflation {:.3f}, {:.3f}, {:.3f}\n", quality.variance_inflation.x(),
+                    quality.variance_inflation.y(), quality.variance_inflation.z());
+    text_ += wrapped(
+        fmt::format("largest prediction variance {:.4g} of a reading's, with the field along "
+                    "({:.2f}, {:.2f}, {:.2f})",
+                    quality.largest_prediction_variance / setup.replicates,
+                    quality.worst_direction.x(), quality.worst_direction.y(),
+                    quality.worst_direction.z()),
+        80);
+    text_ += "\n";
+    if (plan_.optimal) {
+      text_ += wrapped(
+          fmt::format("the {} of the 24 points that determine most, for {}: D-efficiency {:.4f}; "
+                      "the 12-point design has {:.4f}",
+                      plan_.optimal->design.size(),
+                      plan_.optimal->parameters == 10 ? "every direction of the field"
+                                                      : "a field along the normal",
+                      plan_.optimal->d_efficiency, plan_.optimal->d_efficiency_of_standard),
+          80);
+      text_ += "\n";
+    }
+  }
+
+  void add_coefficients() {
+    const Forecast& forecast = *plan_.forecast;
+    const Instrument& instrument = plan_.setup.nominal.instrument;
+    const Eigen::VectorXd u = forecast.covariance().diagonal().cwiseSqrt();
+    text_ += fmt::format(
+        "\nForecast: standard uncertainty (root mean square error) of bias [{0}] and "
+        "of\nsensitivity to x, y, z [{0} per {1}]\n  "
+        "{2:<12}{3:>12}{4:>12}{5:>12}{6:>12}{7:>8}\n",
+        instrument.unit, plan_.setup.nominal.field.unit, "axis", "bias", "x", "y", "z", "dof");
+    for (Eigen::Index k = 0; k < forecast.response.bias.size(); ++k) {
+      text_ += fmt::format("  {:<12}", instrument.axes[static_cast<std::size_t>(k)].substr(0, 11));
+      for (Eigen::Index j = 0; j < 4; ++j) {
+        text_ += fmt::format("{:>12.3g}", u(4 * k + j));
+      }
+      text_ += fmt::format("{:>8.3g}\n", forecast.degrees_of_freedom(k));
+    }
+  }
+
+  void add_angles() {
+    const Forecast& forecast = *plan_.forecast;
+    if (forecast.response.bias.size() < 3) {
+      return;
+    }
+    const Eigen::MatrixXd C = forecast.covariance();
+    text_ += fmt::format(
+        "\nStandard uncertainty of calibrated angles [deg], before a new reading's "
+        "own noise\n  {:<14}{:>12}{:>14}{:>12}\n",
+        "pitch [deg]", "pitch", "pitch, atan2", "roll");
+    for (const double pitch_deg : pitches_deg) {
+      const double pitch = pitch_deg * rad_per_deg;
+      const AngleUncertainty by_asin = forecast_angles(forecast, C, pitch, 0.0);
+      const AngleUncertainty by_atan2 =
+          forecast_angles(forecast, C, pitch, 0.0, PitchFormula::arctangent);
+      text_ += fmt::format("  {:<14}{:>12.3g}{:>14.3g}{:>12.3g}\n", pitch_deg,
+                           degrees(by_asin.pitch_rad), degrees(by_atan2.pitch_rad),
+                           degrees(by_asin.roll_rad));
+    }
+    const auto part = [&](const char* name, const Eigen::MatrixXd& covariance) {
+      text_ += fmt::format("  {:<54}{:>10.3g}\n", name,
+                           degrees(largest_angle_uncertainty(forecast, covariance)));
+    };
+    part("largest, of the direction in any attitude", C);
+    part("  by the noise", forecast.noise);
+    if (!forecast.positioner.isZero(0.0)) {
+      part("  by the cube (replicates do not lower it)", forecast.positioner);
+    }
+    if (!forecast.mount.isZero(0.0)) {
+      part("  by the mount (replicates do not lower it)", forecast.mount);
+    }
+    if (!forecast.level.isZero(0.0)) {
+      part("  by the table's level (replicates do not lower it)", forecast.level);
+    }
+  }
+
+  void add_wanted() {
+    if (!plan_.wanted_rad) {
+      return;
+    }
+    const int samples = plan_.setup.samples;
+    text_ += "\n" +
+             wrapped(fmt::format("For {} degrees: {} replicate{} of {} sample{} a point, or 1 "
+                                 "replicate of {} samples.",
+                                 short_number(degrees(*plan_.wanted_rad)), plan_.replicates_needed,
+                                 plan_.replicates_needed == 1 ? "" : "s", samples,
+                                 samples == 1 ? "" : "s",
+                                 static_cast<long>(plan_.replicates_needed) * samples),
+                     80) +
+             "\n";
+  }
+
+  void add_tolerances() {
+    if (plan_.tolerances.empty()) {
+      return;
+    }
+    text_ += fmt::format(
+        "\nErrors by the cube's tolerances, root mean square [1e-6 of the field, urad]"
+        "\n  {:<24}{:>10}{:>13}{:>12}{:>8}{:>11}\n",
+        "method", "bias", "sensitivity", "cross-axis", "angle", "95 % of");
+    for (const ToleranceEffect& effect : plan_.tolerances) {
+      const auto micro = [](double value) { return std::round(1e8 * value) * 1e-2; };
+      const auto row = [&](const std::string& name, const CalibrationErrors& errors) {
+        text_ += fmt::format("  {:<24}{:>10.4g}{:>13.4g}{:>12.4g}{:>8.4g}", name,
+                             micro(errors.bias), micro(errors.sensitivity),
+                             micro(errors.cross_axis), micro(errors.angle_rad));
+      };
+      row(std::string(method_name(effect.method)) + ", closed form", effect.closed_form);
+      text_ += "\n";
+      row(std::string(method_name(effect.method)) + ", simulated", effect.simulated);
+      text_ += fmt::format("{:>11.4g}\n", 1e6 * effect.worst_angle_95_rad);
+    }
+    text_ += "  (95 % of: no more than this in any attitude for 95 % of the cubes)\n";
+    const int unusable = plan_.tolerances.front().unusable;
+    if (unusable > 0) {
+      text_ += fmt::format("  {} of the cubes could not be used\n", unusable);
+    }
+    if (!plan_.setup.positioner.feet(Face::plus_x)) {
+      const BallFrame frame;
+      text_ += wrapped(fmt::format(
+                           "  Drawn as: edge {} mm, feet {} mm high of radius {} mm within {} "
+                           "mm of the middle; --positioner takes another drawing.",
+                           1e3 * frame.edge_m, 1e3 * frame.foot_height_m, 1e3 * frame.ball_radius_m,
+                           1e3 * frame.foot_positions_m[0].cwiseAbs().maxCoeff()),
+                       80) +
+               "\n";
+    }
+  }
+
+  const Plan& plan_;
+  std::string text_;
+};
+
+Json json_of(const CalibrationErrors& errors) {
+  return {{"bias", errors.bias},
+          {"sensitivity", errors.sensitivity},
+          {"cross_axis", errors.cross_axis},
+          {"angle_rad", errors.angle_rad}};
+}
+
+}  // namespace
+
+std::string plan_text(const Plan& plan) {
+  return PlanText(plan).text();
+}
+
+std::string short_degrees(double radian) {
+  return short_number(degrees(radian));
+}
+
+std::string plan_json(const Plan& plan) {
+  const DesignQuality& quality = plan.quality;
+  Json json = {{"design_points", plan.setup.design.size()},
+               {"replicates", plan.setup.replicates},
+               {"samples", plan.setup.samples},
+               {"method", method_name(plan.setup.method)}};
+  json["design"] = {
+      {"d_efficiency", quality.d_efficiency},
+      {"a_efficiency", quality.a_efficiency},
+      {"g_efficiency", quality.g_efficiency},
+      {"largest_prediction_variance", quality.largest_prediction_variance / plan.setup.replicates},
+      {"variance_inflation", json_from(quality.variance_inflation)}};
+  if (plan.optimal) {
+    json["optimal"] = {{"d_efficiency", plan.optimal->d_efficiency},
+                       {"d_efficiency_of_12", plan.optimal->d_efficiency_of_standard}};
+  }
+  if (plan.forecast) {
+    const Forecast& forecast = *plan.forecast;
+    const Eigen::VectorXd u = forecast.covariance().diagonal().cwiseSqrt();
+    const Eigen::Index m = forecast.response.bias.size();
+    Eigen::VectorXd bias(m);
+    Eigen::MatrixXd sensitivity(m, 3);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      bias(k) = u(4 * k);
+      sensitivity.row(k) = u.segment<3>(4 * k + 1);
+    }
+    Json& own = json["forecast"];
+    own["standard_uncertainty"] = {{"bias", json_from(bias)},
+                                   {"sensitivity", json_from_matrix(sensitivity)}};
+    own["degrees_of_freedom"] = json_from(forecast.degrees_of_freedom);
+    own["covariance"] = json_from_matrix(forecast.covariance());
+    if (m >= 3) {
+      const Eigen::MatrixXd C = forecast.covariance();
+      own["angle_u_deg"] = degrees(largest_angle_uncertainty(forecast, C));
+      own["angles"] = Json::array();
+      for (const double pitch_deg : pitches_deg) {
+        const double pitch = pitch_deg * rad_per_deg;
+        const AngleUncertainty by_asin = forecast_angles(forecast, C, pitch, 0.0);
+        const AngleUncertainty by_atan2 =
+            forecast_angles(forecast, C, pitch, 0.0, PitchFormula::arctangent);
+        own["angles"].push_back({{"pitch_deg", pitch_deg},
+                                 {"roll_deg", 0.0},
+                                 {"u_pitch_deg", degrees(by_asin.pitch_rad)},
+                                 {"u_pitch_atan2_deg", degrees(by_atan2.pitch_rad)},
+                                 {"u_roll_deg", degrees(by_asin.roll_rad)}});
+      }
+    }
+  }
+  if (plan.wanted_rad) {
+    json["wanted"] = {{"angle_u_deg", degrees(*plan.wanted_rad)},
+                      {"replicates", plan.replicates_needed}};
+  }
+  for (const ToleranceEffect& effect : plan.tolerances) {
+    json["tolerances"][std::string(method_name(effect.method))] = {
+        {"closed_form", json_of(effect.closed_form)},
+        {"simulated", json_of(effect.simulated)},
+        {"worst_angle_95_rad", effect.worst_angle_95_rad}};
+  }
+  return json_text(json);
+}
+
+}  // namespace axiscal::cli
