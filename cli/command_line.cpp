@@ -244,6 +244,7 @@ Command parse_command_line(std::vector<std::string> arguments) {
   level_app
       ->add_option("--thread-pitch", level.thread_pitch, "what a turn raises; the positioner's")
       ->type_name("M");
+  add_output(*level_app, level.output);
   level_app->add_flag("--json", level.json, "print JSON instead of a table");
 
   CharacterizeCommand characterize;

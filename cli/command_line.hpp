@@ -70,6 +70,7 @@ struct SimulateCommand {
 struct LevelCommand {
   ExperimentOptions experiment;
   std::optional<std::string> adjusters, thread_pitch;
+  std::string output = "-";
   bool json = false;
 };
 

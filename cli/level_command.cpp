@@ -244,6 +244,9 @@ std::string text_of(const Slope& slope,
 }  // namespace
 
 int run(const LevelCommand& command) {
+  for (const std::string& input : command.experiment.files) {
+    forbid_overwriting(command.output, input);
+  }
   Surface surface;
   // Usage first: the readings may be minutes of work, a missing option none.
   if (command.adjusters) {
@@ -255,9 +258,10 @@ int run(const LevelCommand& command) {
   require_trust(measured);
   const Eigen::Matrix2d covariance = slope.standard_error.cwiseAbs2().asDiagonal();
   const std::vector<AdjusterMove> moves = level_table(slope.value, covariance, surface);
-  write_whole_file("-", command.json
-                            ? level_json(slope, moves, fence_lean_when_level(surface, slope.value))
-                            : text_of(slope, moves, surface));
+  write_whole_file(command.output,
+                   command.json
+                       ? level_json(slope, moves, fence_lean_when_level(surface, slope.value))
+                       : text_of(slope, moves, surface));
   return 0;
 }
 

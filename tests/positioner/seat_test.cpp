@@ -2,6 +2,7 @@
 #include "axiscal/positioner/seat.hpp"
 
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <vector>
 
@@ -153,6 +154,8 @@ TEST(Seat, AgreesWithMinimisingForAThousandRandomCubes) {
     EXPECT_EQ(seat.rocks, numerical.minima > 1) << "cube " << trial << ", " << point.name();
     rocking += seat.rocks ? 1 : 0;
   }
+  std::printf("1000 cubes: largest difference of a rotation's entries %.1e, %d seats rock\n", worst,
+              rocking);
   EXPECT_LT(worst, 1e-10);
   EXPECT_GT(rocking, 20);  // the claim on rocking seats is not empty
 }
