@@ -69,18 +69,18 @@ void warn_of_disagreement(Calibration& calibration, const CombinedLevelness& com
     return;
   }
   const std::string p = number_text(std::round(combined.p_value * 1e6) * 1e-6);
-  calibration.warnings.push_back(
-      {.code = "slot_levelness",
-       .runs = {},
-       .message =
-           combined.suspect.empty()
-               ? "slots " + joined(combined.slots) +
-                     " stand on one table but disagree about its slope (p = " + p +
-                     "); one mount's rotation is wrong, or an instrument is loose"
-               : "slot " + combined.suspect +
-                     " disagrees with the other slots about the slope of the table that all "
-                     "stand on (p = " +
-                     p + "); look at its mount's rotation, and whether the instrument is loose"});
+  const std::string message =
+      combined.suspect.empty()
+          ? "slots " + joined(combined.slots) +
+                " stand on one table but disagree about its slope (p = " + p +
+                "); an instrument is loose, or the table gives way under one"
+          : "slot " + combined.suspect +
+                " disagrees with the other slots about the slope of the table that all stand on (p "
+                "= " +
+                p +
+                "); is its instrument loose, does the table give way, are its readings those of "
+                "other points?";
+  calibration.warnings.push_back({.code = "slot_levelness", .runs = {}, .message = message});
   if (calibration.status == "ok") {
     calibration.status = "warning";
   }

@@ -458,15 +458,17 @@ SolidSolution SolidFit::solve() const {
   for (int outer = 0; outer <= rounds_of_scatter; ++outer) {
     Layout layout = this->layout(state);
     Eigen::MatrixXd J = jacobian(state, layout, solution.sigma);
-    bool settled = false;
-    for (int round = 0; round < 20 && !settled; ++round) {
+    constexpr double settled_rad = 1e-11;
+    constexpr double good_enough_rad = 1e-8;  // rounding of large residuals may stop it there
+    double change = 1.0;
+    for (int round = 0; round < 20 && change > settled_rad; ++round) {
       const Eigen::VectorXd step = Factors(J, layout.names).step(residuals(state, solution.sigma));
       move(state, layout, step);
       layout = this->layout(state);
       J = jacobian(state, layout, solution.sigma);
-      settled = step.head(layout.reference.front() + 3).norm() < 1e-11;
+      change = step.head(layout.reference.front() + 3).norm();
     }
-    if (!settled) {
+    if (!(change < good_enough_rad)) {
       throw RefusedError(
           "the cube's normals do not settle; check the labels of the readings, and that each was "
           "read by the instrument of its record");
