@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <set>
+#include <utility>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -53,13 +54,6 @@ std::vector<ReferenceFiles> reference_files(const CharacterizeCommand& command) 
     for (const std::string& input : {files.back().record, files.back().observations}) {
       forbid_overwriting(command.output, input);
     }
-    for (std::size_t i = 0; i + 1 < files.size(); ++i) {
-      if (files[i].observations == files.back().observations &&
-          files[i].slot == files.back().slot && files.back().observations != "-") {
-        throw UsageError("--reference: the readings " + files.back().observations +
-                         " are there twice; a refit needs readings of its own");
-      }
-    }
   }
   return files;
 }
@@ -87,6 +81,7 @@ Observations own_readings(const ObservationsTable& table,
 std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
   std::vector<Reference> references;
   std::set<std::string> names;
+  std::set<std::pair<std::string, std::string>> readings;  // file and slot
   for (const ReferenceFiles& files : all) {
     Reference reference;
     reference.calibration = read_calibration(files.record);

@@ -380,6 +380,46 @@ TEST(CharacterizeCommand, MeasuresACube) {
   EXPECT_TRUE(read_json(out)["mounts"].contains("A#2"));
 }
 
+TEST(CharacterizeCommand, TakesSeveralInstrumentsFromOneFile) {
+  const Laboratory lab;
+  const auto path = [&](const std::string& name) { return lab.folder.path(name); };
+  // Calibrated together in the old cube, and read together in the new one.
+  const auto simulate = [&](const std::string& out, const std::vector<std::string>& more) {
+    prepare(with({"simulate", "--truth", "L=" + lab.truth, "--truth", "R=" + lab.truth, "--noise",
+                  "1e-5", "--replicates", "2", "-o", path(out)},
+                 more));
+  };
+  simulate("old.csv", {});
+  simulate("new.csv", {"--positioner", lab.cube, "--slope", "0.003,0.001", "--seed", "4"});
+  prepare(
+      with({"calibrate", path("old.csv"), "--assembly", "parallel", "-o", path("c-{slot}.json")},
+           accelerometer));
+  const std::vector<std::string> by_record = {"characterize",
+                                              "--reference",
+                                              path("c-L.json") + "=" + path("new.csv"),
+                                              "--reference",
+                                              path("c-R.json") + "=" + path("new.csv"),
+                                              "--id",
+                                              "x",
+                                              "-o",
+                                              path("x.json")};
+  EXPECT_EQ(run_axiscal(by_record).status, 0);
+  EXPECT_TRUE(read_json(path("x.json"))["mounts"].contains("R"));
+  // Records that state no slot need to be told which columns are theirs.
+  const std::string plain = lab.reference("A", "2");
+  EXPECT_EQ(run_axiscal({"characterize", "--reference", path("A.json") + "=" + path("new.csv"),
+                         "--id", "x", "-o", path("y.json")})
+                .status,
+            3);
+  EXPECT_EQ(
+      run_axiscal({"characterize", "--reference", path("A.json") + "=" + path("new.csv") + ":R",
+                   "--id", "x", "-o", path("y.json")})
+          .status,
+      0);
+  EXPECT_TRUE(read_json(path("y.json"))["mounts"].contains("R"));
+  EXPECT_FALSE(plain.empty());
+}
+
 TEST(CharacterizeCommand, NamesTheBadInstrument) {
   const Laboratory lab;
   const std::string a = lab.reference("A", "2");

@@ -21,7 +21,7 @@ TEST(HShapedMounts, TurnTheSecondAboutAnAxisInTheWeb) {
   // An axis in the web stays, the web's normal is reversed: the other side of the same plane.
   EXPECT_EQ(turned * Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitX());
   EXPECT_EQ(turned * Eigen::Vector3d::UnitZ(), -Eigen::Vector3d::UnitZ());
-  const Eigen::Matrix3d& other =
+  const Eigen::Matrix3d other =
       h_shaped_mounts("A", "B", WebAxis::y)[1].rotation_sensor_from_positioner;
   EXPECT_TRUE(is_rotation(other));
   EXPECT_EQ(other * Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitY());
