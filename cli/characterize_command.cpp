@@ -97,10 +97,18 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
     }
     const ObservationsFile table = read_observations_file(
         files.observations, {.axes = record.instrument.axes, .needs_labels = true});
-    reference.observations = own_readings(table.table, record.slot, files);
-    const std::string name = !record.slot.empty() ? record.slot
-                             : !record.instrument.serial.empty()
-                                 ? record.instrument.serial
+    const std::vector<std::string>& slots = table.table.slots;
+    const std::string wanted = files.slot.empty() ? record.slot : files.slot;
+    const std::string read = slots.empty() ? "" : slots.size() == 1 ? slots.front() : wanted;
+    if (!readings.emplace(files.observations, read).second) {
+      throw UsageError("--reference: the readings " + files.observations +
+                       " are there twice; a refit needs readings of its own");
+    }
+    reference.observations = own_readings(table.table, wanted, files);
+    const std::string name = !read.empty()     ? read
+                             : !wanted.empty() ? wanted
+                             : !serial.empty()
+                                 ? serial
                                  : std::filesystem::path(files.record).stem().string();
     reference.slot = name;
     for (int number = 2; !names.insert(reference.slot).second; ++number) {
