@@ -187,8 +187,8 @@ std::string json_of(const Characterization& result) {
   Json json = {{"id", result.positioner.id()},  {"normal_u_rad", result.normal_u_rad},
                {"noise_rad", result.noise_rad}, {"transferred_rad", result.transferred_rad},
                {"p_value", result.p_value},     {"consistent", result.consistent},
-               {"suspect", result.suspect},     {"references", Json::array()},
-               {"repeatability", Json::array()}};
+               {"suspect", result.suspect},     {"warnings", result.warnings},
+               {"references", Json::array()},   {"repeatability", Json::array()}};
   for (const ReferenceResult& reference : result.references) {
     json["references"].push_back(
         {{"slot", reference.slot},

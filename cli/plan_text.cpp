@@ -108,8 +108,8 @@ class PlanText {
     }
     const Eigen::MatrixXd C = forecast.covariance();
     text_ += fmt::format(
-        "\nStandard uncertainty of calibrated angles [deg], before a new reading's "
-        "own noise\n  {:<14}{:>12}{:>14}{:>12}\n",
+        "\nStandard uncertainty of calibrated angles [deg], without a reading's own "
+        "noise\n  {:<14}{:>12}{:>14}{:>12}\n",
         "pitch [deg]", "pitch", "pitch, atan2", "roll");
     for (const double pitch_deg : pitches_deg) {
       const double pitch = pitch_deg * rad_per_deg;

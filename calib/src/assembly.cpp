@@ -127,6 +127,7 @@ Eigen::Matrix3d mount_rotation(const Positioner& positioner, const std::string& 
     return mount->rotation_sensor_from_positioner;
   }
   std::vector<std::string> names;
+  names.reserve(mounts.size());
   for (const Mount& mount : mounts) {
     names.push_back(mount.slot);
   }

@@ -141,7 +141,7 @@ OptimalDesign optimal_design(int points,
     while (better) {
       better = false;
       for (std::size_t in = 0; in < static_cast<std::size_t>(points); ++in) {
-        for (std::size_t out = static_cast<std::size_t>(points); out < order.size(); ++out) {
+        for (auto out = static_cast<std::size_t>(points); out < order.size(); ++out) {
           std::swap(order[in], order[out]);
           const double next = value(order);
           if (next > current + 1e-9) {

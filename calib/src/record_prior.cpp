@@ -81,6 +81,7 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
 
 std::vector<RecordPrior> record_priors(const std::vector<RecordErrors>& records) {
   std::vector<double> variances;
+  variances.reserve(records.size());
   for (const RecordErrors& record : records) {
     variances.push_back(relative_variances(record).mean());
   }

@@ -224,8 +224,7 @@ SolidFit::Layout SolidFit::layout(const SolidState& state) const {
     layout.columns += count;
   };
   add("face normals", 9);
-  for (std::size_t k = 0; k < references_.size(); ++k) {
-    const SolidReference& reference = references_[k];
+  for (const SolidReference& reference : references_) {
     layout.reference.push_back(layout.columns);
     add("mount of slot " + reference.slot, 3);
     add("slope of the table under slot " + reference.slot,

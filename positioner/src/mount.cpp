@@ -19,6 +19,7 @@ std::vector<Mount> h_shaped_mounts(const std::string& first,
 
 std::vector<Mount> parallel_mounts(const std::vector<std::string>& slots) {
   std::vector<Mount> mounts;
+  mounts.reserve(slots.size());
   for (const std::string& slot : slots) {
     mounts.push_back({.slot = slot});
   }

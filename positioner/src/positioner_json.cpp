@@ -110,7 +110,7 @@ Surface surface_of(const JsonValue& json) {
   Surface surface;
   if (const std::optional<JsonValue> kind = json.find("surface")) {
     if (kind->text() != "one_piece" && kind->text() != "separate") {
-      kind->fail("must be \"one_piece\" or \"separate\"");
+      kind->fail(R"(must be "one_piece" or "separate")");
     }
     surface.kind = kind->text() == "separate" ? SurfaceKind::separate : SurfaceKind::one_piece;
   }

@@ -117,7 +117,7 @@ constexpr const char* page_style = R"css(
 std::string seat_svg(const DesignPoint& point) {
   const std::string rest(face_name(point.rest()));
   const std::string fence(face_name(point.fence()));
-  std::string svg = "<svg viewBox=\"0 0 200 190\" role=\"img\" aria-label=\"Face " + rest +
+  std::string svg = R"(<svg viewBox="0 0 200 190" role="img" aria-label="Face )" + rest +
                     " on the table, face " + fence + " at the fence\">";
   svg += polygon("table", {seen(-1.5, -1.8, -1.0), seen(1.5, -1.8, -1.0), seen(1.5, 1.0, -1.0),
                            seen(-1.5, 1.0, -1.0)});
