@@ -243,11 +243,7 @@ CharacterizeOptions options_of(const CharacterizeCommand& command) {
     options.drawing = read_positioner(*command.drawing);
   }
   if (command.level_by) {
-    const std::optional<LevelBy> level_by = parse_level_by(*command.level_by);
-    if (!level_by) {
-      throw UsageError("--level-by: must be run or block, not '" + *command.level_by + "'");
-    }
-    options.level_by = *level_by;
+    options.level_by = level_by_of_option(*command.level_by);
   }
   if (command.leave_out) {
     for (const std::string_view slot : split(*command.leave_out, ',')) {

@@ -89,11 +89,7 @@ void set_field(const ExperimentOptions& options, FieldSetup& field) {
 
 void set_method(const ExperimentOptions& options, Experiment& experiment) {
   if (options.method) {
-    experiment.method = parse_method(*options.method);
-    if (!experiment.method) {
-      throw UsageError("--method: '" + *options.method +
-                       "' is not known to this version; it knows paired, joint, known");
-    }
+    experiment.method = method_of_option(*options.method);
   }
   if (options.weights) {
     experiment.weighting = parse_weighting(*options.weights);
@@ -114,11 +110,7 @@ void set_method(const ExperimentOptions& options, Experiment& experiment) {
     }
   }
   if (options.level_by) {
-    const std::optional<LevelBy> level_by = parse_level_by(*options.level_by);
-    if (!level_by) {
-      throw UsageError("--level-by: must be run or block, not '" + *options.level_by + "'");
-    }
-    experiment.level_by = *level_by;
+    experiment.level_by = level_by_of_option(*options.level_by);
   }
   if (options.temperature_order.value_or("0") != "0") {
     throw UsageError("--temperature-order: '" + *options.temperature_order +
@@ -150,8 +142,7 @@ Experiment make_experiment(const ExperimentOptions& options) {
         number_of("--fence-azimuth", *options.fence_azimuth) * rad_per_deg;
   }
   if (options.slope) {
-    const std::vector<double> slope = numbers_of("--slope", *options.slope, 2);
-    experiment.slope = Eigen::Vector2d(slope[0], slope[1]);
+    experiment.slope = slope_of_option(*options.slope);
   }
   if (options.positioner) {
     experiment.positioner = read_positioner(*options.positioner);

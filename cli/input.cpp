@@ -9,7 +9,6 @@
 #include <sys/types.h>
 #include <system_error>
 
-#include "axiscal/calib/design_quality.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal::cli {
@@ -53,6 +52,40 @@ double number_of(std::string_view option, const std::string& text) {
   return *number;
 }
 
+double not_negative_of(std::string_view option, const std::string& text) {
+  const double value = number_of(option, text);
+  if (value < 0.0) {
+    throw UsageError(std::string(option) + ": must not be negative");
+  }
+  return value;
+}
+
+Eigen::Vector2d slope_of_option(const std::string& text) {
+  const std::vector<double> numbers = numbers_of("--slope", text, 2);
+  const Eigen::Vector2d slope(numbers[0], numbers[1]);
+  if (!(slope.norm() < 1.0)) {
+    throw UsageError("--slope: X^2 + Y^2 must be less than 1");
+  }
+  return slope;
+}
+
+Method method_of_option(const std::string& text) {
+  const std::optional<Method> method = parse_method(text);
+  if (!method) {
+    throw UsageError("--method: '" + text +
+                     "' is not known to this version; it knows paired, joint, known");
+  }
+  return *method;
+}
+
+LevelBy level_by_of_option(const std::string& text) {
+  const std::optional<LevelBy> level_by = parse_level_by(text);
+  if (!level_by) {
+    throw UsageError("--level-by: must be run or block, not '" + text + "'");
+  }
+  return *level_by;
+}
+
 std::vector<double> numbers_of(std::string_view option,
                                const std::string& text,
                                std::size_t count) {
@@ -90,17 +123,24 @@ int replicates_of(const SheetOptions& options) {
   return replicates;
 }
 
-std::vector<DesignEntry> design_of(const SheetOptions& options) {
+std::optional<OptimalDesign> optimal_design_of(const SheetOptions& options) {
   constexpr std::string_view optimal = "optimal:";
+  if (!options.design.starts_with(optimal)) {
+    return std::nullopt;
+  }
+  const std::optional<int> points = parse_integer(options.design.substr(optimal.size()));
+  if (!points || *points < 4 || *points > 24) {
+    throw UsageError("--design: '" + options.design + "' must be optimal:N, N from 4 to 24");
+  }
+  return optimal_design(*points, Eigen::Vector3d::UnitZ(), seed_of(options));
+}
+
+std::vector<DesignEntry> design_of(const SheetOptions& options) {
   if (options.design == "6" || options.design == "12" || options.design == "24") {
     return standard_design(*parse_integer(options.design));
   }
-  if (options.design.starts_with(optimal)) {
-    const std::optional<int> points = parse_integer(options.design.substr(optimal.size()));
-    if (!points || *points < 4 || *points > 24) {
-      throw UsageError("--design: '" + options.design + "' must be optimal:N, N from 4 to 24");
-    }
-    return optimal_design(*points, Eigen::Vector3d::UnitZ(), seed_of(options)).design;
+  if (const std::optional<OptimalDesign> optimal = optimal_design_of(options)) {
+    return optimal->design;
   }
   if (parse_number(options.design)) {
     throw UsageError("--design: the designs have 6, 12 or 24 points, not " + options.design);

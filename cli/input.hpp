@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "axiscal/calib/design_quality.hpp"
+#include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/input_file.hpp"
@@ -33,6 +35,9 @@ struct ObservationsFile {
 /// @throws UsageError  if both are one file.
 void forbid_overwriting(const std::string& output, const std::string& input);
 
+/// @return the best design of so many points where `--design optimal:N` asks for it, else nothing.
+[[nodiscard]] std::optional<OptimalDesign> optimal_design_of(const SheetOptions& options);
+
 /// The design that the options ask for: one replicate.
 [[nodiscard]] std::vector<DesignEntry> design_of(const SheetOptions& options);
 
@@ -52,5 +57,17 @@ void forbid_overwriting(const std::string& output, const std::string& input);
 [[nodiscard]] std::vector<double> numbers_of(std::string_view option,
                                              const std::string& text,
                                              std::size_t count);
+
+/// A typed value as a number that is not negative. @throws UsageError naming the option.
+[[nodiscard]] double not_negative_of(std::string_view option, const std::string& text);
+
+/// The value of --slope. @throws UsageError unless X^2 + Y^2 < 1.
+[[nodiscard]] Eigen::Vector2d slope_of_option(const std::string& text);
+
+/// The value of --method. @throws UsageError for one that is not known.
+[[nodiscard]] Method method_of_option(const std::string& text);
+
+/// The value of --level-by. @throws UsageError for one that is not known.
+[[nodiscard]] LevelBy level_by_of_option(const std::string& text);
 
 }  // namespace axiscal::cli

@@ -64,6 +64,7 @@ void forbid_options_of_calibrate(const ExperimentOptions& options) {
 
 struct Measured {
   std::string path;
+  bool from_record = false;
   Calibration calibration;
 };
 
@@ -74,7 +75,7 @@ Measured measure(const LevelCommand& command, Surface& surface) {
     if (command.experiment.positioner) {
       surface = read_positioner(*command.experiment.positioner).surface();
     }
-    return {files.front(), read_calibration(files.front())};
+    return {files.front(), true, read_calibration(files.front())};
   }
   const Experiment experiment = make_experiment(command.experiment);
   surface = experiment.positioner.surface();
@@ -82,7 +83,7 @@ Measured measure(const LevelCommand& command, Surface& surface) {
       calibrate_run(experiment, read_run(experiment), command.experiment.assembly.value_or(""));
   print_remarks(calibrations);
   // What any slot warns of counts for the one table that all stand on.
-  Measured measured{files.front(), calibrations.front()};
+  Measured measured{files.front(), false, calibrations.front()};
   for (std::size_t s = 1; s < calibrations.size(); ++s) {
     std::vector<CalibrationWarning>& warnings = measured.calibration.warnings;
     warnings.insert(warnings.end(), calibrations[s].warnings.begin(),
@@ -115,29 +116,25 @@ Slope slope_of(const Measured& measured) {
     throw RefusedError("level: the field is " + calibration.field.kind +
                        ", and only gravity shows where the table is not level");
   }
-  if (!calibration.levelness && is_record(measured.path)) {
+  if (!calibration.levelness && measured.from_record) {
     throw RefusedError(measured.path +
                        ": the record holds no levelness; give the readings instead");
   }
   if (!calibration.levelness) {
     throw RefusedError(
         "level: no reading has its opposite (same rest face, opposite fence face), so nothing "
-        "shows "
-        "the table's slope; take each face turned round as well");
+        "shows the table's slope; take each face turned round as well");
   }
   const Levelness& levelness = *calibration.levelness;
-  Slope slope{.value = {levelness.mean_x, levelness.mean_y},
-              .standard_error = {levelness.standard_error_x, levelness.standard_error_y}};
+  const BlockLevelness now = levelness.as_it_stands();
+  Slope slope{.value = {now.x, now.y},
+              .standard_error = {now.standard_error_x, now.standard_error_y},
+              .of_last_block = !levelness.blocks.empty()};
   if (levelness.combined) {
     const CombinedLevelness& all = *levelness.combined;
-    slope = {.value = {all.x, all.y},
-             .standard_error = {all.standard_error_x, all.standard_error_y}};
-  } else if (!levelness.blocks.empty()) {
-    const BlockLevelness& last = levelness.blocks.back();
-    slope = {.value = {last.x, last.y},
-             .standard_error = {last.standard_error_x, last.standard_error_y}};
+    slope.value = {all.x, all.y};
+    slope.standard_error = {all.standard_error_x, all.standard_error_y};
   }
-  slope.of_last_block = !levelness.blocks.empty();
   if (!(slope.value.squaredNorm() < 1.0)) {
     throw DataError(measured.path, "/levelness/mean", "is no slope: X^2 + Y^2 must be less than 1");
   }
@@ -162,8 +159,7 @@ void add_options(const LevelCommand& command, Surface& surface) {
   if (surface.adjusters_m.empty()) {
     throw UsageError(
         "level: where the table's height adjusters stand is missing: --adjusters \"X,Y;X,Y;X,Y\" "
-        "in "
-        "metres, or a positioner with a table");
+        "in metres, or a positioner with a table");
   }
   try {
     const Eigen::Vector2d none = Eigen::Vector2d::Zero();

@@ -26,14 +26,6 @@
 namespace axiscal::cli {
 namespace {
 
-double not_negative(std::string_view option, const std::string& text) {
-  const double value = number_of(option, text);
-  if (value < 0.0) {
-    throw UsageError(std::string(option) + ": must not be negative");
-  }
-  return value;
-}
-
 int positive_integer(std::string_view option, const std::string& text) {
   const int value = parse_integer(text).value_or(0);
   if (value < 1) {
@@ -58,18 +50,10 @@ Experiment planned_experiment(const PlanCommand& command) {
     experiment.positioner = read_positioner(*command.positioner);
   }
   if (command.slope) {
-    const std::vector<double> slope = numbers_of("--slope", *command.slope, 2);
-    experiment.slope = Eigen::Vector2d(slope[0], slope[1]);
-    if (!(experiment.slope.norm() < 1.0)) {
-      throw UsageError("--slope: X^2 + Y^2 must be less than 1");
-    }
+    experiment.slope = slope_of_option(*command.slope);
   }
   if (command.method) {
-    experiment.method = parse_method(*command.method);
-    if (!experiment.method) {
-      throw UsageError("--method: '" + *command.method +
-                       "' is not known to this version; it knows paired, joint, known");
-    }
+    experiment.method = method_of_option(*command.method);
   }
   return experiment;
 }
@@ -114,11 +98,11 @@ ForecastSetup forecast_setup(const PlanCommand& command,
   const std::string slot = command.slot.value_or(experiment.slot);
   setup.mount = setup.positioner.mount(slot).value_or(Mount{});
   setup.mount.rotation_sensor_from_positioner = mount_rotation(setup.positioner, slot);
-  setup.noise_sd = command.noise ? not_negative("--noise", *command.noise) : 0.0;
+  setup.noise_sd = command.noise ? not_negative_of("--noise", *command.noise) : 0.0;
   setup.samples = command.samples ? positive_integer("--samples", *command.samples) : 1;
   setup.normal_u_rad =
-      command.positioner_u ? not_negative("--positioner-u", *command.positioner_u) : 0.0;
-  setup.level_u_rad = command.level_u ? not_negative("--level-u", *command.level_u) : 0.0;
+      command.positioner_u ? not_negative_of("--positioner-u", *command.positioner_u) : 0.0;
+  setup.level_u_rad = command.level_u ? not_negative_of("--level-u", *command.level_u) : 0.0;
   return setup;
 }
 
@@ -137,7 +121,7 @@ Tolerances tolerances_of(const std::string& text) {
                        "' must be one of foot_height_m, ball_radius_m, squareness_rad, fence_rad, "
                        "=, and its standard deviation");
     }
-    *value = not_negative("--tolerances", std::string(item.substr(parting + 1)));
+    *value = not_negative_of("--tolerances", std::string(item.substr(parting + 1)));
   }
   return tolerances;
 }
@@ -232,17 +216,15 @@ int run(const PlanCommand& command) {
   }
   check_outputs(command);
   const Experiment experiment = planned_experiment(command);
-  const std::vector<DesignEntry> design = design_of(command.sheet);
   Plan plan;
+  plan.optimal = optimal_design_of(command.sheet);
+  const std::vector<DesignEntry> design =
+      plan.optimal ? plan.optimal->design : design_of(command.sheet);
   plan.setup = forecast_setup(command, experiment, design);
   plan.remarks = remarks_on(plan.setup);
   const Eigen::Vector3d field =
       plan.setup.nominal.field.in_table.value_or(Eigen::Vector3d(Eigen::Vector3d::UnitZ()));
   plan.quality = assess_design(design, experiment.positioner, field);
-  if (command.sheet.design.starts_with("optimal:")) {
-    plan.optimal = optimal_design(static_cast<int>(design.size()), Eigen::Vector3d::UnitZ(),
-                                  seed_of(command.sheet));
-  }
   if (command.want_angle) {
     const double wanted_deg = number_of("--want-angle-deg", *command.want_angle);
     if (!(wanted_deg > 0.0)) {

@@ -52,17 +52,10 @@ SimulationOptions simulation_options(const SimulateCommand& command) {
   SimulationOptions options;
   options.seed = seed_of(command.sheet);
   if (command.noise) {
-    options.noise_sd = number_of("--noise", *command.noise);
-    if (options.noise_sd < 0.0) {
-      throw UsageError("--noise: must not be negative");
-    }
+    options.noise_sd = not_negative_of("--noise", *command.noise);
   }
   if (command.slope) {
-    const std::vector<double> slope = numbers_of("--slope", *command.slope, 2);
-    options.slope = Eigen::Vector2d(slope[0], slope[1]);
-    if (!(options.slope.norm() < 1.0)) {
-      throw UsageError("--slope: X^2 + Y^2 must be less than 1");
-    }
+    options.slope = slope_of_option(*command.slope);
   }
   if (command.fence_azimuth) {
     options.fence_azimuth_rad = number_of("--fence-azimuth", *command.fence_azimuth) * rad_per_deg;

@@ -25,9 +25,15 @@ struct Mean {
   double degrees_of_freedom = 0.0;
 };
 
+Eigen::Array2d slope_of(const Levelness& levelness) {
+  const BlockLevelness now = levelness.as_it_stands();
+  return {now.x, now.y};
+}
+
 // Without noise all weigh alike.
 Eigen::Array2d variance_of(const Levelness& levelness) {
-  return Eigen::Array2d(levelness.standard_error_x, levelness.standard_error_y)
+  const BlockLevelness now = levelness.as_it_stands();
+  return Eigen::Array2d(now.standard_error_x, now.standard_error_y)
       .square()
       .max(rounding_rad * rounding_rad);
 }
@@ -43,25 +49,13 @@ Mean mean_without(const std::vector<SlotLevelness>& slots, std::size_t without) 
     const Levelness& own = slots[i].levelness;
     const Eigen::Array2d variance = variance_of(own);
     weights += variance.inverse();
-    mean.value += Eigen::Array2d(own.mean_x, own.mean_y) / variance;
+    mean.value += slope_of(own) / variance;
     over_dof += variance.inverse().square().sum() / own.degrees_of_freedom;
   }
   mean.value /= weights;
   mean.variance = weights.inverse();
   mean.degrees_of_freedom = weights.square().sum() / over_dof;
   return mean;
-}
-
-// Where each block has its own levelness, that of the last one.
-Levelness as_it_stands(Levelness levelness) {
-  if (!levelness.blocks.empty()) {
-    const BlockLevelness& last = levelness.blocks.back();
-    levelness.mean_x = last.x;
-    levelness.mean_y = last.y;
-    levelness.standard_error_x = last.standard_error_x;
-    levelness.standard_error_y = last.standard_error_y;
-  }
-  return levelness;
 }
 
 void warn_of_disagreement(Calibration& calibration, const CombinedLevelness& combined) {
@@ -151,7 +145,7 @@ CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots) {
     const Levelness& own = slots[i].levelness;
     combined.slots.push_back(slots[i].slot);
     const Mean others = mean_without(slots, i);
-    const Eigen::Array2d difference = Eigen::Array2d(own.mean_x, own.mean_y) - others.value;
+    const Eigen::Array2d difference = slope_of(own) - others.value;
     const Eigen::Array2d variance = others.variance + variance_of(own);
     const double f = 0.5 * (difference.square() / variance).sum();
     const double dof =
@@ -203,7 +197,7 @@ std::vector<Calibration> calibrate_assembly(const Experiment& experiment,
       throw RefusedError("slot " + slot.slot + ": " + error.what());
     }
     if (const std::optional<Levelness>& measured = calibrations.back().levelness) {
-      levelness.push_back({.slot = slot.slot, .levelness = as_it_stands(*measured)});
+      levelness.push_back({.slot = slot.slot, .levelness = *measured});
     }
   }
   if (levelness.size() == slots.size() && slots.size() > 1) {

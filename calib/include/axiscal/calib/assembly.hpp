@@ -48,10 +48,10 @@ struct SlotLevelness {
 ///
 /// The slots' own mounts do not matter to it: a slope follows from differences of readings with the
 /// sensitivity that the same readings gave. What it sees is a loose instrument, a table that gives
-/// way under one, readings of other points. The means are weighted by 1 / variance. Each slot is
-/// held against the mean of the others, F(2, nu) with both variances and their degrees of freedom,
-/// Bonferroni over the slots; below 0.001 the worst one is named (of two, both disagree and neither
-/// is).
+/// way under one, readings of other points. The slopes (of the last block, where each has its own)
+/// are weighted by 1 / variance. Each slot is held against the mean of the others, F(2, nu) with
+/// both variances and their degrees of freedom, Bonferroni over the slots; below 0.001 the worst
+/// one is named (of two, both disagree and neither is).
 ///
 /// @param slots  two or more.
 /// @throws DomainError  if there are fewer.

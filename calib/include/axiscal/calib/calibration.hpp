@@ -119,6 +119,16 @@ struct Levelness {
   std::vector<BlockLevelness> blocks;         ///< where each block has its own; else empty
   std::optional<CombinedLevelness> combined;  ///< of an assembly
 
+  /// @return how the table stands after the run: the last block's where each has its own, else the
+  ///         mean of all.
+  [[nodiscard]] BlockLevelness as_it_stands() const {
+    return blocks.empty() ? BlockLevelness{.x = mean_x,
+                                           .y = mean_y,
+                                           .standard_error_x = standard_error_x,
+                                           .standard_error_y = standard_error_y}
+                          : blocks.back();
+  }
+
   /// @return the levelness of one block, by its position among them; the mean where there is one.
   [[nodiscard]] Eigen::Vector2d of_level(std::size_t position) const {
     return blocks.empty() ? Eigen::Vector2d(mean_x, mean_y)
