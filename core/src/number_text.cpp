@@ -54,6 +54,20 @@ std::string number_text(double value) {
   return {text.data(), write_number(text.data(), value)};
 }
 
+std::string number_text(double value, int digits) {
+  std::array<char, 64> text{};
+  const std::to_chars_result result = std::to_chars(text.data(), text.data() + text.size(), value,
+                                                    std::chars_format::general, digits);
+  return {text.data(), result.ptr};
+}
+
+std::string unit_per(const std::string& unit, const std::string& other) {
+  if (other == "1") {
+    return unit;
+  }
+  return unit + "/" + (other.find('/') == std::string::npos ? other : "(" + other + ")");
+}
+
 std::string_view trimmed(std::string_view text) noexcept {
   while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) {
     text.remove_prefix(1);

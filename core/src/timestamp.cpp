@@ -3,6 +3,7 @@
 
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 
@@ -52,7 +53,44 @@ std::optional<double> parse_time_of_day(std::string_view& text) {
   return *hour * 3600.0 + *minute * 60.0 + second;
 }
 
+// Where a year begins, seconds since 1970.
+double start_of_year(int year) {
+  const std::chrono::year_month_day first{std::chrono::year(year), std::chrono::January,
+                                          std::chrono::day(1)};
+  return static_cast<double>(std::chrono::sys_days(first).time_since_epoch().count()) * 86400.0;
+}
+
 }  // namespace
+
+double seconds_now() {
+  return static_cast<double>(std::time(nullptr));
+}
+
+double decimal_year_of(double seconds) {
+  constexpr double mean_year_s = 365.2425 * 86400.0;
+  auto year = static_cast<int>(std::floor(1970.0 + seconds / mean_year_s));
+  while (start_of_year(year) > seconds) {
+    --year;
+  }
+  while (start_of_year(year + 1) <= seconds) {
+    ++year;
+  }
+  const double start = start_of_year(year);
+  return year + (seconds - start) / (start_of_year(year + 1) - start);
+}
+
+std::optional<double> parse_date(std::string_view text) {
+  const std::optional<double> year = parse_number(text);
+  if (!year) {
+    return parse_timestamp(text);
+  }
+  if (!(*year > -9999.0 && *year < 9999.0)) {
+    return std::nullopt;
+  }
+  const auto whole = static_cast<int>(std::floor(*year));
+  const double start = start_of_year(whole);
+  return start + (*year - whole) * (start_of_year(whole + 1) - start);
+}
 
 std::optional<double> parse_timestamp(std::string_view text) {
   const std::optional<int> year = take_digits(text, 4);

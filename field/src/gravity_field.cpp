@@ -4,30 +4,45 @@
 #include <cmath>
 #include <utility>
 
+#include <GeographicLib/GravityModel.hpp>
 #include <GeographicLib/NormalGravity.hpp>
 
 #include "axiscal/core/error.hpp"
 
 namespace axiscal {
-namespace {
 
-double normal_gravity(const Site& site) {
+Eigen::Vector3d gravity_in_enu(const Site& site, const std::string& model) {
   check_site(site);
-  double northward = 0.0;
-  double upward = 0.0;
-  GeographicLib::NormalGravity::WGS84().Gravity(site.latitude_deg, site.height_m, northward,
-                                                upward);
-  return std::hypot(northward, upward);
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
+  if (model == "wgs84") {
+    GeographicLib::NormalGravity::WGS84().Gravity(site.latitude_deg, site.height_m, gravity.y(),
+                                                  gravity.z());
+    return Eigen::Vector3d::Zero() - gravity;
+  }
+  try {
+    const GeographicLib::GravityModel installed(model);
+    installed.Gravity(site.latitude_deg, site.longitude_deg, site.height_m, gravity.x(),
+                      gravity.y(), gravity.z());
+  } catch (const GeographicLib::GeographicErr& error) {
+    throw DataError(model, "no such gravity model: looked in " +
+                               GeographicLib::GravityModel::DefaultGravityPath() + " (" +
+                               error.what() +
+                               "); install it for GeographicLib, set GEOGRAPHICLIB_GRAVITY_PATH, "
+                               "or use wgs84, which is built in");
+  }
+  return Eigen::Vector3d::Zero() - gravity;
 }
 
-}  // namespace
+GravityField::GravityField(const Site& site, const std::string& model)
+    : GravityField(gravity_in_enu(site, model).norm(), "m/s^2") {}
 
-GravityField::GravityField(const Site& site) : GravityField(normal_gravity(site), "m/s^2") {}
-
-GravityField::GravityField(double magnitude, std::string unit)
-    : magnitude_(magnitude), unit_(std::move(unit)) {
+GravityField::GravityField(double magnitude, std::string unit, double magnitude_u)
+    : magnitude_(magnitude), unit_(std::move(unit)), magnitude_u_(magnitude_u) {
   if (!(magnitude > 0.0) || !std::isfinite(magnitude)) {
     throw DomainError("GravityField: the magnitude must be positive and finite");
+  }
+  if (!(magnitude_u >= 0.0)) {
+    throw DomainError("GravityField: the uncertainty must not be negative");
   }
 }
 

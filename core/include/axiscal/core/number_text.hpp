@@ -35,6 +35,12 @@ char* write_number(char* first, double value) noexcept;
 /// @return the shortest text that reads back to the same double.
 [[nodiscard]] std::string number_text(double value);
 
+/// @return the value to so many significant digits, as printf's %g, whatever the locale.
+[[nodiscard]] std::string number_text(double value, int digits);
+
+/// @return the unit of a ratio: "V/g", "V/(m/s^2)"; the first alone where the second is "1".
+[[nodiscard]] std::string unit_per(const std::string& unit, const std::string& other);
+
 /// @return `text` without blanks and tabs at both ends.
 [[nodiscard]] std::string_view trimmed(std::string_view text) noexcept;
 

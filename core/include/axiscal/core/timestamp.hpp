@@ -16,4 +16,15 @@ namespace axiscal {
 /// @return now, in UTC and whole seconds: 2026-11-20T20:04:54Z.
 [[nodiscard]] std::string timestamp_now();
 
+/// @return the present as seconds since 1970-01-01, UTC.
+[[nodiscard]] double seconds_now();
+
+/// @return the decimal year of a time: 2026.5 is in the middle of 2026.
+/// @param seconds  since 1970-01-01, UTC.
+[[nodiscard]] double decimal_year_of(double seconds);
+
+/// A date as users give it: ISO 8601 (UTC) or a decimal year.
+/// @return seconds since 1970-01-01, UTC; nothing for another text.
+[[nodiscard]] std::optional<double> parse_date(std::string_view text);
+
 }  // namespace axiscal

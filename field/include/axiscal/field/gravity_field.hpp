@@ -8,6 +8,15 @@
 
 namespace axiscal {
 
+/// Specific force at rest by a model: gravity, reversed.
+///
+/// @param model  "wgs84" (normal gravity, built in), or a gravity model that is installed for
+///               GeographicLib ("egm96", "egm2008"), found by its own search path.
+/// @return specific force [m/s^2], frame enu; a model's plumb line is not the ellipsoid's normal.
+/// @throws DomainError  for a bad site.
+/// @throws DataError    if the model is not installed; the message says where it was looked for.
+[[nodiscard]] Eigen::Vector3d gravity_in_enu(const Site& site, const std::string& model = "wgs84");
+
 /// Specific force on an instrument at rest: gravity, reversed.
 ///
 /// The support pushes the instrument up, so the vector points up along the plumb line: (0, 0, g).
@@ -21,29 +30,36 @@ class GravityField final : public ReferenceField {
   /// In units of local gravity: magnitude 1, unit `g`. No site is needed.
   GravityField() = default;
 
-  /// WGS 84 normal gravity at a site, in m/s^2.
+  /// Gravity at a site by a model, in m/s^2.
   ///
-  /// Local gravity anomalies are not modelled; they are usually below 1e-3 m/s^2.
+  /// WGS 84 normal gravity knows no local anomalies: it is off by a few 1e-4 m/s^2 (1 standard
+  /// deviation), rarely by more than 1e-3. What counts here is the length; the table is levelled by
+  /// the plumb line, so the direction is up.
+  /// @param model  as gravity_in_enu().
   /// @throws DomainError  if a member of `site` is not finite or out of range.
+  /// @throws DataError    if the model is not installed.
   /// @par Source
   /// Heiskanen & Moritz, Physical Geodesy (1967), secs. 2-7 and 2-8; evaluated by GeographicLib.
-  explicit GravityField(const Site& site);
+  explicit GravityField(const Site& site, const std::string& model = "wgs84");
 
   /// A measured local value.
   ///
   /// @param magnitude  length of the specific force, positive [unit].
   /// @param unit       "g" or "m/s^2".
+  /// @param magnitude_u  its standard uncertainty [unit].
   /// @throws DomainError  if the magnitude is not positive and finite.
-  GravityField(double magnitude, std::string unit);
+  GravityField(double magnitude, std::string unit, double magnitude_u = 0.0);
 
   /// @return specific force [unit()], frame enu: (0, 0, magnitude).
   [[nodiscard]] Eigen::Vector3d value_in_enu() const override { return {0.0, 0.0, magnitude_}; }
   [[nodiscard]] std::string_view unit() const override { return unit_; }
   [[nodiscard]] std::string_view kind() const override { return "gravity"; }
+  [[nodiscard]] double magnitude_uncertainty() const override { return magnitude_u_; }
 
  private:
   double magnitude_ = 1.0;
   std::string unit_ = "g";
+  double magnitude_u_ = 0.0;
 };
 
 }  // namespace axiscal

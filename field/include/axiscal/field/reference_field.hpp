@@ -28,6 +28,13 @@ class ReferenceField {
   /// @return length of value_in_enu() [unit()].
   [[nodiscard]] virtual double magnitude() const { return value_in_enu().norm(); }
 
+  /// @return standard uncertainty of magnitude() [unit()]; 0 where none is stated.
+  [[nodiscard]] virtual double magnitude_uncertainty() const { return 0.0; }
+
+  /// @return whether the field is made on the table: value_in_enu() is then its value in the table
+  ///         wherever that stands, and a reading's `level` the multiple of it that was set.
+  [[nodiscard]] virtual bool is_induced() const { return false; }
+
  protected:
   ReferenceField(const ReferenceField&) = default;
   ReferenceField(ReferenceField&&) = default;

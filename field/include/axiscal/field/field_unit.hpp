@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace axiscal {
+
+/// @return the units that a kind of field may be given in, its default first; none for a kind that
+///         takes any text ("custom" and a user's own).
+[[nodiscard]] std::span<const std::string_view> units_of_field(std::string_view kind);
+
+/// How many of one unit make one of another: `value_to = factor_between(from, to) * value_from`.
+///
+/// Only units of one quantity convert: acceleration, magnetic flux density, angular rate,
+/// irradiance. `g` is the gravity of a place and converts to nothing but itself here.
+/// @throws DomainError  if the two are not of one quantity, or one is not known and not the other.
+[[nodiscard]] double factor_between(std::string_view from, std::string_view to);
+
+}  // namespace axiscal

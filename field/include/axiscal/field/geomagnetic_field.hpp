@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <Eigen/Core>
+
+#include "axiscal/field/reference_field.hpp"
+#include "axiscal/field/site.hpp"
+
+namespace axiscal {
+
+/// What a geomagnetic model itself may be wrong by: standard deviations of the field at a place.
+struct GeomagneticUncertainty {
+  Eigen::Vector3d in_enu_nT = Eigen::Vector3d::Zero();  ///< of the components east, north, up
+  double magnitude_nT = 0.0;
+  double inclination_rad = 0.0;
+  double declination_rad = 0.0;  ///< grows where the field is steep
+};
+
+/// A spherical harmonic model of the geomagnetic field.
+///
+/// `wmm2025` is built in: its coefficients are arrays in the library, summed by GeographicLib's
+/// SphericalHarmonic1, which takes arrays where its MagneticModel takes only files; so nothing is
+/// written, downloaded or looked for. Any other name is a model that the user has installed for
+/// GeographicLib (`igrf14`, `emm2017`, ...), found by its own search path and environment
+/// variables. Make models of higher degree than 12 before other threads evaluate any: GeographicLib
+/// then lengthens a table that they share.
+class GeomagneticModel {
+ public:
+  /// @throws DataError  if no such model is installed; the message says where it was looked for.
+  explicit GeomagneticModel(const std::string& name = "wmm2025");
+
+  /// The field at a place and time.
+  ///
+  /// @param site  its height is above the WGS 84 ellipsoid.
+  /// @param year  decimal year.
+  /// @return field [nT], frame enu.
+  /// @throws RefusedError  if height or date are out of the model's range, which the message says.
+  [[nodiscard]] Eigen::Vector3d value_in_enu_nT(const Site& site, double year) const;
+
+  /// The model's own uncertainty where the field has that value, as its authors state it.
+  ///
+  /// @return nothing for models that have no error model here.
+  /// @par Source
+  /// The US/UK World Magnetic Model for 2025-2030: Technical Report (NOAA 2025), error model: X
+  /// 137, Y 89, Z 141, F 138 nT, I 0.20 degrees, D sqrt(0.26^2 + (5417 nT / H)^2) degrees.
+  [[nodiscard]] std::optional<GeomagneticUncertainty> uncertainty(
+      const Eigen::Vector3d& value_in_enu_nT) const;
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+  class Coefficients;  ///< for this class alone
+
+ private:
+  std::string name_;
+  std::shared_ptr<const Coefficients> coefficients_;
+};
+
+/// @return angle of a field below the horizontal [rad], for a vector in enu or a level table.
+[[nodiscard]] double inclination_of(const Eigen::Vector3d& value_in_enu);
+
+/// @return angle of a field's horizontal part east of north [rad], in (-pi, pi].
+[[nodiscard]] double declination_of(const Eigen::Vector3d& value_in_enu);
+
+/// The Earth's magnetic field at a place and time: F (cos I sin D, cos I cos D, -sin I).
+///
+/// @code
+/// axiscal::GeomagneticField field({.latitude_deg = 48.1, .longitude_deg = 11.6}, 2026.5);
+/// @endcode
+class GeomagneticField final : public ReferenceField {
+ public:
+  /// @param year  decimal year.
+  /// @param unit  "nT", "uT", "T" or another magnetic unit.
+  /// @throws DomainError   for a bad site or unit.
+  /// @throws DataError, RefusedError  as GeomagneticModel.
+  GeomagneticField(const Site& site,
+                   double year,
+                   std::string unit = "nT",
+                   const GeomagneticModel& model = GeomagneticModel());
+
+  [[nodiscard]] Eigen::Vector3d value_in_enu() const override { return value_; }
+  [[nodiscard]] std::string_view unit() const override { return unit_; }
+  [[nodiscard]] std::string_view kind() const override { return "geomagnetic"; }
+  [[nodiscard]] double magnitude_uncertainty() const override { return magnitude_u_; }
+
+ private:
+  Eigen::Vector3d value_;
+  std::string unit_;
+  double magnitude_u_ = 0.0;
+};
+
+}  // namespace axiscal

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/field/field_unit.hpp"
+
+#include <array>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/units.hpp"
+
+namespace axiscal {
+namespace {
+
+struct Unit {
+  std::string_view name;
+  std::string_view quantity;
+  double in_si;
+};
+
+constexpr std::array units = {
+    Unit{"m/s^2", "acceleration", 1.0},
+    Unit{"T", "magnetic flux density", 1.0},
+    Unit{"mT", "magnetic flux density", 1e-3},
+    Unit{"uT", "magnetic flux density", 1e-6},
+    Unit{"nT", "magnetic flux density", 1e-9},
+    Unit{"G", "magnetic flux density", 1e-4},
+    Unit{"rad/s", "angular rate", 1.0},
+    Unit{"deg/s", "angular rate", rad_per_deg},
+    Unit{"deg/h", "angular rate", rad_per_deg / 3600.0},
+    Unit{"W/m^2", "irradiance", 1.0},
+};
+
+constexpr std::array<std::string_view, 2> of_gravity = {"g", "m/s^2"};
+constexpr std::array<std::string_view, 5> of_magnetism = {"nT", "uT", "T", "mT", "G"};
+constexpr std::array<std::string_view, 3> of_rotation = {"rad/s", "deg/s", "deg/h"};
+constexpr std::array<std::string_view, 3> of_turntable = {"deg/s", "rad/s", "deg/h"};
+constexpr std::array<std::string_view, 2> of_light = {"1", "W/m^2"};
+
+const Unit* find_unit(std::string_view name) {
+  for (const Unit& unit : units) {
+    if (unit.name == name) {
+      return &unit;
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::span<const std::string_view> units_of_field(std::string_view kind) {
+  if (kind == "gravity") {
+    return of_gravity;
+  }
+  if (kind == "geomagnetic" || kind == "induced_magnetic") {
+    return of_magnetism;
+  }
+  if (kind == "earth_rotation") {
+    return of_rotation;
+  }
+  if (kind == "induced_rotation") {
+    return of_turntable;
+  }
+  if (kind == "light") {
+    return of_light;
+  }
+  return {};
+}
+
+double factor_between(std::string_view from, std::string_view to) {
+  if (from == to) {
+    return 1.0;
+  }
+  const Unit* const a = find_unit(from);
+  const Unit* const b = find_unit(to);
+  if (a == nullptr || b == nullptr || a->quantity != b->quantity) {
+    throw DomainError("'" + std::string(from) + "' does not convert to '" + std::string(to) + "'");
+  }
+  return a->in_si / b->in_si;
+}
+
+}  // namespace axiscal
