@@ -77,7 +77,7 @@ void apply_to_text(benchmark::State& state) {
   for (auto _ : state) {
     axiscal::CsvReader csv = reader_of(table());
     std::size_t written = 0;
-    axiscal::reduce_csv(csv, calibration.instrument.axes, reducer, {},
+    axiscal::reduce_csv(csv, axiscal::reading_columns(calibration.instrument), reducer, {},
                         [&](std::string_view block) { written += block.size(); });
     benchmark::DoNotOptimize(written);
   }

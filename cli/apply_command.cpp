@@ -1,26 +1,63 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
+#include <optional>
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/reduction_csv.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/field/gravity_field.hpp"
 #include "commands.hpp"
 #include "input.hpp"
 
 namespace axiscal::cli {
 namespace {
 
-ReductionOptions reduction_options(const ApplyCommand& command, const Calibration& calibration) {
-  ReductionOptions options;
+Calibration read_unrefused(const std::string& record, bool force) {
+  Calibration calibration = read_calibration(record);
+  if (calibration.status == "refused" && !force) {
+    throw RefusedError(record +
+                       ": this calibration was refused; look at its warnings, or use --force");
+  }
+  return calibration;
+}
+
+// In what unit the results are, and what the field is where the readings were taken.
+FieldConversion conversion_of(const ApplyCommand& command, const Calibration& calibration) {
+  std::optional<double> magnitude;
   if (command.field_magnitude) {
-    options.magnitude = number_of("--field-magnitude", *command.field_magnitude);
-    if (!(*options.magnitude > 0.0)) {
+    magnitude = number_of("--field-magnitude", *command.field_magnitude);
+    if (!(*magnitude > 0.0)) {
       throw UsageError("--field-magnitude: must be positive");
     }
   }
-  if (command.field_unit && *command.field_unit != calibration.field.unit) {
-    throw UsageError("--field-unit: the record is in '" + calibration.field.unit +
-                     "', and this version does not convert '" + *command.field_unit + "' to it");
+  std::optional<double> gravity_there;
+  if ((command.longitude || command.height || command.gravity_model) && !command.latitude) {
+    throw UsageError("a site needs its --latitude");
+  }
+  if (command.latitude) {
+    if (calibration.field.kind != "gravity") {
+      throw UsageError("--latitude: a site's gravity is of no use to a record of field " +
+                       calibration.field.kind);
+    }
+    const Site site = site_of_options(command.latitude, command.longitude, command.height, Site{});
+    gravity_there = GravityField(site, command.gravity_model.value_or("wgs84")).magnitude();
+  }
+  try {
+    return field_conversion(calibration.field, command.field_unit.value_or(""), magnitude,
+                            gravity_there);
+  } catch (const DomainError& error) {
+    throw UsageError(std::string("apply: ") + error.what());
+  }
+}
+
+ReductionOptions reduction_options(const ApplyCommand& command, const Calibration& calibration) {
+  ReductionOptions options;
+  const FieldConversion conversion = conversion_of(command, calibration);
+  options.factor = conversion.factor;
+  options.magnitude = conversion.magnitude;
+  if (command.declination) {
+    options.declination_rad = number_of("--declination", *command.declination) * rad_per_deg;
   }
   if (command.yaw_above) {
     const double angle_deg = number_of("--yaw-above", *command.yaw_above);
@@ -39,48 +76,97 @@ ReductionOptions reduction_options(const ApplyCommand& command, const Calibratio
   return options;
 }
 
-Reducer make_reducer(const ApplyCommand& command, const Calibration& calibration) {
-  const ReductionOptions options = reduction_options(command, calibration);
+Reducer make_reducer(const std::string& record,
+                     const Calibration& calibration,
+                     const ReductionOptions& options) {
   try {
     return Reducer(calibration, options);
   } catch (const DomainError& error) {
-    throw DataError(command.record, error.what());
+    throw DataError(record, error.what());
   }
 }
 
 // The columns of the record's axes: their names, or SLOT.axis in a log of its whole assembly.
-std::vector<std::string> reading_columns(const Calibration& calibration, const CsvReader& csv) {
-  std::vector<std::string> columns = calibration.instrument.axes;
-  if (!calibration.slot.empty() && !csv.column(columns.front())) {
-    for (std::string& column : columns) {
-      column.insert(0, calibration.slot + ".");
+std::vector<ReadingColumn> columns_of(const Calibration& calibration, const CsvReader& csv) {
+  std::vector<ReadingColumn> columns = reading_columns(calibration.instrument);
+  if (!calibration.slot.empty() && !csv.column(columns.front().plus)) {
+    for (ReadingColumn& column : columns) {
+      column.axis.insert(0, calibration.slot + ".");
+      column.plus.insert(0, calibration.slot + ".");
+      if (!column.minus.empty()) {
+        column.minus.insert(0, calibration.slot + ".");
+      }
     }
   }
   return columns;
+}
+
+// The accelerometer whose axes are in the same file.
+std::optional<Calibration> attitude_of(const ApplyCommand& command,
+                                       const Calibration& calibration) {
+  if (!command.attitude) {
+    if (!calibration.also.empty()) {
+      throw UsageError("the record answers to " + calibration.also.front().kind +
+                       " too: give the record of an instrument of that field whose axes are in the "
+                       "same file, --attitude RECORD");
+    }
+    if (command.declination) {
+      throw UsageError("--declination: a heading needs --attitude RECORD, an accelerometer's");
+    }
+    return std::nullopt;
+  }
+  Calibration attitude = read_unrefused(*command.attitude, command.force);
+  const std::string wanted = calibration.also.empty() ? "gravity" : calibration.also.front().kind;
+  if (attitude.field.kind != wanted || attitude.response.bias.size() < 3 ||
+      !attitude.also.empty()) {
+    throw DataError(*command.attitude,
+                    "--attitude: must be the record of an instrument of three "
+                    "axes or more, calibrated against " +
+                        wanted);
+  }
+  if (!calibration.also.empty()) {
+    try {
+      attitude =
+          converted(attitude, field_conversion(attitude.field, calibration.also.front().unit, {}));
+    } catch (const DomainError& error) {
+      throw DataError(*command.attitude, error.what());
+    }
+  }
+  return attitude;
 }
 
 }  // namespace
 
 int run(const ApplyCommand& command) {
   forbid_overwriting(command.output, command.record);
+  if (command.attitude) {
+    forbid_overwriting(command.output, *command.attitude);
+  }
   if (command.follow) {
     forbid_overwriting(command.output, command.readings);  // it would read what it writes
   }
-  const Calibration calibration = read_calibration(command.record);
-  if (calibration.status == "refused" && !command.force) {
-    throw RefusedError(command.record +
-                       ": this calibration was refused; look at its warnings, or use --force");
-  }
-  const Reducer reducer = make_reducer(command, calibration);
+  const Calibration calibration = read_unrefused(command.record, command.force);
+  const Reducer reducer =
+      make_reducer(command.record, calibration, reduction_options(command, calibration));
+  const std::optional<Calibration> attitude = attitude_of(command, calibration);
+  const std::optional<Reducer> attitude_reducer =
+      attitude ? std::optional<Reducer>(make_reducer(*command.attitude, *attitude, {}))
+               : std::nullopt;
   InputFile input(command.readings);
   CsvReader csv = csv_reader_of(
       input, command.follow ? CsvReader::Quotes::end_with_line : CsvReader::Quotes::span_lines);
   // Output that goes on for ever is written to directly: it would never be put into its place.
   OutputFile output(command.output,
                     command.follow ? OutputFile::Mode::direct : OutputFile::Mode::replace_whole);
+  ReductionCsvOptions options;
+  options.strict = command.strict;
+  options.every_row = command.follow;
+  if (attitude_reducer) {
+    options.attitude = &*attitude_reducer;
+    options.attitude_columns = columns_of(*attitude, csv);
+  }
   const ReductionCsvSummary summary =
-      reduce_csv(csv, reading_columns(calibration, csv), reducer,
-                 {.strict = command.strict, .every_row = command.follow},
+      reduce_csv(csv, columns_of(calibration, csv), reducer, options,
                  [&output](std::string_view text) { output.write(text); });
   output.commit();
   if (calibration.instrument.axis_count() == 2 && reducer.kind().has_axis_elevation) {
@@ -92,6 +178,21 @@ int run(const ApplyCommand& command) {
                  "'unreadable'\n",
                  command.readings.c_str(), summary.unreadable, summary.rows,
                  summary.first_unreadable_line);
+  }
+  const std::string& field = calibration.field.kind;
+  if ((field == "gravity" || field == "geomagnetic") && 2 * summary.far_from_field > summary.rows) {
+    std::fprintf(
+        stderr,
+        "%s: %zu of %zu rows differ from the field's magnitude (%g %s) by more than 30 %%; "
+        "are the readings in the record's unit, and is --field-magnitude in --field-unit?\n",
+        command.readings.c_str(), summary.far_from_field, summary.rows, reducer.magnitude(),
+        command.field_unit.value_or(calibration.field.unit).c_str());
+  }
+  if (summary.saturated > 0) {
+    std::fprintf(stderr,
+                 "%s: %zu of %zu rows have a reading at or beyond its range; flag "
+                 "'saturated'\n",
+                 command.readings.c_str(), summary.saturated, summary.rows);
   }
   if (summary.clamped > 0) {
     std::fprintf(stderr,

@@ -3,6 +3,8 @@
 #include <cstdio>
 
 #include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/companion.hpp"
+#include "axiscal/calib/reduction_csv.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "commands.hpp"
 #include "experiment_options.hpp"
@@ -71,6 +73,32 @@ std::string records_text(const std::vector<Calibration>& calibrations) {
   return text + "]\n";
 }
 
+// Takes over the frame of the instrument that was recorded with it.
+void align(const std::string& record,
+           const Calibration& companion,
+           const Experiment& experiment,
+           const Run& run,
+           std::vector<Calibration>& calibrations) {
+  if (calibrations.size() != 1) {
+    throw UsageError("--align: goes with one instrument, not with several slots");
+  }
+  std::vector<Observations> parts;
+  for (const std::string& path : experiment.observations) {
+    const ObservationColumns columns{.axes = companion.instrument.axes,
+                                     .differences = companion.instrument.differences,
+                                     .range = companion.instrument.range};
+    parts.push_back(read_observations_file(path, columns).table.observations);
+  }
+  try {
+    align_with_companion(calibrations.front(), run.observations, companion, concatenate(parts),
+                         record);
+  } catch (const SetupError&) {
+    throw;
+  } catch (const DomainError& error) {
+    throw DataError(record, error.what());
+  }
+}
+
 // A reader that has gone away changes nothing of what the status says.
 void print(const std::string& text) {
   try {
@@ -87,14 +115,32 @@ int run(const CalibrateCommand& command) {
     throw UsageError("-o: this version writes one record a slot and knows no {serial}");
   }
   Experiment experiment = make_experiment(command.experiment);
-  const Run run = read_run(experiment);
+  std::optional<Calibration> companion;
+  std::vector<std::string> columns_of_companion;
+  if (command.align) {
+    companion = read_calibration(*command.align);
+    if (companion->status == "refused") {
+      throw RefusedError(*command.align + ": this calibration was refused");
+    }
+    for (const ReadingColumn& column : reading_columns(companion->instrument)) {
+      columns_of_companion.push_back(column.plus);
+      columns_of_companion.push_back(column.minus);
+    }
+  }
+  const Run run = read_run(experiment, columns_of_companion);
   experiment.slot = slot_of(experiment, run);
   if (command.output) {
     check_output(*command.output, experiment, run, command.experiment.files,
                  command.experiment.positioner);
+    if (command.align) {
+      forbid_overwriting(*command.output, *command.align);
+    }
   }
-  const std::vector<Calibration> calibrations =
+  std::vector<Calibration> calibrations =
       calibrate_run(experiment, run, command.experiment.assembly.value_or(""));
+  if (companion) {
+    align(*command.align, *companion, experiment, run, calibrations);
+  }
   std::string text;
   bool any_refused = false;
   bool any_stored = false;

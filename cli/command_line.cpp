@@ -21,22 +21,41 @@ void add_experiment_options(CLI::App& app, ExperimentOptions& options) {
     app.add_option(name, value, help)->type_name(type)->group(group);
   };
   add("Instrument", "--instrument", options.instrument, "KIND",
-      "accelerometer, inclinometer or generic");
+      "accelerometer, inclinometer, magnetometer, gyroscope, optical or generic");
   add("Instrument", "--serial", options.serial, "TEXT", "serial number");
-  add("Instrument", "--axes", options.axes, "A,B,..", "response columns, one or more; x,y,z");
+  add("Instrument", "--axes", options.axes, "A,B,..",
+      "response columns, one or more; x,y,z; d=p-n is an axis d, the difference of two columns");
+  add("Instrument", "--range", options.range, "LO,HI",
+      "readings at or beyond these are left out for their axis (saturated)");
+  app.add_flag("--one-sided", options.one_sided,
+               "axes that see only what comes from in front of them (photodiodes)")
+      ->group("Instrument");
   add("Instrument", "--unit", options.unit, "UNIT", "unit of the readings; 1");
   add("Instrument", "--convention", options.convention, "flu|frd",
       "axes forward-left-up (default) or forward-right-down");
-  add("Field", "--field", options.field, "KIND", "gravity or custom");
-  add("Field", "--field-unit", options.field_unit, "UNIT", "gravity: g (default) or m/s^2");
+  add("Field", "--field", options.field, "KIND",
+      "gravity, geomagnetic, earth_rotation, induced_rotation, induced_magnetic, light or custom; "
+      "KIND+KIND is a sum, of which unit, magnitude and vector are those of the induced part");
+  add("Field", "--also", options.also, "KIND",
+      "a second field that it answers to, known in the table (a gyroscope's g-sensitivity)");
+  add("Field", "--field-unit", options.field_unit, "UNIT",
+      "g (default), m/s^2; nT, uT, T; rad/s, deg/s, deg/h; 1, W/m^2");
   add("Field", "--field-magnitude", options.field_magnitude, "F", "its magnitude, in its unit");
+  add("Field", "--field-magnitude-u", options.field_magnitude_u, "U",
+      "standard uncertainty of --field-magnitude");
   add("Field", "--field-table", options.field_table, "X,Y,Z", "the field in the table's frame");
-  add("Field", "--latitude", options.latitude, "DEG", "of the site, for gravity in m/s^2");
+  add("Field", "--latitude", options.latitude, "DEG", "of the site");
   add("Field", "--longitude", options.longitude, "DEG", "of the site; 0");
   add("Field", "--height", options.height, "M", "of the site above the ellipsoid; 0");
-  add("Field", "--date", options.date, "DATE", "ISO 8601 or decimal year, kept in the record");
+  add("Field", "--date", options.date, "DATE", "ISO 8601 or decimal year; today");
+  add("Field", "--magnetic-model", options.magnetic_model, "NAME",
+      "wmm2025 (built in), or one installed for GeographicLib");
+  add("Field", "--gravity-model", options.gravity_model, "NAME",
+      "wgs84 (built in), or one installed for GeographicLib");
+  add("Field", "--source", options.source, "sun|lamp",
+      "of light; the sun's place at each reading's time");
   add("Table and cube", "--fence-azimuth", options.fence_azimuth, "DEG",
-      "azimuth of the table's y axis, clockwise from north; 0");
+      "azimuth of the table's y axis, clockwise from north; 0, by joint as the readings show");
   add("Table and cube", "--slope", options.slope, "X,Y", "known slope of the table; 0,0");
   add("Table and cube", "--positioner", options.positioner, "FILE",
       "measured cube; the nominal one");
@@ -46,7 +65,10 @@ void add_experiment_options(CLI::App& app, ExperimentOptions& options) {
       "mounts of the slots of columns SLOT.axis: parallel, single, triple (all as the cube), h or "
       "h:y "
       "(two on the web of an H, the second turned by 180 degrees about x or y)");
-  add("Method", "--method", options.method, "METHOD", "paired, joint or known; chosen by the data");
+  add("Method", "--method", options.method, "METHOD",
+      "paired, joint, known or magnitude (no labels); chosen by the data");
+  add("Method", "--shape", options.shape, "SHAPE",
+      "magnitude: symmetric (default) or triangular sensitivity");
   add("Method", "--weights", options.weights, "W",
       "samples (default where the column is there), sd or none");
   app.add_flag("--robust", options.robust, "bisquare regression")->group("Method");
@@ -122,6 +144,28 @@ Command parse_command_line(std::vector<std::string> arguments) {
   app.get_formatter()->column_width(28);
   app.footer("axiscal SUBCOMMAND --help tells more of each.");
 
+  FieldCommand field;
+  CLI::App* field_app =
+      app.add_subcommand("field", "gravity, geomagnetic field, Earth rotation and sun at a site");
+  field_app->footer(
+      "Example: axiscal field --latitude 48.14 --longitude 11.58 --height 520 --date 2026-06-21");
+  const auto add_field = [field_app](const char* name, std::optional<std::string>& value,
+                                     const char* type, const char* help) {
+    field_app->add_option(name, value, help)->type_name(type);
+  };
+  add_field("--latitude", field.latitude, "DEG", "geodetic, north positive");
+  add_field("--longitude", field.longitude, "DEG", "east positive");
+  add_field("--height", field.height, "M", "above the WGS 84 ellipsoid; 0");
+  add_field("--date", field.date, "DATE", "ISO 8601 (UTC) or decimal year; now");
+  add_field("--only", field.only, "NAMES", "some of gravity,geomagnetic,earth_rotation,sun");
+  add_field("--magnetic-model", field.magnetic_model, "NAME",
+            "wmm2025 (built in), or one installed for GeographicLib (igrf14)");
+  add_field("--gravity-model", field.gravity_model, "NAME",
+            "wgs84 (built in), or one installed for GeographicLib (egm96, egm2008)");
+  field_app->add_flag("--refraction", field.refraction, "the sun as the air lifts it");
+  add_output(*field_app, field.output);
+  field_app->add_flag("--json", field.json, "print JSON instead of a table");
+
   CalibrateCommand calibrate;
   CLI::App* calibrate_app = app.add_subcommand("calibrate", "observations -> calibration record");
   calibrate_app->footer(
@@ -130,6 +174,10 @@ Command parse_command_line(std::vector<std::string> arguments) {
   add_experiment_options(*calibrate_app, calibrate.experiment);
   calibrate_app->add_option("-o,--output", calibrate.output, "the record (JSON); - is stdout")
       ->type_name("FILE");
+  calibrate_app
+      ->add_option("--align", calibrate.align,
+                   "record of a three-axis instrument in the same file: its frame is taken over")
+      ->type_name("RECORD");
   calibrate_app->add_flag("--json", calibrate.json, "print the record instead of tables");
   calibrate_app->add_flag("--force", calibrate.force, "store the record even if it is refused");
 
@@ -148,8 +196,21 @@ Command parse_command_line(std::vector<std::string> arguments) {
       ->add_option("--field-magnitude", apply.field_magnitude,
                    "of the field where the readings were taken; the record's")
       ->type_name("F");
-  apply_app->add_option("--field-unit", apply.field_unit, "of --field-magnitude; the record's")
+  apply_app
+      ->add_option("--field-unit", apply.field_unit,
+                   "of --field-magnitude and of the results; the record's")
       ->type_name("UNIT");
+  const auto add_apply = [apply_app](const char* name, std::optional<std::string>& value,
+                                     const char* type, const char* help) {
+    apply_app->add_option(name, value, help)->type_name(type);
+  };
+  add_apply("--latitude", apply.latitude, "DEG", "where the readings were taken: its gravity");
+  add_apply("--longitude", apply.longitude, "DEG", "of that site; 0");
+  add_apply("--height", apply.height, "M", "of that site above the ellipsoid; 0");
+  add_apply("--gravity-model", apply.gravity_model, "NAME", "of that site; wgs84");
+  add_apply("--attitude", apply.attitude, "RECORD",
+            "an accelerometer's, its axes in the same file: headings, second fields");
+  add_apply("--declination", apply.declination, "DEG", "added to headings, makes them true; 0");
   apply_app
       ->add_option("--yaw-above", apply.yaw_above,
                    "pitch from which yaw is given instead of roll; 85")
@@ -311,6 +372,9 @@ Command parse_command_line(std::vector<std::string> arguments) {
     return ShowText{std::string(software_name()) + "\n"};
   } catch (const CLI::ParseError& error) {
     throw UsageError(error.what());
+  }
+  if (*field_app) {
+    return field;
   }
   if (*calibrate_app) {
     return calibrate;

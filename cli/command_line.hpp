@@ -20,17 +20,21 @@ class UsageError : public Error {
 /// Options that describe an experiment, as typed.
 struct ExperimentOptions {
   std::vector<std::string> files;
-  std::optional<std::string> instrument, serial, axes, unit, convention;
-  std::optional<std::string> field, field_unit, field_magnitude, field_table;
+  std::optional<std::string> instrument, serial, axes, unit, convention, range;
+  std::optional<std::string> field, also, field_unit, field_magnitude, field_magnitude_u,
+      field_table;
+  std::optional<std::string> magnetic_model, gravity_model, source;
   std::optional<std::string> latitude, longitude, height, date;
   std::optional<std::string> fence_azimuth, slope, positioner, slot, assembly;
-  std::optional<std::string> method, weights, leave_out, level_by, temperature_order;
+  std::optional<std::string> method, shape, weights, leave_out, level_by, temperature_order;
   bool robust = false;
+  bool one_sided = false;
 };
 
 struct CalibrateCommand {
   ExperimentOptions experiment;
   std::optional<std::string> output;
+  std::optional<std::string> align;  ///< record of an instrument that was recorded together
   bool json = false;
   bool force = false;
 };
@@ -40,6 +44,7 @@ struct ApplyCommand {
   std::string readings;
   std::string output = "-";
   std::optional<std::string> field_magnitude, field_unit, yaw_above, pitch;
+  std::optional<std::string> attitude, declination, latitude, longitude, height, gravity_model;
   bool follow = false;
   bool strict = false;
   bool force = false;
@@ -83,6 +88,14 @@ struct CharacterizeCommand {
   bool json = false;
 };
 
+struct FieldCommand {
+  std::optional<std::string> latitude, longitude, height, date, only;
+  std::optional<std::string> magnetic_model, gravity_model;
+  std::string output = "-";
+  bool refraction = false;
+  bool json = false;
+};
+
 /// Text for standard output and nothing more to do: help or version.
 struct ShowText {
   std::string text;
@@ -94,7 +107,8 @@ using Command = std::variant<ShowText,
                              PlanCommand,
                              SimulateCommand,
                              LevelCommand,
-                             CharacterizeCommand>;
+                             CharacterizeCommand,
+                             FieldCommand>;
 
 /// @throws UsageError  for an unknown subcommand, option or value, or one that is missing.
 [[nodiscard]] Command parse_command_line(std::vector<std::string> arguments);

@@ -12,5 +12,6 @@ int run(const PlanCommand& command);
 int run(const SimulateCommand& command);
 int run(const LevelCommand& command);
 int run(const CharacterizeCommand& command);
+int run(const FieldCommand& command);
 
 }  // namespace axiscal::cli

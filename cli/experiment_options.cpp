@@ -18,8 +18,8 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
   }
   if (instrument.kind.empty()) {
     throw UsageError(
-        "the kind of instrument is missing: --instrument accelerometer, inclinometer "
-        "or generic");
+        "the kind of instrument is missing: --instrument accelerometer, inclinometer, "
+        "magnetometer, gyroscope, optical or generic");
   }
   try {
     static_cast<void>(find_instrument_kind(instrument.kind));
@@ -29,16 +29,24 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
   instrument.serial = options.serial.value_or(instrument.serial);
   instrument.unit = options.unit.value_or(instrument.unit);
   if (options.axes) {
-    instrument.axes.clear();
-    for (const std::string_view name : split(*options.axes, ',')) {
-      if (name.empty() || name.find('=') != std::string_view::npos) {
-        throw UsageError("--axes: '" + *options.axes +
-                         "' must be names of columns parted by commas; this version makes no axis "
-                         "of two columns");
-      }
-      instrument.axes.emplace_back(name);
+    std::vector<std::string> texts;
+    for (const std::string_view text : split(*options.axes, ',')) {
+      texts.emplace_back(text);
+    }
+    try {
+      set_axes(instrument, texts);
+    } catch (const DomainError& error) {
+      throw UsageError("--axes: '" + *options.axes + "': " + error.what());
     }
   }
+  if (options.range) {
+    const std::vector<double> ends = numbers_of("--range", *options.range, 2);
+    if (!(ends[0] < ends[1])) {
+      throw UsageError("--range: LO must be less than HI");
+    }
+    instrument.range = ReadingRange{.low = ends[0], .high = ends[1]};
+  }
+  instrument.one_sided = instrument.one_sided || options.one_sided;
   if (options.convention) {
     try {
       instrument.convention = parse_convention(*options.convention);
@@ -48,41 +56,79 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
   }
 }
 
+bool is_induced(const FieldPart& part) {
+  return part.kind.starts_with("induced") || part.kind == "light" || part.kind == "custom";
+}
+
+// The part that magnitude, vector and source are of: the induced one of a sum.
+FieldPart& stated_part(FieldSetup& field) {
+  for (FieldPart& part : field.others) {
+    if (!is_induced(field) && is_induced(part)) {
+      return part;
+    }
+  }
+  return field;
+}
+
+void set_kinds(const std::string& text, FieldSetup& field) {
+  field.others.clear();
+  const std::vector<std::string_view> kinds = split(text, '+');
+  field.kind = kinds.front();
+  for (std::size_t i = 1; i < kinds.size(); ++i) {
+    field.others.emplace_back().kind = kinds[i];
+  }
+}
+
+void set_models(const ExperimentOptions& options, FieldPart& part) {
+  if (options.magnetic_model && part.kind == "geomagnetic") {
+    part.model = *options.magnetic_model;
+  }
+  if (options.gravity_model && part.kind == "gravity") {
+    part.model = *options.gravity_model;
+  }
+}
+
 void set_field(const ExperimentOptions& options, FieldSetup& field) {
-  field.kind = options.field.value_or(field.kind);
-  field.unit = options.field_unit.value_or(field.unit);
+  if (options.field) {
+    set_kinds(*options.field, field);
+  }
+  FieldPart& stated = stated_part(field);
+  if (options.field_unit) {
+    field.unit = *options.field_unit;
+    for (FieldPart& part : field.others) {
+      part.unit = *options.field_unit;
+    }
+  }
   if (options.field_magnitude) {
-    field.magnitude = number_of("--field-magnitude", *options.field_magnitude);
+    stated.magnitude = number_of("--field-magnitude", *options.field_magnitude);
+  }
+  if (options.field_magnitude_u) {
+    stated.magnitude_u = not_negative_of("--field-magnitude-u", *options.field_magnitude_u);
   }
   if (options.field_table) {
     const std::vector<double> v = numbers_of("--field-table", *options.field_table, 3);
-    field.in_table = Eigen::Vector3d(v[0], v[1], v[2]);
+    stated.in_table = Eigen::Vector3d(v[0], v[1], v[2]);
+  }
+  if (options.source) {
+    if (*options.source != "sun" && *options.source != "lamp") {
+      throw UsageError("--source: must be sun or lamp, not '" + *options.source + "'");
+    }
+    stated.sun = *options.source == "sun";
+  }
+  set_models(options, field);
+  for (FieldPart& part : field.others) {
+    set_models(options, part);
   }
   if ((options.longitude || options.height) && !options.latitude && !field.site) {
     throw UsageError("a site needs its --latitude");
   }
   if (options.latitude || options.longitude || options.height) {
-    Site site = field.site.value_or(Site{});
-    if (options.latitude) {
-      site.latitude_deg = number_of("--latitude", *options.latitude);
-    }
-    if (options.longitude) {
-      site.longitude_deg = number_of("--longitude", *options.longitude);
-    }
-    if (options.height) {
-      site.height_m = number_of("--height", *options.height);
-    }
-    try {
-      check_site(site);
-    } catch (const DomainError& error) {
-      throw UsageError(error.what());
-    }
-    field.site = site;
+    field.has_longitude = options.longitude || (field.site && field.has_longitude);
+    field.site = site_of_options(options.latitude, options.longitude, options.height,
+                                 field.site.value_or(Site{}));
   }
   if (options.date) {
-    if (!parse_number(*options.date) && !parse_timestamp(*options.date)) {
-      throw UsageError("--date: '" + *options.date + "' is neither ISO 8601 nor a decimal year");
-    }
+    static_cast<void>(date_of_option(*options.date));
     field.date = *options.date;
   }
 }
@@ -90,6 +136,13 @@ void set_field(const ExperimentOptions& options, FieldSetup& field) {
 void set_method(const ExperimentOptions& options, Experiment& experiment) {
   if (options.method) {
     experiment.method = method_of_option(*options.method);
+  }
+  if (options.shape) {
+    const std::optional<MagnitudeShape> shape = parse_shape(*options.shape);
+    if (!shape) {
+      throw UsageError("--shape: must be symmetric or triangular, not '" + *options.shape + "'");
+    }
+    experiment.shape = *shape;
   }
   if (options.weights) {
     experiment.weighting = parse_weighting(*options.weights);
@@ -137,6 +190,14 @@ Experiment make_experiment(const ExperimentOptions& options) {
   }
   set_instrument(options, experiment.instrument);
   set_field(options, experiment.field);
+  if (options.also) {
+    experiment.also.clear();
+    for (const std::string_view kind : split(*options.also, ',')) {
+      FieldPart& also = experiment.also.emplace_back();
+      also.kind = kind;
+      set_models(options, also);
+    }
+  }
   if (options.fence_azimuth) {
     experiment.fence_azimuth_rad =
         number_of("--fence-azimuth", *options.fence_azimuth) * rad_per_deg;
@@ -150,6 +211,9 @@ Experiment make_experiment(const ExperimentOptions& options) {
   experiment.slot = options.slot.value_or(experiment.slot);
   set_method(options, experiment);
   static_cast<void>(make_field_description(experiment));  // complains before any data are read
+  for (const FieldPart& also : experiment.also) {
+    check_field_kind(also.kind);
+  }
   return experiment;
 }
 

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/timestamp.hpp"
 
 namespace axiscal::cli {
 
@@ -60,6 +61,36 @@ double not_negative_of(std::string_view option, const std::string& text) {
   return value;
 }
 
+Site site_of_options(const std::optional<std::string>& latitude,
+                     const std::optional<std::string>& longitude,
+                     const std::optional<std::string>& height,
+                     Site otherwise) {
+  Site site = otherwise;
+  if (latitude) {
+    site.latitude_deg = number_of("--latitude", *latitude);
+  }
+  if (longitude) {
+    site.longitude_deg = number_of("--longitude", *longitude);
+  }
+  if (height) {
+    site.height_m = number_of("--height", *height);
+  }
+  try {
+    check_site(site);
+  } catch (const DomainError& error) {
+    throw UsageError(error.what());
+  }
+  return site;
+}
+
+double date_of_option(const std::string& text) {
+  const std::optional<double> time_s = parse_date(text);
+  if (!time_s) {
+    throw UsageError("--date: '" + text + "' is neither ISO 8601 nor a decimal year");
+  }
+  return *time_s;
+}
+
 Eigen::Vector2d slope_of_option(const std::string& text) {
   const std::vector<double> numbers = numbers_of("--slope", text, 2);
   const Eigen::Vector2d slope(numbers[0], numbers[1]);
@@ -73,7 +104,7 @@ Method method_of_option(const std::string& text) {
   const std::optional<Method> method = parse_method(text);
   if (!method) {
     throw UsageError("--method: '" + text +
-                     "' is not known to this version; it knows paired, joint, known");
+                     "' is not known to this version; it knows paired, joint, known, magnitude");
   }
   return *method;
 }

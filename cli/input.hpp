@@ -61,6 +61,16 @@ void forbid_overwriting(const std::string& output, const std::string& input);
 /// A typed value as a number that is not negative. @throws UsageError naming the option.
 [[nodiscard]] double not_negative_of(std::string_view option, const std::string& text);
 
+/// The site of --latitude, --longitude and --height; what is not given is as in `otherwise`.
+/// @throws UsageError for one out of range.
+[[nodiscard]] Site site_of_options(const std::optional<std::string>& latitude,
+                                   const std::optional<std::string>& longitude,
+                                   const std::optional<std::string>& height,
+                                   Site otherwise);
+
+/// The value of --date: seconds since 1970, UTC. @throws UsageError for one that is no date.
+[[nodiscard]] double date_of_option(const std::string& text);
+
 /// The value of --slope. @throws UsageError unless X^2 + Y^2 < 1.
 [[nodiscard]] Eigen::Vector2d slope_of_option(const std::string& text);
 

@@ -51,12 +51,30 @@ bool is_record(const std::string& path) {
 
 // A record is read as it is: what would change it has no effect, so it is refused.
 void forbid_options_of_calibrate(const ExperimentOptions& options) {
-  for (const auto* option :
-       {&options.instrument, &options.serial, &options.axes, &options.unit, &options.convention,
-        &options.field, &options.field_unit, &options.field_magnitude, &options.field_table,
-        &options.slope, &options.slot, &options.assembly, &options.method, &options.weights,
-        &options.leave_out, &options.level_by}) {
-    if (option->has_value()) {
+  for (const auto* option : {&options.instrument,
+                             &options.serial,
+                             &options.axes,
+                             &options.unit,
+                             &options.convention,
+                             &options.field,
+                             &options.field_unit,
+                             &options.field_magnitude,
+                             &options.field_table,
+                             &options.slope,
+                             &options.slot,
+                             &options.assembly,
+                             &options.method,
+                             &options.weights,
+                             &options.leave_out,
+                             &options.level_by,
+                             &options.range,
+                             &options.also,
+                             &options.shape,
+                             &options.source,
+                             &options.magnetic_model,
+                             &options.gravity_model,
+                             &options.field_magnitude_u}) {
+    if (option->has_value() || options.one_sided) {
       throw UsageError("level: a record is taken as it is; options of calibrate go with readings");
     }
   }

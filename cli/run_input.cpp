@@ -17,8 +17,11 @@ namespace axiscal::cli {
 namespace {
 
 ObservationColumns needed_columns(const Experiment& experiment) {
+  const Method method = experiment.method.value_or(Method::known);
   return {.axes = experiment.instrument.axes,
-          .needs_labels = experiment.method.value_or(Method::known) != Method::known,
+          .differences = experiment.instrument.differences,
+          .range = experiment.instrument.range,
+          .needs_labels = method == Method::paired || method == Method::joint,
           .needs_samples = experiment.weighting == Weighting::samples,
           .needs_sd = experiment.weighting == Weighting::sd};
 }
@@ -54,7 +57,7 @@ std::vector<Mount> mounts_of_assembly(const std::string& assembly,
   return parallel_mounts(slots);
 }
 
-Run read_run(const Experiment& experiment) {
+Run read_run(const Experiment& experiment, const std::vector<std::string>& used_elsewhere) {
   const ObservationColumns columns = needed_columns(experiment);
   Run run;
   std::vector<Observations> parts;
@@ -72,7 +75,10 @@ Run read_run(const Experiment& experiment) {
     run.slots = file.table.slots;
     run.serial = file.table.serial.empty() ? run.serial : file.table.serial;
     run.inputs.push_back({.path = path, .sha256 = file.sha256});
-    const std::vector<std::string>& ignored = file.table.ignored_columns;
+    std::vector<std::string> ignored = file.table.ignored_columns;
+    std::erase_if(ignored, [&](const std::string& name) {
+      return std::find(used_elsewhere.begin(), used_elsewhere.end(), name) != used_elsewhere.end();
+    });
     if (!ignored.empty()) {
       run.notes.push_back(path + ": " + (ignored.size() == 1 ? "column " : "columns ") +
                           joined(ignored) + (ignored.size() == 1 ? " was" : " were") + " ignored");

@@ -21,7 +21,9 @@ struct Run {
 
 /// Reads the experiment's observations; several files are blocks.
 /// @throws DataError  for their content.
-[[nodiscard]] Run read_run(const Experiment& experiment);
+/// @param used_elsewhere  columns that are no remark, as something else reads them.
+[[nodiscard]] Run read_run(const Experiment& experiment,
+                           const std::vector<std::string>& used_elsewhere = {});
 
 /// The mounts of an assembly's slots.
 /// @param assembly  "parallel", "single", "triple": as the cube; "h", "h:y": see h_shaped_mounts().

@@ -48,6 +48,23 @@ std::vector<Truth> read_truths(const SimulateCommand& command) {
   return truths;
 }
 
+// A record that does not say how the field lay in the table, as by method magnitude: as at its
+// site, on a level table with the fence to the north.
+void put_field_of_site(FieldDescription& field) {
+  if (field.in_table || !field.site || !field.parts.empty()) {
+    return;
+  }
+  Experiment experiment;
+  experiment.field.kind = field.kind;
+  experiment.field.unit = field.unit;
+  experiment.field.magnitude = field.magnitude;
+  experiment.field.site = field.site;
+  experiment.field.date = field.date;
+  experiment.field.model = field.model;
+  experiment.fence_azimuth_rad = 0.0;
+  field.in_table = make_field_description(experiment).in_table;
+}
+
 SimulationOptions simulation_options(const SimulateCommand& command) {
   SimulationOptions options;
   options.seed = seed_of(command.sheet);
@@ -76,6 +93,7 @@ int run(const SimulateCommand& command) {
   std::vector<std::string> slots;
   for (Truth& truth : truths) {
     truth.calibration = read_calibration(truth.path);
+    put_field_of_site(truth.calibration.field);
     slots.push_back(truth.slot);
   }
   if (command.positioner) {

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/instruments/polar_form.hpp"
 
@@ -46,12 +47,6 @@ std::string rounded_uncertainty(double uncertainty) {
   return std::isfinite(uncertainty) ? rounded(uncertainty, uncertainty) : "-";
 }
 
-// "V/g", "V/(m/s^2)".
-std::string per(const std::string& unit, const std::string& field_unit) {
-  return field_unit.find('/') == std::string::npos ? unit + "/" + field_unit
-                                                   : unit + "/(" + field_unit + ")";
-}
-
 std::string cell(const std::string& text) {
   return fmt::format("{:>{}}", text, cell_width);
 }
@@ -81,8 +76,11 @@ class Summary {
   std::string text() {
     add_what_was_done();
     add_coefficients();
+    add_also();
     add_axes();
+    add_quantities();
     add_levelness();
+    add_orientations();
     add_quality();
     return text_;
   }
@@ -99,8 +97,12 @@ class Summary {
         ": {}, readings in {}\n",
         instrument.axes.size() == 1 ? "1 axis" : fmt::format("{} axes", instrument.axes.size()),
         instrument.unit == "1" ? "units of 1" : instrument.unit);
-    text_ += fmt::format("field {}, magnitude {:.7g} {}\n", c_.field.kind, c_.field.magnitude,
-                         c_.field.unit);
+    text_ += fmt::format("field {}, magnitude {:.7g}{}", c_.field.kind, c_.field.magnitude,
+                         c_.field.unit == "1" ? "" : " " + c_.field.unit);
+    if (c_.field.magnitude_u > 0.0) {
+      text_ += fmt::format(" (standard uncertainty {:.2g})", c_.field.magnitude_u);
+    }
+    text_ += c_.field.model.empty() ? "\n" : ", model " + c_.field.model + "\n";
     std::set<DesignPoint> points;
     std::set<int> blocks;
     for (const ReadingResidual& residual : c_.residuals) {
@@ -127,6 +129,8 @@ class Summary {
           fmt::format(": {} of opposite positions", counted(statistics_.rows.size(), "average"));
     } else if (c_.method == "joint") {
       method += ": all readings, the field's direction in the table fitted with them";
+    } else if (c_.method == "magnitude") {
+      method += ": orientations unknown, sensitivity taken as " + c_.shape;
     } else {
       method += ": the field taken as given";
     }
@@ -139,7 +143,7 @@ class Summary {
   void add_coefficients() {
     const std::string unit = c_.instrument.unit;
     heading(fmt::format("Coefficients: bias [{}], sensitivity to x, y, z [{}]; +- 95 % interval",
-                        unit, per(unit, c_.field.unit)));
+                        unit, unit_per(unit, c_.field.unit)));
     text_ += row("axis", label_width_ + 3, {"bias", "x", "y", "z"});
     for (Eigen::Index k = 0; k < c_.response.bias.size(); ++k) {
       const double t = statistics_.coverage_factor(k);
@@ -170,6 +174,76 @@ class Summary {
                     rounded(polar.coning_angle_rad * deg_per_rad, U / S.norm() * deg_per_rad),
                     rounded(polar.azimuth_rad * deg_per_rad, U / across * deg_per_rad)});
     }
+  }
+
+  void add_also() {
+    for (const AlsoResponse& also : c_.also) {
+      heading(fmt::format("Sensitivity to {} along x, y, z [{}]; +- 95 % interval", also.kind,
+                          unit_per(c_.instrument.unit, also.unit)));
+      for (Eigen::Index k = 0; k < also.sensitivity.rows(); ++k) {
+        std::vector<std::string> values;
+        std::vector<std::string> intervals;
+        for (Eigen::Index j = 0; j < 3; ++j) {
+          const double U = statistics_.coverage_factor(k) * also.sensitivity_se(k, j);
+          values.push_back(rounded(also.sensitivity(k, j), U));
+          intervals.push_back(rounded_uncertainty(U));
+        }
+        text_ += row(axis_name(k), label_width_ + 3, values);
+        text_ += row(fmt::format("{:>{}}", "+-", label_width_ + 2), label_width_ + 3, intervals);
+      }
+    }
+  }
+
+  // What users of this kind of instrument call the calibration.
+  void add_quantities() {
+    const std::vector<Quantity> quantities = quantities_of(c_);
+    if (quantities.empty()) {
+      return;
+    }
+    heading("As " + c_.instrument.kind + "; +- standard uncertainty");
+    for (const Quantity& quantity : quantities) {
+      std::string name = quantity.name;
+      std::replace(name.begin(), name.end(), '_', ' ');
+      if (name.ends_with(" deg")) {
+        name.resize(name.size() - 4);
+      }
+      name += quantity.of.empty() ? "" : " " + quantity.of;
+      std::string line = "  " + name + ":";
+      for (std::size_t i = 0; i < quantity.values.size(); ++i) {
+        line += " " + rounded(quantity.values[i], quantity.u[i]);
+        if (std::isfinite(quantity.u[i])) {
+          line += " +- " + rounded_uncertainty(quantity.u[i]);
+        }
+        line += i + 1 < quantity.values.size() ? "," : "";
+      }
+      line += quantity.unit == "1" ? "" : " " + quantity.unit;
+      text_ += "  " + wrapped(line.substr(2), 78) + "\n";
+    }
+    if (c_.alignment) {
+      const Alignment& alignment = c_.alignment->alignment;
+      text_ += wrapped(fmt::format("  aligned with {}: angle between the two fields {:.3f} degrees "
+                                   "(standard error {:.2g}), rotation to {:.2g} degrees or better",
+                                   c_.alignment->record, alignment.angle_rad * deg_per_rad,
+                                   alignment.angle_se_rad * deg_per_rad,
+                                   alignment.standard_error_rad.maxCoeff() * deg_per_rad),
+                       80) +
+               "\n";
+    }
+  }
+
+  void add_orientations() {
+    if (!c_.orientations) {
+      return;
+    }
+    const OrientationQuality& quality = *c_.orientations;
+    heading("Orientations");
+    text_ += fmt::format("  fit error (rms of |f| - F) {:.3g} % of F\n", 100.0 * quality.fit_error);
+    text_ += fmt::format("  spread of the magnitude (sd) {:.3g} % of F\n",
+                         100.0 * quality.magnitude_spread);
+    text_ += fmt::format("  coverage: {:.0f} % of the sphere within 30 degrees of a reading\n",
+                         100.0 * quality.coverage);
+    text_ += fmt::format("  largest gap: {:.0f} degrees, towards {} of the sensor\n",
+                         quality.largest_gap_rad * deg_per_rad, direction_in_words(quality.gap));
   }
 
   void add_levelness() {
@@ -241,7 +315,8 @@ class Summary {
       names.push_back(axis_name(k).substr(0, cell_width - 2));
       sd.push_back(fmt::format("{:.3g}", statistics_.residual_sd(k)));
       dof.push_back(fmt::format("{:.4g}", statistics_.degrees_of_freedom(k)));
-      unexplained.push_back(fmt::format("{:.1e}", 1.0 - statistics_.r_squared(k)));
+      const double r_squared = statistics_.r_squared(k);
+      unexplained.push_back(std::isnan(r_squared) ? "-" : fmt::format("{:.1e}", 1.0 - r_squared));
       // With next to no degrees of freedom these are huge by chance and tell nothing.
       constexpr double fewest_degrees_of_freedom = 4.0;
       double largest = std::nan("");
@@ -259,6 +334,13 @@ class Summary {
     text_ += row("axis", width, names);
     text_ += row(fmt::format("residual sd of a reading [{}]", c_.instrument.unit).substr(0, width),
                  width, sd);
+    if (!statistics_.observations_per_axis.empty()) {
+      std::vector<std::string> used;
+      for (std::size_t i = first; i < last; ++i) {
+        used.push_back(std::to_string(statistics_.observations_per_axis[i]));
+      }
+      text_ += row("readings used", width, used);
+    }
     text_ += row("degrees of freedom", width, dof);
     text_ += row("1 - R^2", width, unexplained);
     text_ += row("largest studentised residual", width, studentized);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <tuple>
 
 #include "axiscal/calib/distributions.hpp"
@@ -99,6 +100,9 @@ LackOfFit test_lack_of_fit(const std::vector<int>& group,
   std::map<int, Sums> groups;
   for (std::size_t i = 0; i < group.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
+    if (weights(row) == 0.0) {
+      continue;
+    }
     Sums& sums = groups[group[i]];
     sums.weight += weights(row);
     sums.residual += std::sqrt(weights(row)) * weighted_residuals(row);
@@ -140,7 +144,12 @@ FitStatistics blank_statistics(const ReadingSet& set, RegressionRows& rows) {
   statistics.residual_sd.resize(m);
   statistics.r_squared.resize(m);
   statistics.variance_inflation.resize(m, 3);
-  statistics.covariance = Eigen::MatrixXd::Zero(4 * m, 4 * m);
+  const Eigen::Index p = set.column_count();
+  statistics.covariance = Eigen::MatrixXd::Zero(p * m, p * m);
+  for (Eigen::Index k = 0; k < m && set.leaves_out(); ++k) {
+    statistics.observations_per_axis.push_back(
+        static_cast<int>((set.weights.col(k).array() > 0.0).count()));
+  }
   statistics.rows = std::move(rows.rows);
   for (RegressionRow& row : statistics.rows) {
     row.leverage.resize(m);
@@ -162,8 +171,9 @@ void put_diagnostics(FitStatistics& statistics,
     const auto at = static_cast<Eigen::Index>(i);
     RegressionRow& row = statistics.rows[i];
     row.leverage(k) = leverage(at);
-    row.studentized(k) = diagnostics.studentized(at);
-    row.cooks_distance(k) = diagnostics.cooks_distance(at);
+    // A row that the axis leaves out has no part in its fit.
+    row.studentized(k) = leverage(at) > 0.0 ? diagnostics.studentized(at) : not_a_number;
+    row.cooks_distance(k) = leverage(at) > 0.0 ? diagnostics.cooks_distance(at) : not_a_number;
     if (robust_weights.size() > 0) {
       row.robust_weight(k) = robust_weights(at);
     }
@@ -172,11 +182,15 @@ void put_diagnostics(FitStatistics& statistics,
 
 void require_response(const ReadingSet& set) {
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const Eigen::VectorXd response = set.response.col(k);
-    if (response.maxCoeff() - response.minCoeff() <= set.rounding(k)) {
+    const Eigen::ArrayXd response = set.response.col(k);
+    const auto used = set.weights.col(k).array() > 0.0;
+    const double highest =
+        used.select(response, -std::numeric_limits<double>::infinity()).maxCoeff();
+    const double lowest = used.select(response, std::numeric_limits<double>::infinity()).minCoeff();
+    if (highest - lowest <= set.rounding(k)) {
       throw RefusedError("axis " + set.axes[static_cast<std::size_t>(k)] +
                          " does not respond to the field: all its readings are " +
-                         number_text(response(0)) +
+                         number_text(highest) +
                          "; check its wiring and its column, or leave it out of --axes");
     }
   }
@@ -191,17 +205,22 @@ Estimate summarize(const ReadingSet& set,
   FitStatistics& statistics = estimate.statistics;
   estimate.response.bias.resize(m);
   estimate.response.sensitivity.resize(m, 3);
+  estimate.also.assign(set.also_in_table.size(), SensitivityMatrix::Zero(m, 3));
+  const Eigen::Index p = set.column_count();
   for (Eigen::Index k = 0; k < m; ++k) {
     const AxisRegression& axis = axes[static_cast<std::size_t>(k)];
     const LeastSquaresFit& fit = axis.fit;
     estimate.response.bias(k) = fit.estimate(0);
-    estimate.response.sensitivity.row(k) = fit.estimate.tail<3>();
+    estimate.response.sensitivity.row(k) = fit.estimate.segment<3>(1);
+    for (std::size_t a = 0; a < estimate.also.size(); ++a) {
+      estimate.also[a].row(k) = fit.estimate.segment<3>(4 + 3 * static_cast<Eigen::Index>(a));
+    }
     statistics.degrees_of_freedom(k) = fit.degrees_of_freedom;
     statistics.residual_sd(k) = fit.residual_sd;
     statistics.r_squared(k) = fit.r_squared;
-    statistics.variance_inflation.row(k) = axis.variance_inflation.tail<3>();
+    statistics.variance_inflation.row(k) = axis.variance_inflation.segment<3>(1);
     statistics.condition_number = std::max(statistics.condition_number, axis.condition_number);
-    statistics.covariance.block<4, 4>(4 * k, 4 * k) = fit.covariance;
+    statistics.covariance.block(p * k, p * k, p, p) = fit.covariance;
     put_diagnostics(statistics, k, fit.leverage,
                     {.studentized = fit.studentized, .cooks_distance = fit.cooks_distance},
                     axis.robust_weights);
@@ -241,21 +260,43 @@ double ReadingSet::rounding() const {
   return largest;
 }
 
+Eigen::Vector3d ReadingSet::field_in_table(Eigen::Index reading,
+                                           const std::vector<Eigen::Vector3d>& fields) const {
+  const double level = readings[static_cast<std::size_t>(reading)].level;
+  return is_sum() ? field_at_level(parts, fields, level) : level * fields[level_of(reading)];
+}
+
+Eigen::RowVectorXd ReadingSet::design_row(const Eigen::Matrix3d& rotation,
+                                          const Eigen::Vector3d& field_in_table) const {
+  Eigen::RowVectorXd row(column_count());
+  row(0) = 1.0;
+  row.segment<3>(1) = rotation * field_in_table;
+  for (std::size_t a = 0; a < also_in_table.size(); ++a) {
+    row.segment<3>(4 + 3 * static_cast<Eigen::Index>(a)) = rotation * also_in_table[a];
+  }
+  return row;
+}
+
 Eigen::MatrixXd field_design(const ReadingSet& set, const std::vector<Eigen::Vector3d>& fields) {
-  Eigen::MatrixXd design(set.size(), 4);
+  Eigen::MatrixXd design(set.size(), set.column_count());
   for (Eigen::Index i = 0; i < set.size(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    design(i, 0) = 1.0;
-    design.row(i).tail<3>() =
-        set.readings[at].level * (set.rotation_sensor_from_table[at] * fields[set.level_of(i)]);
+    design.row(i) = set.design_row(set.rotation_sensor_from_table[static_cast<std::size_t>(i)],
+                                   set.field_in_table(i, fields));
   }
   return design;
 }
 
 std::vector<std::string> names_of_columns(const std::vector<std::string>& axes,
-                                          const std::vector<Eigen::Index>& columns) {
-  static const std::vector<std::string> suffixes = {".bias", ".sensitivity.x", ".sensitivity.y",
-                                                    ".sensitivity.z"};
+                                          const std::vector<Eigen::Index>& columns,
+                                          const std::vector<std::string>& also_kinds) {
+  std::vector<std::string> suffixes = {".bias"};
+  std::vector<std::string> fields = {"sensitivity"};
+  fields.insert(fields.end(), also_kinds.begin(), also_kinds.end());
+  for (const std::string& field : fields) {
+    for (const char component : {'x', 'y', 'z'}) {
+      suffixes.push_back("." + field + "." + component);
+    }
+  }
   std::vector<std::string> names;
   for (const std::string& axis : axes) {
     for (const Eigen::Index column : columns) {
@@ -265,8 +306,11 @@ std::vector<std::string> names_of_columns(const std::vector<std::string>& axes,
   return names;
 }
 
-std::vector<std::string> parameter_names(const std::vector<std::string>& axes) {
-  return names_of_columns(axes, {0, 1, 2, 3});
+std::vector<std::string> parameter_names(const std::vector<std::string>& axes,
+                                         const std::vector<std::string>& also_kinds) {
+  std::vector<Eigen::Index> columns(4 + 3 * also_kinds.size());
+  std::iota(columns.begin(), columns.end(), 0);
+  return names_of_columns(axes, columns, also_kinds);
 }
 
 }  // namespace axiscal

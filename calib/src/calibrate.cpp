@@ -8,6 +8,7 @@
 #include <set>
 #include <tuple>
 
+#include <Eigen/LU>
 #include <Eigen/QR>
 
 #include "axiscal/calib/distributions.hpp"
@@ -18,6 +19,9 @@
 #include "axiscal/core/version.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "estimation.hpp"
+#include "magnitude.hpp"
+#include "reading_source.hpp"
+#include "resolved_field.hpp"
 #include "warnings.hpp"
 
 namespace axiscal {
@@ -47,21 +51,37 @@ bool every_reading_has_its_opposite(const Observations& observations) {
   });
 }
 
-bool lies_along_normal(const FieldSetup& field) {
+bool lies_along_normal(const Experiment& experiment) {
+  const FieldSetup& field = experiment.field;
+  if (!field.others.empty() || field.sun || experiment.instrument.one_sided) {
+    return false;
+  }
   if (field.in_table) {
     return field.in_table->x() == 0.0 && field.in_table->y() == 0.0;
   }
-  return field.kind == "gravity" && !field.custom;
+  return !field.custom && (field.kind == "gravity" || field.kind == "induced_rotation");
+}
+
+// A field that no one can set, without another that can.
+bool is_local(const FieldSetup& field) {
+  return field.others.empty() && !field.custom &&
+         (field.kind == "gravity" || field.kind == "geomagnetic" || field.kind == "earth_rotation");
+}
+
+void check_range(const Instrument& instrument) {
+  if (instrument.range && !(instrument.range->low < instrument.range->high)) {
+    throw SetupError("--range: LO must be less than HI");
+  }
 }
 
 void check(const Experiment& experiment, const Observations& observations) {
   const Instrument& instrument = experiment.instrument;
   if (instrument.kind.empty()) {
     throw SetupError(
-        "the kind of instrument is not stated; give --instrument accelerometer, "
-        "inclinometer or generic");
+        "the kind of instrument is not stated; give --instrument accelerometer, magnetometer, ...");
   }
   static_cast<void>(find_instrument_kind(instrument.kind));
+  check_range(instrument);
   try {
     check_axes(instrument);
   } catch (const DomainError& error) {
@@ -100,13 +120,15 @@ void check(const Experiment& experiment, const Observations& observations) {
     const Reading& first = observations.readings.front();
     if (reading.point.has_value() != first.point.has_value() ||
         reading.field_in_sensor.has_value() != first.field_in_sensor.has_value() ||
-        (!reading.point && !reading.field_in_sensor)) {
+        (!reading.point && !reading.field_in_sensor &&
+         experiment.method.value_or(Method::magnitude) != Method::magnitude)) {
       throw DomainError("calibrate: every reading needs its design point, or every one its field");
     }
-    if (reading.level != 1.0 && experiment.field.kind == "gravity") {
+    if (reading.level != 1.0 && is_local(experiment.field)) {
       throw RefusedError("run " + std::to_string(reading.run) + ": level " +
-                         number_text(reading.level) +
-                         ", but gravity cannot be set; its level is always 1");
+                         number_text(reading.level) + ", but " +
+                         (experiment.field.kind == "gravity" ? "gravity" : "a local field") +
+                         " cannot be set; its level is always 1");
     }
   }
   if (!is_rotation(experiment.rotation_sensor_from_positioner)) {
@@ -114,112 +136,26 @@ void check(const Experiment& experiment, const Observations& observations) {
   }
 }
 
-// Rows of the readings that are used.
-std::vector<std::size_t> used_rows(const Experiment& experiment, const Observations& observations) {
-  const std::vector<int>& leave_out = experiment.leave_out;
-  for (const int run : leave_out) {
-    const bool there = std::any_of(observations.readings.begin(), observations.readings.end(),
-                                   [run](const Reading& reading) { return reading.run == run; });
-    if (!there) {
-      throw SetupError("--leave-out: there is no run " + std::to_string(run));
-    }
-  }
-  std::vector<std::size_t> rows;
-  for (std::size_t i = 0; i < observations.readings.size(); ++i) {
-    if (std::find(leave_out.begin(), leave_out.end(), observations.readings[i].run) ==
-        leave_out.end()) {
-      rows.push_back(i);
-    }
-  }
-  if (rows.empty()) {
-    throw RefusedError("no readings are left to calibrate with");
-  }
-  return rows;
-}
-
-Eigen::MatrixXd weights_of(const Observations& observations, Weighting weighting) {
-  const Eigen::Index n = observations.size();
-  const Eigen::Index m = observations.response.cols();
-  if (weighting == Weighting::samples) {
-    if (!observations.samples) {
-      throw RefusedError("weights samples: the readings have no column 'samples'");
-    }
-    return observations.samples->replicate(1, m);
-  }
-  if (weighting == Weighting::sd) {
-    if (!observations.response_sd) {
-      throw RefusedError("weights sd: each axis needs a column AXIS_sd");
-    }
-    if (!(observations.response_sd->array() > 0.0).all()) {
-      throw RefusedError("weights sd: a standard deviation in a column AXIS_sd is not positive");
-    }
-    return observations.response_sd->cwiseAbs2().cwiseInverse();
-  }
-  return Eigen::MatrixXd::Ones(n, m);
-}
-
-void give_each_block_its_level(ReadingSet& set) {
-  std::map<int, std::size_t> position;
-  for (const Reading& reading : set.readings) {
-    position.emplace(reading.block, 0);
-  }
-  set.level_blocks.clear();
-  for (auto& [block, at] : position) {
-    at = set.level_blocks.size();
-    set.level_blocks.push_back(block);
-  }
-  for (const Reading& reading : set.readings) {
-    set.levels.push_back(position.at(reading.block));
-  }
-}
-
-ReadingSet make_reading_set(const Experiment& experiment,
-                            const Observations& observations,
-                            const std::vector<std::size_t>& rows,
-                            Weighting weighting,
-                            Method method) {
-  const Eigen::MatrixXd weights = weights_of(observations, weighting);
-  const auto n = static_cast<Eigen::Index>(rows.size());
-  ReadingSet set;
-  set.axes = experiment.instrument.axes;
-  set.robust = experiment.robust;
-  set.response.resize(n, observations.response.cols());
-  set.weights.resize(n, observations.response.cols());
-  set.orientation = [&experiment](const DesignPoint& point) -> Eigen::Matrix3d {
-    return experiment.rotation_sensor_from_positioner *
-           experiment.positioner.rotation_table_from_positioner(point).transpose();
-  };
-  const bool by_field = method == Method::known && brings_field(observations);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const auto from = static_cast<Eigen::Index>(rows[i]);
-    const auto to = static_cast<Eigen::Index>(i);
-    set.readings.push_back(observations.readings[rows[i]]);
-    set.response.row(to) = observations.response.row(from);
-    set.weights.row(to) = weights.row(from);
-    if (!by_field) {
-      set.rotation_sensor_from_table.push_back(set.orientation(*set.readings.back().point));
-    }
-  }
-  for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
-    set.weights.col(k) /= set.weights.col(k).mean();
-  }
-  if (experiment.level_by == LevelBy::block) {
-    give_each_block_its_level(set);
-  }
-  return set;
-}
-
 void add_intervals(Calibration& calibration) {
   FitStatistics& statistics = *calibration.statistics;
   const Eigen::Index m = calibration.response.bias.size();
-  statistics.parameter_names = parameter_names(calibration.instrument.axes);
+  std::vector<std::string> also_kinds;
+  for (const AlsoResponse& also : calibration.also) {
+    also_kinds.push_back(also.kind);
+  }
+  statistics.parameter_names = parameter_names(calibration.instrument.axes, also_kinds);
+  const auto p = static_cast<Eigen::Index>(4 + 3 * also_kinds.size());
   statistics.bias_se.resize(m);
   statistics.sensitivity_se.resize(m, 3);
   statistics.coverage_factor.resize(m);
   for (Eigen::Index k = 0; k < m; ++k) {
-    const Eigen::Vector4d se = statistics.covariance.diagonal().segment<4>(4 * k).cwiseSqrt();
+    const Eigen::VectorXd se = statistics.covariance.diagonal().segment(p * k, p).cwiseSqrt();
     statistics.bias_se(k) = se(0);
-    statistics.sensitivity_se.row(k) = se.tail<3>();
+    statistics.sensitivity_se.row(k) = se.segment<3>(1);
+    for (std::size_t a = 0; a < calibration.also.size(); ++a) {
+      calibration.also[a].sensitivity_se.row(k) =
+          se.segment<3>(4 + 3 * static_cast<Eigen::Index>(a));
+    }
     statistics.coverage_factor(k) = student_t_factor(0.95, statistics.degrees_of_freedom(k));
   }
 }
@@ -236,47 +172,58 @@ std::optional<Eigen::Vector3d> mean_field(const std::vector<Eigen::Vector3d>& fi
   return fields.front().norm() * sum.normalized();
 }
 
+// What the fit says that a reading should be; without labels only its direction is its own.
+Eigen::VectorXd fitted_response(const Calibration& calibration,
+                                const ReadingSource& source,
+                                const Reading& reading,
+                                const Eigen::Vector3d& field) {
+  Eigen::VectorXd response = calibration.response.at(field);
+  for (const AlsoResponse& also : calibration.also) {
+    response += also.sensitivity * (source.rotation(reading) * also.in_table);
+  }
+  return response;
+}
+
 // Residuals of all readings, left out or not, in the order of the file.
 std::vector<ReadingResidual> residuals_of(const Observations& observations,
-                                          const ReadingSet& set,
+                                          const ReadingSource& source,
                                           const std::vector<Eigen::Vector3d>& fields,
                                           const Positioner& positioner,
                                           const Calibration& calibration,
-                                          const std::vector<bool>& used) {
+                                          const AxisMask& used) {
+  constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
   const LinearResponse& response = calibration.response;
-  const bool by_field = set.rotation_sensor_from_table.empty();
-  std::map<int, Eigen::Vector3d> field_of_block;
-  for (std::size_t s = 0; s < fields.size() && fields.size() > 1; ++s) {
-    field_of_block[set.level_blocks[s]] = fields[s];
-  }
-  const auto field_in_table = [&](const Reading& reading) -> const Eigen::Vector3d& {
-    const auto found = field_of_block.find(reading.block);
-    return found == field_of_block.end() ? *calibration.field.in_table : found->second;
-  };
+  const bool by_magnitude = fields.empty() && !source.by_field();
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> inverse(response.sensitivity);
   const bool has_magnitude = inverse.rank() == 3;
   std::vector<ReadingResidual> residuals;
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
     const Reading& reading = observations.readings[i];
-    if (!used[i] && reading.point && !positioner.seat(*reading.point).defect.empty()) {
+    const auto row = static_cast<Eigen::Index>(i);
+    ReadingResidual residual{.run = reading.run, .point = reading.point};
+    residual.used = used.row(row).any();
+    residual.response = Eigen::VectorXd::Constant(response.bias.size(), not_a_number);
+    residual.magnitude = not_a_number;
+    if (!residual.used && reading.point && !positioner.seat(*reading.point).defect.empty()) {
       // Left out as the cube cannot lie so: there is no field to hold the reading against.
-      residuals.push_back({.run = reading.run,
-                           .point = reading.point,
-                           .response = Eigen::VectorXd::Constant(
-                               response.bias.size(), std::numeric_limits<double>::quiet_NaN()),
-                           .magnitude = std::numeric_limits<double>::quiet_NaN(),
-                           .used = false});
+      residuals.push_back(std::move(residual));
       continue;
     }
+    const Eigen::VectorXd v = observations.response.row(row);
+    const bool complete = source.in_range().row(row).all() && calibration.also.empty();
+    const Eigen::Vector3d measured =
+        has_magnitude ? Eigen::Vector3d(inverse.solve(v - response.bias)) : Eigen::Vector3d::Zero();
     const Eigen::Vector3d field =
-        by_field ? *reading.field_in_sensor
-                 : reading.level * (set.orientation(*reading.point) * field_in_table(reading));
-    const Eigen::VectorXd v = observations.response.row(static_cast<Eigen::Index>(i));
-    ReadingResidual residual{.run = reading.run, .point = reading.point};
-    residual.response = v - response.at(field);
-    residual.magnitude = std::numeric_limits<double>::quiet_NaN();
-    if (has_magnitude) {
-      const Eigen::Vector3d measured = inverse.solve(v - response.bias);
+        by_magnitude ? Eigen::Vector3d(calibration.field.magnitude * measured.normalized())
+                     : source.field_in_sensor(reading, calibration.field, fields);
+    const Eigen::VectorXd left = v - fitted_response(calibration, source, reading, field);
+    for (Eigen::Index k = 0; k < left.size(); ++k) {
+      // What an axis does not see, or cannot read, leaves nothing; a reading that was left out
+      // does.
+      const bool holds = source.in_range()(row, k) && (!residual.used || used(row, k));
+      residual.response(k) = holds ? left(k) : not_a_number;
+    }
+    if (has_magnitude && complete && !calibration.instrument.one_sided) {
       residual.magnitude = measured.norm() - field.norm();
     }
     if (observations.has_level) {
@@ -286,7 +233,6 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
       residual.block = reading.block;
     }
     residual.temperature = reading.temperature;
-    residual.used = used[i];
     residuals.push_back(std::move(residual));
   }
   return residuals;
@@ -330,45 +276,317 @@ void add_notes(Calibration& calibration,
   }
 }
 
+// ---- one-sided axes ----
+
+// Light that grazes an axis's front by less than this part of its full response is not counted: the
+// edge of a housing shades it, and noise must not decide.
+constexpr double grazing = 0.05;
+
+// A first guess: what reads clearly more than in the dark.
+AxisMask lit_by_readings(const ReadingSet& set) {
+  AxisMask lit = AxisMask::Constant(set.size(), set.axis_count(), true);
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    double dark = std::numeric_limits<double>::infinity();
+    double bright = -dark;
+    for (Eigen::Index i = 0; i < set.size(); ++i) {
+      if (set.weights(i, k) > 0.0) {
+        dark = std::min(dark, set.response(i, k));
+        bright = std::max(bright, set.response(i, k));
+      }
+    }
+    for (Eigen::Index i = 0; i < set.size(); ++i) {
+      const bool is_dark_reading = set.readings[static_cast<std::size_t>(i)].level == 0.0;
+      lit(i, k) = is_dark_reading || set.response(i, k) > dark + 2.0 * grazing * (bright - dark);
+    }
+  }
+  return lit;
+}
+
+// What the fitted model says that an axis sees: all lamps in front of it, or none lit.
+AxisMask lit_by_model(const ReadingSet& set,
+                      const Estimate& estimate,
+                      const std::vector<ResolvedPart>& parts) {
+  AxisMask lit = AxisMask::Constant(set.size(), set.axis_count(), true);
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const Reading& reading = set.readings[at];
+    std::vector<Eigen::Vector3d> lights;  // directions in the sensor
+    if (reading.level == 0.0) {
+      continue;
+    }
+    if (estimate.fields.empty()) {
+      lights.emplace_back(reading.field_in_sensor->normalized());
+    } else {
+      const Eigen::Matrix3d& R = set.rotation_sensor_from_table[at];
+      lights.emplace_back(R * set.field_in_table(i, estimate.fields).normalized());
+      for (const Eigen::Vector3d& lamp : parts.front().lamps) {
+        // The lamps as they were given, turned with their sum.
+        const Eigen::Matrix3d turned =
+            smallest_rotation(parts.front().part.in_table, estimate.fields.front());
+        lights.emplace_back(R * (turned * lamp));
+      }
+    }
+    for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+      const Eigen::Vector3d S = estimate.response.sensitivity.row(k);
+      lit(i, k) = std::all_of(lights.begin(), lights.end(), [&](const Eigen::Vector3d& light) {
+        return S.dot(light) > grazing * S.norm();
+      });
+    }
+  }
+  return lit;
+}
+
+// ---- the methods ----
+
+std::vector<FieldStart> starts_of(const std::vector<ResolvedPart>& parts) {
+  std::vector<FieldStart> starts;
+  double known = 0.0;  // a part of unknown size starts as large as the others
+  for (const ResolvedPart& part : parts) {
+    known = part.part.free_length ? known : std::max(known, part.part.magnitude);
+  }
+  for (const ResolvedPart& part : parts) {
+    FieldStart start{.has_direction = part.has_value && part.has_heading, .sign_by = part.sign_by};
+    start.value = (part.part.free_length ? known : part.part.magnitude) *
+                  (part.has_value ? part.part.in_table.normalized() : Eigen::Vector3d::UnitZ());
+    starts.push_back(start);
+  }
+  return starts;
+}
+
+std::vector<Eigen::Vector3d> values_of(const std::vector<ResolvedPart>& parts) {
+  std::vector<Eigen::Vector3d> values;
+  for (const ResolvedPart& part : parts) {
+    if (!part.has_value || part.part.free_length) {
+      throw SetupError("field " + part.part.kind +
+                       ": give the vector in the table's frame with --field-table X,Y,Z");
+    }
+    values.push_back(part.part.in_table);
+  }
+  return values;
+}
+
+Estimate estimate_by(Method method,
+                     const ReadingSet& set,
+                     const std::vector<ResolvedPart>& parts,
+                     bool by_field) {
+  if (method == Method::joint) {
+    return estimate_joint(set, starts_of(parts));
+  }
+  if (method == Method::paired) {
+    const Eigen::Vector3d direction = values_of(parts).front().normalized();
+    return estimate_paired(set, parts.front().part.magnitude * direction);
+  }
+  return estimate_known(set, by_field ? std::vector<Eigen::Vector3d>{} : values_of(parts));
+}
+
+// Which rows a one-sided axis sees is decided by the fitted model, until it stays.
+Estimate estimate_one_sided(Method method,
+                            const ReadingSource& source,
+                            const std::vector<ResolvedPart>& parts,
+                            AxisMask& seen) {
+  seen = lit_by_readings(source.set(parts, {}));
+  Estimate estimate;
+  std::vector<AxisMask> earlier;
+  constexpr int most_rounds = 12;
+  for (int round = 0; round < most_rounds; ++round) {
+    const ReadingSet set = source.set(parts, seen);
+    estimate = estimate_by(method, set, parts, source.by_field());
+    const AxisMask next = lit_by_model(set, estimate, parts);
+    if ((next == seen).all()) {
+      return estimate;
+    }
+    const bool again = std::any_of(earlier.begin(), earlier.end(),
+                                   [&](const AxisMask& mask) { return (mask == next).all(); });
+    if (again) {
+      break;
+    }
+    earlier.push_back(seen);
+    seen = next;
+  }
+  estimate.unsettled = true;
+  return estimate;
+}
+
+Eigen::Matrix3d noise_of(const Observations& observations) {
+  if (!observations.response_sd || observations.response.cols() != 3 ||
+      !(observations.response_sd->array() > 0.0).all()) {
+    return Eigen::Matrix3d::Identity();
+  }
+  return observations.response_sd->cwiseAbs2().colwise().mean().asDiagonal();
+}
+
+void check_method(const Experiment& experiment,
+                  const Observations& observations,
+                  Method method,
+                  bool by_field) {
+  const std::string name(method_name(method));
+  if (!by_field && method != Method::magnitude && !has_labels(observations)) {
+    throw RefusedError("method " + name +
+                       ": the readings have no design points; give columns 'rest' and 'fence', or "
+                       "use --method known with fx,fy,fz, or magnitude");
+  }
+  const bool has_one_slope = method == Method::known || method == Method::magnitude;
+  if (has_one_slope && experiment.level_by == LevelBy::block) {
+    throw SetupError("method " + name +
+                     " estimates no levelness; level by block goes with paired and joint");
+  }
+  if (!experiment.field.others.empty() &&
+      (method == Method::paired || method == Method::magnitude ||
+       experiment.level_by == LevelBy::block)) {
+    throw SetupError(
+        "a field of several parts goes with the methods joint and known, and one "
+        "levelness for the run");
+  }
+  for (std::size_t i = 1; i < experiment.also.size(); ++i) {
+    if (experiment.also[i].kind == experiment.also.front().kind) {
+      throw SetupError("also " + experiment.also[i].kind + ": is there twice");
+    }
+  }
+  if (!experiment.also.empty() && (by_field || method == Method::magnitude)) {
+    throw SetupError(
+        "a second field (also) needs design points and the methods paired, joint or "
+        "known");
+  }
+  if (experiment.instrument.one_sided &&
+      (method == Method::paired || method == Method::magnitude)) {
+    throw SetupError("method " + name +
+                     ": one-sided axes see a field from one side only; use joint or known");
+  }
+}
+
+void check_levels(const Observations& observations, Method method) {
+  for (const Reading& reading : observations.readings) {
+    if (method == Method::magnitude && reading.level != 1.0) {
+      throw RefusedError("run " + std::to_string(reading.run) + ": level " +
+                         number_text(reading.level) +
+                         ", but method magnitude takes the field's magnitude as the same in all "
+                         "readings");
+    }
+  }
+}
+
+void check_known_magnitude(const FieldDescription& field) {
+  if (field.in_table && field.parts.empty() &&
+      !(std::abs(field.in_table->norm() / field.magnitude - 1.0) <= 1e-6)) {
+    throw SetupError("method known: the field in the table has the length " +
+                     number_text(field.in_table->norm()) + ", but its magnitude is given as " +
+                     number_text(field.magnitude) + "; give one of them");
+  }
+}
+
+// The parts as fitted, and what they make together at level 1.
+void put_fields(FieldDescription& field, const std::vector<Eigen::Vector3d>& fields) {
+  if (field.parts.empty()) {
+    field.in_table = mean_field(fields);
+    return;
+  }
+  if (fields.empty()) {
+    field.in_table.reset();  // the readings bring theirs
+    return;
+  }
+  for (std::size_t p = 0; p < fields.size(); ++p) {
+    field.parts[p].in_table = fields[p];
+    field.parts[p].magnitude = fields[p].norm();
+  }
+  field.in_table = field.at_level(1.0);
+  field.magnitude = field.in_table->norm();
+}
+
+// @param one_sided  whose lowest value is the dark, which repeats as it likes.
+std::vector<SaturatedAxis> find_saturated(const ReadingSet& set, bool one_sided) {
+  std::vector<SaturatedAxis> found;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    std::map<double, std::vector<int>> runs_at;
+    for (Eigen::Index i = 0; i < set.size(); ++i) {
+      if (set.weights(i, k) > 0.0) {
+        runs_at[set.response(i, k)].push_back(set.readings[static_cast<std::size_t>(i)].run);
+      }
+    }
+    // Readings of few digits, or without noise, repeat everywhere.
+    constexpr std::size_t suspicious = 3;
+    const auto is_end = [&](double value) {
+      return value == runs_at.rbegin()->first || (!one_sided && value == runs_at.begin()->first);
+    };
+    std::size_t alone = 0;
+    std::size_t extremes = 0;
+    for (const auto& [value, runs] : runs_at) {
+      const bool at_end = is_end(value);
+      alone += runs.size() == 1 ? 1U : 0U;
+      extremes += at_end && runs.size() >= suspicious ? runs.size() : 0;
+    }
+    if (extremes == 0 || alone < 3 || 2 * alone < static_cast<std::size_t>(set.size()) - extremes) {
+      continue;
+    }
+    for (const auto& [value, runs] : runs_at) {
+      const bool at_end = is_end(value);
+      if (at_end && runs.size() >= suspicious) {
+        found.push_back({.axis = k, .value = value, .runs = runs});
+      }
+    }
+  }
+  return found;
+}
+
+void note_field_uncertainty(Calibration& calibration) {
+  const FieldDescription& field = calibration.field;
+  if (!(field.magnitude_u > 0.0)) {
+    return;
+  }
+  const std::string percent = number_text(100.0 * field.magnitude_u / field.magnitude, 3);
+  const std::string share =
+      field.parts.empty() ? ": " + percent + " % of every sensitivity at once" : "";
+  calibration.notes.push_back(
+      "the field's magnitude is uncertain by " + number_text(field.magnitude_u) + " " + field.unit +
+      " (one standard deviation" + (field.model.empty() ? "" : ", model " + field.model) + ")" +
+      share + ", which the standard errors do not hold");
+}
+
 }  // namespace
 
 Method choose_method(const Experiment& experiment, const Observations& observations) {
   if (experiment.method) {
     return *experiment.method;
   }
-  if (!brings_field(observations) && !has_labels(observations)) {
-    throw DomainError("choose_method: the readings have neither design points nor fields");
-  }
   if (brings_field(observations)) {
     return Method::known;
   }
-  return lies_along_normal(experiment.field) && every_reading_has_its_opposite(observations)
+  if (!has_labels(observations)) {
+    return Method::magnitude;
+  }
+  return lies_along_normal(experiment) && every_reading_has_its_opposite(observations)
              ? Method::paired
              : Method::joint;
 }
 
 Calibration calibrate(const Experiment& experiment, const Observations& observations) {
   check(experiment, observations);
-  const std::vector<std::size_t> rows = used_rows(experiment, observations);
+  const Weighting weighting =
+      experiment.weighting.value_or(observations.samples ? Weighting::samples : Weighting::none);
   Observations used;
-  for (const std::size_t row : rows) {
-    used.readings.push_back(observations.readings[row]);
+  for (const Reading& reading : observations.readings) {
+    const std::vector<int>& out = experiment.leave_out;
+    if (std::find(out.begin(), out.end(), reading.run) == out.end()) {
+      used.readings.push_back(reading);
+    }
   }
   const Method method = choose_method(experiment, used);
   const bool by_field = method == Method::known && brings_field(observations);
-  if (!by_field && !has_labels(observations)) {
-    throw RefusedError("method " + std::string(method_name(method)) +
-                       ": the readings have no design points; give columns 'rest' and 'fence', or "
-                       "use --method known with fx,fy,fz");
+  ReadingSource source(experiment, observations, weighting, by_field);
+  check_method(experiment, observations, method, by_field);
+  check_levels(used, method);
+  const std::vector<ResolvedPart> parts = resolve_field(experiment, source.sun_time_s());
+  if (experiment.field.sun && !by_field && !parts.front().has_value) {
+    throw RefusedError(
+        "the sun's place needs the time of the readings: a column 'time' (ISO 8601, UTC), or "
+        "--date "
+        "with a time of day");
   }
-  const Weighting weighting =
-      experiment.weighting.value_or(observations.samples ? Weighting::samples : Weighting::none);
 
   Calibration calibration;
   calibration.created = timestamp_now();
   calibration.software = software_name();
   calibration.instrument = experiment.instrument;
-  calibration.field = make_field_description(experiment);
+  calibration.field = describe_field(experiment, parts);
   calibration.method = method_name(method);
   calibration.weights = weighting_name(weighting);
   calibration.robust = experiment.robust;
@@ -376,38 +594,37 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   calibration.slot = experiment.slot;
   calibration.level_by_block = experiment.level_by == LevelBy::block;
   calibration.left_out = experiment.leave_out;
-  if (method == Method::known && experiment.level_by == LevelBy::block) {
-    throw SetupError(
-        "method known takes the field as given and estimates no levelness; level by block goes "
-        "with "
-        "paired and joint");
-  }
-  const double stated = calibration.field.magnitude;
-  if (!by_field && method == Method::known && calibration.field.in_table &&
-      !(std::abs(calibration.field.in_table->norm() / stated - 1.0) <= 1e-6)) {
-    throw SetupError("method known: the field in the table has the length " +
-                     number_text(calibration.field.in_table->norm()) +
-                     ", but its magnitude is given as " + number_text(stated) +
-                     "; give one of them");
-  }
-  if (!by_field && !calibration.field.in_table) {
-    throw SetupError("field " + calibration.field.kind +
-                     ": give the vector in the table's frame with --field-table X,Y,Z");
+  if (method == Method::known && !by_field) {
+    check_known_magnitude(calibration.field);
   }
 
-  const ReadingSet set = make_reading_set(experiment, observations, rows, weighting, method);
-  // The magnitude that was given is F; in_table gives the direction.
-  std::optional<Eigen::Vector3d> in_table = calibration.field.in_table;
-  if (in_table && method != Method::known) {
-    in_table = calibration.field.magnitude * in_table->normalized();
+  AxisMask seen;
+  Estimate estimate;
+  if (method == Method::magnitude) {
+    source.keep_complete_rows();
+    const ReadingSet set = source.set(parts, {});
+    estimate = estimate_magnitude(set, calibration.field.magnitude, experiment.shape,
+                                  noise_of(observations));
+    calibration.shape = shape_name(experiment.shape);
+    if (!set.rotation_sensor_from_table.empty()) {
+      align_by_points(set, calibration.field.magnitude, estimate);
+    }
+  } else if (experiment.instrument.one_sided) {
+    estimate = estimate_one_sided(method, source, parts, seen);
+  } else {
+    estimate = estimate_by(method, source.set(parts, {}), parts, by_field);
   }
-  Estimate estimate = method == Method::paired ? estimate_paired(set, *in_table)
-                      : method == Method::joint
-                          ? estimate_joint(set, *in_table)
-                          : estimate_known(set, by_field ? std::nullopt : in_table);
   calibration.response = std::move(estimate.response);
   calibration.statistics = std::move(estimate.statistics);
-  calibration.field.in_table = mean_field(estimate.fields);
+  for (std::size_t a = 0; a < estimate.also.size(); ++a) {
+    const ResolvedPart also = resolve_part(experiment, experiment.also[a]);
+    calibration.also.push_back({.kind = also.part.kind,
+                                .unit = also.unit,
+                                .in_table = also.part.in_table,
+                                .sensitivity = estimate.also[a],
+                                .sensitivity_se = estimate.also[a]});
+  }
+  put_fields(calibration.field, estimate.fields);
   calibration.field.in_table_covariance = estimate.field_covariance;
   calibration.field.in_table_degrees_of_freedom = estimate.field_degrees_of_freedom;
   calibration.levelness = std::move(estimate.levelness);
@@ -417,22 +634,40 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
     tests.clear();
   }
   add_intervals(calibration);
-  std::vector<bool> in_fit(observations.readings.size(), false);
-  for (const std::size_t row : rows) {
-    in_fit[row] = true;
+
+  AxisMask in_fit = AxisMask::Constant(observations.size(), observations.response.cols(), false);
+  for (std::size_t i = 0; i < source.rows().size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(source.rows()[i]);
+    in_fit.row(row) = source.in_range().row(row);
+    if (seen.size() > 0) {
+      in_fit.row(row) = in_fit.row(row) && seen.row(static_cast<Eigen::Index>(i));
+    }
   }
   std::vector<int> unpaired_runs;
   for (const std::size_t i : estimate.unpaired) {
-    in_fit[rows[i]] = false;
-    unpaired_runs.push_back(set.readings[i].run);
+    const std::size_t row = source.rows()[i];
+    in_fit.row(static_cast<Eigen::Index>(row)).setConstant(false);
+    unpaired_runs.push_back(observations.readings[row].run);
   }
-  calibration.residuals =
-      residuals_of(observations, set, estimate.fields, experiment.positioner, calibration, in_fit);
+  calibration.residuals = residuals_of(observations, source, estimate.fields, experiment.positioner,
+                                       calibration, in_fit);
+  if (method == Method::magnitude) {
+    const Eigen::MatrixXd inverse = Eigen::Matrix3d(calibration.response.sensitivity).inverse();
+    const Eigen::MatrixXd fields =
+        (source.set(parts, {}).response.rowwise() - calibration.response.bias.transpose()) *
+        inverse.transpose();
+    calibration.orientations = orientation_quality(fields, calibration.field.magnitude);
+  }
   add_notes(calibration, observations, experiment.positioner);
+  note_field_uncertainty(calibration);
+  calibration.notes.insert(calibration.notes.end(), estimate.notes.begin(), estimate.notes.end());
+  estimate.saturated = find_saturated(source.set(parts, seen), experiment.instrument.one_sided);
   calibration.warnings = find_warnings(calibration, estimate, std::move(unpaired_runs));
-  const bool refused =
-      std::any_of(calibration.warnings.begin(), calibration.warnings.end(),
-                  [](const CalibrationWarning& w) { return w.code == "uncertain_direction"; });
+  const bool refused = std::any_of(calibration.warnings.begin(), calibration.warnings.end(),
+                                   [](const CalibrationWarning& w) {
+                                     return w.code == "uncertain_direction" ||
+                                            w.code == "one_sided_unsettled" || w.code == "no_fit";
+                                   });
   calibration.status = refused ? "refused" : calibration.warnings.empty() ? "ok" : "warning";
   return calibration;
 }

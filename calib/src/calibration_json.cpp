@@ -37,6 +37,15 @@ Json json_of(const Instrument& instrument) {
   if (instrument.convention == AxisConvention::forward_right_down) {
     json["convention"] = "frd";
   }
+  for (const DifferentialAxis& difference : instrument.differences) {
+    json["differences"][difference.axis] = {difference.plus, difference.minus};
+  }
+  if (instrument.range) {
+    json["range"] = {instrument.range->low, instrument.range->high};
+  }
+  if (instrument.one_sided) {
+    json["one_sided"] = true;
+  }
   return json;
 }
 
@@ -47,6 +56,22 @@ Json json_of(const FieldDescription& field) {
     json["in_table_covariance"] = json_from_matrix(*field.in_table_covariance);
     json["in_table_degrees_of_freedom"] = field.in_table_degrees_of_freedom;
   }
+  if (field.magnitude_u > 0.0) {
+    json["magnitude_u"] = field.magnitude_u;
+  }
+  if (!field.model.empty()) {
+    json["model"] = field.model;
+  }
+  if (field.local_gravity) {
+    json["local_gravity_m_s2"] = *field.local_gravity;
+  }
+  for (const FieldPartDescription& part : field.parts) {
+    json["parts"].push_back({{"kind", part.kind},
+                             {"magnitude", part.magnitude},
+                             {"in_table", json_from(part.in_table)},
+                             {"set_by_level", part.set_by_level},
+                             {"turning", part.turning}});
+  }
   if (field.site) {
     json["site"] = {{"latitude_deg", field.site->latitude_deg},
                     {"longitude_deg", field.site->longitude_deg},
@@ -56,6 +81,53 @@ Json json_of(const FieldDescription& field) {
     json["date"] = field.date;
   }
   return json;
+}
+
+Json json_of(const std::vector<AlsoResponse>& all) {
+  Json json = Json::object();
+  for (const AlsoResponse& also : all) {
+    json[also.kind] = {{"unit", also.unit},
+                       {"in_table", json_from(also.in_table)},
+                       {"sensitivity", json_from_matrix(also.sensitivity)},
+                       {"standard_error", json_from_matrix(also.sensitivity_se)}};
+  }
+  return json;
+}
+
+Json json_of(const OrientationQuality& quality) {
+  return {{"fit_error", quality.fit_error},
+          {"magnitude_spread", quality.magnitude_spread},
+          {"coverage", quality.coverage},
+          {"largest_gap_rad", quality.largest_gap_rad},
+          {"gap", json_from(quality.gap)}};
+}
+
+Json json_of(const CompanionAlignment& companion) {
+  const Alignment& alignment = companion.alignment;
+  return {{"record", companion.record},
+          {"rotation_companion_from_sensor",
+           json_from_matrix(alignment.rotation_companion_from_sensor)},
+          {"standard_error_rad", json_from(alignment.standard_error_rad)},
+          {"angle_rad", alignment.angle_rad},
+          {"angle_standard_error_rad", alignment.angle_se_rad},
+          {"residual_sd", alignment.residual_sd}};
+}
+
+// What users of this kind of instrument call it.
+Json quantities_json(const Calibration& calibration) {
+  Json list = Json::array();
+  for (const Quantity& quantity : quantities_of(calibration)) {
+    Json json = {{"name", quantity.name}};
+    if (!quantity.of.empty()) {
+      json["of"] = quantity.of;
+    }
+    json["values"] = quantity.values;
+    json["standard_uncertainty"] = json_from(Eigen::Map<const Eigen::VectorXd>(
+        quantity.u.data(), static_cast<Eigen::Index>(quantity.u.size())));
+    json["unit"] = quantity.unit;
+    list.push_back(std::move(json));
+  }
+  return list;
 }
 
 Json json_of(const Instrument& instrument, const LinearResponse& response) {
@@ -115,6 +187,9 @@ Json json_of(const FitStatistics& statistics) {
                        {"p_value", test.p_value}});
     }
     json["lack_of_fit"] = tests;
+  }
+  if (!statistics.observations_per_axis.empty()) {
+    json["observations_per_axis"] = statistics.observations_per_axis;
   }
   json["rows"] = Json::array();
   for (const RegressionRow& row : statistics.rows) {
@@ -259,6 +334,22 @@ Instrument instrument_of(const JsonValue& json) {
   if (const auto convention = json.find("convention")) {
     convention->check([&] { instrument.convention = parse_convention(convention->text()); });
   }
+  if (const auto differences = json.find("differences")) {
+    for (const std::string& axis : differences->keys()) {
+      const std::vector<std::string> columns = differences->at(axis).texts();
+      if (columns.size() != 2) {
+        differences->at(axis).fail("must be two columns: [plus, minus]");
+      }
+      instrument.differences.push_back({.axis = axis, .plus = columns[0], .minus = columns[1]});
+    }
+  }
+  if (const auto range = json.find("range")) {
+    const Eigen::VectorXd ends = range->vector(2);
+    instrument.range = ReadingRange{.low = ends(0), .high = ends(1)};
+  }
+  if (const auto one_sided = json.find("one_sided")) {
+    instrument.one_sided = one_sided->boolean();
+  }
   return instrument;
 }
 
@@ -288,18 +379,77 @@ FieldDescription field_of(const JsonValue& json) {
                       .height_m = site->at("height_m").number()};
   }
   field.date = json.text_or("date");
+  if (const auto u = json.find("magnitude_u")) {
+    field.magnitude_u = u->number();
+  }
+  field.model = json.text_or("model");
+  if (const auto gravity = json.find("local_gravity_m_s2")) {
+    field.local_gravity = gravity->number();
+  }
+  if (const auto parts = json.find("parts")) {
+    for (const JsonValue& part : parts->elements()) {
+      FieldPartDescription description;
+      description.kind = part.at("kind").text();
+      description.magnitude = part.at("magnitude").number();
+      description.in_table = part.at("in_table").vector(3);
+      description.set_by_level = part.at("set_by_level").boolean();
+      description.turning = part.at("turning").boolean();
+      field.parts.push_back(std::move(description));
+    }
+  }
   return field;
 }
 
 LinearResponse response_of(const JsonValue& json, Eigen::Index m) {
-  for (const std::string_view key : {"temperature", "also"}) {
-    if (const auto later = json.find(key)) {
-      later->fail(
-          "this version of axiscal cannot apply these terms, and leaving them out would "
-          "be wrong");
-    }
+  if (const auto later = json.find("temperature")) {
+    later->fail(
+        "this version of axiscal cannot apply these terms, and leaving them out would "
+        "be wrong");
   }
   return {.bias = json.at("bias").vector(m), .sensitivity = json.at("sensitivity").matrix(m, 3)};
+}
+
+std::vector<AlsoResponse> also_of(const JsonValue& coefficients, Eigen::Index m) {
+  std::vector<AlsoResponse> all;
+  if (const auto json = coefficients.find("also")) {
+    for (const std::string& kind : json->keys()) {
+      const JsonValue one = json->at(kind);
+      AlsoResponse also;
+      also.kind = kind;
+      also.unit = one.at("unit").text();
+      if (const auto in_table = one.find("in_table")) {
+        also.in_table = in_table->vector(3);
+      }
+      also.sensitivity = one.at("sensitivity").matrix(m, 3);
+      also.sensitivity_se = matrix_or_nan(one, "standard_error", m, 3);
+      all.push_back(std::move(also));
+    }
+  }
+  return all;
+}
+
+OrientationQuality orientations_of(const JsonValue& json) {
+  OrientationQuality quality;
+  quality.fit_error = number_or_nan(json, "fit_error");
+  quality.magnitude_spread = number_or_nan(json, "magnitude_spread");
+  quality.coverage = number_or_nan(json, "coverage");
+  quality.largest_gap_rad = number_or_nan(json, "largest_gap_rad");
+  if (const auto gap = json.find("gap")) {
+    quality.gap = gap->vector(3);
+  }
+  return quality;
+}
+
+CompanionAlignment alignment_of(const JsonValue& json) {
+  CompanionAlignment companion;
+  companion.record = json.text_or("record");
+  Alignment& alignment = companion.alignment;
+  alignment.rotation_companion_from_sensor = json.at("rotation_companion_from_sensor").matrix(3, 3);
+  alignment.standard_error_rad = vector_or_nan(json, "standard_error_rad", 3);
+  alignment.angle_rad = number_or_nan(json, "angle_rad");
+  alignment.angle_se_rad = number_or_nan(json, "angle_standard_error_rad");
+  alignment.residual_sd = number_or_nan(json, "residual_sd");
+  return companion;
 }
 
 RegressionRow row_of(const JsonValue& json, Eigen::Index m) {
@@ -354,6 +504,9 @@ FitStatistics statistics_of(const JsonValue& json, Eigen::Index m) {
                                         .f = number_or_nan(test, "f"),
                                         .p_value = number_or_nan(test, "p_value")});
     }
+  }
+  if (const auto counts = json.find("observations_per_axis")) {
+    statistics.observations_per_axis = integers(*counts);
   }
   if (const auto rows = json.find("rows")) {
     for (const JsonValue& row : rows->elements()) {
@@ -480,6 +633,9 @@ std::string calibration_json(const Calibration& calibration) {
   json["instrument"] = json_of(calibration.instrument);
   json["field"] = json_of(calibration.field);
   json["method"] = calibration.method;
+  if (!calibration.shape.empty()) {
+    json["shape"] = calibration.shape;
+  }
   json["weights"] = calibration.weights;
   if (calibration.robust) {
     json["robust"] = "bisquare";
@@ -497,8 +653,20 @@ std::string calibration_json(const Calibration& calibration) {
     json["leave_out"] = calibration.left_out;
   }
   json["coefficients"] = json_of(calibration.instrument, calibration.response);
+  if (!calibration.also.empty()) {
+    json["coefficients"]["also"] = json_of(calibration.also);
+  }
+  if (Json quantities = quantities_json(calibration); !quantities.empty()) {
+    json["quantities"] = std::move(quantities);
+  }
   if (calibration.statistics) {
     json["statistics"] = json_of(*calibration.statistics);
+  }
+  if (calibration.orientations) {
+    json["orientations"] = json_of(*calibration.orientations);
+  }
+  if (calibration.alignment) {
+    json["alignment"] = json_of(*calibration.alignment);
   }
   if (calibration.levelness) {
     json["levelness"] = json_of(*calibration.levelness);
@@ -541,6 +709,14 @@ Calibration parse_calibration(std::string_view text, const std::string& path) {
   }
   const Eigen::Index m = calibration.instrument.axis_count();
   calibration.response = response_of(json.at("coefficients"), m);
+  calibration.also = also_of(json.at("coefficients"), m);
+  calibration.shape = json.text_or("shape");
+  if (const auto orientations = json.find("orientations")) {
+    calibration.orientations = orientations_of(*orientations);
+  }
+  if (const auto alignment = json.find("alignment")) {
+    calibration.alignment = alignment_of(*alignment);
+  }
   if (const auto statistics = json.find("statistics")) {
     calibration.statistics = statistics_of(*statistics, m);
   }

@@ -289,9 +289,7 @@ std::vector<MountRepeatability> find_repeatability(const std::vector<SolidRefere
 }
 
 std::string significant(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", value);
-  return text.data();
+  return number_text(value, 3);
 }
 
 std::string micro(double radian) {

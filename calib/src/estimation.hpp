@@ -21,6 +21,13 @@ struct ReadingSet {
   std::vector<Eigen::Matrix3d> rotation_sensor_from_table;  // n; empty where readings bring fields
   std::function<Eigen::Matrix3d(const DesignPoint&)> orientation;  // the same for any point
   std::vector<std::string> axes;                                   // m names
+  std::vector<std::optional<int>> nominal;  // the component each axis is meant to sense; or empty
+  // The parts of the field; one that its level multiplies, unless it is a sum.
+  std::vector<FieldPartDescription> parts = std::vector<FieldPartDescription>(1);
+  bool level_can_be_set = true;  // some part is made on the table
+  // Second fields, known in the table, which no level changes: three more columns each.
+  std::vector<std::string> also_kinds;
+  std::vector<Eigen::Vector3d> also_in_table;
   bool robust = false;
   // One levelness for the run, or one for each block: the blocks, and which one a reading is of.
   std::vector<int> level_blocks = {1};
@@ -29,6 +36,23 @@ struct ReadingSet {
   [[nodiscard]] std::size_t level_of(Eigen::Index reading) const {
     return levels.empty() ? 0 : levels[static_cast<std::size_t>(reading)];
   }
+
+  // The columns [1, f, second fields] of the regression of an axis.
+  [[nodiscard]] Eigen::Index column_count() const {
+    return 4 + 3 * static_cast<Eigen::Index>(also_in_table.size());
+  }
+
+  // Where a field is a sum its fields are those of its parts; else those of the levelnesses.
+  [[nodiscard]] bool is_sum() const { return parts.size() > 1; }
+  [[nodiscard]] Eigen::Vector3d field_in_table(Eigen::Index reading,
+                                               const std::vector<Eigen::Vector3d>& fields) const;
+
+  // Row [1, f, second fields] of a reading, by its rotation and the field in the table.
+  [[nodiscard]] Eigen::RowVectorXd design_row(const Eigen::Matrix3d& rotation,
+                                              const Eigen::Vector3d& field_in_table) const;
+
+  // Whether some axis leaves readings out (weight 0).
+  [[nodiscard]] bool leaves_out() const { return (weights.array() == 0.0).any(); }
 
   [[nodiscard]] Eigen::Index size() const { return response.rows(); }
   [[nodiscard]] Eigen::Index axis_count() const { return response.cols(); }
@@ -40,10 +64,37 @@ struct ReadingSet {
   [[nodiscard]] double rounding() const;
 };
 
+/// The names of the parameters of some axes, all columns.
+[[nodiscard]] std::vector<std::string> parameter_names(
+    const std::vector<std::string>& axes, const std::vector<std::string>& also_kinds = {});
+
+/// The same for the columns that are open, for all axes.
+[[nodiscard]] std::vector<std::string> names_of_columns(const std::vector<std::string>& axes,
+                                                        const std::vector<Eigen::Index>& columns,
+                                                        const std::vector<std::string>& also_kinds);
+
+/// How a part of the field starts where its direction is fitted.
+struct FieldStart {
+  Eigen::Vector3d value = Eigen::Vector3d::UnitZ();  // its length is F
+  bool has_direction = true;                         // else any: several starts
+  // What decides between (S, f) and (-S, -f), which fit alike; else the sign expected of S.
+  Eigen::Vector3d sign_by = Eigen::Vector3d::Zero();
+};
+
+/// An axis whose largest or smallest value comes several times, where other readings all differ.
+struct SaturatedAxis {
+  Eigen::Index axis = 0;
+  double value = 0.0;
+  std::vector<int> runs;
+};
+
 /// What each method gives.
 struct Estimate {
+  std::vector<SaturatedAxis> saturated;
   LinearResponse response;
-  std::vector<Eigen::Vector3d> fields;  // in the table, one for each levelness; empty: as readings
+  std::vector<SensitivityMatrix> also;  // one for each second field
+  // In the table, one for each levelness (of a sum: for each part); empty: as readings.
+  std::vector<Eigen::Vector3d> fields;
   FitStatistics statistics;
   std::optional<Levelness> levelness;
   std::optional<Eigen::Matrix3d> field_covariance;  // joint: of the fields' mean
@@ -51,6 +102,9 @@ struct Estimate {
   double mean_field = 0.0;            // known by fx,fy,fz: mean length of the fields given
   double direction_se_rad = 0.0;      // joint: the larger standard error of the field's direction
   std::vector<std::size_t> unpaired;  // paired: readings without their opposite, left out
+  bool unsettled = false;             // one-sided axes: which readings they see does not settle
+  std::vector<std::string> notes;     // remarks that ask for nothing
+  std::string ambiguity;              // joint: two solutions that fit alike, in words
 };
 
 /// Averages of opposite positions, the measured tilt put back in (METHOD 4).
@@ -67,23 +121,16 @@ struct PairedDesign {
 [[nodiscard]] PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table);
 
 /// All readings, the field's direction in the table unknown (METHOD 4).
-/// @param start_in_table  the field; its length F and, as a start, its direction are used.
-[[nodiscard]] Estimate estimate_joint(const ReadingSet& set, const Eigen::Vector3d& start_in_table);
+/// @param starts  one for each part.
+[[nodiscard]] Estimate estimate_joint(const ReadingSet& set, const std::vector<FieldStart>& starts);
 
 /// The field known for each reading (METHOD 4).
-/// @param in_table  the field; none where the readings bring theirs.
+/// @param in_table  the field, of a sum its parts; empty where the readings bring theirs.
 [[nodiscard]] Estimate estimate_known(const ReadingSet& set,
-                                      const std::optional<Eigen::Vector3d>& in_table);
+                                      const std::vector<Eigen::Vector3d>& in_table);
 
-/// Rows [1, f_i] of the regression for the fields in the table, one for each levelness; n x 4.
+/// Rows [1, f_i, second fields] of the regression for the fields in the table; n x column_count().
 [[nodiscard]] Eigen::MatrixXd field_design(const ReadingSet& set,
                                            const std::vector<Eigen::Vector3d>& fields);
-
-/// "x.bias", "x.sensitivity.x", ... for all axes.
-[[nodiscard]] std::vector<std::string> parameter_names(const std::vector<std::string>& axes);
-
-/// The same for the columns [1, f] that are open, for all axes.
-[[nodiscard]] std::vector<std::string> names_of_columns(const std::vector<std::string>& axes,
-                                                        const std::vector<Eigen::Index>& columns);
 
 }  // namespace axiscal

@@ -48,43 +48,89 @@ std::string resolved(const std::string& name, const std::string& experiment_path
 }
 
 void read_instrument(const JsonValue& json, Instrument& instrument) {
-  check_keys(json, {"kind", "serial", "axes", "unit", "convention"}, {"range", "one_sided"});
+  check_keys(json, {"kind", "serial", "axes", "unit", "convention", "range", "one_sided"}, {});
   with(json, "kind", [&](const JsonValue& kind) {
     instrument.kind = kind.text();
     kind.check([&] { static_cast<void>(find_instrument_kind(instrument.kind)); });
   });
   with(json, "serial", [&](const JsonValue& serial) { instrument.serial = serial.text(); });
-  with(json, "axes", [&](const JsonValue& axes) {
-    instrument.axes = axes.texts();
-    axes.check([&] { check_axes(instrument); });
-  });
+  with(json, "axes",
+       [&](const JsonValue& axes) { axes.check([&] { set_axes(instrument, axes.texts()); }); });
   with(json, "unit", [&](const JsonValue& unit) { instrument.unit = unit.text(); });
   with(json, "convention", [&](const JsonValue& convention) {
     convention.check([&] { instrument.convention = parse_convention(convention.text()); });
   });
+  with(json, "range", [&](const JsonValue& range) {
+    const Eigen::VectorXd ends = range.vector(2);
+    if (!(ends(0) < ends(1))) {
+      range.fail("must be [low, high], low less than high");
+    }
+    instrument.range = ReadingRange{.low = ends(0), .high = ends(1)};
+  });
+  with(json, "one_sided", [&](const JsonValue& value) { instrument.one_sided = value.boolean(); });
 }
 
-void read_field(const JsonValue& json, FieldSetup& field) {
-  if (json.is_array()) {
-    json.fail("this version of axiscal takes one field, not a list of parts");
+template <typename Enum>
+Enum choice(const JsonValue& value,
+            std::optional<Enum> (*parse)(std::string_view),
+            const char* names) {
+  const std::optional<Enum> parsed = parse(value.text());
+  if (!parsed) {
+    value.fail("'" + value.text() + "' is not known to this version; known: " + names);
   }
-  check_keys(json, {"kind", "unit", "magnitude", "in_table"}, {});
+  return *parsed;
+}
+
+Coil coil_of(const JsonValue& json) {
+  check_keys(json, {"shape", "turns", "current_A", "size_m", "axis_in_table"}, {});
+  Coil coil;
+  with(json, "shape", [&](const JsonValue& shape) {
+    coil.shape = choice(shape, parse_coil_shape, "helmholtz, merritt");
+  });
+  coil.turns = json.at("turns").number();
+  coil.current_A = json.at("current_A").number();
+  coil.size_m = json.at("size_m").number();
+  with(json, "axis_in_table", [&](const JsonValue& axis) { coil.axis_in_table = axis.vector(3); });
+  json.check([&] { static_cast<void>(coil_field_in_table_T(coil)); });
+  return coil;
+}
+
+std::vector<Lamp> lamps_of(const JsonValue& json) {
+  std::vector<Lamp> lamps;
+  for (const JsonValue& one : json.elements()) {
+    check_keys(one, {"direction_in_table", "irradiance"}, {});
+    Lamp lamp;
+    lamp.direction_in_table = one.at("direction_in_table").vector(3);
+    with(one, "irradiance", [&](const JsonValue& value) { lamp.irradiance = value.number(); });
+    lamps.push_back(lamp);
+  }
+  json.check([&] { static_cast<void>(lamps_in_table(lamps)); });
+  return lamps;
+}
+
+void read_field_part(const JsonValue& json, FieldPart& field) {
+  check_keys(json,
+             {"kind", "unit", "magnitude", "magnitude_u", "in_table", "model", "coil", "lamps",
+              "source", "refraction"},
+             {});
   with(json, "kind", [&](const JsonValue& kind) {
     field.kind = kind.text();
-    if (field.kind != "gravity" && field.kind != "custom") {
-      kind.fail("unknown field \"" + field.kind + "\"; this version knows: gravity, custom");
-    }
+    kind.check([&] { check_field_kind(field.kind); });
   });
   with(json, "unit", [&](const JsonValue& unit) {
     field.unit = unit.text();
-    if (field.kind == "gravity" && field.unit != "g" && field.unit != "m/s^2") {
-      unit.fail("gravity is in g or m/s^2");
-    }
+    unit.check([&] { check_field_unit(field.kind, field.unit); });
   });
   with(json, "magnitude", [&](const JsonValue& value) {
     field.magnitude = value.number();
     if (!(*field.magnitude > 0.0)) {
       value.fail("must be positive");
+    }
+  });
+  with(json, "magnitude_u", [&](const JsonValue& value) {
+    field.magnitude_u = value.number();
+    if (!(field.magnitude_u >= 0.0)) {
+      value.fail("must not be negative");
     }
   });
   with(json, "in_table", [&](const JsonValue& value) {
@@ -93,13 +139,51 @@ void read_field(const JsonValue& json, FieldSetup& field) {
       value.fail("must not be zero, and shorter than 1e150");
     }
   });
+  with(json, "model", [&](const JsonValue& model) { field.model = model.text(); });
+  with(json, "coil", [&](const JsonValue& coil) { field.coil = coil_of(coil); });
+  with(json, "lamps", [&](const JsonValue& lamps) { field.lamps = lamps_of(lamps); });
+  with(json, "source", [&](const JsonValue& source) {
+    if (source.text() != "sun" && source.text() != "lamp") {
+      source.fail("must be sun or lamp");
+    }
+    field.sun = source.text() == "sun";
+  });
+  with(json, "refraction", [&](const JsonValue& value) { field.refraction = value.boolean(); });
+}
+
+void read_field(const JsonValue& json, FieldSetup& field) {
+  if (!json.is_array()) {
+    read_field_part(json, field);
+    return;
+  }
+  const std::vector<JsonValue> parts = json.elements();
+  if (parts.empty()) {
+    json.fail("must have one part or more");
+  }
+  read_field_part(parts.front(), field);
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    read_field_part(parts[i], field.others.emplace_back());
+  }
+}
+
+void read_also(const JsonValue& json, std::vector<FieldPart>& also) {
+  if (json.is_text()) {
+    json.check([&] { check_field_kind(json.text()); });
+    also.emplace_back().kind = json.text();
+  } else if (json.is_array()) {
+    for (const JsonValue& one : json.elements()) {
+      read_also(one, also);
+    }
+  } else {
+    read_field_part(json, also.emplace_back());
+  }
 }
 
 void read_site(const JsonValue& json, FieldSetup& field) {
   check_keys(json, {"latitude_deg", "longitude_deg", "height_m", "date"}, {});
   with(json, "date", [&](const JsonValue& date) {
     field.date = date.is_text() ? date.text() : number_text(date.number());
-    if (!parse_number(field.date) && !parse_timestamp(field.date)) {
+    if (!parse_date(field.date)) {
       date.fail("is neither ISO 8601 nor a decimal year");
     }
   });
@@ -107,6 +191,7 @@ void read_site(const JsonValue& json, FieldSetup& field) {
     return;
   }
   Site site{.latitude_deg = json.at("latitude_deg").number()};
+  field.has_longitude = json.find("longitude_deg").has_value();
   with(json, "longitude_deg", [&](const JsonValue& v) { site.longitude_deg = v.number(); });
   with(json, "height_m", [&](const JsonValue& v) { site.height_m = v.number(); });
   json.check([&] { check_site(site); });
@@ -126,27 +211,16 @@ void read_table(const JsonValue& json, Experiment& experiment) {
   });
 }
 
-template <typename Enum>
-Enum choice(const JsonValue& value,
-            std::optional<Enum> (*parse)(std::string_view),
-            const char* names) {
-  const std::optional<Enum> parsed = parse(value.text());
-  if (!parsed) {
-    value.fail("'" + value.text() + "' is not known to this version; known: " + names);
-  }
-  return *parsed;
-}
-
 }  // namespace
 
 Experiment parse_experiment(std::string_view text, const std::string& path) {
   const JsonValue json = parse_json(text, path);
   json.require_format("axiscal-experiment");
-  check_keys(
-      json,
-      {"format", "version", "observations", "instrument", "field", "site", "table", "positioner",
-       "slot", "method", "weights", "robust", "leave_out", "level_by", "temperature"},
-      {"also", "from", "shape", "limits"});
+  check_keys(json,
+             {"format", "version", "observations", "instrument", "field", "site", "table",
+              "positioner", "slot", "method", "weights", "robust", "leave_out", "level_by",
+              "temperature", "also", "shape"},
+             {"from", "limits"});
   Experiment experiment;
   with(json, "observations", [&](const JsonValue& files) {
     const std::vector<std::string> names =
@@ -158,6 +232,10 @@ Experiment parse_experiment(std::string_view text, const std::string& path) {
   with(json, "instrument",
        [&](const JsonValue& value) { read_instrument(value, experiment.instrument); });
   with(json, "field", [&](const JsonValue& value) { read_field(value, experiment.field); });
+  with(json, "also", [&](const JsonValue& value) { read_also(value, experiment.also); });
+  with(json, "shape", [&](const JsonValue& value) {
+    experiment.shape = choice(value, parse_shape, "symmetric, triangular");
+  });
   with(json, "site", [&](const JsonValue& value) { read_site(value, experiment.field); });
   with(json, "table", [&](const JsonValue& value) { read_table(value, experiment); });
   with(json, "positioner", [&](const JsonValue& value) {
@@ -165,7 +243,7 @@ Experiment parse_experiment(std::string_view text, const std::string& path) {
   });
   with(json, "slot", [&](const JsonValue& value) { experiment.slot = value.text(); });
   with(json, "method", [&](const JsonValue& value) {
-    experiment.method = choice(value, parse_method, "paired, joint, known");
+    experiment.method = choice(value, parse_method, "paired, joint, known, magnitude");
   });
   with(json, "weights", [&](const JsonValue& value) {
     experiment.weighting = choice(value, parse_weighting, "samples, sd, none");

@@ -82,11 +82,7 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
   const double F = setup.nominal.field.magnitude;
   const Eigen::Vector3d field = rotation_sloping_from_level(setup.slope) *
                                 setup.nominal.field.in_table.value_or(Eigen::Vector3d(0.0, 0.0, F));
-  const auto row_for = [&](const DesignPoint& point) {
-    Eigen::RowVector4d row;
-    row << 1.0, (set.orientation(point) * field).transpose();
-    return row;
-  };
+  const RowsForPoint row_for = rows_of_points(set, {field});
   LinearMap map;
   if (setup.method == Method::paired) {
     const PairedDesign paired = paired_design(set, field);
@@ -119,10 +115,9 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
     all.resize(static_cast<std::size_t>(J.cols()), "direction of the field");
     std::vector<std::string> names;
     for (const Eigen::Index j : open) {
-      if (names.empty() || names.back() != all[static_cast<std::size_t>(j)]) {
-        names.push_back(all[static_cast<std::size_t>(j)]);
-      }
+      names.push_back(all[static_cast<std::size_t>(j)]);
     }
+    names = without_repeats(names);
     const std::string list = joined(names);
     throw RankDeficientError("the design does not determine " + list +
                                  " together; take each face turned round as well, or the method "

@@ -12,6 +12,7 @@
 #include "axiscal/calib/robust.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/rotation.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "design_advice.hpp"
 #include "estimation.hpp"
@@ -63,7 +64,7 @@ Solution solve(const ReadingSet& set,
   Solution equal{.state = std::move(state), .sigma = sigma, .shares = shares};
   Solution solution = equal;
   solution.weights_are_estimated = true;
-  for (int round = 0; round < 50; ++round) {
+  for (int round = 0; round < 30; ++round) {
     // With so little to go by an axis could get all the weight just for fitting by chance.
     if (solution.shares.degrees_of_freedom.minCoeff() < 1.0) {
       return equal;
@@ -89,13 +90,20 @@ double condition_of(const Eigen::MatrixXd& J) {
   return singular(0) / singular(singular.size() - 1);
 }
 
-std::vector<std::string> names_with_directions(const ReadingSet& set) {
-  std::vector<std::string> names = parameter_names(set.axes);
-  for (const int block : set.level_blocks) {
-    const std::string name =
-        "direction of the field" +
-        (set.level_blocks.size() > 1 ? " in block " + std::to_string(block) : std::string());
-    names.insert(names.end(), {name, name});
+// What each column of the Jacobian is of.
+std::vector<std::string> names_with_directions(const ReadingSet& set, const JointState& state) {
+  std::vector<std::string> names = parameter_names(set.axes, set.also_kinds);
+  for (std::size_t s = 0; s < state.fields.size(); ++s) {
+    std::string whose = "the field";
+    if (set.is_sum()) {
+      whose += " " + set.parts[s].kind;
+    } else if (state.fields.size() > 1) {
+      whose += " in block " + std::to_string(set.level_blocks[s]);
+    }
+    names.insert(names.end(), 2, "direction of " + whose);
+    if (state.tangents[s].cols() > 2) {
+      names.push_back("magnitude of " + whose);
+    }
   }
   return names;
 }
@@ -103,17 +111,26 @@ std::vector<std::string> names_with_directions(const ReadingSet& set) {
 // What a reading at another point, of the first levelness, would add to the Jacobian.
 Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
                               const Solution& solution,
-                              const DesignPoint& point) {
-  const Eigen::Matrix3d R = set.orientation(point);
-  const Eigen::Vector3d& field = solution.state.fields.front();
+                              const DesignPoint& point,
+                              double level) {
+  ReadingSet one = set;
+  one.readings = {Reading{.point = point, .level = level}};
+  one.rotation_sensor_from_table = {set.orientation(point)};
+  one.levels.clear();
+  const JointState& state = solution.state;
   const Eigen::Index m = set.axis_count();
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(m, 4 * m + solution.state.direction_count());
+  const Eigen::Index p = state.X.cols();
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(m, p * m + state.direction_count());
   for (Eigen::Index k = 0; k < m; ++k) {
-    const Eigen::Vector3d S = solution.state.axes[static_cast<std::size_t>(k)].estimate.tail<3>();
-    rows(k, 4 * k) = 1.0 / solution.sigma(k);
-    rows.block<1, 3>(k, 4 * k + 1) = (R * field).transpose() / solution.sigma(k);
-    rows.block<1, 2>(k, 4 * m) =
-        field.norm() * S.transpose() * R * solution.state.tangents.front() / solution.sigma(k);
+    const Eigen::Matrix3d& R = one.rotation_sensor_from_table.front();
+    const Eigen::Vector3d S = state.axes[static_cast<std::size_t>(k)].estimate.segment<3>(1);
+    rows.block(k, p * k, 1, p) = one.design_row(R, one.field_in_table(0, state.fields));
+    for (std::size_t s = 0; s < state.fields.size(); ++s) {
+      rows.block(k, p * m + state.first_direction(s), 1, state.tangents[s].cols()) =
+          S.transpose() * R * change_with_field(one, 0, state.fields, s) *
+          (state.fields[s].norm() * state.tangents[s]);
+    }
+    rows.row(k) /= solution.sigma(k);
   }
   return rows;
 }
@@ -142,26 +159,33 @@ void require_direction(const ReadingSet& set, const JointFit& fit, const Solutio
   } else {
     open = undetermined_columns(J);
   }
-  const std::vector<std::string> all = names_with_directions(set);
+  const std::vector<std::string> all = names_with_directions(set, solution.state);
   std::vector<std::string> names;
   for (const Eigen::Index j : open) {
-    const std::string& name = all[static_cast<std::size_t>(j)];
-    if (names.empty() || names.back() != name) {
-      names.push_back(name);
-    }
+    names.push_back(all[static_cast<std::size_t>(j)]);
   }
+  names = without_repeats(names);
   const std::string points = points_to_add(
-      J, [&](const DesignPoint& point) { return jacobian_rows(set, solution, point); });
+      J,
+      [&](const DesignPoint& point, double level) {
+        return jacobian_rows(set, solution, point, level);
+      },
+      set.is_sum());
   const std::string list = joined(names);
   throw RankDeficientError(
-      "the readings do not determine " + list + " together; " +
-          (points.empty() ? "take each face turned round as well" : "add readings at " + points) +
-          ", or use --method known if the table is level",
+      "the readings do not determine " + list + (names.size() > 1 ? " together; " : "; ") +
+          (points.empty()
+               ? set.also_in_table.empty()
+                     ? "take each face turned round as well, or use --method known if the "
+                       "table is level"
+                     : "use --method known with the field's direction: the site and "
+                       "--fence-azimuth, or --field-table"
+               : "add readings at " + points + ", or use --method known if the table is level"),
       std::move(names));
 }
 
 // Covariance of the field's direction; that weights are estimated costs some of it (METHOD 4).
-void describe_direction(const Solution& solution, Estimate& estimate) {
+void describe_direction(const ReadingSet& set, const Solution& solution, Estimate& estimate) {
   const Eigen::VectorXd& nu = solution.shares.degrees_of_freedom;
   if (!(nu.minCoeff() > 0.0)) {
     estimate.direction_se_rad = std::numeric_limits<double>::quiet_NaN();
@@ -173,16 +197,27 @@ void describe_direction(const Solution& solution, Estimate& estimate) {
   const double factor =
       solution.weights_are_estimated ? 1.0 + 4.0 * (p * (1.0 - p) / nu.array()).sum() : 1.0;
   const Eigen::MatrixXd C = factor * solution.shares.covariance;
-  const auto levels = static_cast<Eigen::Index>(solution.state.fields.size());
-  Eigen::Matrix<double, 3, Eigen::Dynamic> T(3, 2 * levels);
-  for (Eigen::Index s = 0; s < levels; ++s) {
-    const auto at = static_cast<std::size_t>(s);
-    T.middleCols<2>(2 * s) = solution.state.fields[at].norm() * solution.state.tangents[at] /
-                             static_cast<double>(levels);
-    const Eigen::Matrix2d own = C.block<2, 2>(2 * s, 2 * s);
+  const JointState& state = solution.state;
+  // The sum of the parts, or the mean of the blocks.
+  double largest = 0.0;
+  for (const Eigen::Vector3d& field : state.fields) {
+    largest = std::max(largest, field.norm());
+  }
+  const double share = 1.0 / static_cast<double>(state.fields.size());
+  Eigen::Matrix<double, 3, Eigen::Dynamic> T(3, state.direction_count());
+  for (std::size_t s = 0; s < state.fields.size(); ++s) {
+    const Eigen::Index first = state.first_direction(s);
+    const Eigen::Matrix3d change = set.is_sum()
+                                       ? change_with_field(set.parts, 1.0, state.fields, s)
+                                       : Eigen::Matrix3d(share * Eigen::Matrix3d::Identity());
+    T.middleCols(first, state.tangents[s].cols()) =
+        change * (state.fields[s].norm() * state.tangents[s]);
+    const Eigen::Matrix2d own = C.block<2, 2>(first, first);
+    // A small part, as the Earth's rotation beside a turntable's, may point where it likes.
+    const double weight = set.is_sum() ? state.fields[s].norm() / largest : 1.0;
     estimate.direction_se_rad =
         std::max(estimate.direction_se_rad,
-                 std::sqrt(Eigen::JacobiSVD<Eigen::Matrix2d>(own).singularValues()(0)));
+                 weight * std::sqrt(Eigen::JacobiSVD<Eigen::Matrix2d>(own).singularValues()(0)));
   }
   estimate.field_covariance = T * C * T.transpose();
   estimate.field_degrees_of_freedom =
@@ -206,7 +241,9 @@ Estimate describe(const ReadingSet& set,
   statistics.condition_number = condition_of(fit.jacobian(state, solution.sigma));
   estimate.response.bias.resize(m);
   estimate.response.sensitivity.resize(m, 3);
+  estimate.also.assign(set.also_in_table.size(), SensitivityMatrix::Zero(m, 3));
   estimate.fields = state.fields;
+  const Eigen::Index p = state.X.cols();
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
     const double nu = statistics.degrees_of_freedom(k);
@@ -215,7 +252,10 @@ Estimate describe(const ReadingSet& set,
       statistics.residual_sd(k) = set.robust ? s : std::sqrt(axis.residuals.squaredNorm() / nu);
     }
     estimate.response.bias(k) = axis.estimate(0);
-    estimate.response.sensitivity.row(k) = axis.estimate.tail<3>();
+    estimate.response.sensitivity.row(k) = axis.estimate.segment<3>(1);
+    for (std::size_t a = 0; a < estimate.also.size(); ++a) {
+      estimate.also[a].row(k) = axis.estimate.segment<3>(4 + 3 * static_cast<Eigen::Index>(a));
+    }
     statistics.r_squared(k) =
         r_squared_about_mean(set.response.col(k), set.weights.col(k), axis.residuals);
 
@@ -224,12 +264,12 @@ Estimate describe(const ReadingSet& set,
                                 axis.take_up * (C / (s * s)) * axis.take_up.transpose();
     for (Eigen::Index l = 0; l < m; ++l) {
       const JointAxis& other = state.axes[static_cast<std::size_t>(l)];
-      statistics.covariance.block<4, 4>(4 * k, 4 * l) =
+      statistics.covariance.block(p * k, p * l, p, p) =
           axis.take_up * C * other.take_up.transpose();
     }
-    statistics.covariance.block<4, 4>(4 * k, 4 * k) += s2 * axis.design->unscaled_covariance();
+    statistics.covariance.block(p * k, p * k, p, p) += s2 * axis.design->unscaled_covariance();
     statistics.variance_inflation.row(k) =
-        variance_inflation(state.X, set.weights.col(k), own).tail<3>();
+        variance_inflation(state.X, set.weights.col(k), own).segment<3>(1);
 
     const Eigen::VectorXd leverage =
         axis.design->leverage() +
@@ -242,7 +282,7 @@ Estimate describe(const ReadingSet& set,
     statistics.lack_of_fit.push_back(
         test_lack_of_fit(rows.group, set.weights.col(k), axis.residuals, nu, set.rounding(k)));
   }
-  describe_direction(solution, estimate);
+  describe_direction(set, solution, estimate);
   return estimate;
 }
 
@@ -259,11 +299,12 @@ RobustRound robust_round(const ReadingSet& set,
   RobustRound round{.weights = Eigen::MatrixXd(set.size(), set.axis_count()),
                     .sigma = Eigen::VectorXd(set.axis_count())};
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const Eigen::VectorXd residuals = set.weights.col(k).cwiseSqrt().cwiseProduct(
-        set.response.col(k) - state.X * state.axes[static_cast<std::size_t>(k)].estimate);
-    const BisquareWeights bisquare =
-        bisquare_weights(residuals, leverage.col(k),
-                         static_cast<double>(set.size()) - degrees_of_freedom(k), set.rounding(k));
+    const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+    const Eigen::VectorXd residuals =
+        set.weights.col(k).cwiseSqrt().cwiseProduct(set.response.col(k) - state.X * axis.estimate);
+    const BisquareWeights bisquare = bisquare_weights(
+        residuals, leverage.col(k),
+        static_cast<double>(axis.design->observations()) - degrees_of_freedom(k), set.rounding(k));
     round.weights.col(k) = bisquare.weights;
     round.sigma(k) =
         std::max(bisquare.scale * std::sqrt(bisquare.variance_factor), set.rounding(k));
@@ -300,7 +341,7 @@ void require_degrees_of_freedom(const ReadingSet& set, const Solution& solution)
       points.push_back(entry.point.name());
     }
   }
-  std::vector<std::string> names = parameter_names(axes);
+  std::vector<std::string> names = parameter_names(axes, set.also_kinds);
   const std::string list = joined(names);
   throw RankDeficientError("so few readings do not determine " + list +
                                " together with the field's direction, with anything left to check "
@@ -343,55 +384,247 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Sol
   return describe(set, given, solution, robust);
 }
 
-// The directions that follow linearly; (S, f) and (-S, -f) fit alike, and the given one decides. A
-// levelness with too few readings of its own starts from that of all readings.
-std::vector<Eigen::Vector3d> start_fields(const ReadingSet& set, const Eigen::Vector3d& given) {
-  const auto directed =
-      [&](const std::vector<Eigen::Index>& rows) -> std::optional<Eigen::Vector3d> {
-    const std::optional<Eigen::Vector3d> direction = linear_direction(set, rows);
-    return direction ? std::optional<Eigen::Vector3d>(
-                           std::copysign(given.norm(), direction->dot(given)) * *direction)
-                     : std::nullopt;
-  };
+// The directions that follow linearly, their sign open. A levelness with too few readings of its
+// own starts from that of all readings. Empty where they do not follow.
+std::vector<Eigen::Vector3d> linear_start(const ReadingSet& set,
+                                          const std::vector<FieldStart>& starts) {
+  const bool turning = std::any_of(set.parts.begin(), set.parts.end(),
+                                   [](const FieldPartDescription& part) { return part.turning; });
+  if (turning) {
+    return {};  // then its parts are not linear in the level
+  }
   std::vector<Eigen::Index> all(static_cast<std::size_t>(set.size()));
   std::iota(all.begin(), all.end(), 0);
-  const Eigen::Vector3d common = directed(all).value_or(given);
-  std::vector<Eigen::Vector3d> fields(set.level_blocks.size(), common);
+  const Eigen::VectorXd common = linear_directions(set, all);
+  if (common.size() == 0) {
+    return {};
+  }
+  std::vector<Eigen::Vector3d> fields;
+  if (set.is_sum()) {
+    // The parts whose magnitude is known say how long the others are.
+    double scale = 0.0;
+    for (std::size_t p = 0; p < starts.size() && scale == 0.0; ++p) {
+      if (!set.parts[p].free_length) {
+        scale = starts[p].value.norm() / common.segment<3>(3 * static_cast<Eigen::Index>(p)).norm();
+      }
+    }
+    for (std::size_t p = 0; p < starts.size(); ++p) {
+      const Eigen::Vector3d part = common.segment<3>(3 * static_cast<Eigen::Index>(p));
+      fields.emplace_back(set.parts[p].free_length ? scale * part
+                                                   : starts[p].value.norm() * part.normalized());
+    }
+    return fields;
+  }
+  const double F = starts.front().value.norm();
+  fields.assign(set.level_blocks.size(), F * common);
   for (std::size_t s = 0; fields.size() > 1 && s < fields.size(); ++s) {
     std::vector<Eigen::Index> rows;
     std::copy_if(all.begin(), all.end(), std::back_inserter(rows),
                  [&](Eigen::Index i) { return set.level_of(i) == s; });
-    fields[s] = directed(rows).value_or(common);
+    const Eigen::VectorXd own = linear_directions(set, rows);
+    if (own.size() > 0) {
+      fields[s] = std::copysign(F, own.dot(common)) * own;
+    }
   }
   return fields;
 }
 
+// Where to start from: what follows linearly, else what is given, else directions all around.
+std::vector<std::vector<Eigen::Vector3d>> start_fields(const ReadingSet& set,
+                                                       const std::vector<FieldStart>& starts) {
+  if (std::vector<Eigen::Vector3d> linear = linear_start(set, starts); !linear.empty()) {
+    return {std::move(linear)};
+  }
+  std::vector<std::vector<Eigen::Vector3d>> all(1);
+  for (const FieldStart& start : starts) {
+    const int directions = set.is_sum() ? 8 : 26;  // all combinations of the parts are tried
+    const std::vector<Eigen::Vector3d> choices =
+        start.has_direction ? std::vector<Eigen::Vector3d>{start.value.normalized()}
+                            : directions_on_sphere(directions);
+    std::vector<std::vector<Eigen::Vector3d>> longer;
+    for (const std::vector<Eigen::Vector3d>& begun : all) {
+      for (const Eigen::Vector3d& direction : choices) {
+        longer.push_back(begun);
+        longer.back().emplace_back(start.value.norm() * direction);
+      }
+    }
+    all = std::move(longer);
+  }
+  if (!set.is_sum()) {
+    for (std::vector<Eigen::Vector3d>& fields : all) {
+      fields.resize(set.level_blocks.size(), fields.front());
+    }
+  }
+  return all;
+}
+
+// -2 ln of the likelihood, but for a constant.
+double misfit(const ReadingSet& set, const JointState& state) {
+  double sum = 0.0;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+    const double least = std::pow(set.rounding(k), 2) * static_cast<double>(set.size());
+    sum += static_cast<double>(axis.design->observations()) *
+           std::log(std::max(axis.residuals.squaredNorm(), least));
+  }
+  return sum;
+}
+
+// Angle between two solutions' fields, (S, f) and (-S, -f) being one; parts count as their size.
+double angle_between(const JointState& a, const JointState& b) {
+  double along = 0.0;
+  double all = 0.0;
+  for (std::size_t s = 0; s < a.fields.size(); ++s) {
+    const double size = b.fields[s].norm();
+    along += size * a.fields[s].normalized().dot(b.fields[s].normalized());
+    all += size;
+  }
+  return std::acos(std::min(1.0, std::abs(along) / all));
+}
+
+struct BestSolution {
+  Solution solution;
+  std::string ambiguity;
+};
+
+std::string direction_text(const Eigen::Vector3d& direction) {
+  const auto rounded = [](double value) { return number_text(value, 2); };
+  return rounded(direction.x()) + ", " + rounded(direction.y()) + ", " + rounded(direction.z());
+}
+
+// In words where else the field may point: the part that differs most.
+std::string another_direction(const ReadingSet& set,
+                              const JointState& other,
+                              const JointState& best) {
+  std::size_t part = 0;
+  double least = 2.0;
+  for (std::size_t s = 0; s < best.fields.size(); ++s) {
+    const double along = std::abs(other.fields[s].normalized().dot(best.fields[s].normalized()));
+    if (along < least) {
+      least = along;
+      part = s;
+    }
+  }
+  return "another direction of the field" + (set.is_sum() ? " " + set.parts[part].kind : "") +
+         ", " + direction_text(other.fields[part].normalized()) +
+         " in the table, fits the readings as well";
+}
+
+BestSolution best_solution(const ReadingSet& set,
+                           const JointFit& fit,
+                           const std::vector<std::vector<Eigen::Vector3d>>& starts) {
+  if (starts.size() == 1) {
+    return {.solution = solve(set, fit, starts.front()), .ambiguity = ""};
+  }
+  // A few rounds from each start; then to the end from the best, and from what is as good
+  // elsewhere.
+  constexpr int few_rounds = 12;
+  constexpr double another_rad = 0.05;
+  constexpr double as_likely = 6.0;  // likelihoods within a factor of 20
+  const Eigen::VectorXd equal = Eigen::VectorXd::Ones(set.axis_count());
+  std::vector<JointState> found;
+  for (const std::vector<Eigen::Vector3d>& start : starts) {
+    found.push_back(fit.converged(start, equal, few_rounds));
+  }
+  const auto less = [&](const JointState& a, const JointState& b) {
+    return misfit(set, a) < misfit(set, b);
+  };
+  const auto best = std::min_element(found.begin(), found.end(), less);
+  BestSolution result{.solution = solve(set, fit, best->fields), .ambiguity = ""};
+  for (const JointState& other : found) {
+    if (angle_between(other, *best) < another_rad ||
+        misfit(set, other) > misfit(set, *best) + as_likely) {
+      continue;
+    }
+    Solution rival = solve(set, fit, other.fields);
+    if (angle_between(rival.state, result.solution.state) < another_rad ||
+        misfit(set, rival.state) > misfit(set, result.solution.state) + as_likely) {
+      continue;
+    }
+    if (misfit(set, rival.state) < misfit(set, result.solution.state)) {
+      std::swap(rival, result.solution);
+    }
+    result.ambiguity = another_direction(set, rival.state, result.solution.state);
+    break;
+  }
+  return result;
+}
+
+// (S, f) and (-S, -f) fit alike: a given direction decides, else the sign expected of S.
+// @return whether the fields are to be reversed; nothing where neither tells.
+std::optional<bool> is_reversed(const ReadingSet& set,
+                                const JointState& state,
+                                const std::vector<FieldStart>& starts) {
+  double given = 0.0;
+  for (std::size_t s = 0; s < starts.size(); ++s) {
+    given += state.fields[s].normalized().dot(starts[s].sign_by);
+  }
+  if (given != 0.0) {
+    return given < 0.0;
+  }
+  double expected = 0.0;
+  for (std::size_t k = 0; k < set.nominal.size(); ++k) {
+    if (set.nominal[k]) {
+      const Eigen::Vector3d S = state.axes[k].estimate.segment<3>(1);
+      expected += S(*set.nominal[k]) / S.norm();
+    }
+  }
+  constexpr double clear = 0.5;
+  if (std::abs(expected) > clear) {
+    return expected < 0.0;
+  }
+  return std::nullopt;
+}
+
+JointState reversed(const JointFit& fit, const JointState& state) {
+  std::vector<Eigen::Vector3d> fields = state.fields;
+  for (Eigen::Vector3d& field : fields) {
+    field *= -1.0;
+  }
+  return fit.at(fields);
+}
+
 }  // namespace
 
-Estimate estimate_joint(const ReadingSet& set, const Eigen::Vector3d& start_in_table) {
-  const std::vector<Eigen::Vector3d> given(set.level_blocks.size(), start_in_table);
-  require_determined(set, field_design(set, given), [&](const DesignPoint& point) {
-    Eigen::RowVector4d row;
-    row << 1.0, (set.orientation(point) * start_in_table).transpose();
-    return row;
-  });
+Estimate estimate_joint(const ReadingSet& set, const std::vector<FieldStart>& starts) {
+  std::vector<std::vector<Eigen::Vector3d>> all_starts = start_fields(set, starts);
+  if (set.leaves_out() && all_starts.size() == 1) {
+    // A lamp that is given on the cube's very diagonal leaves one-sided axes open only just: where
+    // it really is may be enough, and the condition number will say how much.
+    constexpr double a_little_rad = 0.01;
+    std::vector<Eigen::Vector3d> beside = all_starts.front();
+    for (Eigen::Vector3d& field : beside) {
+      field = rotation_by(a_little_rad * tangents_of(field).col(0)) * field;
+    }
+    if (open_parameters(set, field_design(set, beside)).names.empty()) {
+      all_starts.front() = std::move(beside);
+    }
+  }
+  require_determined(set, field_design(set, all_starts.front()),
+                     rows_of_points(set, all_starts.front()));
   require_response(set);
   const JointFit fit(set, set.weights);
-  Solution solution = solve(set, fit, start_fields(set, start_in_table));
-  if (solution.state.fields.front().dot(start_in_table) < 0.0) {
-    std::vector<Eigen::Vector3d> reversed = solution.state.fields;
-    for (Eigen::Vector3d& field : reversed) {
-      field *= -1.0;
-    }
-    solution.state = fit.at(reversed);
+  BestSolution best = best_solution(set, fit, all_starts);
+  Solution& solution = best.solution;
+  const std::optional<bool> turn = is_reversed(set, solution.state, starts);
+  if (turn.value_or(false)) {
+    solution.state = reversed(fit, solution.state);
     solution.shares = fit.shares(solution.state, solution.sigma);
+  } else if (!turn) {
+    best.ambiguity =
+        "the field and all sensitivities may as well have the opposite sign, as nothing says where "
+        "the field points";
   }
   require_direction(set, fit, solution);
   require_degrees_of_freedom(set, solution);
   Estimate estimate = set.robust ? robust_estimate(set, fit, solution)
                                  : describe(set, fit, solution, Eigen::MatrixXd());
-  estimate.levelness = estimate_levelness(set, find_opposite_pairs(set).pairs,
-                                          estimate.response.sensitivity, start_in_table.norm());
+  estimate.ambiguity = std::move(best.ambiguity);
+  if (!set.is_sum() && !set.leaves_out()) {
+    estimate.levelness =
+        estimate_levelness(set, find_opposite_pairs(set).pairs, estimate.response.sensitivity,
+                           starts.front().value.norm());
+  }
   return estimate;
 }
 

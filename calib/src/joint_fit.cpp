@@ -2,6 +2,8 @@
 #include "joint_fit.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 
 #include <Eigen/SVD>
 
@@ -9,36 +11,110 @@
 
 namespace axiscal {
 
+namespace {
+
+// Where a turning part is, which the table turns about, at a level that is not 0.
+std::optional<std::size_t> turning_part(const std::vector<FieldPartDescription>& parts,
+                                        double level) {
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    if (parts[p].turning && level != 0.0) {
+      return p;
+    }
+  }
+  return std::nullopt;
+}
+
+// Rows of the readings that the axis uses.
+std::vector<Eigen::Index> used_rows(const ReadingSet& set,
+                                    const std::vector<Eigen::Index>& rows,
+                                    Eigen::Index axis) {
+  std::vector<Eigen::Index> used;
+  std::copy_if(rows.begin(), rows.end(), std::back_inserter(used),
+               [&](Eigen::Index i) { return set.weights(i, axis) > 0.0; });
+  return used;
+}
+
+}  // namespace
+
+Eigen::Matrix3d change_with_field(const std::vector<FieldPartDescription>& parts,
+                                  double level,
+                                  const std::vector<Eigen::Vector3d>& fields,
+                                  std::size_t which) {
+  const std::optional<std::size_t> turning = turning_part(parts, level);
+  const double factor = parts[which].set_by_level ? level : 1.0;
+  if (!turning) {
+    return factor * Eigen::Matrix3d::Identity();
+  }
+  // Of the parts that do not turn with the table (L . a) a is left, a the axis.
+  const Eigen::Vector3d axis = fields[*turning].normalized();
+  const Eigen::Matrix3d along = axis * axis.transpose();
+  if (which != *turning) {
+    return factor * along;
+  }
+  Eigen::Matrix3d change = factor * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d turns = (Eigen::Matrix3d::Identity() - along) / fields[*turning].norm();
+  for (std::size_t p = 0; p < fields.size(); ++p) {
+    if (p != *turning) {
+      const Eigen::Vector3d other = (parts[p].set_by_level ? level : 1.0) * fields[p];
+      change += (axis * other.transpose() + other.dot(axis) * Eigen::Matrix3d::Identity()) * turns;
+    }
+  }
+  return change;
+}
+
+Eigen::Matrix3d change_with_field(const ReadingSet& set,
+                                  Eigen::Index reading,
+                                  const std::vector<Eigen::Vector3d>& fields,
+                                  std::size_t which) {
+  const double level = set.readings[static_cast<std::size_t>(reading)].level;
+  if (!set.is_sum()) {
+    const double own = which == set.level_of(reading) ? level : 0.0;
+    return own * Eigen::Matrix3d::Identity();
+  }
+  return change_with_field(set.parts, level, fields, which);
+}
+
 JointState JointFit::at(const std::vector<Eigen::Vector3d>& fields) const {
   JointState state{.fields = fields, .tangents = {}, .X = field_design(set_, fields), .axes = {}};
-  const Eigen::Index directions = state.direction_count();
-  std::vector<Eigen::Vector3d> along_first;
-  std::vector<Eigen::Vector3d> along_second;
-  for (const Eigen::Vector3d& field : fields) {
-    state.tangents.emplace_back(tangents_of(field));
-    along_first.emplace_back(field.norm() * state.tangents.back().col(0));
-    along_second.emplace_back(field.norm() * state.tangents.back().col(1));
+  for (std::size_t s = 0; s < fields.size(); ++s) {
+    const bool free_length = set_.is_sum() && set_.parts[s].free_length;
+    Eigen::Matrix<double, 3, Eigen::Dynamic> own(3, free_length ? 3 : 2);
+    own.leftCols<2>() = tangents_of(fields[s]);
+    if (free_length) {
+      own.col(2) = fields[s].normalized();
+    }
+    state.tangents.push_back(own);
   }
-  const Eigen::MatrixXd first = field_design(set_, along_first).rightCols<3>();
-  const Eigen::MatrixXd second = field_design(set_, along_second).rightCols<3>();
+  const Eigen::Index directions = state.direction_count();
+  // Change of the field in the sensor with each direction, reading by reading.
+  std::vector<Eigen::Matrix<double, 3, Eigen::Dynamic>> field_change;
+  for (Eigen::Index i = 0; i < set_.size(); ++i) {
+    Eigen::Matrix<double, 3, Eigen::Dynamic> all(3, directions);
+    for (std::size_t s = 0; s < fields.size(); ++s) {
+      all.middleCols(state.first_direction(s), state.tangents[s].cols()) =
+          set_.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+          change_with_field(set_, i, fields, s) * (fields[s].norm() * state.tangents[s]);
+    }
+    field_change.push_back(std::move(all));
+  }
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
     JointAxis axis;
     // Axes of the same weights share one factorisation.
     const bool shared = k > 0 && weights_.col(k) == weights_.col(k - 1);
-    axis.design = shared ? state.axes.back().design
-                         : std::make_shared<const LeastSquaresDesign>(
-                               state.X, weights_.col(k),
-                               parameter_names({set_.axes[static_cast<std::size_t>(k)]}));
+    axis.design =
+        shared ? state.axes.back().design
+               : std::make_shared<const LeastSquaresDesign>(
+                     state.X, weights_.col(k),
+                     parameter_names({set_.axes[static_cast<std::size_t>(k)]}, set_.also_kinds));
     axis.root_weights = weights_.col(k).cwiseSqrt();
     axis.estimate = axis.design->estimate(set_.response.col(k));
     axis.residuals = axis.root_weights.cwiseProduct(set_.response.col(k) - state.X * axis.estimate);
-    Eigen::MatrixXd change = Eigen::MatrixXd::Zero(set_.size(), directions);
+    Eigen::MatrixXd change(set_.size(), directions);
     for (Eigen::Index i = 0; i < set_.size(); ++i) {
-      const Eigen::Index column = 2 * static_cast<Eigen::Index>(set_.level_of(i));
-      change(i, column) = first.row(i).dot(axis.estimate.tail<3>());
-      change(i, column + 1) = second.row(i).dot(axis.estimate.tail<3>());
+      change.row(i) =
+          axis.estimate.segment<3>(1).transpose() * field_change[static_cast<std::size_t>(i)];
     }
-    axis.take_up.resize(4, directions);
+    axis.take_up.resize(state.X.cols(), directions);
     for (Eigen::Index j = 0; j < directions; ++j) {
       axis.take_up.col(j) = axis.design->estimate(change.col(j));
     }
@@ -70,10 +146,11 @@ Eigen::MatrixXd JointFit::stacked(const JointState& state,
 }
 
 JointState JointFit::converged(const std::vector<Eigen::Vector3d>& fields,
-                               const Eigen::VectorXd& sigma) const {
+                               const Eigen::VectorXd& sigma,
+                               int most_rounds) const {
   JointState state = at(fields);
   double current = cost(state, sigma);
-  for (int round = 0; round < 50; ++round) {
+  for (int round = 0; round < most_rounds; ++round) {
     const Eigen::MatrixXd J = stacked(state, sigma, &JointAxis::projected);
     Eigen::VectorXd r(J.rows());
     for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
@@ -91,12 +168,15 @@ JointState JointFit::converged(const std::vector<Eigen::Vector3d>& fields,
     constexpr double longest_step_rad = 0.5;
     step *= std::min(1.0, longest_step_rad / std::max(step.norm(), 1e-300));
     bool better = false;
-    for (int halving = 0; halving < 30 && !better; ++halving) {
+    for (int halving = 0; halving < 12 && !better; ++halving) {
       std::vector<Eigen::Vector3d> next_fields;
       for (std::size_t s = 0; s < state.fields.size(); ++s) {
-        const double F = state.fields[s].norm();
-        const Eigen::Vector2d own = step.segment<2>(2 * static_cast<Eigen::Index>(s));
-        next_fields.emplace_back(F * (state.fields[s] / F + state.tangents[s] * own).normalized());
+        const Eigen::VectorXd own =
+            step.segment(state.first_direction(s), state.tangents[s].cols());
+        const double F = state.fields[s].norm() * (own.size() > 2 ? std::exp(own(2)) : 1.0);
+        next_fields.emplace_back(
+            F * (state.fields[s].normalized() + state.tangents[s].leftCols<2>() * own.head<2>())
+                    .normalized());
       }
       JointState next = at(next_fields);
       const double next_cost = cost(next, sigma);
@@ -129,8 +209,8 @@ DirectionShares JointFit::shares(const JointState& state, const Eigen::VectorXd&
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
     const Eigen::MatrixXd part = T.middleRows(k * set_.size(), set_.size()) * root;
     shares.degrees_of_freedom(k) =
-        static_cast<double>(state.axes[static_cast<std::size_t>(k)].design->observations()) - 4.0 -
-        part.squaredNorm();
+        static_cast<double>(state.axes[static_cast<std::size_t>(k)].design->observations()) -
+        static_cast<double>(state.X.cols()) - part.squaredNorm();
   }
   return shares;
 }
@@ -139,39 +219,54 @@ Eigen::MatrixXd JointFit::jacobian(const JointState& state, const Eigen::VectorX
   const Eigen::Index n = set_.size();
   const Eigen::Index m = set_.axis_count();
   const Eigen::Index directions = state.direction_count();
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(n * m, 4 * m + directions);
+  const Eigen::Index p = state.X.cols();
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(n * m, p * m + directions);
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
-    J.block(n * k, 4 * k, n, 4) = axis.root_weights.asDiagonal() * state.X / sigma(k);
-    J.block(n * k, 4 * m, n, directions) = axis.tangents / sigma(k);
+    J.block(n * k, p * k, n, p) = axis.root_weights.asDiagonal() * state.X / sigma(k);
+    J.block(n * k, p * m, n, directions) = axis.tangents / sigma(k);
   }
   return J;
 }
 
-std::optional<Eigen::Vector3d> linear_direction(const ReadingSet& set,
-                                                const std::vector<Eigen::Index>& rows) {
-  const auto n = static_cast<Eigen::Index>(rows.size());
-  if (n < 10) {
-    return std::nullopt;
-  }
-  Eigen::MatrixXd Z(n, 10);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const auto at = static_cast<std::size_t>(rows[static_cast<std::size_t>(i)]);
-    const Eigen::Matrix3d R = set.readings[at].level * set.rotation_sensor_from_table[at];
-    Z(i, 0) = 1.0;
-    Z.row(i).tail<9>() = R.reshaped().transpose();
-  }
-  if (!undetermined_columns(Z).empty()) {
-    return std::nullopt;
-  }
-  Eigen::MatrixXd M(3 * set.axis_count(), 3);
+Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen::Index>& rows) {
+  const auto parts = static_cast<Eigen::Index>(set.parts.size());
+  const Eigen::Index unknowns = 1 + 9 * parts;
+  const Eigen::Index others = 3 * static_cast<Eigen::Index>(set.also_in_table.size());
+  // Rows of M_k of the axes that determine theirs.
+  Eigen::MatrixXd M(3 * set.axis_count(), 3 * parts);
+  Eigen::Index axes = 0;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const Eigen::VectorXd weights = set.weights.col(k)(rows);
-    const Eigen::VectorXd response = set.response.col(k)(rows);
-    M.middleRows<3>(3 * k) =
-        LeastSquaresDesign(Z, weights).estimate(response).tail<9>().reshaped(3, 3);
+    const std::vector<Eigen::Index> used = used_rows(set, rows, k);
+    const auto n = static_cast<Eigen::Index>(used.size());
+    Eigen::MatrixXd Z(n, unknowns + others);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto at = static_cast<std::size_t>(used[static_cast<std::size_t>(i)]);
+      const Eigen::Matrix3d& R = set.rotation_sensor_from_table[at];
+      const double level = set.readings[at].level;
+      Z(i, 0) = 1.0;
+      for (Eigen::Index p = 0; p < parts; ++p) {
+        const double factor = set.parts[static_cast<std::size_t>(p)].set_by_level ? level : 1.0;
+        Z.row(i).segment<9>(1 + 9 * p) = factor * R.reshaped().transpose();
+      }
+      Z.row(i).tail(others) = set.design_row(R, Eigen::Vector3d::Zero()).tail(others);
+    }
+    if (n < Z.cols() || !undetermined_columns(Z).empty()) {
+      continue;
+    }
+    const Eigen::VectorXd weights = set.weights.col(k)(used);
+    const Eigen::VectorXd response = set.response.col(k)(used);
+    const Eigen::VectorXd x = LeastSquaresDesign(Z, weights).estimate(response);
+    for (Eigen::Index p = 0; p < parts; ++p) {
+      M.block<3, 3>(3 * axes, 3 * p) = x.segment<9>(1 + 9 * p).reshaped(3, 3);
+    }
+    ++axes;
   }
-  return Eigen::JacobiSVD<Eigen::MatrixXd>(M, Eigen::ComputeThinV).matrixV().col(0);
+  if (axes == 0) {
+    return {};
+  }
+  const Eigen::MatrixXd rows_of_axes = M.topRows(3 * axes);
+  return Eigen::JacobiSVD<Eigen::MatrixXd>(rows_of_axes, Eigen::ComputeThinV).matrixV().col(0);
 }
 
 }  // namespace axiscal

@@ -12,35 +12,55 @@
 
 namespace axiscal {
 
-/// One axis at given directions of the field: b and S fitted, the directions' effect projected.
-/// There are two tangents for each levelness, 2 B in all.
+/// One axis at given directions of the field: its p coefficients fitted, the directions' effect
+/// projected. There are D directions in all: two tangents for each levelness or part of the field,
+/// and a third for a part of unknown magnitude, along it.
 struct JointAxis {
   std::shared_ptr<const LeastSquaresDesign> design;
   Eigen::VectorXd root_weights;
-  Eigen::Vector4d estimate;   // b, S
+  Eigen::VectorXd estimate;   // b, S, second fields; p
   Eigen::VectorXd residuals;  // weighted
-  Eigen::MatrixXd tangents;   // n x 2B, weighted: change of the fit per radian
+  Eigen::MatrixXd tangents;   // n x D, weighted: change of the fit per radian
   Eigen::MatrixXd projected;  // the same without what b and S can take up
-  Eigen::Matrix<double, 4, Eigen::Dynamic> take_up;  // change of b and S that takes up a tangent
+  Eigen::MatrixXd take_up;    // p x D: change of the coefficients that takes up a tangent
 };
 
 struct JointState {
-  std::vector<Eigen::Vector3d> fields;  // in the table, one for each levelness
-  std::vector<Eigen::Matrix<double, 3, 2>> tangents;
-  Eigen::MatrixXd X;  // n x 4, not weighted
+  std::vector<Eigen::Vector3d> fields;  // in the table, one for each levelness or part
+  std::vector<Eigen::Matrix<double, 3, Eigen::Dynamic>> tangents;  // of unit length, 2 or 3 each
+  Eigen::MatrixXd X;                                               // n x p, not weighted
   std::vector<JointAxis> axes;
 
-  [[nodiscard]] Eigen::Index direction_count() const {
-    return 2 * static_cast<Eigen::Index>(fields.size());
+  // The first of a field's columns among the directions.
+  [[nodiscard]] Eigen::Index first_direction(std::size_t field) const {
+    Eigen::Index first = 0;
+    for (std::size_t s = 0; s < field; ++s) {
+      first += tangents[s].cols();
+    }
+    return first;
   }
+  [[nodiscard]] Eigen::Index direction_count() const { return first_direction(fields.size()); }
 };
 
 /// What the fitted directions cost.
 struct DirectionShares {
-  Eigen::MatrixXd covariance;  // of the tangents [rad^2], 2B x 2B
+  Eigen::MatrixXd covariance;  // of the tangents [rad^2], D x D
   Eigen::VectorXd
-      degrees_of_freedom;  // per axis: readings less 4, less its share in the directions
+      degrees_of_freedom;  // per axis: readings less p, less its share in the directions
 };
+
+/// What a sum at a level changes with one of its parts; 3 x 3.
+[[nodiscard]] Eigen::Matrix3d change_with_field(const std::vector<FieldPartDescription>& parts,
+                                                double level,
+                                                const std::vector<Eigen::Vector3d>& fields,
+                                                std::size_t which);
+
+/// What a field in the table changes with one that it is made of, for a reading; 3 x 3.
+/// @param which  the levelness or part.
+[[nodiscard]] Eigen::Matrix3d change_with_field(const ReadingSet& set,
+                                                Eigen::Index reading,
+                                                const std::vector<Eigen::Vector3d>& fields,
+                                                std::size_t which);
 
 /// Least squares in b, S and the field's direction for each levelness (METHOD 4).
 class JointFit {
@@ -58,11 +78,12 @@ class JointFit {
   /// Gauss-Newton in the tangents, b and S projected out.
   /// @param sigma  standard deviation of each axis.
   [[nodiscard]] JointState converged(const std::vector<Eigen::Vector3d>& fields,
-                                     const Eigen::VectorXd& sigma) const;
+                                     const Eigen::VectorXd& sigma,
+                                     int most_rounds = 50) const;
 
   [[nodiscard]] DirectionShares shares(const JointState& state, const Eigen::VectorXd& sigma) const;
 
-  /// The whole Jacobian: 4 columns for each axis, then the tangents; each axis in its sigma.
+  /// The whole Jacobian: p columns for each axis, then the tangents; each axis in its sigma.
   [[nodiscard]] Eigen::MatrixXd jacobian(const JointState& state,
                                          const Eigen::VectorXd& sigma) const;
 
@@ -81,9 +102,11 @@ class JointFit {
 /// Where [1, vec R_i] has rank 10, M_k = S_k^T f^T follows linearly, and f is the first right
 /// singular vector of all of them below each other.
 ///
+/// Of a sum of a local and an induced part likewise [1, vec R_i, level_i vec R_i], of rank 19.
+///
 /// @param rows  the readings to use.
-/// @return a unit vector, its sign open; nothing where the rank is less.
-[[nodiscard]] std::optional<Eigen::Vector3d> linear_direction(
-    const ReadingSet& set, const std::vector<Eigen::Index>& rows);
+/// @return of all parts together a unit vector, its sign open; empty where the rank is less.
+[[nodiscard]] Eigen::VectorXd linear_directions(const ReadingSet& set,
+                                                const std::vector<Eigen::Index>& rows);
 
 }  // namespace axiscal

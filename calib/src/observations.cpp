@@ -61,6 +61,15 @@ Observations concatenate(const std::vector<Observations>& parts) {
     } else {
       all.response_sd.reset();
     }
+    if (all.saturated.has_value() != part.saturated.has_value()) {
+      throw DomainError("concatenate: only some parts say which readings are saturated");
+    }
+    if (all.saturated && part.saturated) {
+      Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> both(
+          all.saturated->rows() + part.saturated->rows(), all.saturated->cols());
+      both << *all.saturated, *part.saturated;
+      all.saturated = std::move(both);
+    }
     all.has_block = true;
     all.has_level = all.has_level || part.has_level;
   }

@@ -164,15 +164,25 @@ class Table {
 struct Columns {
   std::optional<std::size_t> rest, fence, run, block, level, temperature, time, samples, serial;
   std::vector<std::size_t> axes;
-  std::vector<std::size_t> axes_sd;  // empty unless every axis has one
-  std::vector<std::size_t> field;    // empty or three
+  std::vector<std::optional<std::size_t>> minus;  // of each axis, where it is a difference
+  std::vector<std::size_t> axes_sd;               // empty unless every axis has one
+  std::vector<std::size_t> field;                 // empty or three
 };
 
 Columns find_columns(Table& table, const ObservationColumns& wanted) {
   const std::vector<std::string>& axes = wanted.axes;
   Columns columns;
   for (const std::string& axis : axes) {
-    columns.axes.push_back(table.need(axis));
+    const auto difference =
+        std::find_if(wanted.differences.begin(), wanted.differences.end(),
+                     [&](const DifferentialAxis& one) { return one.axis == axis; });
+    if (difference == wanted.differences.end()) {
+      columns.axes.push_back(table.need(axis));
+      columns.minus.emplace_back();
+    } else {
+      columns.axes.push_back(table.need(difference->plus));
+      columns.minus.emplace_back(table.need(difference->minus));
+    }
   }
   for (const std::string& axis : axes) {
     const std::string name = axis + "_sd";
@@ -204,11 +214,6 @@ Columns find_columns(Table& table, const ObservationColumns& wanted) {
   }
   if (!columns.rest && wanted.needs_labels) {
     table.fail("rest", "is missing; this method needs the design point of each reading");
-  }
-  if (!columns.rest && !any_field) {
-    table.fail("rest",
-               "is missing; each reading needs its design point ('rest' and 'fence') or "
-               "its field ('fx', 'fy', 'fz')");
   }
   columns.run = table.find("run");
   columns.block = table.find("block");
@@ -286,7 +291,7 @@ ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& as
   Table table(csv);
   ObservationsTable result;
   ObservationColumns wanted = asked_for;
-  if (!csv.column(asked_for.axes.front())) {
+  if (!csv.column(asked_for.axes.front()) && asked_for.differences.empty()) {
     result.slots = table.slots_of(asked_for.axes.front());
   }
   if (!result.slots.empty()) {
@@ -304,11 +309,19 @@ ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& as
   std::vector<double> response;
   std::vector<double> response_sd;
   std::vector<double> samples;
+  std::vector<double> saturated;
   while (table.next()) {
     const int row = static_cast<int>(observations.readings.size()) + 1;
     observations.readings.push_back(read_reading(table, columns, row));
-    for (const std::size_t column : columns.axes) {
-      response.push_back(table.number(column));
+    for (std::size_t k = 0; k < columns.axes.size(); ++k) {
+      const double plus = table.number(columns.axes[k]);
+      const double minus = columns.minus[k] ? table.number(*columns.minus[k]) : 0.0;
+      response.push_back(plus - minus);
+      const auto out_of_range = [&](double value) {
+        return wanted.range && (value <= wanted.range->low || value >= wanted.range->high);
+      };
+      saturated.push_back(columns.minus[k] && (out_of_range(plus) || out_of_range(minus)) ? 1.0
+                                                                                          : 0.0);
     }
     for (const std::size_t column : columns.axes_sd) {
       response_sd.push_back(wanted.needs_sd ? table.positive(column) : table.number(column));
@@ -330,6 +343,9 @@ ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& as
     table.fail_without_rows();
   }
   observations.response = rows_of(response, wanted.axes.size());
+  if (!wanted.differences.empty()) {
+    observations.saturated = rows_of(saturated, wanted.axes.size()).array() > 0.0;
+  }
   if (!response_sd.empty()) {
     observations.response_sd = rows_of(response_sd, wanted.axes.size());
   }

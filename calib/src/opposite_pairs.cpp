@@ -33,7 +33,9 @@ WeightedMean mean_of(const ReadingSet& set, const std::vector<std::size_t>& rows
     mean.value += weight.cwiseProduct(set.response.row(row).transpose());
     mean.weight += weight;
   }
-  mean.value = mean.value.cwiseQuotient(mean.weight);
+  // An axis that leaves all of them out has no mean, and weight 0.
+  mean.value =
+      (mean.weight.array() > 0.0).select(mean.value.array() / mean.weight.array(), 0.0).matrix();
   return mean;
 }
 

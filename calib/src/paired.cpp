@@ -67,25 +67,27 @@ struct AxisData {
   Eigen::VectorXd weights;
 };
 
-AxisData axis_data(const std::vector<PseudoObservation>& pooled,
+AxisData axis_data(const ReadingSet& set,
+                   const std::vector<PseudoObservation>& pooled,
                    Eigen::Index axis,
                    const std::vector<Eigen::Vector3d>& fields) {
   const auto n = static_cast<Eigen::Index>(pooled.size());
-  AxisData data{.design = Eigen::MatrixXd::Zero(n, 4),
+  AxisData data{.design = Eigen::MatrixXd::Zero(n, set.column_count()),
                 .response = Eigen::VectorXd::Zero(n),
                 .weights = Eigen::VectorXd::Zero(n)};
-  data.design.col(0).setOnes();
   for (Eigen::Index i = 0; i < n; ++i) {
     const PseudoObservation& pseudo = pooled[static_cast<std::size_t>(i)];
     for (const OppositePair* pair : pseudo.pairs) {
       const double weight = pair->weights(axis);
       data.weights(i) += weight;
       data.response(i) += weight * pair->mean(axis);
-      data.design.row(i).tail<3>() +=
-          weight * pair->level * (pair->mean_rotation * fields[pair->levelness]);
+      data.design.row(i) +=
+          weight * set.design_row(pair->mean_rotation, pair->level * fields[pair->levelness]);
     }
-    data.response(i) /= data.weights(i);
-    data.design.row(i).tail<3>() /= data.weights(i);
+    if (data.weights(i) > 0.0) {
+      data.response(i) /= data.weights(i);
+      data.design.row(i) /= data.weights(i);
+    }
   }
   return data;
 }
@@ -95,7 +97,7 @@ AxisData axis_data(const std::vector<PseudoObservation>& pooled,
 PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table) {
   const OppositePairs opposites = find_opposite_pairs(set);
   const std::vector<PseudoObservation> pooled = pool_by_rest_face(opposites.pairs);
-  const AxisData data = axis_data(pooled, 0, {in_table});
+  const AxisData data = axis_data(set, pooled, 0, {in_table});
   PairedDesign paired{.design = data.design,
                       .averaging = Eigen::MatrixXd::Zero(data.weights.size(), set.size()),
                       .weights = data.weights};
@@ -128,13 +130,11 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
   const Eigen::Vector3d normal(0.0, 0.0, std::copysign(F, nominal_in_table.z()));
   std::vector<Eigen::Vector3d> fields(set.level_blocks.size(), normal);
   require_determined(
-      set, axis_data(pooled, 0, fields).design,
-      [&](const DesignPoint& point) {
+      set, axis_data(set, pooled, 0, fields).design,
+      [&](const DesignPoint& point, double level) -> Eigen::MatrixXd {
         const Eigen::Matrix3d R =
             0.5 * (set.orientation(point) + set.orientation(point.turned_round()));
-        Eigen::RowVector4d row;
-        row << 1.0, (R * normal).transpose();
-        return row;
+        return set.design_row(R, level * normal);
       },
       true);
   require_response(set);
@@ -144,14 +144,18 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
   for (int round = 0; round < 8; ++round) {
     std::vector<AxisRegression> axes;
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-      const AxisData data = axis_data(pooled, k, fields);
-      axes.push_back(regress_axis(data.design, data.response, data.weights,
-                                  parameter_names({set.axes[static_cast<std::size_t>(k)]}),
-                                  set.robust, set.rounding(k)));
+      const AxisData data = axis_data(set, pooled, k, fields);
+      axes.push_back(
+          regress_axis(data.design, data.response, data.weights,
+                       parameter_names({set.axes[static_cast<std::size_t>(k)]}, set.also_kinds),
+                       set.robust, set.rounding(k)));
     }
     estimate = summarize(set, axes, rows_of(pooled, set));
     estimate.fields = fields;
-    estimate.levelness = estimate_levelness(set, opposites.pairs, estimate.response.sensitivity, F);
+    if (!set.leaves_out()) {
+      estimate.levelness =
+          estimate_levelness(set, opposites.pairs, estimate.response.sensitivity, F);
+    }
     if (!estimate.levelness && fields.size() > 1) {
       throw RefusedError(
           "level by block: some block has no opposite readings that tell its levelness; take them, "

@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
+#include <Eigen/LU>
 #include <Eigen/QR>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/field/field_unit.hpp"
 
 namespace axiscal {
 namespace {
@@ -23,12 +26,101 @@ Eigen::VectorXd row_weights(const Calibration& calibration) {
   return Eigen::VectorXd::Ones(m);
 }
 
+// What 1 g was where the record was made [m/s^2].
+double gravity_of(const FieldDescription& field) {
+  if (field.unit == "m/s^2") {
+    return field.magnitude;
+  }
+  if (!field.local_gravity) {
+    throw DomainError(
+        "the record is in g and does not say what its g was; calibrate with the site (--latitude, "
+        "--height), or in m/s^2");
+  }
+  return *field.local_gravity;
+}
+
 }  // namespace
+
+FieldConversion field_conversion(const FieldDescription& field,
+                                 const std::string& unit,
+                                 std::optional<double> magnitude,
+                                 std::optional<double> gravity_there_m_s2) {
+  FieldConversion conversion{.unit = unit.empty() ? field.unit : unit};
+  const bool gravity = field.unit == "g" || (field.unit == "m/s^2" && field.kind == "gravity");
+  if (!gravity) {
+    conversion.factor = factor_between(field.unit, conversion.unit);
+    conversion.magnitude = magnitude.value_or(conversion.factor * field.magnitude);
+    return conversion;
+  }
+  if (conversion.unit != "g" && conversion.unit != "m/s^2") {
+    throw DomainError("'" + field.unit + "' does not convert to '" + conversion.unit + "'");
+  }
+  if (conversion.unit == field.unit && !gravity_there_m_s2) {
+    conversion.magnitude = magnitude.value_or(field.magnitude);
+    return conversion;
+  }
+  const double here = gravity_of(field);  // of 1 g in the record
+  if (conversion.unit == "m/s^2") {
+    conversion.factor = field.unit == "g" ? here : 1.0;
+    const double at_record = field.unit == "g" ? here * field.magnitude : field.magnitude;
+    conversion.magnitude = magnitude.value_or(gravity_there_m_s2.value_or(at_record));
+  } else {
+    const double there = gravity_there_m_s2.value_or(here);
+    conversion.factor = (field.unit == "g" ? here : 1.0) / there;
+    conversion.magnitude = magnitude.value_or(1.0);
+  }
+  return conversion;
+}
+
+Calibration converted(Calibration calibration, const FieldConversion& conversion) {
+  const double factor = conversion.factor;
+  FieldDescription& field = calibration.field;
+  calibration.response.sensitivity /= factor;
+  if (conversion.unit != "g") {
+    field.local_gravity.reset();
+  } else if (field.unit == "m/s^2" || field.local_gravity) {
+    field.local_gravity = (field.unit == "m/s^2" ? 1.0 : *field.local_gravity) / factor;
+  }
+  const double scale = conversion.magnitude / field.magnitude;
+  field.unit = conversion.unit;
+  field.magnitude = conversion.magnitude;
+  field.magnitude_u *= scale;
+  if (field.in_table) {
+    *field.in_table *= scale;
+  }
+  if (field.in_table_covariance) {
+    *field.in_table_covariance *= scale * scale;
+  }
+  for (FieldPartDescription& part : field.parts) {
+    part.magnitude *= scale;
+    part.in_table *= scale;
+  }
+  if (calibration.statistics) {
+    FitStatistics& statistics = *calibration.statistics;
+    statistics.sensitivity_se /= factor;
+    const Eigen::Index m = calibration.response.bias.size();
+    if (m > 0 && statistics.covariance.rows() >= 4 * m && statistics.covariance.rows() % m == 0) {
+      const Eigen::Index p = statistics.covariance.rows() / m;
+      Eigen::VectorXd units = Eigen::VectorXd::Ones(p * m);
+      for (Eigen::Index k = 0; k < m; ++k) {
+        units.segment<3>(p * k + 1).setConstant(1.0 / factor);
+      }
+      statistics.covariance = units.asDiagonal() * statistics.covariance * units.asDiagonal();
+    }
+  }
+  for (ReadingResidual& residual : calibration.residuals) {
+    residual.magnitude *= factor;
+  }
+  return calibration;
+}
 
 Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options)
     : kind_(&find_instrument_kind(calibration.instrument.kind)),
       magnitude_(options.magnitude.value_or(calibration.field.magnitude)),
-      inclination_(options.inclination) {
+      inclination_(options.inclination),
+      range_(calibration.instrument.range),
+      factor_(options.factor),
+      declination_rad_(options.declination_rad) {
   inclination_.convention = calibration.instrument.convention;
   if (!(magnitude_ > 0.0) || !std::isfinite(magnitude_)) {
     throw DomainError("Reducer: the field's magnitude must be positive");
@@ -47,6 +139,14 @@ Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options
                         "' has no sensitivity");
     }
   }
+  constexpr Eigen::Index most_one_sided = 64;
+  if (calibration.also.size() > 1 || (m < 3 && !calibration.also.empty()) ||
+      (calibration.instrument.one_sided && m > most_one_sided)) {
+    throw DomainError(
+        "Reducer: it takes out one second field, of an instrument of three axes or more, and knows "
+        "up "
+        "to 64 one-sided axes");
+  }
   const Eigen::VectorXd weights = row_weights(calibration);
   const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr(weights.asDiagonal() * S);
   if (m >= 3 && qr.rank() < 3) {
@@ -56,18 +156,84 @@ Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options
   }
   const Eigen::MatrixXd inverse = qr.solve(Eigen::MatrixXd(weights.asDiagonal()));
   for (Eigen::Index k = 0; k < m; ++k) {
-    inverse_.emplace_back(inverse.col(k));
+    inverse_.emplace_back(factor_ * inverse.col(k));
+    length_[static_cast<std::size_t>(k)] /= factor_;
+    if (calibration.instrument.one_sided) {
+      rows_.emplace_back(S.row(k).transpose() / factor_);
+      weights_.push_back(weights(k) * weights(k));
+    }
+  }
+  for (const AlsoResponse& also : calibration.also) {
+    also_.emplace_back(factor_ * (inverse * also.sensitivity));
   }
 }
 
-ReducedReading Reducer::reduce(std::span<const double> readings) const noexcept {
+// Least squares by the axes that see the light, starting with those that read some.
+bool Reducer::solve_lit(std::span<const double> readings, Eigen::Vector3d& field) const noexcept {
+  constexpr std::uint64_t one = 1;
+  const std::size_t m = std::min<std::size_t>(rows_.size(), 64);
+  constexpr double dimmest = 0.02;  // of the brightest axis: less is noise, or no light
+  double brightest = 0.0;
+  for (std::size_t k = 0; k < m; ++k) {
+    brightest = std::max(brightest, (readings[k] - bias_[k]) / length_[k]);
+  }
+  std::uint64_t lit = 0;
+  for (std::size_t k = 0; k < m; ++k) {
+    lit |= readings[k] - bias_[k] > dimmest * length_[k] * brightest ? one << k : 0;
+  }
+  constexpr int most_rounds = 8;
+  for (int round = 0; round < most_rounds; ++round) {
+    Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d c = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < m; ++k) {
+      if ((lit & (one << k)) != 0) {
+        N += weights_[k] * rows_[k] * rows_[k].transpose();
+        c += weights_[k] * (readings[k] - bias_[k]) * rows_[k];
+      }
+    }
+    Eigen::Matrix3d inverse;
+    bool invertible = false;
+    constexpr double singular = 1e-9;
+    const double size = std::max(N.trace(), 1e-300);
+    (N / size).computeInverseWithCheck(inverse, invertible, singular);
+    if (!invertible) {
+      return false;
+    }
+    field = inverse * (c / size);
+    std::uint64_t seen = 0;
+    for (std::size_t k = 0; k < m; ++k) {
+      seen |= rows_[k].dot(field) > dimmest * length_[k] * brightest ? one << k : 0;
+    }
+    if (seen == lit) {
+      break;
+    }
+    lit = seen;
+  }
+  return true;
+}
+
+ReducedReading Reducer::reduce(std::span<const double> readings,
+                               const Eigen::Vector3d* up) const noexcept {
   ReducedReading result;
-  for (std::size_t k = 0; k < bias_.size(); ++k) {
-    result.field_in_sensor += inverse_[k] * (readings[k] - bias_[k]);
+  if (!rows_.empty()) {
+    result.determined = solve_lit(readings, result.field_in_sensor);
+  } else {
+    for (std::size_t k = 0; k < bias_.size(); ++k) {
+      result.field_in_sensor += inverse_[k] * (readings[k] - bias_[k]);
+    }
+  }
+  if (up != nullptr) {
+    for (const Eigen::Matrix3d& also : also_) {
+      result.field_in_sensor -= also * *up;
+    }
   }
   result.residual = result.field_in_sensor.norm() - magnitude_;
-  if (kind_->derive != nullptr) {
-    result.derived = kind_->derive(result.field_in_sensor, magnitude_, inclination_);
+  if (kind_->derive != nullptr && (up != nullptr || !kind_->derives_with_attitude)) {
+    result.derived = kind_->derive({.field_in_sensor = result.field_in_sensor,
+                                    .magnitude = magnitude_,
+                                    .inclination = inclination_,
+                                    .up = up,
+                                    .declination_rad = declination_rad_});
   }
   return result;
 }

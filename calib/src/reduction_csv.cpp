@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -60,20 +61,27 @@ class BlockWriter {
   std::size_t used_ = 0;
 };
 
-std::vector<std::string> result_names(const std::vector<std::string>& axes,
-                                      const Reducer& reducer) {
+bool derives(const Reducer& reducer, const ReductionCsvOptions& options) {
+  return options.attitude != nullptr || !reducer.kind().derives_with_attitude;
+}
+
+std::vector<std::string> result_names(const std::vector<ReadingColumn>& axes,
+                                      const Reducer& reducer,
+                                      const ReductionCsvOptions& options) {
   std::vector<std::string> names;
   if (reducer.gives_components()) {
     names = {"field_x", "field_y", "field_z", "residual"};
     const auto& derived = reducer.kind().derived_names;
-    names.insert(names.end(), derived.begin(), derived.end());
+    if (derives(reducer, options)) {
+      names.insert(names.end(), derived.begin(), derived.end());
+    }
   } else {
-    for (const std::string& axis : axes) {
-      names.push_back("component_" + axis);
+    for (const ReadingColumn& column : axes) {
+      names.push_back("component_" + column.axis);
     }
     if (reducer.kind().has_axis_elevation) {
-      for (const std::string& axis : axes) {
-        names.push_back("angle_" + axis + "_deg");
+      for (const ReadingColumn& column : axes) {
+        names.push_back("angle_" + column.axis + "_deg");
       }
     }
   }
@@ -81,10 +89,71 @@ std::vector<std::string> result_names(const std::vector<std::string>& axes,
   return names;
 }
 
+// The readings of one instrument in a row.
+class RowReader {
+ public:
+  RowReader(const CsvReader& csv, const std::vector<ReadingColumn>& axes) : csv_(csv) {
+    for (const ReadingColumn& axis : axes) {
+      plus_.push_back(place_of(axis.plus));
+      minus_.push_back(axis.minus.empty() ? std::nullopt : std::optional(place_of(axis.minus)));
+    }
+    readings_.resize(axes.size());
+  }
+
+  // Reads the row; false where a cell is no number, which defect() is then about.
+  bool read(const Reducer& reducer) {
+    saturated_ = false;
+    for (std::size_t k = 0; k < plus_.size(); ++k) {
+      const std::optional<double> plus = number(plus_[k], reducer);
+      const std::optional<double> minus = minus_[k] ? number(*minus_[k], reducer) : 0.0;
+      if (!plus || !minus) {
+        return false;
+      }
+      readings_[k] = *plus - *minus;
+    }
+    return true;
+  }
+
+  [[nodiscard]] const std::vector<double>& readings() const { return readings_; }
+  [[nodiscard]] bool saturated() const { return saturated_; }
+  [[nodiscard]] std::string defect() const {
+    return "column '" + csv_.header()[defective_] + "': '" +
+           std::string(csv_.cells()[defective_].substr(0, 40)) + "' is not a finite number";
+  }
+
+ private:
+  [[nodiscard]] std::size_t place_of(const std::string& name) const {
+    const std::optional<std::size_t> column = csv_.column(name);
+    if (!column) {
+      throw DataError(
+          csv_.path(), csv_.line(),
+          "column '" + name + "': is missing; the columns are: " + joined(csv_.header()));
+    }
+    return *column;
+  }
+
+  std::optional<double> number(std::size_t column, const Reducer& reducer) {
+    const std::optional<double> value = parse_number(csv_.cells()[column]);
+    if (!value) {
+      defective_ = column;
+    } else {
+      saturated_ = saturated_ || reducer.is_saturated(*value);
+    }
+    return value;
+  }
+
+  const CsvReader& csv_;
+  std::vector<std::size_t> plus_;
+  std::vector<std::optional<std::size_t>> minus_;
+  std::vector<double> readings_;
+  std::size_t defective_ = 0;
+  bool saturated_ = false;
+};
+
 class CsvReduction {
  public:
   CsvReduction(CsvReader& csv,
-               const std::vector<std::string>& axes,
+               const std::vector<ReadingColumn>& axes,
                const Reducer& reducer,
                const ReductionCsvOptions& options,
                const std::function<void(std::string_view)>& sink)
@@ -92,16 +161,10 @@ class CsvReduction {
         reducer_(reducer),
         options_(options),
         out_(sink),
-        results_(result_names(axes, reducer)),
-        readings_(axes.size()) {
-    for (const std::string& axis : axes) {
-      const std::optional<std::size_t> column = csv.column(axis);
-      if (!column) {
-        throw DataError(
-            csv.path(), csv.line(),
-            "column '" + axis + "': is missing; the columns are: " + joined(csv.header()));
-      }
-      columns_.push_back(*column);
+        results_(result_names(axes, reducer, options)),
+        row_(csv, axes) {
+    if (options.attitude != nullptr) {
+      attitude_row_.emplace(csv, options.attitude_columns);
     }
     for (const std::string& name : results_) {
       if (csv.column(name)) {
@@ -164,15 +227,24 @@ class CsvReduction {
     }
   }
 
+  void put_empty_results(std::string_view flag) {
+    for (std::size_t i = 0; i < results_.size(); ++i) {
+      out_.put(',');
+    }
+    out_.put(flag);
+  }
+
   void put_unreadable() {
     ++summary_.unreadable;
     if (summary_.first_unreadable_line == 0) {
       summary_.first_unreadable_line = csv_.line();
     }
-    for (std::size_t i = 0; i < results_.size(); ++i) {
-      out_.put(',');
-    }
-    out_.put("unreadable");
+    put_empty_results("unreadable");
+  }
+
+  void put_saturated() {
+    ++summary_.saturated;
+    put_empty_results("saturated");
   }
 
   void refuse(std::string_view what) const {
@@ -182,17 +254,25 @@ class CsvReduction {
   }
 
   void reduce_row() {
-    for (std::size_t k = 0; k < columns_.size(); ++k) {
-      const std::optional<double> reading = parse_number(csv_.cells()[columns_[k]]);
-      if (!reading) {
-        if (options_.strict) {
-          refuse("column '" + csv_.header()[columns_[k]] + "': '" +
-                 std::string(csv_.cells()[columns_[k]].substr(0, 40)) + "' is not a finite number");
-        }
-        put_unreadable();
-        return;
+    RowReader* const attitude = attitude_row_ ? &*attitude_row_ : nullptr;
+    if (!row_.read(reducer_)) {
+      if (options_.strict) {
+        refuse(row_.defect());
       }
-      readings_[k] = *reading;
+      put_unreadable();
+      return;
+    }
+    if (attitude != nullptr && !attitude->read(*options_.attitude)) {
+      if (options_.strict) {
+        refuse(attitude->defect());
+      }
+      put_unreadable();
+      return;
+    }
+    if (row_.saturated() || (attitude != nullptr && attitude->saturated())) {
+      refuse("a reading is at or beyond its range");
+      put_saturated();
+      return;
     }
     if (reducer_.gives_components()) {
       put_components();
@@ -202,17 +282,31 @@ class CsvReduction {
   }
 
   void put_components() {
-    const ReducedReading reduced = reducer_.reduce(readings_);
+    ReducedReading reduced;
+    if (attitude_row_) {
+      const Eigen::Vector3d up =
+          options_.attitude->reduce(attitude_row_->readings()).field_in_sensor;
+      reduced = reducer_.reduce(row_.readings(), &up);
+    } else {
+      reduced = reducer_.reduce(row_.readings());
+    }
+    if (!reduced.determined) {
+      refuse("fewer than three axes see the light");
+      put_unreadable();
+      return;
+    }
     if (!std::isfinite(reduced.residual)) {
       refuse("the readings are too large to be reduced");
       put_unreadable();
       return;
     }
+    constexpr double far = 0.3;
+    summary_.far_from_field += std::abs(reduced.residual) > far * reducer_.magnitude() ? 1U : 0U;
     for (const double component : reduced.field_in_sensor) {
       out_.put_cell(component);
     }
     out_.put_cell(reduced.residual);
-    for (std::size_t i = 0; i < reducer_.kind().derived_names.size(); ++i) {
+    for (std::size_t i = 0; i + 4 < results_.size() - 1; ++i) {
       out_.put_cell(reduced.derived.values[i]);
     }
     put_flag(reduced.derived.clamped);
@@ -220,19 +314,19 @@ class CsvReduction {
 
   void put_axes() {
     bool clamped = false;
-    for (std::size_t k = 0; k < readings_.size(); ++k) {
-      if (!std::isfinite(reducer_.reduce_axis(k, readings_[k]).component)) {
+    for (std::size_t k = 0; k < row_.readings().size(); ++k) {
+      if (!std::isfinite(reducer_.reduce_axis(k, row_.readings()[k]).component)) {
         refuse("the readings are too large to be reduced");
         put_unreadable();
         return;
       }
     }
-    for (std::size_t k = 0; k < readings_.size(); ++k) {
-      out_.put_cell(reducer_.reduce_axis(k, readings_[k]).component);
+    for (std::size_t k = 0; k < row_.readings().size(); ++k) {
+      out_.put_cell(reducer_.reduce_axis(k, row_.readings()[k]).component);
     }
     if (reducer_.kind().has_axis_elevation) {
-      for (std::size_t k = 0; k < readings_.size(); ++k) {
-        const ReducedAxis reduced = reducer_.reduce_axis(k, readings_[k]);
+      for (std::size_t k = 0; k < row_.readings().size(); ++k) {
+        const ReducedAxis reduced = reducer_.reduce_axis(k, row_.readings()[k]);
         out_.put_cell(reduced.angle_rad * deg_per_rad);
         clamped = clamped || reduced.clamped;
       }
@@ -250,15 +344,30 @@ class CsvReduction {
   const ReductionCsvOptions& options_;
   BlockWriter out_;
   std::vector<std::string> results_;
-  std::vector<std::size_t> columns_;
-  std::vector<double> readings_;
+  RowReader row_;
+  std::optional<RowReader> attitude_row_;
   ReductionCsvSummary summary_;
 };
 
 }  // namespace
 
+std::vector<ReadingColumn> reading_columns(const Instrument& instrument) {
+  std::vector<ReadingColumn> columns;
+  for (const std::string& axis : instrument.axes) {
+    ReadingColumn column{.axis = axis, .plus = axis, .minus = ""};
+    for (const DifferentialAxis& difference : instrument.differences) {
+      if (difference.axis == axis) {
+        column.plus = difference.plus;
+        column.minus = difference.minus;
+      }
+    }
+    columns.push_back(std::move(column));
+  }
+  return columns;
+}
+
 ReductionCsvSummary reduce_csv(CsvReader& csv,
-                               const std::vector<std::string>& axes,
+                               const std::vector<ReadingColumn>& axes,
                                const Reducer& reducer,
                                const ReductionCsvOptions& options,
                                const std::function<void(std::string_view)>& sink) {

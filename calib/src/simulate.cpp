@@ -18,10 +18,18 @@ Observations simulate(const Calibration& truth,
   if (truth.response.sensitivity.rows() != truth.response.bias.size()) {
     throw DomainError("simulate: the truth needs a bias and a row of sensitivities for each axis");
   }
-  const Eigen::Vector3d field_in_table =
-      rotation_sloping_from_level(options.slope) *
-      rotation_table_from_enu(options.fence_azimuth_rad) *
-      truth.field.in_table.value_or(Eigen::Vector3d(0.0, 0.0, truth.field.magnitude));
+  // Of a sum what is made on the table stays as it is when the table is tilted or turned. A field
+  // alone is always turned (CONTRACT 7): a lamp or coil that does not stand as the record says.
+  const Eigen::Matrix3d turned = rotation_sloping_from_level(options.slope) *
+                                 rotation_table_from_enu(options.fence_azimuth_rad);
+  std::vector<Eigen::Vector3d> parts;
+  for (const FieldPartDescription& part : truth.field.parts) {
+    parts.emplace_back(part.set_by_level ? part.in_table : Eigen::Vector3d(turned * part.in_table));
+  }
+  const auto field_in_table = [&](double level) -> Eigen::Vector3d {
+    return parts.empty() ? Eigen::Vector3d(turned * truth.field.at_level(level))
+                         : field_at_level(truth.field.parts, parts, level);
+  };
   // Stream 0 shuffles run sheets; the noise must not repeat its numbers.
   RandomStream random(options.seed, 1 + options.stream);
   Observations observations;
@@ -32,12 +40,19 @@ Observations simulate(const Calibration& truth,
     observations.readings.push_back(
         {.run = row.run, .block = row.block, .point = row.entry.point, .level = row.entry.level});
     observations.has_level = observations.has_level || row.entry.level != 1.0;
+    const Eigen::Matrix3d rotation_sensor_from_table =
+        options.rotation_sensor_from_positioner *
+        options.positioner.rotation_table_from_positioner(row.entry.point).transpose();
     const Eigen::Vector3d field_in_sensor =
-        row.entry.level *
-        (options.rotation_sensor_from_positioner *
-         (options.positioner.rotation_table_from_positioner(row.entry.point).transpose() *
-          field_in_table));
+        rotation_sensor_from_table * field_in_table(row.entry.level);
     Eigen::VectorXd response = truth.response.at(field_in_sensor);
+    if (truth.instrument.one_sided) {
+      // No light from behind: what is left is the dark reading.
+      response = response.cwiseMax(truth.response.bias);
+    }
+    for (const AlsoResponse& also : truth.also) {
+      response += also.sensitivity * (rotation_sensor_from_table * (turned * also.in_table));
+    }
     if (options.noise_sd > 0.0) {
       for (double& value : response) {
         value += options.noise_sd * random.normal();

@@ -2,11 +2,11 @@
 #include "warnings.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
 
 namespace axiscal {
 namespace {
@@ -25,9 +25,7 @@ constexpr double largest_direction_se_rad = 0.05;
 constexpr double largest_slope_deviation = 6.0;
 
 std::string rounded(double value, int digits) {
-  std::array<char, 48> text{};
-  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
-  return text.data();
+  return number_text(value, digits);
 }
 
 class Finder {
@@ -37,6 +35,9 @@ class Finder {
 
   std::vector<CalibrationWarning> find() {
     find_uncertain_direction();
+    find_two_solutions();
+    find_unsettled();
+    find_gap();
     find_inconsistent_levelness();
     find_moved_table();
     find_outliers();
@@ -48,6 +49,7 @@ class Finder {
     find_other_magnitude();
     find_condition();
     find_no_redundancy();
+    find_saturated();
     return std::move(warnings_);
   }
 
@@ -74,6 +76,35 @@ class Finder {
               rounded(estimate_.direction_se_rad, 2) +
               " rad), so the sensitivities are as uncertain; take each face turned round as well, "
               "or use --method known if the table is level");
+    }
+  }
+
+  void find_two_solutions() {
+    if (!estimate_.ambiguity.empty()) {
+      add("two_solutions", {},
+          estimate_.ambiguity +
+              "; say roughly where it points with --field-table X,Y,Z or --fence-azimuth, or name "
+              "the axes by what they sense (x, y, z)");
+    }
+  }
+
+  void find_unsettled() {
+    if (estimate_.unsettled) {
+      add("one_sided_unsettled", {},
+          "which readings some one-sided axis sees does not settle: a reading lies at the edge of "
+          "its view; move the lamp a little, or leave that reading out");
+    }
+  }
+
+  void find_gap() {
+    constexpr double largest_good_gap_rad = 60.0 * rad_per_deg;
+    const auto& quality = calibration_.orientations;
+    if (quality && quality->largest_gap_rad > largest_good_gap_rad) {
+      add("coverage", {},
+          "the orientations leave a gap: towards " + direction_in_words(quality->gap) +
+              " of the sensor the nearest reading is " +
+              rounded(quality->largest_gap_rad * deg_per_rad, 2) +
+              " degrees away; add orientations in which that side meets the field");
     }
   }
 
@@ -122,9 +153,12 @@ class Finder {
         const bool rounding = statistics().residual_sd(k) <= 1e-13 * full_response(k);
         if (p * tests < false_outlier && !rounding) {
           add("outlier", row.runs,
-              name_of_runs(row.runs) + ": axis " + axis_name(k) + " is " + rounded(std::abs(t), 3) +
-                  " standard deviations from what the other readings say; check the pose and take "
-                  "it again, or leave it out with --leave-out " +
+              name_of_runs(row.runs) + ": " +
+                  (by_magnitude() ? "its magnitude" : "axis " + axis_name(k)) + " is " +
+                  rounded(std::abs(t), 3) +
+                  " standard deviations from what the other readings say; " +
+                  (by_magnitude() ? "if it was moved" : "check the pose and") +
+                  " take it again, or leave it out with --leave-out " +
                   std::to_string(row.runs.front()));
           break;
         }
@@ -134,16 +168,22 @@ class Finder {
 
   // By `paired` a mistake can hide in the averages, so the readings' own residuals count too.
   void find_poor_fit() {
+    if (by_magnitude()) {
+      find_poor_magnitude();
+      return;
+    }
     for (Eigen::Index k = 0; k < calibration_.response.bias.size(); ++k) {
       double squares = 0.0;
       double largest = 0.0;
       for (const ReadingResidual& residual : calibration_.residuals) {
-        if (residual.used) {
+        if (residual.used && !std::isnan(residual.response(k))) {
           squares += residual.response(k) * residual.response(k);
           largest = std::max(largest, std::abs(residual.response(k)));
         }
       }
-      const double rms = std::sqrt(squares / statistics().observations);
+      const std::vector<int>& own = statistics().observations_per_axis;
+      const int count = own.empty() ? statistics().observations : own[static_cast<std::size_t>(k)];
+      const double rms = std::sqrt(squares / count);
       const double share = std::fmax(statistics().residual_sd(k), rms) / full_response(k);
       if (!(share > largest_residual_share)) {
         continue;
@@ -154,15 +194,60 @@ class Finder {
           runs.push_back(residual.run);
         }
       }
-      add("poor_fit", runs,
+      constexpr double hopeless = 10.0;
+      add(share > hopeless && lacks_level() ? "no_fit" : "poor_fit", runs,
           "axis " + axis_name(k) + ": the residuals are " + rounded(100.0 * share, 2) +
               " % of the full response, the largest at " + name_of_runs(runs) +
               "; a reading may be at the wrong design point, or two exchanged, or the noise is "
-              "large: correct the labels or take these readings again");
+              "large: correct the labels or take these readings again" +
+              other_reasons());
     }
   }
 
+  // A field that can be set, and no column that says to what it was.
+  [[nodiscard]] bool lacks_level() const {
+    return calibration_.field.kind.find("induced") != std::string::npos &&
+           !calibration_.residuals.empty() && !calibration_.residuals.front().level;
+  }
+
+  // What else leaves large residuals, by the kind of field and instrument.
+  [[nodiscard]] std::string other_reasons() const {
+    std::string reasons;
+    if (lacks_level()) {
+      reasons += "; is the column 'level' missing (the multiple of the field that was set)?";
+    }
+    if (calibration_.instrument.kind == "optical" && !calibration_.instrument.one_sided) {
+      reasons += "; photodiodes that see no light from behind need --one-sided";
+    }
+    if (calibration_.instrument.kind == "gyroscope" && calibration_.also.empty()) {
+      reasons += "; a gyroscope that answers to gravity needs --also gravity";
+    }
+    return reasons;
+  }
+
+  // Without labels a reading has one residual: of the field's magnitude.
+  void find_poor_magnitude() {
+    double error = calibration_.orientations ? calibration_.orientations->fit_error : 0.0;
+    if (calibration_.robust) {  // readings that got no weight do not count
+      error = statistics().residual_sd.maxCoeff() / full_response(0);
+    }
+    if (error > largest_residual_share) {
+      add("poor_fit", {},
+          "the magnitude differs from the field's by " + rounded(100.0 * error, 2) +
+              " % (rms): the instrument was moved while it was read, iron nearby disturbs the "
+              "field, or the noise is large; " +
+              (calibration_.robust ? "" : "try --robust, or ") + "take the readings again at rest");
+    }
+  }
+
+  [[nodiscard]] bool by_magnitude() const {
+    return calibration_.method == method_name(Method::magnitude);
+  }
+
   void find_axes() {
+    if (calibration_.instrument.one_sided || calibration_.response.bias.size() > 3) {
+      return;  // such axes point where they like, one each way
+    }
     for (Eigen::Index k = 0; k < calibration_.response.bias.size(); ++k) {
       const std::optional<int> nominal = nominal_axis(calibration_.instrument, k);
       if (!nominal) {
@@ -245,7 +330,12 @@ class Finder {
       add("ill_conditioned", {},
           "the design hardly tells some coefficients apart (condition number " +
               rounded(statistics().condition_number, 3) +
-              "; a standard design has less than 5); take each face turned round as well");
+              "; a standard design has less than 5), so standard errors are inflated; " +
+              (calibration_.instrument.one_sided
+                   ? "take all 24 points, or move the lamp away from the cube's diagonal"
+               : calibration_.method == method_name(Method::magnitude)
+                   ? "add orientations all around"
+                   : "take each face turned round as well"));
     }
   }
 
@@ -260,6 +350,16 @@ class Finder {
           "the columns fx, fy, fz have a length of " + rounded(estimate_.mean_field, 4) +
               " on average, but the field is " + rounded(calibration_.field.magnitude, 4) + " " +
               calibration_.field.unit + "; correct the unit, or give the magnitude");
+    }
+  }
+
+  // Readings that differ but for their largest (or smallest) value, which is there several times.
+  void find_saturated() {
+    for (const SaturatedAxis& axis : estimate_.saturated) {
+      add("saturated", axis.runs,
+          name_of_runs(axis.runs) + ": axis " + axis_name(axis.axis) + " reads exactly " +
+              rounded(axis.value, 8) +
+              " each time, and nothing beyond: is it saturated? Give its range with --range LO,HI");
     }
   }
 
@@ -281,11 +381,14 @@ class Finder {
 
 std::string name_of_runs(const std::vector<int>& runs) {
   std::string text = runs.size() == 1 ? "run " : "runs ";
-  for (std::size_t i = 0; i < runs.size(); ++i) {
+  constexpr std::size_t most_names = 12;
+  const std::size_t named = runs.size() > most_names ? most_names - 2 : runs.size();
+  for (std::size_t i = 0; i < named; ++i) {
     text += i == 0 ? "" : i + 1 == runs.size() ? " and " : ", ";
     text += std::to_string(runs[i]);
   }
-  return text;
+  return named < runs.size() ? text + " and " + std::to_string(runs.size() - named) + " more"
+                             : text;
 }
 
 std::vector<CalibrationWarning> find_warnings(const Calibration& calibration,

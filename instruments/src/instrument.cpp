@@ -27,6 +27,28 @@ int main_axis(const Instrument& instrument, const LinearResponse& response, Eige
   return nominal_axis(instrument, axis).value_or(static_cast<int>(largest));
 }
 
+void set_axes(Instrument& instrument, const std::vector<std::string>& texts) {
+  instrument.axes.clear();
+  instrument.differences.clear();
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) {
+      instrument.axes.push_back(text);
+      continue;
+    }
+    const std::size_t minus = text.find('-', equals);
+    if (equals == 0 || minus == std::string::npos || minus == equals + 1 ||
+        minus + 1 == text.size()) {
+      throw DomainError("axis '" + text + "' must be the name of a column, or NAME=COLUMN-COLUMN");
+    }
+    instrument.axes.push_back(text.substr(0, equals));
+    instrument.differences.push_back({.axis = instrument.axes.back(),
+                                      .plus = text.substr(equals + 1, minus - equals - 1),
+                                      .minus = text.substr(minus + 1)});
+  }
+  check_axes(instrument);
+}
+
 void check_axes(const Instrument& instrument) {
   const std::set<std::string> names(instrument.axes.begin(), instrument.axes.end());
   if (names.empty() || names.size() != instrument.axes.size() || names.contains("")) {

@@ -1,55 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/instruments/instrument_kind.hpp"
 
-#include <limits>
 #include <string>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/nearest_name.hpp"
+#include "kinds/kinds.hpp"
 
 namespace axiscal {
 namespace {
 
-constexpr std::array<std::string_view, 3> inclination_names = {"pitch_deg", "roll_deg", "yaw_deg"};
-
-DerivedValues derive_inclination(const Eigen::Vector3d& field_in_sensor,
-                                 double magnitude,
-                                 const InclinationOptions& options) noexcept {
-  const Inclination angles = inclination_from_field(field_in_sensor, magnitude, options);
-  constexpr double empty = std::numeric_limits<double>::quiet_NaN();
-  return {.values = {angles.pitch_rad * deg_per_rad,
-                     angles.gives_yaw ? empty : angles.roll_rad * deg_per_rad,
-                     angles.gives_yaw ? angles.yaw_rad * deg_per_rad : empty},
-          .clamped = angles.clamped};
-}
-
-constexpr std::array kinds = {
-    InstrumentKind{.name = "accelerometer",
-                   .derived_names = inclination_names,
-                   .derive = derive_inclination,
-                   .has_axis_elevation = true},
-    InstrumentKind{.name = "inclinometer",
-                   .derived_names = inclination_names,
-                   .derive = derive_inclination,
-                   .has_axis_elevation = true},
-    InstrumentKind{.name = "generic", .derived_names = {}, .derive = nullptr},
-};
-
-}  // namespace
-
-std::span<const InstrumentKind> instrument_kinds() {
+std::deque<InstrumentKind>& known_kinds() {
+  static std::deque<InstrumentKind> kinds = {
+      accelerometer_kind(), inclinometer_kind(), magnetometer_kind(),
+      gyroscope_kind(),     optical_kind(),      InstrumentKind{.name = "generic"}};
   return kinds;
 }
 
+}  // namespace
+
+const std::deque<InstrumentKind>& instrument_kinds() {
+  return known_kinds();
+}
+
+const InstrumentKind& add_instrument_kind(const InstrumentKind& kind) {
+  for (const InstrumentKind& known : known_kinds()) {
+    if (kind.name.empty() || known.name == kind.name) {
+      throw DomainError("add_instrument_kind: '" + std::string(kind.name) +
+                        "' is no name, or there already");
+    }
+  }
+  if (kind.derived_names.size() > DerivedValues{}.values.size() ||
+      (!kind.derived_names.empty() && kind.derive == nullptr)) {
+    throw DomainError("add_instrument_kind: '" + std::string(kind.name) +
+                      "' must derive what it names, at most four values");
+  }
+  return known_kinds().emplace_back(kind);
+}
+
 const InstrumentKind& find_instrument_kind(std::string_view name) {
-  std::string known;
-  for (const InstrumentKind& kind : kinds) {
+  std::string list;
+  std::vector<std::string_view> names;
+  for (const InstrumentKind& kind : known_kinds()) {
     if (kind.name == name) {
       return kind;
     }
-    known += (known.empty() ? "" : ", ") + std::string(kind.name);
+    names.push_back(kind.name);
+    list += (list.empty() ? "" : ", ") + std::string(kind.name);
   }
-  throw DomainError("unknown kind of instrument '" + std::string(name) +
-                    "'; this version knows: " + known);
+  throw DomainError("unknown kind of instrument '" + std::string(name) + "'" +
+                    did_you_mean(name, names) + "; this version knows: " + list);
 }
 
 }  // namespace axiscal

@@ -150,11 +150,11 @@ Reduced reduce(const Calibration& truth,
   result.text.reserve(8 * text.size() + 10000);
   const Reducer reducer(truth);
   const std::size_t before = test::allocation_count();
-  result.summary =
-      reduce_csv(csv, truth.instrument.axes, reducer, options, [&](std::string_view block) {
-        result.text += block;
-        ++result.blocks;
-      });
+  result.summary = reduce_csv(csv, reading_columns(truth.instrument), reducer, options,
+                              [&](std::string_view block) {
+                                result.text += block;
+                                ++result.blocks;
+                              });
   result.allocations = test::allocation_count() - before;
   return result;
 }

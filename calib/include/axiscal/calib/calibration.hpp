@@ -7,31 +7,59 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/field/site.hpp"
 #include "axiscal/instruments/instrument.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/positioner/design_point.hpp"
 
 namespace axiscal {
 
 /// How the parameters are estimated (METHOD section 4).
-enum class Method { paired, joint, known };
+enum class Method { paired, joint, known, magnitude };
 
-/// @return "paired", "joint", "known".
+/// @return "paired", "joint", "known", "magnitude".
 [[nodiscard]] std::string_view method_name(Method method);
 
 /// @return the method of that name, or nothing.
 [[nodiscard]] std::optional<Method> parse_method(std::string_view name);
 
+/// One part of a field that is a sum, as the Earth's rotation and a turntable's.
+struct FieldPartDescription {
+  std::string kind;
+  double magnitude = 1.0;  ///< at level 1 [unit of the whole]; fitted where it was not known
+  Eigen::Vector3d in_table = Eigen::Vector3d::Zero();  ///< at level 1 [unit of the whole]
+  bool set_by_level = true;                            ///< a reading's level multiplies it: induced
+  bool turning = false;      ///< the table turns about it: of the other parts what lies along its
+                             ///< axis is left on average, except at level 0
+  bool free_length = false;  ///< its magnitude is not known and is fitted
+};
+
+/// The sum of a field's parts at a level: what the table sees.
+///
+/// @param values  one for each part, at level 1, frame table.
+[[nodiscard]] Eigen::Vector3d field_at_level(const std::vector<FieldPartDescription>& parts,
+                                             const std::vector<Eigen::Vector3d>& values,
+                                             double level);
+
 /// The reference field of a calibration.
 struct FieldDescription {
-  std::string kind;                         ///< "gravity", "custom", or a user's own
+  std::string kind;  ///< "gravity", "geomagnetic", ..., or a user's own; of a sum joined by "+"
   std::string unit = "1";                   ///< of magnitude and in_table
   double magnitude = 1.0;                   ///< F at level 1 [unit]
+  double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]; 0: not stated
+  std::string model;                        ///< "wgs84", "wmm2025", ... where one was used
+  std::optional<double> local_gravity;      ///< of a field in g: what 1 g was [m/s^2]
   std::optional<Eigen::Vector3d> in_table;  ///< given or estimated, at level 1 [unit], frame table
   std::optional<Eigen::Matrix3d> in_table_covariance;  ///< `joint`: of in_table [unit^2]
   double in_table_degrees_of_freedom = 0.0;            ///< of in_table_covariance
   std::optional<Site> site;                            ///< where it was computed for
   std::string date;                                    ///< as given; gravity needs none
+  std::vector<FieldPartDescription> parts;             ///< where it is a sum; else empty
+
+  /// @return the field in the table at a level [unit]: `level` times in_table, for a sum by its
+  ///         parts.
+  [[nodiscard]] Eigen::Vector3d at_level(double level) const;
 };
 
 /// Diagnostics of one row of the regression: a reading, or (`paired`) the average of opposite ones.
@@ -69,6 +97,16 @@ struct FitStatistics {
   SensitivityMatrix variance_inflation;      ///< of the sensitivity columns, per axis
   std::vector<LackOfFit> lack_of_fit;        ///< per axis; empty without replicates
   std::vector<RegressionRow> rows;
+  std::vector<int> observations_per_axis;  ///< where axes leave readings out; else empty
+};
+
+/// What an instrument answers to besides its field: a gyroscope to gravity.
+struct AlsoResponse {
+  std::string kind;
+  std::string unit;
+  Eigen::Vector3d in_table = Eigen::Vector3d::Zero();  ///< as given [unit]
+  SensitivityMatrix sensitivity;                       ///< m x 3 [unit of the readings per unit]
+  SensitivityMatrix sensitivity_se;                    ///< its standard errors
 };
 
 /// One estimate of the table's levelness: from the opposite readings of one rest face.
@@ -148,6 +186,12 @@ struct ReadingResidual {
   bool used = true;          ///< false: left out of the fit
 };
 
+/// How the instrument's frame was turned to that of another that was recorded with it.
+struct CompanionAlignment {
+  std::string record;  ///< the companion's, as given
+  Alignment alignment;
+};
+
 /// Something that asks for the user's attention.
 struct CalibrationWarning {
   std::string code;       ///< one of docs/messages.md
@@ -177,11 +221,18 @@ struct Calibration {
   bool level_by_block = false;  ///< whether each block has its own levelness
   std::vector<int> left_out;    ///< runs not used
   LinearResponse response;      ///< the coefficients
+  std::vector<AlsoResponse> also;
+  std::string shape;  ///< of S by method magnitude: "symmetric" or "triangular"; else empty
   std::optional<FitStatistics> statistics;
+  std::optional<OrientationQuality> orientations;  ///< method magnitude
+  std::optional<CompanionAlignment> alignment;     ///< with an instrument recorded together
   std::optional<Levelness> levelness;
   std::vector<ReadingResidual> residuals;
   std::vector<CalibrationWarning> warnings;
   std::vector<std::string> notes;
 };
+
+/// @return what users of this kind of instrument call the calibration: hard iron, responsivity, ...
+[[nodiscard]] std::vector<Quantity> quantities_of(const Calibration& calibration);
 
 }  // namespace axiscal

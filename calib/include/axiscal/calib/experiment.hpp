@@ -11,6 +11,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/field/induced_field.hpp"
 #include "axiscal/field/reference_field.hpp"
 #include "axiscal/field/site.hpp"
 #include "axiscal/instruments/instrument.hpp"
@@ -40,17 +41,43 @@ enum class LevelBy {
 /// @return the choice of that name ("run", "block"), or nothing.
 [[nodiscard]] std::optional<LevelBy> parse_level_by(std::string_view name);
 
-/// The reference field as an experiment states it (CONTRACT section 3).
-struct FieldSetup {
-  std::string kind;                         ///< "gravity" or "custom"
-  std::string unit;                         ///< empty: "g" for gravity, "1" for custom
+/// The matrix that `magnitude` takes for S, as a rotation of it stays open.
+enum class MagnitudeShape {
+  symmetric,   ///< and positive: the frame that is turned least from the axes
+  triangular,  ///< upper triangular: z along its axis (Tedaldi et al. 2014)
+};
+
+/// @return the shape of that name ("symmetric", "triangular"), or nothing.
+[[nodiscard]] std::optional<MagnitudeShape> parse_shape(std::string_view name);
+
+/// @return "symmetric", "triangular".
+[[nodiscard]] std::string_view shape_name(MagnitudeShape shape);
+
+/// One part of the reference field, as an experiment states it (CONTRACT section 3).
+struct FieldPart {
+  /// "gravity", "geomagnetic", "earth_rotation", "induced_rotation", "induced_magnetic", "light" or
+  /// "custom".
+  std::string kind;
+  std::string unit;                         ///< empty: the first of units_of_field(kind)
   std::optional<double> magnitude;          ///< F [unit]; default: see make_field_description()
+  double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]
   std::optional<Eigen::Vector3d> in_table;  ///< [unit], frame table
-  std::optional<Site> site;                 ///< where gravity in m/s^2 is computed
-  std::string date;                         ///< ISO 8601 or decimal year; kept in the record
+  std::string model;                        ///< of gravity or geomagnetic; empty: wgs84, wmm2025
+  std::optional<Coil> coil;                 ///< that makes induced_magnetic
+  std::vector<Lamp> lamps;                  ///< that make light, all at once
+  bool sun = false;         ///< light is the sun's, at the site and each reading's time
+  bool refraction = false;  ///< of the sun
 
   /// A field of the user's own instead of kind, unit and magnitude.
   std::shared_ptr<const ReferenceField> custom;
+};
+
+/// The reference field: one part, or the sum of several.
+struct FieldSetup : FieldPart {
+  std::vector<FieldPart> others;  ///< further parts, local and induced, that add up
+  std::optional<Site> site;       ///< where local fields are computed
+  bool has_longitude = true;      ///< whether the site's longitude was stated
+  std::string date;               ///< ISO 8601 or decimal year; today
 };
 
 /// All that is not a reading.
@@ -58,16 +85,19 @@ struct Experiment {
   std::vector<std::string> observations;  ///< files; calibrate() does not look at them
   Instrument instrument;
   FieldSetup field;
-  double fence_azimuth_rad = 0.0;  ///< azimuth of the table's y, clockwise from north
+  std::vector<FieldPart> also;  ///< second fields that it answers to, known in the table
+  std::optional<double> fence_azimuth_rad;  ///< azimuth of the table's y, clockwise from north;
+                                            ///< not stated: 0, or as the readings show it
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< known slope of the table, as Levelness
   Positioner positioner;
   std::string slot;  ///< of an assembly, where the instrument sits; may be empty
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();  ///< its mount
-  std::optional<Method> method;        ///< default: see choose_method()
-  std::optional<Weighting> weighting;  ///< default: samples where they are known
-  bool robust = false;                 ///< bisquare
-  LevelBy level_by = LevelBy::run;     ///< `block`: for methods paired and joint
-  std::vector<int> leave_out;          ///< runs not used
+  std::optional<Method> method;                      ///< default: see choose_method()
+  std::optional<Weighting> weighting;                ///< default: samples where they are known
+  MagnitudeShape shape = MagnitudeShape::symmetric;  ///< of method magnitude
+  bool robust = false;                               ///< bisquare
+  LevelBy level_by = LevelBy::run;                   ///< `block`: for methods paired and joint
+  std::vector<int> leave_out;                        ///< runs not used
 };
 
 /// An experiment that contradicts itself or lacks what it needs: a usage error.
@@ -76,11 +106,18 @@ class SetupError : public DomainError {
   using DomainError::DomainError;
 };
 
+/// @throws SetupError  for a kind of field that is not known; the message lists the kinds.
+void check_field_kind(const std::string& kind);
+
+/// @throws SetupError  for a unit that a kind of field is not given in.
+void check_field_unit(const std::string& kind, const std::string& unit);
+
 /// The field of an experiment, before anything is measured.
 ///
-/// Its magnitude is the given one; else the length of in_table; else 1 in `g` or `1`; else normal
-/// gravity at the site. in_table is the given one; else the field at the site by the fence's
-/// azimuth and the known slope.
+/// Its magnitude is the given one; else the length of in_table; else 1 in `g` or `1`; else what a
+/// model gives at the site and date, a coil's geometry, the sum of lamps. in_table is the given
+/// one; else the field at the site by the fence's azimuth and the known slope; a turntable's is
+/// along the table's normal. A sum is in the unit of its first part.
 /// @throws SetupError  if the kind or unit is not known, or the magnitude cannot be computed.
 [[nodiscard]] FieldDescription make_field_description(const Experiment& experiment);
 

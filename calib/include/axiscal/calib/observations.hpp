@@ -28,7 +28,9 @@ struct Observations {
   Eigen::MatrixXd response;                    ///< n x m [unit of the instrument]
   std::optional<Eigen::VectorXd> samples;      ///< how many samples each reading averages, n
   std::optional<Eigen::MatrixXd> response_sd;  ///< their standard deviations, n x m [same unit]
-  bool has_block = false;                      ///< whether blocks, levels were stated
+  /// n x m: readings of a differential axis one of whose two columns is at or beyond the range.
+  std::optional<Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>> saturated;
+  bool has_block = false;  ///< whether blocks, levels were stated
   bool has_level = false;
 
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(readings.size()); }

@@ -7,6 +7,7 @@
 
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/core/csv_reader.hpp"
+#include "axiscal/instruments/instrument.hpp"
 #include "axiscal/positioner/design.hpp"
 
 namespace axiscal {
@@ -25,9 +26,11 @@ struct ObservationsTable {
 struct ObservationColumns {
   /// The response columns; where the first is missing, SLOT.axis of one slot or more.
   std::vector<std::string> axes = {"x", "y", "z"};
-  bool needs_labels = false;   ///< `rest` and `fence`, even where the field is given
-  bool needs_samples = false;  ///< `samples`
-  bool needs_sd = false;       ///< `AXIS_sd` for each axis, positive
+  std::vector<DifferentialAxis> differences;  ///< axes that are the difference of two columns
+  std::optional<ReadingRange> range;          ///< of each of their columns
+  bool needs_labels = false;                  ///< `rest` and `fence`, even where the field is given
+  bool needs_samples = false;                 ///< `samples`
+  bool needs_sd = false;                      ///< `AXIS_sd` for each axis, positive
 };
 
 /// Reads observations (CONTRACT section 2).

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -13,16 +14,48 @@
 namespace axiscal {
 
 struct ReductionOptions {
-  std::optional<double>
-      magnitude;  ///< F where readings are taken [field unit]; default: the record's
+  /// F where readings are taken [unit of the results]; default: the record's.
+  std::optional<double> magnitude;
+  double factor = 1.0;  ///< unit of the results per unit of the record's field, see FieldConversion
   InclinationOptions inclination;  ///< the convention is the record's
+  double declination_rad = 0.0;    ///< added to magnetic headings
 };
+
+/// In what unit results are, and of which magnitude the field is where readings are taken.
+struct FieldConversion {
+  std::string unit;
+  double factor = 1.0;     ///< results = factor * field in the record's unit
+  double magnitude = 1.0;  ///< F where readings are taken [unit]
+};
+
+/// Takes a record from the field of its site to that of another.
+///
+/// Units of one quantity convert (nT, uT, T; rad/s, deg/s, deg/h). A record in `g`, whose 1 g was
+/// the gravity of its site, and one in m/s^2 convert to each other and to another site's `g` by the
+/// two sites' gravity.
+///
+/// @param field      the record's.
+/// @param unit       of the results; empty: the record's.
+/// @param magnitude  of the field where readings are taken [unit]; default: the record's, in `g` 1.
+/// @param gravity_there_m_s2  gravity where readings are taken; default: `magnitude` where that is
+/// in
+///                            m/s^2, else the record's site.
+/// @throws DomainError  if the units do not convert, or the record does not say what its g was.
+[[nodiscard]] FieldConversion field_conversion(const FieldDescription& field,
+                                               const std::string& unit,
+                                               std::optional<double> magnitude,
+                                               std::optional<double> gravity_there_m_s2 = {});
+
+/// The same calibration in another unit of the field.
+/// @param conversion  as field_conversion(); its magnitude becomes the record's.
+[[nodiscard]] Calibration converted(Calibration calibration, const FieldConversion& conversion);
 
 /// What a reading of three or more axes says.
 struct ReducedReading {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< f_hat [field unit]
   double residual = 0.0;                                      ///< |f_hat| - F [field unit]
   DerivedValues derived;                                      ///< as the kind of instrument says
+  bool determined = true;  ///< false: fewer than three one-sided axes see the light
 };
 
 /// What a reading of one axis says where there are fewer than three.
@@ -35,6 +68,8 @@ struct ReducedAxis {
 /// The way back: raw readings to field components, residual and derived quantities.
 ///
 ///     f_hat = S^-1 (v - b);   m > 3: least squares weighted by 1 / s_k^2
+///
+/// Of one-sided axes those count that see the light, by the reduced field itself, until it stays.
 ///
 /// After construction nothing is allocated: fit for use in real time.
 ///
@@ -63,7 +98,17 @@ class Reducer {
   [[nodiscard]] double magnitude() const { return magnitude_; }
 
   /// @param readings  axis_count() finite readings [unit], in the order of the axes; m >= 3.
-  [[nodiscard]] ReducedReading reduce(std::span<const double> readings) const noexcept;
+  /// @param up        specific force at rest in the sensor's frame, from an accelerometer in the
+  /// same
+  ///                  frame; for headings, and [unit of the second field] to take out what the
+  ///                  instrument answers to it. Null without one.
+  [[nodiscard]] ReducedReading reduce(std::span<const double> readings,
+                                      const Eigen::Vector3d* up = nullptr) const noexcept;
+
+  /// @return whether a reading is at or beyond the range of its axis.
+  [[nodiscard]] bool is_saturated(double reading) const noexcept {
+    return range_ && (reading <= range_->low || reading >= range_->high);
+  }
 
   /// The field along one sensing axis: (v - b) / |S_k|; any m.
   ///
@@ -86,6 +131,15 @@ class Reducer {
   std::vector<double> bias_;
   std::vector<double> length_;            // |S_k|
   std::vector<Eigen::Vector3d> inverse_;  // columns of the pseudo-inverse of S
+  [[nodiscard]] bool solve_lit(std::span<const double> readings,
+                               Eigen::Vector3d& field) const noexcept;
+
+  std::vector<Eigen::Vector3d> rows_;  // of S, for one-sided axes
+  std::vector<double> weights_;        // of one-sided axes
+  std::vector<Eigen::Matrix3d> also_;  // field per second field, to be taken out
+  std::optional<ReadingRange> range_;
+  double factor_ = 1.0;
+  double declination_rad_ = 0.0;
 };
 
 }  // namespace axiscal

@@ -12,7 +12,20 @@
 
 namespace axiscal {
 
+/// Where the reading of an axis is: a column, or the difference of two.
+struct ReadingColumn {
+  std::string axis;
+  std::string plus;   ///< name of the column
+  std::string minus;  ///< of the one to be subtracted; empty for none
+};
+
+/// @return the columns of an instrument's axes.
+[[nodiscard]] std::vector<ReadingColumn> reading_columns(const Instrument& instrument);
+
 struct ReductionCsvOptions {
+  /// An accelerometer's, for headings and second fields; null without one.
+  const Reducer* attitude = nullptr;
+  std::vector<ReadingColumn> attitude_columns;
   bool strict = false;     ///< a row that cannot be reduced is an error
   bool every_row = false;  ///< hand over each row at once instead of large blocks
 };
@@ -22,6 +35,8 @@ struct ReductionCsvSummary {
   std::size_t unreadable = 0;             ///< rows that could not be reduced
   std::size_t first_unreadable_line = 0;  ///< 0 where there is none
   std::size_t clamped = 0;                ///< rows with a component larger than the field
+  std::size_t far_from_field = 0;         ///< rows whose |f_hat| differs from F by more than 30 %
+  std::size_t saturated = 0;              ///< rows with a reading at or beyond its range
 };
 
 /// Reduces a table row by row (CONTRACT section 5), in constant memory.
@@ -29,16 +44,16 @@ struct ReductionCsvSummary {
 /// Each row's cells are copied as they are, and the results appended: `field_x,field_y,field_z,
 /// residual`, what the kind of instrument derives, and `flag`. With fewer than three axes instead:
 /// `component_AXIS` for each axis, and `angle_AXIS_deg` where the kind has angles. A row that
-/// cannot be reduced keeps its place, with empty results and the flag `unreadable`.
+/// cannot be reduced keeps its place, with empty results and the flag `unreadable` or `saturated`.
 ///
 /// @param csv      the readings, positioned behind their header.
-/// @param axes     names of the columns to reduce, in the reducer's order.
+/// @param axes     the columns to reduce, in the reducer's order.
 /// @param reducer  for as many axes.
 /// @param sink     takes the text, block by block.
 /// @throws DataError  if a column is missing or the output would have one twice; with `strict` for
 ///                    the first row that cannot be reduced.
 ReductionCsvSummary reduce_csv(CsvReader& csv,
-                               const std::vector<std::string>& axes,
+                               const std::vector<ReadingColumn>& axes,
                                const Reducer& reducer,
                                const ReductionCsvOptions& options,
                                const std::function<void(std::string_view)>& sink);

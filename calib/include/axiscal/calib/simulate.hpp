@@ -27,7 +27,8 @@ struct SimulationOptions {
 ///
 /// The field in the table is the truth's `in_table` (without one, its magnitude along the normal),
 /// tilted further by the slope (x, y): level becomes (x, y, sqrt(1 - x^2 - y^2)). So what comes out
-/// of a calibration can go in here.
+/// of a calibration can go in here. Of a sum of fields those that are made on the table stay in it;
+/// one-sided axes read nothing from behind.
 ///
 /// @param truth  a calibration; its instrument, field and response count.
 /// @param sheet  the design points in the order in which they are taken.

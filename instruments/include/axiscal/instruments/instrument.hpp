@@ -23,6 +23,19 @@ enum class AxisConvention {
 /// One row of numbers for each sensing axis: its sensitivity to the field's x, y, z.
 using SensitivityMatrix = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
+/// What an axis can read; at either end and beyond it is saturated.
+struct ReadingRange {
+  double low = 0.0;   ///< [unit of the readings]
+  double high = 0.0;  ///< greater than low
+};
+
+/// An axis that is the difference of two columns, as of two opposite photodiodes.
+struct DifferentialAxis {
+  std::string axis;   ///< name of the axis
+  std::string plus;   ///< the column that counts positive
+  std::string minus;  ///< the column that is subtracted
+};
+
 /// What an instrument is called and how it speaks.
 struct Instrument {
   std::string kind;                                 ///< name of an InstrumentKind
@@ -30,9 +43,17 @@ struct Instrument {
   std::vector<std::string> axes = {"x", "y", "z"};  ///< names of the response columns, one or more
   std::string unit = "1";                           ///< of the readings, any text
   AxisConvention convention = AxisConvention::forward_left_up;
+  std::vector<DifferentialAxis> differences;  ///< the axes that are not columns of their own
+  std::optional<ReadingRange> range;          ///< of each column
+  bool one_sided = false;  ///< the axes see only what comes from in front of them (photodiodes)
 
   [[nodiscard]] Eigen::Index axis_count() const { return static_cast<Eigen::Index>(axes.size()); }
 };
+
+/// Takes axes as users write them: "x", or "d=p-n" for the difference of two columns.
+/// @param instrument  its axes and differences are set.
+/// @throws DomainError  for a text that is neither, or names as check_axes().
+void set_axes(Instrument& instrument, const std::vector<std::string>& texts);
 
 /// @throws DomainError  unless there is an axis and each has a name of its own.
 void check_axes(const Instrument& instrument);

@@ -2,14 +2,29 @@
 #pragma once
 
 #include <array>
+#include <deque>
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include <Eigen/Core>
 
 #include "axiscal/instruments/inclination.hpp"
+#include "axiscal/instruments/instrument.hpp"
 
 namespace axiscal {
+
+/// What a reduced reading offers to derive from.
+struct DeriveInput {
+  Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< [field unit], finite
+  double magnitude = 1.0;                                     ///< F [field unit], positive
+  InclinationOptions inclination;
+  /// Specific force at rest in the same frame [any unit], from an accelerometer; null without one.
+  const Eigen::Vector3d* up = nullptr;
+  double declination_rad = 0.0;  ///< added to magnetic headings
+};
 
 /// What a kind of instrument derives from the field: at most four numbers, NaN for an empty one.
 struct DerivedValues {
@@ -17,24 +32,54 @@ struct DerivedValues {
   bool clamped = false;
 };
 
-/// A kind of instrument is data: its name and what its users want to know of the field.
+/// A calibration as a kind of instrument looks at it.
+struct CalibratedInstrument {
+  const Instrument& instrument;
+  const LinearResponse& response;
+  Eigen::MatrixXd covariance;  ///< of bias and sensitivity, 4 m x 4 m, axis by axis; or empty
+  std::string field_kind;
+  std::string field_unit;
+  double magnitude = 1.0;                              ///< F [field unit]
+  std::optional<Eigen::Vector3d> in_table;             ///< the field in the table [field unit]
+  std::optional<Eigen::Matrix3d> in_table_covariance;  ///< [field unit^2]
+};
+
+/// What users of a kind of instrument call its calibration: some numbers under a name.
+struct Quantity {
+  std::string name;            ///< "hard_iron", "responsivity", "dip_to_table_deg", ...
+  std::string of;              ///< the axis or component that it is of; may be empty
+  std::vector<double> values;  ///< one, or one for each component
+  std::vector<double> u;       ///< standard uncertainties (type A); NaN where they are not known
+  std::string unit;
+};
+
+/// A kind of instrument is data: its name, and what its users want to know.
 ///
-/// A new kind is one more entry in the table of instrument_kind.cpp.
+/// A new kind is one such entry: for Axiscal itself one more file among src/kinds/, in a program of
+/// your own one call of add_instrument_kind().
 struct InstrumentKind {
   std::string_view name;
   std::span<const std::string_view> derived_names;  ///< columns, e.g. "pitch_deg"
 
-  /// Gives as many values as there are derived_names from the field's components [field unit] and
-  /// its magnitude [field unit]; null where nothing is derived.
-  DerivedValues (*derive)(const Eigen::Vector3d& field_in_sensor,
-                          double magnitude,
-                          const InclinationOptions& options) noexcept;
+  /// Gives as many values as there are derived_names; null where nothing is derived.
+  DerivedValues (*derive)(const DeriveInput& input) noexcept = nullptr;
 
-  bool has_axis_elevation = false;  ///< with fewer than three axes: angle above the horizontal
+  bool derives_with_attitude = false;  ///< derive() needs DeriveInput::up, and is left out without
+  bool has_axis_elevation = false;     ///< with fewer than three axes: angle above the horizontal
+
+  /// What the record and the summary show besides bias and sensitivity; null for nothing.
+  std::vector<Quantity> (*describe)(const CalibratedInstrument& calibrated) = nullptr;
 };
 
-/// @return all kinds that this version knows.
-[[nodiscard]] std::span<const InstrumentKind> instrument_kinds();
+/// @return all kinds that are known: those of this version, then those that were added.
+[[nodiscard]] const std::deque<InstrumentKind>& instrument_kinds();
+
+/// Adds a kind of instrument. Call it before calibrating, from one thread.
+///
+/// @return the kind as it is known from now on.
+/// @throws DomainError  if the name is empty or there already, or derived_names are more than four
+///                      or without derive().
+const InstrumentKind& add_instrument_kind(const InstrumentKind& kind);
 
 /// @return the kind of that name.
 /// @throws DomainError  if there is none; the message lists the names.

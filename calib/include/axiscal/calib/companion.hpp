@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/observations.hpp"
+
+namespace axiscal {
+
+/// Turns an instrument's frame to that of another that was recorded with it: a magnetometer's to
+/// its accelerometer's, so that headings can be tilt-compensated.
+///
+/// Method `magnitude` leaves the frame open; the constant angle between the two fields closes it
+/// but for what both share. Where the fields are nearly parallel it does so badly, and a warning
+/// says so. Both must have been read at the same times: row by row, runs left out of neither.
+///
+/// @param calibration   of the instrument, three axes; its sensitivity, covariance and quantities
+///                      come out in the companion's frame, and `alignment` says how it was turned.
+/// @param observations  its readings.
+/// @param companion     the other's record, three axes.
+/// @param companions    the other's readings, as many.
+/// @param record        the companion's name, for the record.
+/// @throws DomainError   if the readings are not as many, or either has not three axes.
+/// @throws RefusedError  as align_by_constant_angle().
+void align_with_companion(Calibration& calibration,
+                          const Observations& observations,
+                          const Calibration& companion,
+                          const Observations& companions,
+                          const std::string& record);
+
+}  // namespace axiscal

@@ -1,0 +1,534 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "magnitude.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include "axis_regression.hpp"
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/robust.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/random.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "joint_fit.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr Eigen::Index parameter_count = 9;  // b, and six entries of A = S^-1
+
+using Parameters = Eigen::Matrix<double, parameter_count, 1>;
+
+// Where the six entries stand: on and above the diagonal.
+constexpr std::array<std::array<int, 2>, 6> entries = {
+    {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
+
+// f = A (v - b), for readings that were centred and scaled so that all numbers are near 1.
+struct Ellipsoid {
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d A = Eigen::Matrix3d::Identity();
+};
+
+// The readings in units in which the field has length 1, about their middle.
+struct Cloud {
+  Eigen::MatrixXd v;             // n x 3
+  Eigen::VectorXd root_weights;  // n
+  Eigen::Matrix3d noise;         // covariance up to a factor
+  MagnitudeShape shape = MagnitudeShape::symmetric;
+  std::vector<std::string> names;  // of the parameters, for errors
+
+  [[nodiscard]] Eigen::Index size() const { return v.rows(); }
+};
+
+Ellipsoid moved(const Ellipsoid& from, const Parameters& step, MagnitudeShape shape) {
+  Ellipsoid to = from;
+  to.b += step.head<3>();
+  for (std::size_t e = 0; e < entries.size(); ++e) {
+    const auto [i, j] = entries[e];
+    to.A(i, j) += step(3 + static_cast<Eigen::Index>(e));
+    if (i != j && shape == MagnitudeShape::symmetric) {
+      to.A(j, i) = to.A(i, j);
+    }
+  }
+  return to;
+}
+
+// Deviations |f| - 1 and what changes them, in units of a reading's noise.
+struct Linearised {
+  Eigen::VectorXd deviation;  // n
+  Eigen::MatrixXd jacobian;   // n x 9
+  Eigen::VectorXd scale;      // n: 1 / standard deviation of |f|, for noise of 1
+};
+
+Linearised linearise(const Cloud& cloud, const Ellipsoid& at) {
+  const Eigen::Index n = cloud.size();
+  Linearised result{.deviation = Eigen::VectorXd(n),
+                    .jacobian = Eigen::MatrixXd(n, parameter_count),
+                    .scale = Eigen::VectorXd(n)};
+  const Eigen::Matrix3d C = at.A * cloud.noise * at.A.transpose();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Vector3d d = cloud.v.row(i).transpose() - at.b;
+    const Eigen::Vector3d f = at.A * d;
+    const double length = f.norm();
+    const Eigen::Vector3d u = f / length;
+    const double scale = cloud.root_weights(i) / std::sqrt(u.dot(C * u));
+    result.scale(i) = scale;
+    result.deviation(i) = scale * (length - 1.0);
+    result.jacobian.row(i).head<3>() = -scale * u.transpose() * at.A;
+    for (std::size_t e = 0; e < entries.size(); ++e) {
+      const auto [j, k] = entries[e];
+      double change = u(j) * d(k);
+      if (j != k && cloud.shape == MagnitudeShape::symmetric) {
+        change += u(k) * d(j);
+      }
+      result.jacobian(i, 3 + static_cast<Eigen::Index>(e)) = scale * change;
+    }
+  }
+  return result;
+}
+
+// Sum of squares with the weights of another place.
+double cost_at(const Cloud& cloud, const Ellipsoid& at, const Eigen::VectorXd& scale) {
+  double sum = 0.0;
+  for (Eigen::Index i = 0; i < cloud.size(); ++i) {
+    const double length = (at.A * (cloud.v.row(i).transpose() - at.b)).norm();
+    sum += std::pow(scale(i) * (length - 1.0), 2);
+  }
+  return sum;
+}
+
+// Gauss-Newton, damped when the cost rises; the weights are fixed within a step. `robust` weights
+// multiply those of the readings.
+Ellipsoid converged(const Cloud& cloud, Ellipsoid at, const Eigen::VectorXd& robust) {
+  const Eigen::VectorXd root = robust.cwiseSqrt();
+  double damping = 0.0;
+  for (int round = 0; round < 200; ++round) {
+    Linearised linear = linearise(cloud, at);
+    linear.deviation.array() *= root.array();
+    linear.jacobian.array().colwise() *= root.array();
+    const Eigen::VectorXd scale = linear.scale.cwiseProduct(root);
+    const double cost = linear.deviation.squaredNorm();
+    const Eigen::VectorXd lengths = linear.jacobian.colwise().norm();
+    bool better = false;
+    double moved_by = 0.0;
+    for (int attempt = 0; attempt < 30 && !better; ++attempt) {
+      Eigen::MatrixXd J(cloud.size() + parameter_count, parameter_count);
+      J << linear.jacobian, (std::sqrt(damping) * lengths).asDiagonal().toDenseMatrix();
+      Eigen::VectorXd r = Eigen::VectorXd::Zero(J.rows());
+      r.head(cloud.size()) = -linear.deviation;
+      const Parameters step = J.completeOrthogonalDecomposition().solve(r);
+      const Ellipsoid next = moved(at, step, cloud.shape);
+      better = step.allFinite() && next.A.determinant() > 0.0 &&
+               cost_at(cloud, next, scale) <= (1.0 + 1e-12) * cost;
+      if (better) {
+        at = next;
+        moved_by = step.norm();
+        damping = damping > 1e-9 ? damping / 10.0 : 0.0;
+      } else {
+        damping = std::max(10.0 * damping, 1e-6);
+      }
+    }
+    if (!better || moved_by < 1e-13) {
+      break;
+    }
+  }
+  return at;
+}
+
+// The symmetric or triangular A of an ellipsoid d^T M d = 1.
+Eigen::Matrix3d root_of(const Eigen::Matrix3d& M, MagnitudeShape shape) {
+  if (shape == MagnitudeShape::triangular) {
+    // M = A^T A with A upper triangular: Cholesky's M = L L^T, A = L^T.
+    return Eigen::LLT<Eigen::Matrix3d>(M).matrixL().transpose();
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(M, Eigen::ComputeFullU);
+  return svd.matrixU() * svd.singularValues().cwiseSqrt().asDiagonal() * svd.matrixU().transpose();
+}
+
+// The quadric through the readings by linear least squares, if it is an ellipsoid; else a sphere.
+Ellipsoid algebraic_start(const Cloud& cloud) {
+  const Eigen::Index n = cloud.size();
+  Eigen::MatrixXd D(n, 9);
+  Eigen::MatrixXd B(n, 4);
+  Eigen::VectorXd square(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Vector3d v = cloud.v.row(i);
+    D.row(i) << v.x() * v.x(), v.y() * v.y(), v.z() * v.z(), 2.0 * v.x() * v.y(),
+        2.0 * v.x() * v.z(), 2.0 * v.y() * v.z(), 2.0 * v.transpose();
+    B.row(i) << 2.0 * v.transpose(), 1.0;
+    square(i) = v.squaredNorm();
+  }
+  const Eigen::VectorXd q = D.completeOrthogonalDecomposition().solve(Eigen::VectorXd::Ones(n));
+  Eigen::Matrix3d Q;
+  Q << q(0), q(3), q(4), q(3), q(1), q(5), q(4), q(5), q(2);
+  const Eigen::LLT<Eigen::Matrix3d> cholesky(Q);
+  const Eigen::VectorXd sphere = B.completeOrthogonalDecomposition().solve(square);
+  Ellipsoid start{.b = sphere.head<3>()};
+  start.A /= std::sqrt(std::max(sphere(3) + start.b.squaredNorm(), 1e-6));
+  constexpr double longest_axis = 100.0;  // of a good one all are near 1
+  if (cholesky.info() == Eigen::Success) {
+    const Eigen::Vector3d centre = -cholesky.solve(q.tail<3>());
+    const double size = 1.0 + centre.dot(Q * centre);
+    const Eigen::Matrix3d A = root_of(Q / size, cloud.shape);
+    if (A.inverse().norm() < longest_axis) {
+      return {.b = centre, .A = A};
+    }
+  }
+  return start;
+}
+
+// Statistics at a solution.
+struct Fit {
+  Ellipsoid at;
+  Linearised linear;
+  Eigen::MatrixXd unscaled_covariance;  // 9 x 9
+  Eigen::VectorXd leverage;             // n
+  Eigen::VectorXd robust;               // n
+  double condition_number = 1.0;
+  double sd = 0.0;  // of a reading of weight 1, in the cloud's units
+  double dof = 0.0;
+};
+
+std::vector<std::string> names_of(const ReadingSet& set) {
+  std::vector<std::string> names;
+  for (const std::string& axis : set.axes) {
+    names.push_back(axis + ".bias");
+  }
+  for (const auto& [i, j] : entries) {
+    names.push_back(set.axes[static_cast<std::size_t>(i)] + ".sensitivity." +
+                    std::string(1, "xyz"[j]));
+  }
+  return names;
+}
+
+void require_open_nothing(const ReadingSet& set, const Linearised& linear) {
+  const Eigen::MatrixXd scaled =
+      linear.jacobian *
+      linear.jacobian.colwise().norm().cwiseMax(1e-300).cwiseInverse().asDiagonal();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinV);
+  constexpr double open_below = 1e-6;
+  std::vector<std::string> open;
+  const std::vector<std::string> names = names_of(set);
+  for (Eigen::Index j = 0; j < parameter_count; ++j) {
+    double share = 0.0;
+    for (Eigen::Index s = 0; s < parameter_count; ++s) {
+      if (svd.singularValues()(s) < open_below * svd.singularValues()(0)) {
+        share = std::max(share, std::abs(svd.matrixV()(j, s)));
+      }
+    }
+    if (share > 1e-3) {
+      open.push_back(names[static_cast<std::size_t>(j)]);
+    }
+  }
+  if (!open.empty()) {
+    const std::string list = joined(open);
+    throw RankDeficientError(
+        "the orientations do not determine " + list +
+            "; method magnitude needs nine directions or more that lie on no other quadric: a "
+            "level cube gives six, so add oblique orientations, or give the design points",
+        std::move(open));
+  }
+}
+
+Fit describe(const Cloud& cloud, const Ellipsoid& at, const Eigen::VectorXd& robust) {
+  Fit fit{.at = at, .linear = linearise(cloud, at), .robust = robust};
+  const LeastSquaresDesign design(fit.linear.jacobian, Eigen::VectorXd(), cloud.names);
+  fit.unscaled_covariance = design.unscaled_covariance();
+  fit.leverage = design.leverage();
+  fit.condition_number = design.condition_number();
+  fit.dof = static_cast<double>(cloud.size() - parameter_count);
+  fit.sd = std::sqrt(fit.linear.deviation.squaredNorm() / fit.dof);
+  return fit;
+}
+
+Fit fit_cloud(const Cloud& cloud, bool robust) {
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(cloud.size());
+  Ellipsoid at = converged(cloud, algebraic_start(cloud), weights);
+  if (!robust) {
+    return describe(cloud, at, weights);
+  }
+  BisquareWeights bisquare;
+  for (int round = 0; round < 100; ++round) {
+    const Fit now = describe(cloud, at, weights);
+    bisquare = bisquare_weights(now.linear.deviation, now.leverage,
+                                static_cast<double>(parameter_count), 1e-15);
+    const double change = (bisquare.weights - weights).cwiseAbs().maxCoeff();
+    weights = bisquare.weights;
+    at = converged(cloud, at, weights);
+    if (change < 1e-9) {
+      break;
+    }
+  }
+  Fit fit = describe(cloud, at, weights);
+  fit.sd = bisquare.scale * std::sqrt(bisquare.variance_factor);
+  return fit;
+}
+
+// The readings as the fit says they would be without noise.
+Eigen::MatrixXd on_the_ellipsoid(const Cloud& cloud, const Ellipsoid& at) {
+  const Eigen::Matrix3d S = at.A.inverse();
+  Eigen::MatrixXd exact(cloud.size(), 3);
+  for (Eigen::Index i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d f = at.A * (cloud.v.row(i).transpose() - at.b);
+    exact.row(i) = at.b + S * f.normalized();
+  }
+  return exact;
+}
+
+// Noise of standard deviation 1 for a reading of weight 1.
+Eigen::MatrixXd noise_of(const Cloud& cloud, RandomStream& random) {
+  const Eigen::Matrix3d root = Eigen::LLT<Eigen::Matrix3d>(cloud.noise).matrixL();
+  Eigen::MatrixXd noise(cloud.size(), 3);
+  for (Eigen::Index i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d e(random.normal(), random.normal(), random.normal());
+    noise.row(i) = root * e / cloud.root_weights(i);
+  }
+  return noise;
+}
+
+// Mean of refits to readings made from the fit, less the fit: the estimate's bias of order sigma^2.
+Parameters bias_by_bootstrap(const Cloud& all, const Fit& fit) {
+  constexpr int pairs = 40;
+  // The bias does not depend on how often the same directions are taken; so many are enough.
+  constexpr Eigen::Index most_rows = 2000;
+  const Eigen::Index step = 1 + (all.size() - 1) / most_rows;
+  Cloud cloud = all;
+  const Eigen::Index rows = (all.size() + step - 1) / step;
+  cloud.v = all.v(Eigen::seqN(0, rows, step), Eigen::all);
+  cloud.root_weights = all.root_weights(Eigen::seqN(0, rows, step));
+  const Eigen::MatrixXd exact = on_the_ellipsoid(cloud, fit.at);
+  RandomStream random(1, 0);
+  Cloud made = cloud;
+  Parameters sum = Parameters::Zero();
+  for (int t = 0; t < pairs; ++t) {
+    // Noise of either sign: what is odd in it cancels, and the bias of order sigma^2 is left.
+    const Eigen::MatrixXd noise = fit.sd * noise_of(cloud, random);
+    for (const double sign : {1.0, -1.0}) {
+      made.v = exact + sign * noise;
+      const Ellipsoid again = converged(made, fit.at, Eigen::VectorXd::Ones(cloud.size()));
+      sum.head<3>() += again.b - fit.at.b;
+      for (std::size_t e = 0; e < entries.size(); ++e) {
+        const auto [i, j] = entries[e];
+        sum(3 + static_cast<Eigen::Index>(e)) += again.A(i, j) - fit.at.A(i, j);
+      }
+    }
+  }
+  return sum / (2.0 * pairs);
+}
+
+// Whether residuals may be independent normal noise: neither do neighbours resemble each other, as
+// when an instrument is turned by hand, nor does one stand out.
+bool is_plain_noise(const Fit& fit) {
+  const Eigen::VectorXd& r = fit.linear.deviation;
+  const auto n = static_cast<double>(r.size());
+  const double together = r.head(r.size() - 1).dot(r.tail(r.size() - 1)) / r.squaredNorm();
+  constexpr double beyond_chance = 3.5;  // standard deviations
+  const double largest = r.cwiseAbs().maxCoeff() / fit.sd;
+  return std::abs(together) * std::sqrt(n) < beyond_chance &&
+         n * student_t_two_sided_p(largest, fit.dof) > 1e-3;
+}
+
+// Columns: change of b and of S, row by row, with b and the entries of A; 12 x 9.
+Eigen::MatrixXd change_of_response(const Ellipsoid& at, MagnitudeShape shape) {
+  const Eigen::Matrix3d S = at.A.inverse();
+  Eigen::MatrixXd T = Eigen::MatrixXd::Zero(12, parameter_count);
+  for (int k = 0; k < 3; ++k) {
+    T(4 * k, k) = 1.0;
+  }
+  for (std::size_t e = 0; e < entries.size(); ++e) {
+    const auto [i, j] = entries[e];
+    Eigen::Matrix3d dA = Eigen::Matrix3d::Zero();
+    dA(i, j) = 1.0;
+    if (shape == MagnitudeShape::symmetric) {
+      dA(j, i) = 1.0;
+    }
+    const Eigen::Matrix3d dS = -S * dA * S;
+    for (int k = 0; k < 3; ++k) {
+      T.block<3, 1>(4 * k + 1, 3 + static_cast<Eigen::Index>(e)) = dS.row(k).transpose();
+    }
+  }
+  return T;
+}
+
+// A few orientations that are close together, or all in one plane, fit many ellipsoids.
+void require_good_orientations(const Fit& fit, double bias_in_se) {
+  constexpr double largest_relative_se = 0.1;
+  constexpr double largest_bias_in_se = 1.5;  // a correction beyond that is no small one
+  const Eigen::VectorXd se = fit.sd * fit.unscaled_covariance.diagonal().cwiseSqrt();
+  const double size = fit.at.A.norm() / std::sqrt(3.0);
+  const double worst = std::max(se.head<3>().maxCoeff() * size, se.tail<6>().maxCoeff() / size);
+  if (worst > largest_relative_se || bias_in_se > largest_bias_in_se) {
+    throw RefusedError(
+        "method magnitude: the orientations cover too little of the sphere (or an axis is dead) to "
+        "tell bias from sensitivity: " +
+        (worst > largest_relative_se
+             ? "standard errors of " + number_text(std::round(100.0 * worst)) + " % of the field"
+             : "a bias of " + number_text(std::round(10.0 * bias_in_se) / 10.0) +
+                   " standard errors by the noise alone") +
+        "; turn the instrument so that each side meets the field");
+  }
+}
+
+}  // namespace
+
+Estimate estimate_magnitude(const ReadingSet& set,
+                            double F,
+                            MagnitudeShape shape,
+                            const Eigen::Matrix3d& noise) {
+  if (set.axis_count() != 3) {
+    throw RefusedError("method magnitude needs an instrument of three axes, not " +
+                       std::to_string(set.axis_count()));
+  }
+  if (set.size() < parameter_count + 1) {
+    throw RefusedError(
+        "method magnitude needs ten readings or more in different orientations, not " +
+        std::to_string(set.size()));
+  }
+  require_response(set);
+  const Eigen::Vector3d lowest = set.response.colwise().minCoeff();
+  const Eigen::Vector3d highest = set.response.colwise().maxCoeff();
+  const Eigen::Vector3d middle = 0.5 * (lowest + highest);
+  const double size = 0.5 * (highest - lowest).maxCoeff();
+  Cloud cloud{.v = (set.response.rowwise() - middle.transpose()) / size,
+              .root_weights = set.weights.col(0).cwiseSqrt(),
+              .noise = 3.0 / noise.trace() * noise,
+              .shape = shape,
+              .names = names_of(set)};
+  require_open_nothing(set, linearise(cloud, algebraic_start(cloud)));
+  Fit fit = fit_cloud(cloud, set.robust);
+  require_open_nothing(set, fit.linear);
+  const Eigen::VectorXd se = fit.sd * fit.unscaled_covariance.diagonal().cwiseSqrt();
+  const Parameters bias = bias_by_bootstrap(cloud, fit);
+  const double bias_in_se = (bias.array().abs() / se.array().max(1e-300)).maxCoeff();
+  constexpr double worth_correcting = 0.1;  // standard errors
+  constexpr double rounding = 1e-12;        // of the field: no noise, and no bias by it
+  const bool plain_noise = fit.sd > rounding && !set.robust && is_plain_noise(fit);
+  const bool correct = bias_in_se > worth_correcting && plain_noise;
+  require_good_orientations(fit, plain_noise ? bias_in_se : 0.0);
+  if (correct) {
+    fit.at = moved(fit.at, -bias, shape);
+  }
+
+  Estimate estimate;
+  if (bias_in_se > worth_correcting && fit.sd > rounding) {
+    const std::string size_in_se = number_text(std::round(bias_in_se * 100.0) / 100.0);
+    estimate.notes.push_back(
+        correct ? "corrected for the estimate's bias of order sigma^2, up to " + size_in_se +
+                      " standard errors (parametric bootstrap)"
+                : "not corrected for the estimate's bias of order sigma^2, which would be up to " +
+                      size_in_se +
+                      " standard errors if the residuals were independent noise; they are not");
+  }
+  RegressionRows rows = rows_of_readings(set);
+  estimate.statistics = blank_statistics(set, rows);
+  FitStatistics& statistics = estimate.statistics;
+  const Eigen::Matrix3d S = fit.at.A.inverse();
+  estimate.response.bias = middle + size * fit.at.b;
+  estimate.response.sensitivity = size / F * S;
+  const Eigen::MatrixXd T = change_of_response(fit.at, shape);
+  Eigen::VectorXd units(12);
+  for (int k = 0; k < 3; ++k) {
+    units.segment<4>(4 * k) << size, size / F, size / F, size / F;
+  }
+  statistics.covariance = fit.sd * fit.sd * units.asDiagonal() * T * fit.unscaled_covariance *
+                          T.transpose() * units.asDiagonal();
+  statistics.degrees_of_freedom.setConstant(fit.dof);
+  statistics.residual_sd = size * fit.sd * cloud.noise.diagonal().cwiseSqrt();
+  statistics.r_squared.setConstant(std::numeric_limits<double>::quiet_NaN());
+  statistics.variance_inflation.setConstant(std::numeric_limits<double>::quiet_NaN());
+  statistics.condition_number = fit.condition_number;
+  const ResidualDiagnostics diagnostics =
+      set.robust ? scale_residuals(fit.linear.deviation, fit.leverage, fit.sd,
+                                   static_cast<double>(parameter_count))
+                 : diagnose_residuals(fit.linear.deviation, fit.leverage, fit.dof,
+                                      static_cast<double>(parameter_count));
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    put_diagnostics(statistics, k, fit.leverage, diagnostics,
+                    set.robust ? fit.robust : Eigen::VectorXd());
+  }
+  return estimate;
+}
+
+LinearResponse refit_magnitude(const Eigen::MatrixXd& readings,
+                               double F,
+                               MagnitudeShape shape,
+                               const LinearResponse& start) {
+  const double size = F * start.sensitivity.norm();
+  Cloud cloud{.v = readings / size,
+              .root_weights = Eigen::VectorXd::Ones(readings.rows()),
+              .noise = Eigen::Matrix3d::Identity(),
+              .shape = shape};
+  Ellipsoid at{.b = start.bias / size};
+  at.A = (Eigen::Matrix3d(start.sensitivity) * (F / size)).inverse();
+  at = converged(cloud, at, Eigen::VectorXd::Ones(readings.rows()));
+  return {.bias = size * at.b, .sensitivity = size / F * at.A.inverse()};
+}
+
+void turn_frame(const Eigen::Matrix3d& R, LinearResponse& response, Eigen::MatrixXd& covariance) {
+  response.sensitivity *= R.transpose();
+  const Eigen::Index m = response.bias.size();
+  Eigen::MatrixXd T = Eigen::MatrixXd::Identity(4 * m, 4 * m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    T.block<3, 3>(4 * k + 1, 4 * k + 1) = R;
+  }
+  covariance = T * covariance * T.transpose();
+}
+
+void align_by_points(const ReadingSet& set, double F, Estimate& estimate) {
+  std::vector<Eigen::Index> all(static_cast<std::size_t>(set.size()));
+  std::iota(all.begin(), all.end(), 0);
+  const Eigen::VectorXd linear = linear_directions(set, all);
+  Eigen::Vector3d in_table =
+      F * (linear.size() == 3 ? Eigen::Vector3d(linear) : Eigen::Vector3d::UnitZ());
+  const Eigen::Matrix3d inverse = Eigen::Matrix3d(estimate.response.sensitivity).inverse();
+  const Eigen::MatrixXd measured =
+      (set.response.rowwise() - estimate.response.bias.transpose()) * inverse.transpose();
+  // Either end of the axis that the points show; the better one is where the field points.
+  Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
+  double least = std::numeric_limits<double>::infinity();
+  for (const double sign : {1.0, -1.0}) {
+    Eigen::Vector3d table = sign * in_table;
+    Eigen::Matrix3d Q = Eigen::Matrix3d::Identity();
+    double sum = 0.0;
+    for (int round = 0; round < 200; ++round) {
+      Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
+      for (Eigen::Index i = 0; i < set.size(); ++i) {
+        M += set.rotation_sensor_from_table[static_cast<std::size_t>(i)] * table * measured.row(i);
+      }
+      Q = nearest_rotation(M);
+      Eigen::Vector3d next = Eigen::Vector3d::Zero();
+      sum = 0.0;
+      for (Eigen::Index i = 0; i < set.size(); ++i) {
+        const Eigen::Matrix3d& R = set.rotation_sensor_from_table[static_cast<std::size_t>(i)];
+        const Eigen::Vector3d turned = Q * measured.row(i).transpose();
+        next += R.transpose() * turned;
+        sum += (turned - R * table).squaredNorm();
+      }
+      next = F * next.normalized();
+      const double change = (next - table).norm();
+      table = next;
+      if (change < 1e-14 * F) {
+        break;
+      }
+    }
+    if (sum < least) {
+      least = sum;
+      best = Q;
+      in_table = table;
+    }
+  }
+  turn_frame(best, estimate.response, estimate.statistics.covariance);
+  estimate.fields = {in_table};
+}
+
+}  // namespace axiscal

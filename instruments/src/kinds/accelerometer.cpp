@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <limits>
+
+#include "kinds.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::array<std::string_view, 3> names = {"pitch_deg", "roll_deg", "yaw_deg"};
+
+DerivedValues derive(const DeriveInput& input) noexcept {
+  const Inclination angles =
+      inclination_from_field(input.field_in_sensor, input.magnitude, input.inclination);
+  constexpr double empty = std::numeric_limits<double>::quiet_NaN();
+  return {.values = {angles.pitch_rad * deg_per_rad,
+                     angles.gives_yaw ? empty : angles.roll_rad * deg_per_rad,
+                     angles.gives_yaw ? angles.yaw_rad * deg_per_rad : empty},
+          .clamped = angles.clamped};
+}
+
+}  // namespace
+
+InstrumentKind accelerometer_kind() {
+  return {.name = "accelerometer",
+          .derived_names = names,
+          .derive = derive,
+          .has_axis_elevation = true};
+}
+
+InstrumentKind inclinometer_kind() {
+  InstrumentKind kind = accelerometer_kind();
+  kind.name = "inclinometer";
+  return kind;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "axiscal/core/number_text.hpp"
+#include "kinds.hpp"
+
+namespace axiscal {
+namespace {
+
+std::vector<Quantity> describe(const CalibratedInstrument& calibrated) {
+  const std::string& unit = calibrated.instrument.unit;
+  std::vector<Quantity> quantities;
+  for (Eigen::Index k = 0; k < calibrated.instrument.axis_count(); ++k) {
+    const std::string& axis = calibrated.instrument.axes[static_cast<std::size_t>(k)];
+    const int main = main_axis(calibrated.instrument, calibrated.response, k);
+    quantities.push_back(
+        quantity_of(calibrated, "scale", axis, unit_per(unit, calibrated.field_unit),
+                    [k](const LinearResponse& r) {
+                      return Eigen::VectorXd::Constant(1, r.sensitivity.row(k).norm());
+                    }));
+    // The two cross-axis parts over the main one, in cyclic order, signed.
+    quantities.push_back(
+        quantity_of(calibrated, "misalignment", axis, "rad", [k, main](const LinearResponse& r) {
+          const double along = r.sensitivity(k, main);
+          return Eigen::VectorXd(
+              Eigen::Vector2d(r.sensitivity(k, (main + 1) % 3), r.sensitivity(k, (main + 2) % 3)) /
+              along);
+        }));
+  }
+  if (calibrated.in_table && calibrated.field_kind == "earth_rotation") {
+    const auto azimuth = [](const Eigen::Vector3d& w) {
+      return fence_azimuth_from(w) * deg_per_rad;
+    };
+    const auto latitude = [](const Eigen::Vector3d& w) {
+      return std::atan2(w.z(), std::hypot(w.x(), w.y())) * deg_per_rad;
+    };
+    quantities.push_back({.name = "fence_azimuth_from_north_deg",
+                          .of = "",
+                          .values = {azimuth(*calibrated.in_table)},
+                          .u = {propagated_from_field(calibrated, azimuth)},
+                          .unit = "degree"});
+    quantities.push_back({.name = "latitude_by_table_deg",
+                          .of = "",
+                          .values = {latitude(*calibrated.in_table)},
+                          .u = {propagated_from_field(calibrated, latitude)},
+                          .unit = "degree"});
+  }
+  return quantities;
+}
+
+}  // namespace
+
+InstrumentKind gyroscope_kind() {
+  return {.name = "gyroscope", .derived_names = {}, .describe = describe};
+}
+
+}  // namespace axiscal

@@ -1,0 +1,578 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every field and every instrument on the same 12 points: simulated runs on a tilted table.
+#include <cmath>
+#include <numbers>
+
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/reduction.hpp"
+#include "axiscal/calib/simulate.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/field/earth_rotation_field.hpp"
+#include "axiscal/positioner/design.hpp"
+#include "matchers.hpp"
+#include "scenario.hpp"
+
+namespace axiscal {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+// A table that is tilted by 0.7 degrees, its fence at an azimuth that nobody knows.
+Eigen::Matrix3d tilted_table() {
+  const Eigen::Vector2d slope = std::sin(0.7 * rad_per_deg) * Eigen::Vector2d(0.8, -0.6);
+  return rotation_sloping_from_level(slope) * rotation_table_from_enu(200.0 * rad_per_deg);
+}
+
+// Three axes of about the given sensitivity, with cross-axis terms.
+LinearResponse response_of(double sensitivity, double bias) {
+  LinearResponse response;
+  response.bias = bias * Eigen::Vector3d(1.0, -0.7, 0.4);
+  response.sensitivity =
+      sensitivity *
+      (Eigen::Matrix3d() << 1.02, 0.03, -0.02, 0.01, 0.97, 0.04, -0.03, 0.02, 1.01).finished();
+  return response;
+}
+
+std::vector<DesignEntry> design_with_levels(int points, const std::vector<double>& levels) {
+  std::vector<DesignEntry> design;
+  for (const double level : levels) {
+    for (DesignEntry entry : standard_design(points)) {
+      entry.level = level;
+      design.push_back(entry);
+    }
+  }
+  return design;
+}
+
+struct Trial {
+  Calibration truth;
+  Experiment experiment;
+  std::vector<DesignEntry> design = standard_design(12);
+  double noise = 0.0;
+};
+
+// Runs one trial many times: every estimate within 5 standard errors, and intervals that cover.
+void expect_truth_and_coverage(const Trial& trial, int runs = 120) {
+  int covered = 0;
+  int all = 0;
+  double furthest = 0.0;
+  for (int seed = 1; seed <= runs; ++seed) {
+    const auto s = static_cast<std::uint64_t>(seed);
+    const Observations observations = simulate(trial.truth, make_run_sheet(trial.design, 2, s),
+                                               {.noise_sd = trial.noise, .seed = s});
+    const Calibration result = calibrate(trial.experiment, observations);
+    const FitStatistics& statistics = *result.statistics;
+    const auto add = [&](double estimate, double truth, double se, double t) {
+      ASSERT_GT(se, 0.0);
+      covered += std::abs(estimate - truth) <= t * se ? 1 : 0;
+      ++all;
+      furthest = std::max(furthest, std::abs(estimate - truth) / se);
+    };
+    for (Eigen::Index k = 0; k < result.response.bias.size(); ++k) {
+      const double t = statistics.coverage_factor(k);
+      add(result.response.bias(k), trial.truth.response.bias(k), statistics.bias_se(k), t);
+      for (Eigen::Index j = 0; j < 3; ++j) {
+        add(result.response.sensitivity(k, j), trial.truth.response.sensitivity(k, j),
+            statistics.sensitivity_se(k, j), t);
+        for (std::size_t a = 0; a < result.also.size(); ++a) {
+          add(result.also[a].sensitivity(k, j), trial.truth.also[a].sensitivity(k, j),
+              result.also[a].sensitivity_se(k, j), t);
+        }
+      }
+    }
+  }
+  EXPECT_LT(furthest, 5.0);
+  EXPECT_NEAR(static_cast<double>(covered) / all, 0.95, 0.02);
+}
+
+// ---- magnetometer ----
+
+class MagnetometerAtDip : public testing::TestWithParam<double> {};
+
+Trial magnetometer_trial(double dip_deg) {
+  Trial trial;
+  const double dip_rad = dip_deg * rad_per_deg;
+  trial.truth = test::truth_of(response_of(1e-3, 20.0), "magnetometer");
+  trial.truth.field = {.kind = "geomagnetic", .unit = "nT", .magnitude = 48000.0};
+  trial.truth.field.in_table =
+      48000.0 * (tilted_table() * Eigen::Vector3d(0.0, std::cos(dip_rad), -std::sin(dip_rad)));
+  trial.experiment.instrument = trial.truth.instrument;
+  trial.experiment.field.kind = "geomagnetic";
+  trial.experiment.field.magnitude = 48000.0;
+  trial.noise = 0.02;
+  return trial;
+}
+
+TEST_P(MagnetometerAtDip, NeedsNeitherHeadingNorLevel) {
+  expect_truth_and_coverage(magnetometer_trial(GetParam()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Dips, MagnetometerAtDip, testing::Values(0.0, 20.0, 65.0, 89.0));
+
+TEST(Magnetometer, StandardErrorsAreTheSameAtAnyDip) {
+  std::vector<double> errors;
+  for (const double dip_deg : {0.0, 65.0, 89.0}) {
+    const Trial trial = magnetometer_trial(dip_deg);
+    const Observations observations = simulate(trial.truth, make_run_sheet(trial.design, 1, 7),
+                                               {.noise_sd = trial.noise, .seed = 7});
+    const Calibration result = calibrate(trial.experiment, observations);
+    EXPECT_EQ(result.method, "joint");
+    // METHOD 4: sigma / sqrt(4 F^2) for one whole design, in units of the estimated sigma.
+    errors.push_back(result.statistics->sensitivity_se(0, 0) * 2.0 * 48000.0 /
+                     result.statistics->residual_sd(0));
+  }
+  for (const double error : errors) {
+    EXPECT_NEAR(error, 1.0, 1e-6);
+  }
+}
+
+TEST(Magnetometer, KnowsItsFieldsDirectionInTheTable) {
+  const Trial trial = magnetometer_trial(65.0);
+  const Calibration result =
+      calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 1, 3),
+                                           {.noise_sd = trial.noise, .seed = 3}));
+  const Eigen::Vector3d error = *result.field.in_table - *trial.truth.field.in_table;
+  EXPECT_LT(error.norm(), 5.0 * std::sqrt(result.field.in_table_covariance->trace()));
+  bool has_azimuth = false;
+  for (const Quantity& quantity : quantities_of(result)) {
+    if (quantity.name == "fence_azimuth_from_magnetic_north_deg") {
+      has_azimuth = true;
+      EXPECT_NEAR(quantity.values[0], 200.0 - 360.0, 2.0);  // but for the table's tilt
+      EXPECT_GT(quantity.u[0], 0.0);
+      EXPECT_LT(quantity.u[0], 0.1);
+    }
+  }
+  EXPECT_TRUE(has_azimuth);
+}
+
+// ---- signs and starts ----
+
+TEST(Joint, FindsTheSignByWhatTheAxesAreMeantToSense) {
+  Trial trial = magnetometer_trial(0.0);  // no vertical part that would tell
+  const Observations observations =
+      simulate(trial.truth, make_run_sheet(trial.design, 1, 1), {.noise_sd = trial.noise});
+  EXPECT_GT(calibrate(trial.experiment, observations).response.sensitivity(0, 0), 0.0);
+  trial.experiment.field.in_table = -*trial.truth.field.in_table;  // given, and decides
+  EXPECT_LT(calibrate(trial.experiment, observations).response.sensitivity(0, 0), 0.0);
+}
+
+TEST(Joint, SaysWhenNothingTellsTheSign) {
+  Trial trial = magnetometer_trial(0.0);
+  trial.truth.instrument.axes = {"a", "b"};
+  trial.truth.response.bias.conservativeResize(2);
+  trial.truth.response.sensitivity.conservativeResize(2, 3);
+  trial.experiment.instrument = trial.truth.instrument;
+  const Observations observations =
+      simulate(trial.truth, make_run_sheet(trial.design, 1, 1), {.noise_sd = trial.noise});
+  const Calibration result = calibrate(trial.experiment, observations);
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_EQ(result.warnings.front().code, "two_solutions");
+}
+
+TEST(Joint, StartsAllAroundWhereTheDesignIsTooSmallForALinearStart) {
+  // Nine points: [1, vec R_i] has no rank 10.
+  Trial trial = magnetometer_trial(40.0);
+  trial.design.erase(trial.design.begin() + 9, trial.design.end());
+  trial.noise = 1e-4;
+  int good = 0;
+  int found = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Calibration result =
+        calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 1, seed),
+                                             {.noise_sd = trial.noise, .seed = seed}));
+    const bool near =
+        (result.response.sensitivity - trial.truth.response.sensitivity).cwiseAbs().maxCoeff() <
+        1e-5;
+    const bool said = !result.warnings.empty() && result.warnings.front().code == "two_solutions";
+    good += near || said ? 1 : 0;
+    found += near ? 1 : 0;
+  }
+  EXPECT_EQ(good, 10);
+  EXPECT_GE(found, 8);
+}
+
+// ---- gyroscope ----
+
+class GyroscopeAtLatitude : public testing::TestWithParam<double> {};
+
+Trial gyroscope_trial(double latitude_deg) {
+  Trial trial;
+  trial.truth = test::truth_of(response_of(1.0, 2e-6), "gyroscope");
+  trial.truth.field = {
+      .kind = "earth_rotation", .unit = "rad/s", .magnitude = earth_rate_rad_per_s};
+  trial.truth.field.in_table =
+      tilted_table() * EarthRotationField(Site{.latitude_deg = latitude_deg}).value_in_enu();
+  trial.experiment.instrument = trial.truth.instrument;
+  trial.experiment.field.kind = "earth_rotation";
+  trial.experiment.field.site = Site{.latitude_deg = latitude_deg};
+  trial.noise = 5e-9;
+  return trial;
+}
+
+TEST_P(GyroscopeAtLatitude, IsCalibratedByTheEarthsRotation) {
+  expect_truth_and_coverage(gyroscope_trial(GetParam()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Latitudes, GyroscopeAtLatitude, testing::Values(0.0, 37.0, 70.0));
+
+TEST(Gyroscope, FindsNorthWithItsUncertainty) {
+  int covered = 0;
+  constexpr int runs = 100;
+  for (std::uint64_t seed = 1; seed <= runs; ++seed) {
+    Trial trial = gyroscope_trial(48.0);
+    // On a level table, so that the azimuth in the table is that of the fence.
+    trial.truth.field.in_table = rotation_table_from_enu(30.0 * rad_per_deg) *
+                                 EarthRotationField(Site{.latitude_deg = 48.0}).value_in_enu();
+    const Calibration result =
+        calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 2, seed),
+                                             {.noise_sd = trial.noise, .seed = seed}));
+    for (const Quantity& quantity : quantities_of(result)) {
+      if (quantity.name == "fence_azimuth_from_north_deg") {
+        covered += std::abs(quantity.values[0] - 30.0) < 1.96 * quantity.u[0] ? 1 : 0;
+        EXPECT_LT(quantity.u[0], 0.1);
+      }
+    }
+  }
+  EXPECT_GE(covered, 88);
+  EXPECT_LE(covered, 100);
+}
+
+Trial turntable_trial() {
+  Trial trial;
+  trial.truth = test::truth_of(response_of(1.0, 0.05), "gyroscope");
+  trial.truth.field = {.kind = "induced_rotation", .unit = "deg/s", .magnitude = 100.0};
+  trial.truth.field.in_table =
+      rotation_sloping_from_level({0.0097, -0.0073}) * Eigen::Vector3d(0.0, 0.0, 100.0);
+  trial.experiment.instrument = trial.truth.instrument;
+  trial.experiment.field.kind = "induced_rotation";
+  trial.experiment.field.magnitude = 100.0;
+  trial.design = design_with_levels(12, {-1.0, 0.0, 1.0});
+  trial.noise = 0.01;
+  return trial;
+}
+
+TEST(Turntable, IsPairedAtThreeLevels) {
+  const Trial trial = turntable_trial();
+  expect_truth_and_coverage(trial, 60);
+  const Observations observations = simulate(trial.truth, make_run_sheet(trial.design, 1, 1),
+                                             {.noise_sd = trial.noise, .seed = 1});
+  EXPECT_EQ(choose_method(trial.experiment, observations), Method::paired);
+}
+
+Trial turntable_on_the_earth() {
+  Trial trial = turntable_trial();
+  const double per_s = deg_per_rad;
+  const Eigen::Vector3d earth =
+      per_s * (rotation_table_from_enu(200.0 * rad_per_deg) *
+               EarthRotationField(Site{.latitude_deg = 48.0}).value_in_enu());
+  trial.truth.field.kind = "earth_rotation+induced_rotation";
+  FieldPartDescription local;
+  local.kind = "earth_rotation";
+  local.in_table = earth;
+  local.magnitude = earth.norm();
+  local.set_by_level = false;
+  FieldPartDescription table;
+  table.kind = "induced_rotation";
+  table.in_table = 0.02 * Eigen::Vector3d(0.0097, -0.0073, 1.0).normalized();
+  table.magnitude = 0.02;
+  table.turning = true;
+  trial.truth.field.parts = {local, table};
+  trial.experiment.field.kind = "earth_rotation";
+  trial.experiment.field.unit = "deg/s";
+  trial.experiment.field.site = Site{.latitude_deg = 48.0};
+  trial.experiment.field.magnitude.reset();
+  trial.experiment.field.others.emplace_back().kind = "induced_rotation";
+  trial.experiment.field.others.front().magnitude = 0.02;
+  trial.experiment.field.others.front().unit = "deg/s";
+  trial.noise = 1e-6;
+  return trial;
+}
+
+TEST(Turntable, AddsTheEarthsRotationAveragedWhereItTurns) {
+  const Trial trial = turntable_on_the_earth();
+  expect_truth_and_coverage(trial, 60);
+  const Calibration result =
+      calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 1, 1),
+                                           {.noise_sd = trial.noise, .seed = 1}));
+  EXPECT_EQ(result.method, "joint");
+  ASSERT_EQ(result.field.parts.size(), 2U);
+  EXPECT_MATRIX_NEAR(result.field.parts[0].in_table, trial.truth.field.parts[0].in_table, 5e-6);
+}
+
+// What the field is at a level, by an average over a whole turn of a table that turns.
+TEST(FieldAtLevel, AveragesWhatDoesNotTurn) {
+  const Trial trial = turntable_on_the_earth();
+  const std::vector<FieldPartDescription>& parts = trial.truth.field.parts;
+  const Eigen::Vector3d axis = parts[1].in_table.normalized();
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  constexpr int steps = 360;
+  for (int i = 0; i < steps; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / steps;
+    mean += rotation_by(angle * axis) * parts[0].in_table / steps;
+  }
+  EXPECT_MATRIX_NEAR(trial.truth.field.at_level(-1.0), Eigen::Vector3d(mean - parts[1].in_table),
+                     1e-14);
+  EXPECT_MATRIX_NEAR(trial.truth.field.at_level(0.0), parts[0].in_table, 1e-16);
+}
+
+// ---- g-sensitivity ----
+
+Trial g_sensitive_trial(const std::vector<double>& levels) {
+  Trial trial = turntable_trial();
+  AlsoResponse also;
+  also.kind = "gravity";
+  also.unit = "g";
+  also.in_table = Eigen::Vector3d::UnitZ();
+  also.sensitivity = 0.02 * response_of(1.0, 0.0).sensitivity;
+  trial.truth.also = {also};
+  trial.truth.field.in_table = Eigen::Vector3d(0.0, 0.0, 100.0);
+  trial.experiment.also.emplace_back().kind = "gravity";
+  trial.design = design_with_levels(12, levels);
+  return trial;
+}
+
+TEST(GSensitivity, IsFittedWithBiasAndScale) {
+  const Trial trial = g_sensitive_trial({-1.0, 0.0, 1.0});
+  expect_truth_and_coverage(trial, 60);
+  const Calibration result =
+      calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 1, 1),
+                                           {.noise_sd = trial.noise, .seed = 1}));
+  EXPECT_THAT(result.statistics->parameter_names, Contains("x.gravity.x"));
+}
+
+TEST(GSensitivity, AtOneLevelIsRefusedWithWhatToAdd) {
+  Trial trial = g_sensitive_trial({1.0});
+  trial.experiment.method = Method::known;
+  const Observations observations = simulate(trial.truth, make_run_sheet(trial.design, 1, 1),
+                                             {.noise_sd = trial.noise, .seed = 1});
+  try {
+    static_cast<void>(calibrate(trial.experiment, observations));
+    FAIL() << "collinear columns were accepted";
+  } catch (const RankDeficientError& error) {
+    EXPECT_THAT(error.undetermined(), Contains("x.gravity.x"));
+    EXPECT_THAT(error.undetermined(), Contains("x.sensitivity.x"));
+    EXPECT_THAT(error.what(), HasSubstr("at level -1"));
+  }
+}
+
+// ---- coil ----
+
+Trial coil_trial() {
+  Trial trial = magnetometer_trial(60.0);
+  FieldPartDescription earth;
+  earth.kind = "geomagnetic";
+  earth.in_table = *trial.truth.field.in_table;
+  earth.magnitude = 48000.0;
+  earth.set_by_level = false;
+  FieldPartDescription coil;
+  coil.kind = "induced_magnetic";
+  coil.in_table = 60000.0 * Eigen::Vector3d(0.1, -0.05, 1.0).normalized();
+  coil.magnitude = 60000.0;
+  trial.truth.field.kind = "geomagnetic+induced_magnetic";
+  trial.truth.field.parts = {earth, coil};
+  trial.experiment.field.others.emplace_back().kind = "induced_magnetic";
+  trial.design = design_with_levels(12, {-1.0, 1.0});
+  return trial;
+}
+
+TEST(CoilField, ReversedAndAddedToTheEarthsIsFittedThoughItsSizeIsUnknown) {
+  const Trial trial = coil_trial();  // only the Earth's magnitude is given
+  expect_truth_and_coverage(trial, 60);
+  const Calibration result =
+      calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 1, 2),
+                                           {.noise_sd = trial.noise, .seed = 2}));
+  EXPECT_MATRIX_NEAR(result.field.parts[1].in_table, trial.truth.field.parts[1].in_table, 100.0);
+}
+
+TEST(CoilField, OfKnownGeometryIsKnown) {
+  Trial trial = coil_trial();
+  trial.experiment.field.others.front().coil =
+      Coil{.turns = 50.0, .current_A = 0.2, .size_m = 0.15, .axis_in_table = {0.1, -0.05, 1.0}};
+  const Eigen::Vector3d value =
+      1e9 * coil_field_in_table_T(*trial.experiment.field.others.front().coil);
+  trial.truth.field.parts[1].in_table = value;
+  expect_truth_and_coverage(trial, 60);
+}
+
+// ---- light ----
+
+// Six photodiodes on the cube's faces, each a little off its normal.
+Trial photodiode_trial(double lamp_angle_deg, int points) {
+  Trial trial;
+  trial.truth.instrument.kind = "optical";
+  trial.truth.instrument.axes = {"px", "nx", "py", "ny", "pz", "nz"};
+  trial.truth.instrument.one_sided = true;
+  trial.truth.response.bias = 0.01 * Eigen::VectorXd::LinSpaced(6, 1.0, 2.0);
+  trial.truth.response.sensitivity.resize(6, 3);
+  for (int k = 0; k < 6; ++k) {
+    const double sign = k % 2 == 0 ? 1.0 : -1.0;
+    Eigen::Vector3d row = sign * Eigen::Vector3d::Unit(k / 2);
+    row += 0.02 * Eigen::Vector3d(std::sin(k + 1.0), std::cos(2.0 * k), std::sin(3.0 * k));
+    trial.truth.response.sensitivity.row(k) = (1.0 + 0.05 * k) * row.transpose();
+  }
+  const double angle_rad = lamp_angle_deg * rad_per_deg;
+  const double azimuth_rad = 20.0 * rad_per_deg;
+  const Eigen::Vector3d lamp(std::sin(angle_rad) * std::cos(azimuth_rad),
+                             std::sin(angle_rad) * std::sin(azimuth_rad), std::cos(angle_rad));
+  trial.truth.field = {.kind = "light", .unit = "1", .magnitude = 1.0};
+  trial.truth.field.in_table = rotation_sloping_from_level({0.0097, -0.0073}) * lamp;
+  trial.experiment.instrument = trial.truth.instrument;
+  trial.experiment.field.kind = "light";
+  trial.experiment.field.lamps = {Lamp{.direction_in_table = lamp}};
+  trial.design = design_with_levels(points, {1.0});
+  for (DesignEntry entry : standard_design(points)) {
+    entry.level = 0.0;
+    trial.design.push_back(entry);
+  }
+  trial.noise = 5e-4;
+  return trial;
+}
+
+TEST(Photodiodes, SeeWhatIsInFrontOfThem) {
+  expect_truth_and_coverage(photodiode_trial(30.0, 12), 60);
+  expect_truth_and_coverage(photodiode_trial(54.7, 12), 60);
+  expect_truth_and_coverage(photodiode_trial(54.7, 24), 60);
+}
+
+TEST(Photodiodes, NearTheDiagonalAreWarnedOfUntilThereAre24Points) {
+  const auto inflation = [](const Calibration& result) {
+    return result.statistics->variance_inflation.maxCoeff();
+  };
+  const auto run = [](const Trial& trial) {
+    return calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 2, 5),
+                                                {.noise_sd = trial.noise, .seed = 5}));
+  };
+  Trial diagonal = photodiode_trial(54.7356, 12);
+  const Eigen::Vector3d lamp = Eigen::Vector3d(1.0, 1.0, 1.0).normalized();
+  diagonal.experiment.field.lamps = {Lamp{.direction_in_table = lamp}};
+  diagonal.truth.field.in_table = rotation_sloping_from_level({0.0097, -0.0073}) * lamp;
+  const Calibration few = run(diagonal);
+  bool warned = false;
+  for (const CalibrationWarning& warning : few.warnings) {
+    if (warning.code == "ill_conditioned") {
+      warned = true;
+      EXPECT_THAT(warning.message, HasSubstr("24 points"));
+    }
+  }
+  EXPECT_TRUE(warned);
+  Trial whole = diagonal;
+  whole.design = photodiode_trial(54.7356, 24).design;
+  const Calibration many = run(whole);
+  EXPECT_EQ(many.status, "ok");
+  EXPECT_GT(inflation(few), 50.0 * inflation(many));
+}
+
+TEST(Photodiodes, WithTheLampOnTheNormalAreRefused) {
+  const Trial trial = photodiode_trial(0.0, 12);
+  const Observations observations = simulate(trial.truth, make_run_sheet(trial.design, 1, 1),
+                                             {.noise_sd = trial.noise, .seed = 1});
+  try {
+    static_cast<void>(calibrate(trial.experiment, observations));
+    FAIL() << "one direction of light was accepted";
+  } catch (const RankDeficientError& error) {
+    EXPECT_THAT(error.undetermined(), Contains("px.sensitivity.y"));
+    EXPECT_THAT(error.what(), HasSubstr("d=p-n"));
+  }
+}
+
+// Three axes, each the difference of two opposite diodes, whose dark reading is an ADC's floor.
+Trial differential_trial() {
+  Trial trial = photodiode_trial(0.0, 12);
+  trial.design = standard_design(12);
+  trial.truth.response.bias.setConstant(0.1);
+  Instrument& instrument = trial.experiment.instrument;
+  instrument.one_sided = false;
+  set_axes(instrument, {"x=px-nx", "y=py-ny", "z=pz-nz"});
+  return trial;
+}
+
+Observations differences_of(const Observations& diodes) {
+  Observations observations = diodes;
+  observations.response.resize(diodes.response.rows(), 3);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    observations.response.col(k) = diodes.response.col(2 * k) - diodes.response.col(2 * k + 1);
+  }
+  return observations;
+}
+
+TEST(Photodiodes, PairedAsDifferentialAxesAreDeterminedWithTheLampOnTheNormal) {
+  Trial trial = differential_trial();
+  // Opposite diodes that are alike: the difference answers to light from both sides alike.
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    trial.truth.response.sensitivity.row(2 * k + 1) = -trial.truth.response.sensitivity.row(2 * k);
+  }
+  int covered = 0;
+  int all = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    const Observations observations =
+        differences_of(simulate(trial.truth, make_run_sheet(trial.design, 2, seed),
+                                {.noise_sd = trial.noise, .seed = seed}));
+    Experiment experiment = trial.experiment;
+    experiment.instrument.range = ReadingRange{.low = 0.0, .high = 4.0};  // of the columns
+    const Calibration result = calibrate(experiment, observations);
+    ASSERT_TRUE(result.statistics->observations_per_axis.empty());
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      for (Eigen::Index j = 0; j < 3; ++j) {
+        const double error = std::abs(result.response.sensitivity(k, j) -
+                                      trial.truth.response.sensitivity(2 * k, j));
+        const double se = result.statistics->sensitivity_se(k, j);
+        EXPECT_LT(error, 5.0 * se);
+        covered += error < result.statistics->coverage_factor(k) * se ? 1 : 0;
+        ++all;
+      }
+    }
+  }
+  EXPECT_NEAR(static_cast<double>(covered) / all, 0.95, 0.03);
+}
+
+TEST(Photodiodes, InTheDarkAreNotCalledSaturated) {
+  Trial trial = photodiode_trial(30.0, 24);
+  trial.truth.response.bias.setZero();
+  Observations observations =
+      simulate(trial.truth, make_run_sheet(trial.design, 1, 1), {.noise_sd = 5e-4, .seed = 1});
+  observations.response = observations.response.cwiseMax(0.0);  // the converter's floor
+  for (const CalibrationWarning& warning : calibrate(trial.experiment, observations).warnings) {
+    EXPECT_NE(warning.code, "saturated");
+  }
+}
+
+TEST(Photodiodes, LeaveOutWhatIsSaturated) {
+  Trial trial = photodiode_trial(30.0, 24);
+  trial.experiment.instrument.range = ReadingRange{.low = -1.0, .high = 0.9};
+  Observations observations =
+      simulate(trial.truth, make_run_sheet(trial.design, 1, 1), {.noise_sd = 5e-4, .seed = 1});
+  const Eigen::MatrixXd unlimited = observations.response;
+  observations.response = observations.response.cwiseMin(0.9);
+  ASSERT_GT((unlimited - observations.response).cwiseAbs().maxCoeff(), 0.01);
+  const Calibration result = calibrate(trial.experiment, observations);
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    for (Eigen::Index j = 0; j < 3; ++j) {
+      EXPECT_NEAR(result.response.sensitivity(k, j), trial.truth.response.sensitivity(k, j),
+                  5.0 * result.statistics->sensitivity_se(k, j));
+    }
+  }
+}
+
+TEST(Optical, PointsToTheSource) {
+  const Trial trial = photodiode_trial(30.0, 24);
+  const Reducer reducer(trial.truth);
+  int seen = 0;
+  for (const Eigen::Vector3d& light : directions_on_sphere(50)) {
+    const Eigen::VectorXd readings =
+        trial.truth.response.at(light).cwiseMax(trial.truth.response.bias);
+    const ReducedReading reduced =
+        reducer.reduce({readings.data(), static_cast<std::size_t>(readings.size())});
+    if (!reduced.determined) {
+      continue;  // two diodes or fewer are lit
+    }
+    ++seen;
+    EXPECT_MATRIX_NEAR(reduced.field_in_sensor, light, 1e-9);
+    EXPECT_NEAR(reduced.derived.values[2], light.z(), 1e-9);
+  }
+  EXPECT_GT(seen, 40);
+}
+
+}  // namespace
+}  // namespace axiscal
