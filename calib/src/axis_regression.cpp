@@ -236,7 +236,8 @@ RegressionRows rows_of_readings(const ReadingSet& set) {
   std::map<Key, int> numbers;
   RegressionRows rows;
   for (const Reading& reading : set.readings) {
-    const bool has_field = set.rotation_sensor_from_table.empty();
+    // By method magnitude readings may have neither; nothing is grouped there.
+    const bool has_field = set.rotation_sensor_from_table.empty() && reading.field_in_sensor;
     Key key{has_field ? std::nullopt : reading.point, reading.level, {}};
     if (has_field) {
       std::get<2>(key).assign(reading.field_in_sensor->begin(), reading.field_in_sensor->end());
