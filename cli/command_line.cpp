@@ -11,6 +11,15 @@
 namespace axiscal::cli {
 namespace {
 
+// An option whose value is kept as typed.
+CLI::Option* add_text(CLI::App& app,
+                      const char* name,
+                      std::optional<std::string>& value,
+                      const char* type,
+                      const char* help) {
+  return app.add_option(name, value, help)->type_name(type);
+}
+
 void add_experiment_options(CLI::App& app, ExperimentOptions& options) {
   app.add_option("files", options.files,
                  "Observations (CSV, several are blocks) or one experiment (.json); - is stdin")
@@ -18,7 +27,7 @@ void add_experiment_options(CLI::App& app, ExperimentOptions& options) {
       ->type_name("FILE");
   const auto add = [&app](const char* group, const char* name, std::optional<std::string>& value,
                           const char* type, const char* help) {
-    app.add_option(name, value, help)->type_name(type)->group(group);
+    add_text(app, name, value, type, help)->group(group);
   };
   add("Instrument", "--instrument", options.instrument, "KIND",
       "accelerometer, inclinometer, magnetometer, gyroscope, optical or generic");
@@ -149,19 +158,16 @@ Command parse_command_line(std::vector<std::string> arguments) {
       app.add_subcommand("field", "gravity, geomagnetic field, Earth rotation and sun at a site");
   field_app->footer(
       "Example: axiscal field --latitude 48.14 --longitude 11.58 --height 520 --date 2026-06-21");
-  const auto add_field = [field_app](const char* name, std::optional<std::string>& value,
-                                     const char* type, const char* help) {
-    field_app->add_option(name, value, help)->type_name(type);
-  };
-  add_field("--latitude", field.latitude, "DEG", "geodetic, north positive");
-  add_field("--longitude", field.longitude, "DEG", "east positive");
-  add_field("--height", field.height, "M", "above the WGS 84 ellipsoid; 0");
-  add_field("--date", field.date, "DATE", "ISO 8601 (UTC) or decimal year; now");
-  add_field("--only", field.only, "NAMES", "some of gravity,geomagnetic,earth_rotation,sun");
-  add_field("--magnetic-model", field.magnetic_model, "NAME",
-            "wmm2025 (built in), or one installed for GeographicLib (igrf14)");
-  add_field("--gravity-model", field.gravity_model, "NAME",
-            "wgs84 (built in), or one installed for GeographicLib (egm96, egm2008)");
+  add_text(*field_app, "--latitude", field.latitude, "DEG", "geodetic, north positive");
+  add_text(*field_app, "--longitude", field.longitude, "DEG", "east positive");
+  add_text(*field_app, "--height", field.height, "M", "above the WGS 84 ellipsoid; 0");
+  add_text(*field_app, "--date", field.date, "DATE", "ISO 8601 (UTC) or decimal year; now");
+  add_text(*field_app, "--only", field.only, "NAMES",
+           "some of gravity,geomagnetic,earth_rotation,sun");
+  add_text(*field_app, "--magnetic-model", field.magnetic_model, "NAME",
+           "wmm2025 (built in), or one installed for GeographicLib (igrf14)");
+  add_text(*field_app, "--gravity-model", field.gravity_model, "NAME",
+           "wgs84 (built in), or one installed for GeographicLib (egm96, egm2008)");
   field_app->add_flag("--refraction", field.refraction, "the sun as the air lifts it");
   add_output(*field_app, field.output);
   field_app->add_flag("--json", field.json, "print JSON instead of a table");
@@ -200,17 +206,15 @@ Command parse_command_line(std::vector<std::string> arguments) {
       ->add_option("--field-unit", apply.field_unit,
                    "of --field-magnitude and of the results; the record's")
       ->type_name("UNIT");
-  const auto add_apply = [apply_app](const char* name, std::optional<std::string>& value,
-                                     const char* type, const char* help) {
-    apply_app->add_option(name, value, help)->type_name(type);
-  };
-  add_apply("--latitude", apply.latitude, "DEG", "where the readings were taken: its gravity");
-  add_apply("--longitude", apply.longitude, "DEG", "of that site; 0");
-  add_apply("--height", apply.height, "M", "of that site above the ellipsoid; 0");
-  add_apply("--gravity-model", apply.gravity_model, "NAME", "of that site; wgs84");
-  add_apply("--attitude", apply.attitude, "RECORD",
-            "an accelerometer's, its axes in the same file: headings, second fields");
-  add_apply("--declination", apply.declination, "DEG", "added to headings, makes them true; 0");
+  add_text(*apply_app, "--latitude", apply.latitude, "DEG",
+           "where the readings were taken: its gravity");
+  add_text(*apply_app, "--longitude", apply.longitude, "DEG", "of that site; 0");
+  add_text(*apply_app, "--height", apply.height, "M", "of that site above the ellipsoid; 0");
+  add_text(*apply_app, "--gravity-model", apply.gravity_model, "NAME", "of that site; wgs84");
+  add_text(*apply_app, "--attitude", apply.attitude, "RECORD",
+           "an accelerometer's, its axes in the same file: headings, second fields");
+  add_text(*apply_app, "--declination", apply.declination, "DEG",
+           "added to headings, makes them true; 0");
   apply_app
       ->add_option("--yaw-above", apply.yaw_above,
                    "pitch from which yaw is given instead of roll; 85")
@@ -235,7 +239,7 @@ Command parse_command_line(std::vector<std::string> arguments) {
   const auto add_plan = [plan_app](const char* group, const char* name,
                                    std::optional<std::string>& value, const char* type,
                                    const char* help) {
-    plan_app->add_option(name, value, help)->type_name(type)->group(group);
+    add_text(*plan_app, name, value, type, help)->group(group);
   };
   add_plan("Forecast", "--noise", plan.noise, "SD", "sd of one sample, in the readings' unit");
   add_plan("Forecast", "--samples", plan.samples, "N", "averaged at each point; 1");

@@ -11,6 +11,7 @@
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "warnings.hpp"
 
 namespace axiscal {
 namespace {
@@ -74,10 +75,7 @@ void warn_of_disagreement(Calibration& calibration, const CombinedLevelness& com
                 p +
                 "); is its instrument loose, does the table give way, are its readings those of "
                 "other points?";
-  calibration.warnings.push_back({.code = "slot_levelness", .runs = {}, .message = message});
-  if (calibration.status == "ok") {
-    calibration.status = "warning";
-  }
+  add_warning(calibration, {.code = "slot_levelness", .runs = {}, .message = message});
 }
 
 }  // namespace

@@ -617,7 +617,7 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   calibration.response = std::move(estimate.response);
   calibration.statistics = std::move(estimate.statistics);
   for (std::size_t a = 0; a < estimate.also.size(); ++a) {
-    const ResolvedPart also = resolve_part(experiment, experiment.also[a]);
+    const ResolvedPart& also = source.also()[a];
     calibration.also.push_back({.kind = also.part.kind,
                                 .unit = also.unit,
                                 .in_table = also.part.in_table,
@@ -651,17 +651,15 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   }
   calibration.residuals = residuals_of(observations, source, estimate.fields, experiment.positioner,
                                        calibration, in_fit);
+  const ReadingSet fitted = source.set(parts, seen);
   if (method == Method::magnitude) {
-    const Eigen::MatrixXd inverse = Eigen::Matrix3d(calibration.response.sensitivity).inverse();
-    const Eigen::MatrixXd fields =
-        (source.set(parts, {}).response.rowwise() - calibration.response.bias.transpose()) *
-        inverse.transpose();
-    calibration.orientations = orientation_quality(fields, calibration.field.magnitude);
+    calibration.orientations = orientation_quality(
+        fields_of_readings(calibration.response, fitted.response), calibration.field.magnitude);
   }
   add_notes(calibration, observations, experiment.positioner);
   note_field_uncertainty(calibration);
   calibration.notes.insert(calibration.notes.end(), estimate.notes.begin(), estimate.notes.end());
-  estimate.saturated = find_saturated(source.set(parts, seen), experiment.instrument.one_sided);
+  estimate.saturated = find_saturated(fitted, experiment.instrument.one_sided);
   calibration.warnings = find_warnings(calibration, estimate, std::move(unpaired_runs));
   const bool refused = std::any_of(calibration.warnings.begin(), calibration.warnings.end(),
                                    [](const CalibrationWarning& w) {

@@ -16,6 +16,7 @@
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/geomagnetic_field.hpp"
 #include "magnitude.hpp"
+#include "warnings.hpp"
 
 namespace axiscal {
 namespace {
@@ -24,17 +25,11 @@ Eigen::MatrixXd fields_of(const Calibration& calibration, const Observations& ob
   if (calibration.response.bias.size() != 3 || observations.response.cols() != 3) {
     throw DomainError("align_with_companion: both instruments need three axes");
   }
-  const Eigen::Matrix3d inverse = Eigen::Matrix3d(calibration.response.sensitivity).inverse();
-  return (observations.response.rowwise() - calibration.response.bias.transpose()) *
-         inverse.transpose();
+  return fields_of_readings(calibration.response, observations.response);
 }
 
 std::string degrees(double angle_rad) {
   return number_text(std::round(angle_rad * deg_per_rad * 1e3) * 1e-3);
-}
-
-Eigen::MatrixXd inverse_of(const LinearResponse& response) {
-  return Eigen::Matrix3d(response.sensitivity).inverse();
 }
 
 // A draw of the companion's coefficients, where its record says how good they are.
@@ -74,15 +69,11 @@ Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
   const Eigen::MatrixXd w = companions(Eigen::seqN(0, n, step), Eigen::all);
   const double F = calibration.field.magnitude;
   const LinearResponse& own = calibration.response;
-  const auto fields = [](const Eigen::MatrixXd& rows, const LinearResponse& response) {
-    return Eigen::MatrixXd((rows.rowwise() - response.bias.transpose()) *
-                           inverse_of(response).transpose());
-  };
-  const Eigen::MatrixXd u = fields(v, own).rowwise().normalized();
+  const Eigen::MatrixXd u = fields_of_readings(own, v).rowwise().normalized();
   const Eigen::MatrixXd exact =
       (F * u * own.sensitivity.transpose()).rowwise() + own.bias.transpose();
-  const Eigen::Matrix3d R0 =
-      align_by_constant_angle(u, fields(w, companion.response)).rotation_companion_from_sensor;
+  const Eigen::Matrix3d R0 = align_by_constant_angle(u, fields_of_readings(companion.response, w))
+                                 .rotation_companion_from_sensor;
   const Eigen::VectorXd& sd = calibration.statistics->residual_sd;
   const auto noisy = [](Eigen::MatrixXd rows, const Eigen::VectorXd& noise, RandomStream& stream) {
     for (Eigen::Index k = 0; k < rows.cols(); ++k) {
@@ -93,8 +84,7 @@ Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
     return rows;
   };
   // The companion's noise is what the angle scatters by beyond this instrument's own.
-  const double own_noise =
-      sd.norm() / (std::sqrt(3.0) * F * own.sensitivity.norm() / std::sqrt(3.0));
+  const double own_noise = sd.norm() / (F * own.sensitivity.norm());
   const double in_all = alignment.residual_sd / std::max(std::sin(alignment.angle_rad), 1e-3);
   const double theirs = std::sqrt(std::max(0.0, in_all * in_all - own_noise * own_noise));
   constexpr int trials = 200;
@@ -103,10 +93,11 @@ Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
   for (int t = 0; t < trials; ++t) {
     const Eigen::MatrixXd made = noisy(exact, sd, random);
     const LinearResponse again = refit_magnitude(made, F, MagnitudeShape::symmetric, own);
-    const Eigen::MatrixXd g = noisy(fields(w, drawn(companion, random)).rowwise().normalized(),
-                                    Eigen::Vector3d::Constant(theirs), random);
+    const Eigen::MatrixXd g =
+        noisy(fields_of_readings(drawn(companion, random), w).rowwise().normalized(),
+              Eigen::Vector3d::Constant(theirs), random);
     const Eigen::Matrix3d R =
-        align_by_constant_angle(fields(made, again), g).rotation_companion_from_sensor;
+        align_by_constant_angle(fields_of_readings(again, made), g).rotation_companion_from_sensor;
     const Eigen::Matrix3d S = again.sensitivity * R.transpose() * R0;
     for (Eigen::Index k = 0; k < 3; ++k) {
       draws.row(t).segment<4>(4 * k) << again.bias(k), S.row(k);
@@ -135,7 +126,8 @@ void warn_of_mirrored_axes(Calibration& calibration,
     return;
   }
   const bool mirrored = std::abs(std::numbers::pi - alignment.angle_rad - expected_rad) < close_rad;
-  calibration.warnings.push_back(
+  add_warning(
+      calibration,
       {.code = "alignment",
        .runs = {},
        .message = "the angle between the two fields is " + degrees(alignment.angle_rad) +
@@ -144,7 +136,6 @@ void warn_of_mirrored_axes(Calibration& calibration,
                               "left-handed frame); correct signs or columns"
                             : "; is the site right, is iron nearby, were both read at the same "
                               "times?")});
-  calibration.status = calibration.status == "ok" ? "warning" : calibration.status;
 }
 
 }  // namespace
@@ -218,7 +209,8 @@ void align_with_companion(Calibration& calibration,
   const double largest_rad = alignment.standard_error_rad.maxCoeff();
   constexpr double largest_good_rad = 0.02;
   if (!(largest_rad < largest_good_rad)) {
-    calibration.warnings.push_back(
+    add_warning(
+        calibration,
         {.code = "alignment",
          .runs = {},
          .message = "the angle between the two fields (" + degrees(alignment.angle_rad) +
@@ -226,9 +218,6 @@ void align_with_companion(Calibration& calibration,
                     "error up to " +
                     degrees(largest_rad) +
                     " degrees; take more orientations, or give the design points (labels)"});
-    if (calibration.status == "ok") {
-      calibration.status = "warning";
-    }
   }
 }
 

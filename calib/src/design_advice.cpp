@@ -2,8 +2,10 @@
 #include "design_advice.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <Eigen/QR>
+#include <Eigen/SVD>
 
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/core/error.hpp"
@@ -62,6 +64,28 @@ std::string points_to_add(const Eigen::MatrixXd& design,
     }
   }
   return rank == design.cols() ? joined(names, "; ") : "";
+}
+
+std::vector<Eigen::Index> confounded_columns(const Eigen::MatrixXd& J,
+                                             double open_below,
+                                             double share_above) {
+  const Eigen::MatrixXd scaled =
+      J * J.colwise().norm().cwiseMax(1e-300).cwiseInverse().asDiagonal();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinV);
+  const Eigen::VectorXd& singular = svd.singularValues();
+  std::vector<Eigen::Index> open;
+  for (Eigen::Index j = 0; j < J.cols(); ++j) {
+    double share = 0.0;
+    for (Eigen::Index s = 0; s < J.cols(); ++s) {
+      if (singular(s) < open_below * singular(0)) {
+        share = std::max(share, std::abs(svd.matrixV()(j, s)));
+      }
+    }
+    if (share > share_above) {
+      open.push_back(j);
+    }
+  }
+  return open;
 }
 
 std::vector<std::string> without_repeats(const std::vector<std::string>& names) {

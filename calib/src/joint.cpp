@@ -140,19 +140,7 @@ void require_direction(const ReadingSet& set, const JointFit& fit, const Solutio
   const Eigen::Index parameters = J.cols();
   std::vector<Eigen::Index> open;
   if (J.rows() >= parameters) {
-    const Eigen::MatrixXd scaled = J * J.colwise().norm().cwiseInverse().asDiagonal();
-    Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeFullV);
-    for (Eigen::Index j = 0; j < parameters; ++j) {
-      double share = 0.0;
-      for (Eigen::Index s = 0; s < parameters; ++s) {
-        if (svd.singularValues()(s) < JointFit::confounded_below * svd.singularValues()(0)) {
-          share = std::max(share, std::abs(svd.matrixV()(j, s)));
-        }
-      }
-      if (share > 1e-6) {
-        open.push_back(j);
-      }
-    }
+    open = confounded_columns(J, JointFit::confounded_below, 1e-6);
     if (open.empty()) {
       return;
     }

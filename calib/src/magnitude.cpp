@@ -20,6 +20,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "design_advice.hpp"
 #include "joint_fit.hpp"
 
 namespace axiscal {
@@ -212,23 +213,10 @@ std::vector<std::string> names_of(const ReadingSet& set) {
 }
 
 void require_open_nothing(const ReadingSet& set, const Linearised& linear) {
-  const Eigen::MatrixXd scaled =
-      linear.jacobian *
-      linear.jacobian.colwise().norm().cwiseMax(1e-300).cwiseInverse().asDiagonal();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinV);
-  constexpr double open_below = 1e-6;
-  std::vector<std::string> open;
   const std::vector<std::string> names = names_of(set);
-  for (Eigen::Index j = 0; j < parameter_count; ++j) {
-    double share = 0.0;
-    for (Eigen::Index s = 0; s < parameter_count; ++s) {
-      if (svd.singularValues()(s) < open_below * svd.singularValues()(0)) {
-        share = std::max(share, std::abs(svd.matrixV()(j, s)));
-      }
-    }
-    if (share > 1e-3) {
-      open.push_back(names[static_cast<std::size_t>(j)]);
-    }
+  std::vector<std::string> open;
+  for (const Eigen::Index j : confounded_columns(linear.jacobian, 1e-6, 1e-3)) {
+    open.push_back(names[static_cast<std::size_t>(j)]);
   }
   if (!open.empty()) {
     const std::string list = joined(open);
@@ -474,6 +462,12 @@ LinearResponse refit_magnitude(const Eigen::MatrixXd& readings,
   return {.bias = size * at.b, .sensitivity = size / F * at.A.inverse()};
 }
 
+Eigen::MatrixXd fields_of_readings(const LinearResponse& response,
+                                   const Eigen::MatrixXd& readings) {
+  const Eigen::Matrix3d inverse = Eigen::Matrix3d(response.sensitivity).inverse();
+  return (readings.rowwise() - response.bias.transpose()) * inverse.transpose();
+}
+
 void turn_frame(const Eigen::Matrix3d& R, LinearResponse& response, Eigen::MatrixXd& covariance) {
   response.sensitivity *= R.transpose();
   const Eigen::Index m = response.bias.size();
@@ -490,9 +484,7 @@ void align_by_points(const ReadingSet& set, double F, Estimate& estimate) {
   const Eigen::VectorXd linear = linear_directions(set, all);
   Eigen::Vector3d in_table =
       F * (linear.size() == 3 ? Eigen::Vector3d(linear) : Eigen::Vector3d::UnitZ());
-  const Eigen::Matrix3d inverse = Eigen::Matrix3d(estimate.response.sensitivity).inverse();
-  const Eigen::MatrixXd measured =
-      (set.response.rowwise() - estimate.response.bias.transpose()) * inverse.transpose();
+  const Eigen::MatrixXd measured = fields_of_readings(estimate.response, set.response);
   // Either end of the axis that the points show; the better one is where the field points.
   Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
   double least = std::numeric_limits<double>::infinity();

@@ -32,6 +32,10 @@ void align_by_points(const ReadingSet& set, double F, Estimate& estimate);
                                              MagnitudeShape shape,
                                              const LinearResponse& start);
 
+/// The fields that readings of three axes say: (v - b) S^-T, n x 3.
+[[nodiscard]] Eigen::MatrixXd fields_of_readings(const LinearResponse& response,
+                                                 const Eigen::MatrixXd& readings);
+
 /// Response and its covariance in another frame: f_new = R f.
 void turn_frame(const Eigen::Matrix3d& R, LinearResponse& response, Eigen::MatrixXd& covariance);
 

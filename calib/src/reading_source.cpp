@@ -57,12 +57,24 @@ ReadingSource::ReadingSource(const Experiment& experiment,
   find_range();
   find_rows();
   find_sun_time();
+  find_also();
   if (experiment.level_by == LevelBy::block) {
     std::set<int> blocks;
     for (const std::size_t row : rows_) {
       blocks.insert(observations.readings[row].block);
     }
     blocks_.assign(blocks.begin(), blocks.end());
+  }
+}
+
+void ReadingSource::find_also() {
+  for (const FieldPart& also : experiment_.also) {
+    also_.push_back(resolve_part(experiment_, also));
+    if (!also_.back().has_value) {
+      throw SetupError("also " + also_.back().part.kind +
+                       ": where it points in the table must be known; give the site and the "
+                       "fence's azimuth, or its in_table");
+    }
   }
 }
 
@@ -182,15 +194,9 @@ ReadingSet ReadingSource::set(const std::vector<ResolvedPart>& parts, const Axis
   if (set.parts.size() == 1) {
     set.parts.front().set_by_level = true;  // its level is 1 where it cannot be set
   }
-  for (const FieldPart& also : experiment_.also) {
-    const ResolvedPart resolved = resolve_part(experiment_, also);
-    if (!resolved.has_value) {
-      throw SetupError("also " + resolved.part.kind +
-                       ": where it points in the table must be known; give the site and the "
-                       "fence's azimuth, or its in_table");
-    }
-    set.also_kinds.push_back(resolved.part.kind);
-    set.also_in_table.push_back(resolved.part.in_table);
+  for (const ResolvedPart& also : also_) {
+    set.also_kinds.push_back(also.part.kind);
+    set.also_in_table.push_back(also.part.in_table);
   }
   for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
     set.nominal.push_back(nominal_axis(instrument, k));

@@ -47,6 +47,9 @@ class ReadingSource {
   /// @return mean time of the readings, where the field is the sun's and they have times.
   [[nodiscard]] std::optional<double> sun_time_s() const { return sun_time_s_; }
 
+  /// @return the second fields, which are known in the table.
+  [[nodiscard]] const std::vector<ResolvedPart>& also() const { return also_; }
+
   [[nodiscard]] bool by_field() const { return by_field_; }
 
   /// The field of a reading in the sensor's frame.
@@ -56,6 +59,7 @@ class ReadingSource {
                                                 const std::vector<Eigen::Vector3d>& fields) const;
 
  private:
+  void find_also();
   void find_rows();
   void find_range();
   void find_sun_time();
@@ -65,6 +69,7 @@ class ReadingSource {
   bool by_field_;
   Eigen::MatrixXd weights_;
   std::vector<std::size_t> rows_;
+  std::vector<ResolvedPart> also_;
   std::vector<int> blocks_;  // of the readings that are used, where each has its own levelness
   AxisMask in_range_;
   std::optional<double> sun_time_s_;

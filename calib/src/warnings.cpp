@@ -391,6 +391,13 @@ std::string name_of_runs(const std::vector<int>& runs) {
                              : text;
 }
 
+void add_warning(Calibration& calibration, CalibrationWarning warning) {
+  calibration.warnings.push_back(std::move(warning));
+  if (calibration.status == "ok") {
+    calibration.status = "warning";
+  }
+}
+
 std::vector<CalibrationWarning> find_warnings(const Calibration& calibration,
                                               const Estimate& estimate,
                                               std::vector<int> unpaired_runs) {

@@ -28,22 +28,11 @@ std::vector<Quantity> describe(const CalibratedInstrument& calibrated) {
         }));
   }
   if (calibrated.in_table && calibrated.field_kind == "earth_rotation") {
-    const auto azimuth = [](const Eigen::Vector3d& w) {
-      return fence_azimuth_from(w) * deg_per_rad;
-    };
-    const auto latitude = [](const Eigen::Vector3d& w) {
-      return std::atan2(w.z(), std::hypot(w.x(), w.y())) * deg_per_rad;
-    };
-    quantities.push_back({.name = "fence_azimuth_from_north_deg",
-                          .of = "",
-                          .values = {azimuth(*calibrated.in_table)},
-                          .u = {propagated_from_field(calibrated, azimuth)},
-                          .unit = "degree"});
-    quantities.push_back({.name = "latitude_by_table_deg",
-                          .of = "",
-                          .values = {latitude(*calibrated.in_table)},
-                          .u = {propagated_from_field(calibrated, latitude)},
-                          .unit = "degree"});
+    quantities.push_back(
+        angle_of_field(calibrated, "fence_azimuth_from_north_deg", fence_azimuth_from));
+    quantities.push_back(angle_of_field(
+        calibrated, "latitude_by_table_deg",
+        [](const Eigen::Vector3d& w) { return std::atan2(w.z(), std::hypot(w.x(), w.y())); }));
   }
   return quantities;
 }

@@ -33,6 +33,12 @@ namespace axiscal {
     const CalibratedInstrument& calibrated,
     const std::function<double(const Eigen::Vector3d& in_table)>& of);
 
+/// An angle that follows from the field in the table, which must be known, with its uncertainty.
+[[nodiscard]] Quantity angle_of_field(
+    const CalibratedInstrument& calibrated,
+    std::string name,
+    const std::function<double(const Eigen::Vector3d& in_table)>& angle_rad);
+
 /// Azimuth of the table's fence from the direction that a field's horizontal part points to: the
 /// magnetic or true north [rad], in (-pi, pi].
 [[nodiscard]] double fence_azimuth_from(const Eigen::Vector3d& in_table);

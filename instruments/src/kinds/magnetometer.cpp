@@ -46,22 +46,11 @@ std::vector<Quantity> describe(const CalibratedInstrument& calibrated) {
     }
   }
   if (calibrated.in_table && calibrated.field_kind == "geomagnetic") {
-    const auto dip = [](const Eigen::Vector3d& f) {
-      return std::atan2(-f.z(), std::hypot(f.x(), f.y())) * deg_per_rad;
-    };
-    const auto azimuth = [](const Eigen::Vector3d& f) {
-      return fence_azimuth_from(f) * deg_per_rad;
-    };
-    quantities.push_back({.name = "dip_to_table_deg",
-                          .of = "",
-                          .values = {dip(*calibrated.in_table)},
-                          .u = {propagated_from_field(calibrated, dip)},
-                          .unit = "degree"});
-    quantities.push_back({.name = "fence_azimuth_from_magnetic_north_deg",
-                          .of = "",
-                          .values = {azimuth(*calibrated.in_table)},
-                          .u = {propagated_from_field(calibrated, azimuth)},
-                          .unit = "degree"});
+    quantities.push_back(angle_of_field(
+        calibrated, "dip_to_table_deg",
+        [](const Eigen::Vector3d& f) { return std::atan2(-f.z(), std::hypot(f.x(), f.y())); }));
+    quantities.push_back(
+        angle_of_field(calibrated, "fence_azimuth_from_magnetic_north_deg", fence_azimuth_from));
   }
   return quantities;
 }

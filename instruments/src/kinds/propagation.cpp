@@ -97,6 +97,19 @@ double propagated_from_field(const CalibratedInstrument& calibrated,
   return std::sqrt(std::max((J * C * J.transpose())(0, 0), 0.0));
 }
 
+Quantity angle_of_field(const CalibratedInstrument& calibrated,
+                        std::string name,
+                        const std::function<double(const Eigen::Vector3d&)>& angle_rad) {
+  const auto angle_deg = [&](const Eigen::Vector3d& field) {
+    return angle_rad(field) * deg_per_rad;
+  };
+  return {.name = std::move(name),
+          .of = "",
+          .values = {angle_deg(*calibrated.in_table)},
+          .u = {propagated_from_field(calibrated, angle_deg)},
+          .unit = "degree"};
+}
+
 double fence_azimuth_from(const Eigen::Vector3d& in_table) {
   // With the fence at azimuth psi a field to the north is (-sin psi, cos psi) in the table.
   return std::atan2(-in_table.x(), in_table.y());

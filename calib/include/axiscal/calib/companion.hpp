@@ -12,8 +12,8 @@ namespace axiscal {
 /// its accelerometer's, so that headings can be tilt-compensated.
 ///
 /// Method `magnitude` leaves the frame open; the constant angle between the two fields closes it
-/// but for what both share. Where the fields are nearly parallel it does so badly, and a warning
-/// says so. Both must have been read at the same times: row by row, runs left out of neither.
+/// but for what both share. Both must have been read at the same times: row by row, runs left out
+/// of neither. Warnings say where the rotation is uncertain, or the angle is not the site's.
 ///
 /// @param calibration   of the instrument, three axes; its sensitivity, covariance and quantities
 ///                      come out in the companion's frame, and `alignment` says how it was turned.
@@ -21,6 +21,7 @@ namespace axiscal {
 /// @param companion     the other's record, three axes.
 /// @param companions    the other's readings, as many.
 /// @param record        the companion's name, for the record.
+/// @throws SetupError    unless it was calibrated by method magnitude without design points.
 /// @throws DomainError   if the readings are not as many, or either has not three axes.
 /// @throws RefusedError  as align_by_constant_angle().
 void align_with_companion(Calibration& calibration,

@@ -37,9 +37,7 @@ struct FieldConversion {
 /// @param field      the record's.
 /// @param unit       of the results; empty: the record's.
 /// @param magnitude  of the field where readings are taken [unit]; default: the record's, in `g` 1.
-/// @param gravity_there_m_s2  gravity where readings are taken; default: `magnitude` where that is
-/// in
-///                            m/s^2, else the record's site.
+/// @param gravity_there_m_s2  gravity where readings are taken; default: the record's site.
 /// @throws DomainError  if the units do not convert, or the record does not say what its g was.
 [[nodiscard]] FieldConversion field_conversion(const FieldDescription& field,
                                                const std::string& unit,
@@ -98,8 +96,7 @@ class Reducer {
   [[nodiscard]] double magnitude() const { return magnitude_; }
 
   /// @param readings  axis_count() finite readings [unit], in the order of the axes; m >= 3.
-  /// @param up        specific force at rest in the sensor's frame, from an accelerometer in the
-  /// same
+  /// @param up        specific force at rest in the sensor's frame, from an accelerometer in its
   ///                  frame; for headings, and [unit of the second field] to take out what the
   ///                  instrument answers to it. Null without one.
   [[nodiscard]] ReducedReading reduce(std::span<const double> readings,
