@@ -203,18 +203,11 @@ Estimate summarize(const ReadingSet& set,
   Estimate estimate;
   estimate.statistics = blank_statistics(set, rows);
   FitStatistics& statistics = estimate.statistics;
-  estimate.response.bias.resize(m);
-  estimate.response.sensitivity.resize(m, 3);
-  estimate.also.assign(set.also_in_table.size(), SensitivityMatrix::Zero(m, 3));
   const Eigen::Index p = set.column_count();
   for (Eigen::Index k = 0; k < m; ++k) {
     const AxisRegression& axis = axes[static_cast<std::size_t>(k)];
     const LeastSquaresFit& fit = axis.fit;
-    estimate.response.bias(k) = fit.estimate(0);
-    estimate.response.sensitivity.row(k) = fit.estimate.segment<3>(1);
-    for (std::size_t a = 0; a < estimate.also.size(); ++a) {
-      estimate.also[a].row(k) = fit.estimate.segment<3>(4 + 3 * static_cast<Eigen::Index>(a));
-    }
+    put_coefficients(set, k, fit.estimate, estimate);
     statistics.degrees_of_freedom(k) = fit.degrees_of_freedom;
     statistics.residual_sd(k) = fit.residual_sd;
     statistics.r_squared(k) = fit.r_squared;
@@ -232,15 +225,19 @@ Estimate summarize(const ReadingSet& set,
 }
 
 RegressionRows rows_of_readings(const ReadingSet& set) {
-  using Key = std::tuple<std::optional<DesignPoint>, double, std::vector<double>>;
+  using Key = std::tuple<std::optional<DesignPoint>, double, int, std::vector<double>>;
   std::map<Key, int> numbers;
   RegressionRows rows;
-  for (const Reading& reading : set.readings) {
+  const bool continuous = set.temperature.order > 0 && set.temperature.soak.empty();
+  for (std::size_t i = 0; i < set.readings.size(); ++i) {
+    const Reading& reading = set.readings[i];
     // By method magnitude readings may have neither; nothing is grouped there.
     const bool has_field = set.rotation_sensor_from_table.empty() && reading.field_in_sensor;
-    Key key{has_field ? std::nullopt : reading.point, reading.level, {}};
+    // No two readings of a continuous temperature repeat each other.
+    const int soak = continuous ? static_cast<int>(i) : set.soak_of(i);
+    Key key{has_field ? std::nullopt : reading.point, reading.level, soak, {}};
     if (has_field) {
-      std::get<2>(key).assign(reading.field_in_sensor->begin(), reading.field_in_sensor->end());
+      std::get<3>(key).assign(reading.field_in_sensor->begin(), reading.field_in_sensor->end());
     }
     const auto number = static_cast<int>(numbers.size());
     rows.group.push_back(numbers.emplace(key, number).first->second);
@@ -269,7 +266,7 @@ Eigen::Vector3d ReadingSet::field_in_table(Eigen::Index reading,
 
 Eigen::RowVectorXd ReadingSet::design_row(const Eigen::Matrix3d& rotation,
                                           const Eigen::Vector3d& field_in_table) const {
-  Eigen::RowVectorXd row(column_count());
+  Eigen::RowVectorXd row(base_column_count());
   row(0) = 1.0;
   row.segment<3>(1) = rotation * field_in_table;
   for (std::size_t a = 0; a < also_in_table.size(); ++a) {
@@ -278,8 +275,101 @@ Eigen::RowVectorXd ReadingSet::design_row(const Eigen::Matrix3d& rotation,
   return row;
 }
 
+double ReadingSet::scale(Eigen::Index reading, Eigen::Index axis) const {
+  double factor = 1.0;
+  double power = 1.0;
+  for (int j = 0; j < temperature.order; ++j) {
+    power *= temperature.d(reading);
+    factor += temperature.scale(axis, j) * power;
+  }
+  return factor;
+}
+
+Eigen::RowVectorXd ReadingSet::with_temperature(const Eigen::RowVectorXd& row,
+                                                Eigen::Index reading,
+                                                Eigen::Index axis) const {
+  if (temperature.order == 0) {
+    return row;
+  }
+  Eigen::RowVectorXd full(column_count());
+  full.head(row.size()) = row;
+  full.segment<3>(1) *= scale(reading, axis);
+  const double sensed = temperature.along.row(axis).dot(row.segment<3>(1));
+  double power = 1.0;
+  for (int j = 0; j < temperature.order; ++j) {
+    power *= temperature.d(reading);
+    full(row.size() + j) = power;
+    full(row.size() + temperature.order + j) = power * sensed;
+  }
+  return full;
+}
+
+Eigen::MatrixXd ReadingSet::with_temperature(const Eigen::MatrixXd& design,
+                                             Eigen::Index axis) const {
+  if (temperature.order == 0) {
+    return design;
+  }
+  Eigen::MatrixXd full(design.rows(), column_count());
+  for (Eigen::Index i = 0; i < design.rows(); ++i) {
+    full.row(i) = with_temperature(Eigen::RowVectorXd(design.row(i)), i, axis);
+  }
+  return full;
+}
+
+std::vector<std::string> ReadingSet::names_of_axis(Eigen::Index axis) const {
+  return parameter_names({axes[static_cast<std::size_t>(axis)]}, also_kinds, temperature.order);
+}
+
+void put_coefficients(const ReadingSet& set,
+                      Eigen::Index axis,
+                      const Eigen::VectorXd& coefficients,
+                      Estimate& estimate) {
+  const Eigen::Index m = set.axis_count();
+  const int order = set.temperature.order;
+  if (estimate.response.bias.size() != m) {
+    estimate.response.bias.resize(m);
+    estimate.response.sensitivity.resize(m, 3);
+    estimate.also.assign(set.also_in_table.size(), SensitivityMatrix::Zero(m, 3));
+    estimate.temperature_bias.resize(m, order);
+    estimate.temperature_scale.resize(m, order);
+  }
+  const Eigen::RowVector3d S = coefficients.segment<3>(1).transpose();
+  estimate.response.bias(axis) = coefficients(0);
+  estimate.response.sensitivity.row(axis) = S;
+  for (std::size_t a = 0; a < estimate.also.size(); ++a) {
+    estimate.also[a].row(axis) = coefficients.segment<3>(4 + 3 * static_cast<Eigen::Index>(a));
+  }
+  if (order > 0) {
+    estimate.temperature_bias.row(axis) = coefficients.segment(set.base_column_count(), order);
+    // What the columns d^j (S f) found is the change of c; [P]'s d^j f_k find S_kk c.
+    const auto along = set.temperature.along.row(axis);
+    const double unit = along.dot(S) / along.squaredNorm();
+    estimate.temperature_scale.row(axis) =
+        set.temperature.scale.row(axis) + coefficients.tail(order).transpose() / unit;
+  }
+}
+
+ReadingSet without_temperature(ReadingSet set, const Estimate& estimate) {
+  const int order = set.temperature.order;
+  for (Eigen::Index i = 0; i < set.size() && order > 0; ++i) {
+    for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+      double shift = 0.0;
+      double factor = 1.0;
+      double power = 1.0;
+      for (int j = 0; j < order; ++j) {
+        power *= set.temperature.d(i);
+        shift += estimate.temperature_bias(k, j) * power;
+        factor += estimate.temperature_scale(k, j) * power;
+      }
+      const double bias = estimate.response.bias(k);
+      set.response(i, k) = bias + (set.response(i, k) - bias - shift) / factor;
+    }
+  }
+  return set;
+}
+
 Eigen::MatrixXd field_design(const ReadingSet& set, const std::vector<Eigen::Vector3d>& fields) {
-  Eigen::MatrixXd design(set.size(), set.column_count());
+  Eigen::MatrixXd design(set.size(), set.base_column_count());
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     design.row(i) = set.design_row(set.rotation_sensor_from_table[static_cast<std::size_t>(i)],
                                    set.field_in_table(i, fields));
@@ -307,11 +397,30 @@ std::vector<std::string> names_of_columns(const std::vector<std::string>& axes,
   return names;
 }
 
+std::vector<std::string> temperature_suffixes(int order) {
+  std::vector<std::string> suffixes;
+  for (const char* const what : {".bias", ".scale"}) {
+    for (int j = 1; j <= order; ++j) {
+      suffixes.push_back(what + std::string(".d") + (j > 1 ? std::to_string(j) : ""));
+    }
+  }
+  return suffixes;
+}
+
 std::vector<std::string> parameter_names(const std::vector<std::string>& axes,
-                                         const std::vector<std::string>& also_kinds) {
+                                         const std::vector<std::string>& also_kinds,
+                                         int temperature_order) {
   std::vector<Eigen::Index> columns(4 + 3 * also_kinds.size());
   std::iota(columns.begin(), columns.end(), 0);
-  return names_of_columns(axes, columns, also_kinds);
+  std::vector<std::string> names;
+  for (const std::string& axis : axes) {
+    const std::vector<std::string> own = names_of_columns({axis}, columns, also_kinds);
+    names.insert(names.end(), own.begin(), own.end());
+    for (const std::string& suffix : temperature_suffixes(temperature_order)) {
+      names.push_back(axis + suffix);
+    }
+  }
+  return names;
 }
 
 }  // namespace axiscal

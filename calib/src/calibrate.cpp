@@ -18,10 +18,16 @@
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/version.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
+#include "bias_fit.hpp"
+#include "culprit.hpp"
+#include "estimate_by_method.hpp"
 #include "estimation.hpp"
+#include "generalized_fit.hpp"
 #include "magnitude.hpp"
 #include "reading_source.hpp"
 #include "resolved_field.hpp"
+#include "temperature_fit.hpp"
+#include "uncertainty_sources.hpp"
 #include "warnings.hpp"
 
 namespace axiscal {
@@ -33,21 +39,43 @@ bool brings_field(const Observations& observations) {
                      [](const Reading& reading) { return reading.field_in_sensor.has_value(); });
 }
 
+void check_temperature(const Experiment& experiment,
+                       const std::vector<Reading>& readings,
+                       Method method) {
+  const TemperatureSetup& setup = experiment.temperature;
+  if (setup.order == 0 && !setup.automatic && method != Method::bias) {
+    return;
+  }
+  if (setup.order < 0 || (setup.order > 2 && method != Method::bias)) {
+    throw SetupError("temperature order " + std::to_string(setup.order) +
+                     ": must be 0, 1 or 2; method bias takes any");
+  }
+  for (const Reading& reading : readings) {
+    if (!reading.temperature) {
+      throw RefusedError("temperature terms need the column 'temperature'; run " +
+                         std::to_string(reading.run) + " has none");
+    }
+  }
+}
+
 bool has_labels(const Observations& observations) {
   return !observations.readings.empty() &&
          std::all_of(observations.readings.begin(), observations.readings.end(),
                      [](const Reading& reading) { return reading.point.has_value(); });
 }
 
-bool every_reading_has_its_opposite(const Observations& observations) {
-  using Key = std::tuple<int, double, DesignPoint>;
+// @param soak  number of the soak level of each reading; empty: all of one.
+bool every_reading_has_its_opposite(const Observations& observations,
+                                    const std::vector<int>& soak) {
+  using Key = std::tuple<int, double, int, DesignPoint>;
   std::set<Key> there;
-  for (const Reading& reading : observations.readings) {
-    there.emplace(reading.block, reading.level, *reading.point);
+  for (std::size_t i = 0; i < observations.readings.size(); ++i) {
+    const Reading& reading = observations.readings[i];
+    there.emplace(reading.block, reading.level, soak.empty() ? 0 : soak[i], *reading.point);
   }
   return std::all_of(there.begin(), there.end(), [&](const Key& key) {
-    const auto& [block, level, point] = key;
-    return there.contains({block, level, point.turned_round()});
+    const auto& [block, level, at, point] = key;
+    return there.contains({block, level, at, point.turned_round()});
   });
 }
 
@@ -105,6 +133,11 @@ void check(const Experiment& experiment, const Observations& observations) {
         "calibrate: samples must be positive, one for each reading, and standard deviations as "
         "many as responses");
   }
+  if (experiment.noise_ratio.size() > 0 &&
+      (experiment.noise_ratio.size() != instrument.axis_count() ||
+       !(experiment.noise_ratio.array() > 0.0).all())) {
+    throw SetupError("the noise ratio must have a positive number for each axis");
+  }
   // Beyond this squares overflow; no instrument reads such numbers.
   constexpr double largest = 1e150;
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
@@ -121,7 +154,7 @@ void check(const Experiment& experiment, const Observations& observations) {
     if (reading.point.has_value() != first.point.has_value() ||
         reading.field_in_sensor.has_value() != first.field_in_sensor.has_value() ||
         (!reading.point && !reading.field_in_sensor &&
-         experiment.method.value_or(Method::magnitude) != Method::magnitude)) {
+         experiment.method.value_or(Method::magnitude) < Method::magnitude)) {
       throw DomainError("calibrate: every reading needs its design point, or every one its field");
     }
     if (reading.level != 1.0 && is_local(experiment.field)) {
@@ -143,8 +176,11 @@ void add_intervals(Calibration& calibration) {
   for (const AlsoResponse& also : calibration.also) {
     also_kinds.push_back(also.kind);
   }
-  statistics.parameter_names = parameter_names(calibration.instrument.axes, also_kinds);
-  const auto p = static_cast<Eigen::Index>(4 + 3 * also_kinds.size());
+  const int order =
+      calibration.temperature ? static_cast<int>(calibration.temperature->bias.cols()) : 0;
+  statistics.parameter_names = parameter_names(calibration.instrument.axes, also_kinds, order);
+  const auto base = static_cast<Eigen::Index>(4 + 3 * also_kinds.size());
+  const Eigen::Index p = base + 2 * order;
   statistics.bias_se.resize(m);
   statistics.sensitivity_se.resize(m, 3);
   statistics.coverage_factor.resize(m);
@@ -155,6 +191,10 @@ void add_intervals(Calibration& calibration) {
     for (std::size_t a = 0; a < calibration.also.size(); ++a) {
       calibration.also[a].sensitivity_se.row(k) =
           se.segment<3>(4 + 3 * static_cast<Eigen::Index>(a));
+    }
+    if (order > 0) {
+      calibration.temperature->bias_se.row(k) = se.segment(base, order);
+      calibration.temperature->scale_se.row(k) = se.tail(order);
     }
     statistics.coverage_factor(k) = student_t_factor(0.95, statistics.degrees_of_freedom(k));
   }
@@ -177,11 +217,23 @@ Eigen::VectorXd fitted_response(const Calibration& calibration,
                                 const ReadingSource& source,
                                 const Reading& reading,
                                 const Eigen::Vector3d& field) {
-  Eigen::VectorXd response = calibration.response.at(field);
+  Eigen::VectorXd response = response_at(calibration, field, reading.temperature);
   for (const AlsoResponse& also : calibration.also) {
     response += also.sensitivity * (source.rotation(reading) * also.in_table);
   }
   return response;
+}
+
+// What would have been read at the reference temperature.
+Eigen::VectorXd at_reference(const Calibration& calibration,
+                             Eigen::VectorXd v,
+                             std::optional<double> temperature) {
+  for (Eigen::Index k = 0; calibration.temperature && temperature && k < v.size(); ++k) {
+    const double bias = calibration.response.bias(k);
+    v(k) = bias + (v(k) - bias - calibration.temperature->bias_shift(k, *temperature)) /
+                      calibration.temperature->scale_at(k, *temperature);
+  }
+  return v;
 }
 
 // Residuals of all readings, left out or not, in the order of the file.
@@ -212,7 +264,9 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     const Eigen::VectorXd v = observations.response.row(row);
     const bool complete = source.in_range().row(row).all() && calibration.also.empty();
     const Eigen::Vector3d measured =
-        has_magnitude ? Eigen::Vector3d(inverse.solve(v - response.bias)) : Eigen::Vector3d::Zero();
+        has_magnitude ? Eigen::Vector3d(inverse.solve(
+                            at_reference(calibration, v, reading.temperature) - response.bias))
+                      : Eigen::Vector3d::Zero();
     const Eigen::Vector3d field =
         by_magnitude ? Eigen::Vector3d(calibration.field.magnitude * measured.normalized())
                      : source.field_in_sensor(reading, calibration.field, fields);
@@ -276,137 +330,6 @@ void add_notes(Calibration& calibration,
   }
 }
 
-// ---- one-sided axes ----
-
-// Light that grazes an axis's front by less than this part of its full response is not counted: the
-// edge of a housing shades it, and noise must not decide.
-constexpr double grazing = 0.05;
-
-// A first guess: what reads clearly more than in the dark.
-AxisMask lit_by_readings(const ReadingSet& set) {
-  AxisMask lit = AxisMask::Constant(set.size(), set.axis_count(), true);
-  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    double dark = std::numeric_limits<double>::infinity();
-    double bright = -dark;
-    for (Eigen::Index i = 0; i < set.size(); ++i) {
-      if (set.weights(i, k) > 0.0) {
-        dark = std::min(dark, set.response(i, k));
-        bright = std::max(bright, set.response(i, k));
-      }
-    }
-    for (Eigen::Index i = 0; i < set.size(); ++i) {
-      const bool is_dark_reading = set.readings[static_cast<std::size_t>(i)].level == 0.0;
-      lit(i, k) = is_dark_reading || set.response(i, k) > dark + 2.0 * grazing * (bright - dark);
-    }
-  }
-  return lit;
-}
-
-// What the fitted model says that an axis sees: all lamps in front of it, or none lit.
-AxisMask lit_by_model(const ReadingSet& set,
-                      const Estimate& estimate,
-                      const std::vector<ResolvedPart>& parts) {
-  AxisMask lit = AxisMask::Constant(set.size(), set.axis_count(), true);
-  for (Eigen::Index i = 0; i < set.size(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    const Reading& reading = set.readings[at];
-    std::vector<Eigen::Vector3d> lights;  // directions in the sensor
-    if (reading.level == 0.0) {
-      continue;
-    }
-    if (estimate.fields.empty()) {
-      lights.emplace_back(reading.field_in_sensor->normalized());
-    } else {
-      const Eigen::Matrix3d& R = set.rotation_sensor_from_table[at];
-      lights.emplace_back(R * set.field_in_table(i, estimate.fields).normalized());
-      for (const Eigen::Vector3d& lamp : parts.front().lamps) {
-        // The lamps as they were given, turned with their sum.
-        const Eigen::Matrix3d turned =
-            smallest_rotation(parts.front().part.in_table, estimate.fields.front());
-        lights.emplace_back(R * (turned * lamp));
-      }
-    }
-    for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-      const Eigen::Vector3d S = estimate.response.sensitivity.row(k);
-      lit(i, k) = std::all_of(lights.begin(), lights.end(), [&](const Eigen::Vector3d& light) {
-        return S.dot(light) > grazing * S.norm();
-      });
-    }
-  }
-  return lit;
-}
-
-// ---- the methods ----
-
-std::vector<FieldStart> starts_of(const std::vector<ResolvedPart>& parts) {
-  std::vector<FieldStart> starts;
-  double known = 0.0;  // a part of unknown size starts as large as the others
-  for (const ResolvedPart& part : parts) {
-    known = part.part.free_length ? known : std::max(known, part.part.magnitude);
-  }
-  for (const ResolvedPart& part : parts) {
-    FieldStart start{.has_direction = part.has_value && part.has_heading, .sign_by = part.sign_by};
-    start.value = (part.part.free_length ? known : part.part.magnitude) *
-                  (part.has_value ? part.part.in_table.normalized() : Eigen::Vector3d::UnitZ());
-    starts.push_back(start);
-  }
-  return starts;
-}
-
-std::vector<Eigen::Vector3d> values_of(const std::vector<ResolvedPart>& parts) {
-  std::vector<Eigen::Vector3d> values;
-  for (const ResolvedPart& part : parts) {
-    if (!part.has_value || part.part.free_length) {
-      throw SetupError("field " + part.part.kind +
-                       ": give the vector in the table's frame with --field-table X,Y,Z");
-    }
-    values.push_back(part.part.in_table);
-  }
-  return values;
-}
-
-Estimate estimate_by(Method method,
-                     const ReadingSet& set,
-                     const std::vector<ResolvedPart>& parts,
-                     bool by_field) {
-  if (method == Method::joint) {
-    return estimate_joint(set, starts_of(parts));
-  }
-  if (method == Method::paired) {
-    const Eigen::Vector3d direction = values_of(parts).front().normalized();
-    return estimate_paired(set, parts.front().part.magnitude * direction);
-  }
-  return estimate_known(set, by_field ? std::vector<Eigen::Vector3d>{} : values_of(parts));
-}
-
-// Which rows a one-sided axis sees is decided by the fitted model, until it stays.
-Estimate estimate_one_sided(Method method,
-                            const ReadingSource& source,
-                            const std::vector<ResolvedPart>& parts,
-                            AxisMask& seen) {
-  seen = lit_by_readings(source.set(parts, {}));
-  Estimate estimate;
-  std::vector<AxisMask> earlier;
-  constexpr int most_rounds = 12;
-  for (int round = 0; round < most_rounds; ++round) {
-    const ReadingSet set = source.set(parts, seen);
-    estimate = estimate_by(method, set, parts, source.by_field());
-    const AxisMask next = lit_by_model(set, estimate, parts);
-    if ((next == seen).all()) {
-      return estimate;
-    }
-    const bool again = std::any_of(earlier.begin(), earlier.end(),
-                                   [&](const AxisMask& mask) { return (mask == next).all(); });
-    if (again) {
-      break;
-    }
-    earlier.push_back(seen);
-    seen = next;
-  }
-  estimate.unsettled = true;
-  return estimate;
-}
-
 Eigen::Matrix3d noise_of(const Observations& observations) {
   if (!observations.response_sd || observations.response.cols() != 3 ||
       !(observations.response_sd->array() > 0.0).all()) {
@@ -420,7 +343,8 @@ void check_method(const Experiment& experiment,
                   Method method,
                   bool by_field) {
   const std::string name(method_name(method));
-  if (!by_field && method != Method::magnitude && !has_labels(observations)) {
+  if (!by_field && method != Method::magnitude && method != Method::bias &&
+      !has_labels(observations)) {
     throw RefusedError("method " + name +
                        ": the readings have no design points; give columns 'rest' and 'fence', or "
                        "use --method known with fx,fy,fz, or magnitude");
@@ -451,6 +375,12 @@ void check_method(const Experiment& experiment,
       (method == Method::paired || method == Method::magnitude)) {
     throw SetupError("method " + name +
                      ": one-sided axes see a field from one side only; use joint or known");
+  }
+  if (method == Method::magnitude &&
+      (experiment.temperature.order > 0 || experiment.temperature.automatic)) {
+    throw SetupError(
+        "method magnitude fits no temperature terms; give design points, or calibrate each "
+        "temperature by itself");
   }
 }
 
@@ -492,6 +422,57 @@ void put_fields(FieldDescription& field, const std::vector<Eigen::Vector3d>& fie
   field.magnitude = field.in_table->norm();
 }
 
+// The fits of all orders that the temperatures allow.
+std::vector<TemperatureOrderTrial> try_orders(Method method,
+                                              ReadingSource& source,
+                                              const std::vector<ResolvedPart>& parts,
+                                              bool by_field) {
+  constexpr int highest_order = 2;
+  std::vector<TemperatureOrderTrial> trials;
+  for (int order = 0; order <= highest_order; ++order) {
+    source.set_temperature(order, std::nullopt);
+    const ReadingSet set = source.set(parts, {});
+    if (order > 0 && temperature_count(set) <= order) {
+      break;
+    }
+    try {
+      trials.push_back(trial_of(set, estimate_by(method, set, parts, by_field)));
+    } catch (const RefusedError&) {
+      if (order == 0) {
+        throw;
+      }
+      break;  // the readings do not determine so many terms
+    }
+  }
+  return trials;
+}
+
+void put_temperature(const Estimate& estimate,
+                     const ReadingSource& source,
+                     std::vector<TemperatureOrderTrial> trials,
+                     Calibration& calibration) {
+  if (!trials.empty()) {
+    std::string text;
+    for (const TemperatureOrderTrial& trial : trials) {
+      text += (text.empty() ? "order " : ", order ") + std::to_string(trial.order) + " AICc " +
+              number_text(trial.aicc, 4);
+    }
+    calibration.notes.push_back("temperature order " +
+                                std::to_string(estimate.temperature_bias.cols()) +
+                                " was chosen: " + text);
+  }
+  if (estimate.temperature_bias.cols() == 0) {
+    return;
+  }
+  TemperatureResponse& temperature = calibration.temperature.emplace();
+  temperature = source.temperature_range();
+  temperature.bias = estimate.temperature_bias;
+  temperature.scale = estimate.temperature_scale;
+  temperature.bias_se = temperature.bias;
+  temperature.scale_se = temperature.scale;
+  temperature.trials = std::move(trials);
+}
+
 // @param one_sided  whose lowest value is the dark, which repeats as it likes.
 std::vector<SaturatedAxis> find_saturated(const ReadingSet& set, bool one_sided) {
   std::vector<SaturatedAxis> found;
@@ -527,6 +508,36 @@ std::vector<SaturatedAxis> find_saturated(const ReadingSet& set, bool one_sided)
   return found;
 }
 
+// Uncertain face normals: they are weighed in the fit, as their errors show in its residuals too.
+std::optional<Eigen::MatrixXd> weigh_normals(const Experiment& experiment,
+                                             const ReadingSet& set,
+                                             Method method,
+                                             Estimate& estimate) {
+  const auto& covariance = experiment.positioner.description().normal_covariance;
+  if (!covariance || covariance->isZero(0.0) || estimate.fields.empty()) {
+    return std::nullopt;
+  }
+  if (experiment.robust) {
+    estimate.notes.emplace_back(
+        "robust regression does not weigh the uncertainty of the cube's face normals; the stated "
+        "uncertainties lack it");
+    return std::nullopt;
+  }
+  ReadingSet used = set;
+  for (const std::size_t i : estimate.unpaired) {
+    used.weights.row(static_cast<Eigen::Index>(i)).setZero();
+  }
+  std::optional<Eigen::MatrixXd> by_normals = fit_with_uncertain_normals(
+      used, experiment.positioner, experiment.rotation_sensor_from_positioner,
+      method == Method::known, estimate);
+  if (!by_normals) {
+    estimate.notes.emplace_back(
+        "the readings do not tell the errors of the cube's faces from noise; the stated "
+        "uncertainties lack that of its face normals");
+  }
+  return by_normals;
+}
+
 void note_field_uncertainty(Calibration& calibration) {
   const FieldDescription& field = calibration.field;
   if (!(field.magnitude_u > 0.0)) {
@@ -538,10 +549,90 @@ void note_field_uncertainty(Calibration& calibration) {
   calibration.notes.push_back(
       "the field's magnitude is uncertain by " + number_text(field.magnitude_u) + " " + field.unit +
       " (one standard deviation" + (field.model.empty() ? "" : ", model " + field.model) + ")" +
-      share + ", which the standard errors do not hold");
+      share + "; the expanded uncertainties hold it, the standard errors of the fit do not");
+}
+
+// The known-art form fitted to the same readings in the field as fitted.
+void compare_polar_fit(const ReadingSet& set,
+                       const std::vector<Eigen::Vector3d>& fields,
+                       Calibration& calibration) {
+  if (calibration.temperature || !calibration.also.empty() || set.leaves_out() ||
+      (fields.empty() && !set.rotation_sensor_from_table.empty())) {
+    throw SetupError(
+        "--polar-fit: goes with plain readings of one field, without temperature terms");
+  }
+  Eigen::Matrix<double, Eigen::Dynamic, 3> met(set.size(), 3);
+  if (fields.empty()) {
+    for (Eigen::Index i = 0; i < set.size(); ++i) {
+      met.row(i) = set.readings[static_cast<std::size_t>(i)].field_in_sensor->transpose();
+    }
+  } else {
+    met = field_design(set, fields).middleCols<3>(1);
+  }
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const int axis = main_axis(calibration.instrument, calibration.response, k);
+    calibration.polar_fit.push_back(
+        fit_polar_form(met, set.response.col(k), axis, calibration.instrument.convention));
+  }
+}
+
+// A mistake in the whole run fits as well as no mistake; only what is expected shows it.
+void warn_of_other_sensitivity(double nominal, Calibration& calibration) {
+  constexpr double far_off = 0.3;
+  for (Eigen::Index k = 0; k < calibration.response.bias.size(); ++k) {
+    const double ratio = calibration.response.sensitivity.row(k).norm() / std::abs(nominal);
+    if (std::abs(ratio - 1.0) <= far_off) {
+      continue;
+    }
+    std::string reason;
+    for (const auto& [factor, text] : std::initializer_list<std::pair<double, const char*>>{
+             {1e3, "1000"}, {9.80665, "9.80665"}}) {
+      for (const double one : {factor, 1.0 / factor}) {
+        if (std::abs(ratio / one - 1.0) <= far_off) {
+          reason = std::string(": a factor ") + (one > 1.0 ? "" : "1/") + text +
+                   ", so the readings or the field are in another unit";
+        }
+      }
+    }
+    calibration.warnings.push_back(
+        {.code = reason.empty() ? "sensitivity" : "unit_factor",
+         .runs = {},
+         .message = "axis " + calibration.instrument.axes[static_cast<std::size_t>(k)] +
+                    ": its sensitivity is " + number_text(ratio, 3) + " times the nominal one" +
+                    reason + "; check unit, range and wiring"});
+  }
+}
+
+// The run calibrated again with what the suggestion says.
+void follow(const Correction& correction, Experiment& experiment, Observations& observations) {
+  observations = corrected(std::move(observations), correction);
+  experiment.leave_out.insert(experiment.leave_out.end(), correction.leave_out.begin(),
+                              correction.leave_out.end());
 }
 
 }  // namespace
+
+Calibration calibrate_with_suggestions(Experiment experiment, Observations observations) {
+  std::vector<Correction> made;
+  Calibration calibration = calibrate(experiment, observations);
+  constexpr std::size_t most = 3;  // a run with more mistakes is to be taken again
+  while (calibration.suggestion && made.size() < most) {
+    const Correction correction = *calibration.suggestion;
+    const bool mends = !correction.points.empty() || !correction.responses.empty() ||
+                       !correction.levels.empty() || !correction.leave_out.empty();
+    if (!mends) {
+      break;
+    }
+    follow(correction, experiment, observations);
+    made.push_back(correction);
+    calibration = calibrate(experiment, observations);
+  }
+  for (const Correction& correction : made) {
+    calibration.notes.push_back("corrected as suggested: " + correction.message);
+  }
+  calibration.corrections = std::move(made);
+  return calibration;
+}
 
 Method choose_method(const Experiment& experiment, const Observations& observations) {
   if (experiment.method) {
@@ -553,9 +644,21 @@ Method choose_method(const Experiment& experiment, const Observations& observati
   if (!has_labels(observations)) {
     return Method::magnitude;
   }
-  return lies_along_normal(experiment) && every_reading_has_its_opposite(observations)
-             ? Method::paired
-             : Method::joint;
+  if (!lies_along_normal(experiment)) {
+    return Method::joint;
+  }
+  std::vector<int> soak;
+  if (experiment.temperature.order > 0 || experiment.temperature.automatic) {
+    std::vector<double> temperatures;
+    for (const Reading& reading : observations.readings) {
+      temperatures.push_back(reading.temperature.value_or(0.0));
+    }
+    soak = soak_levels(temperatures);
+    if (soak.empty()) {
+      return Method::joint;  // opposite readings were not taken at one temperature
+    }
+  }
+  return every_reading_has_its_opposite(observations, soak) ? Method::paired : Method::joint;
 }
 
 Calibration calibrate(const Experiment& experiment, const Observations& observations) {
@@ -571,6 +674,7 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   }
   const Method method = choose_method(experiment, used);
   const bool by_field = method == Method::known && brings_field(observations);
+  check_temperature(experiment, used.readings, method);
   ReadingSource source(experiment, observations, weighting, by_field);
   check_method(experiment, observations, method, by_field);
   check_levels(used, method);
@@ -598,8 +702,21 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
     check_known_magnitude(calibration.field);
   }
 
+  if (method == Method::bias) {
+    fit_bias(experiment, observations, source, calibration);
+    calibration.uncertainty = make_budget(experiment, {}, calibration, {}, std::nullopt);
+    return calibration;
+  }
+
   AxisMask seen;
   Estimate estimate;
+  std::vector<TemperatureOrderTrial> trials;
+  if (experiment.temperature.automatic) {
+    trials = try_orders(method, source, parts, by_field);
+    source.set_temperature(chosen_order(trials), experiment.temperature.reference);
+  } else if (experiment.temperature.order > 0) {
+    source.set_temperature(experiment.temperature.order, experiment.temperature.reference);
+  }
   if (method == Method::magnitude) {
     source.keep_complete_rows();
     const ReadingSet set = source.set(parts, {});
@@ -614,8 +731,22 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   } else {
     estimate = estimate_by(method, source.set(parts, {}), parts, by_field);
   }
+  ReadingSet fitted = source.set(parts, seen);
+  if (fitted.temperature.order > 0) {
+    fitted.temperature.scale = estimate.temperature_scale;
+    fitted.temperature.along = estimate.response.sensitivity;
+  }
+  std::optional<Culprit> culprit;
+  const bool searched = experiment.search_for_mistakes && method != Method::magnitude &&
+                        can_be_searched(fitted, estimate);
+  if (searched) {
+    culprit = find_culprit(fitted, estimate, method == Method::known);
+  }
+  const std::optional<Eigen::MatrixXd> by_positioner =
+      weigh_normals(experiment, fitted, method, estimate);
   calibration.response = std::move(estimate.response);
   calibration.statistics = std::move(estimate.statistics);
+  put_temperature(estimate, source, std::move(trials), calibration);
   for (std::size_t a = 0; a < estimate.also.size(); ++a) {
     const ResolvedPart& also = source.also()[a];
     calibration.also.push_back({.kind = also.part.kind,
@@ -634,6 +765,8 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
     tests.clear();
   }
   add_intervals(calibration);
+  calibration.uncertainty =
+      make_budget(experiment, fitted, calibration, estimate.fields, by_positioner);
 
   AxisMask in_fit = AxisMask::Constant(observations.size(), observations.response.cols(), false);
   for (std::size_t i = 0; i < source.rows().size(); ++i) {
@@ -651,21 +784,35 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   }
   calibration.residuals = residuals_of(observations, source, estimate.fields, experiment.positioner,
                                        calibration, in_fit);
-  const ReadingSet fitted = source.set(parts, seen);
   if (method == Method::magnitude) {
     calibration.orientations = orientation_quality(
         fields_of_readings(calibration.response, fitted.response), calibration.field.magnitude);
   }
   add_notes(calibration, observations, experiment.positioner);
   note_field_uncertainty(calibration);
+  if (experiment.compare_polar_fit) {
+    compare_polar_fit(fitted, estimate.fields, calibration);
+  }
   calibration.notes.insert(calibration.notes.end(), estimate.notes.begin(), estimate.notes.end());
   estimate.saturated = find_saturated(fitted, experiment.instrument.one_sided);
-  calibration.warnings = find_warnings(calibration, estimate, std::move(unpaired_runs));
-  const bool refused = std::any_of(calibration.warnings.begin(), calibration.warnings.end(),
-                                   [](const CalibrationWarning& w) {
-                                     return w.code == "uncertain_direction" ||
-                                            w.code == "one_sided_unsettled" || w.code == "no_fit";
-                                   });
+  calibration.warnings =
+      find_warnings(calibration, estimate, std::move(unpaired_runs), searched, culprit);
+  if (experiment.nominal_sensitivity) {
+    warn_of_other_sensitivity(*experiment.nominal_sensitivity, calibration);
+  }
+  if (culprit) {
+    calibration.suggestion = culprit->correction;
+  }
+  // What a mistake does to the coefficients, in parts of the full response.
+  constexpr double largest_effect = 0.005;
+  const bool spoilt = culprit && culprit->effect > largest_effect;
+  const bool refused =
+      spoilt || std::any_of(calibration.warnings.begin(), calibration.warnings.end(),
+                            [](const CalibrationWarning& w) {
+                              return w.code == "uncertain_direction" ||
+                                     w.code == "one_sided_unsettled" || w.code == "no_fit" ||
+                                     w.code == "uncertain_sensitivity";
+                            });
   calibration.status = refused ? "refused" : calibration.warnings.empty() ? "ok" : "warning";
   return calibration;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
@@ -148,6 +149,22 @@ Json json_of(const Instrument& instrument, const LinearResponse& response) {
           {"polar", polar}};
 }
 
+Json json_of(const TemperatureResponse& temperature) {
+  Json json = {{"reference", temperature.reference},
+               {"range", {temperature.low, temperature.high}},
+               {"bias", json_from_matrix(temperature.bias)},
+               {"scale", json_from_matrix(temperature.scale)},
+               {"standard_error",
+                {{"bias", json_from_matrix(temperature.bias_se)},
+                 {"scale", json_from_matrix(temperature.scale_se)}}}};
+  for (const TemperatureOrderTrial& trial : temperature.trials) {
+    json["orders"].push_back({{"order", trial.order},
+                              {"aicc", trial.aicc},
+                              {"lack_of_fit_p_value", trial.lack_of_fit_p_value}});
+  }
+  return json;
+}
+
 Json json_of(const RegressionRow& row) {
   Json json = {{"runs", row.runs}};
   put_point(json, row.point);
@@ -194,6 +211,46 @@ Json json_of(const FitStatistics& statistics) {
   json["rows"] = Json::array();
   for (const RegressionRow& row : statistics.rows) {
     json["rows"].push_back(json_of(row));
+  }
+  return json;
+}
+
+// A number of degrees of freedom that is infinite is null in JSON, as one that does not exist.
+Json json_of(const CombinedUncertainty& uncertainty) {
+  return {{"u", uncertainty.u},
+          {"degrees_of_freedom", uncertainty.degrees_of_freedom},
+          {"coverage_factor_95", uncertainty.coverage_factor},
+          {"expanded_95", uncertainty.expanded}};
+}
+
+Json budget_json(const Calibration& calibration) {
+  Json json = {{"sources", Json::array()}};
+  const UncertaintyBudget& budget = *calibration.uncertainty;
+  if (budget.resolution > 0.0) {
+    json["resolution"] = budget.resolution;
+  }
+  if (budget.temperature_u > 0.0) {
+    json["temperature_u"] = budget.temperature_u;
+  }
+  for (const UncertaintySource& source : budget.sources) {
+    Json one = {{"name", source.name},
+                {"type", source.type},
+                {"distribution", source.distribution},
+                {"input_u", source.input_u}};
+    if (!source.input_unit.empty()) {
+      one["input_unit"] = source.input_unit;
+    }
+    one["degrees_of_freedom"] = source.degrees_of_freedom;
+    if (source.type == "B") {  // the fit's is in the statistics
+      one["covariance"] = json_from_matrix(source.covariance);
+    }
+    json["sources"].push_back(std::move(one));
+  }
+  json["parameters"] = Json::array();
+  for (const ParameterUncertainty& parameter : parameter_uncertainties(calibration)) {
+    Json one = {{"parameter", parameter.name}, {"value", parameter.value}};
+    one.update(json_of(parameter.uncertainty));
+    json["parameters"].push_back(std::move(one));
   }
   return json;
 }
@@ -266,6 +323,28 @@ Json json_of(const ReadingResidual& residual) {
     json["used"] = false;
   }
   return json;
+}
+
+Json json_of(const Verdict& verdict) {
+  Json json = {{"passed", verdict.passed}, {"rule", verdict.rule}, {"limits", Json::array()}};
+  for (const LimitVerdict& one : verdict.limits) {
+    Json limit = {{"parameter", one.parameter}, {"value", one.value}, {"u", one.u}};
+    if (one.low) {
+      limit["low"] = *one.low;
+    }
+    if (one.high) {
+      limit["high"] = *one.high;
+    }
+    limit["guard_band"] = one.guard_band;
+    limit["passed"] = one.passed;
+    json["limits"].push_back(std::move(limit));
+  }
+  return json;
+}
+
+// A correction that was made; the file holds what was corrected, not how.
+Json json_of(const Correction& correction) {
+  return {{"code", correction.code}, {"runs", correction.runs}, {"message", correction.message}};
 }
 
 Json json_of(const CalibrationWarning& warning) {
@@ -401,12 +480,35 @@ FieldDescription field_of(const JsonValue& json) {
 }
 
 LinearResponse response_of(const JsonValue& json, Eigen::Index m) {
-  if (const auto later = json.find("temperature")) {
-    later->fail(
-        "this version of axiscal cannot apply these terms, and leaving them out would "
-        "be wrong");
-  }
   return {.bias = json.at("bias").vector(m), .sensitivity = json.at("sensitivity").matrix(m, 3)};
+}
+
+TemperatureResponse temperature_of(const JsonValue& json, Eigen::Index m) {
+  TemperatureResponse temperature;
+  temperature.reference = json.at("reference").number();
+  const Eigen::VectorXd range = json.at("range").vector(2);
+  temperature.low = range(0);
+  temperature.high = range(1);
+  const JsonValue bias = json.at("bias");
+  const std::vector<JsonValue> rows = bias.elements();
+  const auto order = rows.empty() ? 0 : static_cast<Eigen::Index>(rows.front().elements().size());
+  temperature.bias = bias.matrix(m, order);
+  temperature.scale = json.at("scale").matrix(m, order);
+  temperature.bias_se.setConstant(m, order, not_a_number);
+  temperature.scale_se = temperature.bias_se;
+  if (const auto errors = json.find("standard_error")) {
+    temperature.bias_se = matrix_or_nan(*errors, "bias", m, order);
+    temperature.scale_se = matrix_or_nan(*errors, "scale", m, order);
+  }
+  if (const auto orders = json.find("orders")) {
+    for (const JsonValue& trial : orders->elements()) {
+      temperature.trials.push_back(
+          {.order = trial.at("order").integer(),
+           .aicc = number_or_nan(trial, "aicc"),
+           .lack_of_fit_p_value = number_or_nan(trial, "lack_of_fit_p_value")});
+    }
+  }
+  return temperature;
 }
 
 std::vector<AlsoResponse> also_of(const JsonValue& coefficients, Eigen::Index m) {
@@ -516,6 +618,33 @@ FitStatistics statistics_of(const JsonValue& json, Eigen::Index m) {
   return statistics;
 }
 
+UncertaintyBudget budget_of(const JsonValue& json, const FitStatistics& statistics) {
+  UncertaintyBudget budget;
+  const Eigen::Index parameters = statistics.covariance.rows();
+  if (const auto resolution = json.find("resolution")) {
+    budget.resolution = resolution->number();
+  }
+  if (const auto u = json.find("temperature_u")) {
+    budget.temperature_u = u->number();
+  }
+  for (const JsonValue& one : json.at("sources").elements()) {
+    UncertaintySource source;
+    source.name = one.at("name").text();
+    source.type = one.at("type").text();
+    source.distribution = one.text_or("distribution");
+    source.input_u = number_or_nan(one, "input_u");
+    source.input_unit = one.text_or("input_unit");
+    const bool from_scatter = source.type == "A";
+    source.degrees_of_freedom =
+        from_scatter ? not_a_number : std::numeric_limits<double>::infinity();
+    if (!from_scatter) {
+      source.covariance = one.at("covariance").matrix(parameters, parameters);
+    }
+    budget.sources.push_back(std::move(source));
+  }
+  return budget;
+}
+
 LevelnessEstimate levelness_estimate_of(const JsonValue& json) {
   const std::optional<DesignPoint> point = point_of(json);
   if (!point) {
@@ -607,6 +736,27 @@ ReadingResidual residual_of(const JsonValue& json, Eigen::Index m) {
   return residual;
 }
 
+Verdict verdict_of(const JsonValue& json) {
+  Verdict verdict{.passed = json.at("passed").boolean(), .rule = json.text_or("rule")};
+  if (const auto limits = json.find("limits")) {
+    for (const JsonValue& one : limits->elements()) {
+      LimitVerdict limit{.parameter = one.text_or("parameter"),
+                         .value = number_or_nan(one, "value"),
+                         .u = number_or_nan(one, "u"),
+                         .guard_band = number_or_nan(one, "guard_band")};
+      if (const auto low = one.find("low")) {
+        limit.low = low->number();
+      }
+      if (const auto high = one.find("high")) {
+        limit.high = high->number();
+      }
+      limit.passed = one.at("passed").boolean();
+      verdict.limits.push_back(std::move(limit));
+    }
+  }
+  return verdict;
+}
+
 CalibrationWarning warning_of(const JsonValue& json) {
   CalibrationWarning warning{
       .code = json.text_or("code"), .runs = {}, .message = json.text_or("message")};
@@ -653,14 +803,31 @@ std::string calibration_json(const Calibration& calibration) {
     json["leave_out"] = calibration.left_out;
   }
   json["coefficients"] = json_of(calibration.instrument, calibration.response);
+  if (calibration.temperature) {
+    json["coefficients"]["temperature"] = json_of(*calibration.temperature);
+  }
   if (!calibration.also.empty()) {
     json["coefficients"]["also"] = json_of(calibration.also);
+  }
+  for (std::size_t k = 0; k < calibration.polar_fit.size(); ++k) {
+    const PolarFit& fit = calibration.polar_fit[k];
+    json["polar_fit"].push_back({{"axis", calibration.instrument.axes[k]},
+                                 {"bias", fit.bias},
+                                 {"sensitivity", fit.form.sensitivity},
+                                 {"coning_angle_rad", fit.form.coning_angle_rad},
+                                 {"azimuth_rad", fit.form.azimuth_rad},
+                                 {"residual_sd", fit.residual_sd},
+                                 {"rounds", fit.rounds},
+                                 {"converged", fit.converged}});
   }
   if (Json quantities = quantities_json(calibration); !quantities.empty()) {
     json["quantities"] = std::move(quantities);
   }
   if (calibration.statistics) {
     json["statistics"] = json_of(*calibration.statistics);
+  }
+  if (calibration.uncertainty) {
+    json["uncertainty"] = budget_json(calibration);
   }
   if (calibration.orientations) {
     json["orientations"] = json_of(*calibration.orientations);
@@ -670,6 +837,12 @@ std::string calibration_json(const Calibration& calibration) {
   }
   if (calibration.levelness) {
     json["levelness"] = json_of(*calibration.levelness);
+  }
+  if (calibration.verdict) {
+    json["verdict"] = json_of(*calibration.verdict);
+  }
+  for (const Correction& correction : calibration.corrections) {
+    json["corrections"].push_back(json_of(correction));
   }
   json["residuals"] = Json::array();
   for (const ReadingResidual& residual : calibration.residuals) {
@@ -709,7 +882,22 @@ Calibration parse_calibration(std::string_view text, const std::string& path) {
   }
   const Eigen::Index m = calibration.instrument.axis_count();
   calibration.response = response_of(json.at("coefficients"), m);
+  if (const auto temperature = json.at("coefficients").find("temperature")) {
+    calibration.temperature = temperature_of(*temperature, m);
+  }
   calibration.also = also_of(json.at("coefficients"), m);
+  if (const auto fits = json.find("polar_fit")) {
+    for (const JsonValue& one : fits->elements()) {
+      PolarFit fit{.bias = one.at("bias").number()};
+      fit.form = {.sensitivity = one.at("sensitivity").number(),
+                  .coning_angle_rad = one.at("coning_angle_rad").number(),
+                  .azimuth_rad = one.at("azimuth_rad").number()};
+      fit.residual_sd = number_or_nan(one, "residual_sd");
+      fit.rounds = one.at("rounds").integer();
+      fit.converged = one.at("converged").boolean();
+      calibration.polar_fit.push_back(fit);
+    }
+  }
   calibration.shape = json.text_or("shape");
   if (const auto orientations = json.find("orientations")) {
     calibration.orientations = orientations_of(*orientations);
@@ -719,9 +907,24 @@ Calibration parse_calibration(std::string_view text, const std::string& path) {
   }
   if (const auto statistics = json.find("statistics")) {
     calibration.statistics = statistics_of(*statistics, m);
+    if (const auto budget = json.find("uncertainty")) {
+      calibration.uncertainty = budget_of(*budget, *calibration.statistics);
+    }
   }
   if (const auto levelness = json.find("levelness")) {
     calibration.levelness = levelness_of(*levelness);
+  }
+  if (const auto verdict = json.find("verdict")) {
+    calibration.verdict = verdict_of(*verdict);
+  }
+  if (const auto corrections = json.find("corrections")) {
+    for (const JsonValue& one : corrections->elements()) {
+      Correction correction;
+      correction.code = one.text_or("code");
+      correction.message = one.text_or("message");
+      correction.runs = integers(one.at("runs"));
+      calibration.corrections.push_back(std::move(correction));
+    }
   }
   if (const auto residuals = json.find("residuals")) {
     for (const JsonValue& residual : residuals->elements()) {

@@ -179,6 +179,14 @@ void align_with_companion(Calibration& calibration,
                                  companions.response(used, Eigen::all), alignment);
   }
   const LinearResponse own = calibration.response;
+  if (calibration.uncertainty) {
+    for (UncertaintySource& source : calibration.uncertainty->sources) {
+      if (source.covariance.rows() == 12) {
+        LinearResponse response = calibration.response;
+        turn_frame(alignment.rotation_companion_from_sensor, response, source.covariance);
+      }
+    }
+  }
   turn_frame(alignment.rotation_companion_from_sensor, calibration.response, covariance);
   if (calibration.statistics) {
     FitStatistics& statistics = *calibration.statistics;

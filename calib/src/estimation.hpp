@@ -13,6 +13,16 @@
 
 namespace axiscal {
 
+/// The temperature terms of the axes while they are fitted (METHOD 6). The product of scale and
+/// field is linear in the changes of its factors: columns d^j (S f) beside scale(t) f.
+struct TemperatureTerms {
+  int order = 0;
+  Eigen::VectorXd d;        // n: t - reference
+  std::vector<int> soak;    // n: number of the soak level; empty where temperatures are continuous
+  Eigen::MatrixXd scale;    // m x order: what is known of c
+  SensitivityMatrix along;  // m x 3: S as far as known; at first the main axis alone [P]
+};
+
 /// The readings that a fit uses, in the instrument's terms: n readings, m axes.
 struct ReadingSet {
   std::vector<Reading> readings;                            // n
@@ -28,7 +38,9 @@ struct ReadingSet {
   // Second fields, known in the table, which no level changes: three more columns each.
   std::vector<std::string> also_kinds;
   std::vector<Eigen::Vector3d> also_in_table;
+  Eigen::VectorXd noise_ratio;  // m: stated; empty where it is not known
   bool robust = false;
+  TemperatureTerms temperature;
   // One levelness for the run, or one for each block: the blocks, and which one a reading is of.
   std::vector<int> level_blocks = {1};
   std::vector<std::size_t> levels;  // n; empty: all of the first
@@ -37,10 +49,29 @@ struct ReadingSet {
     return levels.empty() ? 0 : levels[static_cast<std::size_t>(reading)];
   }
 
-  // The columns [1, f, second fields] of the regression of an axis.
+  [[nodiscard]] int soak_of(std::size_t reading) const {
+    return temperature.soak.empty() ? 0 : temperature.soak[reading];
+  }
+
+  // The columns [1, f, second fields, d, .., d S f, ..] of the regression of an axis.
   [[nodiscard]] Eigen::Index column_count() const {
+    return base_column_count() + 2 * temperature.order;
+  }
+  [[nodiscard]] Eigen::Index base_column_count() const {
     return 4 + 3 * static_cast<Eigen::Index>(also_in_table.size());
   }
+
+  // Columns [1, f, second fields] of an axis with those of temperature; all readings, and one row.
+  [[nodiscard]] Eigen::MatrixXd with_temperature(const Eigen::MatrixXd& design,
+                                                 Eigen::Index axis) const;
+  [[nodiscard]] Eigen::RowVectorXd with_temperature(const Eigen::RowVectorXd& row,
+                                                    Eigen::Index reading,
+                                                    Eigen::Index axis) const;
+
+  // 1 + c_1 d + ..., as far as known.
+  [[nodiscard]] double scale(Eigen::Index reading, Eigen::Index axis) const;
+
+  [[nodiscard]] std::vector<std::string> names_of_axis(Eigen::Index axis) const;
 
   // Where a field is a sum its fields are those of its parts; else those of the levelnesses.
   [[nodiscard]] bool is_sum() const { return parts.size() > 1; }
@@ -64,9 +95,14 @@ struct ReadingSet {
   [[nodiscard]] double rounding() const;
 };
 
+/// ".bias.d", ".bias.d2", .., ".scale.d", ..
+[[nodiscard]] std::vector<std::string> temperature_suffixes(int order);
+
 /// The names of the parameters of some axes, all columns.
 [[nodiscard]] std::vector<std::string> parameter_names(
-    const std::vector<std::string>& axes, const std::vector<std::string>& also_kinds = {});
+    const std::vector<std::string>& axes,
+    const std::vector<std::string>& also_kinds = {},
+    int temperature_order = 0);
 
 /// The same for the columns that are open, for all axes.
 [[nodiscard]] std::vector<std::string> names_of_columns(const std::vector<std::string>& axes,
@@ -93,6 +129,8 @@ struct Estimate {
   std::vector<SaturatedAxis> saturated;
   LinearResponse response;
   std::vector<SensitivityMatrix> also;  // one for each second field
+  Eigen::MatrixXd temperature_bias;     // m x order, METHOD 6
+  Eigen::MatrixXd temperature_scale;
   // In the table, one for each levelness (of a sum: for each part); empty: as readings.
   std::vector<Eigen::Vector3d> fields;
   FitStatistics statistics;
@@ -129,7 +167,17 @@ struct PairedDesign {
 [[nodiscard]] Estimate estimate_known(const ReadingSet& set,
                                       const std::vector<Eigen::Vector3d>& in_table);
 
-/// Rows [1, f_i, second fields] of the regression for the fields in the table; n x column_count().
+/// The set as it would have been read at the reference temperature.
+[[nodiscard]] ReadingSet without_temperature(ReadingSet set, const Estimate& estimate);
+
+/// Takes what the columns of an axis's regression say into the estimate.
+void put_coefficients(const ReadingSet& set,
+                      Eigen::Index axis,
+                      const Eigen::VectorXd& coefficients,
+                      Estimate& estimate);
+
+/// Rows [1, f_i, second fields] of the regression for the fields in the table; n x
+/// base_column_count().
 [[nodiscard]] Eigen::MatrixXd field_design(const ReadingSet& set,
                                            const std::vector<Eigen::Vector3d>& fields);
 

@@ -6,7 +6,8 @@
 namespace axiscal {
 namespace {
 
-constexpr std::array<std::string_view, 4> method_names = {"paired", "joint", "known", "magnitude"};
+constexpr std::array<std::string_view, 5> method_names = {"paired", "joint", "known", "magnitude",
+                                                          "bias"};
 constexpr std::array<std::string_view, 3> weighting_names = {"none", "samples", "sd"};
 constexpr std::array<std::string_view, 2> level_by_names = {"run", "block"};
 constexpr std::array<std::string_view, 2> shape_names = {"symmetric", "triangular"};

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -216,11 +217,11 @@ void read_table(const JsonValue& json, Experiment& experiment) {
 Experiment parse_experiment(std::string_view text, const std::string& path) {
   const JsonValue json = parse_json(text, path);
   json.require_format("axiscal-experiment");
-  check_keys(json,
-             {"format", "version", "observations", "instrument", "field", "site", "table",
-              "positioner", "slot", "method", "weights", "robust", "leave_out", "level_by",
-              "temperature", "also", "shape"},
-             {"from", "limits"});
+  check_keys(json, {"format",  "version", "observations", "instrument",  "field",
+                    "site",    "table",   "positioner",   "slot",        "method",
+                    "weights", "robust",  "leave_out",    "level_by",    "temperature",
+                    "also",    "shape",   "from",         "uncertainty", "noise_ratio"},
+             {"limits"});
   Experiment experiment;
   with(json, "observations", [&](const JsonValue& files) {
     const std::vector<std::string> names =
@@ -243,7 +244,7 @@ Experiment parse_experiment(std::string_view text, const std::string& path) {
   });
   with(json, "slot", [&](const JsonValue& value) { experiment.slot = value.text(); });
   with(json, "method", [&](const JsonValue& value) {
-    experiment.method = choice(value, parse_method, "paired, joint, known, magnitude");
+    experiment.method = choice(value, parse_method, "paired, joint, known, magnitude, bias");
   });
   with(json, "weights", [&](const JsonValue& value) {
     experiment.weighting = choice(value, parse_weighting, "samples, sd, none");
@@ -254,6 +255,9 @@ Experiment parse_experiment(std::string_view text, const std::string& path) {
       value.fail("must be true, false or \"bisquare\"");
     }
   });
+  with(json, "noise_ratio", [&](const JsonValue& ratio) {
+    experiment.noise_ratio = ratio.vector(static_cast<Eigen::Index>(ratio.elements().size()));
+  });
   with(json, "leave_out", [&](const JsonValue& runs) {
     for (const JsonValue& run : runs.elements()) {
       experiment.leave_out.push_back(run.integer());
@@ -262,13 +266,39 @@ Experiment parse_experiment(std::string_view text, const std::string& path) {
   with(json, "level_by", [&](const JsonValue& value) {
     experiment.level_by = choice(value, parse_level_by, "run, block");
   });
-  with(json, "temperature", [](const JsonValue& temperature) {
-    check_keys(temperature, {"order"}, {"reference"});
-    with(temperature, "order", [](const JsonValue& order) {
-      if (order.is_text() || order.integer() != 0) {
-        order.fail("this version of axiscal knows only order 0: no temperature terms");
+  with(json, "temperature", [&](const JsonValue& temperature) {
+    check_keys(temperature, {"order", "reference"}, {});
+    TemperatureSetup& setup = experiment.temperature;
+    with(temperature, "order", [&](const JsonValue& order) {
+      setup.automatic = order.is_text() && order.text() == "auto";
+      if (!setup.automatic && (order.is_text() || order.integer() < 0)) {
+        order.fail("must be 0, 1, 2 or \"auto\"");
       }
+      setup.order = setup.automatic ? 0 : order.integer();
     });
+    with(temperature, "reference",
+         [&](const JsonValue& reference) { setup.reference = reference.number(); });
+  });
+  with(json, "uncertainty", [&](const JsonValue& value) {
+    check_keys(value, {"resolution", "slope_rad", "direction_rad", "temperature"}, {});
+    StatedUncertainties& stated = experiment.stated;
+    const std::array<std::pair<const char*, double*>, 4> all = {
+        {{"resolution", &stated.resolution},
+         {"slope_rad", &stated.slope_u},
+         {"direction_rad", &stated.direction_u_rad},
+         {"temperature", &stated.temperature_u}}};
+    for (const auto& [key, to] : all) {
+      with(value, key, [to = to](const JsonValue& number) {
+        *to = number.number();
+        if (!(*to >= 0.0)) {
+          number.fail("must not be negative");
+        }
+      });
+    }
+  });
+  with(json, "from", [&](const JsonValue& value) {
+    experiment.from =
+        std::make_shared<const Calibration>(read_calibration(resolved(value.text(), path)));
   });
   return experiment;
 }

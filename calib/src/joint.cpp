@@ -92,7 +92,7 @@ double condition_of(const Eigen::MatrixXd& J) {
 
 // What each column of the Jacobian is of.
 std::vector<std::string> names_with_directions(const ReadingSet& set, const JointState& state) {
-  std::vector<std::string> names = parameter_names(set.axes, set.also_kinds);
+  std::vector<std::string> names = parameter_names(set.axes, set.also_kinds, set.temperature.order);
   for (std::size_t s = 0; s < state.fields.size(); ++s) {
     std::string whose = "the field";
     if (set.is_sum()) {
@@ -117,14 +117,16 @@ Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
   one.readings = {Reading{.point = point, .level = level}};
   one.rotation_sensor_from_table = {set.orientation(point)};
   one.levels.clear();
+  one.temperature.d = Eigen::VectorXd::Zero(1);  // at the reference
   const JointState& state = solution.state;
   const Eigen::Index m = set.axis_count();
-  const Eigen::Index p = state.X.cols();
+  const Eigen::Index p = set.column_count();
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(m, p * m + state.direction_count());
   for (Eigen::Index k = 0; k < m; ++k) {
     const Eigen::Matrix3d& R = one.rotation_sensor_from_table.front();
     const Eigen::Vector3d S = state.axes[static_cast<std::size_t>(k)].estimate.segment<3>(1);
-    rows.block(k, p * k, 1, p) = one.design_row(R, one.field_in_table(0, state.fields));
+    rows.block(k, p * k, 1, p) = one.with_temperature(
+        Eigen::RowVectorXd(one.design_row(R, one.field_in_table(0, state.fields))), 0, k);
     for (std::size_t s = 0; s < state.fields.size(); ++s) {
       rows.block(k, p * m + state.first_direction(s), 1, state.tangents[s].cols()) =
           S.transpose() * R * change_with_field(one, 0, state.fields, s) *
@@ -227,11 +229,8 @@ Estimate describe(const ReadingSet& set,
   statistics.degrees_of_freedom = solution.shares.degrees_of_freedom;
   statistics.residual_sd = Eigen::VectorXd::Constant(m, std::numeric_limits<double>::quiet_NaN());
   statistics.condition_number = condition_of(fit.jacobian(state, solution.sigma));
-  estimate.response.bias.resize(m);
-  estimate.response.sensitivity.resize(m, 3);
-  estimate.also.assign(set.also_in_table.size(), SensitivityMatrix::Zero(m, 3));
   estimate.fields = state.fields;
-  const Eigen::Index p = state.X.cols();
+  const Eigen::Index p = set.column_count();
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
     const double nu = statistics.degrees_of_freedom(k);
@@ -239,11 +238,7 @@ Estimate describe(const ReadingSet& set,
     if (nu > 0.0) {
       statistics.residual_sd(k) = set.robust ? s : std::sqrt(axis.residuals.squaredNorm() / nu);
     }
-    estimate.response.bias(k) = axis.estimate(0);
-    estimate.response.sensitivity.row(k) = axis.estimate.segment<3>(1);
-    for (std::size_t a = 0; a < estimate.also.size(); ++a) {
-      estimate.also[a].row(k) = axis.estimate.segment<3>(4 + 3 * static_cast<Eigen::Index>(a));
-    }
+    put_coefficients(set, k, axis.estimate, estimate);
     statistics.r_squared(k) =
         r_squared_about_mean(set.response.col(k), set.weights.col(k), axis.residuals);
 
@@ -257,7 +252,7 @@ Estimate describe(const ReadingSet& set,
     }
     statistics.covariance.block(p * k, p * k, p, p) += s2 * axis.design->unscaled_covariance();
     statistics.variance_inflation.row(k) =
-        variance_inflation(state.X, set.weights.col(k), own).segment<3>(1);
+        variance_inflation(axis.X, set.weights.col(k), own).segment<3>(1);
 
     const Eigen::VectorXd leverage =
         axis.design->leverage() +
@@ -289,7 +284,7 @@ RobustRound robust_round(const ReadingSet& set,
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
     const Eigen::VectorXd residuals =
-        set.weights.col(k).cwiseSqrt().cwiseProduct(set.response.col(k) - state.X * axis.estimate);
+        set.weights.col(k).cwiseSqrt().cwiseProduct(set.response.col(k) - axis.X * axis.estimate);
     const BisquareWeights bisquare = bisquare_weights(
         residuals, leverage.col(k),
         static_cast<double>(axis.design->observations()) - degrees_of_freedom(k), set.rounding(k));
@@ -329,7 +324,7 @@ void require_degrees_of_freedom(const ReadingSet& set, const Solution& solution)
       points.push_back(entry.point.name());
     }
   }
-  std::vector<std::string> names = parameter_names(axes, set.also_kinds);
+  std::vector<std::string> names = parameter_names(axes, set.also_kinds, set.temperature.order);
   const std::string list = joined(names);
   throw RankDeficientError("so few readings do not determine " + list +
                                " together with the field's direction, with anything left to check "
@@ -367,7 +362,7 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Sol
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     JointAxis& axis = solution.state.axes[static_cast<std::size_t>(k)];
     axis.estimate = state.axes[static_cast<std::size_t>(k)].estimate;
-    axis.residuals = axis.root_weights.cwiseProduct(set.response.col(k) - state.X * axis.estimate);
+    axis.residuals = axis.root_weights.cwiseProduct(set.response.col(k) - axis.X * axis.estimate);
   }
   return describe(set, given, solution, robust);
 }
@@ -609,9 +604,7 @@ Estimate estimate_joint(const ReadingSet& set, const std::vector<FieldStart>& st
                                  : describe(set, fit, solution, Eigen::MatrixXd());
   estimate.ambiguity = std::move(best.ambiguity);
   if (!set.is_sum() && !set.leaves_out()) {
-    estimate.levelness =
-        estimate_levelness(set, find_opposite_pairs(set).pairs, estimate.response.sensitivity,
-                           starts.front().value.norm());
+    estimate.levelness = levelness_of(set, estimate, starts.front().value.norm());
   }
   return estimate;
 }

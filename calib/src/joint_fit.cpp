@@ -75,7 +75,8 @@ Eigen::Matrix3d change_with_field(const ReadingSet& set,
 }
 
 JointState JointFit::at(const std::vector<Eigen::Vector3d>& fields) const {
-  JointState state{.fields = fields, .tangents = {}, .X = field_design(set_, fields), .axes = {}};
+  JointState state{.fields = fields, .tangents = {}, .axes = {}};
+  const Eigen::MatrixXd base = field_design(set_, fields);
   for (std::size_t s = 0; s < fields.size(); ++s) {
     const bool free_length = set_.is_sum() && set_.parts[s].free_length;
     Eigen::Matrix<double, 3, Eigen::Dynamic> own(3, free_length ? 3 : 2);
@@ -100,26 +101,26 @@ JointState JointFit::at(const std::vector<Eigen::Vector3d>& fields) const {
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
     JointAxis axis;
     // Axes of the same weights share one factorisation.
-    const bool shared = k > 0 && weights_.col(k) == weights_.col(k - 1);
-    axis.design =
-        shared ? state.axes.back().design
-               : std::make_shared<const LeastSquaresDesign>(
-                     state.X, weights_.col(k),
-                     parameter_names({set_.axes[static_cast<std::size_t>(k)]}, set_.also_kinds));
+    const bool shared =
+        k > 0 && weights_.col(k) == weights_.col(k - 1) && set_.temperature.order == 0;
+    axis.X = set_.with_temperature(base, k);
+    axis.design = shared ? state.axes.back().design
+                         : std::make_shared<const LeastSquaresDesign>(axis.X, weights_.col(k),
+                                                                      set_.names_of_axis(k));
     axis.root_weights = weights_.col(k).cwiseSqrt();
     axis.estimate = axis.design->estimate(set_.response.col(k));
-    axis.residuals = axis.root_weights.cwiseProduct(set_.response.col(k) - state.X * axis.estimate);
+    axis.residuals = axis.root_weights.cwiseProduct(set_.response.col(k) - axis.X * axis.estimate);
     Eigen::MatrixXd change(set_.size(), directions);
     for (Eigen::Index i = 0; i < set_.size(); ++i) {
-      change.row(i) =
-          axis.estimate.segment<3>(1).transpose() * field_change[static_cast<std::size_t>(i)];
+      change.row(i) = set_.scale(i, k) * axis.estimate.segment<3>(1).transpose() *
+                      field_change[static_cast<std::size_t>(i)];
     }
-    axis.take_up.resize(state.X.cols(), directions);
+    axis.take_up.resize(axis.X.cols(), directions);
     for (Eigen::Index j = 0; j < directions; ++j) {
       axis.take_up.col(j) = axis.design->estimate(change.col(j));
     }
     axis.tangents = axis.root_weights.asDiagonal() * change;
-    axis.projected = axis.root_weights.asDiagonal() * (change - state.X * axis.take_up);
+    axis.projected = axis.root_weights.asDiagonal() * (change - axis.X * axis.take_up);
     state.axes.push_back(std::move(axis));
   }
   return state;
@@ -210,7 +211,7 @@ DirectionShares JointFit::shares(const JointState& state, const Eigen::VectorXd&
     const Eigen::MatrixXd part = T.middleRows(k * set_.size(), set_.size()) * root;
     shares.degrees_of_freedom(k) =
         static_cast<double>(state.axes[static_cast<std::size_t>(k)].design->observations()) -
-        static_cast<double>(state.X.cols()) - part.squaredNorm();
+        static_cast<double>(state.axes.front().X.cols()) - part.squaredNorm();
   }
   return shares;
 }
@@ -219,11 +220,11 @@ Eigen::MatrixXd JointFit::jacobian(const JointState& state, const Eigen::VectorX
   const Eigen::Index n = set_.size();
   const Eigen::Index m = set_.axis_count();
   const Eigen::Index directions = state.direction_count();
-  const Eigen::Index p = state.X.cols();
+  const Eigen::Index p = state.axes.front().X.cols();
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(n * m, p * m + directions);
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
-    J.block(n * k, p * k, n, p) = axis.root_weights.asDiagonal() * state.X / sigma(k);
+    J.block(n * k, p * k, n, p) = axis.root_weights.asDiagonal() * axis.X / sigma(k);
     J.block(n * k, p * m, n, directions) = axis.tangents / sigma(k);
   }
   return J;
@@ -239,7 +240,7 @@ Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const std::vector<Eigen::Index> used = used_rows(set, rows, k);
     const auto n = static_cast<Eigen::Index>(used.size());
-    Eigen::MatrixXd Z(n, unknowns + others);
+    Eigen::MatrixXd Z(n, unknowns + others + set.temperature.order);
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto at = static_cast<std::size_t>(used[static_cast<std::size_t>(i)]);
       const Eigen::Matrix3d& R = set.rotation_sensor_from_table[at];
@@ -249,7 +250,11 @@ Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen
         const double factor = set.parts[static_cast<std::size_t>(p)].set_by_level ? level : 1.0;
         Z.row(i).segment<9>(1 + 9 * p) = factor * R.reshaped().transpose();
       }
-      Z.row(i).tail(others) = set.design_row(R, Eigen::Vector3d::Zero()).tail(others);
+      Z.row(i).segment(unknowns, others) = set.design_row(R, Eigen::Vector3d::Zero()).tail(others);
+      for (int j = 0; j < set.temperature.order; ++j) {
+        Z(i, unknowns + others + j) =
+            std::pow(set.temperature.d(static_cast<Eigen::Index>(at)), j + 1);
+      }
     }
     if (n < Z.cols() || !undetermined_columns(Z).empty()) {
       continue;

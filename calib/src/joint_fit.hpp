@@ -16,9 +16,10 @@ namespace axiscal {
 /// projected. There are D directions in all: two tangents for each levelness or part of the field,
 /// and a third for a part of unknown magnitude, along it.
 struct JointAxis {
+  Eigen::MatrixXd X;  // n x p, not weighted
   std::shared_ptr<const LeastSquaresDesign> design;
   Eigen::VectorXd root_weights;
-  Eigen::VectorXd estimate;   // b, S, second fields; p
+  Eigen::VectorXd estimate;   // b, S, second fields, temperature; p
   Eigen::VectorXd residuals;  // weighted
   Eigen::MatrixXd tangents;   // n x D, weighted: change of the fit per radian
   Eigen::MatrixXd projected;  // the same without what b and S can take up
@@ -28,7 +29,6 @@ struct JointAxis {
 struct JointState {
   std::vector<Eigen::Vector3d> fields;  // in the table, one for each levelness or part
   std::vector<Eigen::Matrix<double, 3, Eigen::Dynamic>> tangents;  // of unit length, 2 or 3 each
-  Eigen::MatrixXd X;                                               // n x p, not weighted
   std::vector<JointAxis> axes;
 
   // The first of a field's columns among the directions.

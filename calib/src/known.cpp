@@ -23,17 +23,15 @@ Estimate estimate_known(const ReadingSet& set, const std::vector<Eigen::Vector3d
   require_response(set);
   std::vector<AxisRegression> axes;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    axes.push_back(
-        regress_axis(design, set.response.col(k), set.weights.col(k),
-                     parameter_names({set.axes[static_cast<std::size_t>(k)]}, set.also_kinds),
-                     set.robust, set.rounding(k)));
+    axes.push_back(regress_axis(set.with_temperature(design, k), set.response.col(k),
+                                set.weights.col(k), set.names_of_axis(k), set.robust,
+                                set.rounding(k)));
   }
   Estimate estimate = summarize(set, axes, rows_of_readings(set));
   estimate.mean_field = design.middleCols<3>(1).rowwise().norm().mean();
   estimate.fields = in_table;
   if (!in_table.empty() && !set.is_sum() && !set.leaves_out()) {
-    estimate.levelness = estimate_levelness(set, find_opposite_pairs(set).pairs,
-                                            estimate.response.sensitivity, in_table.front().norm());
+    estimate.levelness = levelness_of(set, estimate, in_table.front().norm());
   }
   return estimate;
 }

@@ -76,4 +76,24 @@ Observations concatenate(const std::vector<Observations>& parts) {
   return all;
 }
 
+Observations select_rows(const Observations& observations, const std::vector<std::size_t>& rows) {
+  Observations some;
+  some.has_block = observations.has_block;
+  some.has_level = observations.has_level;
+  for (const std::size_t row : rows) {
+    some.readings.push_back(observations.readings[row]);
+  }
+  some.response = observations.response(rows, Eigen::all);
+  if (observations.samples) {
+    some.samples = (*observations.samples)(rows);
+  }
+  if (observations.response_sd) {
+    some.response_sd = (*observations.response_sd)(rows, Eigen::all);
+  }
+  if (observations.saturated) {
+    some.saturated = (*observations.saturated)(rows, Eigen::all);
+  }
+  return some;
+}
+
 }  // namespace axiscal

@@ -218,7 +218,8 @@ Columns find_columns(Table& table, const ObservationColumns& wanted) {
   columns.run = table.find("run");
   columns.block = table.find("block");
   columns.level = table.find("level");
-  columns.temperature = table.find("temperature");
+  columns.temperature =
+      wanted.needs_temperature ? table.need("temperature") : table.find("temperature");
   columns.time = table.find("time");
   columns.samples = wanted.needs_samples ? table.need("samples") : table.find("samples");
   columns.serial = table.find("serial");
@@ -263,24 +264,47 @@ void append_cells(std::string& text, const std::vector<std::string>& cells) {
   text += '\n';
 }
 
-std::vector<std::string> sheet_header(bool with_level) {
-  std::vector<std::string> header = {"run", "block", "rest", "fence"};
-  if (with_level) {
-    header.emplace_back("level");
+// The columns that every table of design points begins with; level and temperature where they say
+// something.
+class SheetColumns {
+ public:
+  explicit SheetColumns(const std::vector<Reading>& readings) {
+    for (const Reading& reading : readings) {
+      with_level_ = with_level_ || reading.level != 1.0;
+      with_temperature_ = with_temperature_ || reading.temperature.has_value();
+    }
   }
-  return header;
-}
 
-std::vector<std::string> sheet_cells(
-    int run, int block, const DesignPoint& point, double level, bool with_level) {
-  std::vector<std::string> cells = {std::to_string(run), std::to_string(block),
-                                    std::string(face_name(point.rest())),
-                                    std::string(face_name(point.fence()))};
-  if (with_level) {
-    cells.push_back(number_text(level));
+  void show_level() { with_level_ = true; }
+
+  [[nodiscard]] std::vector<std::string> header() const {
+    std::vector<std::string> cells = {"run", "block", "rest", "fence"};
+    if (with_level_) {
+      cells.emplace_back("level");
+    }
+    if (with_temperature_) {
+      cells.emplace_back("temperature");
+    }
+    return cells;
   }
-  return cells;
-}
+
+  [[nodiscard]] std::vector<std::string> cells(const Reading& reading) const {
+    std::vector<std::string> cells = {std::to_string(reading.run), std::to_string(reading.block),
+                                      std::string(face_name(reading.point->rest())),
+                                      std::string(face_name(reading.point->fence()))};
+    if (with_level_) {
+      cells.push_back(number_text(reading.level));
+    }
+    if (with_temperature_) {
+      cells.push_back(reading.temperature ? number_text(*reading.temperature) : "");
+    }
+    return cells;
+  }
+
+ private:
+  bool with_level_ = false;
+  bool with_temperature_ = false;
+};
 
 }  // namespace
 
@@ -330,13 +354,8 @@ ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& as
       samples.push_back(table.positive(*columns.samples));
     }
     if (columns.serial) {
-      const std::string_view serial = table.text(*columns.serial);
-      if (row > 1 && serial != result.serial) {
-        table.fail(*columns.serial, "'" + std::string(serial) + "' follows '" + result.serial +
-                                        "': this version calibrates one unit at a time; give "
-                                        "each its own file");
-      }
-      result.serial = serial;
+      result.serials.emplace_back(table.text(*columns.serial));
+      result.serial = result.serials.front();
     }
   }
   if (observations.readings.empty()) {
@@ -372,21 +391,36 @@ std::vector<DesignEntry> read_design(CsvReader& csv) {
   return design;
 }
 
-std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet) {
-  const bool with_level = std::any_of(
-      sheet.begin(), sheet.end(), [](const RunSheetRow& row) { return row.entry.level != 1.0; });
-  std::string text;
-  append_cells(text, sheet_header(with_level));
+std::vector<Reading> readings_of(const std::vector<RunSheetRow>& sheet) {
+  std::vector<Reading> readings;
   for (const RunSheetRow& row : sheet) {
-    append_cells(text,
-                 sheet_cells(row.run, row.block, row.entry.point, row.entry.level, with_level));
+    readings.push_back({.run = row.run,
+                        .block = row.block,
+                        .point = row.entry.point,
+                        .level = row.entry.level,
+                        .temperature = row.temperature});
+  }
+  return readings;
+}
+
+std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet) {
+  const std::vector<Reading> readings = readings_of(sheet);
+  const SheetColumns columns(readings);
+  std::string text;
+  append_cells(text, columns.header());
+  for (const Reading& reading : readings) {
+    append_cells(text, columns.cells(reading));
   }
   return text;
 }
 
 std::string observations_csv(const Observations& observations,
                              const std::vector<std::string>& axes) {
-  std::vector<std::string> header = sheet_header(observations.has_level);
+  SheetColumns columns(observations.readings);
+  if (observations.has_level) {
+    columns.show_level();
+  }
+  std::vector<std::string> header = columns.header();
   std::transform(axes.begin(), axes.end(), std::back_inserter(header), csv_cell);
   std::string text;
   append_cells(text, header);
@@ -395,8 +429,7 @@ std::string observations_csv(const Observations& observations,
     if (!reading.point) {
       throw DomainError("observations_csv: a reading has no design point");
     }
-    std::vector<std::string> cells = sheet_cells(reading.run, reading.block, *reading.point,
-                                                 reading.level, observations.has_level);
+    std::vector<std::string> cells = columns.cells(reading);
     for (Eigen::Index k = 0; k < observations.response.cols(); ++k) {
       cells.push_back(number_text(observations.response(static_cast<Eigen::Index>(i), k)));
     }

@@ -247,19 +247,21 @@ MeanSlope mean_slope(const std::vector<FaceDifferences>& faces,
 }  // namespace
 
 OppositePairs find_opposite_pairs(const ReadingSet& set) {
-  // Both points of a pair have the same block, level, rest face and axis of the fence face.
-  using Key = std::tuple<int, double, Face, int>;
+  // Both points of a pair have the same block, level, temperature, rest face and axis of the fence
+  // face.
+  using Key = std::tuple<int, double, int, Face, int>;
   std::map<Key, std::size_t> place;
   std::vector<OppositePair> candidates;
   for (std::size_t i = 0; i < set.readings.size(); ++i) {
     const Reading& reading = set.readings[i];
     const int axis = axis_of(reading.point->fence());
-    const Key key{reading.block, reading.level, reading.point->rest(), axis};
+    const Key key{reading.block, reading.level, set.soak_of(i), reading.point->rest(), axis};
     const auto [found, is_new] = place.emplace(key, candidates.size());
     if (is_new) {
       candidates.push_back({.point = {reading.point->rest(), face_of(axis, true)},
                             .block = reading.block,
                             .level = reading.level,
+                            .soak = set.soak_of(i),
                             .levelness = set.level_of(static_cast<Eigen::Index>(i))});
     }
     OppositePair& pair = candidates[found->second];
@@ -285,6 +287,14 @@ OppositePairs find_opposite_pairs(const ReadingSet& set) {
   }
   std::sort(result.unpaired.begin(), result.unpaired.end());
   return result;
+}
+
+std::optional<Levelness> levelness_of(const ReadingSet& set, const Estimate& estimate, double F) {
+  const ReadingSet at_reference =
+      set.temperature.order > 0 ? without_temperature(set, estimate) : ReadingSet{};
+  const ReadingSet& used = set.temperature.order > 0 ? at_reference : set;
+  return estimate_levelness(used, find_opposite_pairs(used).pairs, estimate.response.sensitivity,
+                            F);
 }
 
 std::optional<Levelness> estimate_levelness(const ReadingSet& set,

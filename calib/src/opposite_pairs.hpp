@@ -13,6 +13,7 @@ struct OppositePair {
   DesignPoint point;  // rest face with the positive fence face
   int block = 1;
   double level = 1.0;
+  int soak = 0;                     // of temperature
   std::size_t levelness = 0;        // which one it is of, as ReadingSet::level_of()
   std::vector<std::size_t> first;   // readings at `point`
   std::vector<std::size_t> second;  // readings turned round
@@ -40,5 +41,10 @@ struct OppositePairs {
                                                           const std::vector<OppositePair>& pairs,
                                                           const SensitivityMatrix& sensitivity,
                                                           double F);
+
+/// The same for what a fit gave, the readings taken to the reference temperature.
+[[nodiscard]] std::optional<Levelness> levelness_of(const ReadingSet& set,
+                                                    const Estimate& estimate,
+                                                    double F);
 
 }  // namespace axiscal

@@ -25,11 +25,11 @@ struct PseudoObservation {
 };
 
 std::vector<PseudoObservation> pool_by_rest_face(const std::vector<OppositePair>& pairs) {
-  std::map<std::tuple<int, double, Face>, std::size_t> place;
+  std::map<std::tuple<int, double, int, Face>, std::size_t> place;
   std::vector<PseudoObservation> pooled;
   for (const OppositePair& pair : pairs) {
-    const auto [found, is_new] =
-        place.emplace(std::tuple(pair.block, pair.level, pair.point.rest()), pooled.size());
+    const auto [found, is_new] = place.emplace(
+        std::tuple(pair.block, pair.level, pair.soak, pair.point.rest()), pooled.size());
     if (is_new) {
       pooled.emplace_back();
     }
@@ -39,7 +39,7 @@ std::vector<PseudoObservation> pool_by_rest_face(const std::vector<OppositePair>
 }
 
 RegressionRows rows_of(const std::vector<PseudoObservation>& pooled, const ReadingSet& set) {
-  std::map<std::pair<Face, double>, int> numbers;
+  std::map<std::tuple<Face, double, int>, int> numbers;
   RegressionRows rows;
   for (const PseudoObservation& pseudo : pooled) {
     const OppositePair& first = *pseudo.pairs.front();
@@ -54,7 +54,8 @@ RegressionRows rows_of(const std::vector<PseudoObservation>& pooled, const Readi
     rows.rows.push_back(std::move(row));
     const auto number = static_cast<int>(numbers.size());
     rows.group.push_back(
-        numbers.emplace(std::pair(first.point.rest(), first.level), number).first->second);
+        numbers.emplace(std::tuple(first.point.rest(), first.level, first.soak), number)
+            .first->second);
   }
   return rows;
 }
@@ -66,6 +67,30 @@ struct AxisData {
   Eigen::VectorXd response;
   Eigen::VectorXd weights;
 };
+
+// The row of a pair: of each of its readings where temperatures differ, else of the mean rotation.
+Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
+                               const OppositePair& pair,
+                               Eigen::Index axis,
+                               const Eigen::Vector3d& field) {
+  if (set.temperature.order == 0) {
+    return set.design_row(pair.mean_rotation, field);
+  }
+  Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(set.column_count());
+  for (const auto* readings : {&pair.first, &pair.second}) {
+    double sum = 0.0;
+    Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(set.column_count());
+    for (const std::size_t i : *readings) {
+      const auto at = static_cast<Eigen::Index>(i);
+      const double weight = set.weights(at, axis);
+      sum += weight;
+      mean += weight * set.with_temperature(
+                           set.design_row(set.rotation_sensor_from_table[i], field), at, axis);
+    }
+    row += sum > 0.0 ? Eigen::RowVectorXd(0.5 / sum * mean) : mean;
+  }
+  return row;
+}
 
 AxisData axis_data(const ReadingSet& set,
                    const std::vector<PseudoObservation>& pooled,
@@ -82,7 +107,7 @@ AxisData axis_data(const ReadingSet& set,
       data.weights(i) += weight;
       data.response(i) += weight * pair->mean(axis);
       data.design.row(i) +=
-          weight * set.design_row(pair->mean_rotation, pair->level * fields[pair->levelness]);
+          weight * row_of_pair(set, *pair, axis, pair->level * fields[pair->levelness]);
     }
     if (data.weights(i) > 0.0) {
       data.response(i) /= data.weights(i);
@@ -130,7 +155,7 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
   const Eigen::Vector3d normal(0.0, 0.0, std::copysign(F, nominal_in_table.z()));
   std::vector<Eigen::Vector3d> fields(set.level_blocks.size(), normal);
   require_determined(
-      set, axis_data(set, pooled, 0, fields).design,
+      set, axis_data(set, pooled, 0, fields).design.leftCols(set.base_column_count()),
       [&](const DesignPoint& point, double level) -> Eigen::MatrixXd {
         const Eigen::Matrix3d R =
             0.5 * (set.orientation(point) + set.orientation(point.turned_round()));
@@ -145,16 +170,13 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
     std::vector<AxisRegression> axes;
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
       const AxisData data = axis_data(set, pooled, k, fields);
-      axes.push_back(
-          regress_axis(data.design, data.response, data.weights,
-                       parameter_names({set.axes[static_cast<std::size_t>(k)]}, set.also_kinds),
-                       set.robust, set.rounding(k)));
+      axes.push_back(regress_axis(data.design, data.response, data.weights, set.names_of_axis(k),
+                                  set.robust, set.rounding(k)));
     }
     estimate = summarize(set, axes, rows_of(pooled, set));
     estimate.fields = fields;
     if (!set.leaves_out()) {
-      estimate.levelness =
-          estimate_levelness(set, opposites.pairs, estimate.response.sensitivity, F);
+      estimate.levelness = levelness_of(set, estimate, F);
     }
     if (!estimate.levelness && fields.size() > 1) {
       throw RefusedError(

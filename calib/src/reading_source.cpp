@@ -2,6 +2,7 @@
 #include "reading_source.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <set>
 
 #include "axiscal/core/error.hpp"
@@ -172,12 +173,31 @@ Eigen::Matrix3d ReadingSource::rotation(const Reading& reading) const {
                            sun_in_table(experiment_, sun, reading.time_s.value_or(*sun_time_s_)));
 }
 
+void ReadingSource::set_temperature(int order, std::optional<double> reference) {
+  temperature_order_ = order;
+  temperature_ = {.low = std::numeric_limits<double>::infinity(),
+                  .high = -std::numeric_limits<double>::infinity()};
+  double sum = 0.0;
+  for (const std::size_t row : rows_) {
+    const double t = *observations_.readings[row].temperature;
+    sum += t;
+    temperature_.low = std::min(temperature_.low, t);
+    temperature_.high = std::max(temperature_.high, t);
+  }
+  temperature_.reference = reference.value_or(sum / static_cast<double>(rows_.size()));
+}
+
+TemperatureResponse ReadingSource::temperature_range() const {
+  return temperature_;
+}
+
 ReadingSet ReadingSource::set(const std::vector<ResolvedPart>& parts, const AxisMask& seen) const {
   const auto n = static_cast<Eigen::Index>(rows_.size());
   const Instrument& instrument = experiment_.instrument;
   ReadingSet set;
   set.axes = instrument.axes;
   set.robust = experiment_.robust;
+  set.noise_ratio = experiment_.noise_ratio;
   set.response.resize(n, observations_.response.cols());
   set.weights.resize(n, observations_.response.cols());
   set.orientation = [this](const DesignPoint& point) -> Eigen::Matrix3d {
@@ -222,6 +242,16 @@ ReadingSet ReadingSource::set(const std::vector<ResolvedPart>& parts, const Axis
                          ": no reading is within its range and sees the field");
     }
     set.weights.col(k) /= set.weights.col(k).sum() / used;
+  }
+  if (temperature_order_ > 0) {
+    set.temperature.order = temperature_order_;
+    set.temperature.d.resize(n);
+    std::vector<double> temperatures;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      temperatures.push_back(*set.readings[static_cast<std::size_t>(i)].temperature);
+      set.temperature.d(i) = temperatures.back() - temperature_.reference;
+    }
+    set.temperature.soak = soak_levels(temperatures);
   }
   if (!blocks_.empty()) {
     set.level_blocks = blocks_;

@@ -37,6 +37,13 @@ class ReadingSource {
   /// @param seen  one row for each of rows(); empty: all that are not saturated.
   [[nodiscard]] ReadingSet set(const std::vector<ResolvedPart>& parts, const AxisMask& seen) const;
 
+  /// From now on set() has temperature terms of this order.
+  /// @param reference  t0; nothing: the mean of the readings that are used.
+  void set_temperature(int order, std::optional<double> reference);
+
+  /// Reference and range of the readings that are used; no terms.
+  [[nodiscard]] TemperatureResponse temperature_range() const;
+
   /// How the instrument lies: rotation_sensor_from_table; with the sun as field for the table as it
   /// stood to the mean sun.
   [[nodiscard]] Eigen::Matrix3d rotation(const Reading& reading) const;
@@ -73,6 +80,8 @@ class ReadingSource {
   std::vector<int> blocks_;  // of the readings that are used, where each has its own levelness
   AxisMask in_range_;
   std::optional<double> sun_time_s_;
+  int temperature_order_ = 0;
+  TemperatureResponse temperature_;  // reference and range
 };
 
 }  // namespace axiscal

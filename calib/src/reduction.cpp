@@ -26,6 +26,16 @@ Eigen::VectorXd row_weights(const Calibration& calibration) {
   return Eigen::VectorXd::Ones(m);
 }
 
+// What parameters are multiplied by when the field's unit changes.
+Eigen::VectorXd units_of_parameters(const std::vector<std::string>& names, double factor) {
+  Eigen::VectorXd units(static_cast<Eigen::Index>(names.size()));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool per_field = names[i].find(".sensitivity.") != std::string::npos;
+    units(static_cast<Eigen::Index>(i)) = per_field ? 1.0 / factor : 1.0;
+  }
+  return units;
+}
+
 // What 1 g was where the record was made [m/s^2].
 double gravity_of(const FieldDescription& field) {
   if (field.unit == "m/s^2") {
@@ -82,6 +92,7 @@ Calibration converted(Calibration calibration, const FieldConversion& conversion
     field.local_gravity = (field.unit == "m/s^2" ? 1.0 : *field.local_gravity) / factor;
   }
   const double scale = conversion.magnitude / field.magnitude;
+  const std::string old_unit = field.unit;
   field.unit = conversion.unit;
   field.magnitude = conversion.magnitude;
   field.magnitude_u *= scale;
@@ -98,14 +109,19 @@ Calibration converted(Calibration calibration, const FieldConversion& conversion
   if (calibration.statistics) {
     FitStatistics& statistics = *calibration.statistics;
     statistics.sensitivity_se /= factor;
-    const Eigen::Index m = calibration.response.bias.size();
-    if (m > 0 && statistics.covariance.rows() >= 4 * m && statistics.covariance.rows() % m == 0) {
-      const Eigen::Index p = statistics.covariance.rows() / m;
-      Eigen::VectorXd units = Eigen::VectorXd::Ones(p * m);
-      for (Eigen::Index k = 0; k < m; ++k) {
-        units.segment<3>(p * k + 1).setConstant(1.0 / factor);
-      }
+    const Eigen::VectorXd units = units_of_parameters(statistics.parameter_names, factor);
+    if (statistics.covariance.rows() == units.size()) {
       statistics.covariance = units.asDiagonal() * statistics.covariance * units.asDiagonal();
+    }
+    if (calibration.uncertainty) {
+      for (UncertaintySource& source : calibration.uncertainty->sources) {
+        if (source.covariance.size() == 0) {
+          continue;
+        }
+        source.input_u *= source.input_unit == old_unit ? factor : 1.0;
+        source.input_unit = source.input_unit == old_unit ? field.unit : source.input_unit;
+        source.covariance = units.asDiagonal() * source.covariance * units.asDiagonal();
+      }
     }
   }
   for (ReadingResidual& residual : calibration.residuals) {
@@ -147,6 +163,8 @@ Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options
         "up "
         "to 64 one-sided axes");
   }
+  one_sided_ = calibration.instrument.one_sided;
+  temperature_ = calibration.temperature;
   const Eigen::VectorXd weights = row_weights(calibration);
   const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr(weights.asDiagonal() * S);
   if (m >= 3 && qr.rank() < 3) {
@@ -158,7 +176,7 @@ Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options
   for (Eigen::Index k = 0; k < m; ++k) {
     inverse_.emplace_back(factor_ * inverse.col(k));
     length_[static_cast<std::size_t>(k)] /= factor_;
-    if (calibration.instrument.one_sided) {
+    if (one_sided_ || (temperature_ && m > 3)) {
       rows_.emplace_back(S.row(k).transpose() / factor_);
       weights_.push_back(weights(k) * weights(k));
     }
@@ -168,18 +186,49 @@ Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options
   }
 }
 
+double Reducer::above_bias(std::size_t axis,
+                           double reading,
+                           const std::optional<double>& temperature) const noexcept {
+  if (!temperature_ || !temperature) {
+    return reading - bias_[axis];
+  }
+  const auto k = static_cast<Eigen::Index>(axis);
+  return (reading - bias_[axis] - temperature_->bias_shift(k, *temperature)) /
+         temperature_->scale_at(k, *temperature);
+}
+
+// More than three axes whose scales change: the weights of their equations do too.
+bool Reducer::solve_scaled(std::span<const double> readings,
+                           const std::optional<double>& temperature,
+                           Eigen::Vector3d& field) const noexcept {
+  Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d c = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const double scale =
+        temperature ? temperature_->scale_at(static_cast<Eigen::Index>(k), *temperature) : 1.0;
+    const double weight = weights_[k] * scale * scale;
+    N += weight * rows_[k] * rows_[k].transpose();
+    c += weight * above_bias(k, readings[k], temperature) * rows_[k];
+  }
+  field = N.inverse() * c;
+  return field.allFinite();
+}
+
 // Least squares by the axes that see the light, starting with those that read some.
-bool Reducer::solve_lit(std::span<const double> readings, Eigen::Vector3d& field) const noexcept {
+bool Reducer::solve_lit(std::span<const double> readings,
+                        const std::optional<double>& temperature,
+                        Eigen::Vector3d& field) const noexcept {
   constexpr std::uint64_t one = 1;
   const std::size_t m = std::min<std::size_t>(rows_.size(), 64);
   constexpr double dimmest = 0.02;  // of the brightest axis: less is noise, or no light
   double brightest = 0.0;
   for (std::size_t k = 0; k < m; ++k) {
-    brightest = std::max(brightest, (readings[k] - bias_[k]) / length_[k]);
+    brightest = std::max(brightest, above_bias(k, readings[k], temperature) / length_[k]);
   }
   std::uint64_t lit = 0;
   for (std::size_t k = 0; k < m; ++k) {
-    lit |= readings[k] - bias_[k] > dimmest * length_[k] * brightest ? one << k : 0;
+    lit |=
+        above_bias(k, readings[k], temperature) > dimmest * length_[k] * brightest ? one << k : 0;
   }
   constexpr int most_rounds = 8;
   for (int round = 0; round < most_rounds; ++round) {
@@ -188,7 +237,7 @@ bool Reducer::solve_lit(std::span<const double> readings, Eigen::Vector3d& field
     for (std::size_t k = 0; k < m; ++k) {
       if ((lit & (one << k)) != 0) {
         N += weights_[k] * rows_[k] * rows_[k].transpose();
-        c += weights_[k] * (readings[k] - bias_[k]) * rows_[k];
+        c += weights_[k] * above_bias(k, readings[k], temperature) * rows_[k];
       }
     }
     Eigen::Matrix3d inverse;
@@ -213,15 +262,19 @@ bool Reducer::solve_lit(std::span<const double> readings, Eigen::Vector3d& field
 }
 
 ReducedReading Reducer::reduce(std::span<const double> readings,
-                               const Eigen::Vector3d* up) const noexcept {
+                               const Eigen::Vector3d* up,
+                               std::optional<double> temperature) const noexcept {
   ReducedReading result;
-  if (!rows_.empty()) {
-    result.determined = solve_lit(readings, result.field_in_sensor);
+  if (one_sided_) {
+    result.determined = solve_lit(readings, temperature, result.field_in_sensor);
+  } else if (!rows_.empty()) {
+    result.determined = solve_scaled(readings, temperature, result.field_in_sensor);
   } else {
     for (std::size_t k = 0; k < bias_.size(); ++k) {
-      result.field_in_sensor += inverse_[k] * (readings[k] - bias_[k]);
+      result.field_in_sensor += inverse_[k] * above_bias(k, readings[k], temperature);
     }
   }
+  result.extrapolated = temperature_ && temperature && temperature_->is_extrapolated(*temperature);
   if (up != nullptr) {
     for (const Eigen::Matrix3d& also : also_) {
       result.field_in_sensor -= also * *up;
@@ -238,8 +291,11 @@ ReducedReading Reducer::reduce(std::span<const double> readings,
   return result;
 }
 
-ReducedAxis Reducer::reduce_axis(std::size_t axis, double reading) const noexcept {
-  ReducedAxis result{.component = (reading - bias_[axis]) / length_[axis]};
+ReducedAxis Reducer::reduce_axis(std::size_t axis,
+                                 double reading,
+                                 std::optional<double> temperature) const noexcept {
+  ReducedAxis result{.component = above_bias(axis, reading, temperature) / length_[axis]};
+  result.extrapolated = temperature_ && temperature && temperature_->is_extrapolated(*temperature);
   if (kind_->has_axis_elevation) {
     const AxisElevation elevation = elevation_of_axis(result.component, magnitude_);
     result.angle_rad = elevation.angle_rad;

@@ -85,6 +85,12 @@ std::vector<std::string> result_names(const std::vector<ReadingColumn>& axes,
       }
     }
   }
+  if (options.uncertainty != nullptr) {
+    const std::size_t results = names.size();
+    for (std::size_t i = 0; i < results; ++i) {
+      names.push_back("u_" + names[i]);
+    }
+  }
   names.emplace_back("flag");
   return names;
 }
@@ -92,7 +98,14 @@ std::vector<std::string> result_names(const std::vector<ReadingColumn>& axes,
 // The readings of one instrument in a row.
 class RowReader {
  public:
-  RowReader(const CsvReader& csv, const std::vector<ReadingColumn>& axes) : csv_(csv) {
+  // @param temperature  its column; empty: not read.
+  RowReader(const CsvReader& csv,
+            const std::vector<ReadingColumn>& axes,
+            const std::string& temperature)
+      : csv_(csv) {
+    if (!temperature.empty()) {
+      temperature_place_ = place_of(temperature);
+    }
     for (const ReadingColumn& axis : axes) {
       plus_.push_back(place_of(axis.plus));
       minus_.push_back(axis.minus.empty() ? std::nullopt : std::optional(place_of(axis.minus)));
@@ -111,10 +124,16 @@ class RowReader {
       }
       readings_[k] = *plus - *minus;
     }
+    if (temperature_place_) {
+      temperature_ = parse_number(csv_.cells()[*temperature_place_]);
+      defective_ = *temperature_place_;
+      return temperature_.has_value();
+    }
     return true;
   }
 
   [[nodiscard]] const std::vector<double>& readings() const { return readings_; }
+  [[nodiscard]] const std::optional<double>& temperature() const { return temperature_; }
   [[nodiscard]] bool saturated() const { return saturated_; }
   [[nodiscard]] std::string defect() const {
     return "column '" + csv_.header()[defective_] + "': '" +
@@ -146,6 +165,8 @@ class RowReader {
   std::vector<std::size_t> plus_;
   std::vector<std::optional<std::size_t>> minus_;
   std::vector<double> readings_;
+  std::optional<std::size_t> temperature_place_;
+  std::optional<double> temperature_;
   std::size_t defective_ = 0;
   bool saturated_ = false;
 };
@@ -162,9 +183,11 @@ class CsvReduction {
         options_(options),
         out_(sink),
         results_(result_names(axes, reducer, options)),
-        row_(csv, axes) {
+        row_(csv, axes, reducer.needs_temperature() ? options.temperature_column : "") {
     if (options.attitude != nullptr) {
-      attitude_row_.emplace(csv, options.attitude_columns);
+      attitude_row_.emplace(
+          csv, options.attitude_columns,
+          options.attitude->needs_temperature() ? options.temperature_column : "");
     }
     for (const std::string& name : results_) {
       if (csv.column(name)) {
@@ -283,12 +306,15 @@ class CsvReduction {
 
   void put_components() {
     ReducedReading reduced;
+    Eigen::Vector3d up;
     if (attitude_row_) {
-      const Eigen::Vector3d up =
-          options_.attitude->reduce(attitude_row_->readings()).field_in_sensor;
-      reduced = reducer_.reduce(row_.readings(), &up);
+      const ReducedReading attitude = options_.attitude->reduce(attitude_row_->readings(), nullptr,
+                                                                attitude_row_->temperature());
+      up = attitude.field_in_sensor;
+      reduced = reducer_.reduce(row_.readings(), &up, row_.temperature());
+      reduced.extrapolated = reduced.extrapolated || attitude.extrapolated;
     } else {
-      reduced = reducer_.reduce(row_.readings());
+      reduced = reducer_.reduce(row_.readings(), nullptr, row_.temperature());
     }
     if (!reduced.determined) {
       refuse("fewer than three axes see the light");
@@ -306,37 +332,87 @@ class CsvReduction {
       out_.put_cell(component);
     }
     out_.put_cell(reduced.residual);
-    for (std::size_t i = 0; i + 4 < results_.size() - 1; ++i) {
+    const bool with_u = options_.uncertainty != nullptr;
+    const std::size_t derived = (results_.size() - 1) / (with_u ? 2 : 1) - 4;
+    for (std::size_t i = 0; i < derived; ++i) {
       out_.put_cell(reduced.derived.values[i]);
     }
-    put_flag(reduced.derived.clamped);
+    if (with_u) {
+      put_uncertainties(attitude_row_ ? &up : nullptr, derived);
+    }
+    put_flag(reduced.derived.clamped, reduced.extrapolated);
+  }
+
+  void put_uncertainties(const Eigen::Vector3d* up, std::size_t derived) {
+    Eigen::Matrix3d up_covariance = Eigen::Matrix3d::Zero();
+    if (up != nullptr && options_.attitude_uncertainty != nullptr) {
+      up_covariance = options_.attitude_uncertainty->field_covariance(attitude_row_->readings(),
+                                                                      attitude_row_->temperature());
+    }
+    const ReducedUncertainty u =
+        options_.uncertainty->at(row_.readings(), up, row_.temperature(), &up_covariance);
+    for (const double component : u.field_in_sensor) {
+      out_.put_cell(component);
+    }
+    out_.put_cell(u.residual);
+    for (std::size_t i = 0; i < derived; ++i) {
+      out_.put_cell(u.derived[i]);
+    }
   }
 
   void put_axes() {
     bool clamped = false;
+    bool extrapolated = false;
     for (std::size_t k = 0; k < row_.readings().size(); ++k) {
-      if (!std::isfinite(reducer_.reduce_axis(k, row_.readings()[k]).component)) {
+      if (!std::isfinite(reduced_axis(k).component)) {
         refuse("the readings are too large to be reduced");
         put_unreadable();
         return;
       }
     }
     for (std::size_t k = 0; k < row_.readings().size(); ++k) {
-      out_.put_cell(reducer_.reduce_axis(k, row_.readings()[k]).component);
+      out_.put_cell(reduced_axis(k).component);
     }
     if (reducer_.kind().has_axis_elevation) {
       for (std::size_t k = 0; k < row_.readings().size(); ++k) {
-        const ReducedAxis reduced = reducer_.reduce_axis(k, row_.readings()[k]);
+        const ReducedAxis reduced = reduced_axis(k);
         out_.put_cell(reduced.angle_rad * deg_per_rad);
         clamped = clamped || reduced.clamped;
       }
     }
-    put_flag(clamped);
+    for (std::size_t k = 0; k < row_.readings().size(); ++k) {
+      extrapolated = extrapolated || reduced_axis(k).extrapolated;
+    }
+    if (options_.uncertainty != nullptr) {
+      put_axis_uncertainties();
+    }
+    put_flag(clamped, extrapolated);
   }
 
-  void put_flag(bool clamped) {
-    out_.put(clamped ? ",clamped" : ",");
-    summary_.clamped += clamped ? 1 : 0;
+  void put_axis_uncertainties() {
+    std::vector<ReadingPropagation::Axis> all;
+    for (std::size_t k = 0; k < row_.readings().size(); ++k) {
+      all.push_back(options_.uncertainty->at_axis(k, row_.readings()[k], row_.temperature()));
+      out_.put_cell(all.back().component);
+    }
+    for (const ReadingPropagation::Axis& u : all) {
+      if (reducer_.kind().has_axis_elevation) {
+        out_.put_cell(u.angle_rad * deg_per_rad);
+      }
+    }
+  }
+
+  [[nodiscard]] ReducedAxis reduced_axis(std::size_t k) const {
+    return reducer_.reduce_axis(k, row_.readings()[k], row_.temperature());
+  }
+
+  void put_flag(bool clamped, bool extrapolated) {
+    out_.put(clamped && extrapolated ? ",clamped extrapolated"
+             : clamped               ? ",clamped"
+             : extrapolated          ? ",extrapolated"
+                                     : ",");
+    summary_.clamped += clamped ? 1U : 0U;
+    summary_.extrapolated += extrapolated ? 1U : 0U;
   }
 
   CsvReader& csv_;

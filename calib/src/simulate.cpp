@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/core/rotation.hpp"
@@ -12,8 +13,9 @@ namespace axiscal {
 Observations simulate(const Calibration& truth,
                       const std::vector<RunSheetRow>& sheet,
                       const SimulationOptions& options) {
-  if (!(options.noise_sd >= 0.0) || !std::isfinite(options.noise_sd)) {
-    throw DomainError("simulate: the noise must not be negative");
+  if (!(options.noise_sd >= 0.0) || !std::isfinite(options.noise_sd) ||
+      !(options.temperature_sd >= 0.0) || !(options.resolution >= 0.0)) {
+    throw DomainError("simulate: noise and resolution must not be negative");
   }
   if (truth.response.sensitivity.rows() != truth.response.bias.size()) {
     throw DomainError("simulate: the truth needs a bias and a row of sensitivities for each axis");
@@ -35,17 +37,20 @@ Observations simulate(const Calibration& truth,
   Observations observations;
   observations.has_block = true;
   observations.response.resize(static_cast<Eigen::Index>(sheet.size()), truth.response.bias.size());
+  observations.readings = readings_of(sheet);
   for (std::size_t i = 0; i < sheet.size(); ++i) {
     const RunSheetRow& row = sheet[i];
-    observations.readings.push_back(
-        {.run = row.run, .block = row.block, .point = row.entry.point, .level = row.entry.level});
+    std::optional<double>& temperature = observations.readings[i].temperature;
+    if (temperature && options.temperature_sd > 0.0) {
+      *temperature += options.temperature_sd * random.normal();
+    }
     observations.has_level = observations.has_level || row.entry.level != 1.0;
     const Eigen::Matrix3d rotation_sensor_from_table =
         options.rotation_sensor_from_positioner *
         options.positioner.rotation_table_from_positioner(row.entry.point).transpose();
     const Eigen::Vector3d field_in_sensor =
         rotation_sensor_from_table * field_in_table(row.entry.level);
-    Eigen::VectorXd response = truth.response.at(field_in_sensor);
+    Eigen::VectorXd response = response_at(truth, field_in_sensor, temperature);
     if (truth.instrument.one_sided) {
       // No light from behind: what is left is the dark reading.
       response = response.cwiseMax(truth.response.bias);
@@ -57,6 +62,9 @@ Observations simulate(const Calibration& truth,
       for (double& value : response) {
         value += options.noise_sd * random.normal();
       }
+    }
+    if (options.resolution > 0.0) {
+      response = options.resolution * (response / options.resolution).array().round();
     }
     observations.response.row(static_cast<Eigen::Index>(i)) = response;
   }

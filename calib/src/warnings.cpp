@@ -30,20 +30,39 @@ std::string rounded(double value, int digits) {
 
 class Finder {
  public:
-  Finder(const Calibration& calibration, const Estimate& estimate, std::vector<int> unpaired_runs)
-      : calibration_(calibration), estimate_(estimate), unpaired_runs_(std::move(unpaired_runs)) {}
+  Finder(const Calibration& calibration,
+         const Estimate& estimate,
+         std::vector<int> unpaired_runs,
+         bool searched,
+         const std::optional<Culprit>& culprit)
+      : calibration_(calibration),
+        estimate_(estimate),
+        unpaired_runs_(std::move(unpaired_runs)),
+        searched_(searched),
+        culprit_(culprit) {}
 
   std::vector<CalibrationWarning> find() {
     find_uncertain_direction();
     find_two_solutions();
     find_unsettled();
     find_gap();
-    find_inconsistent_levelness();
+    // What the culprit search explains needs no second word.
+    if (culprit_) {
+      warnings_.insert(warnings_.end(), culprit_->warnings.begin(), culprit_->warnings.end());
+    } else {
+      if (!searched_) {
+        find_inconsistent_levelness();
+        find_outliers();
+      }
+      find_uncertain_sensitivity();
+      find_poor_fit();
+    }
     find_moved_table();
-    find_outliers();
-    find_poor_fit();
     find_axes();
-    find_lack_of_fit();
+    // A curved response looks like a limited axis; repeats tell that it is not chance.
+    if (!culprit_ || culprit_->correction.code == "saturated") {
+      find_lack_of_fit();
+    }
     find_slope();
     find_unpaired();
     find_other_magnitude();
@@ -76,6 +95,22 @@ class Finder {
               rounded(estimate_.direction_se_rad, 2) +
               " rad), so the sensitivities are as uncertain; take each face turned round as well, "
               "or use --method known if the table is level");
+    }
+  }
+
+  // Sensitivities that may as well be of another axis.
+  void find_uncertain_sensitivity() {
+    constexpr double largest_share = 0.1;
+    for (Eigen::Index k = 0; k < calibration_.response.bias.size() && !by_magnitude(); ++k) {
+      const double share = statistics().sensitivity_se.row(k).norm() /
+                           calibration_.response.sensitivity.row(k).norm();
+      if (share > largest_share && estimate_.direction_se_rad > 0.0) {
+        add("uncertain_sensitivity", {},
+            "axis " + axis_name(k) + ": its sensitivity is known only to " +
+                rounded(100.0 * share, 2) +
+                " % by these readings; too many of them are left out or of one kind: add readings, "
+                "or use --method known if the table is level");
+      }
     }
   }
 
@@ -194,8 +229,9 @@ class Finder {
           runs.push_back(residual.run);
         }
       }
-      constexpr double hopeless = 10.0;
-      add(share > hopeless && lacks_level() ? "no_fit" : "poor_fit", runs,
+      // Nothing of such a fit can be trusted.
+      constexpr double hopeless = 0.2;
+      add(share > hopeless ? "no_fit" : "poor_fit", runs,
           "axis " + axis_name(k) + ": the residuals are " + rounded(100.0 * share, 2) +
               " % of the full response, the largest at " + name_of_runs(runs) +
               "; a reading may be at the wrong design point, or two exchanged, or the noise is "
@@ -374,6 +410,8 @@ class Finder {
   const Calibration& calibration_;
   const Estimate& estimate_;
   std::vector<int> unpaired_runs_;
+  bool searched_;
+  const std::optional<Culprit>& culprit_;
   std::vector<CalibrationWarning> warnings_;
 };
 
@@ -400,8 +438,10 @@ void add_warning(Calibration& calibration, CalibrationWarning warning) {
 
 std::vector<CalibrationWarning> find_warnings(const Calibration& calibration,
                                               const Estimate& estimate,
-                                              std::vector<int> unpaired_runs) {
-  return Finder(calibration, estimate, std::move(unpaired_runs)).find();
+                                              std::vector<int> unpaired_runs,
+                                              bool searched,
+                                              const std::optional<Culprit>& culprit) {
+  return Finder(calibration, estimate, std::move(unpaired_runs), searched, culprit).find();
 }
 
 }  // namespace axiscal

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/positioner/design.hpp"
 
+#include <algorithm>
 #include <span>
 #include <string>
 
@@ -32,17 +33,23 @@ std::vector<DesignEntry> standard_design(int points) {
 
 std::vector<RunSheetRow> make_run_sheet(const std::vector<DesignEntry>& design,
                                         int replicates,
-                                        std::uint64_t seed) {
+                                        std::uint64_t seed,
+                                        const std::vector<double>& temperatures) {
   if (design.empty() || replicates < 1) {
     throw DomainError("make_run_sheet: at least one design point and one replicate are needed");
   }
   RandomStream random(seed);
   std::vector<RunSheetRow> sheet;
-  for (int block = 1; block <= replicates; ++block) {
+  const int soaks = std::max(1, static_cast<int>(temperatures.size()));
+  for (int block = 1; block <= soaks * replicates; ++block) {
     std::vector<DesignEntry> order = design;
     random.shuffle(std::span(order));
     for (const DesignEntry& entry : order) {
-      sheet.push_back({.run = static_cast<int>(sheet.size()) + 1, .block = block, .entry = entry});
+      RunSheetRow row{.run = static_cast<int>(sheet.size()) + 1, .block = block, .entry = entry};
+      if (!temperatures.empty()) {
+        row.temperature = temperatures[static_cast<std::size_t>((block - 1) / replicates)];
+      }
+      sheet.push_back(row);
     }
   }
   return sheet;

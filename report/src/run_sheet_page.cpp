@@ -166,7 +166,8 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet, const std::str
     if (row.block != block) {
       page += block == 0 ? "" : "</ol>\n";
       if (several_blocks) {
-        page += "<h2>Block " + std::to_string(row.block) + "</h2>\n";
+        page += "<h2>Block " + std::to_string(row.block) +
+                (row.temperature ? ": soak at " + number_text(*row.temperature) : "") + "</h2>\n";
       }
       page += "<ol>\n";
       block = row.block;

@@ -39,4 +39,10 @@ namespace axiscal {
 /// METHOD sections 2 to 5; US 7,467,536.
 [[nodiscard]] Calibration calibrate(const Experiment& experiment, const Observations& observations);
 
+/// The same, and where readings contradict each other calibrates again with what the likeliest
+/// explanation says: a label, a value, a level corrected, or the reading left out; up to three
+/// times. Calibration::corrections and notes say what was done.
+[[nodiscard]] Calibration calibrate_with_suggestions(Experiment experiment,
+                                                     Observations observations);
+
 }  // namespace axiscal

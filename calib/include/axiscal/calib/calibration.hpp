@@ -7,7 +7,12 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/calib/correction.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
+#include "axiscal/calib/polar_fit.hpp"
+#include "axiscal/calib/temperature.hpp"
+#include "axiscal/calib/uncertainty_budget.hpp"
+#include "axiscal/calib/verdict.hpp"
 #include "axiscal/field/site.hpp"
 #include "axiscal/instruments/instrument.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
@@ -16,9 +21,9 @@
 namespace axiscal {
 
 /// How the parameters are estimated (METHOD section 4).
-enum class Method { paired, joint, known, magnitude };
+enum class Method { paired, joint, known, magnitude, bias };
 
-/// @return "paired", "joint", "known", "magnitude".
+/// @return "paired", "joint", "known", "magnitude", "bias".
 [[nodiscard]] std::string_view method_name(Method method);
 
 /// @return the method of that name, or nothing.
@@ -98,6 +103,10 @@ struct FitStatistics {
   std::vector<LackOfFit> lack_of_fit;        ///< per axis; empty without replicates
   std::vector<RegressionRow> rows;
   std::vector<int> observations_per_axis;  ///< where axes leave readings out; else empty
+
+  /// @return the row of `covariance` that is of a parameter, as "x.bias"; nothing where it has
+  /// none.
+  [[nodiscard]] std::optional<Eigen::Index> position_of(std::string_view parameter) const;
 };
 
 /// What an instrument answers to besides its field: a gyroscope to gravity.
@@ -220,17 +229,33 @@ struct Calibration {
   std::string slot;             ///< where in an assembly the instrument sat; may be empty
   bool level_by_block = false;  ///< whether each block has its own levelness
   std::vector<int> left_out;    ///< runs not used
-  LinearResponse response;      ///< the coefficients
+  LinearResponse response;      ///< the coefficients; over temperature at its reference
+  std::optional<TemperatureResponse> temperature;  ///< where it was modelled
   std::vector<AlsoResponse> also;
+  std::vector<PolarFit> polar_fit;  ///< the known-art fit of each axis, where it was asked for
   std::string shape;  ///< of S by method magnitude: "symmetric" or "triangular"; else empty
   std::optional<FitStatistics> statistics;
+  std::optional<UncertaintyBudget> uncertainty;    ///< where there are statistics
   std::optional<OrientationQuality> orientations;  ///< method magnitude
   std::optional<CompanionAlignment> alignment;     ///< with an instrument recorded together
   std::optional<Levelness> levelness;
   std::vector<ReadingResidual> residuals;
+  std::optional<Verdict> verdict;  ///< where limits were applied
   std::vector<CalibrationWarning> warnings;
+  std::optional<Correction> suggestion;  ///< what would mend the run, where a mistake was found
+  std::vector<Correction> corrections;   ///< that were made on request; points, levels, responses
+                                         ///< are not kept in the file
   std::vector<std::string> notes;
 };
+
+/// The reading that a calibration expects.
+///
+/// @param field_in_sensor  f [field unit].
+/// @param temperature      of the sensor; without one the reference counts.
+/// @return v, m entries [unit]; without second fields.
+[[nodiscard]] Eigen::VectorXd response_at(const Calibration& calibration,
+                                          const Eigen::Vector3d& field_in_sensor,
+                                          std::optional<double> temperature);
 
 /// @return what users of this kind of instrument call the calibration: hard iron, responsivity, ...
 [[nodiscard]] std::vector<Quantity> quantities_of(const Calibration& calibration);

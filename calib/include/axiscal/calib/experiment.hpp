@@ -80,6 +80,22 @@ struct FieldSetup : FieldPart {
   std::string date;               ///< ISO 8601 or decimal year; today
 };
 
+/// Temperature terms (METHOD 6).
+struct TemperatureSetup {
+  int order = 0;                    ///< of the polynomials of bias and scale; 0: none
+  bool automatic = false;           ///< the order that the readings ask for
+  std::optional<double> reference;  ///< t0; default: mean of the readings
+};
+
+/// What is not exactly known and no scatter of readings shows: standard uncertainties, 0 for none.
+/// Those of the field's magnitude, face normals and mounts are stated with these.
+struct StatedUncertainties {
+  double resolution = 0.0;       ///< smallest step of a reading [unit of the readings]; rectangular
+  double slope_u = 0.0;          ///< of the known slope, x and y [rad]; method known
+  double direction_u_rad = 0.0;  ///< of the known field's direction, any way; method known
+  double temperature_u = 0.0;    ///< of the temperature sensor output [its unit]
+};
+
 /// All that is not a reading.
 struct Experiment {
   std::vector<std::string> observations;  ///< files; calibrate() does not look at them
@@ -88,6 +104,9 @@ struct Experiment {
   std::vector<FieldPart> also;  ///< second fields that it answers to, known in the table
   std::optional<double> fence_azimuth_rad;  ///< azimuth of the table's y, clockwise from north;
                                             ///< not stated: 0, or as the readings show it
+  /// What the axes' main sensitivities should be [unit per field unit]; mistakes in a whole run
+  /// show against it.
+  std::optional<double> nominal_sensitivity;
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< known slope of the table, as Levelness
   Positioner positioner;
   std::string slot;  ///< of an assembly, where the instrument sits; may be empty
@@ -95,9 +114,17 @@ struct Experiment {
   std::optional<Method> method;                      ///< default: see choose_method()
   std::optional<Weighting> weighting;                ///< default: samples where they are known
   MagnitudeShape shape = MagnitudeShape::symmetric;  ///< of method magnitude
-  bool robust = false;                               ///< bisquare
-  LevelBy level_by = LevelBy::run;                   ///< `block`: for methods paired and joint
-  std::vector<int> leave_out;                        ///< runs not used
+  /// How the noise of the axes compares, m entries; empty: not known. Mistakes then show better.
+  Eigen::VectorXd noise_ratio;
+  bool compare_polar_fit = false;   ///< whether the known-art form is fitted too, for comparison
+  bool search_for_mistakes = true;  ///< whether readings that contradict each other are looked for
+  bool robust = false;              ///< bisquare
+  LevelBy level_by = LevelBy::run;  ///< `block`: for methods paired and joint
+  TemperatureSetup temperature;
+  StatedUncertainties stated;
+  /// What is not fitted is taken from it: of method `bias` the sensitivity.
+  std::shared_ptr<const Calibration> from;
+  std::vector<int> leave_out;  ///< runs not used
 };
 
 /// An experiment that contradicts itself or lacks what it needs: a usage error.

@@ -43,4 +43,8 @@ struct Observations {
 ///                      samples.
 [[nodiscard]] Observations concatenate(const std::vector<Observations>& parts);
 
+/// @return the readings of some rows, in that order.
+[[nodiscard]] Observations select_rows(const Observations& observations,
+                                       const std::vector<std::size_t>& rows);
+
 }  // namespace axiscal

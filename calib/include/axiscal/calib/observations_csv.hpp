@@ -15,7 +15,8 @@ namespace axiscal {
 /// A table of observations as read.
 struct ObservationsTable {
   Observations observations;
-  std::string serial;                        ///< the unit under test, where a column states it
+  std::string serial;  ///< the unit under test, of the first row, where a column states it
+  std::vector<std::string> serials;          ///< of every row; empty without such a column
   std::vector<std::string> ignored_columns;  ///< columns that nothing was done with
   /// Where the columns are SLOT.axis: the slots in the columns' order; the responses are those of
   /// the first slot's axes, then the second's, ...
@@ -30,6 +31,7 @@ struct ObservationColumns {
   std::optional<ReadingRange> range;          ///< of each of their columns
   bool needs_labels = false;                  ///< `rest` and `fence`, even where the field is given
   bool needs_samples = false;                 ///< `samples`
+  bool needs_temperature = false;             ///< `temperature`
   bool needs_sd = false;                      ///< `AXIS_sd` for each axis, positive
 };
 
@@ -45,7 +47,11 @@ struct ObservationColumns {
 /// @throws DataError  as read_observations().
 [[nodiscard]] std::vector<DesignEntry> read_design(CsvReader& csv);
 
-/// @return the sheet as CSV: `run,block,rest,fence[,level]`; `level` where one is not 1.
+/// @return what is known of the readings of a sheet before they are taken.
+[[nodiscard]] std::vector<Reading> readings_of(const std::vector<RunSheetRow>& sheet);
+
+/// @return the sheet as CSV: `run,block,rest,fence[,level][,temperature]`; `level` where one is not
+///         1, `temperature` where one is planned.
 [[nodiscard]] std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet);
 
 /// @return the observations as CSV: the sheet's columns and one for each axis.

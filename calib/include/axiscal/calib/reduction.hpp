@@ -53,7 +53,8 @@ struct ReducedReading {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< f_hat [field unit]
   double residual = 0.0;                                      ///< |f_hat| - F [field unit]
   DerivedValues derived;                                      ///< as the kind of instrument says
-  bool determined = true;  ///< false: fewer than three one-sided axes see the light
+  bool determined = true;     ///< false: fewer than three one-sided axes see the light
+  bool extrapolated = false;  ///< the temperature is outside the calibrated range
 };
 
 /// What a reading of one axis says where there are fewer than three.
@@ -61,11 +62,13 @@ struct ReducedAxis {
   double component = 0.0;  ///< field along the sensing axis [field unit]
   double angle_rad = 0.0;  ///< of the axis above the horizontal; 0 where the kind has none
   bool clamped = false;
+  bool extrapolated = false;
 };
 
 /// The way back: raw readings to field components, residual and derived quantities.
 ///
-///     f_hat = S^-1 (v - b);   m > 3: least squares weighted by 1 / s_k^2
+///     f_hat = S^-1 T_s (v - b(t)), T_s = diag(1 / scale_k(t)), without temperature terms 1;
+///     m > 3: least squares weighted by scale_k^2 / s_k^2
 ///
 /// Of one-sided axes those count that see the light, by the reduced field itself, until it stays.
 ///
@@ -99,8 +102,14 @@ class Reducer {
   /// @param up        specific force at rest in the sensor's frame, from an accelerometer in its
   ///                  frame; for headings, and [unit of the second field] to take out what the
   ///                  instrument answers to it. Null without one.
+  /// @param temperature  sensor output of a record with temperature terms; without it the
+  ///                     calibration's reference counts.
   [[nodiscard]] ReducedReading reduce(std::span<const double> readings,
-                                      const Eigen::Vector3d* up = nullptr) const noexcept;
+                                      const Eigen::Vector3d* up = nullptr,
+                                      std::optional<double> temperature = {}) const noexcept;
+
+  /// @return whether the record has temperature terms, so that reduce() needs a temperature.
+  [[nodiscard]] bool needs_temperature() const { return temperature_.has_value(); }
 
   /// @return whether a reading is at or beyond the range of its axis.
   [[nodiscard]] bool is_saturated(double reading) const noexcept {
@@ -111,7 +120,9 @@ class Reducer {
   ///
   /// @param axis     0 .. m - 1.
   /// @param reading  [unit], finite.
-  [[nodiscard]] ReducedAxis reduce_axis(std::size_t axis, double reading) const noexcept;
+  [[nodiscard]] ReducedAxis reduce_axis(std::size_t axis,
+                                        double reading,
+                                        std::optional<double> temperature = {}) const noexcept;
 
   /// What two axes leave open: the field's component square to both, known up to its sign.
   ///
@@ -129,10 +140,21 @@ class Reducer {
   std::vector<double> length_;            // |S_k|
   std::vector<Eigen::Vector3d> inverse_;  // columns of the pseudo-inverse of S
   [[nodiscard]] bool solve_lit(std::span<const double> readings,
+                               const std::optional<double>& temperature,
                                Eigen::Vector3d& field) const noexcept;
 
-  std::vector<Eigen::Vector3d> rows_;  // of S, for one-sided axes
-  std::vector<double> weights_;        // of one-sided axes
+  // T_s (v - b(t)) of one axis.
+  [[nodiscard]] double above_bias(std::size_t axis,
+                                  double reading,
+                                  const std::optional<double>& temperature) const noexcept;
+  [[nodiscard]] bool solve_scaled(std::span<const double> readings,
+                                  const std::optional<double>& temperature,
+                                  Eigen::Vector3d& field) const noexcept;
+
+  bool one_sided_ = false;
+  std::vector<Eigen::Vector3d> rows_;  // of S, where the inverse is not one for all readings
+  std::vector<double> weights_;        // of those axes
+  std::optional<TemperatureResponse> temperature_;
   std::vector<Eigen::Matrix3d> also_;  // field per second field, to be taken out
   std::optional<ReadingRange> range_;
   double factor_ = 1.0;

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/core/csv_reader.hpp"
 
@@ -26,6 +27,11 @@ struct ReductionCsvOptions {
   /// An accelerometer's, for headings and second fields; null without one.
   const Reducer* attitude = nullptr;
   std::vector<ReadingColumn> attitude_columns;
+  /// Column of the sensor's temperature, for records with temperature terms.
+  std::string temperature_column = "temperature";
+  /// States the uncertainty of each result; null: not. That of `attitude` beside it.
+  const ReadingPropagation* uncertainty = nullptr;
+  const ReadingPropagation* attitude_uncertainty = nullptr;
   bool strict = false;     ///< a row that cannot be reduced is an error
   bool every_row = false;  ///< hand over each row at once instead of large blocks
 };
@@ -36,6 +42,7 @@ struct ReductionCsvSummary {
   std::size_t first_unreadable_line = 0;  ///< 0 where there is none
   std::size_t clamped = 0;                ///< rows with a component larger than the field
   std::size_t far_from_field = 0;         ///< rows whose |f_hat| differs from F by more than 30 %
+  std::size_t extrapolated = 0;           ///< rows at temperatures outside the calibrated range
   std::size_t saturated = 0;              ///< rows with a reading at or beyond its range
 };
 
@@ -45,6 +52,7 @@ struct ReductionCsvSummary {
 /// residual`, what the kind of instrument derives, and `flag`. With fewer than three axes instead:
 /// `component_AXIS` for each axis, and `angle_AXIS_deg` where the kind has angles. A row that
 /// cannot be reduced keeps its place, with empty results and the flag `unreadable` or `saturated`.
+/// With `uncertainty` the same names follow with u_ before them.
 ///
 /// @param csv      the readings, positioned behind their header.
 /// @param axes     the columns to reduce, in the reducer's order.

@@ -19,8 +19,10 @@ struct SimulationOptions {
   double fence_azimuth_rad = 0.0;  ///< the fence's; the truth's field is that of one to the north
   Positioner positioner;           ///< the cube
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
-  std::uint64_t seed = 1;    ///< of the noise
-  std::uint32_t stream = 0;  ///< of the seed: each instrument of an assembly has its own
+  double temperature_sd = 0.0;  ///< scatter of the true temperature about the sheet's
+  double resolution = 0.0;      ///< readings are rounded to multiples of it [unit]; 0: not
+  std::uint64_t seed = 1;       ///< of the noise
+  std::uint32_t stream = 0;     ///< of the seed: each instrument of an assembly has its own
 };
 
 /// Observations of a known truth: v_i = b + S R_sp R_i f_table + noise.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "axiscal/positioner/design_point.hpp"
@@ -31,16 +32,19 @@ struct RunSheetRow {
   int run = 1;    ///< number of the reading, in the order in which it is to be taken
   int block = 1;  ///< replicate of the whole design, from 1
   DesignEntry entry;
+  std::optional<double> temperature;  ///< to be soaked at before the block, where one is planned
 };
 
-/// Puts a design into random order, block by block.
+/// Puts a design into random order, block by block; of several temperatures one after another.
 ///
 /// @param design      the points; any list.
 /// @param replicates  how often the whole design is taken, at least 1.
 /// @param seed        the same seed gives the same order on every machine.
+/// @param temperatures  to be soaked at, in this order, with all replicates at each.
 /// @throws DomainError  if the design is empty or `replicates` is less than 1.
 [[nodiscard]] std::vector<RunSheetRow> make_run_sheet(const std::vector<DesignEntry>& design,
                                                       int replicates,
-                                                      std::uint64_t seed);
+                                                      std::uint64_t seed,
+                                                      const std::vector<double>& temperatures = {});
 
 }  // namespace axiscal

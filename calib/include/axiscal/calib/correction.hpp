@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/observations.hpp"
+#include "axiscal/positioner/design_point.hpp"
+
+namespace axiscal {
+
+/// What would mend a mistake in the readings. Nothing is ever corrected unasked.
+struct Correction {
+  std::string code;                                        ///< of the warning that suggests it
+  std::string message;                                     ///< of it
+  std::vector<int> runs;                                   ///< the readings concerned
+  std::vector<std::pair<int, DesignPoint>> points;         ///< run and the point it was taken at
+  std::vector<std::pair<int, Eigen::VectorXd>> responses;  ///< run and what it should say
+  std::vector<std::pair<int, double>> levels;              ///< run and the level it was taken at
+  std::vector<int> leave_out;                              ///< runs that only leaving out mends
+};
+
+/// @return the observations with points, responses and levels corrected; what is to be left out is
+///         still there.
+[[nodiscard]] Observations corrected(Observations observations, const Correction& correction);
+
+}  // namespace axiscal

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/observations.hpp"
+
+namespace axiscal {
+
+/// One coefficient then and now.
+struct ParameterChange {
+  std::string parameter;
+  double old_value = 0.0;
+  double new_value = 0.0;
+  double u = 0.0;    ///< standard uncertainty of the difference
+  double z = 0.0;    ///< difference / u
+  double e_n = 0.0;  ///< of intrinsic parameters, see e_n_score(); else NaN
+};
+
+/// Whether a calibration still holds.
+struct DriftCheck {
+  bool drifted = false;
+  double p_value = 1.0;                    ///< that all coefficients differ so much by chance
+  double alpha = 0.01;                     ///< below which it has drifted
+  std::vector<ParameterChange> changes;    ///< of every coefficient
+  std::vector<ParameterChange> intrinsic;  ///< of what does not depend on the mounting
+  double pitch_error_deg = 0.0;    ///< largest error of the pitch (up to 80 degrees) that the old
+                                   ///< record now makes; of instruments without a pitch, of the
+                                   ///< field's direction
+  double pitch_error_u_deg = 0.0;  ///< its standard uncertainty
+  std::vector<std::string> notes;
+};
+
+/// Holds a fresh calibration against an old one: per axis Hotelling's T^2 of its coefficients with
+/// both covariances, put together by Fisher's method, so that scatters estimated with few degrees
+/// of freedom are paid for.
+///
+/// What both have in common, the cube's normals of one positioner and the field's magnitude of one
+/// model, does not count as a difference between them.
+///
+/// @param fresh  of the same axes; its field's unit is converted.
+/// @throws DomainError  if axes or fields are not the same, or neither states a covariance.
+/// @par Source
+/// METHOD section 8; Hotelling (1931); Fisher (1932).
+[[nodiscard]] DriftCheck check_drift(const Calibration& old,
+                                     const Calibration& fresh,
+                                     double alpha = 0.01);
+
+/// Readings that were taken at some temperature, as a calibration with temperature terms expects
+/// them at its reference; so a short run at room temperature can be held against it.
+[[nodiscard]] Observations at_reference_temperature(Observations observations,
+                                                    const Calibration& calibration);
+
+/// A static reading in use, in whatever attitude.
+struct InSituReading {
+  int run = 1;
+  double residual = 0.0;  ///< |f_hat| - F [field unit]
+  double limit = 0.0;     ///< control limit of its size
+  bool within = true;
+};
+
+/// Static readings against the control limits of their residuals (METHOD 5, residual RSS).
+struct InSituCheck {
+  bool drifted = false;
+  double p_value = 1.0;  ///< that the residuals are so large by chance
+  double rss = 0.0;      ///< root of the sum of their squares [field unit]
+  double expected_rss = 0.0;
+  std::vector<InSituReading> readings;
+};
+
+/// @param observations  readings of all axes at rest; labels are not needed.
+/// @param alpha  of the run as a whole; each reading's limit is set for alpha / n.
+/// @throws DomainError  for fewer than three axes, or a record without covariance.
+[[nodiscard]] InSituCheck check_in_situ(const Calibration& calibration,
+                                        const Observations& observations,
+                                        double alpha = 0.01);
+
+/// The largest error of the pitch, or of the field's direction, that readings of one response make
+/// when they are reduced with another.
+/// @return in degrees; and its gradient by the parameters of `now`, for uncertainties.
+struct WorstAngle {
+  double error_deg = 0.0;
+  Eigen::Vector3d field = Eigen::Vector3d::UnitZ();  ///< where [field unit]
+};
+[[nodiscard]] WorstAngle worst_angle(const Calibration& used, const Calibration& now);
+
+}  // namespace axiscal

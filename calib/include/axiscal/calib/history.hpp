@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "axiscal/calib/limits.hpp"
+
+namespace axiscal {
+
+/// How one coefficient went over the years.
+struct ParameterTrend {
+  std::string parameter;
+  std::vector<double> values;   ///< of each record
+  std::vector<double> u;        ///< their standard uncertainties; NaN where not stated
+  double slope_per_year = 0.0;  ///< weighted line through them; NaN with fewer than two dates
+  double slope_u_per_year = 0.0;
+  double p_value = 1.0;       ///< that there is no trend; NaN with fewer than three
+  std::optional<double> low;  ///< the limits that were given
+  std::optional<double> high;
+  bool outside = false;        ///< the newest value does not meet its limits
+  std::string meets_limit_on;  ///< date at which the line meets one; empty: never, or none given
+};
+
+/// The records of one unit, the oldest first.
+struct UnitHistory {
+  std::string serial;
+  std::vector<std::string> paths;
+  std::vector<std::string> created;
+  std::vector<ParameterTrend> trends;
+};
+
+/// Reads the calibration records of a folder (*.json; others are passed over) by serial number.
+/// @param limits  for the dates at which tolerances will be met.
+/// @param passed_over  takes why files are no records; null: not needed.
+/// @throws DataError    for a folder that cannot be read.
+/// @throws DomainError  for a limit of something else than a bias or a sensitivity.
+[[nodiscard]] std::vector<UnitHistory> read_history(
+    const std::string& folder,
+    const std::optional<Limits>& limits = {},
+    std::vector<std::string>* passed_over = nullptr);
+
+[[nodiscard]] std::string history_text(const UnitHistory& unit);
+[[nodiscard]] std::string history_json(const std::vector<UnitHistory>& units);
+
+}  // namespace axiscal

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/uncertainty.hpp"
+
+namespace axiscal {
+
+/// What of a calibration does not depend on how the instrument was mounted: each axis's bias b_k
+/// and sensitivity |S_k|, and the angles between axes.
+struct IntrinsicParameters {
+  std::vector<std::string> names;  ///< "x.bias", "x.sensitivity", "angle.x.y" [rad]
+  Eigen::VectorXd values;
+  std::vector<CombinedUncertainty> uncertainty;  ///< empty where the record states none
+  Eigen::MatrixXd covariance;                    ///< of all sources; empty likewise
+};
+
+/// @par Source
+/// J. Geist, M. Y. Afridi, C. D. McGray, M. Gaitan, J. Res. NIST 122, 32 (2017).
+[[nodiscard]] IntrinsicParameters intrinsic_parameters(const Calibration& calibration);
+
+/// E_n = (x1 - x2) / sqrt(U1^2 + U2^2): two laboratories agree where |E_n| <= 1.
+/// @param expanded_1, expanded_2  expanded uncertainties (95 %).
+/// @return NaN without uncertainties.
+/// @par Source
+/// ISO/IEC 17043, annex B.
+[[nodiscard]] double e_n_score(double value_1,
+                               double expanded_1,
+                               double value_2,
+                               double expanded_2);
+
+}  // namespace axiscal

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "axiscal/calib/verdict.hpp"
+
+namespace axiscal {
+
+struct Calibration;
+struct DriftCheck;
+
+/// One tolerance.
+struct Limit {
+  std::string parameter;  ///< see evaluate()
+  std::optional<double> low;
+  std::optional<double> high;
+};
+
+/// What a unit must meet (CONTRACT section 7).
+struct Limits {
+  std::string rule = "simple";  ///< "simple" or "guarded"
+  std::vector<Limit> limits;
+};
+
+/// Reads limits from JSON.
+/// @throws DataError  `PATH: /json/pointer: ...`.
+[[nodiscard]] Limits parse_limits(std::string_view text, const std::string& path);
+[[nodiscard]] Limits read_limits(const std::string& path);
+
+/// Accepts or rejects (JCGM 106:2012). `simple`: the value is within its limits, whatever its
+/// uncertainty. `guarded`: it is within them by a guard band of its expanded uncertainty (95 %), so
+/// that of the units that pass hardly one is outside.
+///
+/// A parameter is a coefficient's name ("x.sensitivity.x", "z.bias.d"), an axis's residual_sd, an
+/// intrinsic parameter ("x.sensitivity", "angle.x.y" in rad), "levelness.x", "levelness.y",
+/// "pitch_error_deg" (of a check the largest error of the pitch that the drift makes; of a
+/// calibration what its own uncertainty leaves of it, expanded), or "drift_p_value" of a check.
+///
+/// @param check  where the limits are applied to a check; else null.
+/// @throws DomainError  for a parameter that there is not; the message lists what there is.
+[[nodiscard]] Verdict evaluate(const Limits& limits,
+                               const Calibration& calibration,
+                               const DriftCheck* check = nullptr);
+
+/// @return "" for a unit that passes, else why it does not, in a line.
+[[nodiscard]] std::string reason_of(const Verdict& verdict);
+
+}  // namespace axiscal

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/reduction.hpp"
+#include "axiscal/calib/uncertainty.hpp"
+
+namespace axiscal {
+
+/// What is known of new readings, besides the calibration.
+struct ReadingNoise {
+  /// Standard deviation of one reading [unit], for each axis; default: the fit's residual_sd, with
+  /// its degrees of freedom.
+  std::optional<Eigen::VectorXd> sd;
+  double resolution = 0.0;     ///< smallest step of a reading [unit]; rectangular
+  double temperature_u = 0.0;  ///< standard uncertainty of the temperature output
+};
+
+/// Standard uncertainties of what a reading says, in the same units.
+struct ReducedUncertainty {
+  Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< [field unit]
+  double residual = 0.0;
+  std::array<double, DerivedValues{}.values.size()> derived{};  ///< NaN where the value is
+};
+
+/// Propagates a calibration's uncertainty and a reading's own to field components and what is
+/// derived from them, in whatever attitude they were read (METHOD 8).
+///
+/// An error of the parameters acts like one of the readings, of B C B^T with B = dv / d(parameters)
+/// at the field that was read; the results' change with the readings is taken over a step as large
+/// as their uncertainty, so that it stays sensible where angles are not linear in them. The
+/// field's magnitude cancels in angles.
+///
+/// @code
+/// const axiscal::ReadingPropagation propagation(calibration, reducer);
+/// const axiscal::ReducedUncertainty u = propagation.at(std::array{0.01, -0.02, 0.99});
+/// @endcode
+class ReadingPropagation {
+ public:
+  /// @param calibration  with statistics and their covariance.
+  /// @param reducer      of the same record; must outlive this.
+  /// @param factor       ReductionOptions::factor of the reducer.
+  /// @throws DomainError  if the record states no covariance of its parameters, or no scatter and
+  ///                      no noise is given.
+  ReadingPropagation(const Calibration& calibration,
+                     const Reducer& reducer,
+                     const ReadingNoise& noise = {},
+                     double factor = 1.0);
+
+  /// @param up_covariance  of `up` [unit of up, squared]; null: none.
+  [[nodiscard]] ReducedUncertainty at(std::span<const double> readings,
+                                      const Eigen::Vector3d* up = nullptr,
+                                      std::optional<double> temperature = {},
+                                      const Eigen::Matrix3d* up_covariance = nullptr) const;
+
+  /// Covariance of the field's components [field unit squared].
+  [[nodiscard]] Eigen::Matrix3d field_covariance(std::span<const double> readings,
+                                                 std::optional<double> temperature = {}) const;
+
+  /// Of one axis where there are fewer than three; what lies across it is not known, up to F.
+  struct Axis {
+    double component = 0.0;  ///< [field unit]
+    double angle_rad = 0.0;
+  };
+  [[nodiscard]] Axis at_axis(std::size_t axis,
+                             double reading,
+                             std::optional<double> temperature = {}) const;
+
+ private:
+  friend class AttitudeBudgetMaker;
+
+  // dv / d(parameters), m x p, for a field in the record's unit.
+  [[nodiscard]] Eigen::MatrixXd change_with_parameters(const Eigen::Vector3d& field,
+                                                       const Eigen::Vector3d* up,
+                                                       std::optional<double> temperature) const;
+  // Of the readings as such; not of the calibration.
+  [[nodiscard]] Eigen::VectorXd reading_variance(const Eigen::Vector3d& field,
+                                                 std::optional<double> temperature) const;
+  [[nodiscard]] Eigen::MatrixXd change_with_readings(std::span<const double> readings,
+                                                     const Eigen::Vector3d* up,
+                                                     std::optional<double> temperature,
+                                                     const Eigen::VectorXd& step) const;
+
+  const Calibration& calibration_;
+  const Reducer& reducer_;
+  ReadingNoise noise_;
+  Eigen::VectorXd sd_;
+  double factor_;
+  double relative_magnitude_u_ = 0.0;  // u_F / F
+  Eigen::MatrixXd covariance_;         // of the parameters, without the field's magnitude
+};
+
+/// One quantity in one attitude, as a budget states it.
+struct AttitudeQuantity {
+  std::string name;  ///< "field_x", "pitch_deg", ...
+  double value = 0.0;
+  CombinedUncertainty uncertainty;  ///< by_source: as AttitudeBudget::sources
+};
+
+/// The budget of what one reading says in an attitude.
+struct AttitudeBudget {
+  std::vector<std::string> sources;  ///< the calibration's, then "reading", "resolution", ...
+  std::vector<AttitudeQuantity> quantities;
+};
+
+/// @param field_in_sensor  the field that is read [field unit of the record].
+/// @param temperature      of the sensor; default: the calibration's reference.
+/// @throws DomainError  as ReadingPropagation, and for fewer than three axes.
+[[nodiscard]] AttitudeBudget attitude_budget(const Calibration& calibration,
+                                             const ReductionOptions& options,
+                                             const ReadingNoise& noise,
+                                             const Eigen::Vector3d& field_in_sensor,
+                                             std::optional<double> temperature = {});
+
+/// @return the field of a pitch and roll in the sensor's frame [field unit of the record].
+[[nodiscard]] Eigen::Vector3d field_of_attitude(const Calibration& calibration,
+                                                double pitch_rad,
+                                                double roll_rad);
+
+/// How far linear propagation holds, by Monte Carlo (JCGM 101).
+struct MonteCarloCheck {
+  std::string name;
+  double linear_u = 0.0;
+  double linear_expanded = 0.0;
+  double mean_error = 0.0;  ///< of the results from the value
+  double sd = 0.0;
+  double low_95 = 0.0;  ///< probabilistically symmetric interval of the errors
+  double high_95 = 0.0;
+  bool agrees = true;  ///< both ends are where linear_expanded puts them, within a tenth of it
+};
+
+/// Draws parameters and readings from their distributions (the fit's as t), reduces them, and holds
+/// the spread against attitude_budget().
+/// @param trials  at least 1000.
+/// @throws DomainError  as attitude_budget(), and for fewer trials.
+[[nodiscard]] std::vector<MonteCarloCheck> check_by_monte_carlo(
+    const Calibration& calibration,
+    const ReductionOptions& options,
+    const ReadingNoise& noise,
+    const Eigen::Vector3d& field_in_sensor,
+    int trials,
+    std::uint64_t seed,
+    std::optional<double> temperature = {});
+
+}  // namespace axiscal

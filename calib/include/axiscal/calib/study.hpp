@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/simulate.hpp"
+#include "axiscal/calib/tolerance.hpp"
+
+namespace axiscal {
+
+/// What is simulated and calibrated again and again (METHOD 8).
+struct StudySetup {
+  Calibration truth;      ///< instrument, field, response; its `in_table` is the field there
+  Experiment experiment;  ///< how each run is calibrated; its positioner is what is believed
+  std::vector<DesignEntry> design;
+  int replicates = 1;
+  std::vector<double> temperatures;  ///< soak levels; none: no temperatures
+  SimulationOptions simulation;      ///< noise, slope, resolution, ...; its seed does not count
+  Eigen::VectorXd noise_sd;          ///< of each axis [unit]; empty: simulation.noise_sd
+  double slope_sd = 0.0;  ///< each run's table is tilted by this much more, x and y [rad]
+  /// Each run has a cube of its own, made with these errors; the calibration believes the drawing.
+  std::optional<CubeFeet> drawing;
+  Surface surface;
+  Tolerances tolerances;
+  /// Each run's face normals are those of experiment.positioner and errors of its covariance.
+  bool random_normals = false;
+  bool angles = true;  ///< also components and angles that one reading gives, in a random attitude
+                       ///< of each run (|pitch| below 80 degrees)
+};
+
+/// Which part of a study this run does: shards of one seed are together the same trials as one run.
+struct Shard {
+  int number = 1;  ///< from 1
+  int count = 1;
+};
+
+/// Sums over the trials of one block, for one quantity.
+struct StudySums {
+  double trials = 0.0;
+  double error = 0.0;
+  double error_squared = 0.0;
+  double u_squared = 0.0;
+  double covered = 0.0;
+};
+
+/// What came of some trials. Trials are summed by blocks, blocks in their order, so that it does
+/// not matter which shard did which.
+struct Study {
+  std::uint64_t seed = 1;
+  std::int64_t trials = 0;  ///< of the whole study
+  std::string setup;        ///< a digest of what was simulated: shards of one study have the same
+  std::vector<std::string> parameters;
+  std::vector<std::int64_t> blocks;          ///< numbers of those that were done
+  std::vector<std::vector<StudySums>> sums;  ///< of each of them, for each parameter
+  std::int64_t refused = 0;                  ///< trials that gave no calibration
+};
+
+/// How one quantity came out.
+struct StudyResult {
+  std::string parameter;
+  double mean_error = 0.0;   ///< bias of the estimate
+  double sd = 0.0;           ///< of its errors
+  double stated_u = 0.0;     ///< root mean square of the stated standard uncertainties
+  double coverage_95 = 0.0;  ///< share of the stated 95 % intervals that held the truth
+};
+
+/// Trials in a block.
+inline constexpr std::int64_t study_block = 250;
+
+/// Runs the trials of a shard. Trial t depends on the seed and t alone.
+/// @param progress  told how many trials are done; may be empty.
+/// @throws DomainError  for fewer than 1 trial or a shard that is none.
+/// @throws SetupError, RefusedError  as calibrate(), if the first trial has no calibration.
+[[nodiscard]] Study run_study(const StudySetup& setup,
+                              std::int64_t trials,
+                              std::uint64_t seed,
+                              const Shard& shard = {},
+                              const std::function<void(std::int64_t)>& progress = {});
+
+/// Puts shards together.
+/// @throws DomainError  if they are of different studies, or a block is there twice.
+[[nodiscard]] Study merge(const std::vector<Study>& shards);
+
+[[nodiscard]] std::vector<StudyResult> results_of(const Study& study);
+
+/// @return the study as JSON.
+/// @param with_blocks  whether its sums are in it, for merge().
+[[nodiscard]] std::string study_json(const Study& study, bool with_blocks);
+
+/// @throws DataError  for a text that is no study with its sums.
+[[nodiscard]] Study parse_study(std::string_view text, const std::string& path);
+
+}  // namespace axiscal

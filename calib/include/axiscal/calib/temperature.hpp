@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// How a polynomial order fits, for the choice among several.
+struct TemperatureOrderTrial {
+  int order = 0;
+  double aicc = 0.0;                 ///< corrected Akaike's criterion over all axes; less is better
+  double lack_of_fit_p_value = 0.0;  ///< smallest of the axes'; NaN where not testable
+};
+
+/// Bias and scale of m axes over the temperature sensor's output t, d = t - reference:
+///
+///     bias_k(t) = b_k + bias(k, 0) d + bias(k, 1) d^2 + ...,  scale_k(t) = 1 + scale(k, 0) d + ...
+///     v_k = bias_k(t) + scale_k(t) sum_j S_kj f_j
+///
+/// @par Source
+/// METHOD section 6; US 7,467,536.
+struct TemperatureResponse {
+  double reference = 0.0;  ///< t0 [unit of the temperature output]
+  double low = 0.0;        ///< lowest and highest t of the calibration
+  double high = 0.0;
+  Eigen::MatrixXd bias;     ///< m x order [unit of the readings per power of t]
+  Eigen::MatrixXd scale;    ///< m x order [1 per power of t]
+  Eigen::MatrixXd bias_se;  ///< standard errors; NaN where unknown
+  Eigen::MatrixXd scale_se;
+  std::vector<TemperatureOrderTrial> trials;  ///< where the order was chosen; else empty
+
+  /// @return bias_k(t) - b_k.
+  [[nodiscard]] double bias_shift(Eigen::Index axis, double t) const;
+
+  /// @return scale_k(t).
+  [[nodiscard]] double scale_at(Eigen::Index axis, double t) const;
+
+  /// @return whether t lies outside what was calibrated.
+  [[nodiscard]] bool is_extrapolated(double t) const { return t < low || t > high; }
+};
+
+/// Finds the soak levels in temperatures that were held: groups that are much narrower than the
+/// gaps between them.
+///
+/// @param temperatures  n of them, any order.
+/// @return for each its level, 0 for the coldest; empty where the temperatures are continuous.
+[[nodiscard]] std::vector<int> soak_levels(const std::vector<double>& temperatures);
+
+/// Whether an instrument has taken on the temperature of its chamber.
+struct SoakState {
+  bool steady = false;
+  double rate = 0.0;         ///< trend of the output over the window [unit per second]
+  double rate_u = 0.0;       ///< its standard error, from the scatter about the line
+  double remaining_s = 0.0;  ///< until steady, by the exponential approach; 0 when steady, NaN
+                             ///< where the outputs show none
+};
+
+/// Looks at the last readings of a temperature sensor: steady when the trend over the window, its
+/// uncertainty (95 %) included, changes the output by no more than the tolerance.
+///
+/// @param time_s       ascending, n of them.
+/// @param temperature  outputs at these times, n of them.
+/// @param window_s     how far back to look, and how long the next readings will take.
+/// @param tolerance    largest change of the output during that time.
+/// @throws DomainError  if sizes differ, times do not ascend, or window or tolerance are not
+///                      positive.
+[[nodiscard]] SoakState soak_state(std::span<const double> time_s,
+                                   std::span<const double> temperature,
+                                   double window_s,
+                                   double tolerance);
+
+}  // namespace axiscal

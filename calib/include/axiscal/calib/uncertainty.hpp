@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/calibration.hpp"
+
+namespace axiscal {
+
+/// The uncertainty of one quantity that a calibration gives.
+struct CombinedUncertainty {
+  double u = 0.0;                   ///< combined standard uncertainty [unit of the quantity]
+  double degrees_of_freedom = 0.0;  ///< effective, Welch and Satterthwaite; may be infinite
+  double coverage_factor = 0.0;     ///< Student's t for 95 %
+  double expanded = 0.0;            ///< coverage_factor * u
+  std::vector<double> by_source;    ///< u of each source alone, in their order
+};
+
+/// A variance of a quantity that comes from the scatter of one axis, and one that does not.
+struct VarianceShares {
+  Eigen::VectorXd by_axis;  ///< of the scatter of axis k, whose degrees of freedom the fit states
+  double others = 0.0;      ///< known well: infinite degrees of freedom
+};
+
+/// Puts shares together by Welch and Satterthwaite's formula.
+/// @param degrees_of_freedom  of each axis's scatter.
+/// @par Source
+/// JCGM 100:2008, G.4.
+[[nodiscard]] CombinedUncertainty combine(const VarianceShares& shares,
+                                          const Eigen::VectorXd& degrees_of_freedom);
+
+/// The uncertainty of a quantity that depends on the parameters.
+///
+/// @param calibration  with statistics; its uncertainty, if there, else the fit alone.
+/// @param gradient     of the quantity by the parameters, in the order of parameter_names.
+/// @param shares       the same as variances, to be added to; may be null.
+[[nodiscard]] CombinedUncertainty propagate(const Calibration& calibration,
+                                            const Eigen::RowVectorXd& gradient,
+                                            VarianceShares* shares = nullptr);
+
+/// @return covariance of the parameters from all sources; empty where none is stated.
+[[nodiscard]] Eigen::MatrixXd parameter_covariance(const Calibration& calibration);
+
+/// One parameter as a budget states it.
+struct ParameterUncertainty {
+  std::string name;  ///< "x.bias", ...
+  double value = 0.0;
+  CombinedUncertainty uncertainty;
+};
+
+/// @return all parameters, in the order of parameter_names; empty without statistics.
+[[nodiscard]] std::vector<ParameterUncertainty> parameter_uncertainties(
+    const Calibration& calibration);
+
+/// @return the value of a parameter, as "x.sensitivity.y" or "z.scale.d2".
+/// @throws DomainError  for a name that is none of the record's.
+[[nodiscard]] double parameter_value(const Calibration& calibration, const std::string& name);
+
+/// What to do about the source that counts most.
+struct Advice {
+  std::string source;  ///< the one with the largest part of the variance
+  double share = 0.0;  ///< that part
+  std::string text;    ///< what would halve the combined uncertainty
+};
+
+/// @param uncertainty  of one quantity, its parts in the order of the budget's sources.
+/// @param sources      names of the sources of by_source.
+/// @param readings     how many readings the calibration used.
+[[nodiscard]] Advice advice_to_halve(const CombinedUncertainty& uncertainty,
+                                     const std::vector<std::string>& sources,
+                                     int readings);
+
+}  // namespace axiscal

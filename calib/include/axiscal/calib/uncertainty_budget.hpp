@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// One source of a calibration's uncertainty, and what it does to every parameter.
+struct UncertaintySource {
+  std::string name;          ///< "fit", "positioner", "levelness", "field magnitude", ...
+  std::string type;          ///< "A", from the scatter of the readings, or "B"
+  std::string distribution;  ///< "t", "normal", "rectangular"
+  double input_u = 0.0;    ///< standard uncertainty of the input quantity; NaN for several at once
+  std::string input_unit;  ///< of input_u; empty where there is none
+  double degrees_of_freedom = 0.0;  ///< infinite for type B; of the fit each axis has its own: NaN
+  /// Of the parameters, in the order of FitStatistics::covariance; empty for the fit, whose that
+  /// is.
+  Eigen::MatrixXd covariance;
+};
+
+/// The budget of a calibration by the GUM (METHOD 8): the fit's scatter, and what the fit cannot
+/// see.
+struct UncertaintyBudget {
+  std::vector<UncertaintySource> sources;
+  double resolution = 0.0;     ///< as stated, of the readings [unit]; 0: none
+  double temperature_u = 0.0;  ///< as stated, of the temperature output
+};
+
+}  // namespace axiscal

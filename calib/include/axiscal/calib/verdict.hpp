@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace axiscal {
+
+/// One limit and what came of it.
+struct LimitVerdict {
+  std::string parameter;
+  double value = 0.0;
+  double u = 0.0;           ///< standard uncertainty; NaN where there is none
+  double guard_band = 0.0;  ///< by which the limits were narrowed
+  std::optional<double> low;
+  std::optional<double> high;
+  bool passed = true;
+};
+
+/// Whether a unit is accepted (CONTRACT section 7).
+struct Verdict {
+  bool passed = true;
+  std::string rule;  ///< "simple" or "guarded"
+  std::vector<LimitVerdict> limits;
+};
+
+}  // namespace axiscal

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "generalized_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+
+#include "axiscal/core/rotation.hpp"
+#include "joint_fit.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr Eigen::Index normals = 18;
+
+// Of a covariance that need not be of full rank.
+Eigen::MatrixXd root_of(const NormalCovariance& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver{Eigen::MatrixXd(covariance)};
+  return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+}
+
+// One round's linear system: unknowns are all axes' coefficients, the directions, and the normals'
+// errors in units of their root.
+struct MixedModel {
+  Eigen::MatrixXd W;           // rows by axis, in units of sigma
+  Eigen::VectorXd r;           // what the current coefficients leave
+  Eigen::MatrixXd covariance;  // of all unknowns
+  Eigen::VectorXd step;
+  Eigen::VectorXd residuals;  // after the step
+  bool determined = false;
+};
+
+void solve(MixedModel& model, Eigen::Index penalized) {
+  const Eigen::Index rows = model.W.rows();
+  const Eigen::Index columns = model.W.cols();
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(rows + penalized, columns);
+  A.topRows(rows) = model.W;
+  A.bottomRightCorner(penalized, penalized).setIdentity();
+  const Eigen::VectorXd scale = A.colwise().norm().cwiseMax(1e-300).cwiseInverse();
+  A = A * scale.asDiagonal();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A);
+  qr.setThreshold(1e-9);
+  if (qr.rank() < columns) {
+    return;
+  }
+  model.determined = true;
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(rows + penalized);
+  b.head(rows) = model.r;
+  model.step = scale.cwiseProduct(qr.solve(b).eval());
+  model.residuals = model.r - model.W * model.step;
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(columns, columns);
+  qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>().solveInPlace(inverse);
+  const Eigen::MatrixXd root = scale.asDiagonal() * (qr.colsPermutation() * inverse);
+  model.covariance = root * root.transpose();
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 3, 18> change_with_normals(
+    const Eigen::Matrix3d& rotation_table_from_positioner,
+    const DesignPoint& point,
+    const Eigen::Vector3d& field_in_table) {
+  const Eigen::Vector3d x = rotation_table_from_positioner.row(0);
+  const Eigen::Vector3d y = rotation_table_from_positioner.row(1);
+  const Eigen::Vector3d z = rotation_table_from_positioner.row(2);
+  const Eigen::Vector3d& f = field_in_table;
+  Eigen::Matrix<double, 3, 18> change = Eigen::Matrix<double, 3, 18>::Zero();
+  change.middleCols<3>(3 * static_cast<Eigen::Index>(point.rest())) =
+      -f.z() * Eigen::Matrix3d::Identity() + f.y() * z * y.transpose() + f.x() * z * x.transpose();
+  change.middleCols<3>(3 * static_cast<Eigen::Index>(point.fence())) =
+      f.y() * x * x.transpose() - f.x() * y * x.transpose();
+  return change;
+}
+
+std::optional<Eigen::MatrixXd> fit_with_uncertain_normals(
+    const ReadingSet& set,
+    const Positioner& positioner,
+    const Eigen::Matrix3d& rotation_sensor_from_positioner,
+    bool known_field,
+    Estimate& estimate) {
+  const Eigen::Index n = set.size();
+  const Eigen::Index m = set.axis_count();
+  const Eigen::Index p = set.column_count();
+  const Eigen::MatrixXd L = root_of(*positioner.description().normal_covariance);
+  const JointFit fit(set, set.weights);
+  JointState state = fit.at(estimate.fields);
+  const Eigen::Index directions = known_field ? 0 : state.direction_count();
+  Eigen::MatrixXd theta(p, m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    theta.col(k) = state.axes[static_cast<std::size_t>(k)].estimate;
+  }
+  Eigen::VectorXd sigma = estimate.statistics.residual_sd;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    if (!(sigma(k) > 0.0)) {
+      sigma(k) = 1e-9 * theta.col(k).segment<3>(1).norm() * estimate.fields.front().norm();
+    }
+  }
+  std::vector<Eigen::Vector3d> fields = estimate.fields;
+  MixedModel model;
+  Eigen::VectorXd dof = Eigen::VectorXd::Zero(m);
+  constexpr int most_rounds = 100;
+  for (int round = 0; round < most_rounds; ++round) {
+    if (round > 0) {
+      state = fit.at(fields);
+    }
+    model.W = Eigen::MatrixXd::Zero(n * m, p * m + directions + normals);
+    model.r.resize(n * m);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+      const Eigen::VectorXd root = axis.root_weights / sigma(k);
+      model.W.block(n * k, p * k, n, p) = root.asDiagonal() * axis.X;
+      model.W.block(n * k, p * m, n, directions) = axis.tangents.leftCols(directions) / sigma(k);
+      model.r.segment(n * k, n) = root.cwiseProduct(set.response.col(k) - axis.X * theta.col(k));
+      const Eigen::RowVector3d S =
+          theta.col(k).segment<3>(1).transpose() * rotation_sensor_from_positioner;
+      for (Eigen::Index i = 0; i < n; ++i) {
+        const Reading& reading = set.readings[static_cast<std::size_t>(i)];
+        model.W.row(n * k + i).tail<normals>() =
+            root(i) * set.scale(i, k) * S *
+            change_with_normals(positioner.rotation_table_from_positioner(*reading.point),
+                                *reading.point, set.field_in_table(i, fields)) *
+            L;
+      }
+    }
+    solve(model, normals);
+    if (!model.determined) {
+      return std::nullopt;
+    }
+    double change = 0.0;
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const auto Wk = model.W.middleRows(n * k, n);
+      const Eigen::MatrixXd N = Wk.transpose() * Wk;
+      const Eigen::MatrixXd CN = model.covariance * N;
+      const auto used = static_cast<double>((set.weights.col(k).array() > 0.0).count());
+      const double left = used - CN.trace();
+      if (!(left > 0.5)) {
+        return std::nullopt;
+      }
+      dof(k) = left - CN.trace() + (CN * CN).trace();
+      const double factor = std::sqrt(model.residuals.segment(n * k, n).squaredNorm() / left);
+      const double next = std::max(sigma(k) * factor, set.rounding(k));
+      change = std::max(change, std::abs(next / sigma(k) - 1.0));
+      sigma(k) = next;
+      theta.col(k) += model.step.segment(p * k, p);
+    }
+    const Eigen::VectorXd turn = model.step.segment(p * m, directions);
+    for (std::size_t s = 0; s < fields.size() && directions > 0; ++s) {
+      const Eigen::VectorXd own = turn.segment(state.first_direction(s), state.tangents[s].cols());
+      const double F = fields[s].norm() * (own.size() > 2 ? std::exp(own(2)) : 1.0);
+      fields[s] =
+          F *
+          (fields[s].normalized() + state.tangents[s].leftCols<2>() * own.head<2>()).normalized();
+    }
+    if (change < 1e-9 && round > 1) {
+      break;
+    }
+  }
+  estimate.fields = fields;
+  estimate.statistics.residual_sd = sigma;
+  estimate.statistics.degrees_of_freedom = dof;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    put_coefficients(set, k, theta.col(k), estimate);
+  }
+  const Eigen::MatrixXd to_all = model.covariance.topRows(p * m);
+  estimate.statistics.covariance = to_all * (model.W.transpose() * model.W) * to_all.transpose();
+  const Eigen::MatrixXd to_normals = to_all.rightCols<normals>();
+  return to_normals * to_normals.transpose();
+}
+
+}  // namespace axiscal
