@@ -135,6 +135,38 @@ std::optional<Calibration> attitude_of(const ApplyCommand& command,
   return attitude;
 }
 
+ReadingNoise reading_noise(const ApplyCommand& command, const Calibration& calibration) {
+  ReadingNoise noise;
+  if (calibration.uncertainty) {
+    noise.resolution = calibration.uncertainty->resolution;
+    noise.temperature_u = calibration.uncertainty->temperature_u;
+  }
+  if (command.noise) {
+    noise.sd = Eigen::VectorXd::Constant(calibration.instrument.axis_count(),
+                                         not_negative_of("--noise", *command.noise));
+  }
+  if (command.resolution) {
+    noise.resolution = not_negative_of("--resolution", *command.resolution);
+  }
+  if (command.temperature_u) {
+    noise.temperature_u = not_negative_of("--temperature-u", *command.temperature_u);
+  }
+  return noise;
+}
+
+void put_propagation(const std::string& record,
+                     const Calibration& calibration,
+                     const Reducer& reducer,
+                     const ReadingNoise& noise,
+                     double factor,
+                     std::optional<ReadingPropagation>& propagation) {
+  try {
+    propagation.emplace(calibration, reducer, noise, factor);
+  } catch (const DomainError& error) {
+    throw DataError(record, error.what());
+  }
+}
+
 }  // namespace
 
 int run(const ApplyCommand& command) {
@@ -165,6 +197,21 @@ int run(const ApplyCommand& command) {
     options.attitude = &*attitude_reducer;
     options.attitude_columns = columns_of(*attitude, csv);
   }
+  options.temperature_column = command.temperature_column.value_or("temperature");
+  std::optional<ReadingPropagation> uncertainty;
+  std::optional<ReadingPropagation> attitude_uncertainty;
+  if (command.uncertainty) {
+    put_propagation(command.record, calibration, reducer, reading_noise(command, calibration),
+                    reduction_options(command, calibration).factor, uncertainty);
+    options.uncertainty = &*uncertainty;
+    if (attitude_reducer) {
+      put_propagation(*command.attitude, *attitude, *attitude_reducer, {}, 1.0,
+                      attitude_uncertainty);
+      options.attitude_uncertainty = &*attitude_uncertainty;
+    }
+  } else if (command.noise || command.resolution || command.temperature_u) {
+    throw UsageError("--noise, --resolution and --temperature-u go with --uncertainty");
+  }
   const ReductionCsvSummary summary =
       reduce_csv(csv, columns_of(calibration, csv), reducer, options,
                  [&output](std::string_view text) { output.write(text); });
@@ -187,6 +234,12 @@ int run(const ApplyCommand& command) {
         "are the readings in the record's unit, and is --field-magnitude in --field-unit?\n",
         command.readings.c_str(), summary.far_from_field, summary.rows, reducer.magnitude(),
         command.field_unit.value_or(calibration.field.unit).c_str());
+  }
+  if (summary.extrapolated > 0) {
+    std::fprintf(stderr,
+                 "%s: %zu of %zu rows are at temperatures outside the calibrated range; flag "
+                 "'extrapolated'\n",
+                 command.readings.c_str(), summary.extrapolated, summary.rows);
   }
   if (summary.saturated > 0) {
     std::fprintf(stderr,

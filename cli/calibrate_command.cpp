@@ -2,9 +2,15 @@
 #include <algorithm>
 #include <cstdio>
 
+#include <fmt/format.h>
+
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/companion.hpp"
+#include "axiscal/calib/limits.hpp"
 #include "axiscal/calib/reduction_csv.hpp"
+#include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/csv_reader.hpp"
+#include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "commands.hpp"
 #include "experiment_options.hpp"
@@ -16,21 +22,35 @@ namespace axiscal::cli {
 namespace {
 
 constexpr std::string_view slot_place = "{slot}";
+constexpr std::string_view serial_place = "{serial}";
 
-// The record's file for a slot: `{slot}` in the pattern is its name.
-std::string output_for(const std::string& pattern, const std::string& slot) {
-  std::string path = pattern;
-  if (const std::size_t at = path.find(slot_place); at != std::string::npos) {
-    if (slot.empty()) {
-      throw UsageError("-o: '" + pattern +
-                       "' holds {slot}, but no slot is stated, neither by columns SLOT.axis nor by "
-                       "--slot");
-    }
-    if (slot.find('/') != std::string::npos) {
-      throw UsageError("-o: slot '" + slot + "' cannot be part of a file's name");
-    }
-    path.replace(at, slot_place.size(), slot);
+// Puts a name in its place in a pattern, if that has one.
+void put_name(std::string& path,
+              const std::string& pattern,
+              std::string_view place,
+              const std::string& name,
+              const char* how) {
+  const std::size_t at = path.find(place);
+  if (at == std::string::npos) {
+    return;
   }
+  if (name.empty()) {
+    throw UsageError("-o: '" + pattern + "' holds " + std::string(place) +
+                     ", but none is stated, " + how);
+  }
+  if (name.find('/') != std::string::npos) {
+    throw UsageError("-o: '" + name + "' cannot be part of a file's name");
+  }
+  path.replace(at, place.size(), name);
+}
+
+// The record's file: `{slot}` and `{serial}` in the pattern are its names.
+std::string output_for(const std::string& pattern,
+                       const std::string& slot,
+                       const std::string& serial) {
+  std::string path = pattern;
+  put_name(path, pattern, slot_place, slot, "neither by columns SLOT.axis nor by --slot");
+  put_name(path, pattern, serial_place, serial, "neither by a column 'serial' nor by --serial");
   return path;
 }
 
@@ -45,8 +65,10 @@ void check_output(const std::string& output,
   }
   const std::vector<std::string> slots =
       run.slots.empty() ? std::vector<std::string>{experiment.slot} : run.slots;
+  const std::string& serial =
+      experiment.instrument.serial.empty() ? run.serial : experiment.instrument.serial;
   for (const std::string& slot : slots) {
-    const std::string path = output_for(output, slot);
+    const std::string path = output_for(output, slot, serial);
     for (const std::string& input : experiment.observations) {
       forbid_overwriting(path, input);
     }
@@ -108,13 +130,165 @@ void print(const std::string& text) {
   }
 }
 
+// The verdict of a unit in a line: what a factory's log wants.
+std::string verdict_line(const Calibration& calibration) {
+  const Verdict& verdict = *calibration.verdict;
+  const std::string& serial = calibration.instrument.serial;
+  return (serial.empty() ? std::string("unit") : serial) +
+         (verdict.passed ? ": pass" : ": fail: " + reason_of(verdict)) + " (rule " + verdict.rule +
+         (verdict.rule == "guarded" ? ", guard band U95)" : ")");
+}
+
+void apply_limits(const std::optional<Limits>& limits,
+                  const std::string& path,
+                  std::vector<Calibration>& calibrations) {
+  for (Calibration& calibration : calibrations) {
+    if (limits) {
+      try {
+        calibration.verdict = evaluate(*limits, calibration);
+      } catch (const DomainError& error) {
+        throw DataError(path, error.what());
+      }
+    }
+  }
+}
+
+// What became of the records of a run, or of one unit.
+struct Outcome {
+  bool refused = false;
+  bool stored_refused = false;
+  bool failed = false;        // some limit is not met
+  std::string refused_slots;  // "refused", and of several slots which
+  std::string text;
+};
+
+Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& calibrations) {
+  Outcome outcome{.refused_slots = "refused"};
+  for (const Calibration& calibration : calibrations) {
+    const bool refused = calibration.status == "refused";
+    outcome.refused = outcome.refused || refused;
+    outcome.failed = outcome.failed || (calibration.verdict && !calibration.verdict->passed);
+    if (refused && !calibration.slot.empty()) {
+      outcome.refused_slots +=
+          (outcome.refused_slots == "refused" ? ": slot " : ", ") + calibration.slot;
+    }
+    outcome.text += outcome.text.empty() ? "" : "\n";
+    outcome.text += summary_text(calibration);
+    if (command.output && *command.output != "-" && (!refused || command.force)) {
+      const std::string path =
+          output_for(*command.output, calibration.slot, calibration.instrument.serial);
+      write_whole_file(path, calibration_json(calibration));
+      outcome.stored_refused = outcome.stored_refused || refused;
+      outcome.text += "\nrecord: " + path + "\n";
+    }
+  }
+  return outcome;
+}
+
+// One unit of a batch.
+struct Unit {
+  std::string serial;
+  std::string result;  // "pass", "fail", "ok", "warning", "refused", "error"
+  std::string reason;
+  std::optional<Calibration> calibration;
+};
+
+Unit calibrate_unit(const CalibrateCommand& command,
+                    const Experiment& experiment,
+                    const Run& run,
+                    const std::optional<Limits>& limits) {
+  Unit unit{.serial = run.serial};
+  try {
+    Experiment own = experiment;
+    own.instrument.serial = run.serial;
+    std::vector<Calibration> calibrations = calibrate_run(
+        own, run, command.experiment.assembly.value_or(""), command.accept_suggestion);
+    apply_limits(limits, command.limits.value_or(""), calibrations);
+    static_cast<void>(store(command, calibrations));
+    unit.calibration = std::move(calibrations.front());
+    const Calibration& calibration = *unit.calibration;
+    unit.result = calibration.status;
+    if (calibration.status == "refused" || (!calibration.verdict && calibration.status != "ok")) {
+      unit.reason = calibration.warnings.front().message;
+    } else if (calibration.verdict) {
+      unit.result = calibration.verdict->passed ? "pass" : "fail";
+      unit.reason = reason_of(*calibration.verdict);
+    }
+  } catch (const RefusedError& error) {
+    unit.result = "error";
+    unit.reason = error.what();
+  }
+  return unit;
+}
+
+// The batch as a table: a row for each unit.
+std::string table_of(const std::vector<Unit>& units) {
+  const auto first = std::find_if(units.begin(), units.end(),
+                                  [](const Unit& unit) { return unit.calibration.has_value(); });
+  std::vector<std::string> parameters;
+  if (first != units.end()) {
+    parameters = first->calibration->statistics->parameter_names;
+  }
+  std::string text = "serial,result,reason";
+  for (const std::string& parameter : parameters) {
+    text += "," + csv_cell(parameter) + "," + csv_cell("u_" + parameter);
+  }
+  text += "\n";
+  for (const Unit& unit : units) {
+    text += csv_cell(unit.serial) + "," + unit.result + "," + csv_cell(unit.reason);
+    std::vector<ParameterUncertainty> values;
+    if (unit.calibration) {
+      values = parameter_uncertainties(*unit.calibration);
+    }
+    for (std::size_t p = 0; p < parameters.size(); ++p) {
+      const bool there = p < values.size();
+      text += "," + (there ? number_text(values[p].value) : "") + "," +
+              (there ? number_text(values[p].uncertainty.u) : "");
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+// Many units in one run: a line each, the yield, and why the others failed.
+int run_batch(const CalibrateCommand& command,
+              const Experiment& experiment,
+              const Run& run,
+              const std::optional<Limits>& limits) {
+  if (!command.table &&
+      (!command.output || command.output->find(serial_place) == std::string::npos)) {
+    throw UsageError(
+        "the readings are of several units (column 'serial'): one record each needs -o with "
+        "{serial}, or one row each --table FILE");
+  }
+  if (command.output == "-" || command.align || command.json) {
+    throw UsageError(
+        "several units go to files with {serial} or to --table, not with -o -, --json or --align");
+  }
+  std::vector<Unit> units;
+  std::string text;
+  std::size_t good = 0;
+  for (const Run& one : split_by_serial(run)) {
+    Unit& unit = units.emplace_back(calibrate_unit(command, experiment, one, limits));
+    good += unit.result == "pass" || unit.result == "ok" || unit.result == "warning" ? 1U : 0U;
+    text += (unit.serial.empty() ? std::string("(no serial)") : unit.serial) + ": " + unit.result +
+            (unit.reason.empty() ? "" : ": " + unit.reason) + "\n";
+  }
+  text += fmt::format("yield: {} of {} units ({:.1f} %)\n", good, units.size(),
+                      100.0 * static_cast<double>(good) / static_cast<double>(units.size()));
+  if (command.table && *command.table != "-") {
+    write_whole_file(*command.table, table_of(units));
+  }
+  print(command.table == "-" ? table_of(units) : text);
+  return good == units.size() ? 0 : 1;
+}
+
 }  // namespace
 
 int run(const CalibrateCommand& command) {
-  if (command.output && command.output->find("{serial}") != std::string::npos) {
-    throw UsageError("-o: this version writes one record a slot and knows no {serial}");
-  }
   Experiment experiment = make_experiment(command.experiment);
+  const std::optional<Limits> limits =
+      command.limits ? std::optional(read_limits(*command.limits)) : std::nullopt;
   std::optional<Calibration> companion;
   std::vector<std::string> columns_of_companion;
   if (command.align) {
@@ -129,51 +303,44 @@ int run(const CalibrateCommand& command) {
   }
   const Run run = read_run(experiment, columns_of_companion);
   experiment.slot = slot_of(experiment, run);
+  if (has_several_units(run) || command.table) {
+    return run_batch(command, experiment, run, limits);
+  }
   if (command.output) {
     check_output(*command.output, experiment, run, command.experiment.files,
                  command.experiment.positioner);
-    if (command.align) {
-      forbid_overwriting(*command.output, *command.align);
+    for (const std::optional<std::string>& input : {command.align, command.limits}) {
+      if (input) {
+        forbid_overwriting(*command.output, *input);
+      }
     }
   }
-  std::vector<Calibration> calibrations =
-      calibrate_run(experiment, run, command.experiment.assembly.value_or(""));
+  std::vector<Calibration> calibrations = calibrate_run(
+      experiment, run, command.experiment.assembly.value_or(""), command.accept_suggestion);
   if (companion) {
     align(*command.align, *companion, experiment, run, calibrations);
   }
-  std::string text;
-  bool any_refused = false;
-  bool any_stored = false;
-  std::string refused_slots = "refused";
-  for (const Calibration& calibration : calibrations) {
-    const bool refused = calibration.status == "refused";
-    any_refused = any_refused || refused;
-    if (refused && !calibration.slot.empty()) {
-      refused_slots += (refused_slots == "refused" ? ": slot " : ", ") + calibration.slot;
-    }
-    text += text.empty() ? "" : "\n";
-    text += summary_text(calibration);
-    if (command.output && *command.output != "-" && (!refused || command.force)) {
-      const std::string path = output_for(*command.output, calibration.slot);
-      write_whole_file(path, calibration_json(calibration));
-      any_stored = any_stored || refused;
-      text += "\nrecord: " + path + "\n";
-    }
-  }
-  if (command.output == "-" && (!any_refused || command.force)) {
+  apply_limits(limits, command.limits.value_or(""), calibrations);
+  Outcome outcome = store(command, calibrations);
+  if (command.output == "-" && (!outcome.refused || command.force)) {
     write_whole_file("-", records_text(calibrations));
-    any_stored = true;
+    outcome.stored_refused = true;
   } else if (command.output != "-") {
-    print(command.json ? records_text(calibrations) : text);
+    print(command.json ? records_text(calibrations) : outcome.text);
   }
   print_remarks(calibrations);
-  if (any_refused) {
-    std::fprintf(stderr, "axiscal: %s%s\n", refused_slots.c_str(),
-                 any_stored ? "; the record is stored as such, as --force asks"
-                            : "; its record is not stored (--force would)");
+  for (const Calibration& calibration : calibrations) {
+    if (calibration.verdict) {
+      std::fprintf(stderr, "%s\n", verdict_line(calibration).c_str());
+    }
+  }
+  if (outcome.refused) {
+    std::fprintf(stderr, "axiscal: %s%s\n", outcome.refused_slots.c_str(),
+                 outcome.stored_refused ? "; the record is stored as such, as --force asks"
+                                        : "; its record is not stored (--force would)");
     return 1;
   }
-  return 0;
+  return outcome.failed ? 1 : 0;
 }
 
 }  // namespace axiscal::cli

@@ -20,11 +20,14 @@ CLI::Option* add_text(CLI::App& app,
   return app.add_option(name, value, help)->type_name(type);
 }
 
-void add_experiment_options(CLI::App& app, ExperimentOptions& options) {
+void add_files(CLI::App& app, ExperimentOptions& options) {
   app.add_option("files", options.files,
                  "Observations (CSV, several are blocks) or one experiment (.json); - is stdin")
       ->required()
       ->type_name("FILE");
+}
+
+void add_experiment_options(CLI::App& app, ExperimentOptions& options) {
   const auto add = [&app](const char* group, const char* name, std::optional<std::string>& value,
                           const char* type, const char* help) {
     add_text(app, name, value, type, help)->group(group);
@@ -40,6 +43,8 @@ void add_experiment_options(CLI::App& app, ExperimentOptions& options) {
                "axes that see only what comes from in front of them (photodiodes)")
       ->group("Instrument");
   add("Instrument", "--unit", options.unit, "UNIT", "unit of the readings; 1");
+  add("Instrument", "--nominal-sensitivity", options.nominal_sensitivity, "S",
+      "what the axes' sensitivities should be: mistakes in a whole run show against it");
   add("Instrument", "--convention", options.convention, "flu|frd",
       "axes forward-left-up (default) or forward-right-down");
   add("Field", "--field", options.field, "KIND",
@@ -75,16 +80,34 @@ void add_experiment_options(CLI::App& app, ExperimentOptions& options) {
       "h:y "
       "(two on the web of an H, the second turned by 180 degrees about x or y)");
   add("Method", "--method", options.method, "METHOD",
-      "paired, joint, known or magnitude (no labels); chosen by the data");
+      "paired, joint, known or magnitude (no labels), chosen by the data; bias: at rest in one "
+      "pose, "
+      "over temperature");
   add("Method", "--shape", options.shape, "SHAPE",
       "magnitude: symmetric (default) or triangular sensitivity");
   add("Method", "--weights", options.weights, "W",
       "samples (default where the column is there), sd or none");
   app.add_flag("--robust", options.robust, "bisquare regression")->group("Method");
+  app.add_flag("--polar-fit", options.polar_fit,
+               "fit the known-art form (coning angle, azimuth) by Gauss-Newton too, to compare")
+      ->group("Method");
   add("Method", "--leave-out", options.leave_out, "RUNS", "runs not to use, e.g. 7,8");
+  add("Method", "--noise-ratio", options.noise_ratio, "A,B,..",
+      "how the noise of the axes compares (1,1,1: equal); mistakes are then seen better");
   add("Method", "--level-by", options.level_by, "run|block",
       "one levelness for the run (default) or one for each block");
-  add("Method", "--temperature-order", options.temperature_order, "0", "no temperature terms");
+  add("Method", "--temperature-order", options.temperature_order, "N",
+      "of bias and scale over the column 'temperature': 0 (default), 1, 2 or auto; bias: any");
+  add("Method", "--temperature-reference", options.temperature_reference, "T",
+      "where the coefficients are stated; mean of the readings");
+  add("Method", "--from", options.from, "RECORD", "bias: the record that has the sensitivity");
+  add("Uncertainty", "--resolution", options.resolution, "Q", "smallest step of a reading");
+  add("Uncertainty", "--slope-u", options.slope_u, "RAD",
+      "known: standard uncertainty of the slope, x and y");
+  add("Uncertainty", "--direction-u", options.direction_u, "RAD",
+      "known: standard uncertainty of the field's direction");
+  add("Uncertainty", "--temperature-u", options.temperature_u, "U",
+      "standard uncertainty of the temperature output");
 }
 
 void add_sheet_options(CLI::App& app, SheetOptions& options) {
@@ -94,6 +117,9 @@ void add_sheet_options(CLI::App& app, SheetOptions& options) {
   app.add_option("--replicates", options.replicates, "how often the whole design is taken; 1")
       ->type_name("N");
   app.add_option("--seed", options.seed, "of the random order; 1")->type_name("S");
+  app.add_option("--temperatures", options.temperatures,
+                 "soak levels, one after another: all replicates at each")
+      ->type_name("T,T,..");
 }
 
 void add_output(CLI::App& app, std::string& output) {
@@ -177,6 +203,7 @@ Command parse_command_line(std::vector<std::string> arguments) {
   calibrate_app->footer(
       "Example: axiscal calibrate run.csv --instrument accelerometer --field gravity --unit V "
       "-o cal.json");
+  add_files(*calibrate_app, calibrate.experiment);
   add_experiment_options(*calibrate_app, calibrate.experiment);
   calibrate_app->add_option("-o,--output", calibrate.output, "the record (JSON); - is stdout")
       ->type_name("FILE");
@@ -185,6 +212,13 @@ Command parse_command_line(std::vector<std::string> arguments) {
                    "record of a three-axis instrument in the same file: its frame is taken over")
       ->type_name("RECORD");
   calibrate_app->add_flag("--json", calibrate.json, "print the record instead of tables");
+  add_text(*calibrate_app, "--limits", calibrate.limits, "FILE",
+           "accept or reject by these limits; rejected: exit 1");
+  add_text(*calibrate_app, "--table", calibrate.table, "FILE",
+           "of many units (column 'serial'): one row each, with verdict and reason");
+  calibrate_app->add_flag(
+      "--accept-suggestion", calibrate.accept_suggestion,
+      "correct, or leave out, what is most likely a mistake; the record says so");
   calibrate_app->add_flag("--force", calibrate.force, "store the record even if it is refused");
 
   ApplyCommand apply;
@@ -222,6 +256,16 @@ Command parse_command_line(std::vector<std::string> arguments) {
   apply_app
       ->add_option("--pitch", apply.pitch, "pitch by asin(f_x / F), or by atan2 without F; asin")
       ->type_name("asin|atan2");
+  apply_app->add_flag("--uncertainty", apply.uncertainty,
+                      "state the standard uncertainty of each result, in columns u_...");
+  add_text(*apply_app, "--noise", apply.noise, "SD",
+           "of a reading, for --uncertainty; the scatter of the calibration");
+  add_text(*apply_app, "--resolution", apply.resolution, "Q",
+           "smallest step of a reading, for --uncertainty; the record's");
+  add_text(*apply_app, "--temperature-u", apply.temperature_u, "U",
+           "of the temperature output, for --uncertainty; the record's");
+  add_text(*apply_app, "--temperature-column", apply.temperature_column, "NAME",
+           "of a record with temperature terms; temperature");
   apply_app->add_flag("--follow", apply.follow, "write each row at once");
   apply_app->add_flag("--strict", apply.strict, "stop at a row that cannot be reduced");
   apply_app->add_flag("--force", apply.force, "use a refused record");
@@ -259,6 +303,12 @@ Command parse_command_line(std::vector<std::string> arguments) {
       "Tolerances", "--tolerances", plan.tolerances, "NAME=SD,..",
       "errors by how the cube is made: foot_height_m, ball_radius_m, squareness_rad, fence_rad");
   add_plan("Tolerances", "--trials", plan.trials, "N", "cubes simulated; 1000");
+  add_plan("Temperature", "--soak", plan.soak, "LOG",
+           "a log (CSV: time [s], temperature): is the instrument steady yet? Exit 1 when not");
+  add_plan("Temperature", "--soak-window", plan.soak_window, "S",
+           "how far to look back, and how long a block takes; 300");
+  add_plan("Temperature", "--soak-tolerance", plan.soak_tolerance, "T",
+           "largest change of the temperature output during that time; 0.1");
   plan_app->add_option("--page", plan.page, "the run sheet as a page to print")
       ->type_name("SHEET.html");
   plan_app->add_option("-o,--output", plan.output, "the run sheet (CSV); stdout")
@@ -280,6 +330,10 @@ Command parse_command_line(std::vector<std::string> arguments) {
   simulate_app->add_option("--noise", simulate.noise, "sd of a reading, in its unit; 0")
       ->type_name("SD");
   simulate_app->add_option("--slope", simulate.slope, "tilt of the table; 0,0")->type_name("X,Y");
+  add_text(*simulate_app, "--temperature-sd", simulate.temperature_sd, "SD",
+           "scatter of the temperatures about their levels; 0");
+  add_text(*simulate_app, "--resolution", simulate.resolution, "Q",
+           "readings are rounded to multiples of it");
   simulate_app
       ->add_option("--fence-azimuth", simulate.fence_azimuth,
                    "of the table's y axis; turns the field of the truth")
@@ -301,6 +355,7 @@ Command parse_command_line(std::vector<std::string> arguments) {
       "Example: axiscal level run.csv --instrument accelerometer --field gravity\n"
       "         --adjusters \"0.1,0;-0.1,0.08;-0.1,-0.08\" --thread-pitch 0.0005\n"
       "Raise the adjusters as it says, take 12 readings again, until it says that it is level.");
+  add_files(*level_app, level.experiment);
   add_experiment_options(*level_app, level.experiment);
   level_app
       ->add_option("--adjusters", level.adjusters,
@@ -348,6 +403,79 @@ Command parse_command_line(std::vector<std::string> arguments) {
                              "take bias and scale from the records; else they are fitted anew");
   characterize_app->add_flag("--json", characterize.json, "print JSON instead of tables");
 
+  CheckCommand check;
+  CLI::App* check_app = app.add_subcommand(
+      "check", "fresh observations, or another record, against a calibration: has it drifted?");
+  check_app->footer(
+      "Example: axiscal check cal.json today.csv\n"
+      "Readings without labels are checked at rest, by the size of the field alone. Options count\n"
+      "where they differ from the record's. Exit 1 when it has drifted or a limit is not met.\n"
+      "         axiscal check --history records/ --limits limits.json");
+  check_app->add_option("record", check.record, "calibration record (JSON)")->type_name("RECORD");
+  check_app->add_option("other", check.other, "observations (CSV) or another record (JSON)")
+      ->type_name("FILE");
+  add_experiment_options(*check_app, check.experiment);
+  add_text(*check_app, "--alpha", check.alpha, "P", "probability of a false alarm; 0.01");
+  add_text(*check_app, "--limits", check.limits, "FILE", "accept or reject by these limits");
+  add_text(*check_app, "--history", check.history, "FOLDER",
+           "records of one or many units: trend, and when a limit will be met");
+  add_output(*check_app, check.output);
+  check_app->add_flag("--json", check.json, "print JSON instead of a table");
+
+  BudgetCommand budget;
+  CLI::App* budget_app = app.add_subcommand(
+      "budget", "a record's uncertainty by source: coefficients, and readings in any attitude");
+  budget_app->footer(
+      "Example: axiscal budget cal.json --pitch 30 --roll 45 --monte-carlo 20000\n"
+      "         axiscal budget cal.json --map 15");
+  budget_app->add_option("record", budget.record, "calibration record (JSON)")
+      ->required()
+      ->type_name("RECORD");
+  add_text(*budget_app, "--pitch", budget.pitch, "DEG", "of the attitude that is read");
+  add_text(*budget_app, "--roll", budget.roll, "DEG", "of it; 0");
+  add_text(*budget_app, "--temperature", budget.temperature, "T",
+           "of the sensor there; the record's reference");
+  add_text(*budget_app, "--noise", budget.noise, "SD",
+           "of a reading there; the scatter of the calibration");
+  add_text(*budget_app, "--pitch-formula", budget.pitch_formula, "asin|atan2",
+           "as apply --pitch; asin");
+  add_text(*budget_app, "--map", budget.map, "DEG",
+           "expanded uncertainty of pitch and roll over all attitudes, in steps");
+  add_text(*budget_app, "--monte-carlo", budget.monte_carlo, "N",
+           "check the linear propagation in the attitude by N trials (JCGM 101)");
+  add_text(*budget_app, "--seed", budget.seed, "S", "of the trials; 1");
+  add_output(*budget_app, budget.output);
+  budget_app->add_flag("--json", budget.json, "print JSON instead of tables");
+
+  StudyCommand study;
+  CLI::App* study_app = app.add_subcommand(
+      "study", "Monte Carlo of the whole chain: bias, scatter, stated uncertainty, coverage");
+  study_app->footer(
+      "Example: axiscal study --truth cal.json --noise 1e-4 --trials 2000 --seed 7\n"
+      "         parallel axiscal study --truth cal.json --noise 1e-4 --trials 100000 --seed 7 \\\n"
+      "           --shard {}/8 -o part{}.json ::: 1 2 3 4 5 6 7 8; axiscal study --merge "
+      "part*.json");
+  study_app->add_option("experiment", study.experiment.files, "experiment (.json)")
+      ->type_name("EXPERIMENT");
+  add_text(*study_app, "--truth", study.truth, "RECORD", "the true instrument and field");
+  add_experiment_options(*study_app, study.experiment);
+  add_sheet_options(*study_app, study.sheet);
+  add_text(*study_app, "--trials", study.trials, "N", "runs simulated and calibrated; 1000");
+  add_text(*study_app, "--shard", study.shard, "I/N", "part I of N of the trials; for --merge");
+  add_text(*study_app, "--noise", study.noise, "SD[,SD..]",
+           "of a reading, for all axes or each; the truth's residual_sd");
+  add_text(*study_app, "--slope-sd", study.slope_sd, "RAD",
+           "each run's table is tilted by this much more; 0");
+  add_text(*study_app, "--temperature-sd", study.temperature_sd, "SD",
+           "scatter of the temperatures about their levels; 0");
+  add_text(*study_app, "--tolerances", study.tolerances, "NAME=SD,..",
+           "each run has a cube made with such errors, which the calibration does not know");
+  study_app->add_flag("--random-normals", study.random_normals,
+                      "each run's cube differs from --positioner by its normal_covariance");
+  study_app->add_option("--merge", study.merge, "put shards together")->type_name("FILES");
+  add_output(*study_app, study.output);
+  study_app->add_flag("--json", study.json, "print JSON instead of a table");
+
   if (arguments.empty()) {
     throw UsageError("a subcommand is missing\n\n" + app.help());
   }
@@ -388,6 +516,15 @@ Command parse_command_line(std::vector<std::string> arguments) {
   }
   if (*plan_app) {
     return plan;
+  }
+  if (*check_app) {
+    return check;
+  }
+  if (*budget_app) {
+    return budget;
+  }
+  if (*study_app) {
+    return study;
   }
   if (*level_app) {
     return level;

@@ -26,17 +26,23 @@ struct ExperimentOptions {
   std::optional<std::string> magnetic_model, gravity_model, source;
   std::optional<std::string> latitude, longitude, height, date;
   std::optional<std::string> fence_azimuth, slope, positioner, slot, assembly;
-  std::optional<std::string> method, shape, weights, leave_out, level_by, temperature_order;
+  std::optional<std::string> method, shape, weights, leave_out, level_by, noise_ratio;
+  std::optional<std::string> temperature_order, temperature_reference, from;
+  std::optional<std::string> resolution, slope_u, direction_u, temperature_u;
+  std::optional<std::string> nominal_sensitivity;
   bool robust = false;
   bool one_sided = false;
+  bool polar_fit = false;
 };
 
 struct CalibrateCommand {
   ExperimentOptions experiment;
   std::optional<std::string> output;
+  std::optional<std::string> limits, table;
   std::optional<std::string> align;  ///< record of an instrument that was recorded together
   bool json = false;
   bool force = false;
+  bool accept_suggestion = false;
 };
 
 struct ApplyCommand {
@@ -45,6 +51,8 @@ struct ApplyCommand {
   std::string output = "-";
   std::optional<std::string> field_magnitude, field_unit, yaw_above, pitch;
   std::optional<std::string> attitude, declination, latitude, longitude, height, gravity_model;
+  std::optional<std::string> noise, resolution, temperature_u, temperature_column;
+  bool uncertainty = false;
   bool follow = false;
   bool strict = false;
   bool force = false;
@@ -53,7 +61,7 @@ struct ApplyCommand {
 /// Options of a run sheet, as typed.
 struct SheetOptions {
   std::string design = "12";
-  std::optional<std::string> replicates, seed;
+  std::optional<std::string> replicates, seed, temperatures;
 };
 
 struct PlanCommand {
@@ -61,6 +69,7 @@ struct PlanCommand {
   SheetOptions sheet;
   std::optional<std::string> noise, samples, want_angle, sensitivity, method, positioner;
   std::optional<std::string> positioner_u, level_u, slope, slot, page, tolerances, trials;
+  std::optional<std::string> soak, soak_window, soak_tolerance;
   std::optional<std::string> output;
   bool json = false;
 };
@@ -69,6 +78,7 @@ struct SimulateCommand {
   std::vector<std::string> truths;  ///< a record, or SLOT=RECORD for each slot
   SheetOptions sheet;
   std::optional<std::string> noise, slope, fence_azimuth, positioner, slot, assembly;
+  std::optional<std::string> temperature_sd, resolution;
   std::string output = "-";
 };
 
@@ -96,6 +106,33 @@ struct FieldCommand {
   bool json = false;
 };
 
+struct CheckCommand {
+  std::string record;
+  std::optional<std::string> other;  ///< observations or another record
+  ExperimentOptions experiment;      ///< that differ from the record's
+  std::optional<std::string> history, limits, alpha;
+  std::string output = "-";
+  bool json = false;
+};
+
+struct BudgetCommand {
+  std::string record;
+  std::optional<std::string> pitch, roll, temperature, noise, map, monte_carlo, seed, pitch_formula;
+  std::string output = "-";
+  bool json = false;
+};
+
+struct StudyCommand {
+  std::optional<std::string> truth;
+  std::vector<std::string> merge;
+  ExperimentOptions experiment;
+  SheetOptions sheet;
+  std::optional<std::string> trials, shard, noise, slope_sd, temperature_sd, tolerances;
+  std::string output = "-";
+  bool random_normals = false;
+  bool json = false;
+};
+
 /// Text for standard output and nothing more to do: help or version.
 struct ShowText {
   std::string text;
@@ -108,7 +145,10 @@ using Command = std::variant<ShowText,
                              SimulateCommand,
                              LevelCommand,
                              CharacterizeCommand,
-                             FieldCommand>;
+                             FieldCommand,
+                             CheckCommand,
+                             BudgetCommand,
+                             StudyCommand>;
 
 /// @throws UsageError  for an unknown subcommand, option or value, or one that is missing.
 [[nodiscard]] Command parse_command_line(std::vector<std::string> arguments);

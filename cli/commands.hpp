@@ -13,5 +13,8 @@ int run(const SimulateCommand& command);
 int run(const LevelCommand& command);
 int run(const CharacterizeCommand& command);
 int run(const FieldCommand& command);
+int run(const CheckCommand& command);
+int run(const BudgetCommand& command);
+int run(const StudyCommand& command);
 
 }  // namespace axiscal::cli

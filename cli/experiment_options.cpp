@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "experiment_options.hpp"
 
+#include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/experiment_json.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
@@ -151,6 +152,7 @@ void set_method(const ExperimentOptions& options, Experiment& experiment) {
     }
   }
   experiment.robust = experiment.robust || options.robust;
+  experiment.compare_polar_fit = experiment.compare_polar_fit || options.polar_fit;
   if (options.leave_out) {
     experiment.leave_out.clear();
     for (const std::string_view run : split(*options.leave_out, ',')) {
@@ -162,25 +164,58 @@ void set_method(const ExperimentOptions& options, Experiment& experiment) {
       experiment.leave_out.push_back(*number);
     }
   }
+  if (options.noise_ratio) {
+    const std::vector<double> ratio =
+        numbers_of("--noise-ratio", *options.noise_ratio, experiment.instrument.axes.size());
+    experiment.noise_ratio =
+        Eigen::Map<const Eigen::VectorXd>(ratio.data(), static_cast<Eigen::Index>(ratio.size()));
+  }
   if (options.level_by) {
     experiment.level_by = level_by_of_option(*options.level_by);
   }
-  if (options.temperature_order.value_or("0") != "0") {
-    throw UsageError("--temperature-order: '" + *options.temperature_order +
-                     "' is not known to this version; it knows 0");
+}
+
+void set_temperature(const ExperimentOptions& options, Experiment& experiment) {
+  TemperatureSetup& setup = experiment.temperature;
+  if (options.temperature_order) {
+    setup.automatic = *options.temperature_order == "auto";
+    const std::optional<int> order =
+        setup.automatic ? std::optional(0) : parse_integer(*options.temperature_order);
+    if (!order || *order < 0) {
+      throw UsageError("--temperature-order: must be 0, 1, 2 or auto, not '" +
+                       *options.temperature_order + "'");
+    }
+    setup.order = *order;
   }
+  if (options.temperature_reference) {
+    setup.reference = number_of("--temperature-reference", *options.temperature_reference);
+  }
+  if (options.from) {
+    experiment.from = std::make_shared<const Calibration>(read_calibration(*options.from));
+  }
+  if (experiment.from && experiment.method != Method::bias) {
+    throw UsageError("--from: goes with --method bias");
+  }
+}
+
+void set_stated_uncertainties(const ExperimentOptions& options, StatedUncertainties& stated) {
+  const auto set = [](const char* option, const std::optional<std::string>& text, double& to) {
+    if (text) {
+      to = not_negative_of(option, *text);
+    }
+  };
+  set("--resolution", options.resolution, stated.resolution);
+  set("--slope-u", options.slope_u, stated.slope_u);
+  set("--direction-u", options.direction_u, stated.direction_u_rad);
+  set("--temperature-u", options.temperature_u, stated.temperature_u);
 }
 
 }  // namespace
 
-Experiment make_experiment(const ExperimentOptions& options) {
-  Experiment experiment;
+Experiment make_experiment(const ExperimentOptions& options, Experiment experiment) {
   if (options.files.size() == 1 && options.files.front().ends_with(".json")) {
     experiment = read_experiment(options.files.front());
-    if (experiment.observations.empty()) {
-      throw UsageError(options.files.front() + " names no observations");
-    }
-  } else {
+  } else if (!options.files.empty()) {
     experiment.observations = options.files;
     for (const std::string& file : options.files) {
       if (file.ends_with(".json")) {
@@ -205,15 +240,67 @@ Experiment make_experiment(const ExperimentOptions& options) {
   if (options.slope) {
     experiment.slope = slope_of_option(*options.slope);
   }
+  if (options.nominal_sensitivity) {
+    experiment.nominal_sensitivity =
+        number_of("--nominal-sensitivity", *options.nominal_sensitivity);
+    if (*experiment.nominal_sensitivity == 0.0) {
+      throw UsageError("--nominal-sensitivity: must not be 0");
+    }
+  }
   if (options.positioner) {
     experiment.positioner = read_positioner(*options.positioner);
   }
   experiment.slot = options.slot.value_or(experiment.slot);
   set_method(options, experiment);
+  set_temperature(options, experiment);
+  set_stated_uncertainties(options, experiment.stated);
   static_cast<void>(make_field_description(experiment));  // complains before any data are read
   for (const FieldPart& also : experiment.also) {
     check_field_kind(also.kind);
   }
+  return experiment;
+}
+
+Experiment experiment_of(const Calibration& record) {
+  Experiment experiment;
+  experiment.instrument = record.instrument;
+  const FieldDescription& field = record.field;
+  experiment.method = parse_method(record.method);
+  const bool given = experiment.method == Method::known;
+  experiment.field.unit = field.unit;
+  experiment.field.site = field.site;
+  experiment.field.date = field.date;
+  if (field.parts.empty()) {
+    experiment.field.kind = field.kind;
+    experiment.field.magnitude = field.magnitude;
+    experiment.field.magnitude_u = field.magnitude_u;
+    if (given || (field.kind != "gravity" && field.in_table)) {
+      experiment.field.in_table = field.in_table;
+    }
+  }
+  for (std::size_t p = 0; p < field.parts.size(); ++p) {
+    FieldPart& part =
+        p == 0 ? static_cast<FieldPart&>(experiment.field) : experiment.field.others.emplace_back();
+    part.kind = field.parts[p].kind;
+    part.unit = field.unit;
+    part.in_table = field.parts[p].in_table;
+  }
+  for (const AlsoResponse& also : record.also) {
+    FieldPart& part = experiment.also.emplace_back();
+    part.kind = also.kind;
+    part.unit = also.unit;
+    part.in_table = also.in_table;
+  }
+  experiment.weighting = parse_weighting(record.weights);
+  if (experiment.weighting == Weighting::none) {
+    experiment.weighting.reset();
+  }
+  experiment.robust = record.robust;
+  experiment.level_by = record.level_by_block ? LevelBy::block : LevelBy::run;
+  if (const auto shape = parse_shape(record.shape)) {
+    experiment.shape = *shape;
+  }
+  experiment.slot = record.slot;
   return experiment;
 }
 

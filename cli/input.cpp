@@ -181,10 +181,50 @@ std::vector<DesignEntry> design_of(const SheetOptions& options) {
   return read_design(csv);
 }
 
+std::vector<double> temperatures_of(const SheetOptions& options) {
+  std::vector<double> temperatures;
+  if (options.temperatures) {
+    for (const std::string_view text : split(*options.temperatures, ',')) {
+      temperatures.push_back(number_of("--temperatures", std::string(text)));
+    }
+  }
+  return temperatures;
+}
+
 std::vector<RunSheetRow> make_sheet(const SheetOptions& options) {
   const int replicates = replicates_of(options);
   const std::uint64_t seed = seed_of(options);
-  return make_run_sheet(design_of(options), replicates, seed);
+  return make_run_sheet(design_of(options), replicates, seed, temperatures_of(options));
+}
+
+Tolerances tolerances_of(const std::string& text) {
+  Tolerances tolerances;
+  for (const std::string_view item : split(text, ',')) {
+    const std::size_t parting = item.find('=');
+    const std::string name(item.substr(0, parting));
+    double* value = name == "foot_height_m"    ? &tolerances.foot_height_m
+                    : name == "ball_radius_m"  ? &tolerances.ball_radius_m
+                    : name == "squareness_rad" ? &tolerances.squareness_rad
+                    : name == "fence_rad"      ? &tolerances.fence_rad
+                                               : nullptr;
+    if (value == nullptr || parting == std::string_view::npos) {
+      throw UsageError("--tolerances: '" + std::string(item) +
+                       "' must be one of foot_height_m, ball_radius_m, squareness_rad, fence_rad, "
+                       "=, and its standard deviation");
+    }
+    *value = not_negative_of("--tolerances", std::string(item.substr(parting + 1)));
+  }
+  return tolerances;
+}
+
+CubeFeet drawing_of(const Positioner& positioner) {
+  CubeFeet drawing = feet_of_frame({});
+  for (const Face face : all_faces) {
+    if (positioner.feet(face)) {
+      drawing[static_cast<std::size_t>(face)] = *positioner.feet(face);
+    }
+  }
+  return drawing;
 }
 
 }  // namespace axiscal::cli

@@ -10,6 +10,7 @@
 #include "axiscal/calib/design_quality.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations_csv.hpp"
+#include "axiscal/calib/tolerance.hpp"
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/positioner/design.hpp"
@@ -43,6 +44,15 @@ void forbid_overwriting(const std::string& output, const std::string& input);
 
 /// @return the replicates of the options, 1 by default.
 [[nodiscard]] int replicates_of(const SheetOptions& options);
+
+/// @return the soak levels of the options; none by default.
+[[nodiscard]] std::vector<double> temperatures_of(const SheetOptions& options);
+
+/// The value of --tolerances: NAME=SD,.. @throws UsageError for a name or number that is none.
+[[nodiscard]] Tolerances tolerances_of(const std::string& text);
+
+/// @return the feet of a cube: its own, and where a face has none those of the usual frame.
+[[nodiscard]] CubeFeet drawing_of(const Positioner& positioner);
 
 /// The run sheet that the options ask for.
 [[nodiscard]] std::vector<RunSheetRow> make_sheet(const SheetOptions& options);

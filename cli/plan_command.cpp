@@ -13,9 +13,11 @@
 #include "axiscal/calib/experiment_json.hpp"
 #include "axiscal/calib/forecast.hpp"
 #include "axiscal/calib/observations_csv.hpp"
+#include "axiscal/calib/temperature.hpp"
 #include "axiscal/calib/tolerance.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
 #include "axiscal/report/run_sheet_page.hpp"
@@ -106,44 +108,19 @@ ForecastSetup forecast_setup(const PlanCommand& command,
   return setup;
 }
 
-Tolerances tolerances_of(const std::string& text) {
-  Tolerances tolerances;
-  for (const std::string_view item : split(text, ',')) {
-    const std::size_t parting = item.find('=');
-    const std::string name(item.substr(0, parting));
-    double* value = name == "foot_height_m"    ? &tolerances.foot_height_m
-                    : name == "ball_radius_m"  ? &tolerances.ball_radius_m
-                    : name == "squareness_rad" ? &tolerances.squareness_rad
-                    : name == "fence_rad"      ? &tolerances.fence_rad
-                                               : nullptr;
-    if (value == nullptr || parting == std::string_view::npos) {
-      throw UsageError("--tolerances: '" + std::string(item) +
-                       "' must be one of foot_height_m, ball_radius_m, squareness_rad, fence_rad, "
-                       "=, and its standard deviation");
-    }
-    *value = not_negative_of("--tolerances", std::string(item.substr(parting + 1)));
-  }
-  return tolerances;
-}
-
 ToleranceStudy tolerance_study(const PlanCommand& command,
                                const ForecastSetup& setup,
                                const Positioner& positioner) {
   ToleranceStudy study;
   study.nominal = setup.nominal;
   study.design = setup.design;
-  study.drawing = feet_of_frame({});
+  study.drawing = drawing_of(positioner);
   study.surface = positioner.surface();
   study.tolerances = tolerances_of(*command.tolerances);
   study.slope = setup.slope;
   study.seed = seed_of(command.sheet);
   if (command.trials) {
     study.trials = positive_integer("--trials", *command.trials);
-  }
-  for (const Face face : all_faces) {
-    if (positioner.feet(face)) {
-      study.drawing[static_cast<std::size_t>(face)] = *positioner.feet(face);
-    }
   }
   return study;
 }
@@ -205,9 +182,66 @@ int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_
   return static_cast<int>(std::min(*needed, 1e9));
 }
 
+// Whether the instrument has taken on its chamber's temperature, by the last readings of a log.
+int tell_soak(const PlanCommand& command) {
+  InputFile file(*command.soak);
+  CsvReader csv = csv_reader_of(file);
+  const auto place = [&](const char* name) {
+    const std::optional<std::size_t> column = csv.column(name);
+    if (!column) {
+      throw DataError(csv.path(), csv.line(),
+                      std::string("column '") + name +
+                          "': is missing; the columns are: " + joined(csv.header()));
+    }
+    return *column;
+  };
+  const std::size_t time = place("time");
+  const std::size_t temperature = place("temperature");
+  std::vector<double> times;
+  std::vector<double> temperatures;
+  for (CsvReader::Row row = csv.next(); row != CsvReader::Row::end; row = csv.next()) {
+    if (row == CsvReader::Row::defective) {
+      throw DataError(csv.path(), csv.line(), csv.defect());
+    }
+    const std::string text(csv.cells()[time]);
+    const std::optional<double> t = parse_number(text) ? parse_number(text) : parse_timestamp(text);
+    const std::optional<double> value = parse_number(csv.cells()[temperature]);
+    if (!t || !value || (!times.empty() && *t < times.back())) {
+      throw DataError(csv.path(), csv.line(),
+                      "needs a time, not before the last one, and a temperature");
+    }
+    times.push_back(*t);
+    temperatures.push_back(*value);
+  }
+  const double window =
+      command.soak_window ? number_of("--soak-window", *command.soak_window) : 300.0;
+  const double tolerance =
+      command.soak_tolerance ? number_of("--soak-tolerance", *command.soak_tolerance) : 0.1;
+  if (!(window > 0.0) || !(tolerance > 0.0)) {
+    throw UsageError("--soak-window and --soak-tolerance: must be positive");
+  }
+  const SoakState state = soak_state(times, temperatures, window, tolerance);
+  std::string text;
+  if (std::isnan(state.rate)) {
+    text = "not steady: the log does not yet hold a window of " + number_text(window) + " s\n";
+  } else {
+    text = fmt::format("{}: the temperature changes by {:.2g} in {:g} s (u {:.1g}; allowed {:g})\n",
+                       state.steady ? "steady" : "not steady", state.rate * window, window,
+                       state.rate_u * window, tolerance);
+    if (!state.steady && !std::isnan(state.remaining_s)) {
+      text += fmt::format("about {:.0f} s more\n", state.remaining_s);
+    }
+  }
+  write_whole_file(command.output.value_or("-"), text);
+  return state.steady ? 0 : 1;
+}
+
 }  // namespace
 
 int run(const PlanCommand& command) {
+  if (command.soak) {
+    return tell_soak(command);
+  }
   if (command.json && command.output == "-") {
     throw UsageError("-o -: standard output cannot hold both the sheet and the forecast's JSON");
   }
@@ -243,8 +277,8 @@ int run(const PlanCommand& command) {
   if (command.tolerances) {
     plan.tolerances = study_tolerances(tolerance_study(command, plan.setup, experiment.positioner));
   }
-  const std::vector<RunSheetRow> sheet =
-      make_run_sheet(design, plan.setup.replicates, seed_of(command.sheet));
+  const std::vector<RunSheetRow> sheet = make_run_sheet(
+      design, plan.setup.replicates, seed_of(command.sheet), temperatures_of(command.sheet));
   // Standard output holds the sheet or the forecast: the one that was asked for.
   const bool forecast_to_stdout = command.output.value_or("-") != "-" || command.json;
   if (command.output || !command.json) {

@@ -23,6 +23,8 @@ ObservationColumns needed_columns(const Experiment& experiment) {
           .range = experiment.instrument.range,
           .needs_labels = method == Method::paired || method == Method::joint,
           .needs_samples = experiment.weighting == Weighting::samples,
+          .needs_temperature = experiment.temperature.order > 0 ||
+                               experiment.temperature.automatic || method == Method::bias,
           .needs_sd = experiment.weighting == Weighting::sd};
 }
 
@@ -58,17 +60,15 @@ std::vector<Mount> mounts_of_assembly(const std::string& assembly,
 }
 
 Run read_run(const Experiment& experiment, const std::vector<std::string>& used_elsewhere) {
+  if (experiment.observations.empty()) {
+    throw UsageError(
+        "no observations are named, neither on the command line nor by the experiment");
+  }
   const ObservationColumns columns = needed_columns(experiment);
   Run run;
   std::vector<Observations> parts;
   for (const std::string& path : experiment.observations) {
     ObservationsFile file = read_observations_file(path, columns);
-    if (!run.serial.empty() && !file.table.serial.empty() && run.serial != file.table.serial) {
-      throw DataError(path, "column 'serial': '" + file.table.serial +
-                                "', but an earlier file is "
-                                "of '" +
-                                run.serial + "'; calibrate one unit at a time");
-    }
     if (!parts.empty() && run.slots != file.table.slots) {
       throw DataError(path, "the columns are of other slots than the first file's");
     }
@@ -83,10 +83,47 @@ Run read_run(const Experiment& experiment, const std::vector<std::string>& used_
       run.notes.push_back(path + ": " + (ignored.size() == 1 ? "column " : "columns ") +
                           joined(ignored) + (ignored.size() == 1 ? " was" : " were") + " ignored");
     }
+    run.serials.insert(run.serials.end(), file.table.serials.begin(), file.table.serials.end());
     parts.push_back(std::move(file.table.observations));
   }
   run.observations = concatenate(parts);
   return run;
+}
+
+bool has_several_units(const Run& run) {
+  return std::any_of(run.serials.begin(), run.serials.end(),
+                     [&](const std::string& serial) { return serial != run.serials.front(); });
+}
+
+void require_one_unit(const Run& run) {
+  if (has_several_units(run)) {
+    throw UsageError(
+        "the readings are of several units (column 'serial'); this command takes one at a time");
+  }
+}
+
+std::vector<Run> split_by_serial(const Run& run) {
+  std::vector<std::string> serials;
+  for (const std::string& serial : run.serials) {
+    if (std::find(serials.begin(), serials.end(), serial) == serials.end()) {
+      serials.push_back(serial);
+    }
+  }
+  std::vector<Run> units;
+  for (const std::string& serial : serials) {
+    std::vector<std::size_t> rows;
+    for (std::size_t i = 0; i < run.serials.size(); ++i) {
+      if (run.serials[i] == serial) {
+        rows.push_back(i);
+      }
+    }
+    Run unit = run;
+    unit.serial = serial;
+    unit.serials.assign(rows.size(), serial);
+    unit.observations = select_rows(run.observations, rows);
+    units.push_back(std::move(unit));
+  }
+  return units;
 }
 
 std::string slot_of(const Experiment& experiment, const Run& run) {
@@ -98,7 +135,8 @@ std::string slot_of(const Experiment& experiment, const Run& run) {
 
 std::vector<Calibration> calibrate_run(Experiment experiment,
                                        const Run& run,
-                                       const std::string& assembly) {
+                                       const std::string& assembly,
+                                       bool accept_suggestion) {
   std::vector<std::string> notes = run.notes;
   if (experiment.instrument.serial.empty()) {
     experiment.instrument.serial = run.serial;
@@ -121,7 +159,9 @@ std::vector<Calibration> calibrate_run(Experiment experiment,
           "the positioner's mounts are not used, as no slot is stated (--slot): the instrument's "
           "frame is taken as the cube's");
     }
-    calibrations.push_back(calibrate(experiment, run.observations));
+    calibrations.push_back(accept_suggestion
+                               ? calibrate_with_suggestions(experiment, run.observations)
+                               : calibrate(experiment, run.observations));
   } else {
     if (!experiment.slot.empty()) {
       throw UsageError("--slot: the columns state the slots themselves: " + joined(run.slots));
@@ -130,6 +170,9 @@ std::vector<Calibration> calibrate_run(Experiment experiment,
       notes.emplace_back(
           "no mounts are stated (--assembly, or a positioner's mounts): each instrument's frame is "
           "taken as the cube's");
+    }
+    if (accept_suggestion) {
+      throw UsageError("--accept-suggestion: goes with one instrument, not with several slots");
     }
     calibrations = calibrate_assembly(experiment, split_by_slot(run.observations, run.slots));
   }

@@ -15,8 +15,9 @@ struct Run {
   Observations observations;
   std::vector<InputFileDigest> inputs;
   std::vector<std::string> notes;
-  std::string serial;
-  std::vector<std::string> slots;  ///< of an assembly, as in ObservationsTable
+  std::string serial;                ///< of the first reading
+  std::vector<std::string> serials;  ///< of every reading; empty without such a column
+  std::vector<std::string> slots;    ///< of an assembly, as in ObservationsTable
 };
 
 /// Reads the experiment's observations; several files are blocks.
@@ -38,9 +39,20 @@ struct Run {
 /// Calibrates what was read: one record, or one for each slot of an assembly.
 ///
 /// @param assembly  as mounts_of_assembly(), instead of the positioner's mounts; empty for those.
+/// @param accept_suggestion  as calibrate_with_suggestions().
 [[nodiscard]] std::vector<Calibration> calibrate_run(Experiment experiment,
                                                      const Run& run,
-                                                     const std::string& assembly);
+                                                     const std::string& assembly,
+                                                     bool accept_suggestion = false);
+
+/// @return whether the readings are of more than one unit under test.
+[[nodiscard]] bool has_several_units(const Run& run);
+
+/// @throws UsageError  if they are.
+void require_one_unit(const Run& run);
+
+/// @return the readings of each unit, in the order in which they first come.
+[[nodiscard]] std::vector<Run> split_by_serial(const Run& run);
 
 /// Prints notes and warnings to standard error, each record's under its slot.
 void print_remarks(const std::vector<Calibration>& calibrations);

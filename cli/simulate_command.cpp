@@ -71,6 +71,12 @@ SimulationOptions simulation_options(const SimulateCommand& command) {
   if (command.noise) {
     options.noise_sd = not_negative_of("--noise", *command.noise);
   }
+  if (command.temperature_sd) {
+    options.temperature_sd = not_negative_of("--temperature-sd", *command.temperature_sd);
+  }
+  if (command.resolution) {
+    options.resolution = not_negative_of("--resolution", *command.resolution);
+  }
   if (command.slope) {
     options.slope = slope_of_option(*command.slope);
   }

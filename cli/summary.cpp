@@ -77,7 +77,9 @@ class Summary {
     add_what_was_done();
     add_coefficients();
     add_also();
+    add_temperature();
     add_axes();
+    add_polar_fit();
     add_quantities();
     add_levelness();
     add_orientations();
@@ -346,6 +348,43 @@ class Summary {
     text_ += row("largest studentised residual", width, studentized);
     if (!lack.empty()) {
       text_ += row("lack of fit against repeats, p", width, lack);
+    }
+  }
+
+  void add_polar_fit() {
+    if (c_.polar_fit.empty()) {
+      return;
+    }
+    heading("The known-art fit of the same readings by Gauss-Newton");
+    text_ += row("axis", 8, {"bias", "size", "off it [deg]", "azimuth [deg]", "rounds"});
+    for (std::size_t k = 0; k < c_.polar_fit.size(); ++k) {
+      const PolarFit& fit = c_.polar_fit[k];
+      text_ += row(axis_name(static_cast<Eigen::Index>(k)), 8,
+                   {fmt::format("{:.6g}", fit.bias), fmt::format("{:.6g}", fit.form.sensitivity),
+                    fmt::format("{:.4f}", fit.form.coning_angle_rad * deg_per_rad),
+                    fmt::format("{:.2f}", fit.form.azimuth_rad * deg_per_rad),
+                    fit.converged ? std::to_string(fit.rounds) : "none"});
+    }
+  }
+
+  // Coefficients over temperature: bias(t) = b + b1 d + .., scale(t) = 1 + c1 d + .., d = t - t0.
+  void add_temperature() {
+    if (!c_.temperature) {
+      return;
+    }
+    const TemperatureResponse& terms = *c_.temperature;
+    heading(fmt::format("Temperature: the above at {:.6g}; readings from {:.6g} to {:.6g}",
+                        terms.reference, terms.low, terms.high));
+    for (Eigen::Index k = 0; k < terms.bias.rows(); ++k) {
+      for (Eigen::Index j = 0; j < terms.bias.cols(); ++j) {
+        const std::string power = j == 0 ? "d" : "d^" + std::to_string(j + 1);
+        text_ += row(fmt::format("{} {}", axis_name(k), power), 20,
+                     {"bias", fmt::format("{:.4g}", terms.bias(k, j)), "scale",
+                      fmt::format("{:.4g}", terms.scale(k, j))});
+        text_ += row("", 20,
+                     {"+- (1 sd)", fmt::format("{:.1g}", terms.bias_se(k, j)), "",
+                      fmt::format("{:.1g}", terms.scale_se(k, j))});
+      }
     }
   }
 

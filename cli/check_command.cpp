@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/drift_check.hpp"
+#include "axiscal/calib/history.hpp"
+#include "axiscal/calib/limits.hpp"
+#include "axiscal/core/input_file.hpp"
+#include "axiscal/core/json_document.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/output_file.hpp"
+#include "commands.hpp"
+#include "experiment_options.hpp"
+#include "input.hpp"
+#include "run_input.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+Json json_of(const std::vector<ParameterChange>& changes, bool with_e_n) {
+  Json list = Json::array();
+  for (const ParameterChange& change : changes) {
+    Json one = {{"parameter", change.parameter},
+                {"old", change.old_value},
+                {"new", change.new_value},
+                {"u", change.u},
+                {"z", change.z}};
+    if (with_e_n) {
+      one["e_n"] = change.e_n;
+    }
+    list.push_back(std::move(one));
+  }
+  return list;
+}
+
+Json json_of(const Verdict& verdict) {
+  Json json = {{"passed", verdict.passed}, {"rule", verdict.rule}, {"limits", Json::array()}};
+  for (const LimitVerdict& one : verdict.limits) {
+    json["limits"].push_back({{"parameter", one.parameter},
+                              {"value", one.value},
+                              {"u", one.u},
+                              {"guard_band", one.guard_band},
+                              {"passed", one.passed}});
+  }
+  return json;
+}
+
+std::string check_json(const DriftCheck& check, const std::optional<Verdict>& verdict) {
+  Json json = {{"drifted", check.drifted},
+               {"p_value", check.p_value},
+               {"alpha", check.alpha},
+               {"changes", json_of(check.changes, false)},
+               {"intrinsic", json_of(check.intrinsic, true)},
+               {"pitch_error_deg", check.pitch_error_deg},
+               {"pitch_error_u_deg", check.pitch_error_u_deg},
+               {"notes", check.notes}};
+  if (verdict) {
+    json["verdict"] = json_of(*verdict);
+  }
+  return json_text(json);
+}
+
+std::string changes_text(const std::vector<ParameterChange>& changes, bool with_e_n) {
+  std::string text = fmt::format("  {:<20}{:>15}{:>15}{:>12}{:>8}{}\n", "", "old", "new", "u", "z",
+                                 with_e_n ? "     E_n" : "");
+  for (const ParameterChange& change : changes) {
+    text += fmt::format("  {:<20}{:>15.7g}{:>15.7g}{:>12.2g}{:>8.1f}", change.parameter,
+                        change.old_value, change.new_value, change.u, change.z);
+    text += with_e_n ? fmt::format("{:>8.2f}\n", change.e_n) : "\n";
+  }
+  return text;
+}
+
+std::string check_text(const DriftCheck& check, const Calibration& record) {
+  std::string text = check.drifted
+                         ? "drifted: the coefficients differ by more than chance (p = "
+                         : "no drift: the coefficients differ by no more than chance (p = ";
+  text += number_text(check.p_value, 2) + ")\n";
+  const bool has_pitch = find_instrument_kind(record.instrument.kind).has_axis_elevation;
+  if (std::isfinite(check.pitch_error_deg)) {
+    text += fmt::format("{} by the old record is now off by up to {:.3g} degrees (u {:.2g})\n",
+                        has_pitch ? "pitch (up to 80 degrees)" : "the field's direction",
+                        check.pitch_error_deg, check.pitch_error_u_deg);
+  }
+  text += "\nCoefficients\n" + changes_text(check.changes, false);
+  text += "\nIndependent of the mounting: biases, sensitivities, angles between axes [rad]\n" +
+          changes_text(check.intrinsic, true);
+  return text;
+}
+
+std::string in_situ_json(const InSituCheck& check) {
+  Json json = {{"drifted", check.drifted},           {"p_value", check.p_value},
+               {"changes", Json::array()},           {"residual_rss", check.rss},
+               {"expected_rss", check.expected_rss}, {"readings", Json::array()}};
+  for (const InSituReading& reading : check.readings) {
+    json["readings"].push_back({{"run", reading.run},
+                                {"residual", reading.residual},
+                                {"limit", reading.limit},
+                                {"within", reading.within}});
+  }
+  return json_text(json);
+}
+
+std::string in_situ_text(const InSituCheck& check, const std::string& unit) {
+  std::string text = check.drifted ? "drifted: " : "no drift: ";
+  std::size_t outside = 0;
+  for (const InSituReading& reading : check.readings) {
+    outside += reading.within ? 0U : 1U;
+  }
+  text += fmt::format("{} of {} readings at rest are outside their control limits (p = {})\n",
+                      outside, check.readings.size(), number_text(check.p_value, 2));
+  text += fmt::format("residual RSS {:.3g} {}, expected {:.3g}\n\n  {:>6}{:>14}{:>14}\n", check.rss,
+                      unit, check.expected_rss, "run", "residual", "limit");
+  for (const InSituReading& reading : check.readings) {
+    text += fmt::format("  {:>6}{:>14.3g}{:>14.3g}{}\n", reading.run, reading.residual,
+                        reading.limit, reading.within ? "" : "  outside");
+  }
+  return text;
+}
+
+bool is_record(const std::string& path) {
+  return path.ends_with(".json");
+}
+
+bool has_pose(const Observations& observations) {
+  return observations.readings.front().point || observations.readings.front().field_in_sensor;
+}
+
+int report(const CheckCommand& command,
+           const std::string& json,
+           const std::string& text,
+           bool failed) {
+  write_whole_file(command.output, command.json ? json : text);
+  return failed ? 1 : 0;
+}
+
+int run_history(const CheckCommand& command) {
+  if (!command.record.empty() || command.other) {
+    throw UsageError("check --history: takes no record beside the folder");
+  }
+  const std::optional<Limits> limits =
+      command.limits ? std::optional(read_limits(*command.limits)) : std::nullopt;
+  std::vector<std::string> passed_over;
+  std::vector<UnitHistory> units;
+  try {
+    units = read_history(*command.history, limits, &passed_over);
+  } catch (const DomainError& error) {
+    throw DataError(command.limits.value_or(""), error.what());
+  }
+  for (const std::string& reason : passed_over) {
+    std::fprintf(stderr, "note: passed over: %s\n", reason.c_str());
+  }
+  bool outside = false;
+  for (const UnitHistory& unit : units) {
+    for (const ParameterTrend& trend : unit.trends) {
+      outside = outside || trend.outside;
+    }
+  }
+  if (units.empty()) {
+    throw DataError(*command.history, "holds no calibration records (*.json)");
+  }
+  std::string text;
+  for (const UnitHistory& unit : units) {
+    text += history_text(unit) + "\n";
+  }
+  return report(command, history_json(units), text, outside);
+}
+
+}  // namespace
+
+int run(const CheckCommand& command) {
+  if (command.history) {
+    return run_history(command);
+  }
+  if (command.record.empty() || !command.other) {
+    throw UsageError(
+        "check: needs a RECORD, and observations or another record to hold against it");
+  }
+  forbid_overwriting(command.output, command.record);
+  forbid_overwriting(command.output, *command.other);
+  double alpha = 0.01;
+  if (command.alpha) {
+    alpha = number_of("--alpha", *command.alpha);
+    if (!(alpha > 0.0 && alpha < 1.0)) {
+      throw UsageError("--alpha: must be between 0 and 1");
+    }
+  }
+  const std::optional<Limits> limits =
+      command.limits ? std::optional(read_limits(*command.limits)) : std::nullopt;
+  const Calibration old = read_calibration(command.record);
+  if (old.status == "refused") {
+    throw RefusedError(command.record +
+                       ": this calibration was refused; nothing is held against it");
+  }
+  if (command.experiment.instrument && *command.experiment.instrument != old.instrument.kind) {
+    throw UsageError("--instrument: the record is of an instrument of kind " + old.instrument.kind);
+  }
+  Calibration fresh;
+  try {
+    if (is_record(*command.other)) {
+      fresh = read_calibration(*command.other);
+      if (fresh.status == "refused") {
+        throw RefusedError(*command.other + ": this calibration was refused");
+      }
+    } else {
+      ExperimentOptions options = command.experiment;
+      options.files = {*command.other};
+      const Experiment experiment = make_experiment(options, experiment_of(old));
+      Experiment without_method = experiment;  // the readings show whether there are labels
+      without_method.method.reset();
+      Run run = read_run(without_method);
+      require_one_unit(run);
+      if (old.temperature && !run.observations.readings.front().temperature) {
+        std::fprintf(stderr,
+                     "note: the readings have no column 'temperature' and count as taken at the "
+                     "record's reference\n");
+      }
+      run.observations = at_reference_temperature(std::move(run.observations), old);
+      if (!has_pose(run.observations) && old.method != method_name(Method::magnitude)) {
+        if (limits) {
+          throw UsageError(
+              "--limits: readings without labels give no coefficients to hold against limits");
+        }
+        const InSituCheck check = check_in_situ(old, run.observations, alpha);
+        return report(command, in_situ_json(check), in_situ_text(check, old.field.unit),
+                      check.drifted);
+      }
+      std::vector<Calibration> calibrations =
+          calibrate_run(experiment, run, command.experiment.assembly.value_or(""));
+      print_remarks(calibrations);
+      if (calibrations.size() != 1) {
+        throw UsageError("check: takes one instrument, not several slots");
+      }
+      fresh = std::move(calibrations.front());
+      if (fresh.status == "refused") {
+        throw RefusedError("the fresh readings give no calibration: " +
+                           fresh.warnings.front().message);
+      }
+      if (old.temperature) {
+        fresh.temperature = old.temperature;  // it is compared at the reference of both
+      }
+    }
+    const DriftCheck check = check_drift(old, fresh, alpha);
+    std::optional<Verdict> verdict;
+    if (limits) {
+      try {
+        verdict = evaluate(*limits, fresh, &check);
+      } catch (const DomainError& error) {
+        throw DataError(*command.limits, error.what());
+      }
+    }
+    for (const std::string& note : check.notes) {
+      std::fprintf(stderr, "note: %s\n", note.c_str());
+    }
+    const bool failed = check.drifted || (verdict && !verdict->passed);
+    const int status = report(command, check_json(check, verdict), check_text(check, old), failed);
+    if (verdict) {
+      std::fprintf(stderr, "%s: %s\n",
+                   fresh.instrument.serial.empty() ? "unit" : fresh.instrument.serial.c_str(),
+                   verdict->passed ? "pass" : ("fail: " + reason_of(*verdict)).c_str());
+    }
+    return status;
+  } catch (const SetupError&) {
+    throw;
+  } catch (const DomainError& error) {
+    throw DataError(command.record, error.what());
+  }
+}
+
+}  // namespace axiscal::cli

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/study.hpp"
+#include "axiscal/core/input_file.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/output_file.hpp"
+#include "commands.hpp"
+#include "experiment_options.hpp"
+#include "input.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+std::string study_text(const Study& study) {
+  std::string text = fmt::format("{} trials, seed {}", study.trials, study.seed);
+  text += study.refused > 0 ? fmt::format(", {} without a calibration\n", study.refused) : "\n";
+  text += fmt::format("  {:<20}{:>13}{:>13}{:>13}{:>12}\n", "", "mean error", "sd", "stated u",
+                      "coverage");
+  for (const StudyResult& result : results_of(study)) {
+    text += fmt::format("  {:<20}{:>13.2e}{:>13.4e}{:>13.4e}{:>10.2f} %\n", result.parameter,
+                        result.mean_error, result.sd, result.stated_u, 100.0 * result.coverage_95);
+  }
+  return text;
+}
+
+Shard shard_of(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  const std::optional<int> number =
+      slash == std::string::npos ? std::nullopt : parse_integer(text.substr(0, slash));
+  const std::optional<int> count =
+      slash == std::string::npos ? std::nullopt : parse_integer(text.substr(slash + 1));
+  if (!number || !count || *number < 1 || *number > *count) {
+    throw UsageError("--shard: '" + text + "' must be I/N with 1 <= I <= N");
+  }
+  return {.number = *number, .count = *count};
+}
+
+int merge_shards(const StudyCommand& command) {
+  std::vector<std::string> files = command.merge;
+  files.insert(files.end(), command.experiment.files.begin(), command.experiment.files.end());
+  std::vector<Study> shards;
+  for (const std::string& file : files) {
+    forbid_overwriting(command.output, file);
+    shards.push_back(parse_study(read_whole_file(file), file));
+  }
+  Study all;
+  try {
+    all = merge(shards);
+  } catch (const DomainError& error) {
+    throw DataError(files.front(), error.what());
+  }
+  const auto blocks = (all.trials + study_block - 1) / study_block;
+  if (static_cast<std::int64_t>(all.blocks.size()) < blocks) {
+    std::fprintf(stderr, "warning: %zu of %lld blocks of trials are there; some shard is missing\n",
+                 all.blocks.size(), static_cast<long long>(blocks));
+  }
+  write_whole_file(command.output, command.json ? study_json(all, false) : study_text(all));
+  return static_cast<std::int64_t>(all.blocks.size()) < blocks ? 1 : 0;
+}
+
+// An instrument as an experiment describes it, with sensitivities as they should be.
+Calibration nominal_truth(const Experiment& experiment) {
+  Calibration truth;
+  truth.instrument = experiment.instrument;
+  truth.field = make_field_description(experiment);
+  const Eigen::Index m = experiment.instrument.axis_count();
+  truth.response.bias = Eigen::VectorXd::Zero(m);
+  truth.response.sensitivity = SensitivityMatrix::Zero(m, 3);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const int component = nominal_axis(experiment.instrument, k).value_or(static_cast<int>(k % 3));
+    truth.response.sensitivity(k, component) = experiment.nominal_sensitivity.value_or(1.0);
+  }
+  return truth;
+}
+
+Eigen::VectorXd noise_of(const StudyCommand& command, const Calibration& truth) {
+  const Eigen::Index m = truth.instrument.axis_count();
+  if (!command.noise) {
+    if (truth.statistics && (truth.statistics->residual_sd.array() > 0.0).all()) {
+      return truth.statistics->residual_sd;
+    }
+    throw UsageError("study: the noise of a reading is needed (--noise SD)");
+  }
+  if (command.noise->find(',') == std::string::npos) {
+    return Eigen::VectorXd::Constant(m, not_negative_of("--noise", *command.noise));
+  }
+  const std::vector<double> all =
+      numbers_of("--noise", *command.noise, static_cast<std::size_t>(m));
+  return Eigen::Map<const Eigen::VectorXd>(all.data(), m);
+}
+
+StudySetup setup_of(const StudyCommand& command) {
+  StudySetup setup;
+  const bool has_truth = command.truth.has_value();
+  if (has_truth == !command.experiment.files.empty()) {
+    throw UsageError("study: needs an EXPERIMENT.json or --truth RECORD.json, one of them");
+  }
+  if (has_truth) {
+    setup.truth = read_calibration(*command.truth);
+    setup.experiment = make_experiment(command.experiment, experiment_of(setup.truth));
+    if (setup.truth.temperature && !command.experiment.temperature_order) {
+      setup.experiment.temperature.order =
+          static_cast<int>(std::min<Eigen::Index>(setup.truth.temperature->bias.cols(), 2));
+    }
+  } else {
+    setup.experiment = make_experiment(command.experiment);
+    setup.truth = nominal_truth(setup.experiment);
+  }
+  if (!setup.truth.field.in_table) {
+    setup.truth.field.in_table = setup.truth.field.magnitude * Eigen::Vector3d::UnitZ();
+  }
+  if (setup.experiment.method == Method::known && !setup.experiment.field.in_table) {
+    setup.experiment.field.in_table = setup.truth.field.in_table;
+  }
+  setup.design = design_of(command.sheet);
+  setup.replicates = replicates_of(command.sheet);
+  setup.temperatures = temperatures_of(command.sheet);
+  setup.noise_sd = noise_of(command, setup.truth);
+  setup.simulation.resolution = setup.experiment.stated.resolution;
+  if (setup.experiment.method != Method::known) {
+    setup.simulation.slope = setup.experiment.slope;
+    setup.experiment.slope.setZero();
+  }
+  if (command.temperature_sd) {
+    setup.simulation.temperature_sd = not_negative_of("--temperature-sd", *command.temperature_sd);
+  }
+  if (command.slope_sd) {
+    setup.slope_sd = not_negative_of("--slope-sd", *command.slope_sd);
+  }
+  setup.random_normals = command.random_normals;
+  if (command.tolerances) {
+    setup.tolerances = tolerances_of(*command.tolerances);
+    setup.drawing = drawing_of(setup.experiment.positioner);
+    setup.surface = setup.experiment.positioner.surface();
+  }
+  if (setup.truth.temperature && setup.temperatures.empty()) {
+    throw UsageError(
+        "study: the truth has temperature terms; give the soak levels (--temperatures T,T,..)");
+  }
+  return setup;
+}
+
+}  // namespace
+
+int run(const StudyCommand& command) {
+  if (!command.merge.empty()) {
+    return merge_shards(command);
+  }
+  const StudySetup setup = setup_of(command);
+  std::int64_t trials = 1000;
+  if (command.trials) {
+    const std::optional<int> number = parse_integer(*command.trials);
+    if (!number || *number < 1) {
+      throw UsageError("--trials: must be a whole number from 1");
+    }
+    trials = *number;
+  }
+  const Shard shard = command.shard ? shard_of(*command.shard) : Shard{};
+  const bool terminal = ::isatty(STDERR_FILENO) == 1;
+  const auto mine = trials / shard.count;
+  const auto progress = [&](std::int64_t done) {
+    if (terminal) {
+      std::fprintf(stderr, "\r%lld of %lld trials", static_cast<long long>(done),
+                   static_cast<long long>(std::max(mine, done)));
+    }
+  };
+  Study study;
+  try {
+    study = run_study(setup, trials, seed_of(command.sheet), shard, progress);
+  } catch (const SetupError&) {
+    throw;
+  } catch (const DomainError& error) {
+    throw UsageError(std::string("study: ") + error.what());
+  }
+  if (terminal) {
+    std::fputs("\r\x1b[K", stderr);
+  }
+  const bool machine = command.json || command.shard;
+  write_whole_file(command.output,
+                   machine ? study_json(study, command.shard.has_value()) : study_text(study));
+  return 0;
+}
+
+}  // namespace axiscal::cli
