@@ -106,7 +106,7 @@ TEST(CalibrationJson, SaysWhatIsWrongWhere) {
   EXPECT_THAT(changed("/coefficients/sensitivity/1/2", "0"),
               HasSubstr("/coefficients/sensitivity/1/2: must be a number"));
   EXPECT_THAT(changed("/coefficients/temperature", {{"reference", 20}}),
-              HasSubstr("/coefficients/temperature: this version"));
+              HasSubstr("/coefficients/temperature/range: is missing"));
   json record = smallest_record();
   record.erase("coefficients");
   EXPECT_THAT(complaint(record), HasSubstr("/coefficients: is missing"));

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+// The culprit search in small; bench/culprit_rates.cpp does the same in full (docs/accuracy.md).
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/calibration_json.hpp"
+#include "matchers.hpp"
+#include "mistakes.hpp"
+#include "scenario.hpp"
+
+namespace axiscal::test {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double noise = 1e-4;
+const Eigen::Vector3d equal(1.0, 1.0, 1.0);
+
+Experiment experiment_of_run(const RandomRun& run, std::optional<Method> method = {}) {
+  Experiment experiment = experiment_for(run.truth);
+  experiment.field.in_table.reset();
+  experiment.method = method;
+  return experiment;
+}
+
+struct MistakeCase {
+  Mistake mistake = Mistake::none;
+  double sigmas = 0.0;
+  int least_named = 0;  // of 40
+};
+
+class SeededMistakes : public testing::TestWithParam<MistakeCase> {};
+
+TEST_P(SeededMistakes, AreCaughtAndNamed) {
+  RandomStream random(17, static_cast<std::uint32_t>(GetParam().mistake));
+  int named = 0;
+  for (int t = 0; t < 40; ++t) {
+    const RandomRun run = random_run(noise * equal, random);
+    const SeededMistake seeded =
+        seed_mistake(GetParam().mistake, GetParam().sigmas * noise, run.truth, run.good, random);
+    const Method method = t % 2 == 0 ? Method::paired : Method::joint;
+    named +=
+        judge(calibrate(experiment_of_run(run, method), seeded.observations), seeded).named ? 1 : 0;
+  }
+  EXPECT_GE(named, GetParam().least_named);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rates,
+                         SeededMistakes,
+                         testing::Values(MistakeCase{Mistake::wrong_face, 0, 40},
+                                         MistakeCase{Mistake::upside_down, 0, 40},
+                                         MistakeCase{Mistake::wrong_way_round, 0, 40},
+                                         MistakeCase{Mistake::exchanged, 0, 40},
+                                         MistakeCase{Mistake::unit_factor, 0, 40},
+                                         MistakeCase{Mistake::repeat, 0, 40},
+                                         MistakeCase{Mistake::columns, 0, 39},
+                                         MistakeCase{Mistake::sign, 0, 38},
+                                         MistakeCase{Mistake::tilt, 20, 37},
+                                         MistakeCase{Mistake::table_moved, 15, 38},
+                                         MistakeCase{Mistake::drift, 20, 38},
+                                         MistakeCase{Mistake::saturation, 15, 38}));
+
+TEST(Culprit, GoodRunsHaveNone) {
+  RandomStream random(23);
+  int alarms = 0;
+  for (int t = 0; t < 300; ++t) {
+    const RandomRun run =
+        random_run(noise * (t % 2 == 0 ? equal : Eigen::Vector3d(1.0, 1.0, 3.0)), random);
+    alarms += calibrate(experiment_of_run(run), run.good).warnings.empty() ? 0 : 1;
+  }
+  EXPECT_LE(alarms, 6);  // 1 %, and what chance allows
+}
+
+TEST(Culprit, SaysWhatToDoAndRefusesWhatCannotBeTrusted) {
+  const Calibration truth = accelerometer_truth();
+  Observations observations = observe(truth, {.slope = {0.003, -0.002}, .noise_sd = 2e-4});
+  const DesignPoint taken = *observations.readings[6].point;
+  const Face wrong = face_of(axis_of(taken.rest()), !is_positive(taken.rest()));
+  observations.readings[6].point = DesignPoint(wrong, taken.fence());
+  const Calibration result = calibrate(experiment_for(truth), observations);
+  ASSERT_FALSE(result.warnings.empty());
+  const CalibrationWarning& first = result.warnings.front();
+  EXPECT_EQ(first.code, "wrong_pose");
+  EXPECT_EQ(first.runs, std::vector<int>{7});
+  EXPECT_THAT(first.message, HasSubstr("run 7: fits "));
+  EXPECT_THAT(first.message,
+              HasSubstr("times better as rest " + std::string(face_name(taken.rest())) +
+                        " instead of " + std::string(face_name(wrong))));
+  EXPECT_THAT(first.message, HasSubstr("Check the face, or take the reading again."));
+  EXPECT_EQ(result.status, "refused");
+  ASSERT_TRUE(result.suggestion);
+
+  const Calibration mended = calibrate_with_suggestions(experiment_for(truth), observations);
+  EXPECT_EQ(mended.status, "ok");
+  ASSERT_EQ(mended.corrections.size(), 1U);
+  EXPECT_EQ(mended.corrections[0].runs, std::vector<int>{7});
+  EXPECT_MATRIX_NEAR(mended.response.sensitivity, truth.response.sensitivity, 1e-3);
+  EXPECT_THAT(mended.notes, testing::Contains(HasSubstr("corrected as suggested: run 7")));
+  const std::string text = calibration_json(mended);
+  EXPECT_EQ(calibration_json(parse_calibration(text, "t.json")), text);
+}
+
+TEST(Culprit, LeavesSmallMistakesToTheUser) {
+  RandomStream random(5);
+  const RandomRun run = random_run(noise * equal, random);
+  const SeededMistake seeded =
+      seed_mistake(Mistake::tilt, 30.0 * noise, run.truth, run.good, random);
+  const Calibration result = calibrate(experiment_of_run(run), seeded.observations);
+  EXPECT_EQ(result.status, "warning");
+  const Calibration mended =
+      calibrate_with_suggestions(experiment_of_run(run), seeded.observations);
+  EXPECT_EQ(mended.status, "ok");
+  EXPECT_EQ(mended.left_out, seeded.runs);
+}
+
+TEST(Culprit, FindsAWrongLevel) {
+  Calibration truth = accelerometer_truth();
+  truth.instrument.kind = "gyroscope";
+  truth.field = {.kind = "induced_rotation", .unit = "deg/s", .magnitude = 100.0};
+  truth.field.in_table = Eigen::Vector3d(0.0, 0.0, 100.0);
+  std::vector<DesignEntry> design;
+  for (const DesignEntry& entry : standard_design(12)) {
+    for (const double level : {-1.0, 1.0}) {
+      design.push_back({.point = entry.point, .level = level});
+    }
+  }
+  Observations observations =
+      simulate(truth, make_run_sheet(design, 1, 4), {.noise_sd = 0.01, .seed = 4});
+  observations.readings[10].level *= -1.0;
+  Experiment experiment = experiment_for(truth);
+  const Calibration result = calibrate(experiment, observations);
+  ASSERT_FALSE(result.warnings.empty());
+  // A wrong level of -1 and the cube upside down are the same but for the slope and the bias.
+  EXPECT_EQ(result.warnings.front().code, "wrong_level");
+  EXPECT_EQ(result.warnings.front().runs, std::vector<int>{11});
+}
+
+// A whole run with columns exchanged or in another unit fits; only what is expected shows it.
+TEST(Culprit, WholeRunsShowAgainstNominalValues) {
+  const Calibration truth = accelerometer_truth();
+  Observations observations = observe(truth, {.noise_sd = 1e-4});
+  observations.response *= 1e3;
+  Experiment experiment = experiment_for(truth);
+  EXPECT_TRUE(calibrate(experiment, observations).warnings.empty());
+  experiment.nominal_sensitivity = 2.5;
+  const Calibration result = calibrate(experiment, observations);
+  ASSERT_EQ(result.warnings.size(), 3U);
+  EXPECT_EQ(result.warnings[0].code, "unit_factor");
+  EXPECT_THAT(result.warnings[0].message, HasSubstr("a factor 1000"));
+  Observations swapped = observe(truth, {.noise_sd = 1e-4});
+  swapped.response.col(0).swap(swapped.response.col(1));
+  EXPECT_EQ(calibrate(experiment_for(truth), swapped).warnings.front().code, "axis_swapped");
+}
+
+}  // namespace
+}  // namespace axiscal::test

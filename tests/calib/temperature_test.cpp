@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/temperature.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/observations_csv.hpp"
+#include "axiscal/calib/reduction.hpp"
+#include "axiscal/core/csv_reader.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/input_file.hpp"
+#include "axiscal/core/random.hpp"
+#include "data.hpp"
+#include "matchers.hpp"
+#include "scenario.hpp"
+
+namespace axiscal::test {
+namespace {
+
+using testing::HasSubstr;
+
+Calibration warm_truth() {
+  Calibration truth = accelerometer_truth();
+  TemperatureResponse& terms = truth.temperature.emplace();
+  terms.reference = 20.0;
+  terms.low = -20.0;
+  terms.high = 60.0;
+  terms.bias.resize(3, 2);
+  terms.scale.resize(3, 2);
+  // clang-format off
+  terms.bias << 1e-4,  1e-6,
+               -2e-4,  2e-6,
+                3e-4, -1e-6;
+  terms.scale << 2e-4,  1e-6,
+                -1e-4,  3e-6,
+                 1.5e-4, -2e-6;
+  // clang-format on
+  return truth;
+}
+
+Observations observe_at(const Calibration& truth,
+                        const std::vector<double>& temperatures,
+                        double noise_sd = 0.0,
+                        double temperature_sd = 0.0,
+                        std::uint64_t seed = 1) {
+  SimulationOptions options;
+  options.noise_sd = noise_sd;
+  options.temperature_sd = temperature_sd;
+  options.slope = {0.003, -0.004};
+  options.seed = seed;
+  return simulate(truth, make_run_sheet(standard_design(12), 1, seed, temperatures), options);
+}
+
+Experiment warm_experiment(const Calibration& truth, Method method, int order) {
+  Experiment experiment = experiment_for(truth);
+  experiment.method = method;
+  experiment.temperature.order = order;
+  experiment.temperature.reference = 20.0;
+  if (method == Method::known) {
+    experiment.slope = {0.003, -0.004};
+  }
+  return experiment;
+}
+
+class ByMethod : public testing::TestWithParam<Method> {};
+
+TEST_P(ByMethod, ReturnsTheTruthWithoutNoise) {
+  const Calibration truth = warm_truth();
+  const Observations observations = observe_at(truth, {-10.0, 25.0, 55.0}, 0.0, 0.05);
+  const Calibration result = calibrate(warm_experiment(truth, GetParam(), 2), observations);
+  ASSERT_TRUE(result.temperature);
+  EXPECT_MATRIX_NEAR(result.response.bias, truth.response.bias, 1e-12);
+  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-11);
+  EXPECT_MATRIX_NEAR(result.temperature->bias, truth.temperature->bias, 1e-12);
+  EXPECT_MATRIX_NEAR(result.temperature->scale, truth.temperature->scale, 1e-12);
+  EXPECT_NEAR(result.levelness->mean_x, 0.003, 1e-11);
+  EXPECT_NEAR(result.levelness->mean_y, -0.004, 1e-11);
+  EXPECT_EQ(result.statistics->parameter_names[4], "x.bias.d");
+  EXPECT_EQ(result.statistics->parameter_names[7], "x.scale.d2");
+}
+
+INSTANTIATE_TEST_SUITE_P(Temperature,
+                         ByMethod,
+                         testing::Values(Method::paired, Method::joint, Method::known),
+                         [](const auto& one) { return std::string(method_name(one.param)); });
+
+TEST(Temperature, StandardErrorsAreTheScatter) {
+  const Calibration truth = warm_truth();
+  constexpr int runs = 200;
+  for (const Method method : {Method::paired, Method::joint}) {
+    Eigen::VectorXd squares = Eigen::VectorXd::Zero(6);
+    for (int seed = 1; seed <= runs; ++seed) {
+      const Calibration result = calibrate(
+          warm_experiment(truth, method, 2),
+          observe_at(truth, {-10.0, 25.0, 55.0}, 1e-4, 0.05, static_cast<unsigned>(seed)));
+      const TemperatureResponse& terms = *result.temperature;
+      const auto add = [&](Eigen::Index i, double error, double u) {
+        squares(i) += error * error / (u * u) / runs;
+      };
+      add(0, result.response.bias(1) - truth.response.bias(1), result.statistics->bias_se(1));
+      add(1, result.response.sensitivity(2, 2) - truth.response.sensitivity(2, 2),
+          result.statistics->sensitivity_se(2, 2));
+      add(2, terms.bias(0, 0) - 1e-4, terms.bias_se(0, 0));
+      add(3, terms.bias(1, 1) - 2e-6, terms.bias_se(1, 1));
+      add(4, terms.scale(0, 0) - 2e-4, terms.scale_se(0, 0));
+      add(5, terms.scale(2, 1) + 2e-6, terms.scale_se(2, 1));
+    }
+    // Of t with 10 degrees of freedom 1.25, with 27 1.08.
+    for (const double mean : squares) {
+      EXPECT_NEAR(mean, method == Method::paired ? 1.25 : 1.08, 0.4);
+    }
+  }
+}
+
+TEST(Temperature, ChoosesTheOrderThatIsThere) {
+  const Calibration quadratic = warm_truth();
+  Calibration linear = quadratic;
+  linear.temperature->bias.col(1).setZero();
+  linear.temperature->scale.col(1).setZero();
+  Calibration none = linear;
+  none.temperature->bias.setZero();
+  none.temperature->scale.setZero();
+  int right = 0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const std::vector<std::pair<const Calibration*, Eigen::Index>> cases = {
+        {&quadratic, 2}, {&linear, 1}, {&none, 0}};
+    for (const auto& [truth, order] : cases) {
+      Experiment experiment = warm_experiment(*truth, Method::joint, 0);
+      experiment.temperature.automatic = true;
+      const Calibration result =
+          calibrate(experiment, observe_at(*truth, {-10.0, 10.0, 30.0, 55.0}, 1e-4, 0.0, seed));
+      right += (result.temperature ? result.temperature->bias.cols() : 0) == order ? 1 : 0;
+    }
+  }
+  EXPECT_GE(right, 26);  // AICc takes one order too many in some 10 %
+  // Two levels determine no more than a line.
+  Experiment experiment = warm_experiment(quadratic, Method::joint, 0);
+  experiment.temperature.automatic = true;
+  const Calibration result = calibrate(experiment, observe_at(quadratic, {0.0, 40.0}, 1e-4));
+  EXPECT_EQ(result.temperature->bias.cols(), 1);
+  EXPECT_EQ(result.temperature->trials.size(), 2U);
+}
+
+TEST(Temperature, RefusesWhatTheLevelsDoNotDetermine) {
+  const Calibration truth = warm_truth();
+  // Held temperatures differ a little from reading to reading: that makes no third level.
+  const Observations observations = observe_at(truth, {0.0, 40.0}, 1e-4, 0.05);
+  for (const Method method : {Method::paired, Method::joint, Method::known}) {
+    try {
+      static_cast<void>(calibrate(warm_experiment(truth, method, 2), observations));
+      FAIL();
+    } catch (const RankDeficientError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("x.bias.d2"));
+      EXPECT_THAT(error.what(), HasSubstr("--temperature-order 1"));
+    }
+  }
+  Observations without = observe_at(truth, {});
+  EXPECT_THROW(static_cast<void>(calibrate(warm_experiment(truth, Method::joint, 1), without)),
+               RefusedError);
+}
+
+TEST(Temperature, ContinuousTemperaturesGoByJoint) {
+  const Calibration truth = warm_truth();
+  std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(12), 4, 3);
+  for (std::size_t i = 0; i < sheet.size(); ++i) {
+    sheet[i].temperature = -10.0 + 1.3 * static_cast<double>(i);
+  }
+  SimulationOptions options;
+  options.slope = {0.002, 0.001};
+  const Observations observations = simulate(truth, sheet, options);
+  Experiment experiment = warm_experiment(truth, Method::joint, 2);
+  experiment.method.reset();
+  EXPECT_EQ(choose_method(experiment, observations), Method::joint);
+  const Calibration result = calibrate(experiment, observations);
+  EXPECT_MATRIX_NEAR(result.temperature->scale, truth.temperature->scale, 1e-11);
+}
+
+TEST(Temperature, ReductionGoesBackAndFlagsWhatIsOutside) {
+  const Calibration truth = warm_truth();
+  const Reducer reducer(truth);
+  EXPECT_TRUE(reducer.needs_temperature());
+  const Eigen::Vector3d field(0.6, -0.64, 0.48);
+  for (const double t : {-15.0, 20.0, 70.0}) {
+    const Eigen::VectorXd v = response_at(truth, field, t);
+    const ReducedReading reduced = reducer.reduce(std::array{v(0), v(1), v(2)}, nullptr, t);
+    EXPECT_MATRIX_NEAR(reduced.field_in_sensor, field, 1e-14);
+    EXPECT_EQ(reduced.extrapolated, t > 60.0);
+  }
+}
+
+// Of more axes the weights change with the scales: weighted least squares at each temperature.
+TEST(Temperature, ReductionOfFourAxesWeighsThemByTheirScale) {
+  Calibration truth = warm_truth();
+  truth.instrument.axes = {"a", "b", "c", "d"};
+  truth.response.bias = Eigen::Vector4d(0.1, 0.2, 0.3, 0.4);
+  SensitivityMatrix S(4, 3);
+  S << 1.0, 0.1, 0.0, 0.0, 1.1, 0.1, 0.2, 0.0, 0.9, 0.5, 0.6, 0.7;
+  truth.response.sensitivity = S;
+  truth.temperature->bias = Eigen::MatrixXd::Constant(4, 1, 1e-3);
+  truth.temperature->scale = Eigen::Vector4d(0.01, -0.005, 0.0, 0.02);
+  FitStatistics& statistics = truth.statistics.emplace();
+  statistics.residual_sd = Eigen::Vector4d(1.0, 2.0, 1.5, 0.5);
+  const double t = 40.0;
+  const Eigen::Vector4d noise(0.01, -0.02, 0.015, 0.01);
+  const Eigen::VectorXd v = response_at(truth, {0.3, 0.5, 0.8}, t) + noise;
+  const ReducedReading reduced =
+      Reducer(truth).reduce(std::array{v(0), v(1), v(2), v(3)}, nullptr, t);
+  // The same by the normal equations of v - b(t) = scale S f.
+  Eigen::Vector4d scale;
+  Eigen::Vector4d above;
+  for (int k = 0; k < 4; ++k) {
+    scale(k) = truth.temperature->scale_at(k, t);
+    above(k) = v(k) - truth.response.bias(k) - truth.temperature->bias_shift(k, t);
+  }
+  const Eigen::MatrixXd A = scale.asDiagonal() * Eigen::MatrixXd(S);
+  const Eigen::MatrixXd W = statistics.residual_sd.cwiseAbs2().cwiseInverse().asDiagonal();
+  const Eigen::Vector3d expected = (A.transpose() * W * A).inverse() * A.transpose() * W * above;
+  EXPECT_MATRIX_NEAR(reduced.field_in_sensor, expected, 1e-13);
+}
+
+TEST(Temperature, RecordsKeepTheTerms) {
+  const Calibration truth = warm_truth();
+  Experiment experiment = warm_experiment(truth, Method::joint, 0);
+  experiment.temperature.automatic = true;
+  const Calibration result =
+      calibrate(experiment, observe_at(truth, {-10.0, 25.0, 55.0}, 1e-4, 0.05));
+  const std::string text = calibration_json(result);
+  EXPECT_EQ(calibration_json(parse_calibration(text, "t.json")), text);
+}
+
+TEST(SoakLevels, TellsHeldTemperaturesFromContinuousOnes) {
+  EXPECT_EQ(soak_levels({20.0, 20.0, 20.0}), (std::vector<int>{0, 0, 0}));
+  EXPECT_EQ(soak_levels({25.1, -10.0, 25.0, -10.2, 55.0, 55.3}),
+            (std::vector<int>{1, 0, 1, 0, 2, 2}));
+  std::vector<double> rising;
+  for (int i = 0; i < 40; ++i) {
+    rising.push_back(20.0 + 0.5 * i);
+  }
+  EXPECT_TRUE(soak_levels(rising).empty());
+  RandomStream random(3);
+  std::vector<double> scattered;
+  for (int i = 0; i < 60; ++i) {
+    scattered.push_back(60.0 * random.uniform());
+  }
+  EXPECT_TRUE(soak_levels(scattered).empty());
+}
+
+TEST(SoakState, SaysWhenTheTemperatureIsSteady) {
+  std::vector<double> times;
+  std::vector<double> values;
+  RandomStream random(5);
+  constexpr double tau = 600.0;
+  for (double t = 0.0; t < 4000.0; t += 10.0) {
+    times.push_back(t);
+    values.push_back(60.0 - 40.0 * std::exp(-t / tau) + 0.01 * random.normal());
+  }
+  const auto at = [&](std::size_t count) {
+    return soak_state(std::span(times).first(count), std::span(values).first(count), 300.0, 0.2);
+  };
+  const SoakState early = at(100);  // 1000 s
+  EXPECT_FALSE(early.steady);
+  EXPECT_NEAR(early.rate, 40.0 / tau * std::exp(-850.0 / tau), 0.002);
+  // 40 / tau exp(-t / tau) 300 s = 0.2 at t = 2450 s, in the middle of the window.
+  EXPECT_NEAR(early.remaining_s, 1600.0, 400.0);
+  EXPECT_FALSE(at(200).steady);
+  EXPECT_TRUE(at(400).steady);
+  EXPECT_TRUE(std::isnan(at(2).rate));
+  EXPECT_THROW(static_cast<void>(soak_state(times, std::span(values).first(3), 1.0, 1.0)),
+               DomainError);
+}
+
+// ---- method bias ----
+
+TEST(BiasMethod, TakesTheSensitivityFromARecordAndTheFieldOut) {
+  const Calibration truth = warm_truth();
+  std::vector<RunSheetRow> sheet;
+  for (int i = 0; i < 60; ++i) {
+    sheet.push_back({.run = i + 1, .entry = {.point = {Face::minus_z, Face::plus_x}}});
+    sheet.back().temperature = -15.0 + i;
+  }
+  Calibration flat = truth;
+  flat.temperature->scale.setZero();
+  const Observations observations = simulate(flat, sheet);
+  Experiment experiment = experiment_for(truth);
+  experiment.method = Method::bias;
+  experiment.temperature.order = 2;
+  experiment.temperature.reference = 20.0;
+  experiment.from = std::make_shared<const Calibration>(accelerometer_truth());
+  const Calibration result = calibrate(experiment, observations);
+  EXPECT_MATRIX_NEAR(result.response.bias, truth.response.bias, 1e-12);
+  EXPECT_MATRIX_NEAR(result.temperature->bias, truth.temperature->bias, 1e-13);
+  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 0.0);
+  const std::string text = calibration_json(result);
+  EXPECT_EQ(calibration_json(parse_calibration(text, "t.json")), text);
+  // Without labels the field's part is not known: the biases at the reference stay the record's.
+  Observations unlabelled = observations;
+  for (Reading& reading : unlabelled.readings) {
+    reading.point.reset();
+  }
+  const Calibration moved = calibrate(experiment, unlabelled);
+  EXPECT_MATRIX_NEAR(moved.response.bias, truth.response.bias, 1e-15);
+  EXPECT_MATRIX_NEAR(moved.temperature->bias, truth.temperature->bias, 1e-13);
+}
+
+// imu_thermal_tofupilot: numpy.polyfit of degree 3 over all 8400 samples, digits of its SOURCE.md.
+TEST(BiasMethod, ReproducesAThermalSweepOfARealGyroscope) {
+  AXISCAL_NEED_DATA(path, "imu_thermal_tofupilot/gyro_vs_temperature.csv");
+  std::string text = read_whole_file(path);
+  text.replace(text.find("temperature_degC"), 16, "temperature");
+  std::size_t at = 0;
+  CsvReader csv(
+      [&](char* to, std::size_t size) {
+        const std::size_t count = std::min(size, text.size() - at);
+        std::copy_n(text.data() + at, count, to);
+        at += count;
+        return count;
+      },
+      "gyro.csv");
+  Experiment experiment;
+  experiment.instrument.kind = "gyroscope";
+  experiment.instrument.axes = {"imu.gyro.x", "imu.gyro.y", "imu.gyro.z"};
+  experiment.field.kind = "earth_rotation";
+  experiment.method = Method::bias;
+  experiment.temperature.order = 3;
+  experiment.temperature.reference = 0.0;
+  const ObservationsTable table = read_observations(csv, {.axes = experiment.instrument.axes});
+  const Calibration result = calibrate(experiment, table.observations);
+  const Eigen::Vector3d constant(-6.90865875e-02, -1.49698945e-02, 1.63495271e-02);
+  Eigen::Matrix3d terms;
+  terms << -2.90571392e-04, 1.12714468e-05, -6.54781187e-08, 1.62341933e-04, 1.22591275e-05,
+      -6.69269682e-08, -4.33973011e-05, 2.06663131e-07, 1.74334004e-08;
+  EXPECT_MATRIX_NEAR(result.response.bias, constant, 1e-10);
+  for (Eigen::Index j = 0; j < 3; ++j) {
+    EXPECT_MATRIX_NEAR((result.temperature->bias.col(j).array() / terms.col(j).array()).matrix(),
+                       Eigen::Vector3d::Ones(), 1e-8);
+  }
+  const Eigen::Vector3d r2(0.570171, 0.997120, 0.534950);
+  EXPECT_MATRIX_NEAR(result.statistics->r_squared, r2, 1e-6);
+  // Their scatter divides by n, ours by n - 4.
+  const Eigen::Vector3d sd(0.00414834, 0.000951596, 0.00139822);
+  EXPECT_MATRIX_NEAR(
+      (result.statistics->residual_sd.array() / sd.array() / std::sqrt(8400.0 / 8396.0)).matrix(),
+      Eigen::Vector3d::Ones(), 1e-5);
+  EXPECT_TRUE(result.warnings.empty());
+  experiment.temperature.automatic = true;
+  EXPECT_GE(calibrate(experiment, table.observations).temperature->bias.cols(), 3);
+}
+
+}  // namespace
+}  // namespace axiscal::test

@@ -1,0 +1,453 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/uncertainty.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/drift_check.hpp"
+#include "axiscal/calib/intrinsic.hpp"
+#include "axiscal/calib/limits.hpp"
+#include "axiscal/calib/reading_uncertainty.hpp"
+#include "axiscal/calib/study.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/units.hpp"
+#include "matchers.hpp"
+#include "scenario.hpp"
+
+namespace axiscal::test {
+namespace {
+
+using testing::HasSubstr;
+
+const UncertaintySource& source_of(const Calibration& calibration, const std::string& name) {
+  for (const UncertaintySource& source : calibration.uncertainty->sources) {
+    if (source.name == name) {
+      return source;
+    }
+  }
+  throw std::runtime_error("no source " + name);
+}
+
+Calibration calibrated(const Experiment& experiment, std::uint64_t seed = 1) {
+  return calibrate(experiment, observe(accelerometer_truth(),
+                                       {.replicates = 2, .noise_sd = 1e-4, .seed = seed}));
+}
+
+// JCGM 100, G.4: u^4 / sum(u_i^4 / nu_i).
+TEST(Combine, IsWelchAndSatterthwaites) {
+  const VarianceShares shares{.by_axis = Eigen::Vector2d(4.0, 1.0), .others = 5.0};
+  const CombinedUncertainty result = combine(shares, Eigen::Vector2d(2.0, 10.0));
+  EXPECT_DOUBLE_EQ(result.u, std::sqrt(10.0));
+  EXPECT_DOUBLE_EQ(result.degrees_of_freedom, 100.0 / (16.0 / 2.0 + 1.0 / 10.0));
+  EXPECT_NEAR(result.coverage_factor, 2.1788, 0.02);  // t of 12.3
+  const CombinedUncertainty known =
+      combine({.by_axis = Eigen::Vector2d::Zero(), .others = 4.0}, Eigen::Vector2d(2.0, 2.0));
+  EXPECT_TRUE(std::isinf(known.degrees_of_freedom));
+  EXPECT_NEAR(known.coverage_factor, 1.959964, 1e-5);
+}
+
+TEST(Budget, HasTheFieldsMagnitudeInAllSensitivitiesAtOnce) {
+  Experiment experiment = experiment_for(accelerometer_truth());
+  experiment.field.magnitude_u = 1e-3;
+  const Calibration result = calibrated(experiment);
+  const Eigen::MatrixXd& C = source_of(result, "field magnitude").covariance;
+  EXPECT_NEAR(std::sqrt(C(1, 1)), 1e-3 * result.response.sensitivity(0, 0), 1e-12);
+  EXPECT_NEAR(C(1, 6) / std::sqrt(C(1, 1) * C(6, 6)), 1.0, 1e-12);
+  EXPECT_EQ(C(0, 0), 0.0);
+  const std::vector<ParameterUncertainty> all = parameter_uncertainties(result);
+  EXPECT_NEAR(all[1].uncertainty.u, std::hypot(result.statistics->sensitivity_se(0, 0), 2.5e-3),
+              2e-6);
+  EXPECT_GT(all[1].uncertainty.degrees_of_freedom, 1e4);
+  // It cancels in angles, and counts in components.
+  const AttitudeBudget budget = attitude_budget(result, {}, {}, {0.5, 0.5, std::sqrt(0.5)});
+  EXPECT_NEAR(budget.quantities[0].uncertainty.by_source[1], 0.5e-3, 1e-6);
+  EXPECT_EQ(budget.quantities[4].name, "pitch_deg");
+  EXPECT_EQ(budget.quantities[4].uncertainty.by_source[1], 0.0);
+}
+
+// A known slope that is off changes the coefficients as refits with it show.
+TEST(Budget, HasTheLevelnessAsRefitsShowIt) {
+  const Calibration truth = accelerometer_truth();
+  Experiment experiment = experiment_for(truth);
+  experiment.method = Method::known;
+  experiment.stated.slope_u = 1e-4;
+  const Observations observations = observe(truth, {.noise_sd = 1e-4});
+  const Calibration result = calibrate(experiment, observations);
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(12);
+  for (int j = 0; j < 2; ++j) {
+    Experiment tilted = experiment;
+    tilted.slope(j) = 1e-4;
+    const Calibration other = calibrate(tilted, observations);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      squares(4 * k) += std::pow(other.response.bias(k) - result.response.bias(k), 2);
+      squares.segment<3>(4 * k + 1) +=
+          (other.response.sensitivity.row(k) - result.response.sensitivity.row(k))
+              .transpose()
+              .cwiseAbs2();
+    }
+  }
+  EXPECT_MATRIX_NEAR(source_of(result, "levelness").covariance.diagonal().cwiseSqrt(),
+                     squares.cwiseSqrt(), 1e-7);
+}
+
+TEST(Budget, ResolutionCountsWhereTheScatterDoesNotShowIt) {
+  const Calibration truth = accelerometer_truth();
+  Experiment experiment = experiment_for(truth);
+  experiment.stated.resolution = 1e-3;
+  const Calibration fine = calibrate(experiment, observe(truth, {.noise_sd = 1e-2}));
+  EXPECT_TRUE(source_of(fine, "resolution").covariance.isZero(0.0));
+  const Calibration coarse = calibrate(experiment, observe(truth, {.noise_sd = 1e-5}));
+  // Of a mean of 12 readings: q / sqrt(12) / sqrt(12).
+  EXPECT_NEAR(std::sqrt(source_of(coarse, "resolution").covariance(0, 0)), 1e-3 / 12.0, 1e-6);
+}
+
+TEST(Budget, MountsTurnTheSensitivities) {
+  const Calibration truth = accelerometer_truth();
+  Experiment experiment = experiment_for(truth);
+  experiment.slot = "A";
+  experiment.positioner = Positioner().with_mounts({{.slot = "A", .repeatability_rad = 1e-3}});
+  const Calibration result = calibrated(experiment);
+  const Eigen::MatrixXd& C = source_of(result, "mount").covariance;
+  // About y and z: |S_x| 1e-3 into its cross-axis terms; to second order none into S_xx.
+  EXPECT_NEAR(std::sqrt(C(2, 2)), 2.5e-3, 5e-5);
+  EXPECT_LT(std::sqrt(C(1, 1)), 1e-4);
+  // NIST's intrinsic parameters do not see the mount.
+  const IntrinsicParameters intrinsic = intrinsic_parameters(result);
+  Calibration without = result;
+  std::erase_if(without.uncertainty->sources,
+                [](const UncertaintySource& source) { return source.name == "mount"; });
+  const IntrinsicParameters bare = intrinsic_parameters(without);
+  EXPECT_MATRIX_NEAR(intrinsic.covariance, bare.covariance, 1e-15);
+}
+
+TEST(Budget, RecordsKeepIt) {
+  Experiment experiment = experiment_for(accelerometer_truth());
+  experiment.field.magnitude_u = 1e-5;
+  experiment.stated.resolution = 1e-4;
+  const std::string text = calibration_json(calibrated(experiment));
+  EXPECT_EQ(calibration_json(parse_calibration(text, "t.json")), text);
+}
+
+TEST(Advice, SaysWhatWouldHalveIt) {
+  const CombinedUncertainty fit{.u = 1.0, .by_source = {1.0, 0.0}};
+  const Advice more = advice_to_halve(fit, {"fit", "positioner"}, 12);
+  EXPECT_EQ(more.source, "fit");
+  EXPECT_THAT(more.text, HasSubstr("48 readings instead of 12"));
+  const Advice none =
+      advice_to_halve({.u = 1.0, .by_source = {0.8, 0.6}}, {"fit", "positioner"}, 12);
+  EXPECT_THAT(none.text, HasSubstr("no single source"));
+}
+
+// ---- readings ----
+
+TEST(ReadingPropagation, IsTheSpreadOfReadingsAndCalibrations) {
+  const Calibration truth = accelerometer_truth();
+  const Eigen::Vector3d field = field_of_attitude(truth, 0.6, -1.1);
+  const double pitch_deg = 0.6 * deg_per_rad;
+  constexpr int runs = 400;
+  double squares = 0.0;
+  double covered = 0.0;
+  RandomStream random(9);
+  for (std::uint64_t seed = 1; seed <= runs; ++seed) {
+    const Calibration result = calibrate(
+        experiment_for(truth), observe(truth, {.replicates = 3, .noise_sd = 1e-3, .seed = seed}));
+    Eigen::VectorXd v = truth.response.at(field);
+    for (double& value : v) {
+      value += 1e-3 * random.normal();
+    }
+    const Reducer reducer(result);
+    const std::array<double, 3> readings = {v(0), v(1), v(2)};
+    const ReducedUncertainty u = ReadingPropagation(result, reducer).at(readings);
+    const double error = reducer.reduce(readings).derived.values[0] - pitch_deg;
+    squares += error * error / (u.derived[0] * u.derived[0]) / runs;
+    const AttitudeBudget budget = attitude_budget(result, {}, {}, field);
+    covered += std::abs(error) <= budget.quantities[4].uncertainty.expanded ? 1.0 / runs : 0.0;
+    EXPECT_NEAR(budget.quantities[4].uncertainty.u, u.derived[0], 5e-3 * u.derived[0]);
+  }
+  EXPECT_NEAR(squares, 1.08, 0.2);
+  EXPECT_NEAR(covered, 0.95, 0.03);
+}
+
+TEST(MonteCarlo, AgreesWithLinearPropagationAndSaysWhereNot) {
+  const Calibration result = calibrated(experiment_for(accelerometer_truth()));
+  const auto pitch_at = [&](double degrees) {
+    for (const MonteCarloCheck& check : check_by_monte_carlo(
+             result, {}, {}, field_of_attitude(result, degrees * rad_per_deg, 0.3), 20000, 1)) {
+      if (check.name == "pitch_deg") {
+        return check;
+      }
+    }
+    throw std::runtime_error("no pitch");
+  };
+  EXPECT_TRUE(pitch_at(30.0).agrees);
+  EXPECT_NEAR(pitch_at(30.0).sd / pitch_at(30.0).linear_u, 1.1, 0.1);  // t of 8: sd is 1.15 u
+  const MonteCarloCheck steep = pitch_at(89.9);
+  EXPECT_FALSE(steep.agrees);
+  EXPECT_LT(steep.high_95, 0.11);  // no pitch is above 90 degrees
+}
+
+TEST(ReadingPropagation, OneAxisKnowsNothingOfTheFieldAcrossIt) {
+  Calibration truth = accelerometer_truth();
+  truth.instrument.axes = {"x"};
+  truth.response.bias = truth.response.bias.head(1).eval();
+  truth.response.sensitivity = truth.response.sensitivity.topRows(1).eval();
+  const Observations observations = observe(truth, {.noise_sd = 1e-3, .seed = 3});
+  const Calibration result = calibrate(experiment_for(truth), observations);
+  const Reducer reducer(result);
+  const ReadingPropagation::Axis level = ReadingPropagation(result, reducer).at_axis(0, 0.012);
+  const double se = result.statistics->sensitivity_se(0, 1);
+  const double expected = std::sqrt(std::pow(result.statistics->residual_sd(0), 2) +
+                                    std::pow(result.statistics->bias_se(0), 2) + se * se) /
+                          2.5;
+  EXPECT_NEAR(level.component, expected, 0.02 * expected);
+  EXPECT_NEAR(level.angle_rad, level.component, 1e-6);
+}
+
+// ---- positioner ----
+
+Positioner uncertain_cube(double u) {
+  PositionerDescription description;
+  NormalCovariance C = NormalCovariance::Zero();
+  const Positioner nominal;
+  for (const Face face : all_faces) {
+    const auto i = static_cast<std::size_t>(face);
+    description.faces[i].normal = nominal.normal(face);
+    const Eigen::Vector3d n = nominal.normal(face);
+    C.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(i)) =
+        u * u * (Eigen::Matrix3d::Identity() - n * n.transpose());
+  }
+  description.normal_covariance = C;
+  return Positioner(std::move(description));
+}
+
+struct CoverageCase {
+  Method method = Method::paired;
+  int points = 12;
+  int replicates = 1;
+  double normal_u = 0.0;
+  bool temperature = false;
+};
+
+class CoverageOfStudy : public testing::TestWithParam<CoverageCase> {};
+
+// 93.5 to 96.5 % in full (bench); here with the sampling error of 600 trials, 12 or so quantities.
+TEST_P(CoverageOfStudy, IsAsStated) {
+  const CoverageCase& one = GetParam();
+  StudySetup setup;
+  setup.truth = accelerometer_truth();
+  setup.truth.field.in_table = Eigen::Vector3d::UnitZ();
+  setup.experiment = experiment_for(setup.truth);
+  setup.experiment.field.in_table.reset();
+  setup.experiment.method = one.method;
+  setup.design = standard_design(one.points);
+  setup.replicates = one.replicates;
+  setup.noise_sd = Eigen::Vector3d::Constant(1e-3);
+  if (one.method != Method::known) {
+    setup.slope_sd = 3e-3;
+  }
+  if (one.normal_u > 0.0) {
+    setup.experiment.positioner = uncertain_cube(one.normal_u);
+    setup.random_normals = true;
+  }
+  if (one.temperature) {
+    TemperatureResponse& terms = setup.truth.temperature.emplace();
+    terms.reference = 20.0;
+    terms.bias = Eigen::Vector3d(1e-4, -1e-4, 2e-4);
+    terms.scale = Eigen::Vector3d(2e-4, 1e-4, -1e-4);
+    setup.temperatures = {0.0, 20.0, 40.0};
+    setup.experiment.temperature = {.order = 1, .reference = 20.0};
+  }
+  const Study study = run_study(setup, 600, 11);
+  EXPECT_EQ(study.refused, 0);
+  double mean = 0.0;
+  const std::vector<StudyResult> results = results_of(study);
+  for (const StudyResult& result : results) {
+    EXPECT_NEAR(result.coverage_95, 0.952, 0.032) << result.parameter;
+    EXPECT_LT(std::abs(result.mean_error), 4.5 * result.sd / std::sqrt(600.0)) << result.parameter;
+    mean += result.coverage_95 / static_cast<double>(results.size());
+  }
+  EXPECT_NEAR(mean, 0.951, 0.012);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Cases,
+    CoverageOfStudy,
+    testing::Values(CoverageCase{.method = Method::paired},
+                    CoverageCase{.method = Method::paired, .replicates = 3},
+                    CoverageCase{.method = Method::joint},
+                    CoverageCase{.method = Method::joint, .points = 24},
+                    CoverageCase{.method = Method::known, .points = 6, .replicates = 2},
+                    CoverageCase{.method = Method::known},
+                    CoverageCase{.method = Method::paired, .normal_u = 4e-4},
+                    CoverageCase{.method = Method::joint, .normal_u = 1.2e-3},
+                    CoverageCase{.method = Method::paired, .replicates = 3, .normal_u = 4e-4},
+                    CoverageCase{.method = Method::known, .normal_u = 4e-4},
+                    CoverageCase{.method = Method::paired, .temperature = true},
+                    CoverageCase{.method = Method::joint, .temperature = true}));
+
+// ---- study ----
+
+TEST(Study, ShardsAddUpToTheWhole) {
+  StudySetup setup;
+  setup.truth = accelerometer_truth();
+  setup.experiment = experiment_for(setup.truth);
+  setup.design = standard_design(12);
+  setup.noise_sd = Eigen::Vector3d::Constant(1e-3);
+  const Study whole = run_study(setup, 1100, 5);
+  std::vector<Study> shards;
+  for (int i = 3; i >= 1; --i) {
+    const Study shard = run_study(setup, 1100, 5, {.number = i, .count = 3});
+    shards.push_back(parse_study(study_json(shard, true), "s.json"));
+  }
+  EXPECT_EQ(study_json(merge(shards), true), study_json(whole, true));
+  shards.push_back(shards.front());
+  EXPECT_THROW(static_cast<void>(merge(shards)), DomainError);
+  EXPECT_THROW(static_cast<void>(run_study(setup, 0, 5)), DomainError);
+  EXPECT_THROW(static_cast<void>(run_study(setup, 10, 5, {.number = 4, .count = 3})), DomainError);
+}
+
+// ---- check ----
+
+TEST(DriftCheck, FindsNoDriftInGoodRunsAndDriftInOthers) {
+  const Calibration truth = accelerometer_truth();
+  Calibration drifted = truth;
+  drifted.response.sensitivity(1, 1) *= 1.001;
+  int false_alarms = 0;
+  int found = 0;
+  constexpr int runs = 300;
+  for (std::uint64_t seed = 1; seed <= runs; ++seed) {
+    const Experiment experiment = experiment_for(truth);
+    const Calibration old =
+        calibrate(experiment, observe(truth, {.replicates = 2, .noise_sd = 2e-4, .seed = seed}));
+    const auto fresh = [&](const Calibration& now) {
+      return calibrate(
+          experiment, observe(now, {.slope = {0.002, 0.0}, .noise_sd = 2e-4, .seed = 1000 + seed}));
+    };
+    false_alarms += check_drift(old, fresh(truth), 0.05).drifted ? 1 : 0;
+    const DriftCheck check = check_drift(old, fresh(drifted), 0.05);
+    found += check.drifted ? 1 : 0;
+    EXPECT_EQ(check.changes.size(), 12U);
+    EXPECT_EQ(check.changes[6].parameter, "y.sensitivity.y");
+    EXPECT_GT(check.changes[6].z, 4.0);
+    // A scale of 0.1 % turns a field at 45 degrees by half of that.
+    EXPECT_NEAR(check.pitch_error_deg, 0.03, 0.02);
+  }
+  EXPECT_NEAR(static_cast<double>(false_alarms) / runs, 0.05, 0.035);
+  EXPECT_GE(found, runs * 97 / 100);
+}
+
+TEST(DriftCheck, RefusesOtherInstruments) {
+  const Calibration old = calibrated(experiment_for(accelerometer_truth()));
+  Calibration other = old;
+  other.instrument.axes = {"a", "b", "c"};
+  EXPECT_THROW(static_cast<void>(check_drift(old, other)), DomainError);
+  other = old;
+  other.instrument.unit = "mV";
+  EXPECT_THROW(static_cast<void>(check_drift(old, other)), DomainError);
+}
+
+TEST(DriftCheck, LooksAtReadingsAtRestByTheirMagnitude) {
+  const Calibration truth = accelerometer_truth();
+  const Calibration record = calibrated(experiment_for(truth));
+  Calibration now = truth;
+  const auto readings = [&](std::uint64_t seed) {
+    Observations observations = observe(now, {.noise_sd = 1e-4, .seed = seed});
+    for (Reading& reading : observations.readings) {
+      reading.point.reset();
+    }
+    return observations;
+  };
+  int alarms = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    alarms += check_in_situ(record, readings(seed)).drifted ? 1 : 0;
+  }
+  EXPECT_LE(alarms, 8);  // two tests at 1 %, one record
+  now.response.bias(2) += 5e-3;
+  const InSituCheck check = check_in_situ(record, readings(1));
+  EXPECT_TRUE(check.drifted);
+  EXPECT_GT(check.rss, 3.0 * check.expected_rss);
+}
+
+TEST(Intrinsic, DoesNotDependOnTheMounting) {
+  const Calibration first = calibrated(experiment_for(accelerometer_truth()));
+  Calibration turned = first;
+  const Eigen::Matrix3d R =
+      Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
+  turned.response.sensitivity = first.response.sensitivity * R;
+  const IntrinsicParameters a = intrinsic_parameters(first);
+  const IntrinsicParameters b = intrinsic_parameters(turned);
+  EXPECT_MATRIX_NEAR(a.values, b.values, 1e-14);
+  EXPECT_EQ(a.names[6], "angle.x.y");
+  // Their covariance by finite differences.
+  const double h = 1e-6;
+  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(a.values.size(), 12);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    for (Eigen::Index j = 0; j < 4; ++j) {
+      Calibration moved = first;
+      (j == 0 ? moved.response.bias(k) : moved.response.sensitivity(k, j - 1)) += h;
+      G.col(4 * k + j) = (intrinsic_parameters(moved).values - a.values) / h;
+    }
+  }
+  EXPECT_MATRIX_NEAR(a.covariance, G * first.statistics->covariance * G.transpose(), 1e-13);
+  EXPECT_DOUBLE_EQ(e_n_score(1.0, 0.3, 0.5, 0.4), 1.0);
+}
+
+TEST(Limits, AcceptAndRejectByTheirRule) {
+  const Calibration result = calibrated(experiment_for(accelerometer_truth()));
+  const double value = result.response.bias(0);
+  const double U = parameter_uncertainties(result)[0].uncertainty.expanded;
+  const auto verdict = [&](const char* rule, double high) {
+    return evaluate({.rule = rule, .limits = {{.parameter = "x.bias", .high = high}}}, result);
+  };
+  EXPECT_TRUE(verdict("simple", value + 0.5 * U).passed);
+  EXPECT_FALSE(verdict("guarded", value + 0.5 * U).passed);
+  EXPECT_TRUE(verdict("guarded", value + 1.5 * U).passed);
+  EXPECT_THAT(reason_of(verdict("guarded", value + 0.5 * U)), HasSubstr("guard band"));
+  EXPECT_THROW(
+      static_cast<void>(evaluate({.limits = {{.parameter = "x.bios", .high = 1.0}}}, result)),
+      DomainError);
+  for (
+      const char* text :
+      {R"({"format":"axiscal-limits","version":1,"limits":[{"parameter":"x.bias"}]})",
+       R"({"format":"axiscal-limits","version":1,"limits":[]})",
+       R"({"format":"axiscal-limits","version":1,"rule":"best","limits":[{"parameter":"a","low":1}]})",
+       R"({"format":"axiscal-limits","version":1,"limits":[{"parameter":"a","low":2,"high":1}]})",
+       R"({"format":"axiscal-limits","version":1,"limits":[{"parameter":"a","lo":1}]})"}) {
+    EXPECT_THROW(static_cast<void>(parse_limits(text, "l.json")), DataError) << text;
+  }
+}
+
+// ---- known art ----
+
+TEST(PolarFit, AgreesWithTheLinearRegression) {
+  const Calibration truth = accelerometer_truth();
+  Experiment experiment = experiment_for(truth);
+  experiment.method = Method::known;
+  experiment.compare_polar_fit = true;
+  for (const AxisConvention convention :
+       {AxisConvention::forward_left_up, AxisConvention::forward_right_down}) {
+    experiment.instrument.convention = convention;
+    const Calibration result =
+        calibrate(experiment, observe(truth, {.replicates = 2, .noise_sd = 1e-3, .seed = 2}));
+    ASSERT_EQ(result.polar_fit.size(), 3U);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const PolarFit& fit = result.polar_fit[static_cast<std::size_t>(k)];
+      EXPECT_TRUE(fit.converged);
+      EXPECT_GT(fit.rounds, 3);
+      EXPECT_NEAR(fit.bias, result.response.bias(k), 1e-10);
+      EXPECT_MATRIX_NEAR(sensitivity_from_polar(fit.form, static_cast<int>(k), convention),
+                         Eigen::Vector3d(result.response.sensitivity.row(k)), 1e-9);
+      EXPECT_NEAR(fit.residual_sd, result.statistics->residual_sd(k), 1e-9);
+    }
+    const std::string text = calibration_json(result);
+    EXPECT_EQ(calibration_json(parse_calibration(text, "t.json")), text);
+  }
+}
+
+}  // namespace
+}  // namespace axiscal::test

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+// check, budget, study, limits, batches and suggestions as users run them.
+#include <nlohmann/json.hpp>
+
+#include "program.hpp"
+#include "scenario.hpp"
+
+namespace axiscal::test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+constexpr const char* truth_text = R"({"format":"axiscal-calibration","version":1,
+"instrument":{"kind":"accelerometer","serial":"s1","axes":["x","y","z"],"unit":"V"},
+"field":{"kind":"gravity","unit":"g","magnitude":1.0,"in_table":[0,0,1]},
+"coefficients":{"bias":[0.01,-0.02,0.03],
+"sensitivity":[[1.0,0.02,-0.01],[0.015,0.98,0.02],[-0.02,0.01,1.03]]}})";
+
+class TrustCommands : public testing::Test {
+ protected:
+  std::string observed(const std::string& name,
+                       const std::string& seed,
+                       std::vector<std::string> more = {}) {
+    const std::string path = folder_.path(name);
+    std::vector<std::string> arguments = {"simulate", "--truth", truth_, "--noise", "1e-4",
+                                          "--seed",   seed,      "-o",   path};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    EXPECT_EQ(run_axiscal(arguments).status, 0);
+    return path;
+  }
+
+  ProgramResult calibrate(const std::string& run, std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"calibrate", run,       "--instrument", "accelerometer",
+                                          "--field",   "gravity", "--unit",       "V"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_axiscal(arguments);
+  }
+
+  std::string record(const std::string& name, const std::string& seed) {
+    const std::string path = folder_.path(name);
+    EXPECT_EQ(calibrate(observed(name + ".csv", seed, {"--replicates", "2"}), {"-o", path}).status,
+              0);
+    return path;
+  }
+
+  ScratchFolder folder_;
+  std::string truth_ = folder_.write("truth.json", truth_text);
+};
+
+TEST_F(TrustCommands, CheckSaysWhetherARecordStillHolds) {
+  const std::string old = record("old.json", "1");
+  const ProgramResult good = run_axiscal({"check", old, observed("good.csv", "2"), "--json"});
+  EXPECT_EQ(good.status, 0);
+  const json checked = json::parse(good.out);
+  EXPECT_FALSE(checked["drifted"]);
+  EXPECT_EQ(checked["changes"].size(), 12U);
+  EXPECT_EQ(checked["changes"][0]["parameter"], "x.bias");
+  std::string moved = truth_text;
+  moved.replace(moved.find("0.98,0.02"), 9, "0.985,0.02");
+  truth_ = folder_.write("moved.json", moved);
+  const std::string fresh = observed("bad.csv", "3");
+  const ProgramResult bad = run_axiscal({"check", old, fresh});
+  EXPECT_EQ(bad.status, 1);
+  EXPECT_THAT(bad.out, HasSubstr("drifted"));
+  EXPECT_EQ(run_axiscal({"check", old, record("new.json", "4")}).status, 1);
+  const std::string at_rest = folder_.write("rest.csv", "x,y,z\n0.01,-0.02,1.061\n0.0,0.0,1.07\n");
+  const ProgramResult in_situ = run_axiscal({"check", old, at_rest, "--json"});
+  EXPECT_EQ(in_situ.status, 1);
+  EXPECT_FALSE(json::parse(in_situ.out)["readings"][1]["within"]);
+  EXPECT_EQ(run_axiscal({"check", old}).status, 2);
+  EXPECT_EQ(run_axiscal({"check", old, folder_.path("none.csv")}).status, 3);
+}
+
+TEST_F(TrustCommands, LimitsGiveAVerdictForEachUnitAndABatch) {
+  const std::string limits = folder_.write(
+      "limits.json",
+      R"({"format":"axiscal-limits","version":1,"rule":"guarded","limits":[{"parameter":"x.bias","low":-0.02,"high":0.02}]})");
+  const std::string run = observed("run.csv", "1");
+  const std::string stored = folder_.path("cal.json");
+  const ProgramResult passed = calibrate(run, {"--limits", limits, "-o", stored, "--serial", "A1"});
+  EXPECT_EQ(passed.status, 0);
+  EXPECT_THAT(passed.err, HasSubstr("A1: pass"));
+  EXPECT_TRUE(json::parse(read_file(stored))["verdict"]["passed"]);
+  std::string other = truth_text;
+  other.replace(other.find("0.01,-0.02"), 10, "0.05,-0.02");
+  truth_ = folder_.write("other.json", other);
+  const std::string second = observed("second.csv", "2");
+  std::string batch = "serial,run,block,rest,fence,x,y,z\n";
+  for (const auto& [serial, path] : {std::pair("A1", run), std::pair("A2", second)}) {
+    const std::string text = read_file(path);
+    for (std::size_t at = text.find('\n') + 1; at < text.size();) {
+      const std::size_t end = text.find('\n', at);
+      batch += std::string(serial) + "," + text.substr(at, end + 1 - at);
+      at = end + 1;
+    }
+  }
+  const std::string table = folder_.path("table.csv");
+  const ProgramResult units =
+      calibrate(folder_.write("batch.csv", batch),
+                {"--limits", limits, "--table", table, "-o", folder_.path("unit-{serial}.json")});
+  EXPECT_EQ(units.status, 1);
+  EXPECT_THAT(units.out, HasSubstr("A1: pass"));
+  EXPECT_THAT(units.out, HasSubstr("A2: fail: x.bias"));
+  EXPECT_THAT(units.out, HasSubstr("yield: 1 of 2 units (50.0 %)"));
+  EXPECT_THAT(read_file(table), HasSubstr("A2,fail,"));
+  EXPECT_FALSE(json::parse(read_file(folder_.path("unit-A2.json")))["verdict"]["passed"]);
+  EXPECT_EQ(calibrate(run, {"--limits", folder_.path("none.json")}).status, 3);
+}
+
+TEST_F(TrustCommands, SuggestionsAreMadeAndFollowedOnlyOnRequest) {
+  std::string text = read_file(observed("run.csv", "5"));
+  const std::size_t row = text.find("\n7,");
+  const std::size_t rest = text.find(',', row + 3) + 1;
+  text[rest] = text[rest] == '+' ? '-' : '+';  // upside down
+  const std::string run = folder_.write("bad.csv", text);
+  const std::string stored = folder_.path("cal.json");
+  const ProgramResult refused = calibrate(run, {"-o", stored});
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_THAT(refused.err, HasSubstr("warning: run 7: fits"));
+  EXPECT_THAT(refused.err, HasSubstr("upside down"));
+  EXPECT_EQ(folder_.file_count(), 3U);
+  const ProgramResult accepted = calibrate(run, {"-o", stored, "--accept-suggestion"});
+  EXPECT_EQ(accepted.status, 0);
+  const json kept = json::parse(read_file(stored));
+  EXPECT_EQ(kept["status"], "ok");
+  EXPECT_EQ(kept["corrections"][0]["runs"], json({7}));
+}
+
+TEST_F(TrustCommands, BudgetAndApplyStateUncertainties) {
+  const std::string stored = record("cal.json", "1");
+  const ProgramResult budget = run_axiscal(
+      {"budget", stored, "--pitch", "30", "--roll", "45", "--monte-carlo", "2000", "--json"});
+  EXPECT_EQ(budget.status, 0);
+  const json shown = json::parse(budget.out);
+  EXPECT_EQ(shown["parameters"].size(), 12U);
+  EXPECT_EQ(shown["attitude"][4]["name"], "pitch_deg");
+  EXPECT_NEAR(shown["attitude"][4]["value"].get<double>(), 30.0, 1e-9);
+  EXPECT_TRUE(shown["monte_carlo"][4]["agrees"]);
+  EXPECT_THAT(run_axiscal({"budget", stored, "--map", "45"}).out, HasSubstr("U (95 %) of pitch"));
+  const ProgramResult applied = run_axiscal({"apply", stored, stored + ".csv", "--uncertainty"});
+  EXPECT_EQ(applied.status, 0);
+  EXPECT_THAT(applied.out, HasSubstr(",u_field_x,u_field_y,u_field_z,u_residual,u_pitch_deg"));
+  EXPECT_EQ(run_axiscal({"budget", truth_}).status, 3);
+  EXPECT_EQ(run_axiscal({"apply", truth_, stored + ".csv", "--uncertainty"}).status, 3);
+}
+
+TEST_F(TrustCommands, StudyShardsMergeToTheSameBytes) {
+  const auto study = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"study",    "--truth", truth_,   "--noise", "1e-4",
+                                          "--trials", "700",     "--seed", "3"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_axiscal(arguments);
+  };
+  const ProgramResult whole = study({"--json"});
+  EXPECT_EQ(whole.status, 0);
+  EXPECT_NEAR(json::parse(whole.out)["parameters"][0]["coverage_95"].get<double>(), 0.95, 0.04);
+  std::vector<std::string> merge = {"study", "--json", "--merge"};
+  for (const char* shard : {"2/2", "1/2"}) {
+    merge.push_back(folder_.path(std::string("part") + shard[0]));
+    EXPECT_EQ(study({"--shard", shard, "-o", merge.back()}).status, 0);
+  }
+  EXPECT_EQ(run_axiscal(merge).out, whole.out);
+  merge.pop_back();
+  EXPECT_EQ(run_axiscal(merge).status, 1);  // a shard is missing
+  EXPECT_EQ(study({"--shard", "3/2"}).status, 2);
+}
+
+TEST_F(TrustCommands, TemperaturePlansSoaksAndFlags) {
+  const std::string plan = folder_.path("plan.csv");
+  EXPECT_EQ(run_axiscal({"plan", "--temperatures", "0,40", "-o", plan}).status, 0);
+  EXPECT_THAT(read_file(plan), HasSubstr("run,block,rest,fence,temperature\n"));
+  const std::string run = observed("run.csv", "1", {"--temperatures", "0,20,40"});
+  const std::string stored = folder_.path("cal.json");
+  EXPECT_EQ(calibrate(run, {"--temperature-order", "1", "-o", stored}).status, 0);
+  const std::string hot = folder_.write("hot.csv", "temperature,x,y,z\n60,0,0,1\n20,0,0,1\n");
+  const ProgramResult applied = run_axiscal({"apply", stored, hot});
+  EXPECT_THAT(applied.out, HasSubstr(",extrapolated\n"));
+  EXPECT_THAT(applied.err, HasSubstr("1 of 2 rows are at temperatures outside"));
+  EXPECT_EQ(run_axiscal({"apply", stored, folder_.write("no.csv", "x,y,z\n0,0,1\n")}).status, 3);
+  EXPECT_EQ(calibrate(run, {"--temperature-order", "x"}).status, 2);
+  std::string log = "time,temperature\n";
+  for (int t = 0; t <= 600; t += 10) {
+    log += std::to_string(t) + "," + std::to_string(20.0 + 0.01 * t) + "\n";
+  }
+  const ProgramResult rising = run_axiscal({"plan", "--soak", folder_.write("log.csv", log)});
+  EXPECT_EQ(rising.status, 1);
+  EXPECT_THAT(rising.out, HasSubstr("not steady"));
+}
+
+}  // namespace
+}  // namespace axiscal::test
