@@ -64,6 +64,48 @@ TEST_P(SixPositions, AgreeWithTheThesis) {
   EXPECT_MATRIX_NEAR(calibration.response.sensitivity,
                      Eigen::Matrix3d(Eigen::Map<const Eigen::Matrix3d>(&p[3]).transpose()), 1e-12);
   EXPECT_EQ(calibration.status, "ok") << "honest residuals are no mistakes";
+  // The same by labels, which the culprit search looks at.
+  for (Reading& reading : observations.readings) {
+    Eigen::Index axis = 0;
+    reading.field_in_sensor->cwiseAbs().maxCoeff(&axis);
+    const bool up = (*reading.field_in_sensor)(axis) > 0.0;
+    const auto number = static_cast<int>(axis);
+    reading.point = DesignPoint(face_of(number, !up), face_of((number + 1) % 3, true));
+    reading.field_in_sensor.reset();
+  }
+  EXPECT_EQ(calibrate(known_experiment(), observations).status, "ok");
+}
+
+// Thesis table A-3, trial 1: the fit weighted by 1 / sd^2 with its relative standard errors.
+TEST(SixPositionsWeighted, AgreeWithTheThesis) {
+  AXISCAL_NEED_DATA(readings, "accel_six_position_uca/six_position_data_1.csv");
+  Observations observations;
+  const std::vector<std::vector<double>> rows = read_numbers(readings, 1);
+  observations.response.resize(6, 3);
+  observations.response_sd = Eigen::MatrixXd(6, 3);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    observations.readings.push_back(
+        {.run = static_cast<int>(i) + 1,
+         .field_in_sensor = Eigen::Vector3d(rows[i][0], rows[i][3], rows[i][6])});
+    observations.response.row(row) << rows[i][1], rows[i][4], rows[i][7];
+    observations.response_sd->row(row) << rows[i][2], rows[i][5], rows[i][8];
+  }
+  Experiment experiment = known_experiment();
+  experiment.weighting = Weighting::sd;
+  const Calibration calibration = calibrate(experiment, observations);
+  const SensitivityMatrix& S = calibration.response.sensitivity;
+  const FitStatistics& statistics = *calibration.statistics;
+  EXPECT_NEAR(S(0, 0), 1.00005635, 5e-9);
+  EXPECT_NEAR(S(0, 1), 0.00797754, 5e-9);
+  EXPECT_NEAR(S(0, 2), 0.00860328, 5e-9);
+  EXPECT_NEAR(calibration.response.bias(0), 0.09155981, 5e-9);
+  EXPECT_NEAR(S(2, 2), 1.02195926, 5e-9);
+  EXPECT_NEAR(calibration.response.bias(2), -0.25009793, 5e-9);
+  EXPECT_NEAR(100.0 * statistics.sensitivity_se(0, 0) / S(0, 0), 0.166, 6e-4);
+  EXPECT_NEAR(100.0 * statistics.sensitivity_se(0, 1) / S(0, 1), 8.5, 0.06);
+  EXPECT_NEAR(100.0 * statistics.sensitivity_se(2, 2) / S(2, 2), 0.105, 6e-4);
+  EXPECT_EQ(calibration.status, "ok");
 }
 
 INSTANTIATE_TEST_SUITE_P(Trials, SixPositions, testing::Values("1", "2"));
