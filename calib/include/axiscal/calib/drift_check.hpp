@@ -77,13 +77,17 @@ struct InSituCheck {
                                         const Observations& observations,
                                         double alpha = 0.01);
 
-/// The largest error of the pitch, or of the field's direction, that readings of one response make
-/// when they are reduced with another.
-/// @return in degrees; and its gradient by the parameters of `now`, for uncertainties.
+/// The largest error of an angle, and where it is made.
 struct WorstAngle {
   double error_deg = 0.0;
   Eigen::Vector3d field = Eigen::Vector3d::UnitZ();  ///< where [field unit]
 };
+
+/// The largest error of the pitch (up to 80 degrees), or of the field's direction for instruments
+/// without a pitch, that readings of one response make when they are reduced with another.
+///
+/// @param used  what reduces them.
+/// @param now   what the instrument answers.
 [[nodiscard]] WorstAngle worst_angle(const Calibration& used, const Calibration& now);
 
 }  // namespace axiscal

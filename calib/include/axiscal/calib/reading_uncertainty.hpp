@@ -48,6 +48,7 @@ class ReadingPropagation {
  public:
   /// @param calibration  with statistics and their covariance.
   /// @param reducer      of the same record; must outlive this.
+  /// @param noise        of new readings.
   /// @param factor       ReductionOptions::factor of the reducer.
   /// @throws DomainError  if the record states no covariance of its parameters, or no scatter and
   ///                      no noise is given.
@@ -56,6 +57,7 @@ class ReadingPropagation {
                      const ReadingNoise& noise = {},
                      double factor = 1.0);
 
+  /// @param readings, up, temperature  as Reducer::reduce().
   /// @param up_covariance  of `up` [unit of up, squared]; null: none.
   [[nodiscard]] ReducedUncertainty at(std::span<const double> readings,
                                       const Eigen::Vector3d* up = nullptr,

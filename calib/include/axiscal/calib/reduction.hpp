@@ -120,6 +120,7 @@ class Reducer {
   ///
   /// @param axis     0 .. m - 1.
   /// @param reading  [unit], finite.
+  /// @param temperature  as reduce().
   [[nodiscard]] ReducedAxis reduce_axis(std::size_t axis,
                                         double reading,
                                         std::optional<double> temperature = {}) const noexcept;

@@ -14,6 +14,7 @@ inline constexpr double earth_rate_rad_per_s = 7.292115e-5;
 /// The Earth's rotation at a site: w (0, cos latitude, sin latitude).
 class EarthRotationField final : public ReferenceField {
  public:
+  /// @param site  latitude counts.
   /// @param unit  "rad/s", "deg/s" or "deg/h".
   /// @throws DomainError  for a bad site or unit.
   explicit EarthRotationField(const Site& site, std::string unit = "rad/s");

@@ -72,7 +72,9 @@ class GeomagneticModel {
 /// @endcode
 class GeomagneticField final : public ReferenceField {
  public:
-  /// @param year  decimal year.
+  /// @param site   where.
+  /// @param year   decimal year.
+  /// @param model  whose it is.
   /// @param unit  "nT", "uT", "T" or another magnetic unit.
   /// @throws DomainError   for a bad site or unit.
   /// @throws DataError, RefusedError  as GeomagneticModel.

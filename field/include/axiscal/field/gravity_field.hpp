@@ -35,6 +35,7 @@ class GravityField final : public ReferenceField {
   /// WGS 84 normal gravity knows no local anomalies: it is off by a few 1e-4 m/s^2 (1 standard
   /// deviation), rarely by more than 1e-3. What counts here is the length; the table is levelled by
   /// the plumb line, so the direction is up.
+  /// @param site   where.
   /// @param model  as gravity_in_enu().
   /// @throws DomainError  if a member of `site` is not finite or out of range.
   /// @throws DataError    if the model is not installed.

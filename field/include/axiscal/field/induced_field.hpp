@@ -17,6 +17,7 @@ class InducedField final : public ReferenceField {
  public:
   /// @param kind            "induced_rotation", "induced_magnetic", "light" or a name of your own.
   /// @param value_in_table  at level 1 [unit], frame table; not zero.
+  /// @param unit            of the vector.
   /// @throws DomainError  if the vector is zero or not finite.
   InducedField(std::string kind, const Eigen::Vector3d& value_in_table, std::string unit);
 
