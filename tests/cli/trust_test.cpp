@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // check, budget, study, limits, batches and suggestions as users run them.
+#include <filesystem>
+
 #include <nlohmann/json.hpp>
 
 #include "program.hpp"
@@ -70,6 +72,41 @@ TEST_F(TrustCommands, CheckSaysWhetherARecordStillHolds) {
   EXPECT_FALSE(json::parse(in_situ.out)["readings"][1]["within"]);
   EXPECT_EQ(run_axiscal({"check", old}).status, 2);
   EXPECT_EQ(run_axiscal({"check", old, folder_.path("none.csv")}).status, 3);
+}
+
+TEST_F(TrustCommands, HistorySaysWhenALimitWillBeMet) {
+  // A bias that grows by 1 mV a year, from 10 mV: 15 mV after five years.
+  const std::string folder = folder_.path("records");
+  std::filesystem::create_directory(folder);
+  for (int year = 0; year < 4; ++year) {
+    json one = json::parse(truth_text);
+    one["created"] = std::to_string(2020 + year) + "-07-01T00:00:00Z";
+    one["coefficients"]["bias"][0] = 0.010 + 0.001 * year;
+    folder_.write("records/" + std::to_string(year) + ".json", one.dump());
+  }
+  folder_.write("records/other.json", "{}");
+  const auto limits = [&](const char* text) {
+    return folder_.write(
+        "limits.json",
+        std::string(R"({"format":"axiscal-limits","version":1,"limits":[)") + text + "]}");
+  };
+  const ProgramResult result =
+      run_axiscal({"check", "--history", folder, "--limits",
+                   limits(R"({"parameter":"x.bias","high":0.015})"), "--json"});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_THAT(result.err, HasSubstr("passed over"));
+  const json trend = json::parse(result.out)[0]["trends"][0];
+  EXPECT_NEAR(trend["slope_per_year"].get<double>(), 0.001, 1e-6);
+  EXPECT_THAT(trend["meets_limit_on"].get<std::string>(), HasSubstr("2025-0"));
+  EXPECT_EQ(run_axiscal({"check", "--history", folder, "--limits",
+                         limits(R"({"parameter":"x.bias","high":0.012})")})
+                .status,
+            1);
+  EXPECT_EQ(run_axiscal({"check", "--history", folder, "--limits",
+                         limits(R"({"parameter":"x.bios","high":0.012})")})
+                .status,
+            3);
+  EXPECT_EQ(run_axiscal({"check", "--history", folder_.path("none")}).status, 3);
 }
 
 TEST_F(TrustCommands, LimitsGiveAVerdictForEachUnitAndABatch) {
