@@ -67,11 +67,7 @@ ReductionOptions reduction_options(const ApplyCommand& command, const Calibratio
     options.inclination.yaw_above_rad = angle_deg * rad_per_deg;
   }
   if (command.pitch) {
-    if (*command.pitch != "asin" && *command.pitch != "atan2") {
-      throw UsageError("--pitch: must be asin or atan2, not '" + *command.pitch + "'");
-    }
-    options.inclination.pitch_formula =
-        *command.pitch == "atan2" ? PitchFormula::arctangent : PitchFormula::arcsine;
+    options.inclination.pitch_formula = pitch_formula_of("--pitch", *command.pitch);
   }
   return options;
 }
@@ -136,11 +132,7 @@ std::optional<Calibration> attitude_of(const ApplyCommand& command,
 }
 
 ReadingNoise reading_noise(const ApplyCommand& command, const Calibration& calibration) {
-  ReadingNoise noise;
-  if (calibration.uncertainty) {
-    noise.resolution = calibration.uncertainty->resolution;
-    noise.temperature_u = calibration.uncertainty->temperature_u;
-  }
+  ReadingNoise noise = stated_noise(calibration);
   if (command.noise) {
     noise.sd = Eigen::VectorXd::Constant(calibration.instrument.axis_count(),
                                          not_negative_of("--noise", *command.noise));

@@ -221,10 +221,7 @@ void show_map(const Calibration& calibration, const Asked& asked, double step_de
 
 Asked asked_of(const BudgetCommand& command, const Calibration& calibration) {
   Asked asked;
-  if (calibration.uncertainty) {
-    asked.noise.resolution = calibration.uncertainty->resolution;
-    asked.noise.temperature_u = calibration.uncertainty->temperature_u;
-  }
+  asked.noise = stated_noise(calibration);
   if (command.noise) {
     asked.noise.sd = Eigen::VectorXd::Constant(calibration.instrument.axis_count(),
                                                not_negative_of("--noise", *command.noise));
@@ -232,25 +229,12 @@ Asked asked_of(const BudgetCommand& command, const Calibration& calibration) {
   if (command.temperature) {
     asked.temperature = number_of("--temperature", *command.temperature);
   }
-  if (command.pitch_formula && *command.pitch_formula != "asin" &&
-      *command.pitch_formula != "atan2") {
-    throw UsageError("--pitch-formula: must be asin or atan2, not '" + *command.pitch_formula +
-                     "'");
-  }
-  if (command.pitch_formula == "atan2") {
-    asked.reduction.inclination.pitch_formula = PitchFormula::arctangent;
+  if (command.pitch_formula) {
+    asked.reduction.inclination.pitch_formula =
+        pitch_formula_of("--pitch-formula", *command.pitch_formula);
   }
   asked.reduction.magnitude = calibration.field.magnitude;
   return asked;
-}
-
-int whole_number_of(std::string_view option, const std::string& text, int least) {
-  const std::optional<int> number = parse_integer(text);
-  if (!number || *number < least) {
-    throw UsageError(std::string(option) + ": must be a whole number from " +
-                     std::to_string(least));
-  }
-  return *number;
 }
 
 }  // namespace

@@ -203,7 +203,7 @@ Unit calibrate_unit(const CalibrateCommand& command,
     own.instrument.serial = run.serial;
     std::vector<Calibration> calibrations = calibrate_run(
         own, run, command.experiment.assembly.value_or(""), command.accept_suggestion);
-    apply_limits(limits, command.limits.value_or(""), calibrations);
+    apply_limits(limits, experiment.limits, calibrations);
     static_cast<void>(store(command, calibrations));
     unit.calibration = std::move(calibrations.front());
     const Calibration& calibration = *unit.calibration;
@@ -287,8 +287,9 @@ int run_batch(const CalibrateCommand& command,
 
 int run(const CalibrateCommand& command) {
   Experiment experiment = make_experiment(command.experiment);
+  experiment.limits = command.limits.value_or(experiment.limits);
   const std::optional<Limits> limits =
-      command.limits ? std::optional(read_limits(*command.limits)) : std::nullopt;
+      experiment.limits.empty() ? std::nullopt : std::optional(read_limits(experiment.limits));
   std::optional<Calibration> companion;
   std::vector<std::string> columns_of_companion;
   if (command.align) {
@@ -301,7 +302,7 @@ int run(const CalibrateCommand& command) {
       columns_of_companion.push_back(column.minus);
     }
   }
-  const Run run = read_run(experiment, columns_of_companion);
+  const Run run = read_run(experiment, columns_of_companion, Units::several);
   experiment.slot = slot_of(experiment, run);
   if (has_several_units(run) || command.table) {
     return run_batch(command, experiment, run, limits);
@@ -309,9 +310,9 @@ int run(const CalibrateCommand& command) {
   if (command.output) {
     check_output(*command.output, experiment, run, command.experiment.files,
                  command.experiment.positioner);
-    for (const std::optional<std::string>& input : {command.align, command.limits}) {
-      if (input) {
-        forbid_overwriting(*command.output, *input);
+    for (const std::string& input : {command.align.value_or(""), experiment.limits}) {
+      if (!input.empty()) {
+        forbid_overwriting(*command.output, input);
       }
     }
   }
@@ -320,7 +321,7 @@ int run(const CalibrateCommand& command) {
   if (companion) {
     align(*command.align, *companion, experiment, run, calibrations);
   }
-  apply_limits(limits, command.limits.value_or(""), calibrations);
+  apply_limits(limits, experiment.limits, calibrations);
   Outcome outcome = store(command, calibrations);
   if (command.output == "-" && (!outcome.refused || command.force)) {
     write_whole_file("-", records_text(calibrations));

@@ -212,7 +212,6 @@ int run(const CheckCommand& command) {
       Experiment without_method = experiment;  // the readings show whether there are labels
       without_method.method.reset();
       Run run = read_run(without_method);
-      require_one_unit(run);
       if (old.temperature && !run.observations.readings.front().temperature) {
         std::fprintf(stderr,
                      "note: the readings have no column 'temperature' and count as taken at the "

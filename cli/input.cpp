@@ -227,4 +227,20 @@ CubeFeet drawing_of(const Positioner& positioner) {
   return drawing;
 }
 
+int whole_number_of(std::string_view option, const std::string& text, int least) {
+  const std::optional<int> value = parse_integer(text);
+  if (!value || *value < least) {
+    throw UsageError(std::string(option) + ": '" + text + "' is not a whole number from " +
+                     std::to_string(least) + " on");
+  }
+  return *value;
+}
+
+PitchFormula pitch_formula_of(std::string_view option, const std::string& text) {
+  if (text != "asin" && text != "atan2") {
+    throw UsageError(std::string(option) + ": must be asin or atan2, not '" + text + "'");
+  }
+  return text == "atan2" ? PitchFormula::arctangent : PitchFormula::arcsine;
+}
+
 }  // namespace axiscal::cli

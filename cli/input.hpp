@@ -13,6 +13,7 @@
 #include "axiscal/calib/tolerance.hpp"
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/input_file.hpp"
+#include "axiscal/instruments/inclination.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "command_line.hpp"
 
@@ -70,6 +71,12 @@ void forbid_overwriting(const std::string& output, const std::string& input);
 
 /// A typed value as a number that is not negative. @throws UsageError naming the option.
 [[nodiscard]] double not_negative_of(std::string_view option, const std::string& text);
+
+/// A typed value as a whole number that is not less. @throws UsageError naming the option.
+[[nodiscard]] int whole_number_of(std::string_view option, const std::string& text, int least);
+
+/// A typed value as a pitch formula, asin or atan2. @throws UsageError naming the option.
+[[nodiscard]] PitchFormula pitch_formula_of(std::string_view option, const std::string& text);
 
 /// The site of --latitude, --longitude and --height; what is not given is as in `otherwise`.
 /// @throws UsageError for one out of range.

@@ -28,14 +28,6 @@
 namespace axiscal::cli {
 namespace {
 
-int positive_integer(std::string_view option, const std::string& text) {
-  const int value = parse_integer(text).value_or(0);
-  if (value < 1) {
-    throw UsageError(std::string(option) + ": '" + text + "' is not a whole number from 1 on");
-  }
-  return value;
-}
-
 // What is planned: the experiment's file, or an accelerometer in gravity.
 Experiment planned_experiment(const PlanCommand& command) {
   Experiment experiment;
@@ -101,7 +93,7 @@ ForecastSetup forecast_setup(const PlanCommand& command,
   setup.mount = setup.positioner.mount(slot).value_or(Mount{});
   setup.mount.rotation_sensor_from_positioner = mount_rotation(setup.positioner, slot);
   setup.noise_sd = command.noise ? not_negative_of("--noise", *command.noise) : 0.0;
-  setup.samples = command.samples ? positive_integer("--samples", *command.samples) : 1;
+  setup.samples = command.samples ? whole_number_of("--samples", *command.samples, 1) : 1;
   setup.normal_u_rad =
       command.positioner_u ? not_negative_of("--positioner-u", *command.positioner_u) : 0.0;
   setup.level_u_rad = command.level_u ? not_negative_of("--level-u", *command.level_u) : 0.0;
@@ -120,7 +112,7 @@ ToleranceStudy tolerance_study(const PlanCommand& command,
   study.slope = setup.slope;
   study.seed = seed_of(command.sheet);
   if (command.trials) {
-    study.trials = positive_integer("--trials", *command.trials);
+    study.trials = whole_number_of("--trials", *command.trials, 1);
   }
   return study;
 }
@@ -186,17 +178,8 @@ int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_
 int tell_soak(const PlanCommand& command) {
   InputFile file(*command.soak);
   CsvReader csv = csv_reader_of(file);
-  const auto place = [&](const char* name) {
-    const std::optional<std::size_t> column = csv.column(name);
-    if (!column) {
-      throw DataError(csv.path(), csv.line(),
-                      std::string("column '") + name +
-                          "': is missing; the columns are: " + joined(csv.header()));
-    }
-    return *column;
-  };
-  const std::size_t time = place("time");
-  const std::size_t temperature = place("temperature");
+  const std::size_t time = csv.need("time");
+  const std::size_t temperature = csv.need("temperature");
   std::vector<double> times;
   std::vector<double> temperatures;
   for (CsvReader::Row row = csv.next(); row != CsvReader::Row::end; row = csv.next()) {

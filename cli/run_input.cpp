@@ -16,7 +16,7 @@
 namespace axiscal::cli {
 namespace {
 
-ObservationColumns needed_columns(const Experiment& experiment) {
+ObservationColumns needed_columns(const Experiment& experiment, Units units) {
   const Method method = experiment.method.value_or(Method::known);
   return {.axes = experiment.instrument.axes,
           .differences = experiment.instrument.differences,
@@ -25,6 +25,7 @@ ObservationColumns needed_columns(const Experiment& experiment) {
           .needs_samples = experiment.weighting == Weighting::samples,
           .needs_temperature = experiment.temperature.order > 0 ||
                                experiment.temperature.automatic || method == Method::bias,
+          .takes_several_units = units == Units::several,
           .needs_sd = experiment.weighting == Weighting::sd};
 }
 
@@ -59,16 +60,25 @@ std::vector<Mount> mounts_of_assembly(const std::string& assembly,
   return parallel_mounts(slots);
 }
 
-Run read_run(const Experiment& experiment, const std::vector<std::string>& used_elsewhere) {
+Run read_run(const Experiment& experiment,
+             const std::vector<std::string>& used_elsewhere,
+             Units units) {
   if (experiment.observations.empty()) {
     throw UsageError(
         "no observations are named, neither on the command line nor by the experiment");
   }
-  const ObservationColumns columns = needed_columns(experiment);
+  const ObservationColumns columns = needed_columns(experiment, units);
   Run run;
   std::vector<Observations> parts;
   for (const std::string& path : experiment.observations) {
     ObservationsFile file = read_observations_file(path, columns);
+    if (units == Units::one && !run.serial.empty() && !file.table.serial.empty() &&
+        run.serial != file.table.serial) {
+      throw DataError(path, "column 'serial': '" + file.table.serial +
+                                "', but an earlier file is "
+                                "of '" +
+                                run.serial + "'; one unit at a time is taken here");
+    }
     if (!parts.empty() && run.slots != file.table.slots) {
       throw DataError(path, "the columns are of other slots than the first file's");
     }
@@ -93,13 +103,6 @@ Run read_run(const Experiment& experiment, const std::vector<std::string>& used_
 bool has_several_units(const Run& run) {
   return std::any_of(run.serials.begin(), run.serials.end(),
                      [&](const std::string& serial) { return serial != run.serials.front(); });
-}
-
-void require_one_unit(const Run& run) {
-  if (has_several_units(run)) {
-    throw UsageError(
-        "the readings are of several units (column 'serial'); this command takes one at a time");
-  }
 }
 
 std::vector<Run> split_by_serial(const Run& run) {

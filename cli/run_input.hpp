@@ -20,11 +20,15 @@ struct Run {
   std::vector<std::string> slots;    ///< of an assembly, as in ObservationsTable
 };
 
+/// Whether the readings may be of more than one unit under test.
+enum class Units { one, several };
+
 /// Reads the experiment's observations; several files are blocks.
 /// @throws DataError  for their content.
 /// @param used_elsewhere  columns that are no remark, as something else reads them.
 [[nodiscard]] Run read_run(const Experiment& experiment,
-                           const std::vector<std::string>& used_elsewhere = {});
+                           const std::vector<std::string>& used_elsewhere = {},
+                           Units units = Units::one);
 
 /// The mounts of an assembly's slots.
 /// @param assembly  "parallel", "single", "triple": as the cube; "h", "h:y": see h_shaped_mounts().
@@ -47,9 +51,6 @@ struct Run {
 
 /// @return whether the readings are of more than one unit under test.
 [[nodiscard]] bool has_several_units(const Run& run);
-
-/// @throws UsageError  if they are.
-void require_one_unit(const Run& run);
 
 /// @return the readings of each unit, in the order in which they first come.
 [[nodiscard]] std::vector<Run> split_by_serial(const Run& run);

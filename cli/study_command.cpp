@@ -154,11 +154,7 @@ int run(const StudyCommand& command) {
   const StudySetup setup = setup_of(command);
   std::int64_t trials = 1000;
   if (command.trials) {
-    const std::optional<int> number = parse_integer(*command.trials);
-    if (!number || *number < 1) {
-      throw UsageError("--trials: must be a whole number from 1");
-    }
-    trials = *number;
+    trials = whole_number_of("--trials", *command.trials, 1);
   }
   const Shard shard = command.shard ? shard_of(*command.shard) : Shard{};
   const bool terminal = ::isatty(STDERR_FILENO) == 1;

@@ -397,11 +397,15 @@ std::vector<std::string> names_of_columns(const std::vector<std::string>& axes,
   return names;
 }
 
+std::string power_suffix(int power) {
+  return ".d" + (power > 1 ? std::to_string(power) : "");
+}
+
 std::vector<std::string> temperature_suffixes(int order) {
   std::vector<std::string> suffixes;
   for (const char* const what : {".bias", ".scale"}) {
     for (int j = 1; j <= order; ++j) {
-      suffixes.push_back(what + std::string(".d") + (j > 1 ? std::to_string(j) : ""));
+      suffixes.push_back(what + power_suffix(j));
     }
   }
   return suffixes;

@@ -39,7 +39,7 @@ LeastSquaresFit fit_polynomial(const ReadingSet& set,
                                int order) {
   std::vector<std::string> names = {set.axes[static_cast<std::size_t>(axis)] + ".bias"};
   for (int j = 1; j <= order; ++j) {
-    names.push_back(names.front() + ".d" + (j > 1 ? std::to_string(j) : ""));
+    names.push_back(names.front() + power_suffix(j));
   }
   return LeastSquaresDesign(powers(set.temperature.d, order), set.weights.col(axis), names)
       .fit(response);
@@ -50,16 +50,13 @@ std::vector<TemperatureOrderTrial> try_orders(const ReadingSet& set) {
   std::vector<TemperatureOrderTrial> trials;
   for (int order = 0; order <= std::min(highest_order, temperature_count(set) - 1); ++order) {
     TemperatureOrderTrial trial{.order = order, .lack_of_fit_p_value = not_a_number};
-    const auto n = static_cast<double>(set.size());
-    const double parameters = order + 2.0;
-    if (!(n > parameters + 1.0)) {
-      break;
-    }
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
       const LeastSquaresFit fit = fit_polynomial(set, set.response.col(k), k, order);
-      const double s = std::max(fit.residual_sd, set.rounding(k));
-      trial.aicc += n * std::log(s * s * fit.degrees_of_freedom / n) +
-                    2.0 * parameters * n / (n - parameters - 1.0);
+      trial.aicc += axis_aicc(std::max(fit.residual_sd, set.rounding(k)), fit.degrees_of_freedom,
+                              order + 1.0);
+    }
+    if (std::isinf(trial.aicc)) {
+      break;
     }
     trials.push_back(trial);
   }
@@ -189,7 +186,7 @@ void fit_bias(const Experiment& experiment,
         "readings at " + std::to_string(temperature_count(set)) +
             " temperatures do not determine a polynomial of order " + std::to_string(order) +
             "; take a lower --temperature-order, or readings at more temperatures",
-        {set.axes.front() + ".bias.d" + (order > 1 ? std::to_string(order) : "")});
+        {set.axes.front() + ".bias" + power_suffix(order)});
   }
   FitStatistics& statistics = calibration.statistics.emplace();
   statistics.observations = static_cast<int>(set.size());
@@ -224,7 +221,7 @@ void fit_bias(const Experiment& experiment,
     std::vector<std::string> own = parameter_names({axis});
     own.resize(static_cast<std::size_t>(1 + given));
     for (int j = 1; j <= order; ++j) {
-      own.push_back(axis + ".bias.d" + (j > 1 ? std::to_string(j) : ""));
+      own.push_back(axis + ".bias" + power_suffix(j));
     }
     statistics.parameter_names.insert(statistics.parameter_names.end(), own.begin(), own.end());
     std::vector<Eigen::Index> at = {p * k};

@@ -224,18 +224,6 @@ Eigen::VectorXd fitted_response(const Calibration& calibration,
   return response;
 }
 
-// What would have been read at the reference temperature.
-Eigen::VectorXd at_reference(const Calibration& calibration,
-                             Eigen::VectorXd v,
-                             std::optional<double> temperature) {
-  for (Eigen::Index k = 0; calibration.temperature && temperature && k < v.size(); ++k) {
-    const double bias = calibration.response.bias(k);
-    v(k) = bias + (v(k) - bias - calibration.temperature->bias_shift(k, *temperature)) /
-                      calibration.temperature->scale_at(k, *temperature);
-  }
-  return v;
-}
-
 // Residuals of all readings, left out or not, in the order of the file.
 std::vector<ReadingResidual> residuals_of(const Observations& observations,
                                           const ReadingSource& source,
@@ -264,9 +252,10 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     const Eigen::VectorXd v = observations.response.row(row);
     const bool complete = source.in_range().row(row).all() && calibration.also.empty();
     const Eigen::Vector3d measured =
-        has_magnitude ? Eigen::Vector3d(inverse.solve(
-                            at_reference(calibration, v, reading.temperature) - response.bias))
-                      : Eigen::Vector3d::Zero();
+        has_magnitude
+            ? Eigen::Vector3d(inverse.solve(
+                  reading_at_reference(calibration, v, reading.temperature) - response.bias))
+            : Eigen::Vector3d::Zero();
     const Eigen::Vector3d field =
         by_magnitude ? Eigen::Vector3d(calibration.field.magnitude * measured.normalized())
                      : source.field_in_sensor(reading, calibration.field, fields);
@@ -508,34 +497,51 @@ std::vector<SaturatedAxis> find_saturated(const ReadingSet& set, bool one_sided)
   return found;
 }
 
-// Uncertain face normals: they are weighed in the fit, as their errors show in its residuals too.
-std::optional<Eigen::MatrixXd> weigh_normals(const Experiment& experiment,
-                                             const ReadingSet& set,
-                                             Method method,
-                                             Estimate& estimate) {
-  const auto& covariance = experiment.positioner.description().normal_covariance;
-  if (!covariance || covariance->isZero(0.0) || estimate.fields.empty()) {
-    return std::nullopt;
+// Uncertain inputs are weighed in the fit, as their errors show in its residuals too.
+std::vector<UncertaintySource> weigh_inputs(const Experiment& experiment,
+                                            const ReadingSet& set,
+                                            Method method,
+                                            Estimate& estimate) {
+  const bool known = method == Method::known;
+  const std::vector<UncertainInput> inputs =
+      uncertain_inputs(experiment, set, known, estimate.fields);
+  if (inputs.empty()) {
+    return {};
   }
+  const bool has_normals = inputs.front().name == "positioner";
   if (experiment.robust) {
-    estimate.notes.emplace_back(
-        "robust regression does not weigh the uncertainty of the cube's face normals; the stated "
-        "uncertainties lack it");
-    return std::nullopt;
+    if (has_normals) {
+      estimate.notes.emplace_back(
+          "robust regression does not weigh the uncertainty of the cube's face normals; the stated "
+          "uncertainties lack it");
+    }
+    return {};
   }
   ReadingSet used = set;
   for (const std::size_t i : estimate.unpaired) {
     used.weights.row(static_cast<Eigen::Index>(i)).setZero();
   }
-  std::optional<Eigen::MatrixXd> by_normals = fit_with_uncertain_normals(
-      used, experiment.positioner, experiment.rotation_sensor_from_positioner,
-      method == Method::known, estimate);
-  if (!by_normals) {
-    estimate.notes.emplace_back(
-        "the readings do not tell the errors of the cube's faces from noise; the stated "
-        "uncertainties lack that of its face normals");
+  std::optional<std::vector<Eigen::MatrixXd>> shares =
+      fit_with_uncertain_inputs(used, inputs, known, estimate);
+  if (!shares) {
+    if (has_normals) {
+      estimate.notes.emplace_back(
+          "the readings do not tell the errors of the cube's faces from noise; the stated "
+          "uncertainties lack that of its face normals");
+    }
+    return {};
   }
-  return by_normals;
+  std::vector<UncertaintySource> sources;
+  for (std::size_t s = 0; s < inputs.size(); ++s) {
+    sources.push_back({.name = inputs[s].name,
+                       .type = "B",
+                       .distribution = "normal",
+                       .input_u = inputs[s].u,
+                       .input_unit = inputs[s].unit,
+                       .degrees_of_freedom = std::numeric_limits<double>::infinity(),
+                       .covariance = std::move((*shares)[s])});
+  }
+  return sources;
 }
 
 void note_field_uncertainty(Calibration& calibration) {
@@ -704,7 +710,7 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
 
   if (method == Method::bias) {
     fit_bias(experiment, observations, source, calibration);
-    calibration.uncertainty = make_budget(experiment, {}, calibration, {}, std::nullopt);
+    calibration.uncertainty = make_budget(experiment, {}, calibration, {}, {});
     return calibration;
   }
 
@@ -742,8 +748,7 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   if (searched) {
     culprit = find_culprit(fitted, estimate, method == Method::known);
   }
-  const std::optional<Eigen::MatrixXd> by_positioner =
-      weigh_normals(experiment, fitted, method, estimate);
+  std::vector<UncertaintySource> weighed = weigh_inputs(experiment, fitted, method, estimate);
   calibration.response = std::move(estimate.response);
   calibration.statistics = std::move(estimate.statistics);
   put_temperature(estimate, source, std::move(trials), calibration);
@@ -766,7 +771,7 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   }
   add_intervals(calibration);
   calibration.uncertainty =
-      make_budget(experiment, fitted, calibration, estimate.fields, by_positioner);
+      make_budget(experiment, fitted, calibration, estimate.fields, std::move(weighed));
 
   AxisMask in_fit = AxisMask::Constant(observations.size(), observations.response.cols(), false);
   for (std::size_t i = 0; i < source.rows().size(); ++i) {

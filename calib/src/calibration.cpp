@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "estimation.hpp"
+
 namespace axiscal {
 namespace {
 
@@ -13,8 +15,8 @@ Eigen::MatrixXd covariance_of(const Calibration& calibration) {
   }
   std::vector<Eigen::Index> kept;
   for (const std::string& axis : calibration.instrument.axes) {
-    for (const char* const what : {".bias", ".sensitivity.x", ".sensitivity.y", ".sensitivity.z"}) {
-      const std::optional<Eigen::Index> at = calibration.statistics->position_of(axis + what);
+    for (const std::string& name : parameter_names({axis})) {
+      const std::optional<Eigen::Index> at = calibration.statistics->position_of(name);
       if (!at) {
         return {};
       }
@@ -44,6 +46,16 @@ Eigen::VectorXd response_at(const Calibration& calibration,
                   calibration.temperature->scale_at(k, *temperature) * (response(k) - bias);
   }
   return response;
+}
+
+Eigen::VectorXd reading_at_reference(const Calibration& calibration,
+                                     Eigen::VectorXd readings,
+                                     std::optional<double> temperature) {
+  for (Eigen::Index k = 0; calibration.temperature && temperature && k < readings.size(); ++k) {
+    const double bias = calibration.response.bias(k);
+    readings(k) = bias + calibration.temperature->above_bias(k, readings(k), bias, *temperature);
+  }
+  return readings;
 }
 
 std::vector<Quantity> quantities_of(const Calibration& calibration) {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "axiscal/calib/experiment.hpp"
@@ -15,6 +14,7 @@
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/geomagnetic_field.hpp"
+#include "covariance_root.hpp"
 #include "magnitude.hpp"
 #include "warnings.hpp"
 
@@ -39,13 +39,11 @@ LinearResponse drawn(const Calibration& companion, RandomStream& random) {
       !companion.statistics->covariance.allFinite()) {
     return response;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(companion.statistics->covariance);
   Eigen::VectorXd z(12);
   for (double& value : z) {
     value = random.normal();
   }
-  const Eigen::VectorXd change =
-      eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * z;
+  const Eigen::VectorXd change = covariance_root(companion.statistics->covariance) * z;
   for (Eigen::Index k = 0; k < 3; ++k) {
     response.bias(k) += change(4 * k);
     response.sensitivity.row(k) += change.segment<3>(4 * k + 1).transpose();

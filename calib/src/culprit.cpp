@@ -40,7 +40,7 @@ constexpr double drift_range = 0.04;
 // Explanations within this of the best are reported too.
 constexpr double as_likely = 3.0;
 
-std::vector<std::size_t> all_but(const std::vector<std::size_t>& order, std::size_t count) {
+std::vector<std::size_t> first_of(const std::vector<std::size_t>& order, std::size_t count) {
   return {order.begin(),
           order.begin() + static_cast<std::ptrdiff_t>(std::min(count, order.size()))};
 }
@@ -183,7 +183,7 @@ class Search {
     std::stable_sort(all.begin(), all.end(), [&](std::size_t a, std::size_t b) {
       return size(static_cast<Eigen::Index>(a)) > size(static_cast<Eigen::Index>(b));
     });
-    return all_but(all, most);
+    return first_of(all, most);
   }
 
   // Columns of the classes that add some: table moved, drift, extremes.
@@ -357,7 +357,7 @@ class Search {
       }
     };
     consider(deletions_[by_deletion_.front()], readings, true);
-    for (const std::size_t i : all_but(by_deletion_, 3)) {
+    for (const std::size_t i : first_of(by_deletion_, 3)) {
       consider(tilted(i), readings, true);
     }
     delete_pairs();
@@ -539,7 +539,7 @@ class Search {
 
   void explain() {
     constexpr std::size_t most_suspects = 6;
-    const std::vector<std::size_t> suspects = all_but(by_deletion_, most_suspects);
+    const std::vector<std::size_t> suspects = first_of(by_deletion_, most_suspects);
     for (const std::size_t i : suspects) {
       explain_by_pose(i);
       explain_by_value(i);
@@ -784,7 +784,7 @@ class Search {
     constexpr std::size_t few = 16;
     const std::vector<std::size_t> candidates = count() <= few ? order_ : [&] {
       std::vector<std::size_t> some = largest_residuals(few / 2);
-      for (const std::size_t i : all_but(by_deletion_, few / 2)) {
+      for (const std::size_t i : first_of(by_deletion_, few / 2)) {
         if (std::find(some.begin(), some.end(), i) == some.end()) {
           some.push_back(i);
         }

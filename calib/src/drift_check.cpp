@@ -18,6 +18,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
+#include "estimation.hpp"
 
 namespace axiscal {
 namespace {
@@ -53,12 +54,6 @@ Calibration without_common(Calibration calibration,
          "both runs took the field from one source: its magnitude counts as the same");
   }
   return calibration;
-}
-
-// The names of bias and sensitivities of an axis.
-std::vector<std::string> names_of(const std::string& axis) {
-  return {axis + ".bias", axis + ".sensitivity.x", axis + ".sensitivity.y",
-          axis + ".sensitivity.z"};
 }
 
 // Covariance of some parameters; 0 where the record states none.
@@ -238,7 +233,7 @@ DriftCheck check_drift(const Calibration& old_record,
   pool_scatters(old, fresh);
   for (Eigen::Index k = 0; k < m; ++k) {
     const std::vector<std::string> names =
-        names_of(old.instrument.axes[static_cast<std::size_t>(k)]);
+        parameter_names({old.instrument.axes[static_cast<std::size_t>(k)]});
     Eigen::MatrixXd C = covariance_of(old, names) + covariance_of(fresh, names);
     Eigen::Vector4d difference;
     for (std::size_t i = 0; i < names.size(); ++i) {
@@ -311,7 +306,7 @@ DriftCheck check_drift(const Calibration& old_record,
     double variance = 0.0;
     for (Eigen::Index k = 0; k < m; ++k) {
       const std::vector<std::string> names =
-          names_of(old.instrument.axes[static_cast<std::size_t>(k)]);
+          parameter_names({old.instrument.axes[static_cast<std::size_t>(k)]});
       const Eigen::MatrixXd C = covariance_of(old, names) + covariance_of(fresh, names);
       Eigen::Vector4d g;
       g << 1.0, worst.field;
@@ -324,17 +319,10 @@ DriftCheck check_drift(const Calibration& old_record,
 }
 
 Observations at_reference_temperature(Observations observations, const Calibration& calibration) {
-  if (!calibration.temperature) {
-    return observations;
-  }
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
-    const std::optional<double>& t = observations.readings[i].temperature;
-    for (Eigen::Index k = 0; t && k < observations.response.cols(); ++k) {
-      double& v = observations.response(static_cast<Eigen::Index>(i), k);
-      const double bias = calibration.response.bias(k);
-      v = bias + (v - bias - calibration.temperature->bias_shift(k, *t)) /
-                     calibration.temperature->scale_at(k, *t);
-    }
+    const auto row = static_cast<Eigen::Index>(i);
+    observations.response.row(row) = reading_at_reference(
+        calibration, observations.response.row(row), observations.readings[i].temperature);
   }
   return observations;
 }
@@ -346,12 +334,7 @@ InSituCheck check_in_situ(const Calibration& calibration,
   if (!reducer.gives_components()) {
     throw DomainError("fewer than three axes leave no residual to check");
   }
-  ReadingNoise noise;
-  if (calibration.uncertainty) {
-    noise.resolution = calibration.uncertainty->resolution;
-    noise.temperature_u = calibration.uncertainty->temperature_u;
-  }
-  const ReadingPropagation propagation(calibration, reducer, noise);
+  const ReadingPropagation propagation(calibration, reducer, stated_noise(calibration));
   InSituCheck check;
   const auto n = static_cast<double>(observations.size());
   const double nu = calibration.statistics->degrees_of_freedom.minCoeff();

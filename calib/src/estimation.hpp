@@ -95,6 +95,9 @@ struct ReadingSet {
   [[nodiscard]] double rounding() const;
 };
 
+/// ".d", ".d2", .. for a power 1, 2, ... of the temperature.
+[[nodiscard]] std::string power_suffix(int power);
+
 /// ".bias.d", ".bias.d2", .., ".scale.d", ..
 [[nodiscard]] std::vector<std::string> temperature_suffixes(int order);
 

@@ -217,11 +217,11 @@ void read_table(const JsonValue& json, Experiment& experiment) {
 Experiment parse_experiment(std::string_view text, const std::string& path) {
   const JsonValue json = parse_json(text, path);
   json.require_format("axiscal-experiment");
-  check_keys(json, {"format",  "version", "observations", "instrument",  "field",
-                    "site",    "table",   "positioner",   "slot",        "method",
-                    "weights", "robust",  "leave_out",    "level_by",    "temperature",
-                    "also",    "shape",   "from",         "uncertainty", "noise_ratio"},
-             {"limits"});
+  check_keys(json, {"format",      "version",     "observations", "instrument", "field",   "site",
+                    "table",       "positioner",  "slot",         "method",     "weights", "robust",
+                    "leave_out",   "level_by",    "temperature",  "also",       "shape",   "from",
+                    "uncertainty", "noise_ratio", "limits"},
+             {});
   Experiment experiment;
   with(json, "observations", [&](const JsonValue& files) {
     const std::vector<std::string> names =
@@ -296,6 +296,8 @@ Experiment parse_experiment(std::string_view text, const std::string& path) {
       });
     }
   });
+  with(json, "limits",
+       [&](const JsonValue& value) { experiment.limits = resolved(value.text(), path); });
   with(json, "from", [&](const JsonValue& value) {
     experiment.from =
         std::make_shared<const Calibration>(read_calibration(resolved(value.text(), path)));

@@ -3,26 +3,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <Eigen/QR>
 
 #include "axiscal/core/rotation.hpp"
+#include "covariance_root.hpp"
 #include "joint_fit.hpp"
 
 namespace axiscal {
 namespace {
 
-constexpr Eigen::Index normals = 18;
-
-// Of a covariance that need not be of full rank.
-Eigen::MatrixXd root_of(const NormalCovariance& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver{Eigen::MatrixXd(covariance)};
-  return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-}
-
-// One round's linear system: unknowns are all axes' coefficients, the directions, and the normals'
-// errors in units of their root.
+// One round's linear system: unknowns are all axes' coefficients, the directions, and the inputs'
+// errors in units of their standard deviations.
 struct MixedModel {
   Eigen::MatrixXd W;           // rows by axis, in units of sigma
   Eigen::VectorXd r;           // what the current coefficients leave
@@ -74,16 +68,69 @@ Eigen::Matrix<double, 3, 18> change_with_normals(
   return change;
 }
 
-std::optional<Eigen::MatrixXd> fit_with_uncertain_normals(
+std::vector<UncertainInput> uncertain_inputs(const Experiment& experiment,
+                                             const ReadingSet& set,
+                                             bool known_field,
+                                             const std::vector<Eigen::Vector3d>& fields) {
+  std::vector<UncertainInput> inputs;
+  if (fields.empty()) {
+    return inputs;
+  }
+  const auto& covariance = experiment.positioner.description().normal_covariance;
+  if (covariance && !covariance->isZero(0.0)) {
+    inputs.push_back({.name = "positioner",
+                      .u = std::numeric_limits<double>::quiet_NaN(),
+                      .parts = covariance->cols(),
+                      .change = [&set, &positioner = experiment.positioner,
+                                 &mount = experiment.rotation_sensor_from_positioner,
+                                 root = covariance_root(*covariance)](
+                                    Eigen::Index i, const std::vector<Eigen::Vector3d>& f) {
+                        const DesignPoint& point = *set.readings[static_cast<std::size_t>(i)].point;
+                        return Eigen::Matrix3Xd(
+                            mount *
+                            change_with_normals(positioner.rotation_table_from_positioner(point),
+                                                point, set.field_in_table(i, f)) *
+                            root);
+                      }});
+  }
+  const auto add_turns = [&](const char* name, double u, const Eigen::Matrix<double, 3, 2>& axes) {
+    inputs.push_back(
+        {.name = name,
+         .u = u,
+         .unit = "rad",
+         .parts = axes.cols(),
+         .change = [&set, u, axes](Eigen::Index i, const std::vector<Eigen::Vector3d>& f) {
+           const Eigen::Vector3d field = set.field_in_table(i, f);
+           Eigen::Matrix3Xd change(3, axes.cols());
+           for (Eigen::Index j = 0; j < axes.cols(); ++j) {
+             change.col(j) = u * axes.col(j).cross(field);
+           }
+           return Eigen::Matrix3Xd(set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+                                   change);
+         }});
+  };
+  if (known_field && experiment.stated.slope_u > 0.0) {
+    // A slope turns the field about the table's x and y.
+    add_turns("levelness", experiment.stated.slope_u, Eigen::Matrix<double, 3, 2>::Identity());
+  }
+  if (known_field && experiment.stated.direction_u_rad > 0.0) {
+    add_turns("field direction", experiment.stated.direction_u_rad, tangents_of(fields.front()));
+  }
+  return inputs;
+}
+
+std::optional<std::vector<Eigen::MatrixXd>> fit_with_uncertain_inputs(
     const ReadingSet& set,
-    const Positioner& positioner,
-    const Eigen::Matrix3d& rotation_sensor_from_positioner,
+    const std::vector<UncertainInput>& inputs,
     bool known_field,
     Estimate& estimate) {
   const Eigen::Index n = set.size();
   const Eigen::Index m = set.axis_count();
   const Eigen::Index p = set.column_count();
-  const Eigen::MatrixXd L = root_of(*positioner.description().normal_covariance);
+  Eigen::Index errors = 0;
+  for (const UncertainInput& input : inputs) {
+    errors += input.parts;
+  }
   const JointFit fit(set, set.weights);
   JointState state = fit.at(estimate.fields);
   const Eigen::Index directions = known_field ? 0 : state.direction_count();
@@ -105,7 +152,7 @@ std::optional<Eigen::MatrixXd> fit_with_uncertain_normals(
     if (round > 0) {
       state = fit.at(fields);
     }
-    model.W = Eigen::MatrixXd::Zero(n * m, p * m + directions + normals);
+    model.W = Eigen::MatrixXd::Zero(n * m, p * m + directions + errors);
     model.r.resize(n * m);
     for (Eigen::Index k = 0; k < m; ++k) {
       const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
@@ -113,18 +160,17 @@ std::optional<Eigen::MatrixXd> fit_with_uncertain_normals(
       model.W.block(n * k, p * k, n, p) = root.asDiagonal() * axis.X;
       model.W.block(n * k, p * m, n, directions) = axis.tangents.leftCols(directions) / sigma(k);
       model.r.segment(n * k, n) = root.cwiseProduct(set.response.col(k) - axis.X * theta.col(k));
-      const Eigen::RowVector3d S =
-          theta.col(k).segment<3>(1).transpose() * rotation_sensor_from_positioner;
+      const Eigen::RowVector3d S = theta.col(k).segment<3>(1).transpose();
       for (Eigen::Index i = 0; i < n; ++i) {
-        const Reading& reading = set.readings[static_cast<std::size_t>(i)];
-        model.W.row(n * k + i).tail<normals>() =
-            root(i) * set.scale(i, k) * S *
-            change_with_normals(positioner.rotation_table_from_positioner(*reading.point),
-                                *reading.point, set.field_in_table(i, fields)) *
-            L;
+        Eigen::Index first = p * m + directions;
+        for (const UncertainInput& input : inputs) {
+          model.W.row(n * k + i).segment(first, input.parts) =
+              root(i) * set.scale(i, k) * S * input.change(i, fields);
+          first += input.parts;
+        }
       }
     }
-    solve(model, normals);
+    solve(model, errors);
     if (!model.determined) {
       return std::nullopt;
     }
@@ -165,8 +211,14 @@ std::optional<Eigen::MatrixXd> fit_with_uncertain_normals(
   }
   const Eigen::MatrixXd to_all = model.covariance.topRows(p * m);
   estimate.statistics.covariance = to_all * (model.W.transpose() * model.W) * to_all.transpose();
-  const Eigen::MatrixXd to_normals = to_all.rightCols<normals>();
-  return to_normals * to_normals.transpose();
+  std::vector<Eigen::MatrixXd> shares;
+  Eigen::Index first = p * m + directions;
+  for (const UncertainInput& input : inputs) {
+    const Eigen::MatrixXd to_input = to_all.middleCols(first, input.parts);
+    shares.emplace_back(to_input * to_input.transpose());
+    first += input.parts;
+  }
+  return shares;
 }
 
 }  // namespace axiscal

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include <Eigen/Core>
 
 #include "axiscal/calib/calibration.hpp"
-#include "axiscal/positioner/positioner.hpp"
+#include "axiscal/calib/experiment.hpp"
 #include "estimation.hpp"
 
 namespace axiscal {
@@ -24,11 +27,32 @@ namespace axiscal {
     const DesignPoint& point,
     const Eigen::Vector3d& field_in_table);
 
-/// Fits again with face normals that are uncertain: generalised least squares,
+/// An input of the fit that is not exactly known, and whose error the readings share.
+struct UncertainInput {
+  std::string name;        ///< of the source in the budget
+  double u = 0.0;          ///< its standard uncertainty; NaN where it is no single number
+  std::string unit;        ///< of u
+  Eigen::Index parts = 0;  ///< q independent errors of standard deviation 1
+  /// How the field in the sensor changes with them, 3 x q, at one reading.
+  std::function<Eigen::Matrix3Xd(Eigen::Index, const std::vector<Eigen::Vector3d>&)> change;
+};
+
+/// The cube's face normals by their covariance; and, where the field is given, the table's slope
+/// and the field's direction by their stated uncertainties.
+///
+/// @param set     must outlive the result.
+/// @param fields  in the table, as fitted or given; empty: there are none.
+[[nodiscard]] std::vector<UncertainInput> uncertain_inputs(
+    const Experiment& experiment,
+    const ReadingSet& set,
+    bool known_field,
+    const std::vector<Eigen::Vector3d>& fields);
+
+/// Fits again with inputs that are uncertain: generalised least squares,
 /// V = diag(sigma_k^2 / w) + H C H^T, sigma_k by restricted likelihood (METHOD 8).
 ///
-/// Done as a mixed model: the errors of the normals are unknowns with a prior, so that only one
-/// regression of readings on coefficients, directions and normals is needed. All readings enter,
+/// Done as a mixed model: the inputs' errors are unknowns with a prior, so that only one
+/// regression of readings on coefficients, directions and errors is needed. All readings enter,
 /// with the field's direction unknown unless the method knows it.
 ///
 /// @param set         the readings; weight 0 leaves one out.
@@ -36,14 +60,13 @@ namespace axiscal {
 /// and
 ///                    covariance (of the scatter alone) are replaced.
 /// @param known_field whether the directions in estimate.fields are given.
-/// @return what the normals leave in the coefficients' covariance; nothing, and the estimate as it
+/// @return what each input leaves in the coefficients' covariance; nothing, and the estimate as it
 ///         was, where the readings do not determine all of it.
 /// @par Source
 /// Searle, Casella & McCulloch, Variance Components (1992), secs. 6.6, 7.6.
-[[nodiscard]] std::optional<Eigen::MatrixXd> fit_with_uncertain_normals(
+[[nodiscard]] std::optional<std::vector<Eigen::MatrixXd>> fit_with_uncertain_inputs(
     const ReadingSet& set,
-    const Positioner& positioner,
-    const Eigen::Matrix3d& rotation_sensor_from_positioner,
+    const std::vector<UncertainInput>& inputs,
     bool known_field,
     Estimate& estimate);
 

@@ -16,6 +16,7 @@
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
+#include "estimation.hpp"
 
 namespace axiscal {
 namespace {
@@ -108,8 +109,8 @@ UnitHistory history_of(const std::string& serial,
     years.push_back(entry.time_s / seconds_per_year);
   }
   for (const std::string& axis : entries.back().calibration.instrument.axes) {
-    for (const char* what : {".bias", ".sensitivity.x", ".sensitivity.y", ".sensitivity.z"}) {
-      ParameterTrend trend{.parameter = axis + what};
+    for (const std::string& name : parameter_names({axis})) {
+      ParameterTrend trend{.parameter = name};
       for (const Entry& entry : entries) {
         const Calibration& calibration = entry.calibration;
         trend.values.push_back(parameter_value(calibration, trend.parameter));

@@ -604,7 +604,8 @@ Estimate estimate_joint(const ReadingSet& set, const std::vector<FieldStart>& st
                                  : describe(set, fit, solution, Eigen::MatrixXd());
   estimate.ambiguity = std::move(best.ambiguity);
   if (!set.is_sum() && !set.leaves_out()) {
-    estimate.levelness = levelness_of(set, estimate, starts.front().value.norm());
+    estimate.levelness =
+        levelness_of(set, find_opposite_pairs(set).pairs, estimate, starts.front().value.norm());
   }
   return estimate;
 }

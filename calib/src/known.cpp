@@ -31,7 +31,8 @@ Estimate estimate_known(const ReadingSet& set, const std::vector<Eigen::Vector3d
   estimate.mean_field = design.middleCols<3>(1).rowwise().norm().mean();
   estimate.fields = in_table;
   if (!in_table.empty() && !set.is_sum() && !set.leaves_out()) {
-    estimate.levelness = levelness_of(set, estimate, in_table.front().norm());
+    estimate.levelness =
+        levelness_of(set, find_opposite_pairs(set).pairs, estimate, in_table.front().norm());
   }
   return estimate;
 }

@@ -16,6 +16,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
+#include "estimation.hpp"
 
 namespace axiscal {
 namespace {
@@ -57,9 +58,8 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
                    .u = one.uncertainty.u,
                    .expanded = one.uncertainty.expanded});
   }
-  for (Eigen::Index k = 0; parameters.empty() && k < calibration.instrument.axis_count(); ++k) {
-    for (const char* what : {".bias", ".sensitivity.x", ".sensitivity.y", ".sensitivity.z"}) {
-      const std::string name = calibration.instrument.axes[static_cast<std::size_t>(k)] + what;
+  if (parameters.empty()) {
+    for (const std::string& name : parameter_names(calibration.instrument.axes)) {
       all.push_back({.name = name, .value = parameter_value(calibration, name)});
     }
   }

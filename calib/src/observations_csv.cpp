@@ -354,7 +354,13 @@ ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& as
       samples.push_back(table.positive(*columns.samples));
     }
     if (columns.serial) {
-      result.serials.emplace_back(table.text(*columns.serial));
+      const std::string_view serial = table.text(*columns.serial);
+      if (row > 1 && serial != result.serial && !wanted.takes_several_units) {
+        table.fail(*columns.serial, "'" + std::string(serial) + "' follows '" + result.serial +
+                                        "': one unit at a time is taken here; give each its own "
+                                        "file");
+      }
+      result.serials.emplace_back(serial);
       result.serial = result.serials.front();
     }
   }

@@ -289,12 +289,16 @@ OppositePairs find_opposite_pairs(const ReadingSet& set) {
   return result;
 }
 
-std::optional<Levelness> levelness_of(const ReadingSet& set, const Estimate& estimate, double F) {
-  const ReadingSet at_reference =
-      set.temperature.order > 0 ? without_temperature(set, estimate) : ReadingSet{};
-  const ReadingSet& used = set.temperature.order > 0 ? at_reference : set;
-  return estimate_levelness(used, find_opposite_pairs(used).pairs, estimate.response.sensitivity,
-                            F);
+std::optional<Levelness> levelness_of(const ReadingSet& set,
+                                      const std::vector<OppositePair>& pairs,
+                                      const Estimate& estimate,
+                                      double F) {
+  const SensitivityMatrix& S = estimate.response.sensitivity;
+  if (set.temperature.order == 0) {
+    return estimate_levelness(set, pairs, S, F);
+  }
+  const ReadingSet at_reference = without_temperature(set, estimate);
+  return estimate_levelness(at_reference, find_opposite_pairs(at_reference).pairs, S, F);
 }
 
 std::optional<Levelness> estimate_levelness(const ReadingSet& set,

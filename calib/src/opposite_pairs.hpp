@@ -43,7 +43,9 @@ struct OppositePairs {
                                                           double F);
 
 /// The same for what a fit gave, the readings taken to the reference temperature.
+/// @param pairs  of the set.
 [[nodiscard]] std::optional<Levelness> levelness_of(const ReadingSet& set,
+                                                    const std::vector<OppositePair>& pairs,
                                                     const Estimate& estimate,
                                                     double F);
 

@@ -176,7 +176,7 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
     estimate = summarize(set, axes, rows_of(pooled, set));
     estimate.fields = fields;
     if (!set.leaves_out()) {
-      estimate.levelness = levelness_of(set, estimate, F);
+      estimate.levelness = levelness_of(set, opposites.pairs, estimate, F);
     }
     if (!estimate.levelness && fields.size() > 1) {
       throw RefusedError(

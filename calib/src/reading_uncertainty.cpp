@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/core/units.hpp"
+#include "covariance_root.hpp"
+#include "estimation.hpp"
 
 namespace axiscal {
 namespace {
@@ -79,13 +80,16 @@ Eigen::VectorXd slope(const Reducer& reducer,
   return result;
 }
 
-// A root of a covariance, also of one that is not of full rank.
-Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
-  return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-}
-
 }  // namespace
+
+ReadingNoise stated_noise(const Calibration& calibration) {
+  ReadingNoise noise;
+  if (calibration.uncertainty) {
+    noise.resolution = calibration.uncertainty->resolution;
+    noise.temperature_u = calibration.uncertainty->temperature_u;
+  }
+  return noise;
+}
 
 ReadingPropagation::ReadingPropagation(const Calibration& calibration,
                                        const Reducer& reducer,
@@ -143,7 +147,7 @@ Eigen::MatrixXd ReadingPropagation::change_with_parameters(
     double power = 1.0;
     for (Eigen::Index j = 0; terms && temperature && j < terms->bias.cols(); ++j) {
       power *= *temperature - terms->reference;
-      const std::string suffix = ".d" + (j > 0 ? std::to_string(j + 1) : "");
+      const std::string suffix = power_suffix(static_cast<int>(j) + 1);
       put(k, ".bias" + suffix, power);
       put(k, ".scale" + suffix, power * calibration_.response.sensitivity.row(k).dot(field));
     }
@@ -411,8 +415,8 @@ std::vector<MonteCarloCheck> AttitudeBudgetMaker::monte_carlo(int trials,
   // The fit's part as t of each axis's degrees of freedom; all else normal.
   Eigen::MatrixXd fit = statistics.covariance;
   Eigen::MatrixXd others = propagation_.covariance_ - fit;
-  const Eigen::MatrixXd fit_root = root_of(B * fit * B.transpose());
-  const Eigen::MatrixXd others_root = root_of(B * others * B.transpose());
+  const Eigen::MatrixXd fit_root = covariance_root(B * fit * B.transpose());
+  const Eigen::MatrixXd others_root = covariance_root(B * others * B.transpose());
   const std::size_t derived = derived_count(reducer_, false);
   const Eigen::VectorXd here =
       results_of(reducer_.reduce(readings_, nullptr, temperature_), derived);

@@ -193,8 +193,7 @@ double Reducer::above_bias(std::size_t axis,
     return reading - bias_[axis];
   }
   const auto k = static_cast<Eigen::Index>(axis);
-  return (reading - bias_[axis] - temperature_->bias_shift(k, *temperature)) /
-         temperature_->scale_at(k, *temperature);
+  return temperature_->above_bias(k, reading, bias_[axis], *temperature);
 }
 
 // More than three axes whose scales change: the weights of their equations do too.

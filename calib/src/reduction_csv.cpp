@@ -104,11 +104,11 @@ class RowReader {
             const std::string& temperature)
       : csv_(csv) {
     if (!temperature.empty()) {
-      temperature_place_ = place_of(temperature);
+      temperature_place_ = csv.need(temperature);
     }
     for (const ReadingColumn& axis : axes) {
-      plus_.push_back(place_of(axis.plus));
-      minus_.push_back(axis.minus.empty() ? std::nullopt : std::optional(place_of(axis.minus)));
+      plus_.push_back(csv.need(axis.plus));
+      minus_.push_back(axis.minus.empty() ? std::nullopt : std::optional(csv.need(axis.minus)));
     }
     readings_.resize(axes.size());
   }
@@ -141,16 +141,6 @@ class RowReader {
   }
 
  private:
-  [[nodiscard]] std::size_t place_of(const std::string& name) const {
-    const std::optional<std::size_t> column = csv_.column(name);
-    if (!column) {
-      throw DataError(
-          csv_.path(), csv_.line(),
-          "column '" + name + "': is missing; the columns are: " + joined(csv_.header()));
-    }
-    return *column;
-  }
-
   std::optional<double> number(std::size_t column, const Reducer& reducer) {
     const std::optional<double> value = parse_number(csv_.cells()[column]);
     if (!value) {

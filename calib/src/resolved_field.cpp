@@ -253,18 +253,26 @@ class Resolver {
     part_.sign_by = Eigen::Vector3d::UnitZ();
   }
 
+  // A field whose vector follows from what makes it; a magnitude that is given wins.
+  template <typename Maker>
+  void put_made(const Maker& make) {
+    Eigen::Vector3d value;
+    try {
+      value = make();
+    } catch (const DomainError& error) {
+      throw SetupError("field " + given_.kind + ": " + error.what());
+    }
+    put_magnitude(given_magnitude().value_or(value.norm()));
+    part_.part.in_table = part_.part.magnitude * value.normalized();
+    part_.has_value = true;
+    part_.sign_by = value.normalized();
+  }
+
   void resolve_induced_magnetic() {
     if (given_.coil) {
-      Eigen::Vector3d value;
-      try {
-        value = factor_between("T", part_.unit) * coil_field_in_table_T(*given_.coil);
-      } catch (const DomainError& error) {
-        throw SetupError(std::string("field induced_magnetic: ") + error.what());
-      }
-      put_magnitude(given_magnitude().value_or(value.norm()));
-      part_.part.in_table = part_.part.magnitude * value.normalized();
-      part_.has_value = true;
-      part_.sign_by = value.normalized();
+      put_made([&]() -> Eigen::Vector3d {
+        return factor_between("T", part_.unit) * coil_field_in_table_T(*given_.coil);
+      });
       return;
     }
     if (!given_magnitude()) {
@@ -282,16 +290,7 @@ class Resolver {
     if (given_.sun) {
       resolve_sun();
     } else if (!given_.lamps.empty()) {
-      Eigen::Vector3d value;
-      try {
-        value = lamps_in_table(given_.lamps);
-      } catch (const DomainError& error) {
-        throw SetupError(std::string("field light: ") + error.what());
-      }
-      put_magnitude(given_magnitude().value_or(value.norm()));
-      part_.part.in_table = part_.part.magnitude * value.normalized();
-      part_.has_value = true;
-      part_.sign_by = value.normalized();
+      put_made([&]() -> Eigen::Vector3d { return lamps_in_table(given_.lamps); });
       for (const Lamp& lamp : given_.lamps) {
         part_.lamps.push_back(lamp.direction_in_table.normalized());
       }

@@ -7,8 +7,6 @@
 #include <numbers>
 #include <set>
 
-#include <Eigen/Eigenvalues>
-
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/uncertainty.hpp"
@@ -17,6 +15,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
+#include "covariance_root.hpp"
 
 namespace axiscal {
 namespace {
@@ -137,24 +136,20 @@ class Trial {
   SimulationOptions simulation_;
 };
 
-// The truth as the calibration states it: at its reference temperature.
-double true_value(const Calibration& truth,
-                  const Calibration& calibration,
-                  const std::string& name) {
+// The truth as a calibration states it: polynomials about that one's reference temperature.
+Calibration truth_about(Calibration truth, const Calibration& calibration) {
   if (!truth.temperature || !calibration.temperature) {
-    return parameter_value(truth, name);
+    return truth;
   }
-  // Polynomials about another reference.
-  Calibration moved = truth;
-  TemperatureResponse& terms = *moved.temperature;
+  TemperatureResponse& terms = *truth.temperature;
   const double t0 = calibration.temperature->reference;
   const double h = t0 - terms.reference;
   const Eigen::Index order = terms.bias.cols();
-  for (Eigen::Index k = 0; k < moved.response.bias.size(); ++k) {
+  for (Eigen::Index k = 0; k < truth.response.bias.size(); ++k) {
     const double shift = terms.bias_shift(k, t0);
     const double scale = terms.scale_at(k, t0);
-    moved.response.bias(k) += shift;
-    moved.response.sensitivity.row(k) *= scale;
+    truth.response.bias(k) += shift;
+    truth.response.sensitivity.row(k) *= scale;
     if (order >= 1) {
       const double b2 = order > 1 ? terms.bias(k, 1) : 0.0;
       const double c2 = order > 1 ? terms.scale(k, 1) : 0.0;
@@ -167,13 +162,14 @@ double true_value(const Calibration& truth,
   }
   terms.reference = t0;
   // Terms that the truth has not are 0.
-  if (name.find(".bias.d") != std::string::npos || name.find(".scale.d") != std::string::npos) {
-    const bool second = name.back() == '2';
-    if ((second && order < 2) || order < 1) {
-      return 0.0;
+  const Eigen::Index fitted = calibration.temperature->bias.cols();
+  if (fitted > order) {
+    for (Eigen::MatrixXd* const all : {&terms.bias, &terms.scale}) {
+      all->conservativeResize(Eigen::NoChange, fitted);
+      all->rightCols(fitted - order).setZero();
     }
   }
-  return parameter_value(moved, name);
+  return truth;
 }
 
 // What tells one study from another (FNV-1a of its description).
@@ -241,9 +237,7 @@ Study run_study(const StudySetup& given,
     throw DomainError("run_study: the positioner states no covariance of its normals");
   }
   if (setup.random_normals) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver{Eigen::MatrixXd(*covariance)};
-    normal_root =
-        solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+    normal_root = covariance_root(*covariance);
   }
   Study study{.seed = seed, .trials = trials, .setup = digest_of(setup)};
   const bool angles = gives_angles(setup);
@@ -277,8 +271,9 @@ Study run_study(const StudySetup& given,
       }
       sums.resize(study.parameters.size());
       const std::vector<ParameterUncertainty> stated = parameter_uncertainties(calibration);
+      const Calibration truth = truth_about(setup.truth, calibration);
       for (std::size_t p = 0; p < stated.size() && p < sums.size(); ++p) {
-        Trial::add(sums[p], stated[p].value - true_value(setup.truth, calibration, stated[p].name),
+        Trial::add(sums[p], stated[p].value - parameter_value(truth, stated[p].name),
                    stated[p].uncertainty.u, stated[p].uncertainty.expanded);
       }
       if (angles) {

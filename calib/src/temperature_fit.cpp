@@ -22,9 +22,8 @@ void require_temperatures(const ReadingSet& set) {
   std::vector<std::string> names;
   for (const std::string& axis : set.axes) {
     for (int j = std::max(count, 1); j <= order; ++j) {
-      const std::string power = j > 1 ? std::to_string(j) : "";
-      names.push_back(axis + ".bias.d" + power);
-      names.push_back(axis + ".scale.d" + power);
+      names.push_back(axis + ".bias" + power_suffix(j));
+      names.push_back(axis + ".scale" + power_suffix(j));
     }
   }
   const std::string list = joined(names);
@@ -107,21 +106,24 @@ Estimate fit_over_temperature(ReadingSet set,
   return estimate;
 }
 
+double axis_aicc(double residual_sd, double degrees_of_freedom, double columns) {
+  const double n = degrees_of_freedom + columns;
+  const double parameters = columns + 1.0;  // and the scatter
+  if (!(n - parameters - 1.0 > 0.0)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return n * std::log(residual_sd * residual_sd * degrees_of_freedom / n) +
+         2.0 * parameters * n / (n - parameters - 1.0);
+}
+
 TemperatureOrderTrial trial_of(const ReadingSet& set, const Estimate& estimate) {
   const FitStatistics& statistics = estimate.statistics;
   TemperatureOrderTrial trial{.order = set.temperature.order,
                               .lack_of_fit_p_value = std::numeric_limits<double>::quiet_NaN()};
   const auto columns = static_cast<double>(set.column_count());
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const double nu = statistics.degrees_of_freedom(k);
-    const double n = nu + columns;
-    const double parameters = columns + 1.0;  // and the scatter
-    if (!(n - parameters - 1.0 > 0.0)) {
-      trial.aicc = std::numeric_limits<double>::infinity();
-      return trial;
-    }
-    const double s = std::max(statistics.residual_sd(k), set.rounding(k));
-    trial.aicc += n * std::log(s * s * nu / n) + 2.0 * parameters * n / (n - parameters - 1.0);
+    trial.aicc += axis_aicc(std::max(statistics.residual_sd(k), set.rounding(k)),
+                            statistics.degrees_of_freedom(k), columns);
   }
   for (const LackOfFit& test : statistics.lack_of_fit) {
     trial.lack_of_fit_p_value = std::fmin(trial.lack_of_fit_p_value, test.p_value);

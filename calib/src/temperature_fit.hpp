@@ -21,6 +21,10 @@ namespace axiscal {
 /// How many temperatures a run has: soak levels, or all of a continuous one.
 [[nodiscard]] int temperature_count(const ReadingSet& set);
 
+/// Corrected Akaike's criterion of one axis's regression on so many columns.
+/// @return infinity where the readings are too few for it.
+[[nodiscard]] double axis_aicc(double residual_sd, double degrees_of_freedom, double columns);
+
 /// The information criterion of a fit, for the choice of the order.
 /// @return infinity where the readings are too few for it.
 [[nodiscard]] TemperatureOrderTrial trial_of(const ReadingSet& set, const Estimate& estimate);

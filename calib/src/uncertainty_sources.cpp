@@ -2,6 +2,7 @@
 #include "uncertainty_sources.hpp"
 
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include <Eigen/Geometry>
@@ -27,7 +28,7 @@ class BudgetMaker {
         fields_(fields),
         statistics_(*calibration.statistics) {}
 
-  UncertaintyBudget make(const std::optional<Eigen::MatrixXd>& by_positioner) {
+  UncertaintyBudget make(std::vector<UncertaintySource> weighed) {
     budget_.resolution = experiment_.stated.resolution;
     budget_.temperature_u = experiment_.stated.temperature_u;
     budget_.sources.push_back({.name = "fit",
@@ -35,11 +36,10 @@ class BudgetMaker {
                                .distribution = "t",
                                .input_u = not_a_number,
                                .degrees_of_freedom = not_a_number});
-    if (by_positioner) {
-      add("positioner", "normal", not_a_number, "", *by_positioner);
-    }
+    const bool weighs = !weighed.empty();
+    std::move(weighed.begin(), weighed.end(), std::back_inserter(budget_.sources));
     add_field_magnitude();
-    if (calibration_.method == method_name(Method::known) && !fields_.empty()) {
+    if (calibration_.method == method_name(Method::known) && !fields_.empty() && !weighs) {
       add_given_directions();
     }
     add_mount();
@@ -189,8 +189,8 @@ UncertaintyBudget make_budget(const Experiment& experiment,
                               const ReadingSet& set,
                               const Calibration& calibration,
                               const std::vector<Eigen::Vector3d>& fields,
-                              const std::optional<Eigen::MatrixXd>& by_positioner) {
-  return BudgetMaker(experiment, set, calibration, fields).make(by_positioner);
+                              std::vector<UncertaintySource> weighed) {
+  return BudgetMaker(experiment, set, calibration, fields).make(std::move(weighed));
 }
 
 }  // namespace axiscal

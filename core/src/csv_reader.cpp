@@ -80,6 +80,15 @@ std::optional<std::size_t> CsvReader::column(std::string_view name) const {
   return static_cast<std::size_t>(found - header_.begin());
 }
 
+std::size_t CsvReader::need(const std::string& name) const {
+  const std::optional<std::size_t> place = column(name);
+  if (!place) {
+    throw DataError(path_, line_,
+                    "column '" + name + "': is missing; the columns are: " + joined(header_));
+  }
+  return *place;
+}
+
 // Looks for the end of the line that holds `from`; fills the buffer as needed. Offsets count from
 // begin_, which moves to the front of the buffer when more must be read.
 bool CsvReader::find_line_end(std::size_t from, std::size_t& end) {

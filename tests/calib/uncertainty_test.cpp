@@ -231,6 +231,7 @@ struct CoverageCase {
   int replicates = 1;
   double normal_u = 0.0;
   bool temperature = false;
+  double slope_u = 0.0;
 };
 
 class CoverageOfStudy : public testing::TestWithParam<CoverageCase> {};
@@ -249,6 +250,10 @@ TEST_P(CoverageOfStudy, IsAsStated) {
   setup.noise_sd = Eigen::Vector3d::Constant(1e-3);
   if (one.method != Method::known) {
     setup.slope_sd = 3e-3;
+  }
+  if (one.slope_u > 0.0) {
+    setup.slope_sd = one.slope_u;
+    setup.experiment.stated.slope_u = one.slope_u;
   }
   if (one.normal_u > 0.0) {
     setup.experiment.positioner = uncertain_cube(one.normal_u);
@@ -287,6 +292,9 @@ INSTANTIATE_TEST_SUITE_P(
                     CoverageCase{.method = Method::joint, .normal_u = 1.2e-3},
                     CoverageCase{.method = Method::paired, .replicates = 3, .normal_u = 4e-4},
                     CoverageCase{.method = Method::known, .normal_u = 4e-4},
+                    CoverageCase{.method = Method::known, .slope_u = 3e-3},
+                    CoverageCase{
+                        .method = Method::known, .points = 6, .replicates = 2, .slope_u = 1e-3},
                     CoverageCase{.method = Method::paired, .temperature = true},
                     CoverageCase{.method = Method::joint, .temperature = true}));
 

@@ -143,6 +143,11 @@ TEST_F(TrustCommands, LimitsGiveAVerdictForEachUnitAndABatch) {
   EXPECT_THAT(read_file(table), HasSubstr("A2,fail,"));
   EXPECT_FALSE(json::parse(read_file(folder_.path("unit-A2.json")))["verdict"]["passed"]);
   EXPECT_EQ(calibrate(run, {"--limits", folder_.path("none.json")}).status, 3);
+  const std::string experiment = folder_.write(
+      "experiment.json",
+      R"({"format":"axiscal-experiment","version":1,"observations":"second.csv","limits":"limits.json",
+          "instrument":{"kind":"accelerometer"},"field":{"kind":"gravity"}})");
+  EXPECT_THAT(run_axiscal({"calibrate", experiment}).err, HasSubstr("unit: fail: x.bias"));
 }
 
 TEST_F(TrustCommands, SuggestionsAreMadeAndFollowedOnlyOnRequest) {

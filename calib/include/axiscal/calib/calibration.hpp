@@ -257,6 +257,13 @@ struct Calibration {
                                           const Eigen::Vector3d& field_in_sensor,
                                           std::optional<double> temperature);
 
+/// The way back: what would have been read at the reference temperature.
+/// @param readings     v, m entries [unit].
+/// @param temperature  at which they were taken; without one, or without terms, they stay.
+[[nodiscard]] Eigen::VectorXd reading_at_reference(const Calibration& calibration,
+                                                   Eigen::VectorXd readings,
+                                                   std::optional<double> temperature);
+
 /// @return what users of this kind of instrument call the calibration: hard iron, responsivity, ...
 [[nodiscard]] std::vector<Quantity> quantities_of(const Calibration& calibration);
 

@@ -125,6 +125,7 @@ struct Experiment {
   /// What is not fitted is taken from it: of method `bias` the sensitivity.
   std::shared_ptr<const Calibration> from;
   std::vector<int> leave_out;  ///< runs not used
+  std::string limits;          ///< file of what a unit must meet; calibrate() does not look at it
 };
 
 /// An experiment that contradicts itself or lacks what it needs: a usage error.

@@ -32,6 +32,7 @@ struct ObservationColumns {
   bool needs_labels = false;                  ///< `rest` and `fence`, even where the field is given
   bool needs_samples = false;                 ///< `samples`
   bool needs_temperature = false;             ///< `temperature`
+  bool takes_several_units = false;           ///< else a second `serial` is an error
   bool needs_sd = false;                      ///< `AXIS_sd` for each axis, positive
 };
 

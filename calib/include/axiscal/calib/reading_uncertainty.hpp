@@ -25,6 +25,11 @@ struct ReadingNoise {
   double temperature_u = 0.0;  ///< standard uncertainty of the temperature output
 };
 
+/// @return what a record states of readings: their resolution, the temperature output's
+/// uncertainty;
+///         their scatter is that of the fit.
+[[nodiscard]] ReadingNoise stated_noise(const Calibration& calibration);
+
 /// Standard uncertainties of what a reading says, in the same units.
 struct ReducedUncertainty {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< [field unit]

@@ -38,6 +38,15 @@ struct TemperatureResponse {
   /// @return scale_k(t).
   [[nodiscard]] double scale_at(Eigen::Index axis, double t) const;
 
+  /// @param at_reference  b_k, the bias of the axis [unit].
+  /// @return (v - bias_k(t)) / scale_k(t): what is above the bias, as at the reference [unit].
+  [[nodiscard]] double above_bias(Eigen::Index axis,
+                                  double reading,
+                                  double at_reference,
+                                  double t) const {
+    return (reading - at_reference - bias_shift(axis, t)) / scale_at(axis, t);
+  }
+
   /// @return whether t lies outside what was calibrated.
   [[nodiscard]] bool is_extrapolated(double t) const { return t < low || t > high; }
 };

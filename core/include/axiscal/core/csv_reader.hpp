@@ -49,6 +49,10 @@ class CsvReader {
   /// @return the position of a column, or nothing if there is none of that name.
   [[nodiscard]] std::optional<std::size_t> column(std::string_view name) const;
 
+  /// @return the position of a column.
+  /// @throws DataError  if there is none of that name; the message lists those that there are.
+  [[nodiscard]] std::size_t need(const std::string& name) const;
+
   /// Goes on to the next row.
   ///
   /// A row with the wrong number of cells, a quote that is not closed, text behind a closing quote
