@@ -472,6 +472,8 @@ Command parse_command_line(std::vector<std::string> arguments) {
            "each run has a cube made with such errors, which the calibration does not know");
   study_app->add_flag("--random-normals", study.random_normals,
                       "each run's cube differs from --positioner by its normal_covariance");
+  study_app->add_flag("--regression-only", study.regression_only,
+                      "noise alone on a field known exactly: millions of trials a second");
   study_app->add_option("--merge", study.merge, "put shards together")->type_name("FILES");
   add_output(*study_app, study.output);
   study_app->add_flag("--json", study.json, "print JSON instead of a table");

@@ -130,6 +130,7 @@ struct StudyCommand {
   std::optional<std::string> trials, shard, noise, slope_sd, temperature_sd, tolerances;
   std::string output = "-";
   bool random_normals = false;
+  bool regression_only = false;
   bool json = false;
 };
 

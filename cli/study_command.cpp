@@ -54,7 +54,7 @@ int merge_shards(const StudyCommand& command) {
   } catch (const DomainError& error) {
     throw DataError(files.front(), error.what());
   }
-  const auto blocks = (all.trials + study_block - 1) / study_block;
+  const std::int64_t blocks = block_count(all);
   if (static_cast<std::int64_t>(all.blocks.size()) < blocks) {
     std::fprintf(stderr, "warning: %zu of %lld blocks of trials are there; some shard is missing\n",
                  all.blocks.size(), static_cast<long long>(blocks));
@@ -133,6 +133,7 @@ StudySetup setup_of(const StudyCommand& command) {
     setup.slope_sd = not_negative_of("--slope-sd", *command.slope_sd);
   }
   setup.random_normals = command.random_normals;
+  setup.regression_only = command.regression_only;
   if (command.tolerances) {
     setup.tolerances = tolerances_of(*command.tolerances);
     setup.drawing = drawing_of(setup.experiment.positioner);

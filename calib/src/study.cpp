@@ -13,9 +13,11 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/parallel.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
 #include "covariance_root.hpp"
+#include "study_blocks.hpp"
 
 namespace axiscal {
 namespace {
@@ -190,9 +192,9 @@ std::string digest_of(const StudySetup& setup) {
   for (const double value :
        {static_cast<double>(setup.replicates), setup.simulation.noise_sd,
         setup.simulation.slope.x(), setup.simulation.slope.y(), setup.simulation.resolution,
-        setup.simulation.temperature_sd, setup.slope_sd, made.foot_height_m, made.ball_radius_m,
-        made.squareness_rad, made.fence_rad, setup.random_normals ? 1.0 : 0.0,
-        setup.experiment.robust ? 1.0 : 0.0,
+        setup.simulation.temperature_sd, setup.regression_only ? 1.0 : 0.0, setup.slope_sd,
+        made.foot_height_m, made.ball_radius_m, made.squareness_rad, made.fence_rad,
+        setup.random_normals ? 1.0 : 0.0, setup.experiment.robust ? 1.0 : 0.0,
         static_cast<double>(setup.experiment.temperature.order), setup.experiment.stated.slope_u,
         setup.experiment.stated.direction_u_rad, setup.experiment.field.magnitude_u}) {
     put(value);
@@ -229,6 +231,11 @@ Study run_study(const StudySetup& given,
   if (trials < 1 || shard.count < 1 || shard.number < 1 || shard.number > shard.count) {
     throw DomainError("run_study: at least one trial, and a shard I of N with 1 <= I <= N");
   }
+  Study study{.seed = seed, .trials = trials, .setup = digest_of(given)};
+  if (given.regression_only) {
+    run_regression_study(given, shard, progress, study);
+    return study;
+  }
   StudySetup setup = given;
   setup.experiment.search_for_mistakes = false;  // it changes no coefficient
   Eigen::MatrixXd normal_root;
@@ -239,55 +246,74 @@ Study run_study(const StudySetup& given,
   if (setup.random_normals) {
     normal_root = covariance_root(*covariance);
   }
-  Study study{.seed = seed, .trials = trials, .setup = digest_of(setup)};
   const bool angles = gives_angles(setup);
-  const std::int64_t blocks = (trials + study_block - 1) / study_block;
-  std::int64_t done = 0;
-  const auto name_parameters = [&](const Calibration& calibration) {
-    study.parameters = calibration.statistics->parameter_names;
-    for (const std::string_view name : Trial::angle_names) {
-      if (angles) {
-        study.parameters.emplace_back(name);
-      }
+  study.block = 250;
+  const auto names_of = [&](const Calibration& calibration) {
+    std::vector<std::string> names = calibration.statistics->parameter_names;
+    if (angles) {
+      names.insert(names.end(), Trial::angle_names.begin(), Trial::angle_names.end());
     }
+    return names;
   };
-  for (std::int64_t block = shard.number - 1; block < blocks; block += shard.count) {
+  struct Block {
+    std::vector<std::string> parameters;
     std::vector<StudySums> sums;
-    const std::int64_t last = std::min(trials, (block + 1) * study_block);
-    for (std::int64_t t = block * study_block; t < last; ++t) {
+    std::int64_t refused = 0;
+  };
+  // The first trial of a shard must give a calibration: else it says why none does.
+  const auto run_block = [&](std::int64_t number, bool is_first) {
+    Block block;
+    const std::int64_t last = std::min(trials, (number + 1) * study.block);
+    for (std::int64_t t = number * study.block; t < last; ++t) {
       Calibration calibration;
       Trial trial(setup, normal_root, seed_of_trial(seed, t));
       try {
         calibration = trial.calibrated();
       } catch (const RefusedError&) {
-        if (study.parameters.empty()) {
+        if (is_first && block.parameters.empty()) {
           throw;
         }
-        ++study.refused;
+        ++block.refused;
         continue;
       }
-      if (study.parameters.empty()) {
-        name_parameters(calibration);
+      if (block.parameters.empty()) {
+        block.parameters = names_of(calibration);
+        block.sums.resize(block.parameters.size());
       }
-      sums.resize(study.parameters.size());
       const std::vector<ParameterUncertainty> stated = parameter_uncertainties(calibration);
       const Calibration truth = truth_about(setup.truth, calibration);
-      for (std::size_t p = 0; p < stated.size() && p < sums.size(); ++p) {
-        Trial::add(sums[p], stated[p].value - parameter_value(truth, stated[p].name),
+      for (std::size_t p = 0; p < stated.size() && p < block.sums.size(); ++p) {
+        Trial::add(block.sums[p], stated[p].value - parameter_value(truth, stated[p].name),
                    stated[p].uncertainty.u, stated[p].uncertainty.expanded);
       }
       if (angles) {
-        trial.add_angles(calibration, sums, stated.size());
+        trial.add_angles(calibration, block.sums, stated.size());
       }
-      ++done;
     }
-    study.blocks.push_back(block);
-    study.sums.push_back(std::move(sums));
-    if (progress) {
-      progress(done);
-    }
+    return block;
+  };
+  study.blocks = blocks_of_shard(study, shard);
+  std::vector<Block> blocks(study.blocks.size());
+  ProgressReport report(progress);
+  const auto run_one = [&](std::size_t i) {
+    blocks[i] = run_block(study.blocks[i], i == 0);
+    report.add(std::min(trials, (study.blocks[i] + 1) * study.block) -
+               study.blocks[i] * study.block);
+  };
+  if (!blocks.empty()) {
+    run_one(0);
+    for_each_in_parallel(blocks.size() - 1, [&](std::size_t i) { run_one(i + 1); });
+    study.parameters = blocks.front().parameters;
+  }
+  for (Block& block : blocks) {
+    study.refused += block.refused;
+    study.sums.push_back(std::move(block.sums));
   }
   return study;
+}
+
+std::int64_t block_count(const Study& study) {
+  return study.block > 0 ? (study.trials + study.block - 1) / study.block : 0;
 }
 
 Study merge(const std::vector<Study>& shards) {
@@ -296,6 +322,7 @@ Study merge(const std::vector<Study>& shards) {
   }
   Study all{.seed = shards.front().seed,
             .trials = shards.front().trials,
+            .block = shards.front().block,
             .setup = shards.front().setup,
             .parameters = shards.front().parameters};
   std::vector<std::pair<std::int64_t, const std::vector<StudySums>*>> parts;
@@ -354,9 +381,10 @@ std::vector<StudyResult> results_of(const Study& study) {
 }
 
 std::string study_json(const Study& study, bool with_blocks) {
-  Json json = {{"format", "axiscal-study"},  {"version", 1},         {"seed", study.seed},
-               {"trials", study.trials},     {"setup", study.setup}, {"refused", study.refused},
-               {"parameters", Json::array()}};
+  Json json = {{"format", "axiscal-study"}, {"version", 1},
+               {"seed", study.seed},        {"trials", study.trials},
+               {"block", study.block},      {"setup", study.setup},
+               {"refused", study.refused},  {"parameters", Json::array()}};
   for (const StudyResult& result : results_of(study)) {
     json["parameters"].push_back({{"parameter", result.parameter},
                                   {"mean_error", result.mean_error},
@@ -383,6 +411,7 @@ Study parse_study(std::string_view text, const std::string& path) {
   Study study;
   study.seed = static_cast<std::uint64_t>(json.at("seed").number());
   study.trials = static_cast<std::int64_t>(json.at("trials").number());
+  study.block = static_cast<std::int64_t>(json.at("block").number());
   study.setup = json.text_or("setup");
   study.refused = static_cast<std::int64_t>(json.at("refused").number());
   for (const JsonValue& parameter : json.at("parameters").elements()) {

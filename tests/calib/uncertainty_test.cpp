@@ -319,6 +319,45 @@ TEST(Study, ShardsAddUpToTheWhole) {
   EXPECT_THROW(static_cast<void>(run_study(setup, 10, 5, {.number = 4, .count = 3})), DomainError);
 }
 
+// The fast study of the regression alone: errors as theory has them, and as whole calibrations by
+// `known` have them.
+TEST(Study, OfTheRegressionAloneAgreesWithTheoryAndWithWholeCalibrations) {
+  StudySetup setup;
+  setup.truth = accelerometer_truth();
+  setup.truth.field.in_table = Eigen::Vector3d::UnitZ();
+  setup.experiment = experiment_for(setup.truth);
+  setup.experiment.method = Method::known;
+  setup.design = standard_design(12);
+  setup.noise_sd = Eigen::Vector3d(1e-3, 2e-3, 3e-3);
+  setup.angles = false;
+  const Study whole = run_study(setup, 1000, 3);
+  setup.regression_only = true;
+  const Study fast = run_study(setup, 300000, 3);
+  EXPECT_EQ(fast.parameters, whole.parameters);
+  const std::vector<StudyResult> fasts = results_of(fast);
+  const std::vector<StudyResult> wholes = results_of(whole);
+  for (std::size_t p = 0; p < fasts.size(); ++p) {
+    const double sd =
+        setup.noise_sd(static_cast<Eigen::Index>(p / 4)) / std::sqrt(p % 4 == 0 ? 12.0 : 4.0);
+    EXPECT_NEAR(fasts[p].sd / sd, 1.0, 0.007) << fasts[p].parameter;
+    EXPECT_NEAR(fasts[p].stated_u / sd, 1.0, 0.007);
+    EXPECT_NEAR(fasts[p].coverage_95, 0.95, 0.002);
+    EXPECT_LT(std::abs(fasts[p].mean_error), 5.0 * sd / std::sqrt(3e5));
+    EXPECT_NEAR(wholes[p].sd / fasts[p].sd, 1.0, 0.1);
+    EXPECT_NEAR(wholes[p].stated_u / fasts[p].stated_u, 1.0, 0.1);
+  }
+  std::vector<Study> shards;
+  for (int i = 1; i <= 3; ++i) {
+    const Study shard = run_study(setup, 300000, 3, {.number = i, .count = 3});
+    shards.push_back(parse_study(study_json(shard, true), "s.json"));
+  }
+  EXPECT_EQ(study_json(merge(shards), true), study_json(fast, true));
+  shards.back() = whole;
+  EXPECT_THROW(static_cast<void>(merge(shards)), DomainError);
+  setup.slope_sd = 1e-3;
+  EXPECT_THROW(static_cast<void>(run_study(setup, 1000, 3)), DomainError);
+}
+
 // ---- check ----
 
 TEST(DriftCheck, FindsNoDriftInGoodRunsAndDriftInOthers) {

@@ -30,6 +30,9 @@ struct StudySetup {
   Tolerances tolerances;
   /// Each run's face normals are those of experiment.positioner and errors of its covariance.
   bool random_normals = false;
+  /// The regression alone: the field of every reading is known exactly, only noise is simulated,
+  /// and biases and sensitivities are looked at. Ten thousand times as fast.
+  bool regression_only = false;
   bool angles = true;  ///< also components and angles that one reading gives, in a random attitude
                        ///< of each run (|pitch| below 80 degrees)
 };
@@ -54,6 +57,7 @@ struct StudySums {
 struct Study {
   std::uint64_t seed = 1;
   std::int64_t trials = 0;  ///< of the whole study
+  std::int64_t block = 0;   ///< trials in a block
   std::string setup;        ///< a digest of what was simulated: shards of one study have the same
   std::vector<std::string> parameters;
   std::vector<std::int64_t> blocks;          ///< numbers of those that were done
@@ -70,18 +74,20 @@ struct StudyResult {
   double coverage_95 = 0.0;  ///< share of the stated 95 % intervals that held the truth
 };
 
-/// Trials in a block.
-inline constexpr std::int64_t study_block = 250;
-
-/// Runs the trials of a shard. Trial t depends on the seed and t alone.
-/// @param progress  told how many trials are done; may be empty.
-/// @throws DomainError  for fewer than 1 trial or a shard that is none.
+/// Runs the trials of a shard, on all cores. Trial t depends on the seed and t alone, so that
+/// neither shards nor cores change the result.
+/// @param progress  told how many trials are done; may be empty; never called twice at once.
+/// @throws DomainError  for fewer than 1 trial, a shard that is none, or `regression_only` with
+///                      what it cannot do (temperature terms, second fields, one-sided axes).
 /// @throws SetupError, RefusedError  as calibrate(), if the first trial has no calibration.
 [[nodiscard]] Study run_study(const StudySetup& setup,
                               std::int64_t trials,
                               std::uint64_t seed,
                               const Shard& shard = {},
                               const std::function<void(std::int64_t)>& progress = {});
+
+/// @return how many blocks the whole study has.
+[[nodiscard]] std::int64_t block_count(const Study& study);
 
 /// Puts shards together.
 /// @throws DomainError  if they are of different studies, or a block is there twice.

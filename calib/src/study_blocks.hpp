@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <mutex>
+
+#include "axiscal/calib/study.hpp"
+
+namespace axiscal {
+
+/// Numbers of the blocks that a shard does: every N-th, from the I-th.
+[[nodiscard]] inline std::vector<std::int64_t> blocks_of_shard(const Study& study,
+                                                               const Shard& shard) {
+  std::vector<std::int64_t> blocks;
+  for (std::int64_t block = shard.number - 1; block < block_count(study); block += shard.count) {
+    blocks.push_back(block);
+  }
+  return blocks;
+}
+
+/// Tells how many trials are done, from whichever thread has done some.
+class ProgressReport {
+ public:
+  explicit ProgressReport(const std::function<void(std::int64_t)>& progress)
+      : progress_(progress) {}
+
+  void add(std::int64_t trials) {
+    const std::scoped_lock lock(mutex_);
+    done_ += trials;
+    if (progress_) {
+      progress_(done_);
+    }
+  }
+
+ private:
+  const std::function<void(std::int64_t)>& progress_;
+  std::mutex mutex_;
+  std::int64_t done_ = 0;
+};
+
+/// The study of the regression alone: fills parameters, block, blocks and sums.
+/// @param study  its seed, trials and setup are there.
+void run_regression_study(const StudySetup& setup,
+                          const Shard& shard,
+                          const std::function<void(std::int64_t)>& progress,
+                          Study& study);
+
+}  // namespace axiscal

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/core/parallel.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace axiscal {
+
+void for_each_in_parallel(std::size_t count,
+                          const std::function<void(std::size_t)>& work,
+                          std::size_t threads) {
+  const std::size_t cores = threads > 0 ? threads : std::thread::hardware_concurrency();
+  const std::size_t used = std::min(std::max<std::size_t>(cores, 1), count);
+  if (used <= 1) {
+    for (std::size_t i = 0; i < count; ++i) {
+      work(i);
+    }
+    return;
+  }
+  std::atomic<std::size_t> next = 0;
+  std::mutex mutex;
+  std::exception_ptr error;
+  std::size_t error_at = count;
+  const auto run = [&] {
+    for (std::size_t i = next++; i < count; i = next++) {
+      try {
+        work(i);
+      } catch (...) {
+        const std::scoped_lock lock(mutex);
+        if (i < error_at) {
+          error_at = i;
+          error = std::current_exception();
+        }
+        next = count;  // no more is begun; lower numbers are already under way
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> pool;
+    for (std::size_t t = 1; t < used; ++t) {
+      pool.emplace_back(run);
+    }
+    run();
+  }
+  if (error) {
+    std::rethrow_exception(error);
+  }
+}
+
+}  // namespace axiscal

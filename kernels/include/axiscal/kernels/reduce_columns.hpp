@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+namespace axiscal {
+
+/// f = A (v - b), three axes.
+struct ColumnReduction {
+  std::array<double, 3> bias{};     ///< b [unit of the readings]
+  std::array<double, 9> inverse{};  ///< A, row by row [field unit per unit]
+  double magnitude = 1.0;           ///< F, for the pitch [field unit]
+};
+
+/// Three columns, x y z, of equal length.
+using ReadColumns = std::array<std::span<const double>, 3>;
+using WrittenColumns = std::array<std::span<double>, 3>;
+
+/// Pitch and roll of each row; in radian.
+struct AngleColumns {
+  std::span<double> pitch_rad;  ///< asin(f_x / F), its argument clamped to -1 .. 1; NaN stays NaN
+  std::span<double> roll_rad;   ///< atan2(f_y, f_z)
+};
+
+/// Reduces readings, a column for each axis. `field` may be `readings` itself (in place).
+void reduce_columns(const ColumnReduction& reduction,
+                    const ReadColumns& readings,
+                    const WrittenColumns& field);
+
+/// The same, and pitch and roll from the field in forward-left-up axes.
+void reduce_columns(const ColumnReduction& reduction,
+                    const ReadColumns& readings,
+                    const WrittenColumns& field,
+                    const AngleColumns& angles);
+
+/// Reduces readings that stand in rows of three: x y z x y z ...; `field` may be `readings`.
+void reduce_rows(const ColumnReduction& reduction,
+                 std::span<const double> readings,
+                 std::span<double> field);
+
+/// The references, in plain code.
+void reduce_columns_plain(const ColumnReduction& reduction,
+                          const ReadColumns& readings,
+                          const WrittenColumns& field);
+void add_angles_plain(const ColumnReduction& reduction,
+                      const ReadColumns& field,
+                      const AngleColumns& angles);
+
+}  // namespace axiscal

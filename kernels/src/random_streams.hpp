@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+
+namespace axiscal {
+
+inline constexpr std::size_t stream_count = 8;
+inline constexpr std::uint64_t exponent_of_one = 0x3FF0000000000000ULL;
+inline constexpr double two_pi = 2.0 * std::numbers::pi;
+
+/// The start of eight streams of xoshiro256++, from a seed and a block's number by splitmix64.
+class RandomStreams {
+ public:
+  RandomStreams(std::uint64_t seed, std::uint64_t block) {
+    // Mixed twice, so that neighbouring seeds and blocks have nothing in common.
+    std::uint64_t x = mixed(mixed(seed) ^ (block + 0x9E3779B97F4A7C15ULL));
+    for (std::size_t stream = 0; stream < stream_count; ++stream) {
+      for (auto& word : words_) {
+        x += 0x9E3779B97F4A7C15ULL;
+        word[stream] = mixed(x);
+      }
+    }
+  }
+
+  /// @return word 0 .. 3 of the eight states.
+  [[nodiscard]] const std::uint64_t* word(std::size_t number) const {
+    return words_[number].data();
+  }
+
+ private:
+  static std::uint64_t mixed(std::uint64_t z) {
+    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
+    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
+    return z ^ (z >> 31U);
+  }
+
+  std::array<std::array<std::uint64_t, stream_count>, 4> words_{};
+};
+
+// Taylor series of sin(x) / x and cos(x) in x^2: 1e-17 at pi / 4.
+inline constexpr std::array<double, 8> sine_series = {
+    1.0,          -1.0 / 6,          1.0 / 120,          -1.0 / 5040,
+    1.0 / 362880, -1.0 / 39916800.0, 1.0 / 6227020800.0, -1.0 / 1307674368000.0};
+inline constexpr std::array<double, 9> cosine_series = {1.0,
+                                                        -1.0 / 2,
+                                                        1.0 / 24,
+                                                        -1.0 / 720,
+                                                        1.0 / 40320,
+                                                        -1.0 / 3628800.0,
+                                                        1.0 / 479001600.0,
+                                                        -1.0 / 87178291200.0,
+                                                        1.0 / 20922789888000.0};
+
+}  // namespace axiscal

@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/kernels/regression_trials.hpp"
+
+#ifdef AXISCAL_HIGHWAY
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "regression_trials.cpp"
+#include "vector_lanes.hpp"
+//
+#include <hwy/foreach_target.h>
+//
+#include <hwy/aligned_allocator.h>
+#include <hwy/highway.h>
+//
+#include <hwy/contrib/math/math-inl.h>
+
+#include "random_streams.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace axiscal {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Lanes = hn::CappedTag<double, stream_count>;
+using Bits = hn::RebindToUnsigned<Lanes>;
+using Double = hn::Vec<Lanes>;
+
+// As many streams of xoshiro256++ as the machine has lanes.
+class NormalLanes {
+ public:
+  NormalLanes(const RandomStreams& streams, std::size_t first) {
+    for (std::size_t word = 0; word < 4; ++word) {
+      state_[word] = hn::LoadU(bits_, streams.word(word) + first);
+    }
+  }
+
+  // Two independent normals in every lane (Box and Muller).
+  void next(Double& one, Double& other) {
+    const Double u = hn::Sub(hn::Set(lanes_, 2.0), one_to_two());  // (0, 1]
+    const Double r = hn::Sqrt(hn::Mul(hn::Set(lanes_, -2.0), hn::Log(lanes_, u)));
+    const Double turn = hn::Sub(one_to_two(), hn::Set(lanes_, 1.0));
+    // Angle 2 pi turn, reduced to a quarter's middle: theta within +- pi/4.
+    const Double quarter = hn::Round(hn::Mul(turn, hn::Set(lanes_, 4.0)));
+    const Double theta =
+        hn::Mul(hn::NegMulAdd(quarter, hn::Set(lanes_, 0.25), turn), hn::Set(lanes_, two_pi));
+    const Double square = hn::Mul(theta, theta);
+    const Double sine = hn::Mul(theta, polynomial(square, sine_series));
+    const Double cosine = polynomial(square, cosine_series);
+    const auto is = [&](double k) { return hn::Eq(quarter, hn::Set(lanes_, k)); };
+    const auto swapped = hn::Or(is(1.0), is(3.0));
+    const Double c = hn::IfThenElse(swapped, sine, cosine);
+    const Double s = hn::IfThenElse(swapped, cosine, sine);
+    one = hn::Mul(r, hn::IfThenElse(hn::Or(is(1.0), is(2.0)), hn::Neg(c), c));
+    other = hn::Mul(r, hn::IfThenElse(hn::Or(is(2.0), is(3.0)), hn::Neg(s), s));
+  }
+
+ private:
+  using Word = hn::Vec<Bits>;
+
+  Double one_to_two() {
+    const Word sum = hn::Add(state_[0], state_[3]);
+    const Word result = hn::Add(hn::RotateRight<41>(sum), state_[0]);
+    const Word shifted = hn::ShiftLeft<17>(state_[1]);
+    state_[2] = hn::Xor(state_[2], state_[0]);
+    state_[3] = hn::Xor(state_[3], state_[1]);
+    state_[1] = hn::Xor(state_[1], state_[2]);
+    state_[0] = hn::Xor(state_[0], state_[3]);
+    state_[2] = hn::Xor(state_[2], shifted);
+    state_[3] = hn::RotateRight<19>(state_[3]);
+    return hn::BitCast(lanes_, hn::Or(hn::ShiftRight<12>(result), hn::Set(bits_, exponent_of_one)));
+  }
+
+  template <std::size_t terms>
+  [[nodiscard]] Double polynomial(Double x, const std::array<double, terms>& series) const {
+    Double sum = hn::Set(lanes_, series.back());
+    for (std::size_t i = terms - 1; i-- > 0;) {
+      sum = hn::MulAdd(sum, x, hn::Set(lanes_, series[i]));
+    }
+    return sum;
+  }
+
+  Lanes lanes_;
+  Bits bits_;
+  Word state_[4];
+};
+
+void FillNormals(std::uint64_t seed, std::uint64_t block, std::span<double> values) {
+  const Lanes lanes;
+  const RandomStreams streams(seed, block);
+  for (std::size_t first = 0; first < stream_count; first += hn::Lanes(lanes)) {
+    NormalLanes normals(streams, first);
+    for (std::size_t i = first; i < values.size(); i += 2 * stream_count) {
+      Double one;
+      Double other;
+      normals.next(one, other);
+      hn::StoreU(one, lanes, &values[i]);
+      hn::StoreU(other, lanes, &values[i + stream_count]);
+    }
+  }
+}
+
+// One response of one trial in each lane: its sums are in `sums`, 4 p vectors.
+class TrialLanes {
+ public:
+  TrialLanes(const RegressionTrials& trials, std::size_t first)
+      : trials_(trials), first_(first), n_(trials.readings), p_(trials.parameters) {
+    const std::size_t width = hn::Lanes(lanes_);
+    noise_ = hwy::AllocateAligned<double>((n_ + 1) * width);
+    errors_ = hwy::AllocateAligned<double>(p_ * width);
+    sums_ = hwy::AllocateAligned<double>(trials.responses * p_ * 4 * width);
+    std::fill_n(sums_.get(), trials.responses * p_ * 4 * width, 0.0);
+    for (std::size_t k = 0; k < trials.responses; ++k) {
+      for (std::size_t i = 0; i < n_; ++i) {
+        double mean = 0.0;
+        for (std::size_t j = 0; j < p_; ++j) {
+          mean += trials.design[i * p_ + j] * trials.truth[k * p_ + j];
+        }
+        means_.push_back(mean);
+      }
+    }
+  }
+
+  // The next trial in each lane; those at or beyond `count` count nothing.
+  void run(NormalLanes& normals, std::size_t trial, std::size_t count) {
+    const std::size_t width = hn::Lanes(lanes_);
+    const auto left = static_cast<double>(count) - static_cast<double>(trial + first_);
+    const auto counts = hn::Lt(hn::Iota(lanes_, 0.0), hn::Set(lanes_, left));
+    for (std::size_t k = 0; k < trials_.responses; ++k) {
+      read(normals, k);
+      const Double variance = fit(k);
+      for (std::size_t j = 0; j < p_; ++j) {
+        const Double error = hn::IfThenElseZero(counts, hn::Load(lanes_, &errors_[j * width]));
+        const Double u_squared = hn::IfThenElseZero(
+            counts, hn::Mul(variance, hn::Set(lanes_, trials_.unscaled_variance[j])));
+        const Double square = hn::Mul(error, error);
+        const auto covered = hn::And(
+            counts,
+            hn::Le(square, hn::Mul(u_squared, hn::Set(lanes_, trials_.coverage_factor *
+                                                                  trials_.coverage_factor))));
+        double* const at = &sums_[(k * p_ + j) * 4 * width];
+        add(at, error);
+        add(at + width, square);
+        add(at + 2 * width, u_squared);
+        add(at + 3 * width, hn::IfThenElseZero(covered, hn::Set(lanes_, 1.0)));
+      }
+    }
+  }
+
+  void add_to(std::vector<RegressionTrialSums>& all) const {
+    const std::size_t width = hn::Lanes(lanes_);
+    for (std::size_t q = 0; q < all.size(); ++q) {
+      for (std::size_t lane = 0; lane < width; ++lane) {
+        const double* const at = &sums_[q * 4 * width + lane];
+        all[q].error += at[0];
+        all[q].error_squared += at[width];
+        all[q].u_squared += at[2 * width];
+        all[q].covered += at[3 * width];
+      }
+    }
+  }
+
+ private:
+  void read(NormalLanes& normals, std::size_t response) {
+    const std::size_t width = hn::Lanes(lanes_);
+    const Double sd = hn::Set(lanes_, trials_.noise_sd[response]);
+    const double* const means = &means_[response * n_];
+    for (std::size_t i = 0; i < n_; i += 2) {
+      Double one;
+      Double other;
+      normals.next(one, other);
+      hn::Store(hn::MulAdd(sd, one, hn::Set(lanes_, means[i])), lanes_, &noise_[i * width]);
+      if (i + 1 < n_) {
+        hn::Store(hn::MulAdd(sd, other, hn::Set(lanes_, means[i + 1])), lanes_,
+                  &noise_[(i + 1) * width]);
+      }
+    }
+  }
+
+  // b = P y and its errors; returns s^2 from the residuals y - X b.
+  Double fit(std::size_t response) {
+    const std::size_t width = hn::Lanes(lanes_);
+    for (std::size_t j = 0; j < p_; ++j) {
+      Double sum = hn::Zero(lanes_);
+      for (std::size_t i = 0; i < n_; ++i) {
+        sum = hn::MulAdd(hn::Set(lanes_, trials_.pseudo_inverse[j * n_ + i]),
+                         hn::Load(lanes_, &noise_[i * width]), sum);
+      }
+      hn::Store(sum, lanes_, &errors_[j * width]);
+    }
+    Double rss = hn::Zero(lanes_);
+    for (std::size_t i = 0; i < n_; ++i) {
+      Double residual = hn::Load(lanes_, &noise_[i * width]);
+      for (std::size_t j = 0; j < p_; ++j) {
+        residual = hn::NegMulAdd(hn::Set(lanes_, trials_.design[i * p_ + j]),
+                                 hn::Load(lanes_, &errors_[j * width]), residual);
+      }
+      rss = hn::MulAdd(residual, residual, rss);
+    }
+    for (std::size_t j = 0; j < p_; ++j) {
+      hn::Store(hn::Sub(hn::Load(lanes_, &errors_[j * width]),
+                        hn::Set(lanes_, trials_.truth[response * p_ + j])),
+                lanes_, &errors_[j * width]);
+    }
+    return hn::Mul(rss, hn::Set(lanes_, 1.0 / static_cast<double>(n_ - p_)));
+  }
+
+  void add(double* at, Double value) {
+    hn::Store(hn::Add(hn::Load(lanes_, at), value), lanes_, at);
+  }
+
+  Lanes lanes_;
+  const RegressionTrials& trials_;
+  std::size_t first_;
+  std::size_t n_;
+  std::size_t p_;
+  std::vector<double> means_;                   // X b of each response
+  hwy::AlignedFreeUniquePtr<double[]> noise_;   // readings of one response
+  hwy::AlignedFreeUniquePtr<double[]> errors_;  // estimates, then their errors
+  hwy::AlignedFreeUniquePtr<double[]> sums_;
+};
+
+std::vector<RegressionTrialSums> RunTrials(const RegressionTrials& trials,
+                                           std::uint64_t seed,
+                                           std::uint64_t block,
+                                           std::size_t count) {
+  const Lanes lanes;
+  const RandomStreams streams(seed, block);
+  std::vector<RegressionTrialSums> all(trials.responses * trials.parameters);
+  for (std::size_t first = 0; first < stream_count; first += hn::Lanes(lanes)) {
+    NormalLanes normals(streams, first);
+    TrialLanes fits(trials, first);
+    for (std::size_t trial = 0; trial < count; trial += stream_count) {
+      fits.run(normals, trial, count);
+    }
+    fits.add_to(all);
+  }
+  return all;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace axiscal
+HWY_AFTER_NAMESPACE();
+#else
+#include "random_streams.hpp"
+#define HWY_ONCE 1
+#endif
+
+#if HWY_ONCE
+#include <algorithm>
+#include <cmath>
+
+namespace axiscal {
+namespace {
+
+// One stream, one number after the other.
+class PlainNormals {
+ public:
+  PlainNormals(const RandomStreams& streams, std::size_t stream) {
+    for (std::size_t word = 0; word < 4; ++word) {
+      state_[word] = streams.word(word)[stream];
+    }
+  }
+
+  std::array<double, 2> next() {
+    const double u = 2.0 - one_to_two();
+    const double r = std::sqrt(-2.0 * std::log(u));
+    const double angle = two_pi * (one_to_two() - 1.0);
+    return {r * std::cos(angle), r * std::sin(angle)};
+  }
+
+ private:
+  double one_to_two() {
+    const std::uint64_t result = std::rotl(state_[0] + state_[3], 23) + state_[0];
+    const std::uint64_t shifted = state_[1] << 17U;
+    state_[2] ^= state_[0];
+    state_[3] ^= state_[1];
+    state_[1] ^= state_[2];
+    state_[0] ^= state_[3];
+    state_[2] ^= shifted;
+    state_[3] = std::rotl(state_[3], 45);
+    return std::bit_cast<double>((result >> 12U) | exponent_of_one);
+  }
+
+  std::array<std::uint64_t, 4> state_{};
+};
+
+void add_trial(const RegressionTrials& trials,
+               std::size_t response,
+               const std::vector<double>& readings,
+               std::vector<RegressionTrialSums>& all) {
+  const std::size_t p = trials.parameters;
+  std::vector<double> estimate(p, 0.0);
+  for (std::size_t j = 0; j < p; ++j) {
+    for (std::size_t i = 0; i < trials.readings; ++i) {
+      estimate[j] += trials.pseudo_inverse[j * trials.readings + i] * readings[i];
+    }
+  }
+  double rss = 0.0;
+  for (std::size_t i = 0; i < trials.readings; ++i) {
+    double residual = readings[i];
+    for (std::size_t j = 0; j < p; ++j) {
+      residual -= trials.design[i * p + j] * estimate[j];
+    }
+    rss += residual * residual;
+  }
+  const double variance = rss / static_cast<double>(trials.readings - p);
+  for (std::size_t j = 0; j < p; ++j) {
+    const double error = estimate[j] - trials.truth[response * p + j];
+    const double u = std::sqrt(variance * trials.unscaled_variance[j]);
+    RegressionTrialSums& sums = all[response * p + j];
+    sums.error += error;
+    sums.error_squared += error * error;
+    sums.u_squared += u * u;
+    sums.covered += std::abs(error) <= trials.coverage_factor * u ? 1.0 : 0.0;
+  }
+}
+
+}  // namespace
+
+void fill_normals_plain(std::uint64_t seed, std::uint64_t block, std::span<double> values) {
+  const RandomStreams streams(seed, block);
+  for (std::size_t s = 0; s < stream_count; ++s) {
+    PlainNormals normals(streams, s);
+    for (std::size_t i = s; i < values.size(); i += 2 * stream_count) {
+      const std::array<double, 2> pair = normals.next();
+      values[i] = pair[0];
+      values[i + stream_count] = pair[1];
+    }
+  }
+}
+
+std::vector<RegressionTrialSums> run_regression_trials_plain(const RegressionTrials& trials,
+                                                             std::uint64_t seed,
+                                                             std::uint64_t block,
+                                                             std::size_t count) {
+  const RandomStreams streams(seed, block);
+  std::vector<RegressionTrialSums> all(trials.responses * trials.parameters);
+  std::vector<double> readings(trials.readings);
+  for (std::size_t s = 0; s < stream_count; ++s) {
+    PlainNormals normals(streams, s);
+    for (std::size_t trial = s; trial < count; trial += stream_count) {
+      for (std::size_t k = 0; k < trials.responses; ++k) {
+        for (std::size_t i = 0; i < trials.readings; ++i) {
+          readings[i] = 0.0;
+          for (std::size_t j = 0; j < trials.parameters; ++j) {
+            readings[i] +=
+                trials.design[i * trials.parameters + j] * trials.truth[k * trials.parameters + j];
+          }
+        }
+        for (std::size_t i = 0; i < trials.readings; i += 2) {
+          const std::array<double, 2> pair = normals.next();
+          readings[i] += trials.noise_sd[k] * pair[0];
+          if (i + 1 < trials.readings) {
+            readings[i + 1] += trials.noise_sd[k] * pair[1];
+          }
+        }
+        add_trial(trials, k, readings, all);
+      }
+    }
+  }
+  return all;
+}
+
+#ifdef AXISCAL_HIGHWAY
+HWY_EXPORT(FillNormals);
+HWY_EXPORT(RunTrials);
+
+void fill_normals(std::uint64_t seed, std::uint64_t block, std::span<double> values) {
+  HWY_DYNAMIC_DISPATCH(FillNormals)(seed, block, values);
+}
+
+std::vector<RegressionTrialSums> run_regression_trials(const RegressionTrials& trials,
+                                                       std::uint64_t seed,
+                                                       std::uint64_t block,
+                                                       std::size_t count) {
+  return HWY_DYNAMIC_DISPATCH(RunTrials)(trials, seed, block, count);
+}
+#else
+void fill_normals(std::uint64_t seed, std::uint64_t block, std::span<double> values) {
+  fill_normals_plain(seed, block, values);
+}
+
+std::vector<RegressionTrialSums> run_regression_trials(const RegressionTrials& trials,
+                                                       std::uint64_t seed,
+                                                       std::uint64_t block,
+                                                       std::size_t count) {
+  return run_regression_trials_plain(trials, seed, block, count);
+}
+#endif
+
+}  // namespace axiscal
+#endif

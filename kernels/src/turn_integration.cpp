@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/kernels/turn_integration.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#ifndef AXISCAL_TURN_SUMS  // this file is read once for each instruction set
+#define AXISCAL_TURN_SUMS
+namespace axiscal {
+
+constexpr std::size_t turn_lanes = 8;
+
+// Quaternion, sensitivities and integral of R of eight turns: 4 + 27 + 9 rows.
+struct TurnSums {
+  std::array<std::array<double, turn_lanes>, 40> values{};
+};
+
+}  // namespace axiscal
+#endif
+
+#ifdef AXISCAL_HIGHWAY
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "turn_integration.cpp"
+#include "vector_lanes.hpp"
+//
+#include <hwy/foreach_target.h>
+//
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace axiscal {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// A double for each of the machine's lanes, to be written like one.
+struct Many {
+  using Lanes = hn::CappedTag<double, 8>;
+  hn::Vec<Lanes> v;
+
+  static std::size_t width() { return hn::Lanes(Lanes()); }
+  HWY_INLINE static Many constant(double value) { return {hn::Set(Lanes(), value)}; }
+  HWY_INLINE static Many load(const double* from) { return {hn::LoadU(Lanes(), from)}; }
+  HWY_INLINE void store(double* to) const { hn::StoreU(v, Lanes(), to); }
+};
+
+HWY_INLINE Many operator+(const Many& a, const Many& b) {
+  return {hn::Add(a.v, b.v)};
+}
+HWY_INLINE Many operator-(const Many& a, const Many& b) {
+  return {hn::Sub(a.v, b.v)};
+}
+HWY_INLINE Many operator*(const Many& a, const Many& b) {
+  return {hn::Mul(a.v, b.v)};
+}
+
+#include "turn_step.inc"
+
+// Turns first .. first + lanes - 1 of a group; each sample is 4 x 8 numbers.
+void IntegrateGroup(const double* samples, std::size_t steps, const double* B, TurnSums* sums) {
+  for (std::size_t first = 0; first < turn_lanes; first += Many::width()) {
+    integrate_turns<Many>(samples + first, steps, B, &sums->values[0][first]);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace axiscal
+HWY_AFTER_NAMESPACE();
+#else
+#define HWY_ONCE 1
+#endif
+
+#if HWY_ONCE
+namespace axiscal {
+namespace {
+
+struct One {
+  double v;
+
+  static std::size_t width() { return 1; }
+  static One constant(double value) { return {value}; }
+  static One load(const double* from) { return {*from}; }
+  void store(double* to) const { *to = v; }
+};
+
+One operator+(One a, One b) {
+  return {a.v + b.v};
+}
+One operator-(One a, One b) {
+  return {a.v - b.v};
+}
+One operator*(One a, One b) {
+  return {a.v * b.v};
+}
+
+#include "turn_step.inc"
+
+void integrate_group_plain(const double* samples,
+                           std::size_t steps,
+                           const double* B,
+                           TurnSums* sums) {
+  for (std::size_t lane = 0; lane < turn_lanes; ++lane) {
+    integrate_turns<One>(samples + lane, steps, B, &sums->values[0][lane]);
+  }
+}
+
+IntegratedTurn turn_of(const TurnSums& sums, std::size_t lane) {
+  IntegratedTurn turn;
+  for (std::size_t i = 0; i < 4; ++i) {
+    turn.attitude[i] = sums.values[i][lane];
+  }
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t pq = 0; pq < 9; ++pq) {
+      turn.sensitivity[row][pq] = sums.values[4 + 9 * row + pq][lane];
+    }
+    for (std::size_t column = 0; column < 3; ++column) {
+      turn.rotation_integral[row][column] = sums.values[31 + 3 * row + column][lane];
+    }
+  }
+  return turn;
+}
+
+}  // namespace
+
+PackedTurns::PackedTurns(std::span<const TurnSamples> turns) : place_(turns.size()) {
+  // Turns of like length stand side by side.
+  std::vector<std::size_t> order(turns.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return turns[a].time_s.size() > turns[b].time_s.size();
+  });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const TurnSamples& turn = turns[order[i]];
+    const std::size_t lane = i % turn_lanes;
+    if (lane == 0) {
+      Group& group = groups_.emplace_back();
+      group.steps = turn.time_s.size();
+      group.samples.assign(4 * turn_lanes * group.steps, 0.0);
+    }
+    place_[order[i]] = i;
+    for (std::size_t s = 0; s < turn.time_s.size(); ++s) {
+      double* const at = &groups_.back().samples[4 * turn_lanes * s + lane];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        at[axis * turn_lanes] = turn.rate[axis][s];
+      }
+      at[3 * turn_lanes] = s == 0 ? 0.0 : turn.time_s[s] - turn.time_s[s - 1];
+    }
+  }
+}
+
+std::vector<IntegratedTurn> PackedTurns::integrate_plain(std::span<const double, 9> B) const {
+  std::vector<TurnSums> sums(groups_.size());
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    integrate_group_plain(groups_[g].samples.data(), groups_[g].steps, B.data(), &sums[g]);
+  }
+  std::vector<IntegratedTurn> turns;
+  for (const std::size_t place : place_) {
+    turns.push_back(turn_of(sums[place / turn_lanes], place % turn_lanes));
+  }
+  return turns;
+}
+
+#ifdef AXISCAL_HIGHWAY
+HWY_EXPORT(IntegrateGroup);
+
+std::vector<IntegratedTurn> PackedTurns::integrate(std::span<const double, 9> B) const {
+  std::vector<TurnSums> sums(groups_.size());
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    HWY_DYNAMIC_DISPATCH(IntegrateGroup)
+    (groups_[g].samples.data(), groups_[g].steps, B.data(), &sums[g]);
+  }
+  std::vector<IntegratedTurn> turns;
+  for (const std::size_t place : place_) {
+    turns.push_back(turn_of(sums[place / turn_lanes], place % turn_lanes));
+  }
+  return turns;
+}
+#else
+std::vector<IntegratedTurn> PackedTurns::integrate(std::span<const double, 9> B) const {
+  return integrate_plain(B);
+}
+#endif
+
+}  // namespace axiscal
+#endif
