@@ -21,6 +21,9 @@ set(axiscal_pc_libs "")
 foreach(module IN LISTS axiscal_modules)
   string(PREPEND axiscal_pc_libs "-l${module} ")
 endforeach()
+get_property(private_libraries GLOBAL PROPERTY AXISCAL_PRIVATE_LIBRARIES)
+list(TRANSFORM private_libraries PREPEND "-l")
+list(JOIN private_libraries " " axiscal_pc_private_libs)
 # The package can be moved: its prefix is found from where the file lies.
 cmake_path(RELATIVE_PATH CMAKE_INSTALL_PREFIX
            BASE_DIRECTORY "${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig" OUTPUT_VARIABLE axiscal_pc_prefix)

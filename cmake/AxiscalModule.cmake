@@ -25,3 +25,20 @@ function(axiscal_add_module name)
                VERIFY_INTERFACE_HEADER_SETS ON)
   set_property(GLOBAL APPEND PROPERTY AXISCAL_MODULES ${target})
 endfunction()
+
+# axiscal_use_library(TARGET LIBRARY HEADER DEFINITION)
+#
+# Links a library that has no CMake package and that only this target's sources see, by its name, and
+# defines DEFINITION; says so and goes on where it is not installed.
+function(axiscal_use_library target library header definition)
+  find_path(${definition}_INCLUDE_DIR ${header})
+  find_library(${definition}_LIBRARY ${library})
+  mark_as_advanced(${definition}_INCLUDE_DIR ${definition}_LIBRARY)
+  if(${definition}_INCLUDE_DIR AND ${definition}_LIBRARY)
+    target_compile_definitions(${target} PRIVATE ${definition})
+    target_link_libraries(${target} PRIVATE ${library})
+    set_property(GLOBAL APPEND PROPERTY AXISCAL_PRIVATE_LIBRARIES ${library})
+  else()
+    message(STATUS "${target}: ${library} is not there; built without it")
+  endif()
+endfunction()

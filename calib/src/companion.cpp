@@ -149,6 +149,10 @@ void align_with_companion(Calibration& calibration,
     throw SetupError(
         "align: goes with method magnitude without design points, which leaves the frame open");
   }
+  if (calibration.shape == shape_name(MagnitudeShape::triangular)) {
+    throw SetupError(
+        "align: goes with shape symmetric (the default); the frame is the companion's anyway");
+  }
   const Eigen::MatrixXd all = fields_of(calibration, observations);
   const Eigen::MatrixXd all_of_companion = fields_of(companion, companions);
   if (all.rows() != all_of_companion.rows()) {

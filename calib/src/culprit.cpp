@@ -165,15 +165,12 @@ class Search {
 
   // The smallest probability of the quick tests: one reading deleted.
   [[nodiscard]] double single_p(const HypothesisFit& fit) const {
-    const double total = fit.total();
-    const double nu = fit.dof();
-    const auto q = static_cast<double>(m());
-    double smallest = 1.0;
+    double largest = 0.0;  // of one test, the largest drop has the smallest probability
     for (std::size_t i = 0; i < count(); ++i) {
-      const double p = f_test(total, nu, drop_without(fit, {i}), q);
-      smallest = std::min(smallest, static_cast<double>(n()) * p);
+      largest = std::max(largest, drop_without(fit, {i}));
     }
-    return smallest;
+    return std::min(1.0, static_cast<double>(n()) *
+                             f_test(fit.total(), fit.dof(), largest, static_cast<double>(m())));
   }
 
   [[nodiscard]] std::vector<std::size_t> largest_residuals(std::size_t most) const {
@@ -188,22 +185,22 @@ class Search {
 
   // Columns of the classes that add some: table moved, drift, extremes.
   [[nodiscard]] double added_p(const HypothesisFit& fit) const {
-    double smallest = 1.0;
-    const auto cuts = static_cast<double>(n() - 1);
+    double moved = 0.0;
     for (std::size_t cut = 1; cut < count() && !fitter_.known_field(); ++cut) {
-      const double drop = drop_with(fit, table_columns(cut, fit.fields, fit.coefficients));
-      smallest = std::min(smallest, cuts * f_test(fit.total(), fit.dof(), drop, 2.0));
+      moved = std::max(moved, drop_with(fit, table_columns(cut, fit.fields, fit.coefficients)));
     }
-    const double drop = drop_with(fit, drift_columns());
-    smallest = std::min(smallest, f_test(fit.total(), fit.dof(), drop, static_cast<double>(m())));
+    double shifted = 0.0;
     for (Eigen::Index k = 0; k < m(); ++k) {
       for (const bool top : {true, false}) {
-        const double p =
-            f_test(fit.total(), fit.dof(), drop_with(fit, extreme_columns(k, top, fit)), 1.0);
-        smallest = std::min(smallest, 2.0 * static_cast<double>(m()) * p);
+        shifted = std::max(shifted, drop_with(fit, extreme_columns(k, top, fit)));
       }
     }
-    return smallest;
+    const auto axes = static_cast<double>(m());
+    const auto p_of = [&](double drop, double q) {
+      return f_test(fit.total(), fit.dof(), drop, q);
+    };
+    return std::min({1.0, static_cast<double>(n() - 1) * p_of(moved, 2.0),
+                     p_of(drop_with(fit, drift_columns()), axes), 2.0 * axes * p_of(shifted, 1.0)});
   }
 
   // Whether a closer look is worth its time: by all axes alike, and by each in its own scatter.

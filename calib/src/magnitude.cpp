@@ -15,6 +15,7 @@
 #include "axis_regression.hpp"
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/magnitude_fit.hpp"
 #include "axiscal/calib/robust.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -66,68 +67,117 @@ Ellipsoid moved(const Ellipsoid& from, const Parameters& step, MagnitudeShape sh
 
 // Deviations |f| - 1 and what changes them, in units of a reading's noise.
 struct Linearised {
-  Eigen::VectorXd deviation;  // n
-  Eigen::MatrixXd jacobian;   // n x 9
-  Eigen::VectorXd scale;      // n: 1 / standard deviation of |f|, for noise of 1
+  Eigen::VectorXd deviation;                                        // n
+  Eigen::Matrix<double, Eigen::Dynamic, parameter_count> jacobian;  // n x 9
+  Eigen::VectorXd scale;  // n: 1 / standard deviation of |f|, for noise of 1
 };
 
-Linearised linearise(const Cloud& cloud, const Ellipsoid& at) {
-  const Eigen::Index n = cloud.size();
-  Linearised result{.deviation = Eigen::VectorXd(n),
-                    .jacobian = Eigen::MatrixXd(n, parameter_count),
-                    .scale = Eigen::VectorXd(n)};
+// By columns, so that all of it is arithmetic on whole arrays.
+void linearise(const Cloud& cloud, const Ellipsoid& at, Linearised& result) {
+  using Columns = Eigen::Array<double, Eigen::Dynamic, 3>;
   const Eigen::Matrix3d C = at.A * cloud.noise * at.A.transpose();
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Eigen::Vector3d d = cloud.v.row(i).transpose() - at.b;
-    const Eigen::Vector3d f = at.A * d;
-    const double length = f.norm();
-    const Eigen::Vector3d u = f / length;
-    const double scale = cloud.root_weights(i) / std::sqrt(u.dot(C * u));
-    result.scale(i) = scale;
-    result.deviation(i) = scale * (length - 1.0);
-    result.jacobian.row(i).head<3>() = -scale * u.transpose() * at.A;
-    for (std::size_t e = 0; e < entries.size(); ++e) {
-      const auto [j, k] = entries[e];
-      double change = u(j) * d(k);
-      if (j != k && cloud.shape == MagnitudeShape::symmetric) {
-        change += u(k) * d(j);
-      }
-      result.jacobian(i, 3 + static_cast<Eigen::Index>(e)) = scale * change;
+  const Columns d = (cloud.v.rowwise() - at.b.transpose()).array();
+  Columns u(d.rows(), 3);
+  for (int j = 0; j < 3; ++j) {
+    u.col(j) = at.A(j, 0) * d.col(0) + at.A(j, 1) * d.col(1) + at.A(j, 2) * d.col(2);
+  }
+  const Eigen::ArrayXd length = (u.col(0).square() + u.col(1).square() + u.col(2).square()).sqrt();
+  u.colwise() /= length;
+  result.scale =
+      cloud.root_weights.array() /
+      (C(0, 0) * u.col(0).square() + C(1, 1) * u.col(1).square() + C(2, 2) * u.col(2).square() +
+       2.0 * (C(0, 1) * u.col(0) * u.col(1) + C(0, 2) * u.col(0) * u.col(2) +
+              C(1, 2) * u.col(1) * u.col(2)))
+          .sqrt();
+  result.deviation = result.scale.array() * (length - 1.0);
+  u.colwise() *= result.scale.array();
+  result.jacobian.resize(d.rows(), parameter_count);
+  for (int j = 0; j < 3; ++j) {
+    result.jacobian.col(j) =
+        -(at.A(0, j) * u.col(0) + at.A(1, j) * u.col(1) + at.A(2, j) * u.col(2));
+  }
+  for (std::size_t e = 0; e < entries.size(); ++e) {
+    const auto [j, k] = entries[e];
+    auto column = result.jacobian.col(3 + static_cast<Eigen::Index>(e));
+    column = u.col(j) * d.col(k);
+    if (j != k && cloud.shape == MagnitudeShape::symmetric) {
+      column.array() += u.col(k) * d.col(j);
     }
   }
+}
+
+Linearised linearise(const Cloud& cloud, const Ellipsoid& at) {
+  Linearised result;
+  linearise(cloud, at, result);
   return result;
 }
 
 // Sum of squares with the weights of another place.
 double cost_at(const Cloud& cloud, const Ellipsoid& at, const Eigen::VectorXd& scale) {
-  double sum = 0.0;
-  for (Eigen::Index i = 0; i < cloud.size(); ++i) {
-    const double length = (at.A * (cloud.v.row(i).transpose() - at.b)).norm();
-    sum += std::pow(scale(i) * (length - 1.0), 2);
+  Eigen::ArrayXd squares = Eigen::ArrayXd::Zero(cloud.size());
+  for (int j = 0; j < 3; ++j) {
+    squares += (at.A(j, 0) * (cloud.v.col(0).array() - at.b(0)) +
+                at.A(j, 1) * (cloud.v.col(1).array() - at.b(1)) +
+                at.A(j, 2) * (cloud.v.col(2).array() - at.b(2)))
+                   .square();
   }
-  return sum;
+  return (scale.array() * (squares.sqrt() - 1.0)).square().sum();
+}
+
+// The step that the linearised problem asks for. Far from the solution J^T J leads the way; the
+// last steps, which the result rests on, are by QR.
+Parameters step_of(const Linearised& linear, double damping, bool by_qr) {
+  using Square = Eigen::Matrix<double, parameter_count, parameter_count>;
+  const Parameters lengths = linear.jacobian.colwise().norm().transpose();
+  if (!by_qr) {
+    Square N = Square::Zero();
+    N.selfadjointView<Eigen::Lower>().rankUpdate(linear.jacobian.transpose());
+    const Parameters per_length = lengths.cwiseInverse();
+    N = per_length.asDiagonal() * N * per_length.asDiagonal();
+    N.diagonal().array() += damping;
+    const Eigen::LLT<Square, Eigen::Lower> cholesky(N);
+    constexpr double smallest_pivot = 1e-5;
+    if (cholesky.info() == Eigen::Success &&
+        cholesky.matrixLLT().diagonal().minCoeff() > smallest_pivot) {
+      const Parameters gradient = linear.jacobian.transpose() * linear.deviation;
+      return -per_length.cwiseProduct(cholesky.solve(per_length.cwiseProduct(gradient)));
+    }
+  }
+  const Eigen::Index n = linear.jacobian.rows();
+  if (damping == 0.0) {
+    const Eigen::ColPivHouseholderQR<Eigen::Matrix<double, Eigen::Dynamic, parameter_count>> qr(
+        linear.jacobian);
+    if (qr.rank() == parameter_count) {
+      return qr.solve(-linear.deviation);
+    }
+  }
+  Eigen::MatrixXd J(n + parameter_count, parameter_count);
+  J << linear.jacobian, (std::sqrt(damping) * lengths).asDiagonal().toDenseMatrix();
+  Eigen::VectorXd r = Eigen::VectorXd::Zero(J.rows());
+  r.head(n) = -linear.deviation;
+  return J.completeOrthogonalDecomposition().solve(r);
 }
 
 // Gauss-Newton, damped when the cost rises; the weights are fixed within a step. `robust` weights
-// multiply those of the readings.
+// multiply those of the readings; empty: all 1.
 Ellipsoid converged(const Cloud& cloud, Ellipsoid at, const Eigen::VectorXd& robust) {
   const Eigen::VectorXd root = robust.cwiseSqrt();
   double damping = 0.0;
+  double moved_by = 1.0;
+  Linearised linear;
   for (int round = 0; round < 200; ++round) {
-    Linearised linear = linearise(cloud, at);
-    linear.deviation.array() *= root.array();
-    linear.jacobian.array().colwise() *= root.array();
-    const Eigen::VectorXd scale = linear.scale.cwiseProduct(root);
+    linearise(cloud, at, linear);
+    if (root.size() > 0) {
+      linear.deviation.array() *= root.array();
+      linear.jacobian.array().colwise() *= root.array();
+      linear.scale.array() *= root.array();
+    }
+    const Eigen::VectorXd& scale = linear.scale;
     const double cost = linear.deviation.squaredNorm();
-    const Eigen::VectorXd lengths = linear.jacobian.colwise().norm();
+    const bool by_qr = moved_by < 1e-6;
     bool better = false;
-    double moved_by = 0.0;
     for (int attempt = 0; attempt < 30 && !better; ++attempt) {
-      Eigen::MatrixXd J(cloud.size() + parameter_count, parameter_count);
-      J << linear.jacobian, (std::sqrt(damping) * lengths).asDiagonal().toDenseMatrix();
-      Eigen::VectorXd r = Eigen::VectorXd::Zero(J.rows());
-      r.head(cloud.size()) = -linear.deviation;
-      const Parameters step = J.completeOrthogonalDecomposition().solve(r);
+      const Parameters step = step_of(linear, damping, by_qr);
       const Ellipsoid next = moved(at, step, cloud.shape);
       better = step.allFinite() && next.A.determinant() > 0.0 &&
                cost_at(cloud, next, scale) <= (1.0 + 1e-12) * cost;
@@ -156,26 +206,38 @@ Eigen::Matrix3d root_of(const Eigen::Matrix3d& M, MagnitudeShape shape) {
   return svd.matrixU() * svd.singularValues().cwiseSqrt().asDiagonal() * svd.matrixU().transpose();
 }
 
+// Least squares for a start: by the normal equations where they are well conditioned.
+template <int columns>
+Eigen::Matrix<double, columns, 1> roughly_solved(
+    const Eigen::Matrix<double, Eigen::Dynamic, columns>& A, const Eigen::VectorXd& b) {
+  using Square = Eigen::Matrix<double, columns, columns>;
+  using Unknowns = Eigen::Matrix<double, columns, 1>;
+  const Unknowns per_length = A.colwise().norm().cwiseMax(1e-300).cwiseInverse().transpose();
+  const Square N = per_length.asDiagonal() * Square(A.transpose() * A) * per_length.asDiagonal();
+  const Eigen::LLT<Square> cholesky(N);
+  constexpr double smallest_pivot = 1e-4;
+  if (cholesky.info() == Eigen::Success &&
+      cholesky.matrixLLT().diagonal().minCoeff() > smallest_pivot) {
+    const Unknowns projected = A.transpose() * b;
+    return per_length.cwiseProduct(cholesky.solve(per_length.cwiseProduct(projected)));
+  }
+  return A.completeOrthogonalDecomposition().solve(b);
+}
+
 // The quadric through the readings by linear least squares, if it is an ellipsoid; else a sphere.
 Ellipsoid algebraic_start(const Cloud& cloud) {
   const Eigen::Index n = cloud.size();
-  Eigen::MatrixXd D(n, 9);
-  Eigen::MatrixXd B(n, 4);
-  Eigen::VectorXd square(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Eigen::Vector3d v = cloud.v.row(i);
-    D.row(i) << v.x() * v.x(), v.y() * v.y(), v.z() * v.z(), 2.0 * v.x() * v.y(),
-        2.0 * v.x() * v.z(), 2.0 * v.y() * v.z(), 2.0 * v.transpose();
-    B.row(i) << 2.0 * v.transpose(), 1.0;
-    square(i) = v.squaredNorm();
-  }
-  const Eigen::VectorXd q = D.completeOrthogonalDecomposition().solve(Eigen::VectorXd::Ones(n));
+  const Eigen::Array<double, Eigen::Dynamic, 3> v = cloud.v.array();
+  Eigen::Matrix<double, Eigen::Dynamic, 9> D(n, 9);
+  D.leftCols<3>() = v.square();
+  D.col(3) = 2.0 * v.col(0) * v.col(1);
+  D.col(4) = 2.0 * v.col(0) * v.col(2);
+  D.col(5) = 2.0 * v.col(1) * v.col(2);
+  D.rightCols<3>() = 2.0 * v;
+  const Eigen::Matrix<double, 9, 1> q = roughly_solved<9>(D, Eigen::VectorXd::Ones(n));
   Eigen::Matrix3d Q;
   Q << q(0), q(3), q(4), q(3), q(1), q(5), q(4), q(5), q(2);
   const Eigen::LLT<Eigen::Matrix3d> cholesky(Q);
-  const Eigen::VectorXd sphere = B.completeOrthogonalDecomposition().solve(square);
-  Ellipsoid start{.b = sphere.head<3>()};
-  start.A /= std::sqrt(std::max(sphere(3) + start.b.squaredNorm(), 1e-6));
   constexpr double longest_axis = 100.0;  // of a good one all are near 1
   if (cholesky.info() == Eigen::Success) {
     const Eigen::Vector3d centre = -cholesky.solve(q.tail<3>());
@@ -185,6 +247,11 @@ Ellipsoid algebraic_start(const Cloud& cloud) {
       return {.b = centre, .A = A};
     }
   }
+  Eigen::Matrix<double, Eigen::Dynamic, 4> B(n, 4);
+  B << 2.0 * cloud.v, Eigen::VectorXd::Ones(n);
+  const Eigen::Vector4d sphere = roughly_solved<4>(B, v.square().rowwise().sum().matrix());
+  Ellipsoid start{.b = sphere.head<3>()};
+  start.A /= std::sqrt(std::max(sphere(3) + start.b.squaredNorm(), 1e-6));
   return start;
 }
 
@@ -303,7 +370,7 @@ Parameters bias_by_bootstrap(const Cloud& all, const Fit& fit) {
     const Eigen::MatrixXd noise = fit.sd * noise_of(cloud, random);
     for (const double sign : {1.0, -1.0}) {
       made.v = exact + sign * noise;
-      const Ellipsoid again = converged(made, fit.at, Eigen::VectorXd::Ones(cloud.size()));
+      const Ellipsoid again = converged(made, fit.at, {});
       sum.head<3>() += again.b - fit.at.b;
       for (std::size_t e = 0; e < entries.size(); ++e) {
         const auto [i, j] = entries[e];
@@ -447,6 +514,35 @@ Estimate estimate_magnitude(const ReadingSet& set,
   return estimate;
 }
 
+MagnitudeFit fit_magnitude(const Eigen::Ref<const Eigen::MatrixX3d>& readings,
+                           double F,
+                           MagnitudeShape shape,
+                           const Eigen::Ref<const Eigen::VectorXd>& weights) {
+  if (readings.rows() <= parameter_count || !readings.allFinite()) {
+    throw RefusedError("fit_magnitude needs ten finite readings or more, not " +
+                       std::to_string(readings.rows()));
+  }
+  const Eigen::Vector3d lowest = readings.colwise().minCoeff();
+  const Eigen::Vector3d highest = readings.colwise().maxCoeff();
+  const Eigen::Vector3d middle = 0.5 * (lowest + highest);
+  const double size = 0.5 * (highest - lowest).maxCoeff();
+  Cloud cloud{.v = (readings.rowwise() - middle.transpose()) / size,
+              .root_weights = Eigen::VectorXd::Ones(readings.rows()),
+              .noise = Eigen::Matrix3d::Identity(),
+              .shape = shape};
+  if (weights.size() > 0) {
+    cloud.root_weights = weights.cwiseSqrt();
+  }
+  const Ellipsoid at = converged(cloud, algebraic_start(cloud), {});
+  MagnitudeFit fit;
+  fit.response = {.bias = middle + size * at.b, .sensitivity = size / F * at.A.inverse()};
+  fit.degrees_of_freedom = static_cast<double>(readings.rows() - parameter_count);
+  // Of |f|, with the weights of the readings alone.
+  const double rss = F * F * cost_at(cloud, at, cloud.root_weights);
+  fit.residual_sd = std::sqrt(rss / fit.degrees_of_freedom);
+  return fit;
+}
+
 LinearResponse refit_magnitude(const Eigen::MatrixXd& readings,
                                double F,
                                MagnitudeShape shape,
@@ -458,7 +554,7 @@ LinearResponse refit_magnitude(const Eigen::MatrixXd& readings,
               .shape = shape};
   Ellipsoid at{.b = start.bias / size};
   at.A = (Eigen::Matrix3d(start.sensitivity) * (F / size)).inverse();
-  at = converged(cloud, at, Eigen::VectorXd::Ones(readings.rows()));
+  at = converged(cloud, at, {});
   return {.bias = size * at.b, .sensitivity = size / F * at.A.inverse()};
 }
 

@@ -381,18 +381,32 @@ ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& as
   return result;
 }
 
-std::vector<DesignEntry> read_design(CsvReader& csv) {
+std::vector<RunSheetRow> read_run_sheet(CsvReader& csv) {
   Table table(csv);
   const std::size_t rest = table.need("rest");
   const std::size_t fence = table.need("fence");
   const std::optional<std::size_t> level = table.find("level");
-  std::vector<DesignEntry> design;
+  const std::optional<std::size_t> run = table.find("run");
+  const std::optional<std::size_t> block = table.find("block");
+  const std::optional<std::size_t> temperature = table.find("temperature");
+  std::vector<RunSheetRow> sheet;
   while (table.next()) {
-    design.push_back(
-        {.point = table.point(rest, fence), .level = level ? table.number(*level) : 1.0});
+    sheet.push_back(
+        {.run = run ? table.integer(*run) : static_cast<int>(sheet.size()) + 1,
+         .block = block ? table.integer(*block) : 1,
+         .entry = {.point = table.point(rest, fence), .level = level ? table.number(*level) : 1.0},
+         .temperature = temperature ? std::optional(table.number(*temperature)) : std::nullopt});
   }
-  if (design.empty()) {
+  if (sheet.empty()) {
     table.fail_without_rows();
+  }
+  return sheet;
+}
+
+std::vector<DesignEntry> read_design(CsvReader& csv) {
+  std::vector<DesignEntry> design;
+  for (const RunSheetRow& row : read_run_sheet(csv)) {
+    design.push_back(row.entry);
   }
   return design;
 }

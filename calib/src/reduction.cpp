@@ -186,6 +186,22 @@ Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options
   }
 }
 
+ColumnReduction Reducer::columns() const {
+  if (bias_.size() != 3 || one_sided_ || temperature_ || !also_.empty()) {
+    throw DomainError(
+        "Reducer: whole columns are reduced for three plain axes only; not one-sided, without "
+        "temperature terms and second fields");
+  }
+  ColumnReduction reduction{.magnitude = magnitude_};
+  for (std::size_t k = 0; k < 3; ++k) {
+    reduction.bias[k] = bias_[k];
+    for (std::size_t j = 0; j < 3; ++j) {
+      reduction.inverse[3 * j + k] = inverse_[k](static_cast<Eigen::Index>(j));
+    }
+  }
+  return reduction;
+}
+
 double Reducer::above_bias(std::size_t axis,
                            double reading,
                            const std::optional<double>& temperature) const noexcept {

@@ -3,6 +3,7 @@
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/repeated_design.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/parallel.hpp"
 #include "axiscal/kernels/regression_trials.hpp"
@@ -34,20 +35,10 @@ RegressionTrials trials_of(const StudySetup& setup) {
   if (n <= 4) {
     throw DomainError("the regression alone needs more than four readings");
   }
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> X(n, 4);
+  Eigen::MatrixXd X(n, 4);
   X << Eigen::VectorXd::Ones(n), fields;
   const LeastSquaresDesign design(X, Eigen::VectorXd(), parameter_names({"axis"}));
-  RegressionTrials trials{.readings = static_cast<std::size_t>(n),
-                          .parameters = 4,
-                          .responses = static_cast<std::size_t>(m)};
-  trials.design.assign(X.data(), X.data() + X.size());
-  trials.pseudo_inverse.resize(static_cast<std::size_t>(4 * n));
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Eigen::VectorXd column = design.estimate(Eigen::VectorXd::Unit(n, i));
-    for (Eigen::Index j = 0; j < 4; ++j) {
-      trials.pseudo_inverse[static_cast<std::size_t>(j * n + i)] = column(j);
-    }
-  }
+  RegressionTrials trials{.at = repeated_design(X), .responses = static_cast<std::size_t>(m)};
   for (Eigen::Index j = 0; j < 4; ++j) {
     trials.unscaled_variance.push_back(design.unscaled_covariance()(j, j));
   }

@@ -34,7 +34,7 @@ class NormalLanes {
   }
 
   // Two independent normals in every lane (Box and Muller).
-  void next(Double& one, Double& other) {
+  HWY_INLINE void next(Double& one, Double& other) {
     const Double u = hn::Sub(hn::Set(lanes_, 2.0), one_to_two());  // (0, 1]
     const Double r = hn::Sqrt(hn::Mul(hn::Set(lanes_, -2.0), hn::Log(lanes_, u)));
     const Double turn = hn::Sub(one_to_two(), hn::Set(lanes_, 1.0));
@@ -56,7 +56,7 @@ class NormalLanes {
  private:
   using Word = hn::Vec<Bits>;
 
-  Double one_to_two() {
+  HWY_INLINE Double one_to_two() {
     const Word sum = hn::Add(state_[0], state_[3]);
     const Word result = hn::Add(hn::RotateRight<41>(sum), state_[0]);
     const Word shifted = hn::ShiftLeft<17>(state_[1]);
@@ -70,7 +70,8 @@ class NormalLanes {
   }
 
   template <std::size_t terms>
-  [[nodiscard]] Double polynomial(Double x, const std::array<double, terms>& series) const {
+  [[nodiscard]] HWY_INLINE Double polynomial(Double x,
+                                             const std::array<double, terms>& series) const {
     Double sum = hn::Set(lanes_, series.back());
     for (std::size_t i = terms - 1; i-- > 0;) {
       sum = hn::MulAdd(sum, x, hn::Set(lanes_, series[i]));
@@ -102,7 +103,7 @@ void FillNormals(std::uint64_t seed, std::uint64_t block, std::span<double> valu
 class TrialLanes {
  public:
   TrialLanes(const RegressionTrials& trials, std::size_t first)
-      : trials_(trials), first_(first), n_(trials.readings), p_(trials.parameters) {
+      : trials_(trials), first_(first), n_(trials.at.readings), p_(trials.at.parameters) {
     const std::size_t width = hn::Lanes(lanes_);
     noise_ = hwy::AllocateAligned<double>((n_ + 1) * width);
     errors_ = hwy::AllocateAligned<double>(p_ * width);
@@ -112,7 +113,7 @@ class TrialLanes {
       for (std::size_t i = 0; i < n_; ++i) {
         double mean = 0.0;
         for (std::size_t j = 0; j < p_; ++j) {
-          mean += trials.design[i * p_ + j] * trials.truth[k * p_ + j];
+          mean += trials.at.design[i * p_ + j] * trials.truth[k * p_ + j];
         }
         means_.push_back(mean);
       }
@@ -159,7 +160,7 @@ class TrialLanes {
   }
 
  private:
-  void read(NormalLanes& normals, std::size_t response) {
+  HWY_INLINE void read(NormalLanes& normals, std::size_t response) {
     const std::size_t width = hn::Lanes(lanes_);
     const Double sd = hn::Set(lanes_, trials_.noise_sd[response]);
     const double* const means = &means_[response * n_];
@@ -176,12 +177,12 @@ class TrialLanes {
   }
 
   // b = P y and its errors; returns s^2 from the residuals y - X b.
-  Double fit(std::size_t response) {
+  HWY_INLINE Double fit(std::size_t response) {
     const std::size_t width = hn::Lanes(lanes_);
     for (std::size_t j = 0; j < p_; ++j) {
       Double sum = hn::Zero(lanes_);
       for (std::size_t i = 0; i < n_; ++i) {
-        sum = hn::MulAdd(hn::Set(lanes_, trials_.pseudo_inverse[j * n_ + i]),
+        sum = hn::MulAdd(hn::Set(lanes_, trials_.at.pseudo_inverse[j * n_ + i]),
                          hn::Load(lanes_, &noise_[i * width]), sum);
       }
       hn::Store(sum, lanes_, &errors_[j * width]);
@@ -190,7 +191,7 @@ class TrialLanes {
     for (std::size_t i = 0; i < n_; ++i) {
       Double residual = hn::Load(lanes_, &noise_[i * width]);
       for (std::size_t j = 0; j < p_; ++j) {
-        residual = hn::NegMulAdd(hn::Set(lanes_, trials_.design[i * p_ + j]),
+        residual = hn::NegMulAdd(hn::Set(lanes_, trials_.at.design[i * p_ + j]),
                                  hn::Load(lanes_, &errors_[j * width]), residual);
       }
       rss = hn::MulAdd(residual, residual, rss);
@@ -203,7 +204,7 @@ class TrialLanes {
     return hn::Mul(rss, hn::Set(lanes_, 1.0 / static_cast<double>(n_ - p_)));
   }
 
-  void add(double* at, Double value) {
+  HWY_INLINE void add(double* at, Double value) {
     hn::Store(hn::Add(hn::Load(lanes_, at), value), lanes_, at);
   }
 
@@ -224,7 +225,7 @@ std::vector<RegressionTrialSums> RunTrials(const RegressionTrials& trials,
                                            std::size_t count) {
   const Lanes lanes;
   const RandomStreams streams(seed, block);
-  std::vector<RegressionTrialSums> all(trials.responses * trials.parameters);
+  std::vector<RegressionTrialSums> all(trials.responses * trials.at.parameters);
   for (std::size_t first = 0; first < stream_count; first += hn::Lanes(lanes)) {
     NormalLanes normals(streams, first);
     TrialLanes fits(trials, first);
@@ -287,22 +288,22 @@ void add_trial(const RegressionTrials& trials,
                std::size_t response,
                const std::vector<double>& readings,
                std::vector<RegressionTrialSums>& all) {
-  const std::size_t p = trials.parameters;
+  const std::size_t p = trials.at.parameters;
   std::vector<double> estimate(p, 0.0);
   for (std::size_t j = 0; j < p; ++j) {
-    for (std::size_t i = 0; i < trials.readings; ++i) {
-      estimate[j] += trials.pseudo_inverse[j * trials.readings + i] * readings[i];
+    for (std::size_t i = 0; i < trials.at.readings; ++i) {
+      estimate[j] += trials.at.pseudo_inverse[j * trials.at.readings + i] * readings[i];
     }
   }
   double rss = 0.0;
-  for (std::size_t i = 0; i < trials.readings; ++i) {
+  for (std::size_t i = 0; i < trials.at.readings; ++i) {
     double residual = readings[i];
     for (std::size_t j = 0; j < p; ++j) {
-      residual -= trials.design[i * p + j] * estimate[j];
+      residual -= trials.at.design[i * p + j] * estimate[j];
     }
     rss += residual * residual;
   }
-  const double variance = rss / static_cast<double>(trials.readings - p);
+  const double variance = rss / static_cast<double>(trials.at.readings - p);
   for (std::size_t j = 0; j < p; ++j) {
     const double error = estimate[j] - trials.truth[response * p + j];
     const double u = std::sqrt(variance * trials.unscaled_variance[j]);
@@ -333,23 +334,23 @@ std::vector<RegressionTrialSums> run_regression_trials_plain(const RegressionTri
                                                              std::uint64_t block,
                                                              std::size_t count) {
   const RandomStreams streams(seed, block);
-  std::vector<RegressionTrialSums> all(trials.responses * trials.parameters);
-  std::vector<double> readings(trials.readings);
+  std::vector<RegressionTrialSums> all(trials.responses * trials.at.parameters);
+  std::vector<double> readings(trials.at.readings);
   for (std::size_t s = 0; s < stream_count; ++s) {
     PlainNormals normals(streams, s);
     for (std::size_t trial = s; trial < count; trial += stream_count) {
       for (std::size_t k = 0; k < trials.responses; ++k) {
-        for (std::size_t i = 0; i < trials.readings; ++i) {
+        for (std::size_t i = 0; i < trials.at.readings; ++i) {
           readings[i] = 0.0;
-          for (std::size_t j = 0; j < trials.parameters; ++j) {
-            readings[i] +=
-                trials.design[i * trials.parameters + j] * trials.truth[k * trials.parameters + j];
+          for (std::size_t j = 0; j < trials.at.parameters; ++j) {
+            readings[i] += trials.at.design[i * trials.at.parameters + j] *
+                           trials.truth[k * trials.at.parameters + j];
           }
         }
-        for (std::size_t i = 0; i < trials.readings; i += 2) {
+        for (std::size_t i = 0; i < trials.at.readings; i += 2) {
           const std::array<double, 2> pair = normals.next();
           readings[i] += trials.noise_sd[k] * pair[0];
-          if (i + 1 < trials.readings) {
+          if (i + 1 < trials.at.readings) {
             readings[i + 1] += trials.noise_sd[k] * pair[1];
           }
         }

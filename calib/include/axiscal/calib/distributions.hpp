@@ -23,4 +23,7 @@ namespace axiscal {
 /// @return P(X > x) for chi-squared; NaN where an argument is NaN or not positive.
 [[nodiscard]] double chi_squared_upper_p(double x, double degrees_of_freedom);
 
+/// @return x with P(X <= x) = probability for chi-squared; NaN where an argument is out of range.
+[[nodiscard]] double chi_squared_quantile(double probability, double degrees_of_freedom);
+
 }  // namespace axiscal

@@ -48,6 +48,11 @@ struct ObservationColumns {
 /// @throws DataError  as read_observations().
 [[nodiscard]] std::vector<DesignEntry> read_design(CsvReader& csv);
 
+/// Reads a run sheet as run_sheet_csv() writes it: as read_design(), and where they are there
+/// `run`, `block` and `temperature`; runs are else numbered from 1.
+/// @throws DataError  as read_observations().
+[[nodiscard]] std::vector<RunSheetRow> read_run_sheet(CsvReader& csv);
+
 /// @return what is known of the readings of a sheet before they are taken.
 [[nodiscard]] std::vector<Reading> readings_of(const std::vector<RunSheetRow>& sheet);
 

@@ -10,6 +10,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
+#include "axiscal/kernels/reduce_columns.hpp"
 
 namespace axiscal {
 
@@ -115,6 +116,13 @@ class Reducer {
   [[nodiscard]] bool is_saturated(double reading) const noexcept {
     return range_ && (reading <= range_->low || reading >= range_->high);
   }
+
+  /// The reduction of three plain axes as reduce_columns() and reduce_rows() take it: whole arrays
+  /// at once, at the speed of memory. Components in the results' unit; pitch and roll in
+  /// forward-left-up axes.
+  /// @throws DomainError  for other than three axes, one-sided ones, temperature terms or second
+  ///                      fields: those need reduce(), reading by reading.
+  [[nodiscard]] ColumnReduction columns() const;
 
   /// The field along one sensing axis: (v - b) / |S_k|; any m.
   ///

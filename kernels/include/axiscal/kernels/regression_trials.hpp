@@ -6,16 +6,15 @@
 #include <span>
 #include <vector>
 
+#include "axiscal/kernels/repeated_fit.hpp"
+
 namespace axiscal {
 
 /// A linear regression `y = X b + e` that is simulated and fitted again and again; n readings, p
-/// parameters, m responses fitted alike. Matrices row by row.
+/// parameters, m responses fitted alike.
 struct RegressionTrials {
-  std::size_t readings = 0;               ///< n
-  std::size_t parameters = 0;             ///< p, less than n
+  RepeatedDesign at;                      ///< X and its pseudo-inverse
   std::size_t responses = 0;              ///< m
-  std::vector<double> design;             ///< X, n x p
-  std::vector<double> pseudo_inverse;     ///< (X^T X)^-1 X^T, p x n
   std::vector<double> unscaled_variance;  ///< diagonal of (X^T X)^-1, p
   std::vector<double> truth;              ///< b, m x p: row k of response k
   std::vector<double> noise_sd;           ///< of each response, m

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+#include "axiscal/kernels/repeated_fit.hpp"
+
+namespace axiscal {
+
+/// Factors a design once, by the regression core's QR, for fit_repeatedly() and simulations.
+///
+/// @param design  X, n x p with n > p.
+/// @throws DomainError, RankDeficientError  as LeastSquaresDesign.
+[[nodiscard]] RepeatedDesign repeated_design(const Eigen::Ref<const Eigen::MatrixXd>& design);
+
+}  // namespace axiscal

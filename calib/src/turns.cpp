@@ -1,0 +1,420 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/turns.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/kernels/turn_integration.hpp"
+#include "covariance_root.hpp"
+#include "design_advice.hpp"
+
+namespace axiscal {
+namespace {
+
+using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d M;
+  M << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return M;
+}
+
+Eigen::Vector3d rotation_vector_of(const Eigen::Matrix3d& R) {
+  const Eigen::AngleAxisd turn(R);
+  return turn.angle() * turn.axis();
+}
+
+// The turns with their readings less the bias, packed for integration.
+class TurnSet {
+ public:
+  TurnSet(std::span<const GyroscopeTurn> turns, const Eigen::Vector3d& bias)
+      : turns_(turns), centred_(make_centred(turns, bias)), packed_(samples_of(turns, centred_)) {
+    for (const GyroscopeTurn& turn : turns) {
+      const Eigen::Vector3d drift =
+          -turn.earth_rate_in_sensor * (turn.time_s.back() - turn.time_s.front());
+      earth_.emplace_back(rotation_of(drift));
+    }
+  }
+
+  struct State {
+    Eigen::VectorXd residuals;  // 3 for each turn
+    Eigen::MatrixXd jacobian;   // 3 n x 12: B row by row, then the bias
+    [[nodiscard]] double cost() const { return residuals.squaredNorm(); }
+  };
+
+  [[nodiscard]] State at(const Eigen::Matrix3d& B) const {
+    const std::vector<IntegratedTurn> turns = integrated(B);
+    const auto n = static_cast<Eigen::Index>(turns_.size());
+    State state{.residuals = Eigen::VectorXd(3 * n), .jacobian = Eigen::MatrixXd(3 * n, 12)};
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto t = static_cast<std::size_t>(i);
+      const GyroscopeTurn& turn = turns_[t];
+      const Eigen::Matrix3d R = earth_[t] * rotation_of(turns[t]);
+      Eigen::Matrix<double, 3, 12> turned;  // what R turns by
+      for (Eigen::Index row = 0; row < 3; ++row) {
+        for (Eigen::Index pq = 0; pq < 9; ++pq) {
+          turned(row, pq) =
+              turns[t].sensitivity[static_cast<std::size_t>(row)][static_cast<std::size_t>(pq)];
+        }
+        for (Eigen::Index column = 0; column < 3; ++column) {
+          turned(row, 9 + column) = -turns[t].rotation_integral[static_cast<std::size_t>(row)]
+                                                               [static_cast<std::size_t>(column)];
+        }
+      }
+      turned.rightCols<3>() = (turned.rightCols<3>() * B).eval();
+      turned = (earth_[t] * turned).eval();
+      if (turn.rotation_before_from_after) {
+        state.residuals.segment<3>(3 * i) =
+            rotation_vector_of(*turn.rotation_before_from_after * R.transpose());
+        state.jacobian.middleRows<3>(3 * i) = -turned;
+      } else {
+        const Eigen::Vector3d before = turn.up_before.normalized();
+        const Eigen::Vector3d carried = R * turn.up_after.normalized();
+        state.residuals.segment<3>(3 * i) = before - carried;
+        state.jacobian.middleRows<3>(3 * i) = cross_matrix(carried) * turned;
+      }
+    }
+    return state;
+  }
+
+  // R(T) of each turn, the Earth's rotation taken out.
+  [[nodiscard]] std::vector<Eigen::Matrix3d> rotations(const Eigen::Matrix3d& B) const {
+    std::vector<Eigen::Matrix3d> all;
+    for (const IntegratedTurn& turn : integrated(B)) {
+      all.emplace_back(earth_[all.size()] * rotation_of(turn));
+    }
+    return all;
+  }
+
+ private:
+  [[nodiscard]] std::vector<IntegratedTurn> integrated(const Eigen::Matrix3d& B) const {
+    const RowMajor3 rows = B;
+    return packed_.integrate(std::span<const double, 9>(rows.data(), 9));
+  }
+
+  static Eigen::Matrix3d rotation_of(const IntegratedTurn& turn) {
+    return Eigen::Quaterniond(turn.attitude[0], turn.attitude[1], turn.attitude[2],
+                              turn.attitude[3])
+        .normalized()
+        .toRotationMatrix();
+  }
+
+  using Centred = std::vector<std::array<std::vector<double>, 3>>;
+
+  static Eigen::Matrix3d rotation_of(const Eigen::Vector3d& vector) {
+    const double angle = vector.norm();
+    return angle > 0.0 ? Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix()
+                       : Eigen::Matrix3d::Identity();
+  }
+
+  static Centred make_centred(std::span<const GyroscopeTurn> turns, const Eigen::Vector3d& bias) {
+    Centred centred(turns.size());
+    for (std::size_t i = 0; i < turns.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::span<const double> v = turns[i].readings[axis];
+        centred[i][axis].assign(v.begin(), v.end());
+        for (double& value : centred[i][axis]) {
+          value -= bias(static_cast<Eigen::Index>(axis));
+        }
+      }
+    }
+    return centred;
+  }
+
+  static std::vector<TurnSamples> samples_of(std::span<const GyroscopeTurn> turns,
+                                             const Centred& centred) {
+    std::vector<TurnSamples> samples;
+    for (std::size_t i = 0; i < turns.size(); ++i) {
+      samples.push_back(
+          {.rate = {centred[i][0], centred[i][1], centred[i][2]}, .time_s = turns[i].time_s});
+    }
+    return samples;
+  }
+
+  std::span<const GyroscopeTurn> turns_;
+  Centred centred_;
+  PackedTurns packed_;
+  std::vector<Eigen::Matrix3d> earth_;  // what the Earth turns in the meantime
+};
+
+// Where the search ends: candidate B, and the bias if it is fitted too.
+struct Candidate {
+  Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+  double cost = std::numeric_limits<double>::infinity();
+  int rounds = 0;
+};
+
+Candidate converged(std::span<const GyroscopeTurn> turns, Candidate at, bool fit_bias) {
+  const Eigen::Index unknowns = fit_bias ? 12 : 9;
+  std::optional<TurnSet> set(std::in_place, turns, at.bias);
+  TurnSet::State state = set->at(at.B);
+  at.cost = state.cost();
+  double damping = 0.0;
+  for (at.rounds = 1; at.rounds <= 50; ++at.rounds) {
+    const Eigen::MatrixXd J = state.jacobian.leftCols(unknowns);
+    const Eigen::VectorXd lengths = J.colwise().norm().cwiseMax(1e-300);
+    bool better = false;
+    double change = 0.0;
+    for (int attempt = 0; attempt < 20 && !better; ++attempt) {
+      Eigen::MatrixXd A(J.rows() + unknowns, unknowns);
+      A << J * lengths.cwiseInverse().asDiagonal(),
+          std::sqrt(damping) * Eigen::MatrixXd::Identity(unknowns, unknowns);
+      Eigen::VectorXd r = Eigen::VectorXd::Zero(A.rows());
+      r.head(J.rows()) = -state.residuals;
+      const Eigen::VectorXd step =
+          A.completeOrthogonalDecomposition().solve(r).cwiseQuotient(lengths);
+      Candidate next = at;
+      next.B += Eigen::Map<const RowMajor3>(step.data());
+      if (fit_bias) {
+        next.bias += step.tail<3>();
+      }
+      std::optional<TurnSet> moved;
+      if (fit_bias) {
+        moved.emplace(turns, next.bias);
+      }
+      TurnSet::State next_state = (moved ? *moved : *set).at(next.B);
+      better = step.allFinite() && next_state.cost() <= at.cost * (1.0 + 1e-12);
+      if (better) {
+        change =
+            step.head<9>().norm() / at.B.norm() + (fit_bias ? (at.B * step.tail<3>()).norm() : 0.0);
+        at = next;
+        at.cost = next_state.cost();
+        state = std::move(next_state);
+        if (moved) {
+          set.emplace(turns, next.bias);
+        }
+        damping = damping > 1e-9 ? damping / 10.0 : 0.0;
+      } else {
+        damping = std::max(10.0 * damping, 1e-4);
+      }
+    }
+    if (!better || change < 1e-10) {
+      break;
+    }
+  }
+  return at;
+}
+
+// The usual scales of gyroscopes, rad/s per unit; then any.
+std::vector<double> usual_scales() {
+  std::vector<double> scales = {1.0, rad_per_deg, 1e-3, 1e-3 * rad_per_deg};
+  for (const double counts_per_deg_s :
+       {131.072, 65.536, 32.768, 16.384, 14.375, 114.285714, 57.142857, 28.571429, 14.285714}) {
+    scales.push_back(rad_per_deg / counts_per_deg_s);
+  }
+  return scales;
+}
+
+std::vector<double> all_scales() {
+  std::vector<double> scales;
+  for (double scale = 1e-6; scale < 2.0; scale *= 1.06) {
+    scales.push_back(scale);
+  }
+  return scales;
+}
+
+constexpr double good_rms_rad = 0.15;  // of an attitude error that is one of calibration only
+
+double rms_of(double cost, std::size_t turns) {
+  return std::sqrt(cost / static_cast<double>(turns));
+}
+
+Candidate find_start(std::span<const GyroscopeTurn> turns,
+                     const Eigen::Vector3d& bias,
+                     const TurnFitOptions& options) {
+  const TurnSet set(turns, bias);
+  const auto best_of = [&](const std::vector<double>& scales) {
+    Candidate best;
+    for (const double scale : scales) {
+      const Eigen::Matrix3d B = scale * Eigen::Matrix3d::Identity();
+      const double cost = set.at(B).cost();
+      if (cost < best.cost) {
+        best = {.B = B, .bias = bias, .cost = cost};
+      }
+    }
+    return best;
+  };
+  if (options.start) {
+    return {.B = *options.start, .bias = bias, .cost = set.at(*options.start).cost()};
+  }
+  if (options.rate_per_unit) {
+    return best_of({*options.rate_per_unit});
+  }
+  const Candidate usual = best_of(usual_scales());
+  if (rms_of(usual.cost, turns.size()) < 2.0 * good_rms_rad) {
+    return usual;
+  }
+  return best_of(all_scales());
+}
+
+// The last step, in which the rests' bias is known as well as they say and no better: its error
+// shows in the turns' residuals too, so it is an unknown with a prior, and the scatter is found by
+// restricted likelihood (METHOD 8).
+struct WeighedStep {
+  Eigen::Matrix<double, 12, 1> step = Eigen::Matrix<double, 12, 1>::Zero();  // B row by row, bias
+  Eigen::Matrix<double, 12, 12> covariance = Eigen::Matrix<double, 12, 12>::Zero();
+  double sd = 0.0;
+};
+
+WeighedStep weigh_bias(const TurnSet::State& state,
+                       const Eigen::Matrix3d& bias_root,
+                       double informative,
+                       double start_sd) {
+  const Eigen::Index n = state.residuals.size();
+  const Eigen::VectorXd lengths = state.jacobian.leftCols<9>().colwise().norm();
+  // Unknowns: B by columns of length 1, the bias by its prior's standard deviations.
+  Eigen::Matrix<double, 12, 12> to_unknowns = Eigen::Matrix<double, 12, 12>::Zero();
+  to_unknowns.topLeftCorner<9, 9>() = lengths.cwiseInverse().asDiagonal();
+  to_unknowns.bottomRightCorner<3, 3>() = bias_root;
+  const Eigen::MatrixXd J = state.jacobian * to_unknowns;
+  WeighedStep result{.sd = start_sd};
+  for (int round = 0; round < 50; ++round) {
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + 3, 12);
+    A.topRows(n) = J / result.sd;
+    A.bottomRightCorner<3, 3>().setIdentity();
+    Eigen::VectorXd b = Eigen::VectorXd::Zero(n + 3);
+    b.head(n) = -state.residuals / result.sd;
+    const Eigen::MatrixXd pseudo_inverse = A.completeOrthogonalDecomposition().pseudoInverse();
+    const Eigen::VectorXd step = pseudo_inverse * b;
+    const Eigen::Matrix<double, 12, 12> covariance = pseudo_inverse * pseudo_inverse.transpose();
+    const double used = (covariance * (A.topRows(n).transpose() * A.topRows(n))).trace();
+    const double rss = (b.head(n) - A.topRows(n) * step).squaredNorm();
+    const double factor = std::sqrt(rss / std::max(informative - used, 1.0));
+    result.step = to_unknowns * step;
+    result.covariance = to_unknowns * covariance * to_unknowns.transpose();
+    result.sd *= factor;
+    if (std::abs(factor - 1.0) < 1e-9) {
+      break;
+    }
+  }
+  return result;
+}
+
+std::vector<std::string> names_of_unknowns(Eigen::Index unknowns) {
+  std::vector<std::string> names;
+  for (const char k : {'x', 'y', 'z'}) {
+    for (const char j : {'x', 'y', 'z'}) {
+      names.push_back(std::string(1, k) + ".sensitivity." + j);
+    }
+  }
+  for (const char k : {'x', 'y', 'z'}) {
+    names.push_back(std::string(1, k) + ".bias");
+  }
+  names.resize(static_cast<std::size_t>(unknowns));
+  return names;
+}
+
+void require_determined(const Eigen::MatrixXd& J, std::size_t turns) {
+  const std::vector<std::string> names = names_of_unknowns(J.cols());
+  std::vector<std::string> open;
+  for (const Eigen::Index j : confounded_columns(J, 1e-6, 1e-3)) {
+    open.push_back(names[static_cast<std::size_t>(j)]);
+  }
+  if (!open.empty()) {
+    const std::string list = joined(open);
+    throw RankDeficientError("the " + std::to_string(turns) + " turns do not determine " + list +
+                                 "; turn the instrument about each of its axes, at least a quarter "
+                                 "turn from rest to rest",
+                             std::move(open));
+  }
+}
+
+}  // namespace
+
+TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
+                  const Eigen::Vector3d& bias,
+                  const Eigen::Matrix3d& bias_covariance,
+                  const TurnFitOptions& options) {
+  const Eigen::Index unknowns = options.fit_bias ? 12 : 9;
+  TurnFit fit;
+  fit.has_rotations = std::all_of(turns.begin(), turns.end(), [](const GyroscopeTurn& turn) {
+    return turn.rotation_before_from_after.has_value();
+  });
+  double informative = 0.0;
+  for (const GyroscopeTurn& turn : turns) {
+    informative += turn.rotation_before_from_after ? 3.0 : 2.0;
+  }
+  fit.degrees_of_freedom = informative - static_cast<double>(unknowns);
+  if (fit.degrees_of_freedom < 1.0) {
+    throw RefusedError(std::to_string(turns.size()) + " turns are too few for the " +
+                       std::to_string(unknowns) +
+                       " unknowns of a gyroscope; turn it from rest to "
+                       "rest " +
+                       (fit.has_rotations ? "five" : "seven") + " times or more");
+  }
+  Candidate found = converged(turns, find_start(turns, bias, options), options.fit_bias);
+  TurnSet::State state = TurnSet(turns, found.bias).at(found.B);
+  if (!(rms_of(found.cost, turns.size()) < good_rms_rad)) {
+    throw RefusedError(
+        "no scale of the gyroscope fits the turns: at the best one, " +
+        number_text(found.B.determinant() > 0.0 ? std::cbrt(found.B.determinant()) : 0.0, 3) +
+        " rad/s per unit, the attitudes after the turns are " +
+        number_text(rms_of(found.cost, turns.size()) * deg_per_rad, 3) +
+        " degrees off (rms). Are its axes those of the accelerometer (order and signs), did it "
+        "stay "
+        "within its range, and are the seats right, where they are labelled?");
+  }
+  require_determined(state.jacobian.leftCols(unknowns), turns.size());
+  fit.residual_sd_rad = std::sqrt(found.cost / fit.degrees_of_freedom);
+  // Of B row by row and b.
+  Eigen::Matrix<double, 12, 12> of_unknowns = Eigen::Matrix<double, 12, 12>::Zero();
+  const bool has_prior = !options.fit_bias && bias_covariance.trace() > 0.0;
+  if (has_prior && fit.residual_sd_rad > 0.0) {
+    const Eigen::MatrixXd root = covariance_root(bias_covariance);
+    const WeighedStep weighed = weigh_bias(state, root, informative, fit.residual_sd_rad);
+    found.B += Eigen::Map<const RowMajor3>(weighed.step.data());
+    found.bias += weighed.step.tail<3>();
+    of_unknowns = weighed.covariance;
+    fit.residual_sd_rad = weighed.sd;
+    state = TurnSet(turns, found.bias).at(found.B);
+  } else {
+    // Columns scaled to length 1: rad/s per count are small numbers.
+    const Eigen::MatrixXd J = state.jacobian.leftCols(unknowns);
+    const Eigen::VectorXd per_length = J.colwise().norm().cwiseInverse();
+    const Eigen::MatrixXd pseudo_inverse =
+        per_length.asDiagonal() *
+        (J * per_length.asDiagonal()).completeOrthogonalDecomposition().pseudoInverse();
+    of_unknowns.topLeftCorner(unknowns, unknowns) =
+        fit.residual_sd_rad * fit.residual_sd_rad * pseudo_inverse * pseudo_inverse.transpose();
+  }
+  fit.rounds = found.rounds;
+  fit.inverse = found.B;
+  fit.response.bias = found.bias;
+  fit.response.sensitivity = found.B.inverse();
+  for (Eigen::Index i = 0; i < state.residuals.size(); i += 3) {
+    fit.residuals.emplace_back(state.residuals.segment<3>(i));
+  }
+  // dS = -S dB S, in the record's order: bias and row k of S, axis by axis.
+  const Eigen::Matrix3d S = fit.response.sensitivity;
+  Eigen::Matrix<double, 12, 12> T = Eigen::Matrix<double, 12, 12>::Zero();
+  for (int k = 0; k < 3; ++k) {
+    T(4 * k, 9 + k) = 1.0;
+    for (int j = 0; j < 3; ++j) {
+      for (int p = 0; p < 3; ++p) {
+        for (int q = 0; q < 3; ++q) {
+          T(4 * k + 1 + j, 3 * p + q) = -S(k, p) * S(q, j);
+        }
+      }
+    }
+  }
+  fit.covariance = T * of_unknowns * T.transpose();
+  return fit;
+}
+
+std::vector<Eigen::Matrix3d> integrated_rotations(std::span<const GyroscopeTurn> turns,
+                                                  const TurnFit& fit) {
+  return TurnSet(turns, fit.response.bias).rotations(fit.inverse);
+}
+
+}  // namespace axiscal

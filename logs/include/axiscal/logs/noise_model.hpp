@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "axiscal/logs/allan.hpp"
+
+namespace axiscal {
+
+/// The kinds of noise that an Allan deviation parts by its slope.
+enum class NoiseKind {
+  quantisation,      ///< slope -1: Q sqrt(3) / tau
+  white,             ///< slope -1/2: N / sqrt(tau); angle or velocity random walk
+  bias_instability,  ///< slope 0: B sqrt(2 ln 2 / pi)
+  random_walk,       ///< slope +1/2: K sqrt(tau / 3); rate random walk
+  ramp,              ///< slope +1: R tau / sqrt(2)
+};
+
+inline constexpr std::array all_noise_kinds = {NoiseKind::quantisation, NoiseKind::white,
+                                               NoiseKind::bias_instability, NoiseKind::random_walk,
+                                               NoiseKind::ramp};
+
+/// @return "quantisation", "white", "bias_instability", "random_walk", "ramp".
+[[nodiscard]] std::string noise_name(NoiseKind kind);
+
+/// @return what a coefficient of 1 makes of the Allan variance at tau.
+[[nodiscard]] double allan_variance_of(NoiseKind kind, double tau_s);
+
+/// One coefficient: Q [unit s], N [unit sqrt(s)], B [unit], K [unit / sqrt(s)], R [unit / s].
+struct NoiseCoefficient {
+  NoiseKind kind = NoiseKind::white;
+  double value = 0.0;  ///< 0: the curve shows none
+  double low = 0.0;    ///< 95 % interval; for 0 the bound below which it is hidden
+  double high = 0.0;
+};
+
+/// What an Allan deviation curve says of a sensor.
+struct NoiseModel {
+  std::vector<NoiseCoefficient> coefficients;  ///< of every kind
+
+  [[nodiscard]] double coefficient(NoiseKind kind) const;
+
+  /// @return the fitted Allan deviation.
+  [[nodiscard]] double deviation_at(double tau_s) const;
+};
+
+/// Fits the sum of the five kinds to a curve: least squares of the Allan variances with weights
+/// nu / (2 sigma^4) from the fit itself, no coefficient negative; of the sets of kinds that with
+/// the least chi^2 + 4 for each kind.
+///
+/// Points of one curve are not independent: the intervals are twice as wide for that.
+/// @throws DomainError  for fewer than three points.
+/// @par Source
+/// IEEE Std 952-2020, annex C; N. El-Sheimy, H. Hou, X. Niu, IEEE Trans. Instrum. Meas. 57 (2008).
+[[nodiscard]] NoiseModel fit_noise(std::span<const AllanPoint> curve);
+
+/// One coefficient by the points at which its slope is seen: the geometric mean of what each says.
+/// @throws DomainError  without points.
+[[nodiscard]] double coefficient_by_slope(NoiseKind kind, std::span<const AllanPoint> points);
+
+/// How long to dwell on a design point.
+struct Dwell {
+  double best_s = 0.0;      ///< where the fitted deviation is least: longer is no better
+  double deviation = 0.0;   ///< there [unit]
+  double sensible_s = 0.0;  ///< the shortest within 10 % of that
+  double sensible_deviation = 0.0;
+  bool beyond_record = false;  ///< whether the curve still falls where the record ends
+};
+
+/// @param longest_s  as far as the record tells: its largest tau.
+[[nodiscard]] Dwell best_dwell(const NoiseModel& model, double longest_s);
+
+}  // namespace axiscal

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/positioner/design.hpp"
+#include "axiscal/positioner/design_point.hpp"
+
+namespace axiscal {
+
+/// How each rest of a log lay, as far as it is known.
+struct SeatLabels {
+  std::vector<std::optional<DesignPoint>> points;  ///< of each rest
+  std::vector<std::optional<std::size_t>> rows;    ///< of the sheet, where there is one; else empty
+  std::vector<std::string> messages;               ///< seats that do not fit, and what to do
+};
+
+/// The faces on which a cube rests, from an accelerometer in it, not calibrated: the axis that
+/// reads farthest from the middle of its extremes, up being away from the face on the table.
+///
+/// @param means  of each rest, n x 3, in the cube's frame.
+/// @return nothing for a rest that lies on an edge: its largest component is below 0.85 of 1 g.
+/// @throws RefusedError  if the rests do not reach both ends of each axis.
+[[nodiscard]] std::vector<std::optional<Face>> resting_faces(const Eigen::MatrixX3d& means);
+
+/// Labels in the order of a run sheet.
+///
+/// Where the faces that are seen do not go with the sheet one by one, the alignment that leaves out
+/// the fewest rests and rows is taken; each rest that does not fit and each row that was not found
+/// has a message.
+///
+/// @param faces  as resting_faces().
+[[nodiscard]] SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
+                                        const std::vector<RunSheetRow>& sheet);
+
+/// Labels by how the cube turned from rest to rest.
+///
+/// @param faces  as resting_faces().
+/// @param turns  rotation from the sensor's frame at rest i + 1 to that at rest i, n - 1, as an
+///               integrated gyroscope gives it.
+/// @param first  of the first rest; nothing: any, as turning the table changes no coefficient.
+/// @return a rest whose turn is more than 30 degrees from every label has none, and a message.
+[[nodiscard]] SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,
+                                        const std::vector<Eigen::Matrix3d>& turns,
+                                        const std::optional<DesignPoint>& first);
+
+/// Labels by the horizontal direction of a second field, a magnetometer's.
+///
+/// @param ups     up at each rest in the cube's frame, n x 3.
+/// @param fields  the second field at each rest in the cube's frame, n x 3; biases removed as far
+/// as
+///                can be.
+[[nodiscard]] SeatLabels label_by_heading(const std::vector<std::optional<Face>>& faces,
+                                          const Eigen::MatrixX3d& ups,
+                                          const Eigen::MatrixX3d& fields,
+                                          const std::optional<DesignPoint>& first);
+
+/// Labels where only the resting face is known: each face's first rest has the first of its two
+/// fence faces in the standard design, the next one the second, and so on in turn.
+[[nodiscard]] SeatLabels label_by_order(const std::vector<std::optional<Face>>& faces);
+
+}  // namespace axiscal

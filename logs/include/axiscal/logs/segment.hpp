@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "axiscal/instruments/instrument.hpp"
+#include "axiscal/logs/log_file.hpp"
+#include "axiscal/logs/seats.hpp"
+#include "axiscal/logs/static_detector.hpp"
+
+namespace axiscal {
+
+/// How a log is cut into rests.
+struct SegmentOptions {
+  std::vector<std::string> columns;  ///< whose variance tells rest from motion
+  /// Whose means tell one attitude from another, an accelerometer's; default: `columns`.
+  std::vector<std::string> attitude;
+  std::string time;                   ///< column of times; empty: as find_time_column()
+  std::optional<double> rate_hz;      ///< instead of a column of times
+  double window_s = 0.5;              ///< of the sliding variance
+  double shortest_s = 1.0;            ///< what is left of a rest is at least so long
+  double trim_s = 0.1;                ///< left out at both ends, besides half a window
+  std::optional<double> threshold;    ///< of the joined variance [unit^2]; default: chosen
+  std::optional<ReadingRange> range;  ///< samples of `columns` at or beyond it are saturated
+  bool join = true;                   ///< whether rests that a knock split are joined
+};
+
+/// The rests of a log.
+struct Segmentation {
+  std::vector<std::string> columns;    ///< of the means; without the time
+  std::vector<std::size_t> detection;  ///< which of them told rest from motion
+  std::vector<StaticInterval> intervals;
+  std::vector<std::vector<std::string>> marks;  ///< "drift", "knock", "stuck", "restless"
+  double threshold = 0.0;                       ///< of the joined variance
+  /// Thresholds that were tried, with how many rests each gave, ascending.
+  std::vector<std::pair<double, std::size_t>> tried;
+  double rate_hz = 0.0;
+  std::size_t samples = 0;
+  std::size_t broken_samples = 0;     ///< missing numbers, saturated, at gaps
+  std::vector<std::string> notes;     ///< what asks for nothing
+  std::vector<std::string> warnings;  ///< what should be looked at
+};
+
+/// Which of the thresholds' sets is taken; default: most_persistent().
+/// @param so_far  columns, rate and number of samples are there, no intervals yet.
+using ThresholdChoice =
+    std::function<std::size_t(const std::vector<IntervalSet>& sets, const Segmentation& so_far)>;
+
+/// A column of times by its name: time, t, timestamp, with _s, _ms, _us, _ns or so.
+struct TimeColumn {
+  std::size_t position = 0;
+  double seconds = 1.0;  ///< per unit of the column
+};
+
+/// @param name  of the column; empty: the first that is called so.
+/// @return nothing where there is none and no name was given.
+/// @throws DataError  if the named column is not there.
+[[nodiscard]] std::optional<TimeColumn> find_time_column(const LogFile& log,
+                                                         const std::string& name);
+
+/// Finds the rests of a log, in constant memory, whatever its length.
+///
+/// Times that decrease and gaps (more than five times the mean step and a quarter of the window)
+/// part rests, as missing numbers and saturated samples of `columns` do; the warnings count them.
+/// In other columns a missing number counts as the one before it.
+///
+/// @throws DataError     for a missing column or a log that has neither times nor a rate; for times
+///                       that never increase.
+/// @throws RefusedError  if there is no rest; it says how quiet the quietest second was.
+[[nodiscard]] Segmentation segment(LogFile& log,
+                                   const SegmentOptions& options,
+                                   const ThresholdChoice& choose = {});
+
+/// The rests as a table of observations (CONTRACT section 7): run, start, end, samples, means,
+/// AXIS_sd of the columns of detection, effective_samples, marks; with labels rest, fence, and from
+/// a sheet its run, block, level and temperature. Rests without a label are left out.
+[[nodiscard]] std::string segmentation_csv(const Segmentation& segmentation,
+                                           const SeatLabels* labels = nullptr,
+                                           const std::vector<RunSheetRow>& sheet = {});
+
+/// @return the means of three columns over the rests, n x 3.
+[[nodiscard]] Eigen::MatrixX3d means_of(const Segmentation& segmentation,
+                                        const std::vector<std::string>& columns);
+
+}  // namespace axiscal

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/instruments/instrument.hpp"
+#include "axiscal/logs/imu.hpp"
+#include "axiscal/positioner/design.hpp"
+
+namespace axiscal {
+
+/// What a simulated IMU is, and how it is turned.
+struct ImuSimulation {
+  LinearResponse accelerometer;                ///< [unit, unit per g]
+  std::optional<LinearResponse> gyroscope;     ///< [unit, unit per rad/s]
+  std::optional<LinearResponse> magnetometer;  ///< [unit, unit per unit of the field]
+  double accelerometer_sd = 0.0;               ///< white noise of a sample [unit]
+  double gyroscope_sd = 0.0;
+  double magnetometer_sd = 0.0;
+  Eigen::Vector3d magnetic_in_table = Eigen::Vector3d(0.2, 0.4, -0.9);  ///< x along the fence, z up
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< of the table, as Levelness
+  double rate_hz = 100.0;
+  double rest_s = 3.0;
+  double turn_s = 1.5;
+  double hand_shake = 0.05;  ///< accelerations in a turn [g]
+  std::uint64_t seed = 1;
+};
+
+/// A log of rests in the given attitudes and smooth turns between them: columns t, ax ay az, gx gy
+/// gz, mx my mz, as far as there are such instruments.
+///
+/// @param rotations_table_from_sensor  of each rest, in order.
+[[nodiscard]] RecordedLog simulate_imu_log(
+    const ImuSimulation& simulation,
+    const std::vector<Eigen::Matrix3d>& rotations_table_from_sensor);
+
+/// @return the attitudes of a nominal cube laid down by a run sheet.
+[[nodiscard]] std::vector<Eigen::Matrix3d> attitudes_of(const std::vector<RunSheetRow>& sheet);
+
+/// @return attitudes of a board that is turned by hand: any, each at least 60 degrees from the
+/// last.
+[[nodiscard]] std::vector<Eigen::Matrix3d> random_attitudes(std::size_t count, std::uint64_t seed);
+
+}  // namespace axiscal

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/logs/allan.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/kernels/second_differences.hpp"
+
+namespace axiscal {
+namespace {
+
+// Equivalent degrees of freedom of an overlapping Allan variance (NIST SP 1065, table 5), for noise
+// whose deviation has a slope of about -1, -1/2, 0 or +1/2.
+double degrees_of_freedom(double slope, double phases, double m) {
+  const double N = phases;
+  double edf = 0.0;
+  if (slope < -0.75) {  // white phase noise, quantisation
+    edf = (N + 1.0) * (N - 2.0 * m) / (2.0 * (N - m));
+  } else if (slope < -0.25) {  // white noise
+    edf = (3.0 * (N - 1.0) / (2.0 * m) - 2.0 * (N - 2.0) / N) * 4.0 * m * m / (4.0 * m * m + 5.0);
+  } else if (slope < 0.25) {  // flicker: bias instability
+    edf = m < 1.5 ? 2.0 * (N - 2.0) / (2.3 * N - 4.9) * (N - 2.0)
+                  : 5.0 * N * N / (4.0 * m * (N + 3.0 * m));
+  } else {  // random walk
+    edf = (N - 2.0) / m * ((N - 1.0) * (N - 1.0) - 3.0 * m * (N - 1.0) + 4.0 * m * m) /
+          ((N - 3.0) * (N - 3.0));
+  }
+  return std::max(edf, 1.0);
+}
+
+void add_intervals(std::vector<AllanPoint>& points, double phases) {
+  constexpr double tail = 0.5 * (1.0 - 0.683);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const AllanPoint& before = points[i > 0 ? i - 1 : i];
+    const AllanPoint& after = points[std::min(i + 1, points.size() - 1)];
+    const double slope =
+        after.tau_s > before.tau_s && before.deviation > 0.0 && after.deviation > 0.0
+            ? std::log(after.deviation / before.deviation) / std::log(after.tau_s / before.tau_s)
+            : -0.5;
+    AllanPoint& point = points[i];
+    // Long averages scatter: a steep fall there is chance, not phase noise.
+    const bool is_long = static_cast<double>(point.samples) * 100.0 > phases;
+    point.degrees_of_freedom = degrees_of_freedom(is_long ? std::max(slope, -0.5) : slope, phases,
+                                                  static_cast<double>(point.samples));
+    const double nu = point.degrees_of_freedom;
+    point.low = point.deviation * std::sqrt(nu / chi_squared_quantile(1.0 - tail, nu));
+    point.high = point.deviation * std::sqrt(nu / chi_squared_quantile(tail, nu));
+  }
+}
+
+}  // namespace
+
+std::vector<std::size_t> octave_lengths(std::size_t samples) {
+  std::vector<std::size_t> lengths;
+  for (std::size_t m = 1; 3 * m <= samples; m *= 2) {
+    lengths.push_back(m);
+  }
+  return lengths;
+}
+
+std::vector<std::size_t> decade_lengths(std::size_t samples) {
+  std::vector<std::size_t> lengths;
+  for (double at = 1.0; 3.0 * at <= static_cast<double>(samples); at *= std::pow(10.0, 0.1)) {
+    const auto m = static_cast<std::size_t>(std::lround(at));
+    if (lengths.empty() || m > lengths.back()) {
+      lengths.push_back(m);
+    }
+  }
+  return lengths;
+}
+
+std::vector<AllanPoint> allan_deviation_of_phase(std::span<const double> phase,
+                                                 double rate_hz,
+                                                 std::span<const std::size_t> lengths) {
+  const std::size_t n = phase.size();
+  if (n < 3) {
+    throw DomainError("allan_deviation: three samples or more are needed");
+  }
+  std::vector<std::size_t> used;
+  std::copy_if(lengths.begin(), lengths.end(), std::back_inserter(used),
+               [&](std::size_t m) { return m >= 1 && 2 * m < n; });
+  std::vector<double> sums(used.size(), 0.0);
+  // All lengths within a block: what one fetches from afar serves the next.
+  constexpr std::size_t block = 32768;
+  for (std::size_t first = 0; first < n; first += block) {
+    for (std::size_t k = 0; k < used.size(); ++k) {
+      const std::size_t terms = n - 2 * used[k];
+      if (first < terms) {
+        sums[k] += sum_of_squared_second_differences(phase, used[k], first,
+                                                     std::min(block, terms - first));
+      }
+    }
+  }
+  std::vector<AllanPoint> points;
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    const double tau = static_cast<double>(used[k]) / rate_hz;
+    const std::size_t terms = n - 2 * used[k];
+    points.push_back({.tau_s = tau,
+                      .samples = used[k],
+                      .terms = terms,
+                      .deviation = std::sqrt(sums[k] / (2.0 * static_cast<double>(terms))) / tau});
+  }
+  add_intervals(points, static_cast<double>(n));
+  return points;
+}
+
+std::vector<AllanPoint> allan_deviation(std::span<const double> samples,
+                                        double rate_hz,
+                                        std::span<const std::size_t> lengths) {
+  // Four sums that do not wait for each other.
+  std::array<double, 4> sums{};
+  std::size_t i = 0;
+  for (; i + 4 <= samples.size(); i += 4) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      sums[k] += samples[i + k];
+    }
+  }
+  for (; i < samples.size(); ++i) {
+    sums[0] += samples[i];
+  }
+  const double mean = (sums[0] + sums[1] + sums[2] + sums[3]) / static_cast<double>(samples.size());
+  if (!std::isfinite(mean)) {
+    throw DomainError("allan_deviation: a sample is not finite");
+  }
+  const std::size_t n = samples.size() + 1;
+  const auto phase = std::make_unique_for_overwrite<double[]>(n);
+  const double step = 1.0 / rate_hz;
+  double sum = 0.0;
+  phase[0] = 0.0;
+  for (i = 0; i < samples.size(); ++i) {
+    sum += (samples[i] - mean) * step;
+    phase[i + 1] = sum;
+  }
+  return allan_deviation_of_phase({phase.get(), n}, rate_hz, lengths);
+}
+
+}  // namespace axiscal

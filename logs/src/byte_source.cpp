@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "byte_source.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <functional>
+#include <utility>
+
+#ifdef AXISCAL_LIBARCHIVE
+#include <archive.h>
+#include <archive_entry.h>
+#endif
+
+#ifdef AXISCAL_ZLIB
+#include <zlib.h>
+#endif
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/input_file.hpp"
+
+namespace axiscal {
+namespace {
+
+std::string compression_of(std::string_view start) {
+  using namespace std::string_view_literals;
+  const std::array<std::pair<std::string_view, const char*>, 4> known = {
+      {{"\x1f\x8b"sv, "gzip"},
+       {"BZh"sv, "bzip2"},
+       {"\xfd"
+        "7zXZ\0"sv,
+        "xz"},
+       {"\x28\xb5\x2f\xfd"sv, "zstd"}}};
+  for (const auto& [magic, name] : known) {
+    if (start.starts_with(magic)) {
+      return name;
+    }
+  }
+  return "";
+}
+
+}  // namespace
+
+// The file, and behind it the unpacker.
+struct ByteSource::Reader {
+  explicit Reader(const std::string& path) : file(path) {}
+
+  InputFile file;
+  std::vector<char> start;  // the first bytes, read to see what they are
+  std::size_t start_given = 0;
+
+  std::size_t read_packed(char* buffer, std::size_t size) {
+    if (start_given < start.size()) {
+      const std::size_t count = std::min(size, start.size() - start_given);
+      std::memcpy(buffer, start.data() + start_given, count);
+      start_given += count;
+      return count;
+    }
+    return file.read(buffer, size);
+  }
+
+#ifdef AXISCAL_LIBARCHIVE
+  struct Free {
+    void operator()(archive* a) const { archive_read_free(a); }
+  };
+  std::unique_ptr<archive, Free> unpacker;
+  std::vector<char> packed = std::vector<char>(1U << 16U);
+  std::exception_ptr error;  // of the file; it must not cross libarchive's C code
+
+  static la_ssize_t next_packed(archive* a, void* self, const void** buffer) {
+    auto& reader = *static_cast<Reader*>(self);
+    try {
+      *buffer = reader.packed.data();
+      return static_cast<la_ssize_t>(
+          reader.read_packed(reader.packed.data(), reader.packed.size()));
+    } catch (...) {
+      reader.error = std::current_exception();
+      archive_set_error(a, -1, "cannot be read");
+      return -1;
+    }
+  }
+
+  void fail() {
+    if (error) {
+      std::rethrow_exception(error);
+    }
+    const char* const why = archive_error_string(unpacker.get());
+    throw DataError(file.path(), std::string("the compressed file is damaged or cut short (") +
+                                     (why != nullptr ? why : "unknown") + ")");
+  }
+
+  void unpack() {
+    unpacker.reset(archive_read_new());
+    archive_read_support_filter_all(unpacker.get());
+    archive_read_support_format_raw(unpacker.get());
+    archive_entry* entry = nullptr;
+    if (archive_read_open(unpacker.get(), this, nullptr, next_packed, nullptr) != ARCHIVE_OK ||
+        archive_read_next_header(unpacker.get(), &entry) != ARCHIVE_OK) {
+      fail();
+    }
+  }
+#endif
+
+#ifdef AXISCAL_ZLIB
+  // gzip by zlib itself: libarchive does not look at the checksum and length of what it unpacks.
+  struct Inflater {
+    z_stream stream{};
+    bool in_member = true;
+    std::vector<char> packed = std::vector<char>(1U << 16U);
+    Inflater() {
+      constexpr int gzip_window_bits = 15 + 16;
+      inflateInit2(&stream, gzip_window_bits);
+    }
+    Inflater(const Inflater&) = delete;
+    Inflater& operator=(const Inflater&) = delete;
+    ~Inflater() { inflateEnd(&stream); }
+  };
+  std::unique_ptr<Inflater> inflater;
+
+  [[noreturn]] void fail_gzip(const char* why) const {
+    throw DataError(file.path(),
+                    std::string("the compressed file is damaged or cut short (gzip: ") + why + ")");
+  }
+
+  std::size_t inflate_some(char* buffer, std::size_t size) {
+    z_stream& stream = inflater->stream;
+    stream.next_out = reinterpret_cast<Bytef*>(buffer);
+    stream.avail_out = static_cast<uInt>(size);
+    while (stream.avail_out == size) {
+      if (stream.avail_in == 0) {
+        std::vector<char>& packed_bytes = inflater->packed;
+        const std::size_t count = read_packed(packed_bytes.data(), packed_bytes.size());
+        stream.next_in = reinterpret_cast<Bytef*>(packed_bytes.data());
+        stream.avail_in = static_cast<uInt>(count);
+        if (count == 0) {
+          if (inflater->in_member) {
+            fail_gzip("it ends too early");
+          }
+          break;
+        }
+      }
+      if (!inflater->in_member) {  // another member follows, as of files put together
+        inflateReset(&stream);
+        inflater->in_member = true;
+      }
+      const int status = inflate(&stream, Z_NO_FLUSH);
+      if (status == Z_STREAM_END) {
+        inflater->in_member = false;
+      } else if (status != Z_OK && status != Z_BUF_ERROR) {
+        fail_gzip(stream.msg != nullptr ? stream.msg : "bad data");
+      }
+    }
+    return size - stream.avail_out;
+  }
+#endif
+
+  std::size_t read(char* buffer, std::size_t size) {
+#ifdef AXISCAL_ZLIB
+    if (inflater) {
+      return inflate_some(buffer, size);
+    }
+#endif
+#ifdef AXISCAL_LIBARCHIVE
+    if (unpacker) {
+      const la_ssize_t count = archive_read_data(unpacker.get(), buffer, size);
+      if (count < 0) {
+        fail();
+      }
+      return static_cast<std::size_t>(count);
+    }
+#endif
+    return read_packed(buffer, size);
+  }
+};
+
+ByteSource::ByteSource(const std::string& path)
+    : path_(path), reader_(std::make_unique<Reader>(path)) {
+  constexpr std::size_t longest_magic = 6;
+  std::vector<char>& start = reader_->start;
+  start.resize(longest_magic);
+  std::size_t filled = 0;
+  while (filled < longest_magic) {
+    const std::size_t count = reader_->file.read(start.data() + filled, longest_magic - filled);
+    if (count == 0) {
+      break;
+    }
+    filled += count;
+  }
+  start.resize(filled);
+  compression_ = compression_of({start.data(), start.size()});
+#ifdef AXISCAL_ZLIB
+  if (compression_ == "gzip") {
+    reader_->inflater = std::make_unique<Reader::Inflater>();
+    return;
+  }
+#endif
+  if (!compression_.empty()) {
+#ifdef AXISCAL_LIBARCHIVE
+    reader_->unpack();
+#else
+    throw DataError(path, "is compressed (" + compression_ +
+                              "), and this axiscal was built without libarchive; unpack it first");
+#endif
+  }
+}
+
+ByteSource::~ByteSource() = default;
+ByteSource::ByteSource(ByteSource&&) noexcept = default;
+ByteSource& ByteSource::operator=(ByteSource&&) noexcept = default;
+
+std::string_view ByteSource::peek(std::size_t size) {
+  while (ahead_.size() - next_ < size) {
+    const std::size_t had = ahead_.size();
+    ahead_.resize(next_ + size);
+    const std::size_t count = reader_->read(ahead_.data() + had, ahead_.size() - had);
+    ahead_.resize(had + count);
+    if (count == 0) {
+      break;
+    }
+  }
+  return {ahead_.data() + next_, std::min(size, ahead_.size() - next_)};
+}
+
+std::size_t ByteSource::read(char* buffer, std::size_t size) {
+  if (next_ < ahead_.size()) {
+    const std::size_t count = std::min(size, ahead_.size() - next_);
+    std::memcpy(buffer, ahead_.data() + next_, count);
+    next_ += count;
+    return count;
+  }
+  return reader_->read(buffer, size);
+}
+
+}  // namespace axiscal

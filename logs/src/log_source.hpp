@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "axiscal/logs/log_file.hpp"
+#include "byte_source.hpp"
+
+namespace axiscal {
+
+/// One kind of file.
+class LogFile::Source {
+ public:
+  virtual ~Source() = default;
+  virtual void select(const std::vector<std::size_t>& columns) = 0;
+  [[nodiscard]] virtual std::size_t read(LogBlock& block, std::size_t most) = 0;
+
+  std::vector<std::string> columns;
+  std::vector<std::string> notes;
+  LogDefects defects;
+};
+
+/// @param names  for columns without a header; may be empty.
+[[nodiscard]] std::unique_ptr<LogFile::Source> open_text_log(ByteSource bytes,
+                                                             const std::vector<std::string>& names);
+[[nodiscard]] std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,
+                                                            const std::vector<std::string>& names);
+[[nodiscard]] std::unique_ptr<LogFile::Source> open_mat_log(const std::string& path);
+
+/// A log that is in memory.
+class LogInMemory : public LogFile::Source {
+ public:
+  LogInMemory(std::vector<std::string> names, LogBlock data);
+  void select(const std::vector<std::size_t>& columns) override;
+  std::size_t read(LogBlock& block, std::size_t most) override;
+
+ private:
+  LogBlock data_;
+  std::vector<std::size_t> selected_;
+  std::size_t next_ = 0;
+};
+
+/// @return c1, c2, ... where names are missing.
+/// @throws DataError  if there are names, but not as many as columns.
+[[nodiscard]] std::vector<std::string> column_names(const std::string& path,
+                                                    const std::vector<std::string>& names,
+                                                    std::size_t count);
+
+}  // namespace axiscal

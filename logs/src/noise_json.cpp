@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/logs/noise_json.hpp"
+
+#include "axiscal/core/json_document.hpp"
+
+namespace axiscal {
+
+std::string noise_unit(NoiseKind kind) {
+  switch (kind) {
+    case NoiseKind::quantisation:
+      return "unit s";
+    case NoiseKind::white:
+      return "unit/sqrt(Hz)";
+    case NoiseKind::bias_instability:
+      return "unit";
+    case NoiseKind::random_walk:
+      return "unit/sqrt(s)";
+    case NoiseKind::ramp:
+      break;
+  }
+  return "unit/s";
+}
+
+std::string noise_json(const LogNoise& noise) {
+  Json json = {{"format", "axiscal-noise"},
+               {"version", 1},
+               {"rate_hz", noise.rate_hz},
+               {"samples", noise.samples},
+               {"confidence", {{"coefficients", 0.95}, {"allan_deviation", 0.683}}},
+               {"columns", Json::object()}};
+  for (const ColumnNoise& one : noise.columns) {
+    Json curve = Json::array();
+    for (const AllanPoint& point : one.curve) {
+      curve.push_back({{"tau", point.tau_s},
+                       {"samples", point.samples},
+                       {"deviation", point.deviation},
+                       {"low", point.low},
+                       {"high", point.high}});
+    }
+    Json coefficients = Json::object();
+    for (const NoiseCoefficient& c : one.model.coefficients) {
+      coefficients[noise_name(c.kind)] = {
+          {"value", c.value}, {"low", c.low}, {"high", c.high}, {"unit", noise_unit(c.kind)}};
+    }
+    json["columns"][one.name] = {{"coefficients", coefficients},
+                                 {"dwell",
+                                  {{"best_s", one.dwell.best_s},
+                                   {"deviation", one.dwell.deviation},
+                                   {"sensible_s", one.dwell.sensible_s},
+                                   {"sensible_deviation", one.dwell.sensible_deviation}}},
+                                 {"allan_deviation", curve}};
+  }
+  return json_text(json);
+}
+
+LogNoise parse_noise(std::string_view text, const std::string& path) {
+  const JsonValue json = parse_json(text, path);
+  json.require_format("axiscal-noise");
+  LogNoise noise{.rate_hz = json.at("rate_hz").number(),
+                 .samples = static_cast<std::size_t>(json.at("samples").number())};
+  const JsonValue columns = json.at("columns");
+  for (const std::string& name : columns.keys()) {
+    const JsonValue column = columns.at(name);
+    ColumnNoise one{.name = name};
+    for (const JsonValue& point : column.at("allan_deviation").elements()) {
+      one.curve.push_back({.tau_s = point.at("tau").number(),
+                           .samples = static_cast<std::size_t>(point.at("samples").number()),
+                           .deviation = point.at("deviation").number(),
+                           .low = point.at("low").number(),
+                           .high = point.at("high").number()});
+    }
+    const JsonValue coefficients = column.at("coefficients");
+    for (const NoiseKind kind : all_noise_kinds) {
+      const JsonValue c = coefficients.at(noise_name(kind));
+      one.model.coefficients.push_back({.kind = kind,
+                                        .value = c.at("value").number(),
+                                        .low = c.at("low").number(),
+                                        .high = c.at("high").number()});
+    }
+    const JsonValue dwell = column.at("dwell");
+    one.dwell = {.best_s = dwell.at("best_s").number(),
+                 .deviation = dwell.at("deviation").number(),
+                 .sensible_s = dwell.at("sensible_s").number(),
+                 .sensible_deviation = dwell.at("sensible_deviation").number()};
+    noise.columns.push_back(std::move(one));
+  }
+  if (noise.columns.empty()) {
+    columns.fail("must have one column or more");
+  }
+  return noise;
+}
+
+}  // namespace axiscal

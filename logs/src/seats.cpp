@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/logs/seats.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include <Eigen/Geometry>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/positioner/positioner.hpp"
+
+namespace axiscal {
+namespace {
+
+std::string rest_name(std::size_t rest) {
+  return "rest " + std::to_string(rest + 1);
+}
+
+std::string seen_name(const std::optional<Face>& face) {
+  return face ? "rest " + std::string(face_name(*face)) : "no face, it lies on an edge";
+}
+
+// The fence faces that a rest face has in the standard design: first those of the next axis.
+std::array<Face, 2> standard_fences(Face rest) {
+  const int next = (axis_of(rest) + 1) % 3;
+  return {face_of(next, true), face_of(next, false)};
+}
+
+std::vector<DesignPoint> points_of(const std::optional<Face>& rest) {
+  std::vector<DesignPoint> points;
+  for (const Face r : all_faces) {
+    for (const Face f : all_faces) {
+      if (axis_of(r) != axis_of(f) && (!rest || *rest == r)) {
+        points.emplace_back(r, f);
+      }
+    }
+  }
+  return points;
+}
+
+Eigen::Matrix3d rotation_positioner_from_table(const DesignPoint& point) {
+  return Positioner().rotation_table_from_positioner(point).transpose();
+}
+
+// The first label of a chain: as given, else any of its rest face.
+std::optional<DesignPoint> start_of(const std::optional<Face>& face,
+                                    const std::optional<DesignPoint>& first) {
+  if (first) {
+    return first;
+  }
+  if (!face) {
+    return std::nullopt;
+  }
+  return DesignPoint(*face, standard_fences(*face).front());
+}
+
+}  // namespace
+
+std::vector<std::optional<Face>> resting_faces(const Eigen::MatrixX3d& means) {
+  if (means.rows() < 2) {
+    throw RefusedError("the resting faces need rests on opposite faces; there is one rest only");
+  }
+  const Eigen::Vector3d high = means.colwise().maxCoeff();
+  const Eigen::Vector3d low = means.colwise().minCoeff();
+  const Eigen::Vector3d middle = 0.5 * (high + low);
+  const Eigen::Vector3d half = 0.5 * (high - low);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(half(axis) > 0.5 * half.maxCoeff())) {
+      throw RefusedError(std::string("the rests do not show which face was down: axis ") +
+                         "xyz"[axis] +
+                         " was never both up and down; lay the cube on all six faces");
+    }
+  }
+  // Of all six faces every reading has length 1. Where no axis was turned round, the middle is
+  // wrong, and they are longer.
+  std::vector<double> lengths;
+  for (Eigen::Index i = 0; i < means.rows(); ++i) {
+    lengths.push_back((means.row(i).transpose() - middle).cwiseQuotient(half).norm());
+  }
+  const auto median = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::nth_element(lengths.begin(), median, lengths.end());
+  if (*median > 1.3) {
+    throw RefusedError(
+        "the rests do not show which face was down: they lack opposite faces; lay the cube on all "
+        "six "
+        "faces");
+  }
+  std::vector<std::optional<Face>> faces;
+  for (Eigen::Index i = 0; i < means.rows(); ++i) {
+    const Eigen::Vector3d up = (means.row(i).transpose() - middle).cwiseQuotient(half);
+    Eigen::Index axis = 0;
+    const double largest = up.cwiseAbs().maxCoeff(&axis);
+    faces.push_back(largest < 0.85 * up.norm()
+                        ? std::nullopt
+                        : std::optional(face_of(static_cast<int>(axis), up(axis) < 0.0)));
+  }
+  return faces;
+}
+
+SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
+                          const std::vector<RunSheetRow>& sheet) {
+  const std::size_t n = faces.size();
+  const std::size_t m = sheet.size();
+  // Least cost of aligning the first i rests with the first j rows: a rest or row left out costs 1,
+  // a rest on another face than its row's 1.5.
+  const auto misfit = [&](std::size_t i, std::size_t j) {
+    return faces[i] == sheet[j].entry.point.rest() ? 0.0 : 1.5;
+  };
+  std::vector<std::vector<double>> cost(n + 1, std::vector<double>(m + 1, 0.0));
+  for (std::size_t i = 0; i <= n; ++i) {
+    for (std::size_t j = 0; j <= m; ++j) {
+      if (i == 0 || j == 0) {
+        cost[i][j] = static_cast<double>(i + j);
+        continue;
+      }
+      cost[i][j] = std::min(
+          {cost[i - 1][j - 1] + misfit(i - 1, j - 1), cost[i - 1][j] + 1.0, cost[i][j - 1] + 1.0});
+    }
+  }
+  SeatLabels labels{.points = std::vector<std::optional<DesignPoint>>(n),
+                    .rows = std::vector<std::optional<std::size_t>>(n)};
+  std::vector<std::string> messages;  // from the last to the first
+  std::size_t i = n;
+  std::size_t j = m;
+  while (i > 0 || j > 0) {
+    if (i > 0 && j > 0 && cost[i][j] == cost[i - 1][j - 1] + misfit(i - 1, j - 1)) {
+      --i;
+      --j;
+      labels.points[i] = sheet[j].entry.point;
+      labels.rows[i] = j;
+      if (misfit(i, j) > 0.0) {
+        messages.push_back("run " + std::to_string(sheet[j].run) + " (" + rest_name(i) +
+                           "): the sheet says " + sheet[j].entry.point.name() +
+                           ", the accelerometer " + seen_name(faces[i]) +
+                           "; was the cube laid down as planned?");
+      }
+    } else if (i > 0 && cost[i][j] == cost[i - 1][j] + 1.0) {
+      --i;
+      messages.push_back(rest_name(i) + " (" + seen_name(faces[i]) +
+                         ") fits no row of the sheet and is left out");
+    } else {
+      --j;
+      messages.push_back("run " + std::to_string(sheet[j].run) + " of the sheet (" +
+                         sheet[j].entry.point.name() +
+                         ") is not in the log: was it skipped, or its rest too short?");
+    }
+  }
+  labels.messages.assign(messages.rbegin(), messages.rend());
+  return labels;
+}
+
+SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,
+                          const std::vector<Eigen::Matrix3d>& turns,
+                          const std::optional<DesignPoint>& first) {
+  constexpr double farthest_rad = 30.0 * rad_per_deg;
+  SeatLabels labels{.points = std::vector<std::optional<DesignPoint>>(faces.size())};
+  std::optional<DesignPoint> last;
+  Eigen::Matrix3d since = Eigen::Matrix3d::Identity();  // to the last labelled rest, from this one
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    if (i > 0) {
+      since = since * turns[i - 1];
+    }
+    if (!last) {
+      last = start_of(faces[i], first);
+      labels.points[i] = last;
+      since.setIdentity();
+      continue;
+    }
+    double least = std::numeric_limits<double>::infinity();
+    std::optional<DesignPoint> best;
+    for (const DesignPoint& point : points_of(faces[i])) {
+      const Eigen::Matrix3d known =
+          rotation_positioner_from_table(*last) * rotation_positioner_from_table(point).transpose();
+      const double angle = Eigen::AngleAxisd(Eigen::Matrix3d(known.transpose() * since)).angle();
+      if (angle < least) {
+        least = angle;
+        best = point;
+      }
+    }
+    if (!best || least > farthest_rad) {
+      labels.messages.push_back(
+          rest_name(i) + " (" + seen_name(faces[i]) + "): the turn before it ends " +
+          number_text(least * deg_per_rad, 3) + " degrees from every seat; it has no label");
+      continue;
+    }
+    labels.points[i] = best;
+    last = best;
+    since.setIdentity();
+  }
+  return labels;
+}
+
+SeatLabels label_by_heading(const std::vector<std::optional<Face>>& faces,
+                            const Eigen::MatrixX3d& ups,
+                            const Eigen::MatrixX3d& fields,
+                            const std::optional<DesignPoint>& first) {
+  constexpr double farthest_rad = 30.0 * rad_per_deg;
+  SeatLabels labels{.points = std::vector<std::optional<DesignPoint>>(faces.size())};
+  std::optional<double> azimuth;
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::Vector3d up = ups.row(row).transpose().normalized();
+    const Eigen::Vector3d field = fields.row(row).transpose();
+    const auto azimuth_at = [&](const DesignPoint& point) {
+      const Eigen::Vector3d in_table =
+          rotation_positioner_from_table(point).transpose() * (field - up.dot(field) * up);
+      return std::atan2(in_table.x(), in_table.y());
+    };
+    if (!azimuth) {
+      labels.points[i] = start_of(faces[i], first);
+      if (labels.points[i]) {
+        azimuth = azimuth_at(*labels.points[i]);
+      }
+      continue;
+    }
+    double least = std::numeric_limits<double>::infinity();
+    for (const DesignPoint& point : points_of(faces[i])) {
+      const double off =
+          std::abs(std::remainder(azimuth_at(point) - *azimuth, 2.0 * std::numbers::pi));
+      if (off < least) {
+        least = off;
+        labels.points[i] = point;
+      }
+    }
+    if (!faces[i] || least > farthest_rad) {
+      labels.points[i].reset();
+      labels.messages.push_back(
+          rest_name(i) + " (" + seen_name(faces[i]) + "): the magnetometer's heading is " +
+          number_text(least * deg_per_rad, 3) + " degrees from every seat; it has no label");
+    }
+  }
+  return labels;
+}
+
+SeatLabels label_by_order(const std::vector<std::optional<Face>>& faces) {
+  SeatLabels labels;
+  std::map<Face, std::size_t> times;
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    if (!faces[i]) {
+      labels.points.emplace_back();
+      labels.messages.push_back(rest_name(i) + ": " + seen_name(faces[i]) + "; it has no label");
+      continue;
+    }
+    labels.points.emplace_back(
+        DesignPoint(*faces[i], standard_fences(*faces[i])[times[*faces[i]]++ % 2]));
+  }
+  return labels;
+}
+
+}  // namespace axiscal

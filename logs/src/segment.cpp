@@ -1,0 +1,487 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/logs/segment.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::size_t block_rows = 16384;
+
+std::string counted(std::size_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+// Times of the samples, and where they do not go on as they should.
+class Clock {
+ public:
+  Clock(const std::string& path, const SegmentOptions& options, double seconds)
+      : path_(path),
+        rate_hz_(options.rate_hz.value_or(0.0)),
+        seconds_(seconds),
+        window_s_(options.window_s) {}
+
+  // Learns the usual step from the first block.
+  void learn(const std::vector<double>& times) {
+    if (rate_hz_ > 0.0) {
+      step_ = 1.0 / rate_hz_;
+      return;
+    }
+    // The mean step, without gaps: logs that come in bursts have many short steps and few long
+    // ones.
+    step_ = std::numeric_limits<double>::infinity();
+    for (int round = 0; round < 3; ++round) {
+      double sum = 0.0;
+      double count = 0.0;
+      for (std::size_t i = 1; i < times.size(); ++i) {
+        const double step = (times[i] - times[i - 1]) * seconds_;
+        if (step >= 0.0 && step <= 20.0 * step_) {
+          sum += step;
+          count += 1.0;
+        }
+      }
+      step_ = sum / count;
+    }
+    if (!(step_ > 0.0)) {
+      throw DataError(path_, "the times never increase; give --rate HZ instead of --time");
+    }
+    longest_step_ = std::max(5.0 * step_, 0.25 * window_s_);
+  }
+
+  [[nodiscard]] double rate_hz() const { return 1.0 / step_; }
+
+  // Fills times in seconds and marks samples before which the time does not go on.
+  void run(const std::vector<double>* column,
+           std::size_t count,
+           std::vector<double>& time_s,
+           std::vector<char>& broken) {
+    time_s.resize(count);
+    for (std::size_t i = 0; i < count; ++i, ++samples_) {
+      if (column == nullptr) {
+        time_s[i] = static_cast<double>(samples_) * step_;
+        continue;
+      }
+      const double t = (*column)[i] * seconds_;
+      if (!std::isfinite(t)) {
+        time_s[i] = last_ + step_;
+        broken[i] = 1;
+      } else {
+        time_s[i] = t;
+        const double step = t - last_;
+        if (samples_ > 0 && step <= 0.0) {
+          ++(step < 0.0 ? decreasing : repeated);
+          // A repeated stamp is a clock too coarse; one that decreases is another recording.
+          broken[i] = step < 0.0 ? 1 : broken[i];
+        } else if (samples_ > 0 && step > longest_step_ && !went_back_) {
+          ++gaps;
+          broken[i] = 1;
+        }
+      }
+      went_back_ = time_s[i] < last_;
+      last_ = time_s[i];
+    }
+  }
+
+  std::size_t gaps = 0;
+  std::size_t repeated = 0;
+  std::size_t decreasing = 0;
+
+ private:
+  const std::string& path_;
+  double rate_hz_;
+  double seconds_;
+  double window_s_;
+  double step_ = 0.0;
+  double longest_step_ = 0.0;  // a longer one is a gap
+  double last_ = 0.0;
+  bool went_back_ = false;  // then the next step forward is no gap
+  std::size_t samples_ = 0;
+};
+
+// Missing numbers become the last value, so that sums stay finite. In a column of detection they
+// break a rest; in the others, as of a slower sensor, they do not.
+class Repair {
+ public:
+  Repair(const SegmentOptions& options,
+         const std::vector<std::size_t>& detection,
+         std::size_t columns)
+      : options_(options), detects_(columns, 0), last_(columns, 0.0), found_(columns, 0) {
+    for (const std::size_t c : detection) {
+      detects_[c] = 1;
+    }
+  }
+
+  void run(LogBlock& samples, std::vector<char>& broken) {
+    for (std::size_t c = 0; c < samples.size(); ++c) {
+      for (std::size_t i = 0; i < samples[c].size(); ++i) {
+        double& value = samples[c][i];
+        if (!std::isfinite(value)) {
+          value = last_[c];
+          if (detects_[c] != 0) {
+            missing += broken[i] == 0 ? 1U : 0U;
+            broken[i] = 1;
+          }
+          continue;
+        }
+        found_[c] = 1;
+        if (detects_[c] != 0 && options_.range &&
+            (value <= options_.range->low || value >= options_.range->high)) {
+          saturated += broken[i] == 0 ? 1U : 0U;
+          broken[i] = 1;
+        }
+        last_[c] = value;
+      }
+    }
+  }
+
+  // Whether a column ever had a number: else it is text.
+  [[nodiscard]] bool has_numbers(std::size_t column) const { return found_[column] != 0; }
+
+  std::size_t missing = 0;
+  std::size_t saturated = 0;
+
+ private:
+  const SegmentOptions& options_;
+  std::vector<char> detects_;
+  std::vector<double> last_;
+  std::vector<char> found_;
+};
+
+std::vector<std::string> marks_of(const StaticInterval& interval,
+                                  const std::vector<std::size_t>& detection) {
+  std::vector<std::string> marks;
+  const auto any = [&](const auto& is_so) {
+    return std::any_of(detection.begin(), detection.end(),
+                       [&](std::size_t c) { return is_so(static_cast<Eigen::Index>(c)); });
+  };
+  // A drift counts where it is beyond chance and as large as the noise.
+  if (any([&](Eigen::Index c) {
+        const double variance =
+            interval.sd(c) * interval.sd(c) - interval.drift(c) * interval.drift(c) / 12.0;
+        const double noise = std::sqrt(std::max(0.0, variance));
+        const double se = noise * std::sqrt(12.0 / interval.effective_samples(c));
+        return std::abs(interval.drift(c)) > std::max(5.0 * se, noise);
+      })) {
+    marks.emplace_back("drift");
+  }
+  if (interval.loudest > 4.0) {
+    marks.emplace_back("knock");
+  }
+  if (any([&](Eigen::Index c) { return interval.sd(c) == 0.0; })) {
+    marks.emplace_back("stuck");
+  }
+  const auto n = static_cast<double>(interval.samples());
+  if (any([&](Eigen::Index c) { return interval.effective_samples(c) < 0.02 * n; })) {
+    marks.emplace_back("restless");
+  }
+  return marks;
+}
+
+void warn_of_defects(const LogFile& log,
+                     const Clock& clock,
+                     const Repair& repair,
+                     Segmentation& result) {
+  const LogDefects& defects = log.defects();
+  const auto warn = [&](std::size_t count, const std::string& text) {
+    if (count > 0) {
+      result.warnings.push_back(text);
+    }
+  };
+  warn(defects.ragged_rows,
+       counted(defects.ragged_rows, "row was", "rows were") +
+           " left out, having another number of cells than the others; the first is line " +
+           std::to_string(defects.first_ragged_line));
+  warn(repair.missing,
+       counted(repair.missing, "sample has", "samples have") +
+           " a cell that is no number, and part rests" +
+           (defects.first_missing_line > 0
+                ? "; the first is in line " + std::to_string(defects.first_missing_line)
+                : ""));
+  warn(repair.saturated,
+       counted(repair.saturated, "sample is", "samples are") + " at or beyond the range");
+  warn(clock.gaps, counted(clock.gaps, "gap", "gaps") + " in the times: samples were lost there");
+  warn(clock.decreasing, counted(clock.decreasing, "time stamp is", "time stamps are") +
+                             " before the one before: is the log several recordings put together?");
+  if (result.rate_hz < 1.0) {
+    result.warnings.push_back("the rate is " + number_text(result.rate_hz, 3) +
+                              " Hz: are the times in milliseconds or microseconds? Then name the "
+                              "column t_ms or t_us, or give --rate HZ");
+  }
+  if (clock.repeated > 0) {
+    result.notes.push_back(counted(clock.repeated, "time stamp is", "time stamps are") +
+                           " the same as the one before");
+  }
+}
+
+std::string runs_text(const std::vector<std::size_t>& rests) {
+  std::string text;
+  for (std::size_t i = 0; i < rests.size() && i < 8; ++i) {
+    text += (i > 0 ? ", " : "") + std::to_string(rests[i]);
+  }
+  return rests.size() > 8 ? text + ", ..." : text;
+}
+
+void warn_of_marks(Segmentation& result) {
+  const std::vector<std::pair<std::string, std::string>> meanings = {
+      {"drift", "a drift larger than the noise; let the instrument come to rest and warm up"},
+      {"knock", "a knock, or motion at an end; means may be off"},
+      {"stuck", "some column does not vary at all: saturated, frozen, or of coarse resolution"},
+      {"restless", "a slow change that is no noise: was it at rest?"}};
+  for (const auto& [mark, meaning] : meanings) {
+    std::vector<std::size_t> rests;
+    for (std::size_t i = 0; i < result.marks.size(); ++i) {
+      if (std::find(result.marks[i].begin(), result.marks[i].end(), mark) !=
+          result.marks[i].end()) {
+        rests.push_back(i + 1);
+      }
+    }
+    if (!rests.empty()) {
+      result.warnings.push_back((rests.size() == 1 ? "rest " : "rests ") + runs_text(rests) + ": " +
+                                meaning);
+    }
+  }
+}
+
+}  // namespace
+
+std::optional<TimeColumn> find_time_column(const LogFile& log, const std::string& name) {
+  struct Suffix {
+    const char* text;
+    double seconds;
+  };
+  const std::vector<Suffix> suffixes = {{"", 1.0},     {"_s", 1.0},   {"_sec", 1.0},
+                                        {"_ms", 1e-3}, {"_us", 1e-6}, {"_ns", 1e-9}};
+  const auto unit_of = [&](const std::string& column) -> std::optional<double> {
+    std::string lower = column;
+    std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) {
+      return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+    });
+    for (const char* stem : {"time", "t", "timestamp", "time_stamp"}) {
+      for (const Suffix& suffix : suffixes) {
+        if (lower == std::string(stem) + suffix.text) {
+          return suffix.seconds;
+        }
+      }
+    }
+    return std::nullopt;
+  };
+  if (!name.empty()) {
+    return TimeColumn{.position = log.need(name), .seconds = unit_of(name).value_or(1.0)};
+  }
+  for (std::size_t c = 0; c < log.columns().size(); ++c) {
+    if (const std::optional<double> seconds = unit_of(log.columns()[c])) {
+      return TimeColumn{.position = c, .seconds = *seconds};
+    }
+  }
+  return std::nullopt;
+}
+
+Segmentation segment(LogFile& log, const SegmentOptions& options, const ThresholdChoice& choose) {
+  const std::optional<TimeColumn> found =
+      find_time_column(log, options.rate_hz ? "" : options.time);
+  if (!found && !options.rate_hz) {
+    throw DataError(log.path(),
+                    "has no column of times; name it with --time COLUMN, or give --rate HZ; the "
+                    "columns are: " +
+                        joined(log.columns()));
+  }
+  const TimeColumn clock_column = found.value_or(TimeColumn{.position = log.columns().size()});
+  const bool has_times = found && !options.rate_hz;  // a rate stands for a column of times
+  // The times go last; the other columns keep their order.
+  Segmentation result;
+  std::vector<std::size_t> selected;
+  for (std::size_t c = 0; c < log.columns().size(); ++c) {
+    if (c != clock_column.position) {
+      selected.push_back(c);
+      result.columns.push_back(log.columns()[c]);
+    }
+  }
+  const auto positions_of = [&](const std::vector<std::string>& names) {
+    std::vector<std::size_t> positions;
+    for (const std::string& name : names) {
+      static_cast<void>(log.need(name));
+      positions.push_back(static_cast<std::size_t>(
+          std::find(result.columns.begin(), result.columns.end(), name) - result.columns.begin()));
+    }
+    return positions;
+  };
+  for (const std::string& name : options.columns) {
+    if (found && log.need(name) == clock_column.position) {
+      throw DataError(log.path(), "column '" + name + "' is the times, and no quantity");
+    }
+  }
+  result.detection = positions_of(options.columns);
+  const std::vector<std::size_t> attitude =
+      options.attitude.empty() ? result.detection : positions_of(options.attitude);
+  if (has_times) {
+    selected.push_back(clock_column.position);
+  }
+  log.select(selected);
+
+  Clock clock(log.path(), options, clock_column.seconds);
+  Repair repair(options, result.detection, result.columns.size());
+  std::optional<StaticDetector> detector;
+  LogBlock block;
+  std::vector<double> time_s;
+  std::vector<char> broken;
+  while (const std::size_t count = log.read(block, block_rows)) {
+    std::vector<double> times;
+    if (has_times) {
+      times = std::move(block.back());
+      block.pop_back();
+    }
+    if (!detector) {
+      clock.learn(times);
+      const auto in_samples = [&](double seconds) {
+        return static_cast<std::size_t>(std::lround(std::max(0.0, seconds) * clock.rate_hz()));
+      };
+      detector.emplace(
+          DetectorOptions{.detection = result.detection,
+                          .window = std::max<std::size_t>(in_samples(options.window_s), 3),
+                          .trim = in_samples(options.trim_s),
+                          .shortest = std::max<std::size_t>(in_samples(options.shortest_s), 2),
+                          .threshold = options.threshold},
+          result.columns.size());
+    }
+    broken.assign(count, 0);
+    clock.run(has_times ? &times : nullptr, count, time_s, broken);
+    repair.run(block, broken);
+    result.broken_samples +=
+        static_cast<std::size_t>(std::count(broken.begin(), broken.end(), char{1}));
+    detector->add(time_s, block, broken);
+    result.samples += count;
+  }
+  if (!detector) {
+    throw DataError(log.path(), "holds no samples");
+  }
+  result.rate_hz = clock.rate_hz();
+  result.notes = log.notes();
+  std::vector<IntervalSet> sets = detector->finish();
+  for (const IntervalSet& set : sets) {
+    if (std::isfinite(set.threshold)) {
+      result.tried.emplace_back(set.threshold, set.intervals.size());
+    }
+  }
+  const std::size_t chosen = choose ? choose(sets, result) : most_persistent(sets);
+  result.threshold = sets[chosen].threshold;
+  result.intervals = std::move(sets[chosen].intervals);
+  warn_of_defects(log, clock, repair, result);
+  if (result.intervals.empty()) {
+    throw RefusedError("there is no rest of " + number_text(options.shortest_s, 3) + " s in " +
+                       counted(result.samples, "sample", "samples") + " (" +
+                       number_text(static_cast<double>(result.samples) / result.rate_hz, 4) +
+                       " s): let the instrument stand still longer in each position, or ask for "
+                       "shorter rests (--min-length)");
+  }
+  if (options.join) {
+    double size = 0.0;
+    for (const std::size_t c : attitude) {
+      double low = std::numeric_limits<double>::infinity();
+      double high = -low;
+      for (const StaticInterval& interval : result.intervals) {
+        low = std::min(low, interval.mean(static_cast<Eigen::Index>(c)));
+        high = std::max(high, interval.mean(static_cast<Eigen::Index>(c)));
+      }
+      size = std::max(size, high - low);
+    }
+    const std::size_t joined_rests = join_split_rests(
+        result.intervals, attitude, options.window_s + 2.0 * options.trim_s + 0.5, 2e-3 * size);
+    if (joined_rests > 0) {
+      result.notes.push_back(counted(joined_rests, "rest was", "rests were") +
+                             " split by a knock; the longer part is kept");
+    }
+  }
+  for (std::size_t c = 0; c < result.columns.size(); ++c) {
+    if (!repair.has_numbers(c)) {
+      result.notes.push_back("column '" + result.columns[c] + "' holds no numbers");
+      for (StaticInterval& interval : result.intervals) {
+        interval.mean(static_cast<Eigen::Index>(c)) = std::numeric_limits<double>::quiet_NaN();
+      }
+    }
+  }
+  for (const StaticInterval& interval : result.intervals) {
+    result.marks.push_back(marks_of(interval, result.detection));
+  }
+  warn_of_marks(result);
+  return result;
+}
+
+std::string segmentation_csv(const Segmentation& segmentation,
+                             const SeatLabels* labels,
+                             const std::vector<RunSheetRow>& sheet) {
+  const bool has_level = std::any_of(sheet.begin(), sheet.end(),
+                                     [](const RunSheetRow& row) { return row.entry.level != 1.0; });
+  std::string text = "run,";
+  text += labels != nullptr && !sheet.empty() ? "block,rest,fence,"
+          : labels != nullptr                 ? "rest,fence,"
+                                              : "";
+  text += has_level ? "level," : "";
+  text += "start,end,samples";
+  for (const std::string& column : segmentation.columns) {
+    text += "," + column;
+  }
+  for (const std::size_t c : segmentation.detection) {
+    text += "," + segmentation.columns[c] + "_sd";
+  }
+  text += ",effective_samples,marks\n";
+  int run = 0;
+  for (std::size_t i = 0; i < segmentation.intervals.size(); ++i) {
+    const StaticInterval& interval = segmentation.intervals[i];
+    ++run;
+    if (labels != nullptr && !labels->points[i]) {
+      continue;
+    }
+    const RunSheetRow* row = nullptr;
+    if (labels != nullptr && !labels->rows.empty() && labels->rows[i]) {
+      row = &sheet[*labels->rows[i]];
+    }
+    text += std::to_string(row != nullptr ? row->run : run) + ",";
+    if (row != nullptr) {
+      text += std::to_string(row->block) + ",";
+    }
+    if (labels != nullptr) {
+      text += std::string(face_name(labels->points[i]->rest())) + "," +
+              std::string(face_name(labels->points[i]->fence())) + ",";
+    }
+    if (has_level) {
+      text += (row != nullptr ? number_text(row->entry.level) : "1") + ",";
+    }
+    text += number_text(interval.start_s) + "," + number_text(interval.end_s) + "," +
+            std::to_string(interval.samples());
+    for (const double mean : interval.mean) {
+      text += "," + (std::isfinite(mean) ? number_text(mean) : "");
+    }
+    double effective = static_cast<double>(interval.samples());
+    for (const std::size_t c : segmentation.detection) {
+      text += "," + number_text(interval.sd(static_cast<Eigen::Index>(c)));
+      effective = std::min(effective, interval.effective_samples(static_cast<Eigen::Index>(c)));
+    }
+    text += "," + number_text(effective, 4) + ",";
+    for (const std::string& mark : segmentation.marks[i]) {
+      text += (text.back() == ',' ? "" : " ") + mark;
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+Eigen::MatrixX3d means_of(const Segmentation& segmentation,
+                          const std::vector<std::string>& columns) {
+  Eigen::MatrixX3d means(static_cast<Eigen::Index>(segmentation.intervals.size()), 3);
+  for (Eigen::Index j = 0; j < 3; ++j) {
+    const auto column = std::find(segmentation.columns.begin(), segmentation.columns.end(),
+                                  columns[static_cast<std::size_t>(j)]) -
+                        segmentation.columns.begin();
+    for (Eigen::Index i = 0; i < means.rows(); ++i) {
+      means(i, j) = segmentation.intervals[static_cast<std::size_t>(i)].mean(column);
+    }
+  }
+  return means;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,485 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/logs/static_detector.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/kernels/sliding_variance.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+// Sums over part of a column about a reference r: of u = x - r, u^2, u_i u_(i+1) and i u; and how
+// often a sample differs from the one before.
+struct Sums {
+  double u = 0.0;
+  double uu = 0.0;
+  double lag = 0.0;
+  double iu = 0.0;
+  double changes = 0.0;
+};
+
+// Prefix sums of one column over the block in hand, about its first value.
+class Prefix {
+ public:
+  void make(const std::vector<double>& x, std::size_t count) {
+    reference_ = x.front();
+    u_.resize(count + 1);
+    uu_.resize(count + 1);
+    lag_.resize(count + 1);
+    iu_.resize(count + 1);
+    changes_.resize(count + 1);
+    Sums sums;
+    double next = 0.0;  // x[i] - reference
+    for (std::size_t i = 0; i < count; ++i) {
+      u_[i] = sums.u;
+      uu_[i] = sums.uu;
+      lag_[i] = sums.lag;
+      iu_[i] = sums.iu;
+      changes_[i] = sums.changes;
+      const double u = next;
+      next = i + 1 < x.size() ? x[i + 1] - reference_ : 0.0;
+      sums.u += u;
+      sums.uu += u * u;
+      sums.lag += u * next;
+      sums.iu += static_cast<double>(i) * u;
+      sums.changes += i + 1 < x.size() && x[i + 1] != x[i] ? 1.0 : 0.0;
+    }
+    u_[count] = sums.u;
+    uu_[count] = sums.uu;
+    lag_[count] = sums.lag;
+    iu_[count] = sums.iu;
+    changes_[count] = sums.changes;
+  }
+
+  // Samples begin .. end - 1 about another reference; i counts from `origin`.
+  [[nodiscard]] Sums between(std::size_t begin,
+                             std::size_t end,
+                             double reference,
+                             double origin) const {
+    const auto n = static_cast<double>(end - begin);
+    const double d = reference_ - reference;
+    const double u = u_[end] - u_[begin];
+    const double ordinals = 0.5 * n * (static_cast<double>(begin) + static_cast<double>(end) - 1.0);
+    Sums sums{.u = u + n * d,
+              .uu = uu_[end] - uu_[begin] + 2.0 * d * u + n * d * d,
+              .iu = iu_[end] - iu_[begin] + d * ordinals - origin * (u + n * d)};
+    if (end > begin + 1) {
+      const double first_ones = u_[end - 1] - u_[begin];
+      const double last_ones = u_[end] - u_[begin + 1];
+      sums.lag = lag_[end - 1] - lag_[begin] + d * (first_ones + last_ones) + (n - 1.0) * d * d;
+      sums.changes = changes_[end - 1] - changes_[begin];
+    }
+    return sums;
+  }
+
+ private:
+  double reference_ = 0.0;
+  std::vector<double> u_, uu_, lag_, iu_, changes_;
+};
+
+// One run of still samples, while it grows.
+struct Run {
+  std::size_t first = 0;
+  std::size_t end = 0;
+  double start_s = 0.0;
+  double end_s = 0.0;
+  double motion = 0.0;  // sum of joined variances
+  double loudest = 0.0;
+  std::vector<double> reference;  // first value of each column
+  std::vector<double> last;       // last value
+  std::vector<Sums> sums;
+};
+
+StaticInterval interval_of(const Run& run) {
+  const auto columns = static_cast<Eigen::Index>(run.sums.size());
+  const auto n = static_cast<double>(run.end - run.first);
+  StaticInterval interval{.first = run.first,
+                          .end = run.end,
+                          .start_s = run.start_s,
+                          .end_s = run.end_s,
+                          .mean = Eigen::VectorXd(columns),
+                          .sd = Eigen::VectorXd(columns),
+                          .effective_samples = Eigen::VectorXd(columns),
+                          .drift = Eigen::VectorXd(columns),
+                          .loudest = run.motion > 0.0 ? run.loudest * n / run.motion : 1.0,
+                          .motion = run.motion / n};
+  for (Eigen::Index c = 0; c < columns; ++c) {
+    const auto at = static_cast<std::size_t>(c);
+    const Sums& sums = run.sums[at];
+    if (sums.changes == 0.0) {  // exactly, whatever rounding says
+      interval.mean(c) = run.reference[at];
+      interval.sd(c) = 0.0;
+      interval.effective_samples(c) = n;
+      interval.drift(c) = 0.0;
+      continue;
+    }
+    const double mean = sums.u / n;
+    const double squares = std::max(0.0, sums.uu - n * mean * mean);
+    interval.mean(c) = run.reference[at] + mean;
+    interval.sd(c) = n > 1.0 ? std::sqrt(squares / (n - 1.0)) : 0.0;
+    const double spread = n * (n * n - 1.0) / 12.0;
+    const double slope = n > 1.0 ? (sums.iu - 0.5 * (n - 1.0) * sums.u) / spread : 0.0;
+    interval.drift(c) = slope * (n - 1.0);
+    // sum (u_i - mean)(u_(i+1) - mean) over the n - 1 pairs; the first u is 0. What a drift adds to
+    // it and to the squares is no noise.
+    const double last = run.last[at] - run.reference[at];
+    const double products = sums.lag - mean * (2.0 * sums.u - last) + (n - 1.0) * mean * mean;
+    const double drifted = slope * slope * spread;
+    const double noise = squares - drifted;
+    const double r = noise > 0.0 ? std::clamp((products - drifted) / noise, -0.999, 0.999) : 0.0;
+    interval.effective_samples(c) = std::clamp(n * (1.0 - r) / (1.0 + r), 1.0, n);
+  }
+  return interval;
+}
+
+}  // namespace
+
+class StaticDetector::Stream {
+ public:
+  Stream(const DetectorOptions& options, std::size_t columns)
+      : options_(options), samples_(columns), prefixes_(columns) {
+    if (options.window < 3 || options.detection.empty()) {
+      throw DomainError(
+          "StaticDetector: a window of three samples or more, and columns, are needed");
+    }
+    options_.window |= 1U;
+    everything_.threshold = options.threshold.value_or(infinite);
+  }
+
+  void add(std::span<const double> time_s, const LogBlock& samples, std::span<const char> broken) {
+    time_s_.insert(time_s_.end(), time_s.begin(), time_s.end());
+    broken_.insert(broken_.end(), broken.begin(), broken.end());
+    for (std::size_t c = 0; c < samples_.size(); ++c) {
+      samples_[c].insert(samples_[c].end(), samples[c].begin(), samples[c].end());
+    }
+    const std::size_t reach = half() + options_.trim;
+    if (time_s_.size() > emitted_ + 4 * options_.window + reach) {
+      process(time_s_.size() - reach, false);
+    }
+  }
+
+  std::vector<IntervalSet> finish() {
+    if (emitted_ < time_s_.size()) {
+      process(time_s_.size(), true);
+    }
+    std::vector<IntervalSet> sets;
+    for (auto& [level, detector] : detectors_) {
+      detector.close(options_.shortest);
+      sets.push_back({.threshold = detector.threshold, .intervals = std::move(detector.intervals)});
+    }
+    everything_.close(options_.shortest);
+    sets.push_back(
+        {.threshold = everything_.threshold, .intervals = std::move(everything_.intervals)});
+    return sets;
+  }
+
+ private:
+  struct Detector {
+    double threshold = 0.0;
+    std::optional<Run> run;
+    std::vector<StaticInterval> intervals;
+
+    void close(std::size_t shortest) {
+      if (run && run->end - run->first >= shortest) {
+        intervals.push_back(interval_of(*run));
+      }
+      run.reset();
+    }
+  };
+
+  [[nodiscard]] std::size_t half() const { return options_.window / 2; }
+
+  // Takes the samples emitted_ .. to - 1 of the buffer, then drops what no window needs.
+  void process(std::size_t to, bool is_last) {
+    find_motion(is_last);
+    for (std::size_t c = 0; c < samples_.size(); ++c) {
+      prefixes_[c].make(samples_[c], to);
+    }
+    double quietest = infinite;
+    double loudest = 0.0;
+    for (std::size_t i = emitted_; i < to; ++i) {
+      if (loudness_[i] > 0.0 && loudness_[i] < infinite) {
+        quietest = std::min(quietest, loudness_[i]);
+        loudest = std::max(loudest, loudness_[i]);
+      }
+    }
+    if (quietest < infinite && !options_.threshold) {
+      need_detectors(quietest, loudest);
+    }
+    for (auto& [level, detector] : detectors_) {
+      follow(detector, to);
+    }
+    follow(everything_, to);
+    emitted_ = to;
+    drop();
+  }
+
+  // The joined variance about each sample, and its largest within the trimmed ends.
+  void find_motion(bool is_last) {
+    const std::size_t n = time_s_.size();
+    const std::size_t window = std::min(options_.window, n);
+    motion_.assign(n, infinite);
+    if (window >= 2) {
+      std::vector<std::span<const double>> columns;
+      for (const std::size_t c : options_.detection) {
+        columns.emplace_back(samples_[c]);
+      }
+      const std::size_t before = window / 2;
+      const std::size_t count = n - window + 1;
+      joined_sliding_variance(columns, window, std::span(motion_).subspan(before, count));
+      for (std::size_t i = before; i < before + count; ++i) {
+        motion_[i] = std::sqrt(motion_[i]);
+      }
+      if (base_ == 0) {
+        std::fill_n(motion_.begin(), before, motion_[before]);
+      }
+      if (is_last) {
+        std::fill(motion_.begin() + static_cast<std::ptrdiff_t>(before + count), motion_.end(),
+                  motion_[before + count - 1]);
+      }
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      if (broken_[i] != 0) {
+        motion_[i] = infinite;
+      } else if (motion_[i] < infinite) {
+        largest_ = std::max(largest_, motion_[i]);
+        // Of coarse readings that do not change, rounding alone is left.
+        constexpr double rounding = 1e-12;
+        motion_[i] = motion_[i] < rounding * largest_ ? 0.0 : motion_[i];
+      }
+    }
+    widen(n);
+  }
+
+  // loudness_ = largest motion within +- trim: the maximum of two overlapping halves (van Herk).
+  void widen(std::size_t n) {
+    const std::size_t width = 2 * options_.trim + 1;
+    const auto at = [&](std::size_t i) {  // motion, beyond the ends nothing
+      return i < options_.trim || i - options_.trim >= n ? 0.0 : motion_[i - options_.trim];
+    };
+    const std::size_t padded = n + width - 1;
+    forward_.resize(padded);
+    backward_.resize(padded);
+    for (std::size_t i = 0; i < padded; ++i) {
+      forward_[i] = i % width == 0 ? at(i) : std::max(forward_[i - 1], at(i));
+    }
+    for (std::size_t i = padded; i-- > 0;) {
+      backward_[i] =
+          (i + 1) % width == 0 || i + 1 == padded ? at(i) : std::max(backward_[i + 1], at(i));
+    }
+    loudness_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      loudness_[i] = std::max(backward_[i], forward_[i + width - 1]);
+    }
+  }
+
+  static int level_of(double variance) {
+    return static_cast<int>(std::floor(2.0 * std::log2(variance)));
+  }
+
+  void need_detectors(double quietest, double loudest) {
+    const int low = level_of(quietest) + 1;
+    const int high = level_of(loudest) + 1;
+    const bool first = detectors_.empty();
+    for (int level = low; level <= high; ++level) {
+      if (detectors_.contains(level)) {
+        continue;
+      }
+      // Below all others: nothing was still until now. Above them, or the first: everything was.
+      Detector detector;
+      if (first || level > detectors_.rbegin()->first) {
+        detector = everything_;
+      }
+      detector.threshold = std::exp2(0.5 * level);
+      detectors_.emplace(level, std::move(detector));
+    }
+    // No hole between levels that were met at different times.
+    for (int level = detectors_.begin()->first; level < detectors_.rbegin()->first; ++level) {
+      if (!detectors_.contains(level)) {
+        Detector detector = std::prev(detectors_.upper_bound(level))->second;
+        detector.threshold = std::exp2(0.5 * level);
+        detectors_.emplace(level, std::move(detector));
+      }
+    }
+  }
+
+  void follow(Detector& detector, std::size_t to) {
+    std::size_t i = emitted_;
+    while (i < to) {
+      const bool still = loudness_[i] < detector.threshold;
+      std::size_t end = i + 1;
+      while (end < to && (loudness_[end] < detector.threshold) == still) {
+        ++end;
+      }
+      if (still) {
+        extend(detector, i, end);
+      } else {
+        detector.close(options_.shortest);
+      }
+      i = end;
+    }
+  }
+
+  void extend(Detector& detector, std::size_t begin, std::size_t end) {
+    const std::size_t columns = samples_.size();
+    if (!detector.run) {
+      Run& run = detector.run.emplace();
+      run.first = base_ + begin;
+      run.start_s = time_s_[begin];
+      run.sums.resize(columns);
+      for (const std::vector<double>& column : samples_) {
+        run.reference.push_back(column[begin]);
+      }
+      run.last = run.reference;
+    }
+    Run& run = *detector.run;
+    const double origin = static_cast<double>(run.first) - static_cast<double>(base_);
+    const bool goes_on = run.end > run.first;
+    for (std::size_t c = 0; c < columns; ++c) {
+      const Sums part = prefixes_[c].between(begin, end, run.reference[c], origin);
+      Sums& sums = run.sums[c];
+      sums.u += part.u;
+      sums.uu += part.uu;
+      sums.iu += part.iu;
+      sums.lag += part.lag;
+      sums.changes += part.changes;
+      if (goes_on) {
+        sums.changes += samples_[c][begin] != run.last[c] ? 1.0 : 0.0;
+        sums.lag += (run.last[c] - run.reference[c]) * (samples_[c][begin] - run.reference[c]);
+      }
+      run.last[c] = samples_[c][end - 1];
+    }
+    for (std::size_t i = begin; i < end; ++i) {
+      run.motion += motion_[i];
+      run.loudest = std::max(run.loudest, motion_[i]);
+    }
+    run.end = base_ + end;
+    run.end_s = time_s_[end - 1];
+  }
+
+  void drop() {
+    const std::size_t reach = half() + options_.trim + 1;
+    if (emitted_ <= reach) {
+      return;
+    }
+    const std::size_t count = emitted_ - reach;
+    const auto cut = [count](auto& values) {
+      values.erase(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
+    };
+    cut(time_s_);
+    cut(broken_);
+    for (std::vector<double>& column : samples_) {
+      cut(column);
+    }
+    base_ += count;
+    emitted_ -= count;
+  }
+
+  DetectorOptions options_;
+  std::size_t base_ = 0;     // number of the first sample in the buffer
+  std::size_t emitted_ = 0;  // samples of the buffer that are done with
+  double largest_ = 0.0;     // joined variance so far
+  std::vector<double> time_s_;
+  std::vector<char> broken_;
+  LogBlock samples_;
+  std::vector<Prefix> prefixes_;
+  std::vector<double> motion_, loudness_, forward_, backward_;
+  std::map<int, Detector> detectors_;  // by level: threshold 2^(level / 2)
+  Detector everything_;
+};
+
+StaticDetector::StaticDetector(const DetectorOptions& options, std::size_t columns)
+    : stream_(std::make_unique<Stream>(options, columns)) {}
+StaticDetector::~StaticDetector() = default;
+StaticDetector::StaticDetector(StaticDetector&&) noexcept = default;
+StaticDetector& StaticDetector::operator=(StaticDetector&&) noexcept = default;
+
+void StaticDetector::add(std::span<const double> time_s,
+                         const LogBlock& samples,
+                         std::span<const char> broken) {
+  stream_->add(time_s, samples, broken);
+}
+
+std::vector<IntervalSet> StaticDetector::finish() {
+  return stream_->finish();
+}
+
+std::size_t most_persistent(const std::vector<IntervalSet>& sets) {
+  const auto count = [&](std::size_t i) { return static_cast<double>(sets[i].intervals.size()); };
+  std::size_t best = sets.size() - 1;
+  // Within a factor of 16 of the variance there is no motion: all of it is rest.
+  constexpr std::size_t levels_of_noise = 8;
+  if (sets.size() - 1 <= levels_of_noise) {
+    return best;
+  }
+  // The first plateau of a factor of 8 of the variance, else the widest: a single glitch makes a
+  // wide one too, high above all motion. Of sets with one rest, which any large threshold gives,
+  // last.
+  constexpr std::size_t wide_enough = 6;
+  std::size_t widest = 0;
+  for (const double fewest : {2.0, 1.0}) {
+    for (std::size_t i = 0; i + 1 < sets.size(); ++i) {
+      const double n = count(i);
+      if (n < fewest) {
+        continue;
+      }
+      std::size_t up = i;
+      while (up + 2 < sets.size() && std::abs(count(up + 1) - n) <= 0.05 * n) {
+        ++up;
+      }
+      const std::size_t width = up - i + 1;
+      if (width > widest) {
+        widest = width;
+        // Not at its lower end, where the noise cuts rests short; nor high up, where motion joins
+        // them.
+        best = i + std::min<std::size_t>(3, (width - 1) / 2);
+      }
+      if (width >= wide_enough) {
+        return best;
+      }
+    }
+    if (widest > 0) {
+      break;
+    }
+  }
+  return best;
+}
+
+std::size_t join_split_rests(std::vector<StaticInterval>& intervals,
+                             const std::vector<std::size_t>& columns,
+                             double longest_gap_s,
+                             double tolerance) {
+  const auto agree = [&](const StaticInterval& a, const StaticInterval& b) {
+    return std::all_of(columns.begin(), columns.end(), [&](std::size_t column) {
+      const auto c = static_cast<Eigen::Index>(column);
+      const double se = std::hypot(a.sd(c) / std::sqrt(a.effective_samples(c)),
+                                   b.sd(c) / std::sqrt(b.effective_samples(c)));
+      return std::abs(a.mean(c) - b.mean(c)) <= std::max(5.0 * se, tolerance);
+    });
+  };
+  std::size_t joined = 0;
+  std::vector<StaticInterval> kept;
+  for (StaticInterval& next : intervals) {
+    if (kept.empty() || next.start_s - kept.back().end_s > longest_gap_s ||
+        !agree(kept.back(), next)) {
+      kept.push_back(std::move(next));
+      continue;
+    }
+    // The longer one stands for both: the samples of the knock between them belong to neither.
+    if (next.samples() > kept.back().samples()) {
+      kept.back() = std::move(next);
+    }
+    ++joined;
+  }
+  intervals = std::move(kept);
+  return joined;
+}
+
+}  // namespace axiscal
