@@ -12,9 +12,11 @@
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "axiscal/core/parallel.hpp"
 #include "commands.hpp"
 #include "experiment_options.hpp"
 #include "input.hpp"
+#include "records.hpp"
 #include "run_input.hpp"
 #include "summary.hpp"
 
@@ -204,7 +206,6 @@ Unit calibrate_unit(const CalibrateCommand& command,
     std::vector<Calibration> calibrations = calibrate_run(
         own, run, command.experiment.assembly.value_or(""), command.accept_suggestion);
     apply_limits(limits, experiment.limits, calibrations);
-    static_cast<void>(store(command, calibrations));
     unit.calibration = std::move(calibrations.front());
     const Calibration& calibration = *unit.calibration;
     unit.result = calibration.status;
@@ -268,8 +269,15 @@ int run_batch(const CalibrateCommand& command,
   std::vector<Unit> units;
   std::string text;
   std::size_t good = 0;
-  for (const Run& one : split_by_serial(run)) {
-    Unit& unit = units.emplace_back(calibrate_unit(command, experiment, one, limits));
+  const std::vector<Run> runs = split_by_serial(run);
+  units.resize(runs.size());
+  for_each_in_parallel(runs.size(), [&](std::size_t i) {
+    units[i] = calibrate_unit(command, experiment, runs[i], limits);
+  });
+  for (const Unit& unit : units) {
+    if (unit.calibration) {
+      static_cast<void>(store(command, {*unit.calibration}));
+    }
     good += unit.result == "pass" || unit.result == "ok" || unit.result == "warning" ? 1U : 0U;
     text += (unit.serial.empty() ? std::string("(no serial)") : unit.serial) + ": " + unit.result +
             (unit.reason.empty() ? "" : ": " + unit.reason) + "\n";
@@ -285,7 +293,36 @@ int run_batch(const CalibrateCommand& command,
 
 }  // namespace
 
+int deliver_records(const CalibrateCommand& command,
+                    const std::vector<Calibration>& calibrations,
+                    const std::string& heading) {
+  Outcome outcome = store(command, calibrations);
+  outcome.text.insert(0, heading);
+  if (command.output == "-" && (!outcome.refused || command.force)) {
+    write_whole_file("-", records_text(calibrations));
+    outcome.stored_refused = true;
+  } else if (command.output != "-") {
+    print(command.json ? records_text(calibrations) : outcome.text);
+  }
+  print_remarks(calibrations);
+  for (const Calibration& calibration : calibrations) {
+    if (calibration.verdict) {
+      std::fprintf(stderr, "%s\n", verdict_line(calibration).c_str());
+    }
+  }
+  if (outcome.refused) {
+    std::fprintf(stderr, "axiscal: %s%s\n", outcome.refused_slots.c_str(),
+                 outcome.stored_refused ? "; the record is stored as such, as --force asks"
+                                        : "; its record is not stored (--force would)");
+    return 1;
+  }
+  return outcome.failed ? 1 : 0;
+}
+
 int run(const CalibrateCommand& command) {
+  if (command.imu) {
+    return run_imu(command);
+  }
   Experiment experiment = make_experiment(command.experiment);
   experiment.limits = command.limits.value_or(experiment.limits);
   const std::optional<Limits> limits =
@@ -322,26 +359,7 @@ int run(const CalibrateCommand& command) {
     align(*command.align, *companion, experiment, run, calibrations);
   }
   apply_limits(limits, experiment.limits, calibrations);
-  Outcome outcome = store(command, calibrations);
-  if (command.output == "-" && (!outcome.refused || command.force)) {
-    write_whole_file("-", records_text(calibrations));
-    outcome.stored_refused = true;
-  } else if (command.output != "-") {
-    print(command.json ? records_text(calibrations) : outcome.text);
-  }
-  print_remarks(calibrations);
-  for (const Calibration& calibration : calibrations) {
-    if (calibration.verdict) {
-      std::fprintf(stderr, "%s\n", verdict_line(calibration).c_str());
-    }
-  }
-  if (outcome.refused) {
-    std::fprintf(stderr, "axiscal: %s%s\n", outcome.refused_slots.c_str(),
-                 outcome.stored_refused ? "; the record is stored as such, as --force asks"
-                                        : "; its record is not stored (--force would)");
-    return 1;
-  }
-  return outcome.failed ? 1 : 0;
+  return deliver_records(command, calibrations);
 }
 
 }  // namespace axiscal::cli

@@ -126,6 +126,44 @@ void add_output(CLI::App& app, std::string& output) {
   app.add_option("-o,--output", output, "where to write; - is stdout")->type_name("FILE");
 }
 
+void add_log_options(CLI::App& app, LogOptions& options) {
+  const auto add = [&app](const char* name, std::optional<std::string>& value, const char* type,
+                          const char* help) {
+    add_text(app, name, value, type, help)->group("Log");
+  };
+  add("--time", options.time, "COLUMN", "of times; time, t, timestamp with _s, _ms, _us, _ns");
+  add("--rate", options.rate, "HZ", "samples a second, instead of a column of times");
+  add("--names", options.names, "A,B,..", "names of the columns of a log without a header");
+  add("--map", options.map, "FILE", "axiscal-log (JSON): columns renamed, scaled, turned round");
+}
+
+void add_rest_options(CLI::App& app, RestOptions& options) {
+  const auto add = [&app](const char* name, std::optional<std::string>& value, const char* type,
+                          const char* help) {
+    add_text(app, name, value, type, help)->group("Log");
+  };
+  add_log_options(app, options.log);
+  add("--columns", options.columns, "A,B,..",
+      "columns whose variance tells rest from motion; segment: --accelerometer, or x,y,z; "
+      "calibrate: "
+      "the gyroscope's, or the accelerometer's");
+  add("--window", options.window, "S",
+      "of the sliding variance, half of which is left out at both ends of a rest; 0.5");
+  add("--min-length", options.shortest, "S", "what is left of a rest is at least so long; 1");
+  add("--trim", options.trim, "S", "left out besides at both ends; 0.1");
+  add("--threshold", options.threshold, "V",
+      "rest is where the joined variance is below it; chosen from the data");
+  add("--plan", options.plan, "SHEET", "run sheet: the seats of a cube, in its order");
+  add("--first-fence", options.first_fence, "FACE",
+      "the first rest's face at the fence, where seats are recognised");
+  add("--accelerometer", options.accelerometer, "X,Y,Z", "columns; ax,ay,az");
+  add("--gyroscope", options.gyroscope, "X,Y,Z", "columns; calibrate: gx,gy,gz if there are such");
+  add("--magnetometer", options.magnetometer, "X,Y,Z",
+      "columns; calibrate: mx,my,mz if there are such");
+  add("--gyroscope-scale", options.gyroscope_scale, "RATE",
+      "rad/s per unit of the gyroscope, roughly; found among the usual ones");
+}
+
 // The option that an argument names, with or without its value; null where there is none.
 CLI::Option* find_option(CLI::App& app, const std::string& argument) {
   return app.get_option_no_throw(argument.substr(0, argument.find('=')));
@@ -203,7 +241,10 @@ Command parse_command_line(std::vector<std::string> arguments) {
   calibrate_app->footer(
       "Example: axiscal calibrate run.csv --instrument accelerometer --field gravity --unit V "
       "-o cal.json");
-  add_files(*calibrate_app, calibrate.experiment);
+  calibrate_app
+      ->add_option("files", calibrate.experiment.files,
+                   "Observations (CSV, several are blocks) or one experiment (.json); - is stdin")
+      ->type_name("FILE");
   add_experiment_options(*calibrate_app, calibrate.experiment);
   calibrate_app->add_option("-o,--output", calibrate.output, "the record (JSON); - is stdout")
       ->type_name("FILE");
@@ -212,6 +253,28 @@ Command parse_command_line(std::vector<std::string> arguments) {
                    "record of a three-axis instrument in the same file: its frame is taken over")
       ->type_name("RECORD");
   calibrate_app->add_flag("--json", calibrate.json, "print the record instead of tables");
+  add_text(*calibrate_app, "--imu", calibrate.imu, "LOG",
+           "a raw log of rests and turns instead of observations: accelerometer, gyroscope and "
+           "magnetometer at once; -o holds {slot}")
+      ->group("Log");
+  add_rest_options(*calibrate_app, calibrate.rests);
+  calibrate_app
+      ->add_flag("--cube", calibrate.cube,
+                 "it sat in a cube: the seats are recognised; else it was turned by hand")
+      ->group("Log");
+  calibrate_app
+      ->add_flag("--fit-gyroscope-bias", calibrate.fit_gyroscope_bias,
+                 "by the turns, not by the rests: for a bias that wanders")
+      ->group("Log");
+  add_text(*calibrate_app, "--gyroscope-unit", calibrate.gyroscope_unit, "UNIT",
+           "of the gyroscope's readings; --unit is the accelerometer's")
+      ->group("Log");
+  add_text(*calibrate_app, "--magnetometer-unit", calibrate.magnetometer_unit, "UNIT",
+           "of the magnetometer's readings")
+      ->group("Log");
+  add_text(*calibrate_app, "--magnetic-magnitude", calibrate.magnetic_magnitude, "F",
+           "of the local magnetic field [nT]; by --latitude and --longitude, or 1")
+      ->group("Log");
   add_text(*calibrate_app, "--limits", calibrate.limits, "FILE",
            "accept or reject by these limits; rejected: exit 1");
   add_text(*calibrate_app, "--table", calibrate.table, "FILE",
@@ -220,6 +283,37 @@ Command parse_command_line(std::vector<std::string> arguments) {
       "--accept-suggestion", calibrate.accept_suggestion,
       "correct, or leave out, what is most likely a mistake; the record says so");
   calibrate_app->add_flag("--force", calibrate.force, "store the record even if it is refused");
+
+  SegmentCommand segment;
+  CLI::App* segment_app =
+      app.add_subcommand("segment", "raw log -> static positions as observations");
+  segment_app->footer(
+      "Example: axiscal segment log.csv --columns ax,ay,az --plan sheet.csv -o run.csv");
+  segment_app->add_option("log", segment.log, "text, .npy, .mat, also .gz .xz .zst; - is stdin")
+      ->required()
+      ->type_name("LOG");
+  add_rest_options(*segment_app, segment.rests);
+  add_text(*segment_app, "--range", segment.rests.range, "LO,HI",
+           "samples at or beyond these are saturated");
+  segment_app->add_flag("--recognise", segment.recognise,
+                        "a cube's seats, by --accelerometer (the --columns) and --gyroscope or "
+                        "--magnetometer");
+  segment_app->add_flag("--keep-split", segment.keep_split,
+                        "keep all parts of a rest that a knock split; else the longer one");
+  add_output(*segment_app, segment.output);
+  segment_app->add_flag("--json", segment.json, "print JSON instead of CSV");
+
+  NoiseCommand noise;
+  CLI::App* noise_app = app.add_subcommand("noise", "log at rest -> Allan deviation, noise");
+  noise_app->footer("Example: axiscal noise rest.csv --columns gx,gy,gz --rate 100");
+  noise_app->add_option("log", noise.log, "text, .npy, .mat, also .gz .xz .zst; - is stdin")
+      ->required()
+      ->type_name("LOG");
+  add_text(*noise_app, "--columns", noise.columns, "A,B,..", "columns; all but the times");
+  add_log_options(*noise_app, noise.options);
+  noise_app->add_flag("--all-taus", noise.all_taus, "the curve at ten averaging times a decade");
+  add_output(*noise_app, noise.output);
+  noise_app->add_flag("--json", noise.json, "print JSON instead of a table");
 
   ApplyCommand apply;
   CLI::App* apply_app =
@@ -286,6 +380,11 @@ Command parse_command_line(std::vector<std::string> arguments) {
     add_text(*plan_app, name, value, type, help)->group(group);
   };
   add_plan("Forecast", "--noise", plan.noise, "SD", "sd of one sample, in the readings' unit");
+  add_plan(
+      "Forecast", "--noise-log", plan.noise_log, "FILE",
+      "what `noise --json` wrote, instead of --noise: a reading is a mean over the dwell time");
+  add_plan("Forecast", "--dwell", plan.dwell, "S",
+           "time at a design point, with --noise-log; the sensible one of its noisiest axis");
   add_plan("Forecast", "--samples", plan.samples, "N", "averaged at each point; 1");
   add_plan("Forecast", "--want-angle-deg", plan.want_angle, "U",
            "standard uncertainty wanted of an angle: takes as many replicates as it needs");
@@ -511,7 +610,16 @@ Command parse_command_line(std::vector<std::string> arguments) {
     return field;
   }
   if (*calibrate_app) {
+    if (calibrate.experiment.files.empty() == !calibrate.imu.has_value()) {
+      throw UsageError("calibrate: needs FILEs of observations, or --imu LOG, one of them");
+    }
     return calibrate;
+  }
+  if (*segment_app) {
+    return segment;
+  }
+  if (*noise_app) {
+    return noise;
   }
   if (*apply_app) {
     return apply;

@@ -35,14 +35,51 @@ struct ExperimentOptions {
   bool polar_fit = false;
 };
 
+/// How a raw log is read, as typed.
+struct LogOptions {
+  std::optional<std::string> names, map, time, rate;
+};
+
+/// How a raw log is cut into rests, as typed.
+struct RestOptions {
+  LogOptions log;
+  std::optional<std::string> window, shortest, trim, threshold, range;
+  std::optional<std::string> plan;
+  std::optional<std::string> columns, first_fence;
+  std::optional<std::string> accelerometer, gyroscope, magnetometer, gyroscope_scale;
+};
+
 struct CalibrateCommand {
   ExperimentOptions experiment;
+  std::optional<std::string> imu;  ///< a raw log instead of observations
+  RestOptions rests;
+  std::optional<std::string> gyroscope_unit, magnetometer_unit, magnetic_magnitude;
+  bool cube = false;
+  bool fit_gyroscope_bias = false;
   std::optional<std::string> output;
   std::optional<std::string> limits, table;
   std::optional<std::string> align;  ///< record of an instrument that was recorded together
   bool json = false;
   bool force = false;
   bool accept_suggestion = false;
+};
+
+struct SegmentCommand {
+  std::string log;
+  RestOptions rests;
+  std::string output = "-";
+  bool recognise = false;
+  bool keep_split = false;
+  bool json = false;
+};
+
+struct NoiseCommand {
+  std::string log;
+  LogOptions options;
+  std::optional<std::string> columns;
+  std::string output = "-";
+  bool all_taus = false;
+  bool json = false;
 };
 
 struct ApplyCommand {
@@ -67,6 +104,7 @@ struct SheetOptions {
 struct PlanCommand {
   std::optional<std::string> experiment;  ///< a file that describes what is planned
   SheetOptions sheet;
+  std::optional<std::string> noise_log, dwell;
   std::optional<std::string> noise, samples, want_angle, sensitivity, method, positioner;
   std::optional<std::string> positioner_u, level_u, slope, slot, page, tolerances, trials;
   std::optional<std::string> soak, soak_window, soak_tolerance;
@@ -149,7 +187,9 @@ using Command = std::variant<ShowText,
                              FieldCommand,
                              CheckCommand,
                              BudgetCommand,
-                             StudyCommand>;
+                             StudyCommand,
+                             SegmentCommand,
+                             NoiseCommand>;
 
 /// @throws UsageError  for an unknown subcommand, option or value, or one that is missing.
 [[nodiscard]] Command parse_command_line(std::vector<std::string> arguments);

@@ -16,5 +16,10 @@ int run(const FieldCommand& command);
 int run(const CheckCommand& command);
 int run(const BudgetCommand& command);
 int run(const StudyCommand& command);
+int run(const SegmentCommand& command);
+int run(const NoiseCommand& command);
+
+/// `calibrate --imu`.
+int run_imu(const CalibrateCommand& command);
 
 }  // namespace axiscal::cli

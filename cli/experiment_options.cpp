@@ -41,11 +41,7 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
     }
   }
   if (options.range) {
-    const std::vector<double> ends = numbers_of("--range", *options.range, 2);
-    if (!(ends[0] < ends[1])) {
-      throw UsageError("--range: LO must be less than HI");
-    }
-    instrument.range = ReadingRange{.low = ends[0], .high = ends[1]};
+    instrument.range = range_of("--range", *options.range);
   }
   instrument.one_sided = instrument.one_sided || options.one_sided;
   if (options.convention) {

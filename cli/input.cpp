@@ -32,6 +32,14 @@ ObservationsFile read_observations_file(const std::string& path,
   return result;
 }
 
+std::string sha256_of_file(const std::string& path) {
+  std::array<char, SHA256_DIGEST_STRING_LENGTH> text{};
+  if (path == "-" || SHA256File(path.c_str(), text.data()) == nullptr) {
+    return "";
+  }
+  return text.data();
+}
+
 CsvReader csv_reader_of(InputFile& file, CsvReader::Quotes quotes) {
   return {[&file](char* buffer, std::size_t size) { return file.read(buffer, size); }, file.path(),
           quotes};
@@ -51,6 +59,14 @@ double number_of(std::string_view option, const std::string& text) {
     throw UsageError(std::string(option) + ": '" + text + "' is not a number");
   }
   return *number;
+}
+
+ReadingRange range_of(std::string_view option, const std::string& text) {
+  const std::vector<double> ends = numbers_of(option, text, 2);
+  if (!(ends[0] < ends[1])) {
+    throw UsageError(std::string(option) + ": LO must be less than HI");
+  }
+  return {.low = ends[0], .high = ends[1]};
 }
 
 double not_negative_of(std::string_view option, const std::string& text) {

@@ -29,6 +29,9 @@ struct ObservationsFile {
 [[nodiscard]] ObservationsFile read_observations_file(const std::string& path,
                                                       const ObservationColumns& columns);
 
+/// @return the SHA-256 of a file's bytes; empty for standard input, which is read once only.
+[[nodiscard]] std::string sha256_of_file(const std::string& path);
+
 /// A reader of an open file; the file must outlive it.
 [[nodiscard]] CsvReader csv_reader_of(InputFile& file,
                                       CsvReader::Quotes quotes = CsvReader::Quotes::span_lines);
@@ -68,6 +71,9 @@ void forbid_overwriting(const std::string& output, const std::string& input);
 [[nodiscard]] std::vector<double> numbers_of(std::string_view option,
                                              const std::string& text,
                                              std::size_t count);
+
+/// A typed value as a range LO,HI. @throws UsageError naming the option.
+[[nodiscard]] ReadingRange range_of(std::string_view option, const std::string& text);
 
 /// A typed value as a number that is not negative. @throws UsageError naming the option.
 [[nodiscard]] double not_negative_of(std::string_view option, const std::string& text);

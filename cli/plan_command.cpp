@@ -19,11 +19,13 @@
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/logs/noise_json.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
 #include "axiscal/report/run_sheet_page.hpp"
 #include "commands.hpp"
 #include "input.hpp"
 #include "plan_text.hpp"
+#include "summary.hpp"
 
 namespace axiscal::cli {
 namespace {
@@ -64,6 +66,53 @@ Method planned_method(const Experiment& experiment, const std::vector<DesignEntr
                                                                              : method;
 }
 
+bool states_noise(const PlanCommand& command) {
+  return command.noise || command.noise_log;
+}
+
+// Of a sample; or of the mean over the dwell time, by a log's Allan deviation.
+double noise_of(const PlanCommand& command) {
+  if (command.dwell && !command.noise_log) {
+    throw UsageError("--dwell: goes with --noise-log FILE");
+  }
+  if (!command.noise_log) {
+    return command.noise ? not_negative_of("--noise", *command.noise) : 0.0;
+  }
+  if (command.noise || command.samples) {
+    throw UsageError("--noise-log: states the noise, so goes without --noise and --samples");
+  }
+  const LogNoise noise = parse_noise(read_whole_file(*command.noise_log), *command.noise_log);
+  const auto worst = std::max_element(
+      noise.columns.begin(), noise.columns.end(), [](const ColumnNoise& a, const ColumnNoise& b) {
+        return a.dwell.sensible_deviation < b.dwell.sensible_deviation;
+      });
+  const double dwell_s =
+      command.dwell ? number_of("--dwell", *command.dwell) : worst->dwell.sensible_s;
+  if (!(dwell_s > 0.0)) {
+    throw UsageError("--dwell: must be positive");
+  }
+  if (dwell_s > worst->curve.back().tau_s) {
+    std::fprintf(stderr, "%s\n",
+                 wrapped("warning: the noise log tells nothing of averages over more than " +
+                             number_text(worst->curve.back().tau_s, 3) + " s; the forecast for " +
+                             number_text(dwell_s, 3) + " s may be far too small",
+                         80)
+                     .c_str());
+  }
+  double largest = 0.0;
+  for (const ColumnNoise& column : noise.columns) {
+    largest = std::max(largest, column.model.deviation_at(dwell_s));
+  }
+  std::fprintf(stderr, "%s\n",
+               wrapped("note: dwell " + number_text(dwell_s, 3) +
+                           " s at each design point; a reading, its mean, then has a standard "
+                           "deviation of " +
+                           number_text(largest, 3) + " (noisiest axis)",
+                       80)
+                   .c_str());
+  return largest;
+}
+
 ForecastSetup forecast_setup(const PlanCommand& command,
                              const Experiment& experiment,
                              const std::vector<DesignEntry>& design) {
@@ -92,7 +141,7 @@ ForecastSetup forecast_setup(const PlanCommand& command,
   const std::string slot = command.slot.value_or(experiment.slot);
   setup.mount = setup.positioner.mount(slot).value_or(Mount{});
   setup.mount.rotation_sensor_from_positioner = mount_rotation(setup.positioner, slot);
-  setup.noise_sd = command.noise ? not_negative_of("--noise", *command.noise) : 0.0;
+  setup.noise_sd = noise_of(command);
   setup.samples = command.samples ? whole_number_of("--samples", *command.samples, 1) : 1;
   setup.normal_u_rad =
       command.positioner_u ? not_negative_of("--positioner-u", *command.positioner_u) : 0.0;
@@ -228,7 +277,7 @@ int run(const PlanCommand& command) {
   if (command.json && command.output == "-") {
     throw UsageError("-o -: standard output cannot hold both the sheet and the forecast's JSON");
   }
-  if (command.want_angle && !command.noise) {
+  if (command.want_angle && !states_noise(command)) {
     throw UsageError("--want-angle-deg: the noise of a sample is needed too (--noise)");
   }
   check_outputs(command);
@@ -254,7 +303,7 @@ int run(const PlanCommand& command) {
       plan.setup.replicates = plan.replicates_needed;
     }
   }
-  if (command.noise) {
+  if (states_noise(command)) {
     plan.forecast = forecast(plan.setup);
   }
   if (command.tolerances) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdio>
 #include <set>
+#include <unordered_map>
 
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibrate.hpp"
@@ -106,25 +107,25 @@ bool has_several_units(const Run& run) {
 }
 
 std::vector<Run> split_by_serial(const Run& run) {
-  std::vector<std::string> serials;
-  for (const std::string& serial : run.serials) {
-    if (std::find(serials.begin(), serials.end(), serial) == serials.end()) {
-      serials.push_back(serial);
+  // Thousands of units in one file: each row is looked at once.
+  std::vector<std::string> serials;  // in the order of the file
+  std::unordered_map<std::string, std::vector<std::size_t>> rows;
+  for (std::size_t i = 0; i < run.serials.size(); ++i) {
+    std::vector<std::size_t>& own = rows[run.serials[i]];
+    if (own.empty()) {
+      serials.push_back(run.serials[i]);
     }
+    own.push_back(i);
   }
   std::vector<Run> units;
   for (const std::string& serial : serials) {
-    std::vector<std::size_t> rows;
-    for (std::size_t i = 0; i < run.serials.size(); ++i) {
-      if (run.serials[i] == serial) {
-        rows.push_back(i);
-      }
-    }
-    Run unit = run;
-    unit.serial = serial;
-    unit.serials.assign(rows.size(), serial);
-    unit.observations = select_rows(run.observations, rows);
-    units.push_back(std::move(unit));
+    const std::vector<std::size_t>& own = rows.at(serial);
+    units.push_back({.observations = select_rows(run.observations, own),
+                     .inputs = run.inputs,
+                     .notes = run.notes,
+                     .serial = serial,
+                     .serials = std::vector<std::string>(own.size(), serial),
+                     .slots = run.slots});
   }
   return units;
 }

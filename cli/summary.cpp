@@ -117,9 +117,11 @@ class Summary {
     for (const InputFileDigest& input : c_.inputs) {
       files += (files.empty() ? "" : ", ") + input.path;
     }
-    std::string used =
-        fmt::format("{}{} of {} used", files.empty() ? "" : files + ": ", statistics_.observations,
-                    counted(c_.residuals.size(), "reading"));
+    std::string used = files.empty() ? "" : files + ": ";
+    used += c_.method == "turns"
+                ? counted(static_cast<std::size_t>(statistics_.observations), "turn")
+                : fmt::format("{} of {} used", statistics_.observations,
+                              counted(c_.residuals.size(), "reading"));
     if (!points.empty()) {
       used += fmt::format(", at {} in {}", counted(points.size(), "design point"),
                           counted(blocks.size(), "block"));
@@ -131,6 +133,8 @@ class Summary {
           fmt::format(": {} of opposite positions", counted(statistics_.rows.size(), "average"));
     } else if (c_.method == "joint") {
       method += ": all readings, the field's direction in the table fitted with them";
+    } else if (c_.method == "turns") {
+      method += ": the attitudes after turns from rest to rest, by integration";
     } else if (c_.method == "magnitude") {
       method += ": orientations unknown, sensitivity taken as " + c_.shape;
     } else {

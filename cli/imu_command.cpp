@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/output_file.hpp"
+#include "axiscal/core/units.hpp"
+#include "commands.hpp"
+#include "experiment_options.hpp"
+#include "input.hpp"
+#include "log_input.hpp"
+#include "records.hpp"
+#include "summary.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+std::string rests_text(const ImuCalibration& imu) {
+  const Segmentation& rests = imu.rests;
+  std::string text =
+      fmt::format("{} rests in {:.1f} s at {:.5g} Hz, threshold of the joined variance {:.4g}\n",
+                  rests.intervals.size(), static_cast<double>(rests.samples) / rests.rate_hz,
+                  rests.rate_hz, rests.threshold);
+  if (imu.turns) {
+    text += fmt::format("{} turns, attitude error {:.3g} degrees a component\n",
+                        imu.turns->residuals.size(), imu.turns->residual_sd_rad * deg_per_rad);
+  }
+  return text;
+}
+
+ImuOptions options_of(const CalibrateCommand& command) {
+  ImuOptions options = imu_options_of(command.rests, {"ax", "ay", "az"});
+  ExperimentOptions experiment = command.experiment;
+  if (experiment.instrument && *experiment.instrument != "accelerometer") {
+    throw UsageError(
+        "--instrument: with --imu it is the accelerometer, gyroscope and magnetometer");
+  }
+  experiment.instrument = "accelerometer";
+  experiment.field = experiment.field.value_or("gravity");
+  if (experiment.axes) {
+    throw UsageError("--axes: with --imu the columns are --accelerometer X,Y,Z and the like");
+  }
+  options.experiment = make_experiment(experiment);
+  if (options.experiment.instrument.range) {
+    options.segment.range = options.experiment.instrument.range;
+  }
+  options.gyroscope_unit = command.gyroscope_unit.value_or("1");
+  options.magnetometer_unit = command.magnetometer_unit.value_or("1");
+  options.turns.fit_bias = command.fit_gyroscope_bias;
+  options.magnetic_field.site = options.experiment.field.site;
+  options.magnetic_field.date = options.experiment.field.date;
+  options.magnetic_field.has_longitude = options.experiment.field.has_longitude;
+  if (!options.magnetic_field.has_longitude) {
+    options.magnetic_field.site.reset();
+  }
+  if (command.magnetic_magnitude) {
+    options.magnetic_field.magnitude =
+        number_of("--magnetic-magnitude", *command.magnetic_magnitude);
+    if (!(*options.magnetic_field.magnitude > 0.0)) {
+      throw UsageError("--magnetic-magnitude: must be positive");
+    }
+  }
+  if (command.cube && command.rests.plan) {
+    throw UsageError("--cube: goes without --plan, which states the seats");
+  }
+  if (command.cube) {
+    options.seats = Seats::recognised;
+  }
+  return options;
+}
+
+}  // namespace
+
+int run_imu(const CalibrateCommand& command) {
+  if (command.align || command.limits || command.table || command.accept_suggestion) {
+    throw UsageError(
+        "--imu: goes without --align (the three are aligned), --limits, --table and "
+        "--accept-suggestion; check the records afterwards");
+  }
+  ImuOptions options = options_of(command);
+  if (command.output) {
+    forbid_overwriting(*command.output, *command.imu);
+  }
+  const RecordedLog log = record_log(*command.imu, command.rests.log);
+  const LogFile names(log.name, log.columns, LogBlock(log.columns.size()));
+  const auto take_if_there = [&](const std::optional<std::string>& option,
+                                 const std::vector<std::string>& usual,
+                                 std::vector<std::string>& columns) {
+    if (!option && std::all_of(usual.begin(), usual.end(),
+                               [&](const std::string& name) { return names.find(name); })) {
+      columns = usual;
+    }
+  };
+  take_if_there(command.rests.gyroscope, {"gx", "gy", "gz"}, options.gyroscope);
+  take_if_there(command.rests.magnetometer, {"mx", "my", "mz"}, options.magnetometer);
+  const std::size_t instruments =
+      1 + (options.gyroscope.empty() ? 0U : 1U) + (options.magnetometer.empty() ? 0U : 1U);
+  if (command.output && *command.output != "-" && instruments > 1 &&
+      command.output->find("{slot}") == std::string::npos) {
+    throw UsageError("-o: the log gives " + std::to_string(instruments) +
+                     " records; the file's name must hold {slot}");
+  }
+  ImuCalibration imu = calibrate_imu(log, options);
+  std::vector<Calibration> records = imu.records();
+  const InputFileDigest digest{.path = *command.imu, .sha256 = sha256_of_file(*command.imu)};
+  for (Calibration& record : records) {
+    record.inputs = {digest};
+    record.notes.insert(record.notes.end(), imu.notes.begin(), imu.notes.end());
+  }
+  print_remarks_of(imu.rests, {}, imu.seats ? &*imu.seats : nullptr);
+  return deliver_records(command, records, rests_text(imu) + "\n");
+}
+
+}  // namespace axiscal::cli

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "log_input.hpp"
+
+#include <cstdio>
+
+#include "axiscal/calib/observations_csv.hpp"
+#include "axiscal/core/input_file.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "input.hpp"
+#include "summary.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+double positive_of(const char* option, const std::string& text) {
+  const double value = number_of(option, text);
+  if (!(value > 0.0)) {
+    throw UsageError(std::string(option) + ": must be positive");
+  }
+  return value;
+}
+
+}  // namespace
+
+std::vector<std::string> names_of(const std::string& text) {
+  std::vector<std::string> names;
+  for (const std::string_view name : split(text, ',')) {
+    names.emplace_back(trimmed(name));
+  }
+  return names;
+}
+
+std::vector<std::string> three_columns(const char* option, const std::string& text) {
+  std::vector<std::string> names = names_of(text);
+  if (names.size() != 3) {
+    throw UsageError(std::string(option) + ": '" + text + "' must be three columns, X,Y,Z");
+  }
+  return names;
+}
+
+LogFormat format_of(const LogOptions& options) {
+  LogFormat format;
+  if (options.map) {
+    format = read_log_format(*options.map);
+  }
+  if (options.names) {
+    format.names = names_of(*options.names);
+  }
+  return format;
+}
+
+SegmentOptions segment_options_of(const RestOptions& options) {
+  SegmentOptions segment;
+  segment.time = options.log.time.value_or("");
+  if (options.columns) {
+    segment.columns = names_of(*options.columns);
+  }
+  if (options.log.rate) {
+    if (options.log.time) {
+      throw UsageError("--rate: goes without --time, one of them");
+    }
+    segment.rate_hz = positive_of("--rate", *options.log.rate);
+  }
+  if (options.window) {
+    segment.window_s = positive_of("--window", *options.window);
+  }
+  if (options.shortest) {
+    segment.shortest_s = positive_of("--min-length", *options.shortest);
+  }
+  if (options.trim) {
+    segment.trim_s = not_negative_of("--trim", *options.trim);
+  }
+  if (options.threshold) {
+    segment.threshold = positive_of("--threshold", *options.threshold);
+  }
+  if (options.range) {
+    segment.range = range_of("--range", *options.range);
+  }
+  return segment;
+}
+
+ImuOptions imu_options_of(const RestOptions& options,
+                          const std::vector<std::string>& accelerometer) {
+  ImuOptions imu;
+  imu.segment = segment_options_of(options);
+  imu.accelerometer = options.accelerometer
+                          ? three_columns("--accelerometer", *options.accelerometer)
+                          : accelerometer;
+  if (options.gyroscope) {
+    imu.gyroscope = three_columns("--gyroscope", *options.gyroscope);
+  }
+  if (options.magnetometer) {
+    imu.magnetometer = three_columns("--magnetometer", *options.magnetometer);
+  }
+  if (options.gyroscope_scale) {
+    imu.turns.rate_per_unit = positive_of("--gyroscope-scale", *options.gyroscope_scale);
+  }
+  if (options.first_fence) {
+    imu.first = parse_face(*options.first_fence);
+    if (!imu.first) {
+      throw UsageError("--first-fence: '" + *options.first_fence +
+                       "' is not a face; the faces are +X -X +Y -Y +Z -Z");
+    }
+  }
+  if (options.plan) {
+    InputFile file(*options.plan);
+    CsvReader csv = csv_reader_of(file);
+    imu.sheet = read_run_sheet(csv);
+    imu.seats = Seats::sheet;
+  }
+  return imu;
+}
+
+RecordedLog record_log(const std::string& path, const LogOptions& options) {
+  LogFile file(path, format_of(options));
+  RecordedLog log{.name = path, .columns = file.columns()};
+  log.samples = read_log(file);
+  log.notes = file.notes();
+  return log;
+}
+
+void print_remarks_of(const Segmentation& rests,
+                      const std::vector<std::string>& more_notes,
+                      const SeatLabels* labels) {
+  const auto print = [](const char* what, const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) {
+      std::fprintf(stderr, "%s\n", wrapped(what + text, 80).c_str());
+    }
+  };
+  print("note: ", rests.notes);
+  print("note: ", more_notes);
+  print("warning: ", rests.warnings);
+  if (labels != nullptr) {
+    print("warning: ", labels->messages);
+  }
+}
+
+}  // namespace axiscal::cli

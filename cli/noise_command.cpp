@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/output_file.hpp"
+#include "axiscal/logs/noise_json.hpp"
+#include "axiscal/logs/segment.hpp"
+#include "commands.hpp"
+#include "input.hpp"
+#include "log_input.hpp"
+#include "summary.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+void warn(const std::string& text) {
+  std::fprintf(stderr, "%s\n", wrapped("warning: " + text, 80).c_str());
+}
+
+// Missing numbers take the value before them; the Allan deviation needs even spacing.
+void fill_missing(const std::string& name, std::vector<double>& samples) {
+  std::size_t missing = 0;
+  double last = 0.0;
+  for (const double value : samples) {
+    if (std::isfinite(value)) {
+      last = value;
+      break;
+    }
+  }
+  for (double& value : samples) {
+    if (!std::isfinite(value)) {
+      value = last;
+      ++missing;
+    }
+    last = value;
+  }
+  if (missing > 0) {
+    warn("column '" + name + "': " + std::to_string(missing) +
+         " cells are no numbers; each counts as the one before it");
+  }
+}
+
+// The rate of the times, and warnings where they are not even.
+double rate_of(const RecordedLog& log,
+               const LogOptions& options,
+               const std::optional<TimeColumn>& time) {
+  if (options.rate) {
+    const double rate = number_of("--rate", *options.rate);
+    if (!(rate > 0.0)) {
+      throw UsageError("--rate: must be positive");
+    }
+    return rate;
+  }
+  if (!time) {
+    throw DataError(log.name,
+                    "has no column of times; name it with --time COLUMN, or give --rate HZ");
+  }
+  const std::vector<double>& times = log.samples[time->position];
+  const double duration = (times.back() - times.front()) * time->seconds;
+  const double mean_step = duration / static_cast<double>(times.size() - 1);
+  if (!(mean_step > 0.0)) {
+    throw DataError(log.name, "the times do not increase; give --rate HZ instead");
+  }
+  std::size_t gaps = 0;
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    const double step = (times[i] - times[i - 1]) * time->seconds;
+    gaps += step > 5.0 * mean_step || step < 0.0 ? 1U : 0U;
+  }
+  if (gaps > 0) {
+    warn(std::to_string(gaps) +
+         " gaps or steps back in the times: the samples are taken as evenly spaced all the same");
+  }
+  return 1.0 / mean_step;
+}
+
+std::string noise_text(const LogNoise& noise) {
+  std::string text = fmt::format(
+      "{} samples at {:.6g} Hz, {:.6g} s; coefficients with 95 % intervals, "
+      "deviations with 68 %\n",
+      noise.samples, noise.rate_hz, static_cast<double>(noise.samples) / noise.rate_hz);
+  for (const ColumnNoise& one : noise.columns) {
+    text += fmt::format("\n{}\n", one.name);
+    for (const NoiseCoefficient& c : one.model.coefficients) {
+      text += c.value > 0.0
+                  ? fmt::format("  {:<17}{:>12.5g}  ({:.4g} to {:.4g}) {}\n", noise_name(c.kind),
+                                c.value, c.low, c.high, noise_unit(c.kind))
+                  : fmt::format("  {:<17}{:>12}  (below {:.2g} {})\n", noise_name(c.kind),
+                                "not seen", c.high, noise_unit(c.kind));
+    }
+    text += fmt::format("  dwell {:.3g} s a design point: {:.4g} of a mean; {}\n",
+                        one.dwell.sensible_s, one.dwell.sensible_deviation,
+                        one.dwell.beyond_record
+                            ? "longer may be better still, the record is too short to tell"
+                            : fmt::format("no better than {:.4g}, at {:.3g} s", one.dwell.deviation,
+                                          one.dwell.best_s));
+    text += fmt::format("  {:>11}{:>14}{:>14}{:>14}\n", "tau [s]", "deviation", "low", "high");
+    for (const AllanPoint& point : one.curve) {
+      text += fmt::format("  {:>11.5g}{:>14.5g}{:>14.5g}{:>14.5g}\n", point.tau_s, point.deviation,
+                          point.low, point.high);
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+int run(const NoiseCommand& command) {
+  forbid_overwriting(command.output, command.log);
+  RecordedLog log = record_log(command.log, command.options);
+  for (const std::string& note : log.notes) {
+    std::fprintf(stderr, "%s\n", wrapped("note: " + note, 80).c_str());
+  }
+  const std::size_t n = log.samples.front().size();
+  if (n < 9) {
+    throw RefusedError(std::to_string(n) + " samples are too few for an Allan deviation");
+  }
+  const LogFile names(log.name, log.columns, LogBlock(log.columns.size()));
+  const std::optional<TimeColumn> time = find_time_column(names, command.options.time.value_or(""));
+  const double rate_hz = rate_of(log, command.options, time);
+  std::vector<std::string> columns;
+  if (command.columns) {
+    columns = names_of(*command.columns);
+  } else {
+    for (std::size_t c = 0; c < log.columns.size(); ++c) {
+      if (!time || time->position != c) {
+        columns.push_back(log.columns[c]);
+      }
+    }
+  }
+  const std::vector<std::size_t> lengths = command.all_taus ? decade_lengths(n) : octave_lengths(n);
+  LogNoise noise{.rate_hz = rate_hz, .samples = n};
+  for (const std::string& column : columns) {
+    std::vector<double>& samples = log.samples[names.need(column)];
+    fill_missing(column, samples);
+    ColumnNoise one{.name = column, .curve = allan_deviation(samples, rate_hz, lengths)};
+    if (std::all_of(one.curve.begin(), one.curve.end(),
+                    [](const AllanPoint& point) { return point.deviation <= 0.0; })) {
+      warn("column '" + column + "' does not vary; it has no noise to speak of");
+      continue;
+    }
+    one.model = fit_noise(one.curve);
+    one.dwell = best_dwell(one.model, one.curve.back().tau_s);
+    noise.columns.push_back(std::move(one));
+  }
+  if (noise.columns.empty()) {
+    throw RefusedError("no column varies");
+  }
+  write_whole_file(command.output, command.json ? noise_json(noise) : noise_text(noise));
+  return 0;
+}
+
+}  // namespace axiscal::cli

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/json_document.hpp"
+#include "axiscal/core/output_file.hpp"
+#include "commands.hpp"
+#include "input.hpp"
+#include "log_input.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+std::string segmentation_json(const Segmentation& rests, const SeatLabels* labels) {
+  Json json = {{"threshold", rests.threshold}, {"rate_hz", rests.rate_hz},
+               {"samples", rests.samples},     {"broken_samples", rests.broken_samples},
+               {"tried", Json::array()},       {"rests", Json::array()},
+               {"notes", rests.notes},         {"warnings", rests.warnings}};
+  for (const auto& [threshold, count] : rests.tried) {
+    json["tried"].push_back({{"threshold", threshold}, {"rests", count}});
+  }
+  for (std::size_t i = 0; i < rests.intervals.size(); ++i) {
+    const StaticInterval& interval = rests.intervals[i];
+    Json one = {{"run", i + 1},
+                {"start", interval.start_s},
+                {"end", interval.end_s},
+                {"samples", interval.samples()},
+                {"first_sample", interval.first},
+                {"marks", rests.marks[i]}};
+    for (std::size_t c = 0; c < rests.columns.size(); ++c) {
+      const auto at = static_cast<Eigen::Index>(c);
+      one["mean"][rests.columns[c]] = interval.mean(at);
+      one["sd"][rests.columns[c]] = interval.sd(at);
+      one["effective_samples"][rests.columns[c]] = interval.effective_samples(at);
+    }
+    if (labels != nullptr && labels->points[i]) {
+      one["rest"] = face_name(labels->points[i]->rest());
+      one["fence"] = face_name(labels->points[i]->fence());
+    }
+    json["rests"].push_back(std::move(one));
+  }
+  if (labels != nullptr) {
+    json["seats_that_do_not_fit"] = labels->messages;
+  }
+  return json_text(json);
+}
+
+}  // namespace
+
+int run(const SegmentCommand& command) {
+  forbid_overwriting(command.output, command.log);
+  const std::vector<std::string> columns =
+      names_of(command.rests.columns.value_or(command.rests.accelerometer.value_or("x,y,z")));
+  ImuOptions options = imu_options_of(command.rests, columns);
+  options.segment.columns = columns;
+  if (command.rests.accelerometer) {
+    options.segment.attitude = options.accelerometer;
+  }
+  options.segment.join = !command.keep_split;
+  if (command.recognise && command.rests.plan) {
+    throw UsageError("--recognise: goes without --plan, one of them");
+  }
+  const bool labels_wanted = command.recognise || command.rests.plan;
+  if (labels_wanted && options.accelerometer.size() != 3) {
+    throw UsageError(
+        "the faces are seen by an accelerometer: --accelerometer X,Y,Z, or three --columns");
+  }
+  std::optional<RecordedLog> recorded;
+  std::vector<std::string> notes;
+  const bool checks_fences =
+      command.rests.plan && (command.rests.gyroscope || command.rests.magnetometer);
+  if (command.recognise || checks_fences) {
+    recorded = record_log(command.log, command.rests.log);
+    notes = recorded->notes;
+  }
+  LogFile log = recorded ? LogFile(recorded->name, recorded->columns, recorded->samples)
+                         : LogFile(command.log, format_of(command.rests.log));
+  std::vector<std::string> needed = options.gyroscope;
+  needed.insert(needed.end(), options.magnetometer.begin(), options.magnetometer.end());
+  if (labels_wanted) {
+    needed.insert(needed.end(), options.accelerometer.begin(), options.accelerometer.end());
+  }
+  for (const std::string& column : needed) {
+    static_cast<void>(log.need(column));
+  }
+  const Segmentation rests = segment(log, options.segment);
+  std::optional<SeatLabels> labels;
+  if (command.rests.plan) {
+    labels = label_by_sheet(resting_faces(means_of(rests, options.accelerometer)), options.sheet);
+    if (checks_fences) {
+      check_fences(*recorded, rests, options, *labels);
+    }
+  } else if (command.recognise) {
+    labels = recognise_seats(*recorded, rests, options, notes);
+  }
+  const SeatLabels* const seats = labels ? &*labels : nullptr;
+  write_whole_file(command.output, command.json ? segmentation_json(rests, seats)
+                                                : segmentation_csv(rests, seats, options.sheet));
+  print_remarks_of(rests, notes, seats);
+  std::fprintf(stderr, "%s\n",
+               fmt::format("{} rest{} in {:.1f} s ({} samples, {:.5g} Hz), threshold {:.4g}",
+                           rests.intervals.size(), rests.intervals.size() == 1 ? "" : "s",
+                           static_cast<double>(rests.samples) / rests.rate_hz, rests.samples,
+                           rests.rate_hz, rests.threshold)
+                   .c_str());
+  return 0;
+}
+
+}  // namespace axiscal::cli
