@@ -318,5 +318,24 @@ TEST(Sun, IsTakenAtEachReadingsTime) {
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), RefusedError);
 }
 
+// An upper triangular S has a frame of its own, whose turn the stated covariance would lack.
+TEST(AlignWithCompanion, WantsASymmetricShape) {
+  RandomStream random(3);
+  std::vector<Eigen::Vector3d> directions;
+  for (int i = 0; i < 40; ++i) {
+    directions.push_back(
+        Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized());
+  }
+  const Observations observations =
+      turned_by_hand(directions, soft_iron(MagnitudeShape::triangular), 0.05, 1);
+  Calibration calibration =
+      calibrate(magnitude_experiment(MagnitudeShape::triangular), observations);
+  EXPECT_THAT(test::complaint_of<SetupError>([&] {
+                align_with_companion(calibration, observations, calibration, observations,
+                                     "r.json");
+              }),
+              HasSubstr("shape symmetric"));
+}
+
 }  // namespace
 }  // namespace axiscal

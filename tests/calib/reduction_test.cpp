@@ -29,6 +29,32 @@ Calibration truth_with_axes(int m, const std::string& kind) {
   return test::truth_of(response, kind);
 }
 
+// Whole columns give what single readings give.
+TEST(Reducer, ReducesColumnsAsSingleReadings) {
+  const Calibration truth = truth_with_axes(3, "accelerometer");
+  const Reducer reducer(truth, {.magnitude = 1.0});
+  RandomStream random(6);
+  constexpr std::size_t n = 37;
+  std::array<std::vector<double>, 3> v, f;
+  std::vector<double> pitch(n), roll(n);
+  for (std::size_t k = 0; k < 3; ++k) {
+    f[k].resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      v[k].push_back(random.normal());
+    }
+  }
+  reduce_columns(reducer.columns(), {v[0], v[1], v[2]}, {f[0], f[1], f[2]}, {pitch, roll});
+  for (std::size_t i = 0; i < n; ++i) {
+    const ReducedReading one = reducer.reduce(std::array{v[0][i], v[1][i], v[2][i]});
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(f[k][i], one.field_in_sensor(static_cast<Eigen::Index>(k)), 1e-14);
+    }
+    EXPECT_NEAR(roll[i], std::atan2(one.field_in_sensor.y(), one.field_in_sensor.z()), 1e-13);
+    EXPECT_NEAR(pitch[i], std::asin(std::clamp(one.field_in_sensor.x(), -1.0, 1.0)), 1e-7);
+  }
+  EXPECT_THROW(static_cast<void>(Reducer(truth_with_axes(4, "generic")).columns()), DomainError);
+}
+
 TEST(Reducer, InvertsTheResponse) {
   RandomStream random(4);
   for (const int m : {3, 4, 6}) {

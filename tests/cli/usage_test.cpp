@@ -95,7 +95,7 @@ TEST(Usage, WhatLaterVersionsBringIsRefusedNotPassedOver) {
     EXPECT_EQ(run_axiscal(arguments).status, 2) << testing::PrintToString(later);
   }
   EXPECT_EQ(folder.file_count(), 1U);
-  for (const char* subcommand : {"segment", "noise", "export", "import", "report", "acquire"}) {
+  for (const char* subcommand : {"export", "import", "report", "acquire"}) {
     EXPECT_EQ(run_axiscal({subcommand}).status, 2) << subcommand;
   }
 }

@@ -11,6 +11,7 @@
 #include "axiscal/kernels/instruction_set.hpp"
 #include "axiscal/kernels/reduce_columns.hpp"
 #include "axiscal/kernels/regression_trials.hpp"
+#include "axiscal/kernels/repeated_fit.hpp"
 #include "axiscal/kernels/second_differences.hpp"
 #include "axiscal/kernels/sliding_variance.hpp"
 #include "axiscal/kernels/turn_integration.hpp"
@@ -46,17 +47,17 @@ TEST(InstructionSet, IsOneOfThoseThatThereAre) {
 // ---- Monte Carlo ----
 
 RegressionTrials twelve_points() {
-  RegressionTrials trials{.readings = 12, .parameters = 4, .responses = 3};
-  trials.pseudo_inverse.resize(48);
+  RegressionTrials trials{.at = {.readings = 12, .parameters = 4}, .responses = 3};
+  trials.at.pseudo_inverse.resize(48);
   for (std::size_t i = 0; i < 12; ++i) {
     const std::array<double, 3> f = {i < 4 ? (i < 2 ? -1.0 : 1.0) : 0.0,
                                      i >= 4 && i < 8 ? (i < 6 ? -1.0 : 1.0) : 0.0,
                                      i >= 8 ? (i < 10 ? -1.0 : 1.0) : 0.0};
-    trials.design.push_back(1.0);
-    trials.pseudo_inverse[i] = 1.0 / 12.0;
+    trials.at.design.push_back(1.0);
+    trials.at.pseudo_inverse[i] = 1.0 / 12.0;
     for (std::size_t j = 0; j < 3; ++j) {
-      trials.design.push_back(f[j]);
-      trials.pseudo_inverse[12 * (j + 1) + i] = f[j] / 4.0;
+      trials.at.design.push_back(f[j]);
+      trials.at.pseudo_inverse[12 * (j + 1) + i] = f[j] / 4.0;
     }
   }
   trials.unscaled_variance = {1.0 / 12.0, 0.25, 0.25, 0.25};
@@ -144,6 +145,33 @@ TEST_P(Kernels, BlocksAndSeedsHaveNothingInCommon) {
     for (std::size_t b = a + 1; b < all.size(); ++b) {
       const double sum = std::inner_product(all[a].begin(), all[a].end(), all[b].begin(), 0.0);
       EXPECT_LT(std::abs(sum), 5.0 * std::sqrt(double{n}));
+    }
+  }
+}
+
+TEST_P(Kernels, FitRepeatedlyAsThePlainTwin) {
+  const RegressionTrials twelve = twelve_points();
+  for (const std::size_t p : {4U, 2U}) {
+    RepeatedDesign design{.readings = 12, .parameters = p};
+    for (std::size_t i = 0; i < 12; ++i) {
+      for (std::size_t j = 0; j < p; ++j) {
+        design.design.push_back(twelve.at.design[4 * i + j]);
+      }
+    }
+    design.pseudo_inverse.assign(
+        twelve.at.pseudo_inverse.begin(),
+        twelve.at.pseudo_inverse.begin() + static_cast<std::ptrdiff_t>(12 * p));
+    for (const std::size_t m : {0U, 1U, 8U, 21U}) {
+      const std::vector<double> y = normals(12 * m, 3 + m);
+      std::vector<double> b(p * m), plain_b(p * m), rss(m), plain_rss(m);
+      fit_repeatedly(design, y, b, rss);
+      fit_repeatedly_plain(design, y, plain_b, plain_rss);
+      for (std::size_t k = 0; k < p * m; ++k) {
+        EXPECT_NEAR(b[k], plain_b[k], 1e-15);
+      }
+      for (std::size_t u = 0; u < m; ++u) {
+        EXPECT_NEAR(rss[u], plain_rss[u], 1e-13);
+      }
     }
   }
 }

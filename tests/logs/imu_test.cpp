@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/logs/imu.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+
+#include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/logs/simulate_log.hpp"
+#include "matchers.hpp"
+
+namespace axiscal {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+ImuSimulation some_imu(std::uint64_t seed = 1) {
+  Eigen::Matrix3d A;
+  A << 2050.0, 12.0, -9.0, 0.0, 2071.0, 15.0, 0.0, 0.0, 2033.0;
+  Eigen::Matrix3d G;
+  G << 3754.0, 40.0, -30.0, -25.0, 3700.0, 50.0, 30.0, 10.0, 3790.0;
+  Eigen::Matrix3d M;
+  M << 410.0, 8.0, -6.0, 8.0, 380.0, 10.0, -6.0, 10.0, 395.0;
+  return {
+      .accelerometer = {.bias = Eigen::Vector3d(50.0, -120.0, 80.0), .sensitivity = A},
+      .gyroscope = LinearResponse{.bias = Eigen::Vector3d(12.0, -7.0, 30.0), .sensitivity = G},
+      .magnetometer = LinearResponse{.bias = Eigen::Vector3d(60.0, -40.0, 20.0), .sensitivity = M},
+      .accelerometer_sd = 4.0,
+      .gyroscope_sd = 4.0,
+      .magnetometer_sd = 2.0,
+      .seed = seed};
+}
+
+ImuOptions all_three() {
+  ImuOptions options;
+  options.accelerometer = {"ax", "ay", "az"};
+  options.gyroscope = {"gx", "gy", "gz"};
+  options.magnetometer = {"mx", "my", "mz"};
+  return options;
+}
+
+void expect_near_truth(const Calibration& calibration,
+                       const LinearResponse& truth,
+                       double standard_errors) {
+  const FitStatistics& statistics = *calibration.statistics;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    EXPECT_LT(std::abs(calibration.response.bias(k) - truth.bias(k)),
+              standard_errors * statistics.bias_se(k))
+        << calibration.slot;
+    for (Eigen::Index j = 0; j < 3; ++j) {
+      EXPECT_LE(std::abs(calibration.response.sensitivity(k, j) - truth.sensitivity(k, j)),
+                standard_errors * statistics.sensitivity_se(k, j) + 1e-9)
+          << calibration.slot << k << j;
+    }
+  }
+}
+
+// A bare board, turned by hand: the three instruments in the accelerometer's frame.
+TEST(CalibrateImu, OfABareBoard) {
+  const ImuSimulation simulation = some_imu();
+  const RecordedLog log = simulate_imu_log(simulation, random_attitudes(30, 7));
+  ImuOptions options = all_three();
+  options.experiment.shape = MagnitudeShape::triangular;
+  const ImuCalibration imu = calibrate_imu(log, options);
+  EXPECT_EQ(imu.rests.intervals.size(), 30U);
+  EXPECT_FALSE(imu.seats.has_value());
+  EXPECT_EQ(imu.accelerometer.method, "magnitude");
+  expect_near_truth(imu.accelerometer, simulation.accelerometer, 4.5);
+  ASSERT_TRUE(imu.gyroscope && imu.magnetometer);
+  EXPECT_EQ(imu.gyroscope->method, "turns");
+  // Its uncertainty lacks what the accelerometer's leaves of the directions; both are small here.
+  expect_near_truth(*imu.gyroscope, *simulation.gyroscope, 6.0);
+  // Aligned: in the accelerometer's frame, but for the size of the field, which was not told.
+  ASSERT_TRUE(imu.magnetometer->alignment.has_value());
+  const double F = simulation.magnetic_in_table.norm();
+  LinearResponse relative = *simulation.magnetometer;
+  relative.sensitivity *= F;
+  expect_near_truth(*imu.magnetometer, relative, 5.0);
+  EXPECT_THAT(imu.magnetometer->notes, Contains(HasSubstr("fields are in units of it")));
+  ASSERT_EQ(imu.records().size(), 3U);
+  EXPECT_EQ(imu.records()[2].slot, "magnetometer");
+  for (const Calibration& record : imu.records()) {
+    const std::string text = calibration_json(record);
+    EXPECT_EQ(calibration_json(parse_calibration(text, "r.json")), text);
+  }
+}
+
+// In a cube, by the run sheet or by itself: labels, hence angles against the cube, too.
+TEST(CalibrateImu, OfACube) {
+  const std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(12), 2, 4);
+  ImuSimulation simulation = some_imu(3);
+  simulation.slope = {0.004, -0.003};
+  const RecordedLog log = simulate_imu_log(simulation, attitudes_of(sheet));
+  for (const Seats seats : {Seats::sheet, Seats::recognised}) {
+    ImuOptions options = all_three();
+    options.magnetometer.clear();
+    options.seats = seats;
+    options.sheet = sheet;
+    const ImuCalibration imu = calibrate_imu(log, options);
+    ASSERT_EQ(imu.rests.intervals.size(), 24U);
+    EXPECT_THAT(imu.seats->messages, IsEmpty());
+    EXPECT_THAT(imu.rests.warnings, IsEmpty());
+    EXPECT_EQ(imu.accelerometer.method, "paired");
+    expect_near_truth(imu.accelerometer, simulation.accelerometer, 4.5);
+    ASSERT_TRUE(imu.gyroscope && imu.turns);
+    EXPECT_TRUE(imu.turns->has_rotations);
+    expect_near_truth(*imu.gyroscope, *simulation.gyroscope, 4.5);
+    if (seats == Seats::sheet) {
+      // The first seat's fence is not known to a log: turned, the slope is too.
+      EXPECT_NEAR(imu.accelerometer.levelness->mean_x, 0.004, 3e-4);
+      EXPECT_NEAR(imu.accelerometer.levelness->mean_y, -0.003, 3e-4);
+    } else {
+      EXPECT_NEAR(
+          std::hypot(imu.accelerometer.levelness->mean_x, imu.accelerometer.levelness->mean_y),
+          0.005, 3e-4);
+      EXPECT_THAT(imu.notes, Contains(HasSubstr("recognised by the gyroscope")));
+    }
+  }
+}
+
+TEST(CalibrateImu, RecognisesFencesByTheMagnetometer) {
+  const std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(12), 1, 6);
+  const RecordedLog log = simulate_imu_log(some_imu(5), attitudes_of(sheet));
+  ImuOptions options = all_three();
+  options.gyroscope.clear();
+  options.seats = Seats::recognised;
+  const ImuCalibration imu = calibrate_imu(log, options);
+  EXPECT_THAT(imu.notes, Contains(HasSubstr("recognised by the magnetometer")));
+  EXPECT_THAT(imu.seats->messages, IsEmpty());
+  // As in the sheet but for one turn of the whole table.
+  const auto turn = [&](std::size_t i) {
+    return Eigen::Matrix3d(
+        attitudes_of(sheet)[i] *
+        attitudes_of({RunSheetRow{.entry = {.point = *imu.seats->points[i]}}})[0].transpose());
+  };
+  for (std::size_t i = 0; i < sheet.size(); ++i) {
+    EXPECT_MATRIX_NEAR(turn(i), turn(0), 1e-12);
+  }
+  expect_near_truth(imu.accelerometer, some_imu(5).accelerometer, 6.0);
+}
+
+// g-sensitivity shows in the rests and is reported; it is not mistaken for a bias.
+TEST(CalibrateImu, ReportsGSensitivity) {
+  ImuSimulation simulation = some_imu(9);
+  RecordedLog log = simulate_imu_log(simulation, random_attitudes(30, 8));
+  const Eigen::Matrix3d inverse = simulation.accelerometer.sensitivity.inverse();
+  for (std::size_t i = 0; i < log.samples[0].size(); ++i) {
+    const Eigen::Vector3d f =
+        inverse * (Eigen::Vector3d(log.samples[1][i], log.samples[2][i], log.samples[3][i]) -
+                   simulation.accelerometer.bias);
+    log.samples[4][i] += 30.0 * f.z();
+  }
+  ImuOptions options = all_three();
+  options.magnetometer.clear();
+  const ImuCalibration imu = calibrate_imu(log, options);
+  ASSERT_TRUE(imu.g_sensitivity.has_value());
+  EXPECT_NEAR((*imu.g_sensitivity)(0, 2), 30.0, 5.0 * (*imu.g_sensitivity_se)(0, 2));
+  EXPECT_NEAR((*imu.g_sensitivity)(1, 0), 0.0, 5.0 * (*imu.g_sensitivity_se)(1, 0));
+  EXPECT_THAT(imu.gyroscope->notes, Contains(HasSubstr("g-sensitivity of up to 30")));
+}
+
+TEST(CalibrateImu, SaysWhatIsWrong) {
+  const RecordedLog log = simulate_imu_log(some_imu(), random_attitudes(30, 7));
+  ImuOptions options = all_three();
+  options.gyroscope[0] = "wx";
+  EXPECT_THAT(
+      test::complaint_of<DataError>([&] { static_cast<void>(calibrate_imu(log, options)); }),
+      HasSubstr("column 'wx': is missing; the columns are: t, ax"));
+  options = all_three();
+  const RecordedLog one =
+      simulate_imu_log(some_imu(), std::vector<Eigen::Matrix3d>(14, Eigen::Matrix3d::Identity()));
+  EXPECT_THAT(
+      test::complaint_of<RefusedError>([&] { static_cast<void>(calibrate_imu(one, options)); }),
+      HasSubstr("ten readings"));
+  options.seats = Seats::recognised;
+  EXPECT_THAT(
+      test::complaint_of<RefusedError>([&] { static_cast<void>(calibrate_imu(one, options)); }),
+      HasSubstr("there is one rest only"));
+  options.accelerometer = {"ax", "ay"};
+  EXPECT_THROW(static_cast<void>(calibrate_imu(log, options)), DomainError);
+}
+
+// A turn in which samples are missing is left out; the others do.
+TEST(CalibrateImu, LeavesOutBrokenTurns) {
+  RecordedLog log = simulate_imu_log(some_imu(2), random_attitudes(30, 7));
+  // One missing sample is bridged by a line; thirty are not.
+  log.samples[5][449 * 7 - 60] = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 0; i < 30; ++i) {
+    log.samples[5][449 * 3 - 80 + i] = std::numeric_limits<double>::quiet_NaN();
+  }
+  ImuOptions options = all_three();
+  options.magnetometer.clear();
+  const ImuCalibration imu = calibrate_imu(log, options);
+  EXPECT_EQ(imu.turns->residuals.size(), 28U);
+  EXPECT_THAT(imu.gyroscope->notes, Contains(HasSubstr("1 turns with missing samples")));
+}
+
+}  // namespace
+}  // namespace axiscal

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/logs/log_file.hpp"
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include <gmock/gmock.h>
+
+#ifdef AXISCAL_LIBARCHIVE
+#include <archive.h>
+#include <archive_entry.h>
+#endif
+#ifdef AXISCAL_MATIO
+#include <matio.h>
+#endif
+
+#include "axiscal/core/error.hpp"
+#include "matchers.hpp"
+#include "program.hpp"
+
+namespace axiscal {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class LogFiles : public testing::Test {
+ protected:
+  LogBlock read(const std::string& text, const LogFormat& format = {}) {
+    LogFile log(folder_.write("log.csv", text), format);
+    LogBlock all = read_log(log);
+    columns_ = log.columns();
+    notes_ = log.notes();
+    defects_ = log.defects();
+    return all;
+  }
+
+  std::string complaint(const std::string& bytes) {
+    return test::complaint_of<DataError>([&] { read(bytes); });
+  }
+
+  test::ScratchFolder folder_;
+  std::vector<std::string> columns_;
+  std::vector<std::string> notes_;
+  LogDefects defects_;
+};
+
+TEST_F(LogFiles, AreReadWhateverPartsTheirCells) {
+  const std::vector<std::pair<const char*, const char*>> texts = {
+      {"comma", "t,x,y\n0,1.5,-2\n1,2.5,-3e1\n"},
+      {"semicolon", "t;x;y\n0;1.5;-2\n1;2.5;-3e1\n"},
+      {"decimal comma", "t;x;y\n0;1,5;-2\n1;2,5;-30,0\n"},
+      {"tab", "t\tx\ty\n0\t1.5\t-2\n1\t2.5\t-3e1\n"},
+      {"tab and decimal comma", "t\tx\ty\n0\t1,5\t-2\n1\t2,5\t-30\n"},
+      {"blanks", "  t   x    y\n  0  1.5  -2\n  1  2.5  -3e1\n"},
+      {"carriage returns, quotes", "\"t\",\"x\",\"y\"\r\n0, 1.5 ,-2\r\n1,\"2.5\",-3e1\r\n"},
+      {"preamble", "Fs,100\nby hand,2026\n\nt,x,y\n0,1.5,-2\n1,2.5,-3e1\n"},
+      {"comments", "# of today\n% more\nt,x,y\n0,1.5,-2\n# in between\n1,2.5,-3e1"},
+      {"byte order mark", "\xEF\xBB\xBFt,x,y\n0,1.5,-2\n1,2.5,-3e1\n"}};
+  for (const auto& [name, text] : texts) {
+    const LogBlock all = read(text);
+    EXPECT_THAT(columns_, ElementsAre("t", "x", "y")) << name;
+    ASSERT_EQ(all.size(), 3U) << name;
+    EXPECT_THAT(all[0], ElementsAre(0.0, 1.0)) << name;
+    EXPECT_THAT(all[1], ElementsAre(1.5, 2.5)) << name;
+    EXPECT_THAT(all[2], ElementsAre(-2.0, -30.0)) << name;
+    EXPECT_EQ(defects_.ragged_rows, 0U) << name;
+  }
+}
+
+TEST_F(LogFiles, WithoutAHeaderTakeNamesOrNumbers) {
+  EXPECT_THAT(read("1 2 3\n4 5 6\n"),
+              ElementsAre(ElementsAre(1, 4), ElementsAre(2, 5), ElementsAre(3, 6)));
+  EXPECT_THAT(columns_, ElementsAre("c1", "c2", "c3"));
+  EXPECT_THAT(notes_, testing::Contains(HasSubstr("no header")));
+  read("1 2 3\n4 5 6\n", {.names = {"a", "b", "c"}});
+  EXPECT_THAT(columns_, ElementsAre("a", "b", "c"));
+  EXPECT_THAT(test::complaint_of<DataError>([&] {
+                read("1 2 3\n", {.names = {"a", "b"}});
+              }),
+              HasSubstr("2 names are given for 3 columns"));
+}
+
+TEST_F(LogFiles, RenameScaleAndTurnColumnsRound) {
+  const std::string map = folder_.write(
+      "map.json",
+      R"({"format":"axiscal-log","version":1,"columns":{"x":"acc_1","y":{"column":"acc_2","factor":-9.81}}})");
+  const LogBlock all = read("acc_1,acc_2\n1,2\n3,4\n", read_log_format(map));
+  EXPECT_THAT(columns_, ElementsAre("x", "y"));
+  EXPECT_THAT(all[1], ElementsAre(-19.62, -39.24));
+  EXPECT_THAT(test::complaint_of<DataError>([&] { read("a,b\n1,2\n", read_log_format(map)); }),
+              HasSubstr("column 'acc_1': is missing; the columns are: a, b"));
+  EXPECT_THAT(
+      test::complaint_of<DataError>([&] {
+        static_cast<void>(read_log_format(folder_.write(
+            "bad.json",
+            R"({"format":"axiscal-log","version":1,"columns":{"x":{"column":"a","factor":0}}})")));
+      }),
+      HasSubstr("/columns/x: factor must not be 0"));
+}
+
+TEST_F(LogFiles, GiveTheChosenColumnsBlockByBlock) {
+  std::string text = "a,b,c\n";
+  for (int i = 0; i < 5000; ++i) {
+    text += std::to_string(i) + "," + std::to_string(2 * i) + "," + std::to_string(3 * i) + "\n";
+  }
+  LogFile log(folder_.write("long.csv", text));
+  log.select({2, 0});
+  LogBlock block;
+  std::size_t rows = 0;
+  while (const std::size_t count = log.read(block, 777)) {
+    ASSERT_EQ(block.size(), 2U);
+    for (std::size_t i = 0; i < count; ++i, ++rows) {
+      ASSERT_EQ(block[0][i], 3.0 * static_cast<double>(rows));
+      ASSERT_EQ(block[1][i], static_cast<double>(rows));
+    }
+  }
+  EXPECT_EQ(rows, 5000U);
+}
+
+TEST_F(LogFiles, CountWhatIsBroken) {
+  const LogBlock all = read("t,x\n0,1\n1,nan\n2\n3,4\n4,1e999\n5,6,7\n6,\n7,8");
+  EXPECT_THAT(all[0], ElementsAre(0, 1, 3, 4, 6, 7));
+  EXPECT_TRUE(std::isnan(all[1][1]) && std::isnan(all[1][3]) && std::isnan(all[1][4]));
+  EXPECT_EQ(defects_.ragged_rows, 2U);
+  EXPECT_EQ(defects_.first_ragged_line, 4U);
+  EXPECT_EQ(defects_.missing_numbers, 3U);
+  EXPECT_EQ(defects_.first_missing_line, 3U);
+}
+
+// Numbers of every look, to the last bit.
+TEST_F(LogFiles, ReadNumbersExactly) {
+  const std::vector<std::pair<const char*, double>> numbers = {
+      {"0", 0.0},
+      {"-0.0", -0.0},
+      {"5.", 5.0},
+      {".5", 0.5},
+      {"-.25", -0.25},
+      {"0.1", 0.1},
+      {"123456789.123456789", 123456789.123456789},
+      {"9007199254740993", 9007199254740993.0},
+      {"0.30000000000000004", 0.30000000000000004},
+      {"1e-7", 1e-7},
+      {"2.5E+3", 2500.0},
+      {"12345678901234567890123", 12345678901234567890123.0},
+      {"0.00000000000000000000000012345", 1.2345e-25},
+      {"-32768", -32768.0},
+      {"+7", 7.0},
+      {"1.7976931348623157e308", 1.7976931348623157e308}};
+  std::string text = "t,x\n";
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    text += std::to_string(i) + "," + numbers[i].first + "\n";
+  }
+  const LogBlock all = read(text);
+  ASSERT_EQ(all[1].size(), numbers.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    EXPECT_EQ(all[1][i], numbers[i].second) << numbers[i].first;
+  }
+  EXPECT_THAT(read("t,u,x\n0,0,.\n1,0,-\n2,0,1.5.2\n3,0,1e\n4,0,inf\n")[2],
+              testing::Each(testing::IsNan()));
+}
+
+TEST_F(LogFiles, SayWhyTheyCannotBeRead) {
+  EXPECT_THAT(complaint(""), HasSubstr("the file is empty"));
+  EXPECT_THAT(complaint("only words\nand more\n"), HasSubstr(":1: no row of numbers"));
+  EXPECT_THAT(complaint("x,x\n1,2\n"), HasSubstr(":1: column 'x': is there twice"));
+  EXPECT_THAT(complaint(std::string("\xFF\xFE\x31\0\x0A\0", 6)), HasSubstr("UTF-16"));
+  EXPECT_THAT(complaint(std::string("\x7f"
+                                    "ELF\0\0\0\0",
+                                    8)),
+              HasSubstr("is not text"));
+  EXPECT_THAT(test::complaint_of<DataError>([&] { LogFile log(folder_.path("none.csv")); }),
+              HasSubstr("no such file"));
+  EXPECT_THAT(test::complaint_of<DataError>([&] { LogFile log(folder_.path("")); }),
+              HasSubstr("is a directory"));
+}
+
+// ---- NumPy ----
+
+std::string npy(const std::string& header, const std::string& data) {
+  std::string text = header;
+  text += std::string((64 - (10 + text.size() + 1) % 64) % 64, ' ') + "\n";
+  std::string file = "\x93NUMPY";
+  file += '\1';
+  file += '\0';
+  file += static_cast<char>(text.size() & 0xFFU);
+  file += static_cast<char>(text.size() >> 8U);
+  return file + text + data;
+}
+
+template <typename Number>
+std::string bytes_of(const std::vector<Number>& numbers) {
+  std::string bytes(numbers.size() * sizeof(Number), '\0');
+  std::memcpy(bytes.data(), numbers.data(), bytes.size());
+  return bytes;
+}
+
+TEST_F(LogFiles, OfNumPyAreRead) {
+  EXPECT_THAT(read(npy("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }",
+                       bytes_of<double>({1, 2, 3, 4, 5, 6}))),
+              ElementsAre(ElementsAre(1, 4), ElementsAre(2, 5), ElementsAre(3, 6)));
+  EXPECT_THAT(columns_, ElementsAre("c1", "c2", "c3"));
+  EXPECT_THAT(read(npy("{'descr': '<i2', 'fortran_order': True, 'shape': (2, 3), }",
+                       bytes_of<std::int16_t>({1, 2, 3, 4, 5, -6}))),
+              ElementsAre(ElementsAre(1, 2), ElementsAre(3, 4), ElementsAre(5, -6)));
+  EXPECT_THAT(read(npy("{'descr': '<f4', 'fortran_order': False, 'shape': (3,), }",
+                       bytes_of<float>({1, 2.5, 3}))),
+              ElementsAre(ElementsAre(1, 2.5, 3)));
+  EXPECT_THAT(read(npy("{'descr': '>u2', 'fortran_order': False, 'shape': (2,), }",
+                       std::string("\x01\x00\x00\x02", 4))),
+              ElementsAre(ElementsAre(256, 2)));
+  std::string records;
+  for (int i = 0; i < 2; ++i) {
+    records += bytes_of<double>({i + 0.5}) + bytes_of<std::int32_t>({-i});
+  }
+  EXPECT_THAT(read(npy("{'descr': [('t', '<f8'), ('x', '<i4')], 'fortran_order': False, "
+                       "'shape': (2,), }",
+                       records)),
+              ElementsAre(ElementsAre(0.5, 1.5), ElementsAre(0, -1)));
+  EXPECT_THAT(columns_, ElementsAre("t", "x"));
+}
+
+TEST_F(LogFiles, OfNumPySayWhatIsWrong) {
+  const std::string data = bytes_of<double>({1, 2, 3});
+  EXPECT_THAT(complaint(npy("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }", data)),
+              HasSubstr("cut short: 1 of 2 rows"));
+  EXPECT_THAT(complaint(npy("{'descr': '<c16', 'fortran_order': False, 'shape': (2,), }", data)),
+              HasSubstr("holds '<c16'"));
+  EXPECT_THAT(
+      complaint(npy("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 1, 3), }", data)),
+      HasSubstr("one dimension or two"));
+  EXPECT_THAT(complaint(npy("{'descr': '<f8', 'fortran_order': False, 'shape': (0,), }", data)),
+              HasSubstr("is empty"));
+  EXPECT_THAT(complaint("\x93NUMPY\1"), HasSubstr("cut short"));
+}
+
+// ---- compressed ----
+
+#ifdef AXISCAL_LIBARCHIVE
+std::string packed(const std::string& text, int (*filter)(archive*)) {
+  std::string bytes(text.size() + 100000, '\0');
+  std::size_t used = 0;
+  archive* const a = archive_write_new();
+  filter(a);
+  archive_write_set_format_raw(a);
+  archive_write_set_bytes_in_last_block(a, 1);
+  archive_write_open_memory(a, bytes.data(), bytes.size(), &used);
+  archive_entry* const entry = archive_entry_new();
+  archive_entry_set_filetype(entry, AE_IFREG);
+  archive_write_header(a, entry);
+  archive_write_data(a, text.data(), text.size());
+  archive_write_close(a);
+  archive_entry_free(entry);
+  archive_write_free(a);
+  bytes.resize(used);
+  return bytes;
+}
+
+TEST_F(LogFiles, AreUnpacked) {
+  std::string text = "t,x\n";
+  for (int i = 0; i < 20000; ++i) {
+    text += std::to_string(i) + "," + std::to_string(i % 1000) + "\n";
+  }
+  for (const auto filter : {archive_write_add_filter_gzip, archive_write_add_filter_bzip2,
+                            archive_write_add_filter_xz, archive_write_add_filter_zstd}) {
+    const std::string bytes = packed(text, filter);
+    const LogBlock all = read(bytes);
+    EXPECT_EQ(all[0].size(), 20000U);
+    EXPECT_EQ(all[1].back(), 999.0);
+    EXPECT_THAT(notes_, testing::Contains(HasSubstr("unpacked")));
+    EXPECT_THAT(complaint(bytes.substr(0, bytes.size() / 2)), HasSubstr("damaged or cut short"));
+  }
+  // Two files put together are one; a checksum that is not that of what was packed is found.
+  const std::string gzip = packed(text, archive_write_add_filter_gzip);
+  EXPECT_EQ(read(gzip + packed("1,2\n", archive_write_add_filter_gzip))[0].size(), 20001U);
+  std::string wrong = gzip;
+  wrong[wrong.size() - 6] = static_cast<char>(wrong[wrong.size() - 6] ^ 1);
+  EXPECT_THAT(complaint(wrong), HasSubstr("damaged or cut short"));
+}
+#endif
+
+// ---- MATLAB ----
+
+#ifdef AXISCAL_MATIO
+TEST_F(LogFiles, OfMatlabAreRead) {
+  for (const auto version : {MAT_FT_MAT5, MAT_FT_MAT73}) {
+    const std::string path = folder_.path("log.mat");
+    mat_t* const file = Mat_CreateVer(path.c_str(), nullptr, version);
+    ASSERT_NE(file, nullptr);
+    std::vector<double> t = {0, 1, 2, 3};
+    std::vector<double> acc = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};  // by columns
+    std::vector<float> gain = {9};
+    const auto write = [&](const char* name, matio_classes c, matio_types type, void* data,
+                           std::size_t rows, std::size_t columns) {
+      std::array<std::size_t, 2> dims = {rows, columns};
+      matvar_t* const variable = Mat_VarCreate(name, c, type, 2, dims.data(), data, 0);
+      EXPECT_EQ(Mat_VarWrite(file, variable, MAT_COMPRESSION_NONE), 0);
+      Mat_VarFree(variable);
+    };
+    write("t", MAT_C_DOUBLE, MAT_T_DOUBLE, t.data(), 1, 4);
+    write("acc", MAT_C_DOUBLE, MAT_T_DOUBLE, acc.data(), 4, 3);
+    write("gain", MAT_C_SINGLE, MAT_T_SINGLE, gain.data(), 1, 1);
+    Mat_Close(file);
+    LogFile log(path);
+    EXPECT_THAT(log.columns(), testing::UnorderedElementsAre("t", "acc_1", "acc_2", "acc_3"));
+    const LogBlock all = read_log(log);
+    EXPECT_THAT(all[log.need("acc_2")], ElementsAre(5, 6, 7, 8));
+    EXPECT_THAT(all[log.need("t")], ElementsAre(0, 1, 2, 3));
+  }
+}
+#endif
+
+}  // namespace
+}  // namespace axiscal

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/logs/seats.hpp"
+
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/random.hpp"
+#include "axiscal/positioner/positioner.hpp"
+#include "matchers.hpp"
+
+namespace axiscal {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::vector<RunSheetRow> some_sheet(std::uint64_t seed = 3) {
+  return make_run_sheet(standard_design(12), 1, seed);
+}
+
+Eigen::Matrix3d table_from_cube(const RunSheetRow& row) {
+  return Positioner().rotation_table_from_positioner(row.entry.point);
+}
+
+// What an accelerometer with bias and gain errors reads in the seats of a sheet.
+Eigen::MatrixX3d readings_of(const std::vector<RunSheetRow>& sheet) {
+  Eigen::MatrixX3d means(static_cast<Eigen::Index>(sheet.size()), 3);
+  for (std::size_t i = 0; i < sheet.size(); ++i) {
+    const Eigen::Vector3d up = table_from_cube(sheet[i]).transpose() * Eigen::Vector3d::UnitZ();
+    means.row(static_cast<Eigen::Index>(i)) =
+        (Eigen::Vector3d(200.0, -300.0, 500.0) +
+         Eigen::Vector3d(1000.0, 1100.0, 900.0).cwiseProduct(up))
+            .transpose();
+  }
+  return means;
+}
+
+TEST(RestingFaces, AreSeenInSpiteOfBiasAndGain) {
+  const std::vector<RunSheetRow> sheet = some_sheet();
+  const auto faces = resting_faces(readings_of(sheet));
+  for (std::size_t i = 0; i < sheet.size(); ++i) {
+    EXPECT_EQ(faces[i], sheet[i].entry.point.rest()) << i;
+  }
+}
+
+TEST(RestingFaces, AreNoneOnAnEdgeAndRefusedWhereAnAxisWasNeverTurned) {
+  Eigen::MatrixX3d means = readings_of(some_sheet());
+  means.row(4) = Eigen::RowVector3d(200.0 + 707.0, -300.0 + 777.0, 500.0);
+  EXPECT_FALSE(resting_faces(means)[4].has_value());
+  EXPECT_THAT(test::complaint_of<RefusedError>([] {
+                Eigen::MatrixX3d flat(4, 3);
+                flat << 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0;
+                static_cast<void>(resting_faces(flat));
+              }),
+              HasSubstr("axis z was never both up and down"));
+  EXPECT_THAT(test::complaint_of<RefusedError>([] {
+                Eigen::MatrixX3d one_of_each(3, 3);
+                one_of_each << 1, 0, 0, 0, 1, 0, 0, 0, 1;
+                static_cast<void>(resting_faces(one_of_each));
+              }),
+              HasSubstr("they lack opposite faces"));
+}
+
+TEST(LabelBySheet, FollowsTheSheet) {
+  const std::vector<RunSheetRow> sheet = some_sheet();
+  const SeatLabels labels = label_by_sheet(resting_faces(readings_of(sheet)), sheet);
+  EXPECT_THAT(labels.messages, IsEmpty());
+  for (std::size_t i = 0; i < sheet.size(); ++i) {
+    EXPECT_EQ(labels.points[i], sheet[i].entry.point);
+    EXPECT_EQ(labels.rows[i], i);
+  }
+}
+
+// One seat left out, one taken twice, one on the wrong face: each is named, the others keep their
+// rows.
+TEST(LabelBySheet, SaysWhichSeatsDoNotFit) {
+  const std::vector<RunSheetRow> sheet = some_sheet();
+  std::vector<RunSheetRow> skipped = sheet;
+  skipped.erase(skipped.begin() + 5);
+  const SeatLabels without = label_by_sheet(
+      [&] {
+        std::vector<std::optional<Face>> faces;
+        for (const RunSheetRow& row : skipped) {
+          faces.emplace_back(row.entry.point.rest());
+        }
+        return faces;
+      }(),
+      sheet);
+  ASSERT_EQ(without.messages.size(), 1U);
+  EXPECT_THAT(without.messages[0], HasSubstr("of the sheet"));
+  EXPECT_THAT(without.messages[0], HasSubstr("is not in the log"));
+  EXPECT_EQ(without.rows.back(), 11U);
+
+  std::vector<std::optional<Face>> faces;
+  for (const RunSheetRow& row : sheet) {
+    faces.emplace_back(row.entry.point.rest());
+  }
+  std::vector<std::optional<Face>> twice = faces;
+  twice.insert(twice.begin(), opposite(*faces[0]));
+  const SeatLabels extra = label_by_sheet(twice, sheet);
+  ASSERT_EQ(extra.messages.size(), 1U);
+  EXPECT_THAT(extra.messages[0], HasSubstr("fits no row of the sheet and is left out"));
+  EXPECT_FALSE(extra.points[0].has_value());
+  EXPECT_EQ(extra.rows[1], 0U);
+
+  faces[7] = opposite(*faces[7]);
+  const SeatLabels wrong = label_by_sheet(faces, sheet);
+  ASSERT_EQ(wrong.messages.size(), 1U);
+  EXPECT_THAT(wrong.messages[0], HasSubstr("run 8 (rest 8): the sheet says rest "));
+  EXPECT_EQ(wrong.points[7], sheet[7].entry.point);
+}
+
+TEST(LabelByTurns, FindsTheFenceFaces) {
+  const std::vector<RunSheetRow> sheet = some_sheet(9);
+  RandomStream random(2);
+  std::vector<Eigen::Matrix3d> turns;
+  for (std::size_t i = 0; i + 1 < sheet.size(); ++i) {
+    // An integrated gyroscope is off by some degrees.
+    const Eigen::Vector3d error(random.normal(), random.normal(), random.normal());
+    turns.emplace_back(table_from_cube(sheet[i]).transpose() * table_from_cube(sheet[i + 1]) *
+                       Eigen::AngleAxisd(0.05 * error.norm(), error.normalized()));
+  }
+  const auto faces = resting_faces(readings_of(sheet));
+  const SeatLabels labels = label_by_turns(faces, turns, sheet[0].entry.point);
+  EXPECT_THAT(labels.messages, IsEmpty());
+  for (std::size_t i = 0; i < sheet.size(); ++i) {
+    EXPECT_EQ(labels.points[i], sheet[i].entry.point) << i;
+  }
+  turns[3] = turns[3] * Eigen::AngleAxisd(0.8, Eigen::Vector3d::UnitX());
+  const SeatLabels off = label_by_turns(faces, turns, sheet[0].entry.point);
+  EXPECT_THAT(off.messages,
+              testing::Contains(HasSubstr("degrees from every seat; it has no label")));
+  EXPECT_FALSE(off.points[4].has_value());
+}
+
+TEST(LabelByHeading, FindsTheFenceFaces) {
+  const std::vector<RunSheetRow> sheet = some_sheet(5);
+  Eigen::MatrixX3d ups(12, 3);
+  Eigen::MatrixX3d fields(12, 3);
+  for (std::size_t i = 0; i < sheet.size(); ++i) {
+    const Eigen::Matrix3d cube_from_table = table_from_cube(sheet[i]).transpose();
+    ups.row(static_cast<Eigen::Index>(i)) = cube_from_table.col(2).transpose();
+    fields.row(static_cast<Eigen::Index>(i)) =
+        (cube_from_table * Eigen::Vector3d(12.0, 14.0, -40.0) + Eigen::Vector3d(2, -1, 1))
+            .transpose();
+  }
+  const SeatLabels labels =
+      label_by_heading(resting_faces(readings_of(sheet)), ups, fields, sheet[0].entry.point);
+  EXPECT_THAT(labels.messages, IsEmpty());
+  for (std::size_t i = 0; i < sheet.size(); ++i) {
+    EXPECT_EQ(labels.points[i], sheet[i].entry.point) << i;
+  }
+}
+
+TEST(LabelByOrder, TakesTheFencesInTurn) {
+  const SeatLabels labels =
+      label_by_order({Face::plus_x, Face::minus_z, std::nullopt, Face::plus_x, Face::minus_z});
+  EXPECT_EQ(labels.points[0], DesignPoint(Face::plus_x, Face::plus_y));
+  EXPECT_EQ(labels.points[1], DesignPoint(Face::minus_z, Face::plus_x));
+  EXPECT_FALSE(labels.points[2].has_value());
+  EXPECT_EQ(labels.points[3], DesignPoint(Face::plus_x, Face::minus_y));
+  EXPECT_EQ(labels.points[4], DesignPoint(Face::minus_z, Face::minus_x));
+  EXPECT_THAT(labels.messages, ElementsAre(HasSubstr("rest 3: no face")));
+}
+
+}  // namespace
+}  // namespace axiscal
