@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// A bare board, turned by hand between rests in any attitudes: accelerometer by the magnitude of
+// gravity, gyroscope by the turns.
+#include <axiscal/core/units.hpp>
+#include <axiscal/logs/imu.hpp>
+#include <axiscal/logs/simulate_log.hpp>
+#include <cmath>
+#include <cstdio>
+
+int main() {
+  axiscal::ImuSimulation imu;
+  imu.accelerometer.bias = Eigen::Vector3d(0.05, -0.02, 0.11);
+  imu.accelerometer.sensitivity = 1.01 * Eigen::Matrix3d::Identity();
+  imu.accelerometer.sensitivity(0, 2) = 0.015;
+  imu.gyroscope = axiscal::LinearResponse{.bias = Eigen::Vector3d(0.6, -0.3, 0.2),
+                                          .sensitivity = 56.9 * Eigen::Matrix3d::Identity()};
+  imu.gyroscope->sensitivity(1, 0) = 0.8;
+  imu.accelerometer_sd = 4e-3;
+  imu.gyroscope_sd = 0.1;
+  const axiscal::RecordedLog log = axiscal::simulate_imu_log(imu, axiscal::random_attitudes(30, 3));
+
+  axiscal::ImuOptions options;
+  options.accelerometer = {"ax", "ay", "az"};
+  options.gyroscope = {"gx", "gy", "gz"};
+  options.gyroscope_unit = "deg/s";
+  options.experiment.shape = axiscal::MagnitudeShape::triangular;  // x along its axis as drawn
+  const axiscal::ImuCalibration found = axiscal::calibrate_imu(log, options);
+
+  std::printf("%zu rests, threshold of the variance %.2g, attitude error %.2f degrees\n",
+              found.rests.intervals.size(), found.rests.threshold,
+              found.turns->residual_sd_rad * axiscal::deg_per_rad);
+  double worst = 0.0;  // standard errors from the truth
+  const auto compare = [&worst](const axiscal::Calibration& record,
+                                const axiscal::LinearResponse& truth) {
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      for (Eigen::Index j = 0; j < 3; ++j) {
+        const double se = record.statistics->sensitivity_se(k, j);
+        if (se > 0.0) {
+          worst = std::max(
+              worst, std::abs(record.response.sensitivity(k, j) - truth.sensitivity(k, j)) / se);
+        }
+      }
+    }
+  };
+  compare(found.accelerometer, imu.accelerometer);
+  compare(*found.gyroscope, *imu.gyroscope);
+  std::printf("all 15 sensitivities %s of the truth\n",
+              worst < 4.0 ? "within four standard errors" : "NOT within four standard errors");
+  return 0;
+}
