@@ -38,7 +38,10 @@ struct TemperatureResponse {
   /// @return scale_k(t).
   [[nodiscard]] double scale_at(Eigen::Index axis, double t) const;
 
+  /// @param axis          0 .. m - 1.
+  /// @param reading       v [unit].
   /// @param at_reference  b_k, the bias of the axis [unit].
+  /// @param t             temperature output.
   /// @return (v - bias_k(t)) / scale_k(t): what is above the bias, as at the reference [unit].
   [[nodiscard]] double above_bias(Eigen::Index axis,
                                   double reading,

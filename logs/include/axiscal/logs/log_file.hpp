@@ -52,7 +52,8 @@ class LogFile {
 
   /// Samples that are in memory already.
   /// @param name     for messages.
-  /// @param columns  as many names as columns, which are of one length.
+  /// @param columns  names, one for each column.
+  /// @param samples  the columns, of one length.
   LogFile(std::string name, std::vector<std::string> columns, LogBlock samples);
 
   ~LogFile();
@@ -72,9 +73,10 @@ class LogFile {
   /// From now on read() gives these columns only, in this order.
   void select(std::vector<std::size_t> columns);
 
-  /// Reads the next samples into a block, which is overwritten.
+  /// Reads the next samples into a block.
   ///
-  /// @param most  at most so many samples.
+  /// @param block overwritten: a column for each that is selected.
+  /// @param most   at most so many samples.
   /// @return how many; 0 at the end.
   /// @throws DataError  if the file is damaged from here on (a truncated .gz, say).
   [[nodiscard]] std::size_t read(LogBlock& block, std::size_t most);
