@@ -84,12 +84,12 @@ int run_imu(const CalibrateCommand& command) {
     forbid_overwriting(*command.output, *command.imu);
   }
   const RecordedLog log = record_log(*command.imu, command.rests.log);
-  const LogFile names(log.name, log.columns, LogBlock(log.columns.size()));
   const auto take_if_there = [&](const std::optional<std::string>& option,
                                  const std::vector<std::string>& usual,
                                  std::vector<std::string>& columns) {
-    if (!option && std::all_of(usual.begin(), usual.end(),
-                               [&](const std::string& name) { return names.find(name); })) {
+    if (!option && std::all_of(usual.begin(), usual.end(), [&](const std::string& name) {
+          return find_column(log.columns, name).has_value();
+        })) {
       columns = usual;
     }
   };

@@ -118,8 +118,8 @@ int run(const NoiseCommand& command) {
   if (n < 9) {
     throw RefusedError(std::to_string(n) + " samples are too few for an Allan deviation");
   }
-  const LogFile names(log.name, log.columns, LogBlock(log.columns.size()));
-  const std::optional<TimeColumn> time = find_time_column(names, command.options.time.value_or(""));
+  const std::optional<TimeColumn> time =
+      find_time_column(log.name, log.columns, command.options.time.value_or(""));
   const double rate_hz = rate_of(log, command.options, time);
   std::vector<std::string> columns;
   if (command.columns) {
@@ -134,7 +134,7 @@ int run(const NoiseCommand& command) {
   const std::vector<std::size_t> lengths = command.all_taus ? decade_lengths(n) : octave_lengths(n);
   LogNoise noise{.rate_hz = rate_hz, .samples = n};
   for (const std::string& column : columns) {
-    std::vector<double>& samples = log.samples[names.need(column)];
+    std::vector<double>& samples = log.samples[need_column(log.name, log.columns, column)];
     fill_missing(column, samples);
     ColumnNoise one{.name = column, .curve = allan_deviation(samples, rate_hz, lengths)};
     if (std::all_of(one.curve.begin(), one.curve.end(),

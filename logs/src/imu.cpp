@@ -106,7 +106,7 @@ class TurnSource {
   TurnSource(const RecordedLog& log, const Segmentation& rests, const ImuOptions& options)
       : log_(log), rests_(rests), options_(options) {
     for (const std::string& name : options.gyroscope) {
-      gyroscope_.push_back(filled(log.samples[position(name)]));
+      gyroscope_.push_back(filled(log.samples[need_column(log.name, log.columns, name)]));
     }
     make_times();
   }
@@ -142,11 +142,6 @@ class TurnSource {
   std::size_t left_out = 0;
 
  private:
-  [[nodiscard]] std::size_t position(const std::string& name) const {
-    return static_cast<std::size_t>(std::find(log_.columns.begin(), log_.columns.end(), name) -
-                                    log_.columns.begin());
-  }
-
   // A few missing samples in a row, a tenth of a second, are bridged by a line.
   [[nodiscard]] std::vector<double> filled(std::vector<double> x) const {
     const auto longest = static_cast<std::size_t>(0.1 * rests_.rate_hz) + 1;
@@ -170,9 +165,9 @@ class TurnSource {
   }
 
   void make_times() {
-    const LogFile names(log_.name, log_.columns, LogBlock(log_.columns.size()));
     const std::optional<TimeColumn> column =
-        options_.segment.rate_hz ? std::nullopt : find_time_column(names, options_.segment.time);
+        options_.segment.rate_hz ? std::nullopt
+                                 : find_time_column(log_.name, log_.columns, options_.segment.time);
     const std::size_t n = log_.samples.front().size();
     time_s_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
@@ -377,9 +372,8 @@ class ImuCalibrator {
          {&options.accelerometer, &options.gyroscope, &options.magnetometer}) {
       if (!columns->empty()) {
         require_three(*columns, "each instrument");
-        const LogFile names(log.name, log.columns, LogBlock(log.columns.size()));
         for (const std::string& column : *columns) {
-          static_cast<void>(names.need(column));
+          static_cast<void>(need_column(log.name, log.columns, column));
         }
       }
     }

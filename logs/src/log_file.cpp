@@ -48,6 +48,23 @@ std::vector<std::string> column_names(const std::string& path,
   return all;
 }
 
+std::optional<std::size_t> find_column(const std::vector<std::string>& columns,
+                                       const std::string& name) {
+  const auto found = std::find(columns.begin(), columns.end(), name);
+  return found == columns.end() ? std::nullopt
+                                : std::optional(static_cast<std::size_t>(found - columns.begin()));
+}
+
+std::size_t need_column(const std::string& path,
+                        const std::vector<std::string>& columns,
+                        const std::string& name) {
+  const std::optional<std::size_t> at = find_column(columns, name);
+  if (!at) {
+    throw DataError(path, "column '" + name + "': is missing; the columns are: " + joined(columns));
+  }
+  return *at;
+}
+
 LogFormat read_log_format(const std::string& path) {
   const JsonValue json = parse_json(read_whole_file(path), path);
   json.require_format("axiscal-log");
@@ -91,14 +108,7 @@ LogFile::LogFile(const std::string& path, const LogFormat& format) : path_(path)
   columns_ = source_->columns;
   factors_.assign(columns_.size(), 1.0);
   for (const MappedColumn& mapped : format.columns) {
-    const std::size_t at = [&] {
-      const auto found = std::find(source_->columns.begin(), source_->columns.end(), mapped.column);
-      if (found == source_->columns.end()) {
-        throw DataError(path_, "column '" + mapped.column +
-                                   "': is missing; the columns are: " + joined(source_->columns));
-      }
-      return static_cast<std::size_t>(found - source_->columns.begin());
-    }();
+    const std::size_t at = need_column(path_, source_->columns, mapped.column);
     columns_[at] = mapped.name;
     factors_[at] = mapped.factor;
     source_->notes.push_back("column " + mapped.name + " is " +
@@ -132,20 +142,8 @@ const std::string& LogFile::path() const {
   return path_;
 }
 
-std::optional<std::size_t> LogFile::find(const std::string& name) const {
-  const auto found = std::find(columns_.begin(), columns_.end(), name);
-  return found == columns_.end()
-             ? std::nullopt
-             : std::optional(static_cast<std::size_t>(found - columns_.begin()));
-}
-
 std::size_t LogFile::need(const std::string& name) const {
-  const std::optional<std::size_t> at = find(name);
-  if (!at) {
-    throw DataError(path_,
-                    "column '" + name + "': is missing; the columns are: " + joined(columns_));
-  }
-  return *at;
+  return need_column(path_, columns_, name);
 }
 
 void LogFile::select(std::vector<std::size_t> columns) {

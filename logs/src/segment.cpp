@@ -249,7 +249,9 @@ void warn_of_marks(Segmentation& result) {
 
 }  // namespace
 
-std::optional<TimeColumn> find_time_column(const LogFile& log, const std::string& name) {
+std::optional<TimeColumn> find_time_column(const std::string& path,
+                                           const std::vector<std::string>& columns,
+                                           const std::string& name) {
   struct Suffix {
     const char* text;
     double seconds;
@@ -271,10 +273,11 @@ std::optional<TimeColumn> find_time_column(const LogFile& log, const std::string
     return std::nullopt;
   };
   if (!name.empty()) {
-    return TimeColumn{.position = log.need(name), .seconds = unit_of(name).value_or(1.0)};
+    return TimeColumn{.position = need_column(path, columns, name),
+                      .seconds = unit_of(name).value_or(1.0)};
   }
-  for (std::size_t c = 0; c < log.columns().size(); ++c) {
-    if (const std::optional<double> seconds = unit_of(log.columns()[c])) {
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    if (const std::optional<double> seconds = unit_of(columns[c])) {
       return TimeColumn{.position = c, .seconds = *seconds};
     }
   }
@@ -283,7 +286,7 @@ std::optional<TimeColumn> find_time_column(const LogFile& log, const std::string
 
 Segmentation segment(LogFile& log, const SegmentOptions& options, const ThresholdChoice& choose) {
   const std::optional<TimeColumn> found =
-      find_time_column(log, options.rate_hz ? "" : options.time);
+      find_time_column(log.path(), log.columns(), options.rate_hz ? "" : options.time);
   if (!found && !options.rate_hz) {
     throw DataError(log.path(),
                     "has no column of times; name it with --time COLUMN, or give --rate HZ; the "
@@ -305,8 +308,7 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
     std::vector<std::size_t> positions;
     for (const std::string& name : names) {
       static_cast<void>(log.need(name));
-      positions.push_back(static_cast<std::size_t>(
-          std::find(result.columns.begin(), result.columns.end(), name) - result.columns.begin()));
+      positions.push_back(*find_column(result.columns, name));
     }
     return positions;
   };

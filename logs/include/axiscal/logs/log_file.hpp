@@ -31,6 +31,17 @@ struct LogFormat {
 /// Samples, a column for each quantity, all of one length.
 using LogBlock = std::vector<std::vector<double>>;
 
+/// @return the position of a column among others, or nothing.
+[[nodiscard]] std::optional<std::size_t> find_column(const std::vector<std::string>& columns,
+                                                     const std::string& name);
+
+/// @param path  of the log, for the message.
+/// @return the position of a column.
+/// @throws DataError  if there is none of that name; the message lists those that there are.
+[[nodiscard]] std::size_t need_column(const std::string& path,
+                                      const std::vector<std::string>& columns,
+                                      const std::string& name);
+
 /// What was not as it should be in a log.
 struct LogDefects {
   std::size_t ragged_rows = 0;  ///< left out: another number of cells than the first
@@ -63,12 +74,8 @@ class LogFile {
   /// @return the columns' names, as mapped.
   [[nodiscard]] const std::vector<std::string>& columns() const;
 
-  /// @return the position of a column.
-  /// @throws DataError  if there is none of that name; the message lists those that there are.
+  /// As need_column().
   [[nodiscard]] std::size_t need(const std::string& name) const;
-
-  /// @return the position of a column, or nothing.
-  [[nodiscard]] std::optional<std::size_t> find(const std::string& name) const;
 
   /// From now on read() gives these columns only, in this order.
   void select(std::vector<std::size_t> columns);

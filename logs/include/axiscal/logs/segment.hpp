@@ -56,10 +56,12 @@ struct TimeColumn {
   double seconds = 1.0;  ///< per unit of the column
 };
 
+/// @param path  of the log, for messages.
 /// @param name  of the column; empty: the first that is called so.
 /// @return nothing where there is none and no name was given.
 /// @throws DataError  if the named column is not there.
-[[nodiscard]] std::optional<TimeColumn> find_time_column(const LogFile& log,
+[[nodiscard]] std::optional<TimeColumn> find_time_column(const std::string& path,
+                                                         const std::vector<std::string>& columns,
                                                          const std::string& name);
 
 /// Finds the rests of a log, in constant memory, whatever its length.
