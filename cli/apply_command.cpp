@@ -26,10 +26,7 @@ Calibration read_unrefused(const std::string& record, bool force) {
 FieldConversion conversion_of(const ApplyCommand& command, const Calibration& calibration) {
   std::optional<double> magnitude;
   if (command.field_magnitude) {
-    magnitude = number_of("--field-magnitude", *command.field_magnitude);
-    if (!(*magnitude > 0.0)) {
-      throw UsageError("--field-magnitude: must be positive");
-    }
+    magnitude = positive_of("--field-magnitude", *command.field_magnitude);
   }
   std::optional<double> gravity_there;
   if ((command.longitude || command.height || command.gravity_model) && !command.latitude) {

@@ -271,7 +271,7 @@ int run(const CharacterizeCommand& command) {
     write_whole_file("-", command.json ? json_of(result) : text_of(result));
   }
   for (const std::string& warning : result.warnings) {
-    std::fprintf(stderr, "%s\n", wrapped("warning: " + warning, 80).c_str());
+    print_remark("warning", warning);
   }
   return 0;
 }

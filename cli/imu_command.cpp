@@ -49,18 +49,13 @@ ImuOptions options_of(const CalibrateCommand& command) {
   options.gyroscope_unit = command.gyroscope_unit.value_or("1");
   options.magnetometer_unit = command.magnetometer_unit.value_or("1");
   options.turns.fit_bias = command.fit_gyroscope_bias;
-  options.magnetic_field.site = options.experiment.field.site;
-  options.magnetic_field.date = options.experiment.field.date;
-  options.magnetic_field.has_longitude = options.experiment.field.has_longitude;
-  if (!options.magnetic_field.has_longitude) {
-    options.magnetic_field.site.reset();
+  if (options.experiment.field.has_longitude) {  // gravity does without
+    options.magnetic_field.site = options.experiment.field.site;
   }
+  options.magnetic_field.date = options.experiment.field.date;
   if (command.magnetic_magnitude) {
     options.magnetic_field.magnitude =
-        number_of("--magnetic-magnitude", *command.magnetic_magnitude);
-    if (!(*options.magnetic_field.magnitude > 0.0)) {
-      throw UsageError("--magnetic-magnitude: must be positive");
-    }
+        positive_of("--magnetic-magnitude", *command.magnetic_magnitude);
   }
   if (command.cube && command.rests.plan) {
     throw UsageError("--cube: goes without --plan, which states the seats");

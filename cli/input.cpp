@@ -69,6 +69,14 @@ ReadingRange range_of(std::string_view option, const std::string& text) {
   return {.low = ends[0], .high = ends[1]};
 }
 
+double positive_of(std::string_view option, const std::string& text) {
+  const double value = number_of(option, text);
+  if (!(value > 0.0)) {
+    throw UsageError(std::string(option) + ": must be positive");
+  }
+  return value;
+}
+
 double not_negative_of(std::string_view option, const std::string& text) {
   const double value = number_of(option, text);
   if (value < 0.0) {

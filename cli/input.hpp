@@ -75,6 +75,9 @@ void forbid_overwriting(const std::string& output, const std::string& input);
 /// A typed value as a range LO,HI. @throws UsageError naming the option.
 [[nodiscard]] ReadingRange range_of(std::string_view option, const std::string& text);
 
+/// A typed value as a number above 0. @throws UsageError naming the option.
+[[nodiscard]] double positive_of(std::string_view option, const std::string& text);
+
 /// A typed value as a number that is not negative. @throws UsageError naming the option.
 [[nodiscard]] double not_negative_of(std::string_view option, const std::string& text);
 

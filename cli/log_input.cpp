@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "log_input.hpp"
 
-#include <cstdio>
-
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -12,12 +10,13 @@
 namespace axiscal::cli {
 namespace {
 
-double positive_of(const char* option, const std::string& text) {
-  const double value = number_of(option, text);
-  if (!(value > 0.0)) {
-    throw UsageError(std::string(option) + ": must be positive");
+// The three columns of an option.
+std::vector<std::string> three_columns(const char* option, const std::string& text) {
+  std::vector<std::string> names = names_of(text);
+  if (names.size() != 3) {
+    throw UsageError(std::string(option) + ": '" + text + "' must be three columns, X,Y,Z");
   }
-  return value;
+  return names;
 }
 
 }  // namespace
@@ -26,14 +25,6 @@ std::vector<std::string> names_of(const std::string& text) {
   std::vector<std::string> names;
   for (const std::string_view name : split(text, ',')) {
     names.emplace_back(trimmed(name));
-  }
-  return names;
-}
-
-std::vector<std::string> three_columns(const char* option, const std::string& text) {
-  std::vector<std::string> names = names_of(text);
-  if (names.size() != 3) {
-    throw UsageError(std::string(option) + ": '" + text + "' must be three columns, X,Y,Z");
   }
   return names;
 }
@@ -124,14 +115,14 @@ void print_remarks_of(const Segmentation& rests,
                       const SeatLabels* labels) {
   const auto print = [](const char* what, const std::vector<std::string>& texts) {
     for (const std::string& text : texts) {
-      std::fprintf(stderr, "%s\n", wrapped(what + text, 80).c_str());
+      print_remark(what, text);
     }
   };
-  print("note: ", rests.notes);
-  print("note: ", more_notes);
-  print("warning: ", rests.warnings);
+  print("note", rests.notes);
+  print("note", more_notes);
+  print("warning", rests.warnings);
   if (labels != nullptr) {
-    print("warning: ", labels->messages);
+    print("warning", labels->messages);
   }
 }
 

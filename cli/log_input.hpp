@@ -14,9 +14,6 @@ namespace axiscal::cli {
 /// @return the parts of "a,b,c".
 [[nodiscard]] std::vector<std::string> names_of(const std::string& text);
 
-/// @return the three columns of an option. @throws UsageError unless there are three.
-[[nodiscard]] std::vector<std::string> three_columns(const char* option, const std::string& text);
-
 [[nodiscard]] LogFormat format_of(const LogOptions& options);
 
 /// @return the options of segment(), but for its columns.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include <fmt/format.h>
 
@@ -16,10 +15,6 @@
 
 namespace axiscal::cli {
 namespace {
-
-void warn(const std::string& text) {
-  std::fprintf(stderr, "%s\n", wrapped("warning: " + text, 80).c_str());
-}
 
 // Missing numbers take the value before them; the Allan deviation needs even spacing.
 void fill_missing(const std::string& name, std::vector<double>& samples) {
@@ -39,8 +34,8 @@ void fill_missing(const std::string& name, std::vector<double>& samples) {
     last = value;
   }
   if (missing > 0) {
-    warn("column '" + name + "': " + std::to_string(missing) +
-         " cells are no numbers; each counts as the one before it");
+    print_remark("warning", "column '" + name + "': " + std::to_string(missing) +
+                                " cells are no numbers; each counts as the one before it");
   }
 }
 
@@ -49,11 +44,7 @@ double rate_of(const RecordedLog& log,
                const LogOptions& options,
                const std::optional<TimeColumn>& time) {
   if (options.rate) {
-    const double rate = number_of("--rate", *options.rate);
-    if (!(rate > 0.0)) {
-      throw UsageError("--rate: must be positive");
-    }
-    return rate;
+    return positive_of("--rate", *options.rate);
   }
   if (!time) {
     throw DataError(log.name,
@@ -71,8 +62,9 @@ double rate_of(const RecordedLog& log,
     gaps += step > 5.0 * mean_step || step < 0.0 ? 1U : 0U;
   }
   if (gaps > 0) {
-    warn(std::to_string(gaps) +
-         " gaps or steps back in the times: the samples are taken as evenly spaced all the same");
+    print_remark("warning", std::to_string(gaps) +
+                                " gaps or steps back in the times: the samples are taken as evenly "
+                                "spaced all the same");
   }
   return 1.0 / mean_step;
 }
@@ -112,7 +104,7 @@ int run(const NoiseCommand& command) {
   forbid_overwriting(command.output, command.log);
   RecordedLog log = record_log(command.log, command.options);
   for (const std::string& note : log.notes) {
-    std::fprintf(stderr, "%s\n", wrapped("note: " + note, 80).c_str());
+    print_remark("note", note);
   }
   const std::size_t n = log.samples.front().size();
   if (n < 9) {
@@ -139,7 +131,7 @@ int run(const NoiseCommand& command) {
     ColumnNoise one{.name = column, .curve = allan_deviation(samples, rate_hz, lengths)};
     if (std::all_of(one.curve.begin(), one.curve.end(),
                     [](const AllanPoint& point) { return point.deviation <= 0.0; })) {
-      warn("column '" + column + "' does not vary; it has no noise to speak of");
+      print_remark("warning", "column '" + column + "' does not vary; it has no noise to speak of");
       continue;
     }
     one.model = fit_noise(one.curve);

@@ -87,29 +87,21 @@ double noise_of(const PlanCommand& command) {
         return a.dwell.sensible_deviation < b.dwell.sensible_deviation;
       });
   const double dwell_s =
-      command.dwell ? number_of("--dwell", *command.dwell) : worst->dwell.sensible_s;
-  if (!(dwell_s > 0.0)) {
-    throw UsageError("--dwell: must be positive");
-  }
+      command.dwell ? positive_of("--dwell", *command.dwell) : worst->dwell.sensible_s;
   if (dwell_s > worst->curve.back().tau_s) {
-    std::fprintf(stderr, "%s\n",
-                 wrapped("warning: the noise log tells nothing of averages over more than " +
-                             number_text(worst->curve.back().tau_s, 3) + " s; the forecast for " +
-                             number_text(dwell_s, 3) + " s may be far too small",
-                         80)
-                     .c_str());
+    print_remark("warning", "the noise log tells nothing of averages over more than " +
+                                number_text(worst->curve.back().tau_s, 3) +
+                                " s; the forecast for " + number_text(dwell_s, 3) +
+                                " s may be far too small");
   }
   double largest = 0.0;
   for (const ColumnNoise& column : noise.columns) {
     largest = std::max(largest, column.model.deviation_at(dwell_s));
   }
-  std::fprintf(stderr, "%s\n",
-               wrapped("note: dwell " + number_text(dwell_s, 3) +
+  print_remark("note", "dwell " + number_text(dwell_s, 3) +
                            " s at each design point; a reading, its mean, then has a standard "
                            "deviation of " +
-                           number_text(largest, 3) + " (noisiest axis)",
-                       80)
-                   .c_str());
+                           number_text(largest, 3) + " (noisiest axis)");
   return largest;
 }
 
@@ -292,11 +284,7 @@ int run(const PlanCommand& command) {
       plan.setup.nominal.field.in_table.value_or(Eigen::Vector3d(Eigen::Vector3d::UnitZ()));
   plan.quality = assess_design(design, experiment.positioner, field);
   if (command.want_angle) {
-    const double wanted_deg = number_of("--want-angle-deg", *command.want_angle);
-    if (!(wanted_deg > 0.0)) {
-      throw UsageError("--want-angle-deg: must be positive");
-    }
-    plan.wanted_rad = wanted_deg * rad_per_deg;
+    plan.wanted_rad = positive_of("--want-angle-deg", *command.want_angle) * rad_per_deg;
     plan.replicates_needed =
         needed_replicates(plan.setup, *plan.wanted_rad, !command.sheet.replicates);
     if (!command.sheet.replicates) {

@@ -195,16 +195,12 @@ void print_remarks(const std::vector<Calibration>& calibrations) {
                                  : "";
     for (const std::string& note : calibration.notes) {
       if (said.insert(note).second) {
-        std::fprintf(stderr, "%s\n", wrapped("note: " + note, 80).c_str());
+        print_remark("note", note);
       }
     }
     for (const CalibrationWarning& warning : calibration.warnings) {
       if (said.insert(warning.message).second) {
-        std::fprintf(
-            stderr, "%s\n",
-            wrapped("warning: " + (warning.code == "slot_levelness" ? "" : slot) + warning.message,
-                    80)
-                .c_str());
+        print_remark("warning", (warning.code == "slot_levelness" ? "" : slot) + warning.message);
       }
     }
   }

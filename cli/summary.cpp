@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <set>
 #include <string_view>
 
@@ -406,6 +407,10 @@ class Summary {
 
 std::string summary_text(const Calibration& calibration) {
   return Summary(calibration).text();
+}
+
+void print_remark(const char* what, const std::string& text) {
+  std::fprintf(stderr, "%s\n", wrapped(std::string(what) + ": " + text, 80).c_str());
 }
 
 std::string wrapped(const std::string& text, std::size_t width) {

@@ -427,4 +427,35 @@ std::vector<std::string> parameter_names(const std::vector<std::string>& axes,
   return names;
 }
 
+void add_intervals(Calibration& calibration) {
+  FitStatistics& statistics = *calibration.statistics;
+  const Eigen::Index m = calibration.response.bias.size();
+  std::vector<std::string> also_kinds;
+  for (const AlsoResponse& also : calibration.also) {
+    also_kinds.push_back(also.kind);
+  }
+  const int order =
+      calibration.temperature ? static_cast<int>(calibration.temperature->bias.cols()) : 0;
+  statistics.parameter_names = parameter_names(calibration.instrument.axes, also_kinds, order);
+  const auto base = static_cast<Eigen::Index>(4 + 3 * also_kinds.size());
+  const Eigen::Index p = base + 2 * order;
+  statistics.bias_se.resize(m);
+  statistics.sensitivity_se.resize(m, 3);
+  statistics.coverage_factor.resize(m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Eigen::VectorXd se = statistics.covariance.diagonal().segment(p * k, p).cwiseSqrt();
+    statistics.bias_se(k) = se(0);
+    statistics.sensitivity_se.row(k) = se.segment<3>(1);
+    for (std::size_t a = 0; a < calibration.also.size(); ++a) {
+      calibration.also[a].sensitivity_se.row(k) =
+          se.segment<3>(4 + 3 * static_cast<Eigen::Index>(a));
+    }
+    if (order > 0) {
+      calibration.temperature->bias_se.row(k) = se.segment(base, order);
+      calibration.temperature->scale_se.row(k) = se.tail(order);
+    }
+    statistics.coverage_factor(k) = student_t_factor(0.95, statistics.degrees_of_freedom(k));
+  }
+}
+
 }  // namespace axiscal

@@ -107,6 +107,10 @@ struct ReadingSet {
     const std::vector<std::string>& also_kinds = {},
     int temperature_order = 0);
 
+/// From the covariance of a record's statistics: names of the parameters, standard errors, coverage
+/// factors.
+void add_intervals(Calibration& calibration);
+
 /// The same for the columns that are open, for all axes.
 [[nodiscard]] std::vector<std::string> names_of_columns(const std::vector<std::string>& axes,
                                                         const std::vector<Eigen::Index>& columns,

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Geometry>
 #include <Eigen/QR>
 
 #include "axiscal/core/rotation.hpp"
@@ -101,12 +100,9 @@ std::vector<UncertainInput> uncertain_inputs(const Experiment& experiment,
          .parts = axes.cols(),
          .change = [&set, u, axes](Eigen::Index i, const std::vector<Eigen::Vector3d>& f) {
            const Eigen::Vector3d field = set.field_in_table(i, f);
-           Eigen::Matrix3Xd change(3, axes.cols());
-           for (Eigen::Index j = 0; j < axes.cols(); ++j) {
-             change.col(j) = u * axes.col(j).cross(field);
-           }
+           // w cross f = -(f cross w).
            return Eigen::Matrix3Xd(set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
-                                   change);
+                                   (-u * cross_matrix(field) * axes));
          }});
   };
   if (known_field && experiment.stated.slope_u > 0.0) {

@@ -2,7 +2,6 @@
 #include <algorithm>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/repeated_design.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/parallel.hpp"
@@ -37,10 +36,12 @@ RegressionTrials trials_of(const StudySetup& setup) {
   }
   Eigen::MatrixXd X(n, 4);
   X << Eigen::VectorXd::Ones(n), fields;
-  const LeastSquaresDesign design(X, Eigen::VectorXd(), parameter_names({"axis"}));
-  RegressionTrials trials{.at = repeated_design(X), .responses = static_cast<std::size_t>(m)};
+  RegressionTrials trials{.at = repeated_design(X, parameter_names({"axis"})),
+                          .responses = static_cast<std::size_t>(m)};
+  // (X^T X)^-1 is the pseudo-inverse times its transpose; its rows stand one after another.
+  const Eigen::Map<const Eigen::MatrixXd> rows(trials.at.pseudo_inverse.data(), n, 4);
   for (Eigen::Index j = 0; j < 4; ++j) {
-    trials.unscaled_variance.push_back(design.unscaled_covariance()(j, j));
+    trials.unscaled_variance.push_back(rows.col(j).squaredNorm());
   }
   for (Eigen::Index k = 0; k < m; ++k) {
     trials.truth.push_back(response.bias(k));

@@ -5,9 +5,10 @@
 
 namespace axiscal {
 
-RepeatedDesign repeated_design(const Eigen::Ref<const Eigen::MatrixXd>& design) {
+RepeatedDesign repeated_design(const Eigen::Ref<const Eigen::MatrixXd>& design,
+                               const std::vector<std::string>& names) {
   using RowByRow = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const LeastSquaresDesign factored(design);
+  const LeastSquaresDesign factored(design, Eigen::VectorXd(), names);
   const RowByRow X = design;
   RowByRow P(X.cols(), X.rows());
   for (Eigen::Index i = 0; i < X.rows(); ++i) {

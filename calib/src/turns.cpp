@@ -13,36 +13,34 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/core/version.hpp"
 #include "axiscal/kernels/turn_integration.hpp"
 #include "covariance_root.hpp"
 #include "design_advice.hpp"
+#include "estimation.hpp"
 
 namespace axiscal {
 namespace {
 
-using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+constexpr int most_rounds = 50;
 
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d M;
-  M << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return M;
-}
+using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 Eigen::Vector3d rotation_vector_of(const Eigen::Matrix3d& R) {
   const Eigen::AngleAxisd turn(R);
   return turn.angle() * turn.axis();
 }
 
-// The turns with their readings less the bias, packed for integration.
+// The turns, their readings less the bias, packed for integration.
 class TurnSet {
  public:
   TurnSet(std::span<const GyroscopeTurn> turns, const Eigen::Vector3d& bias)
-      : turns_(turns), centred_(make_centred(turns, bias)), packed_(samples_of(turns, centred_)) {
+      : turns_(turns), packed_(samples_of(turns), {bias.x(), bias.y(), bias.z()}) {
     for (const GyroscopeTurn& turn : turns) {
-      const Eigen::Vector3d drift =
-          -turn.earth_rate_in_sensor * (turn.time_s.back() - turn.time_s.front());
-      earth_.emplace_back(rotation_of(drift));
+      earth_.emplace_back(
+          rotation_by(-turn.earth_rate_in_sensor * (turn.time_s.back() - turn.time_s.front())));
     }
   }
 
@@ -109,60 +107,37 @@ class TurnSet {
         .toRotationMatrix();
   }
 
-  using Centred = std::vector<std::array<std::vector<double>, 3>>;
-
-  static Eigen::Matrix3d rotation_of(const Eigen::Vector3d& vector) {
-    const double angle = vector.norm();
-    return angle > 0.0 ? Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix()
-                       : Eigen::Matrix3d::Identity();
-  }
-
-  static Centred make_centred(std::span<const GyroscopeTurn> turns, const Eigen::Vector3d& bias) {
-    Centred centred(turns.size());
-    for (std::size_t i = 0; i < turns.size(); ++i) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const std::span<const double> v = turns[i].readings[axis];
-        centred[i][axis].assign(v.begin(), v.end());
-        for (double& value : centred[i][axis]) {
-          value -= bias(static_cast<Eigen::Index>(axis));
-        }
-      }
-    }
-    return centred;
-  }
-
-  static std::vector<TurnSamples> samples_of(std::span<const GyroscopeTurn> turns,
-                                             const Centred& centred) {
+  static std::vector<TurnSamples> samples_of(std::span<const GyroscopeTurn> turns) {
     std::vector<TurnSamples> samples;
-    for (std::size_t i = 0; i < turns.size(); ++i) {
-      samples.push_back(
-          {.rate = {centred[i][0], centred[i][1], centred[i][2]}, .time_s = turns[i].time_s});
+    for (const GyroscopeTurn& turn : turns) {
+      samples.push_back({.rate = turn.readings, .time_s = turn.time_s});
     }
     return samples;
   }
 
   std::span<const GyroscopeTurn> turns_;
-  Centred centred_;
   PackedTurns packed_;
   std::vector<Eigen::Matrix3d> earth_;  // what the Earth turns in the meantime
 };
 
-// Where the search ends: candidate B, and the bias if it is fitted too.
+// Where the search stands: B, and the bias if it is fitted too; and what they leave.
 struct Candidate {
   Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
-  double cost = std::numeric_limits<double>::infinity();
+  TurnSet::State state;
   int rounds = 0;
 };
 
-Candidate converged(std::span<const GyroscopeTurn> turns, Candidate at, bool fit_bias) {
+Candidate converged(std::span<const GyroscopeTurn> turns,
+                    const Eigen::Matrix3d& start,
+                    const Eigen::Vector3d& bias,
+                    bool fit_bias) {
   const Eigen::Index unknowns = fit_bias ? 12 : 9;
-  std::optional<TurnSet> set(std::in_place, turns, at.bias);
-  TurnSet::State state = set->at(at.B);
-  at.cost = state.cost();
+  TurnSet set(turns, bias);
+  Candidate at{.B = start, .bias = bias, .state = set.at(start)};
   double damping = 0.0;
-  for (at.rounds = 1; at.rounds <= 50; ++at.rounds) {
-    const Eigen::MatrixXd J = state.jacobian.leftCols(unknowns);
+  for (at.rounds = 1; at.rounds <= most_rounds; ++at.rounds) {
+    const Eigen::MatrixXd J = at.state.jacobian.leftCols(unknowns);
     const Eigen::VectorXd lengths = J.colwise().norm().cwiseMax(1e-300);
     bool better = false;
     double change = 0.0;
@@ -171,29 +146,21 @@ Candidate converged(std::span<const GyroscopeTurn> turns, Candidate at, bool fit
       A << J * lengths.cwiseInverse().asDiagonal(),
           std::sqrt(damping) * Eigen::MatrixXd::Identity(unknowns, unknowns);
       Eigen::VectorXd r = Eigen::VectorXd::Zero(A.rows());
-      r.head(J.rows()) = -state.residuals;
+      r.head(J.rows()) = -at.state.residuals;
       const Eigen::VectorXd step =
           A.completeOrthogonalDecomposition().solve(r).cwiseQuotient(lengths);
-      Candidate next = at;
+      Candidate next{.B = at.B, .bias = at.bias, .rounds = at.rounds};
       next.B += Eigen::Map<const RowMajor3>(step.data());
       if (fit_bias) {
         next.bias += step.tail<3>();
+        set = TurnSet(turns, next.bias);
       }
-      std::optional<TurnSet> moved;
-      if (fit_bias) {
-        moved.emplace(turns, next.bias);
-      }
-      TurnSet::State next_state = (moved ? *moved : *set).at(next.B);
-      better = step.allFinite() && next_state.cost() <= at.cost * (1.0 + 1e-12);
+      next.state = set.at(next.B);
+      better = step.allFinite() && next.state.cost() <= at.state.cost() * (1.0 + 1e-12);
       if (better) {
         change =
             step.head<9>().norm() / at.B.norm() + (fit_bias ? (at.B * step.tail<3>()).norm() : 0.0);
-        at = next;
-        at.cost = next_state.cost();
-        state = std::move(next_state);
-        if (moved) {
-          set.emplace(turns, next.bias);
-        }
+        at = std::move(next);
         damping = damping > 1e-9 ? damping / 10.0 : 0.0;
       } else {
         damping = std::max(10.0 * damping, 1e-4);
@@ -230,32 +197,31 @@ double rms_of(double cost, std::size_t turns) {
   return std::sqrt(cost / static_cast<double>(turns));
 }
 
-Candidate find_start(std::span<const GyroscopeTurn> turns,
-                     const Eigen::Vector3d& bias,
-                     const TurnFitOptions& options) {
-  const TurnSet set(turns, bias);
-  const auto best_of = [&](const std::vector<double>& scales) {
-    Candidate best;
-    for (const double scale : scales) {
-      const Eigen::Matrix3d B = scale * Eigen::Matrix3d::Identity();
-      const double cost = set.at(B).cost();
-      if (cost < best.cost) {
-        best = {.B = B, .bias = bias, .cost = cost};
-      }
-    }
-    return best;
-  };
+Eigen::Matrix3d find_start(std::span<const GyroscopeTurn> turns,
+                           const Eigen::Vector3d& bias,
+                           const TurnFitOptions& options) {
   if (options.start) {
-    return {.B = *options.start, .bias = bias, .cost = set.at(*options.start).cost()};
+    return *options.start;
   }
-  if (options.rate_per_unit) {
-    return best_of({*options.rate_per_unit});
+  double scale = options.rate_per_unit.value_or(0.0);
+  if (!options.rate_per_unit) {
+    const TurnSet set(turns, bias);
+    const auto best_of = [&](const std::vector<double>& scales) {
+      double least = std::numeric_limits<double>::infinity();
+      for (const double candidate : scales) {
+        const double cost = set.at(candidate * Eigen::Matrix3d::Identity()).cost();
+        if (cost < least) {
+          least = cost;
+          scale = candidate;
+        }
+      }
+      return least;
+    };
+    if (rms_of(best_of(usual_scales()), turns.size()) >= 2.0 * good_rms_rad) {
+      best_of(all_scales());
+    }
   }
-  const Candidate usual = best_of(usual_scales());
-  if (rms_of(usual.cost, turns.size()) < 2.0 * good_rms_rad) {
-    return usual;
-  }
-  return best_of(all_scales());
+  return scale * Eigen::Matrix3d::Identity();
 }
 
 // The last step, in which the rests' bias is known as well as they say and no better: its error
@@ -353,34 +319,33 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
                        "rest " +
                        (fit.has_rotations ? "five" : "seven") + " times or more");
   }
-  Candidate found = converged(turns, find_start(turns, bias, options), options.fit_bias);
-  TurnSet::State state = TurnSet(turns, found.bias).at(found.B);
-  if (!(rms_of(found.cost, turns.size()) < good_rms_rad)) {
+  Candidate found = converged(turns, find_start(turns, bias, options), bias, options.fit_bias);
+  const double rms = rms_of(found.state.cost(), turns.size());
+  if (!(rms < good_rms_rad)) {
     throw RefusedError(
         "no scale of the gyroscope fits the turns: at the best one, " +
         number_text(found.B.determinant() > 0.0 ? std::cbrt(found.B.determinant()) : 0.0, 3) +
-        " rad/s per unit, the attitudes after the turns are " +
-        number_text(rms_of(found.cost, turns.size()) * deg_per_rad, 3) +
+        " rad/s per unit, the attitudes after the turns are " + number_text(rms * deg_per_rad, 3) +
         " degrees off (rms). Are its axes those of the accelerometer (order and signs), did it "
         "stay "
         "within its range, and are the seats right, where they are labelled?");
   }
-  require_determined(state.jacobian.leftCols(unknowns), turns.size());
-  fit.residual_sd_rad = std::sqrt(found.cost / fit.degrees_of_freedom);
+  require_determined(found.state.jacobian.leftCols(unknowns), turns.size());
+  fit.residual_sd_rad = std::sqrt(found.state.cost() / fit.degrees_of_freedom);
   // Of B row by row and b.
   Eigen::Matrix<double, 12, 12> of_unknowns = Eigen::Matrix<double, 12, 12>::Zero();
   const bool has_prior = !options.fit_bias && bias_covariance.trace() > 0.0;
   if (has_prior && fit.residual_sd_rad > 0.0) {
     const Eigen::MatrixXd root = covariance_root(bias_covariance);
-    const WeighedStep weighed = weigh_bias(state, root, informative, fit.residual_sd_rad);
+    const WeighedStep weighed = weigh_bias(found.state, root, informative, fit.residual_sd_rad);
     found.B += Eigen::Map<const RowMajor3>(weighed.step.data());
     found.bias += weighed.step.tail<3>();
     of_unknowns = weighed.covariance;
     fit.residual_sd_rad = weighed.sd;
-    state = TurnSet(turns, found.bias).at(found.B);
+    found.state = TurnSet(turns, found.bias).at(found.B);
   } else {
     // Columns scaled to length 1: rad/s per count are small numbers.
-    const Eigen::MatrixXd J = state.jacobian.leftCols(unknowns);
+    const Eigen::MatrixXd J = found.state.jacobian.leftCols(unknowns);
     const Eigen::VectorXd per_length = J.colwise().norm().cwiseInverse();
     const Eigen::MatrixXd pseudo_inverse =
         per_length.asDiagonal() *
@@ -392,8 +357,8 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
   fit.inverse = found.B;
   fit.response.bias = found.bias;
   fit.response.sensitivity = found.B.inverse();
-  for (Eigen::Index i = 0; i < state.residuals.size(); i += 3) {
-    fit.residuals.emplace_back(state.residuals.segment<3>(i));
+  for (Eigen::Index i = 0; i < found.state.residuals.size(); i += 3) {
+    fit.residuals.emplace_back(found.state.residuals.segment<3>(i));
   }
   // dS = -S dB S, in the record's order: bias and row k of S, axis by axis.
   const Eigen::Matrix3d S = fit.response.sensitivity;
@@ -410,6 +375,39 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
   }
   fit.covariance = T * of_unknowns * T.transpose();
   return fit;
+}
+
+Calibration turn_calibration(const TurnFit& fit,
+                             const Instrument& instrument,
+                             const Eigen::Vector3d& rest_sd) {
+  constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+  Calibration record;
+  record.created = timestamp_now();
+  record.software = software_name();
+  record.instrument = instrument;
+  record.field = {.kind = "induced_rotation", .unit = "rad/s", .magnitude = 1.0};
+  record.method = "turns";
+  record.response = fit.response;
+  FitStatistics& statistics = record.statistics.emplace();
+  statistics.observations = static_cast<int>(fit.residuals.size());
+  statistics.degrees_of_freedom = Eigen::Vector3d::Constant(fit.degrees_of_freedom);
+  statistics.residual_sd = rest_sd;
+  statistics.r_squared = Eigen::Vector3d::Constant(not_a_number);
+  statistics.covariance = fit.covariance;
+  statistics.variance_inflation = SensitivityMatrix::Constant(3, 3, not_a_number);
+  add_intervals(record);
+  record.notes.push_back(
+      std::to_string(fit.residuals.size()) + " turns" +
+      (fit.has_rotations ? " between known seats" : " between rests, by the accelerometer") +
+      ": attitude errors of " + number_text(fit.residual_sd_rad * deg_per_rad, 3) +
+      " degrees (standard deviation of a component)");
+  if (fit.rounds >= most_rounds) {
+    record.warnings.push_back({.code = "not_converged",
+                               .message = "the fit of the turns had not come to rest after 50 "
+                                          "rounds; is the gyroscope saturated in the turns?"});
+    record.status = "warning";
+  }
+  return record;
 }
 
 std::vector<Eigen::Matrix3d> integrated_rotations(std::span<const GyroscopeTurn> turns,

@@ -121,7 +121,8 @@ IntegratedTurn turn_of(const TurnSums& sums, std::size_t lane) {
 
 }  // namespace
 
-PackedTurns::PackedTurns(std::span<const TurnSamples> turns) : place_(turns.size()) {
+PackedTurns::PackedTurns(std::span<const TurnSamples> turns, const std::array<double, 3>& bias)
+    : place_(turns.size()) {
   // Turns of like length stand side by side.
   std::vector<std::size_t> order(turns.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -140,17 +141,19 @@ PackedTurns::PackedTurns(std::span<const TurnSamples> turns) : place_(turns.size
     for (std::size_t s = 0; s < turn.time_s.size(); ++s) {
       double* const at = &groups_.back().samples[4 * turn_lanes * s + lane];
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        at[axis * turn_lanes] = turn.rate[axis][s];
+        at[axis * turn_lanes] = turn.rate[axis][s] - bias[axis];
       }
       at[3 * turn_lanes] = s == 0 ? 0.0 : turn.time_s[s] - turn.time_s[s - 1];
     }
   }
 }
 
-std::vector<IntegratedTurn> PackedTurns::integrate_plain(std::span<const double, 9> B) const {
+template <typename Integrator>
+std::vector<IntegratedTurn> PackedTurns::integrated_by(const Integrator& integrate_group,
+                                                       std::span<const double, 9> B) const {
   std::vector<TurnSums> sums(groups_.size());
   for (std::size_t g = 0; g < groups_.size(); ++g) {
-    integrate_group_plain(groups_[g].samples.data(), groups_[g].steps, B.data(), &sums[g]);
+    integrate_group(groups_[g].samples.data(), groups_[g].steps, B.data(), &sums[g]);
   }
   std::vector<IntegratedTurn> turns;
   for (const std::size_t place : place_) {
@@ -159,20 +162,15 @@ std::vector<IntegratedTurn> PackedTurns::integrate_plain(std::span<const double,
   return turns;
 }
 
+std::vector<IntegratedTurn> PackedTurns::integrate_plain(std::span<const double, 9> B) const {
+  return integrated_by(integrate_group_plain, B);
+}
+
 #ifdef AXISCAL_HIGHWAY
 HWY_EXPORT(IntegrateGroup);
 
 std::vector<IntegratedTurn> PackedTurns::integrate(std::span<const double, 9> B) const {
-  std::vector<TurnSums> sums(groups_.size());
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    HWY_DYNAMIC_DISPATCH(IntegrateGroup)
-    (groups_[g].samples.data(), groups_[g].steps, B.data(), &sums[g]);
-  }
-  std::vector<IntegratedTurn> turns;
-  for (const std::size_t place : place_) {
-    turns.push_back(turn_of(sums[place / turn_lanes], place % turn_lanes));
-  }
-  return turns;
+  return integrated_by(HWY_DYNAMIC_DISPATCH(IntegrateGroup), B);
 }
 #else
 std::vector<IntegratedTurn> PackedTurns::integrate(std::span<const double, 9> B) const {

@@ -2,6 +2,7 @@
 #include "axiscal/logs/imu.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -15,17 +16,14 @@
 #include "axiscal/calib/magnitude_fit.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "axiscal/core/timestamp.hpp"
-#include "axiscal/core/units.hpp"
-#include "axiscal/core/version.hpp"
 #include "axiscal/positioner/positioner.hpp"
 
 namespace axiscal {
 namespace {
 
-void require_three(const std::vector<std::string>& columns, const char* what) {
+void require_three(const std::vector<std::string>& columns) {
   if (columns.size() != 3) {
-    throw DomainError(std::string("calibrate_imu: ") + what + " needs three columns");
+    throw DomainError("calibrate_imu: each instrument needs three columns");
   }
 }
 
@@ -36,22 +34,21 @@ Observations readings_of(const Segmentation& rests, const std::vector<std::strin
   observations.response = means_of(rests, columns);
   observations.samples = Eigen::VectorXd(n);
   observations.response_sd = Eigen::MatrixXd(n, 3);
-  const auto temperature = std::find(rests.columns.begin(), rests.columns.end(), "temperature");
+  std::array<Eigen::Index, 3> at{};
+  std::transform(columns.begin(), columns.end(), at.begin(), [&](const std::string& name) {
+    return static_cast<Eigen::Index>(find_column(rests.columns, name).value());
+  });
+  const std::optional<std::size_t> temperature = find_column(rests.columns, "temperature");
   for (Eigen::Index i = 0; i < n; ++i) {
     const StaticInterval& interval = rests.intervals[static_cast<std::size_t>(i)];
     Reading& reading = observations.readings.emplace_back();
     reading.run = static_cast<int>(i) + 1;
     reading.time_s = 0.5 * (interval.start_s + interval.end_s);
-    if (temperature != rests.columns.end()) {
-      reading.temperature = interval.mean(temperature - rests.columns.begin());
+    if (temperature) {
+      reading.temperature = interval.mean(static_cast<Eigen::Index>(*temperature));
     }
     (*observations.samples)(i) = static_cast<double>(interval.samples());
-    for (Eigen::Index j = 0; j < 3; ++j) {
-      const auto column = std::find(rests.columns.begin(), rests.columns.end(),
-                                    columns[static_cast<std::size_t>(j)]) -
-                          rests.columns.begin();
-      (*observations.response_sd)(i, j) = std::max(interval.sd(column), 1e-300);
-    }
+    observations.response_sd->row(i) = interval.sd(at).cwiseMax(1e-300).transpose();
   }
   return observations;
 }
@@ -80,12 +77,10 @@ Observations labelled(const Observations& all,
   return chosen;
 }
 
-// Up at each rest by a rough calibration: middle and half of the extremes. A cube's six directions
-// do not determine more.
-Eigen::MatrixX3d rough_ups(const Eigen::MatrixX3d& means) {
-  const Eigen::RowVector3d high = means.colwise().maxCoeff();
-  const Eigen::RowVector3d low = means.colwise().minCoeff();
-  return (means.rowwise() - 0.5 * (high + low)).array().rowwise() / (0.5 * (high - low)).array();
+// The fields at the rests that a calibration says, n x 3.
+Eigen::MatrixX3d fields_by(const LinearResponse& response, const Eigen::MatrixX3d& means) {
+  const Eigen::Matrix3d inverse = Eigen::Matrix3d(response.sensitivity).inverse();
+  return (means.rowwise() - response.bias.transpose()) * inverse.transpose();
 }
 
 // Middle of the directions: a magnetometer's bias as far as extremes show it.
@@ -103,23 +98,25 @@ std::vector<std::size_t> all_rests(const Segmentation& rests) {
 // The gyroscope's samples between rests.
 class TurnSource {
  public:
-  TurnSource(const RecordedLog& log, const Segmentation& rests, const ImuOptions& options)
-      : log_(log), rests_(rests), options_(options) {
+  TurnSource(const RecordedLog& log, const ImuOptions& options, double rate_hz)
+      : rate_hz_(rate_hz) {
     for (const std::string& name : options.gyroscope) {
       gyroscope_.push_back(filled(log.samples[need_column(log.name, log.columns, name)]));
     }
-    make_times();
+    make_times(log, options.segment);
   }
 
   // The turns from rest to rest; those with missing samples are left out.
-  // @param rests  which rests to go between, in their order.
-  std::vector<GyroscopeTurn> turns(const std::vector<std::size_t>& between,
+  // @param between  which of the rests to go between, in their order.
+  std::vector<GyroscopeTurn> turns(const Segmentation& rests,
+                                   const std::vector<std::size_t>& between,
                                    const Eigen::MatrixX3d& ups) {
     std::vector<GyroscopeTurn> turns;
     ends.clear();
+    left_out = 0;
     for (std::size_t i = 0; i + 1 < between.size(); ++i) {
-      const StaticInterval& a = rests_.intervals[between[i]];
-      const StaticInterval& b = rests_.intervals[between[i + 1]];
+      const StaticInterval& a = rests.intervals[between[i]];
+      const StaticInterval& b = rests.intervals[between[i + 1]];
       const std::size_t first = a.end - 1;
       const std::size_t count = b.first - first + 1;
       if (!is_whole(first, count)) {
@@ -138,13 +135,14 @@ class TurnSource {
     return turns;
   }
 
-  std::vector<std::pair<std::size_t, std::size_t>> ends;  // rests before and after each turn
+  // Of the last call: rests before and after each turn, and how many turns were left out.
+  std::vector<std::pair<std::size_t, std::size_t>> ends;
   std::size_t left_out = 0;
 
  private:
   // A few missing samples in a row, a tenth of a second, are bridged by a line.
   [[nodiscard]] std::vector<double> filled(std::vector<double> x) const {
-    const auto longest = static_cast<std::size_t>(0.1 * rests_.rate_hz) + 1;
+    const auto longest = static_cast<std::size_t>(0.1 * rate_hz_) + 1;
     for (std::size_t i = 1; i < x.size(); ++i) {
       if (std::isfinite(x[i])) {
         continue;
@@ -164,20 +162,18 @@ class TurnSource {
     return x;
   }
 
-  void make_times() {
+  void make_times(const RecordedLog& log, const SegmentOptions& options) {
     const std::optional<TimeColumn> column =
-        options_.segment.rate_hz ? std::nullopt
-                                 : find_time_column(log_.name, log_.columns, options_.segment.time);
-    const std::size_t n = log_.samples.front().size();
-    time_s_.resize(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      time_s_[i] = column ? log_.samples[column->position][i] * column->seconds
-                          : static_cast<double>(i) / rests_.rate_hz;
+        options.rate_hz ? std::nullopt : find_time_column(log.name, log.columns, options.time);
+    time_s_.resize(log.samples.front().size());
+    for (std::size_t i = 0; i < time_s_.size(); ++i) {
+      time_s_[i] = column ? log.samples[column->position][i] * column->seconds
+                          : static_cast<double>(i) / rate_hz_;
     }
   }
 
   [[nodiscard]] bool is_whole(std::size_t first, std::size_t count) const {
-    const double longest_step = std::max(5.0 / rests_.rate_hz, 0.1);
+    const double longest_step = std::max(5.0 / rate_hz_, 0.1);
     for (std::size_t i = first; i < first + count; ++i) {
       for (const std::vector<double>& axis : gyroscope_) {
         if (!std::isfinite(axis[i])) {
@@ -192,9 +188,7 @@ class TurnSource {
     return true;
   }
 
-  const RecordedLog& log_;
-  const Segmentation& rests_;
-  const ImuOptions& options_;
+  double rate_hz_;
   std::vector<std::vector<double>> gyroscope_;
   std::vector<double> time_s_;
 };
@@ -204,7 +198,6 @@ struct RestFit {
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   Eigen::Matrix3d bias_covariance = Eigen::Matrix3d::Zero();
   Eigen::Vector3d sd = Eigen::Vector3d::Zero();  // of a rest's mean
-  double dof = 0.0;
   std::optional<Eigen::Matrix3d> g_sensitivity, g_sensitivity_se;
   Eigen::Vector3d p_value = Eigen::Vector3d::Ones();  // that an axis has none
 };
@@ -213,7 +206,6 @@ RestFit fit_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& ups) {
   RestFit fit;
   const auto n = static_cast<double>(means.rows());
   fit.bias = means.colwise().mean().transpose();
-  fit.dof = n - 1.0;
   for (int k = 0; k < 3; ++k) {
     const double rss = (means.col(k).array() - fit.bias(k)).square().sum();
     fit.sd(k) = n > 1.0 ? std::sqrt(rss / (n - 1.0)) : 0.0;
@@ -244,21 +236,18 @@ RestFit fit_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& ups) {
 // How well the rests of one threshold serve: the scatter of the fit by the root of its degrees of
 // freedom, as it goes into standard errors. Of gravity's magnitude; with a gyroscope, of the
 // attitudes after the turns, which feel what moves in a rest much sooner.
-double scatter_of(const RecordedLog& log,
-                  const Segmentation& rests,
+double scatter_of(const Segmentation& rests,
                   const ImuOptions& options,
+                  TurnSource& source,
                   TurnFitOptions& turn_options) {
   const Eigen::MatrixX3d means = means_of(rests, options.accelerometer);
   const MagnitudeFit fit = fit_magnitude(means, 1.0, options.experiment.shape);
   if (options.gyroscope.empty()) {
     return fit.residual_sd / std::sqrt(fit.degrees_of_freedom);
   }
-  const Eigen::Matrix3d inverse = Eigen::Matrix3d(fit.response.sensitivity).inverse();
-  const Eigen::MatrixX3d ups =
-      (means.rowwise() - fit.response.bias.transpose()) * inverse.transpose();
+  const Eigen::MatrixX3d ups = fields_by(fit.response, means);
   const RestFit still = fit_rests(means_of(rests, options.gyroscope), ups);
-  TurnSource source(log, rests, options);
-  const TurnFit turns = fit_turns(source.turns(all_rests(rests), ups), still.bias,
+  const TurnFit turns = fit_turns(source.turns(rests, all_rests(rests), ups), still.bias,
                                   still.bias_covariance, turn_options);
   turn_options.start = turns.inverse;  // the next one starts there
   return turns.residual_sd_rad / std::sqrt(turns.degrees_of_freedom);
@@ -281,11 +270,12 @@ std::size_t best_by_scatter(const RecordedLog& log,
   }
   constexpr std::size_t most = 6;  // neighbours hardly differ
   const std::size_t step = 1 + candidates.size() / most;
+  TurnSource source(log, options, rests.rate_hz);
   TurnFitOptions turn_options = options.turns;
   const auto scatter_at = [&](std::size_t set) {
     rests.intervals = sets[set].intervals;
     try {
-      return scatter_of(log, rests, options, turn_options);
+      return scatter_of(rests, options, source, turn_options);
     } catch (const RefusedError&) {
       return std::numeric_limits<double>::infinity();  // these rests do not determine the fit
     }
@@ -304,59 +294,9 @@ std::size_t best_by_scatter(const RecordedLog& log,
   return best;
 }
 
-Calibration gyroscope_record(const ImuOptions& options,
-                             const TurnFit& fit,
-                             const RestFit& rests,
-                             std::size_t turns) {
-  Calibration record;
-  record.created = timestamp_now();
-  record.software = software_name();
-  record.instrument = {.kind = "gyroscope",
-                       .serial = options.experiment.instrument.serial,
-                       .axes = options.gyroscope,
-                       .unit = options.gyroscope_unit};
-  record.field = {.kind = "induced_rotation", .unit = "rad/s", .magnitude = 1.0};
-  record.method = "turns";
-  record.slot = "gyroscope";
-  record.response = fit.response;
-  FitStatistics& statistics = record.statistics.emplace();
-  statistics.observations = static_cast<int>(turns);
-  statistics.degrees_of_freedom = Eigen::Vector3d::Constant(fit.degrees_of_freedom);
-  statistics.residual_sd = rests.sd;
-  statistics.r_squared = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  statistics.covariance = fit.covariance;
-  statistics.bias_se = Eigen::VectorXd(3);
-  statistics.sensitivity_se = SensitivityMatrix(3, 3);
-  statistics.coverage_factor =
-      Eigen::Vector3d::Constant(student_t_factor(0.95, fit.degrees_of_freedom));
-  statistics.variance_inflation =
-      SensitivityMatrix::Constant(3, 3, std::numeric_limits<double>::quiet_NaN());
-  for (int k = 0; k < 3; ++k) {
-    const std::string& axis = options.gyroscope[static_cast<std::size_t>(k)];
-    statistics.bias_se(k) = std::sqrt(fit.covariance(4 * k, 4 * k));
-    statistics.parameter_names.push_back(axis + ".bias");
-    for (int j = 0; j < 3; ++j) {
-      statistics.sensitivity_se(k, j) = std::sqrt(fit.covariance(4 * k + 1 + j, 4 * k + 1 + j));
-      statistics.parameter_names.push_back(axis + ".sensitivity." + std::string(1, "xyz"[j]));
-    }
-  }
-  record.notes.push_back(
-      std::to_string(turns) + " turns" +
-      (fit.has_rotations ? " between known seats" : " between rests, by the accelerometer") +
-      ": attitude errors of " + number_text(fit.residual_sd_rad * deg_per_rad, 3) +
-      " degrees (standard deviation of a component)");
-  if (fit.rounds >= 50) {
-    record.warnings.push_back({.code = "not_converged",
-                               .message = "the fit of the turns had not come to rest after 50 "
-                                          "rounds; is the gyroscope saturated in the turns?"});
-    record.status = "warning";
-  }
-  return record;
-}
-
 // The first rest's label, where its fence face is stated.
-std::optional<DesignPoint> start_of(const ImuOptions& options,
-                                    const std::vector<std::optional<Face>>& faces) {
+std::optional<DesignPoint> first_point(const ImuOptions& options,
+                                       const std::vector<std::optional<Face>>& faces) {
   if (!options.first || faces.empty() || !faces.front() ||
       axis_of(*options.first) == axis_of(*faces.front())) {
     return std::nullopt;
@@ -367,11 +307,10 @@ std::optional<DesignPoint> start_of(const ImuOptions& options,
 class ImuCalibrator {
  public:
   ImuCalibrator(const RecordedLog& log, const ImuOptions& options) : log_(log), options_(options) {
-    require_three(options.accelerometer, "the accelerometer");
     for (const std::vector<std::string>* columns :
          {&options.accelerometer, &options.gyroscope, &options.magnetometer}) {
-      if (!columns->empty()) {
-        require_three(*columns, "each instrument");
+      if (columns == &options.accelerometer || !columns->empty()) {
+        require_three(*columns);
         for (const std::string& column : *columns) {
           static_cast<void>(need_column(log.name, log.columns, column));
         }
@@ -408,9 +347,6 @@ class ImuCalibrator {
     result_.rests =
         segment(file, segment_options,
                 [&](const std::vector<IntervalSet>& sets, const Segmentation& so_far) {
-                  if (options_.segment.threshold) {
-                    return sets.size() - 1;
-                  }
                   return options_.seats != Seats::unknown  // six directions fit any magnitude
                              ? most_persistent(sets)
                              : best_by_scatter(log_, options_, sets, so_far);
@@ -445,16 +381,11 @@ class ImuCalibrator {
     experiment.weighting = experiment.weighting.value_or(Weighting::none);
     result_.accelerometer = calibrate(experiment, observations_of(options_.accelerometer));
     result_.accelerometer.slot = "accelerometer";
-    ups_ = ups_by(result_.accelerometer.response);
-  }
-
-  [[nodiscard]] Eigen::MatrixX3d ups_by(const LinearResponse& response) const {
-    const Eigen::Matrix3d inverse = Eigen::Matrix3d(response.sensitivity).inverse();
-    return (accelerations_.rowwise() - response.bias.transpose()) * inverse.transpose();
   }
 
   void calibrate_gyroscope() {
-    const Eigen::MatrixX3d ups = ups_.rowwise().normalized();
+    const Eigen::MatrixX3d ups =
+        fields_by(result_.accelerometer.response, accelerations_).rowwise().normalized();
     const RestFit rests = fit_rests(means_of(result_.rests, options_.gyroscope), ups);
     std::vector<std::size_t> between;
     for (const std::size_t rest : all_rests(result_.rests)) {
@@ -462,8 +393,8 @@ class ImuCalibrator {
         between.push_back(rest);
       }
     }
-    TurnSource source(log_, result_.rests, options_);
-    std::vector<GyroscopeTurn> turns = source.turns(between, ups);
+    TurnSource source(log_, options_, result_.rests.rate_hz);
+    std::vector<GyroscopeTurn> turns = source.turns(result_.rests, between, ups);
     if (result_.seats) {
       const Positioner& cube = options_.experiment.positioner;
       const auto sensor_from_table = [&](std::size_t rest) {
@@ -477,7 +408,13 @@ class ImuCalibrator {
       }
     }
     result_.turns = fit_turns(turns, rests.bias, rests.bias_covariance, options_.turns);
-    Calibration record = gyroscope_record(options_, *result_.turns, rests, turns.size());
+    Calibration record = turn_calibration(*result_.turns,
+                                          {.kind = "gyroscope",
+                                           .serial = options_.experiment.instrument.serial,
+                                           .axes = options_.gyroscope,
+                                           .unit = options_.gyroscope_unit},
+                                          rests.sd);
+    record.slot = "gyroscope";
     if (source.left_out > 0) {
       record.notes.push_back(std::to_string(source.left_out) +
                              " turns with missing samples are left out");
@@ -530,7 +467,6 @@ class ImuCalibrator {
   const ImuOptions& options_;
   ImuCalibration result_;
   Eigen::MatrixX3d accelerations_;  // means of the rests
-  Eigen::MatrixX3d ups_;            // field at the rests, in its unit
 };
 
 }  // namespace
@@ -558,13 +494,13 @@ SeatLabels recognise_seats(const RecordedLog& log,
           : "; the first one is taken as the standard design's, so that the slope's x and y "
             "are known up to a turn of the whole table (state it: --first-fence)";
   if (!options.gyroscope.empty()) {
-    TurnSource source(log, rests, options);
-    const std::vector<GyroscopeTurn> turns = source.turns(all_rests(rests), ups);
+    TurnSource source(log, options, rests.rate_hz);
+    const std::vector<GyroscopeTurn> turns = source.turns(rests, all_rests(rests), ups);
     if (source.left_out == 0) {
       const RestFit still = fit_rests(means_of(rests, options.gyroscope), ups);
       const TurnFit fit = fit_turns(turns, still.bias, still.bias_covariance, options.turns);
       notes.push_back("fence faces recognised by the gyroscope" + open_start);
-      return label_by_turns(faces, integrated_rotations(turns, fit), start_of(options, faces));
+      return label_by_turns(faces, integrated_rotations(turns, fit), first_point(options, faces));
     }
     if (options.magnetometer.empty()) {
       throw RefusedError(
@@ -576,7 +512,7 @@ SeatLabels recognise_seats(const RecordedLog& log,
   if (!options.magnetometer.empty()) {
     notes.push_back("fence faces recognised by the magnetometer" + open_start);
     return label_by_heading(faces, ups, centred(means_of(rests, options.magnetometer)),
-                            start_of(options, faces));
+                            first_point(options, faces));
   }
   notes.emplace_back(
       "nothing in the log tells the fence faces: they are taken in turn, as in the standard "

@@ -62,16 +62,19 @@ std::optional<DesignPoint> start_of(const std::optional<Face>& face,
 
 }  // namespace
 
+Eigen::MatrixX3d rough_ups(const Eigen::MatrixX3d& means) {
+  const Eigen::RowVector3d high = means.colwise().maxCoeff();
+  const Eigen::RowVector3d low = means.colwise().minCoeff();
+  return (means.rowwise() - 0.5 * (high + low)).array().rowwise() / (0.5 * (high - low)).array();
+}
+
 std::vector<std::optional<Face>> resting_faces(const Eigen::MatrixX3d& means) {
   if (means.rows() < 2) {
     throw RefusedError("the resting faces need rests on opposite faces; there is one rest only");
   }
-  const Eigen::Vector3d high = means.colwise().maxCoeff();
-  const Eigen::Vector3d low = means.colwise().minCoeff();
-  const Eigen::Vector3d middle = 0.5 * (high + low);
-  const Eigen::Vector3d half = 0.5 * (high - low);
+  const Eigen::Vector3d range = means.colwise().maxCoeff() - means.colwise().minCoeff();
   for (int axis = 0; axis < 3; ++axis) {
-    if (!(half(axis) > 0.5 * half.maxCoeff())) {
+    if (!(range(axis) > 0.5 * range.maxCoeff())) {
       throw RefusedError(std::string("the rests do not show which face was down: axis ") +
                          "xyz"[axis] +
                          " was never both up and down; lay the cube on all six faces");
@@ -79,21 +82,18 @@ std::vector<std::optional<Face>> resting_faces(const Eigen::MatrixX3d& means) {
   }
   // Of all six faces every reading has length 1. Where no axis was turned round, the middle is
   // wrong, and they are longer.
-  std::vector<double> lengths;
-  for (Eigen::Index i = 0; i < means.rows(); ++i) {
-    lengths.push_back((means.row(i).transpose() - middle).cwiseQuotient(half).norm());
-  }
-  const auto median = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  const Eigen::MatrixX3d ups = rough_ups(means);
+  Eigen::VectorXd lengths = ups.rowwise().norm();
+  const auto median = lengths.begin() + lengths.size() / 2;
   std::nth_element(lengths.begin(), median, lengths.end());
   if (*median > 1.3) {
     throw RefusedError(
         "the rests do not show which face was down: they lack opposite faces; lay the cube on all "
-        "six "
-        "faces");
+        "six faces");
   }
   std::vector<std::optional<Face>> faces;
-  for (Eigen::Index i = 0; i < means.rows(); ++i) {
-    const Eigen::Vector3d up = (means.row(i).transpose() - middle).cwiseQuotient(half);
+  for (Eigen::Index i = 0; i < ups.rows(); ++i) {
+    const Eigen::Vector3d up = ups.row(i);
     Eigen::Index axis = 0;
     const double largest = up.cwiseAbs().maxCoeff(&axis);
     faces.push_back(largest < 0.85 * up.norm()

@@ -247,6 +247,22 @@ void warn_of_marks(Segmentation& result) {
   }
 }
 
+// Between the extremes of the means, of the column in which it is largest.
+double largest_spread(const std::vector<StaticInterval>& intervals,
+                      const std::vector<std::size_t>& columns) {
+  double largest = 0.0;
+  for (const std::size_t column : columns) {
+    const auto [low, high] = std::minmax_element(
+        intervals.begin(), intervals.end(), [&](const StaticInterval& a, const StaticInterval& b) {
+          const auto c = static_cast<Eigen::Index>(column);
+          return a.mean(c) < b.mean(c);
+        });
+    const auto c = static_cast<Eigen::Index>(column);
+    largest = std::max(largest, high->mean(c) - low->mean(c));
+  }
+  return largest;
+}
+
 }  // namespace
 
 std::optional<TimeColumn> find_time_column(const std::string& path,
@@ -369,7 +385,8 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
       result.tried.emplace_back(set.threshold, set.intervals.size());
     }
   }
-  const std::size_t chosen = choose ? choose(sets, result) : most_persistent(sets);
+  const std::size_t chosen =
+      choose && sets.size() > 1 ? choose(sets, result) : most_persistent(sets);
   result.threshold = sets[chosen].threshold;
   result.intervals = std::move(sets[chosen].intervals);
   warn_of_defects(log, clock, repair, result);
@@ -381,16 +398,7 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
                        "shorter rests (--min-length)");
   }
   if (options.join) {
-    double size = 0.0;
-    for (const std::size_t c : attitude) {
-      double low = std::numeric_limits<double>::infinity();
-      double high = -low;
-      for (const StaticInterval& interval : result.intervals) {
-        low = std::min(low, interval.mean(static_cast<Eigen::Index>(c)));
-        high = std::max(high, interval.mean(static_cast<Eigen::Index>(c)));
-      }
-      size = std::max(size, high - low);
-    }
+    const double size = largest_spread(result.intervals, attitude);
     const std::size_t joined_rests = join_split_rests(
         result.intervals, attitude, options.window_s + 2.0 * options.trim_s + 0.5, 2e-3 * size);
     if (joined_rests > 0) {
@@ -475,12 +483,12 @@ std::string segmentation_csv(const Segmentation& segmentation,
 Eigen::MatrixX3d means_of(const Segmentation& segmentation,
                           const std::vector<std::string>& columns) {
   Eigen::MatrixX3d means(static_cast<Eigen::Index>(segmentation.intervals.size()), 3);
-  for (Eigen::Index j = 0; j < 3; ++j) {
-    const auto column = std::find(segmentation.columns.begin(), segmentation.columns.end(),
-                                  columns[static_cast<std::size_t>(j)]) -
-                        segmentation.columns.begin();
-    for (Eigen::Index i = 0; i < means.rows(); ++i) {
-      means(i, j) = segmentation.intervals[static_cast<std::size_t>(i)].mean(column);
+  for (std::size_t j = 0; j < 3; ++j) {
+    const auto column =
+        static_cast<Eigen::Index>(find_column(segmentation.columns, columns[j]).value());
+    for (std::size_t i = 0; i < segmentation.intervals.size(); ++i) {
+      means(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          segmentation.intervals[i].mean(column);
     }
   }
   return means;

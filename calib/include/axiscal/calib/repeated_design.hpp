@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include <Eigen/Core>
 
 #include "axiscal/kernels/repeated_fit.hpp"
@@ -10,7 +13,9 @@ namespace axiscal {
 /// Factors a design once, by the regression core's QR, for fit_repeatedly() and simulations.
 ///
 /// @param design  X, n x p with n > p.
+/// @param names   of the parameters, for the error; empty: "parameter 1", ...
 /// @throws DomainError, RankDeficientError  as LeastSquaresDesign.
-[[nodiscard]] RepeatedDesign repeated_design(const Eigen::Ref<const Eigen::MatrixXd>& design);
+[[nodiscard]] RepeatedDesign repeated_design(const Eigen::Ref<const Eigen::MatrixXd>& design,
+                                             const std::vector<std::string>& names = {});
 
 }  // namespace axiscal

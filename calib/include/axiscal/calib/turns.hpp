@@ -73,6 +73,13 @@ struct TurnFit {
                                 const Eigen::Matrix3d& bias_covariance,
                                 const TurnFitOptions& options = {});
 
+/// The record of a gyroscope that was calibrated from turns: field `induced_rotation` of 1 rad/s.
+/// @param instrument  its kind, axes, unit.
+/// @param rest_sd     scatter of the rests' means, of each axis [unit].
+[[nodiscard]] Calibration turn_calibration(const TurnFit& fit,
+                                           const Instrument& instrument,
+                                           const Eigen::Vector3d& rest_sd);
+
 /// @return R(T) of each turn by a fit: to the sensor's frame before from that after.
 [[nodiscard]] std::vector<Eigen::Matrix3d> integrated_rotations(
     std::span<const GyroscopeTurn> turns, const TurnFit& fit);

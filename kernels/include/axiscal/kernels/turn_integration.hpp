@@ -11,7 +11,7 @@ namespace axiscal {
 /// The gyroscope's readings during one turn, from a rest to the next: samples of three axes with
 /// their times.
 struct TurnSamples {
-  std::array<std::span<const double>, 3> rate;  ///< readings less bias, v - b, n samples each
+  std::array<std::span<const double>, 3> rate;  ///< readings v, n samples each
   std::span<const double> time_s;               ///< n times, ascending
 };
 
@@ -39,7 +39,9 @@ struct IntegratedTurn {
 /// METHOD section 4, turns; A. Iserles et al., "Lie-group methods", Acta Numerica 9 (2000).
 class PackedTurns {
  public:
-  explicit PackedTurns(std::span<const TurnSamples> turns);
+  /// @param turns  their readings v.
+  /// @param bias   b, of each axis; v - b is packed.
+  explicit PackedTurns(std::span<const TurnSamples> turns, const std::array<double, 3>& bias = {});
 
   /// @return how many turns.
   [[nodiscard]] std::size_t size() const { return place_.size(); }
@@ -56,6 +58,10 @@ class PackedTurns {
     std::size_t steps = 0;
     std::vector<double> samples;  // per sample: x, y, z, time step to it, each for eight turns
   };
+  template <typename Integrator>
+  [[nodiscard]] std::vector<IntegratedTurn> integrated_by(const Integrator& integrate_group,
+                                                          std::span<const double, 9> B) const;
+
   std::vector<Group> groups_;
   std::vector<std::size_t> place_;  // of each turn: its group times eight, and its lane
 };

@@ -19,6 +19,11 @@ struct SeatLabels {
   std::vector<std::string> messages;               ///< seats that do not fit, and what to do
 };
 
+/// Up at each rest of a cube by a rough calibration: the middle and half of each axis's extremes.
+/// Its six directions do not determine more.
+/// @param means  of an accelerometer, n x 3.
+[[nodiscard]] Eigen::MatrixX3d rough_ups(const Eigen::MatrixX3d& means);
+
 /// The faces on which a cube rests, from an accelerometer in it, not calibrated: the axis that
 /// reads farthest from the middle of its extremes, up being away from the face on the table.
 ///
