@@ -11,7 +11,7 @@ namespace axiscal {
 
 inline constexpr std::size_t stream_count = 8;
 inline constexpr std::uint64_t exponent_of_one = 0x3FF0000000000000ULL;
-inline constexpr double two_pi = 2.0 * std::numbers::pi;
+inline constexpr double quarter_turn = std::numbers::pi / 2.0;
 
 /// The start of eight streams of xoshiro256++, from a seed and a block's number by splitmix64.
 class RandomStreams {
@@ -55,5 +55,10 @@ inline constexpr std::array<double, 9> cosine_series = {1.0,
                                                         1.0 / 479001600.0,
                                                         -1.0 / 87178291200.0,
                                                         1.0 / 20922789888000.0};
+
+// 2 atanh(s) / s in s^2: 1e-14 at the largest |s| of 0.172.
+inline constexpr std::array<double, 9> log_series = {2.0,      2.0 / 3,  2.0 / 5,  2.0 / 7, 2.0 / 9,
+                                                     2.0 / 11, 2.0 / 13, 2.0 / 15, 2.0 / 17};
+inline constexpr double root_half = 0.5 * std::numbers::sqrt2;
 
 }  // namespace axiscal

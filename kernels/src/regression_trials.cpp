@@ -35,28 +35,25 @@ class NormalLanes {
 
   // Two independent normals in every lane (Box and Muller).
   HWY_INLINE void next(Double& one, Double& other) {
-    const Double u = hn::Sub(hn::Set(lanes_, 2.0), one_to_two());  // (0, 1]
-    const Double r = hn::Sqrt(hn::Mul(hn::Set(lanes_, -2.0), hn::Log(lanes_, u)));
-    const Double turn = hn::Sub(one_to_two(), hn::Set(lanes_, 1.0));
-    // Angle 2 pi turn, reduced to a quarter's middle: theta within +- pi/4.
-    const Double quarter = hn::Round(hn::Mul(turn, hn::Set(lanes_, 4.0)));
+    const Double u = hn::Sub(hn::Set(lanes_, 2.0), one_to_two(word()));  // (0, 1]
+    const Double r = hn::Sqrt(hn::Mul(hn::Set(lanes_, -2.0), log_of(u)));
+    // An angle within +- pi/4 by the upper bits; two of the lowest say to which quarter it belongs.
+    const Word bits = word();
     const Double theta =
-        hn::Mul(hn::NegMulAdd(quarter, hn::Set(lanes_, 0.25), turn), hn::Set(lanes_, two_pi));
+        hn::Mul(hn::Sub(one_to_two(bits), hn::Set(lanes_, 1.5)), hn::Set(lanes_, quarter_turn));
     const Double square = hn::Mul(theta, theta);
-    const Double sine = hn::Mul(theta, polynomial(square, sine_series));
-    const Double cosine = polynomial(square, cosine_series);
-    const auto is = [&](double k) { return hn::Eq(quarter, hn::Set(lanes_, k)); };
-    const auto swapped = hn::Or(is(1.0), is(3.0));
-    const Double c = hn::IfThenElse(swapped, sine, cosine);
-    const Double s = hn::IfThenElse(swapped, cosine, sine);
-    one = hn::Mul(r, hn::IfThenElse(hn::Or(is(1.0), is(2.0)), hn::Neg(c), c));
-    other = hn::Mul(r, hn::IfThenElse(hn::Or(is(2.0), is(3.0)), hn::Neg(s), s));
+    const Double sine = hn::Mul(r, hn::Mul(theta, polynomial(square, sine_series)));
+    const Double cosine = hn::Mul(r, polynomial(square, cosine_series));
+    const Double c = hn::Xor(cosine, hn::BitCast(lanes_, hn::ShiftLeft<63>(bits)));
+    const auto swapped = hn::RebindMask(lanes_, hn::TestBit(bits, hn::Set(bits_, 2)));
+    one = hn::IfThenElse(swapped, sine, c);
+    other = hn::IfThenElse(swapped, c, sine);
   }
 
  private:
   using Word = hn::Vec<Bits>;
 
-  HWY_INLINE Double one_to_two() {
+  HWY_INLINE Word word() {
     const Word sum = hn::Add(state_[0], state_[3]);
     const Word result = hn::Add(hn::RotateRight<41>(sum), state_[0]);
     const Word shifted = hn::ShiftLeft<17>(state_[1]);
@@ -66,7 +63,27 @@ class NormalLanes {
     state_[0] = hn::Xor(state_[0], state_[3]);
     state_[2] = hn::Xor(state_[2], shifted);
     state_[3] = hn::RotateRight<19>(state_[3]);
-    return hn::BitCast(lanes_, hn::Or(hn::ShiftRight<12>(result), hn::Set(bits_, exponent_of_one)));
+    return result;
+  }
+
+  [[nodiscard]] HWY_INLINE Double one_to_two(Word bits) const {
+    return hn::BitCast(lanes_, hn::Or(hn::ShiftRight<12>(bits), hn::Set(bits_, exponent_of_one)));
+  }
+
+  // Of a number in (0, 1] that is not subnormal: the exponent, and the series of atanh for a
+  // mantissa between sqrt(1/2) and sqrt(2).
+  [[nodiscard]] HWY_INLINE Double log_of(Double u) const {
+    const hn::RebindToSigned<Lanes> integers;
+    const auto above = hn::Sub(hn::BitCast(integers, u),
+                               hn::Set(integers, std::bit_cast<std::int64_t>(root_half)));
+    const auto exponent = hn::ShiftRight<52>(above);
+    const Double mantissa =
+        hn::BitCast(lanes_, hn::Sub(hn::BitCast(integers, u), hn::ShiftLeft<52>(exponent)));
+    const Double below = hn::Sub(mantissa, hn::Set(lanes_, 1.0));
+    const Double s = hn::Div(below, hn::Add(mantissa, hn::Set(lanes_, 1.0)));
+    const Double of_mantissa = hn::Mul(s, polynomial(hn::Mul(s, s), log_series));
+    return hn::MulAdd(hn::ConvertTo(lanes_, exponent), hn::Set(lanes_, std::numbers::ln2),
+                      of_mantissa);
   }
 
   template <std::size_t terms>
@@ -99,21 +116,22 @@ void FillNormals(std::uint64_t seed, std::uint64_t block, std::span<double> valu
   }
 }
 
-// One response of one trial in each lane: its sums are in `sums`, 4 p vectors.
+// A trial in each lane, of a design of four parameters: bias and three sensitivities stay in
+// registers.
 class TrialLanes {
  public:
   TrialLanes(const RegressionTrials& trials, std::size_t first)
-      : trials_(trials), first_(first), n_(trials.at.readings), p_(trials.at.parameters) {
+      : trials_(trials), first_(first), n_(trials.at.readings) {
     const std::size_t width = hn::Lanes(lanes_);
-    noise_ = hwy::AllocateAligned<double>((n_ + 1) * width);
-    errors_ = hwy::AllocateAligned<double>(p_ * width);
-    sums_ = hwy::AllocateAligned<double>(trials.responses * p_ * 4 * width);
-    std::fill_n(sums_.get(), trials.responses * p_ * 4 * width, 0.0);
+    readings_ = hwy::AllocateAligned<double>((n_ + 1) * width);
+    const std::size_t sums = trials.responses * parameters * 4 * width;
+    sums_ = hwy::AllocateAligned<double>(sums);
+    std::fill_n(sums_.get(), sums, 0.0);
     for (std::size_t k = 0; k < trials.responses; ++k) {
       for (std::size_t i = 0; i < n_; ++i) {
         double mean = 0.0;
-        for (std::size_t j = 0; j < p_; ++j) {
-          mean += trials.at.design[i * p_ + j] * trials.truth[k * p_ + j];
+        for (std::size_t j = 0; j < parameters; ++j) {
+          mean += trials.at.design[i * parameters + j] * trials.truth[k * parameters + j];
         }
         means_.push_back(mean);
       }
@@ -122,26 +140,26 @@ class TrialLanes {
 
   // The next trial in each lane; those at or beyond `count` count nothing.
   void run(NormalLanes& normals, std::size_t trial, std::size_t count) {
-    const std::size_t width = hn::Lanes(lanes_);
     const auto left = static_cast<double>(count) - static_cast<double>(trial + first_);
     const auto counts = hn::Lt(hn::Iota(lanes_, 0.0), hn::Set(lanes_, left));
     for (std::size_t k = 0; k < trials_.responses; ++k) {
       read(normals, k);
-      const Double variance = fit(k);
-      for (std::size_t j = 0; j < p_; ++j) {
-        const Double error = hn::IfThenElseZero(counts, hn::Load(lanes_, &errors_[j * width]));
-        const Double u_squared = hn::IfThenElseZero(
-            counts, hn::Mul(variance, hn::Set(lanes_, trials_.unscaled_variance[j])));
+      Double estimates[parameters];
+      const Double variance = fit(estimates);
+      const std::size_t width = hn::Lanes(lanes_);
+      double* at = &sums_[k * parameters * 4 * width];
+      for (std::size_t j = 0; j < parameters; ++j, at += 4 * width) {
+        const Double error =
+            hn::Sub(estimates[j], hn::Set(lanes_, trials_.truth[k * parameters + j]));
         const Double square = hn::Mul(error, error);
-        const auto covered = hn::And(
-            counts,
-            hn::Le(square, hn::Mul(u_squared, hn::Set(lanes_, trials_.coverage_factor *
-                                                                  trials_.coverage_factor))));
-        double* const at = &sums_[(k * p_ + j) * 4 * width];
-        add(at, error);
-        add(at + width, square);
-        add(at + 2 * width, u_squared);
-        add(at + 3 * width, hn::IfThenElseZero(covered, hn::Set(lanes_, 1.0)));
+        const Double u_squared = hn::Mul(variance, hn::Set(lanes_, trials_.unscaled_variance[j]));
+        const Double limit =
+            hn::Mul(u_squared, hn::Set(lanes_, trials_.coverage_factor * trials_.coverage_factor));
+        add(at, hn::IfThenElseZero(counts, error));
+        add(at + width, hn::IfThenElseZero(counts, square));
+        add(at + 2 * width, hn::IfThenElseZero(counts, u_squared));
+        add(at + 3 * width,
+            hn::IfThenElseZero(hn::And(counts, hn::Le(square, limit)), hn::Set(lanes_, 1.0)));
       }
     }
   }
@@ -168,54 +186,51 @@ class TrialLanes {
       Double one;
       Double other;
       normals.next(one, other);
-      hn::Store(hn::MulAdd(sd, one, hn::Set(lanes_, means[i])), lanes_, &noise_[i * width]);
+      hn::Store(hn::MulAdd(sd, one, hn::Set(lanes_, means[i])), lanes_, &readings_[i * width]);
       if (i + 1 < n_) {
         hn::Store(hn::MulAdd(sd, other, hn::Set(lanes_, means[i + 1])), lanes_,
-                  &noise_[(i + 1) * width]);
+                  &readings_[(i + 1) * width]);
       }
     }
   }
 
-  // b = P y and its errors; returns s^2 from the residuals y - X b.
-  HWY_INLINE Double fit(std::size_t response) {
+  // b = P y; returns s^2 from the residuals y - X b.
+  HWY_INLINE Double fit(Double* HWY_RESTRICT b) {
     const std::size_t width = hn::Lanes(lanes_);
-    for (std::size_t j = 0; j < p_; ++j) {
-      Double sum = hn::Zero(lanes_);
-      for (std::size_t i = 0; i < n_; ++i) {
-        sum = hn::MulAdd(hn::Set(lanes_, trials_.at.pseudo_inverse[j * n_ + i]),
-                         hn::Load(lanes_, &noise_[i * width]), sum);
+    const double* const P = trials_.at.pseudo_inverse.data();
+    const double* X = trials_.at.design.data();
+    for (std::size_t j = 0; j < parameters; ++j) {
+      b[j] = hn::Zero(lanes_);
+    }
+    for (std::size_t i = 0; i < n_; ++i) {
+      const Double y = hn::Load(lanes_, &readings_[i * width]);
+      for (std::size_t j = 0; j < parameters; ++j) {
+        b[j] = hn::MulAdd(hn::Set(lanes_, P[j * n_ + i]), y, b[j]);
       }
-      hn::Store(sum, lanes_, &errors_[j * width]);
     }
     Double rss = hn::Zero(lanes_);
-    for (std::size_t i = 0; i < n_; ++i) {
-      Double residual = hn::Load(lanes_, &noise_[i * width]);
-      for (std::size_t j = 0; j < p_; ++j) {
-        residual = hn::NegMulAdd(hn::Set(lanes_, trials_.at.design[i * p_ + j]),
-                                 hn::Load(lanes_, &errors_[j * width]), residual);
+    for (std::size_t i = 0; i < n_; ++i, X += parameters) {
+      Double residual = hn::Load(lanes_, &readings_[i * width]);
+      for (std::size_t j = 0; j < parameters; ++j) {
+        residual = hn::NegMulAdd(hn::Set(lanes_, X[j]), b[j], residual);
       }
       rss = hn::MulAdd(residual, residual, rss);
     }
-    for (std::size_t j = 0; j < p_; ++j) {
-      hn::Store(hn::Sub(hn::Load(lanes_, &errors_[j * width]),
-                        hn::Set(lanes_, trials_.truth[response * p_ + j])),
-                lanes_, &errors_[j * width]);
-    }
-    return hn::Mul(rss, hn::Set(lanes_, 1.0 / static_cast<double>(n_ - p_)));
+    return hn::Mul(rss, hn::Set(lanes_, 1.0 / static_cast<double>(n_ - parameters)));
   }
 
   HWY_INLINE void add(double* at, Double value) {
     hn::Store(hn::Add(hn::Load(lanes_, at), value), lanes_, at);
   }
 
+  static constexpr std::size_t parameters = 4;
+
   Lanes lanes_;
   const RegressionTrials& trials_;
   std::size_t first_;
   std::size_t n_;
-  std::size_t p_;
-  std::vector<double> means_;                   // X b of each response
-  hwy::AlignedFreeUniquePtr<double[]> noise_;   // readings of one response
-  hwy::AlignedFreeUniquePtr<double[]> errors_;  // estimates, then their errors
+  std::vector<double> means_;                     // X b of each response
+  hwy::AlignedFreeUniquePtr<double[]> readings_;  // of one response
   hwy::AlignedFreeUniquePtr<double[]> sums_;
 };
 
@@ -262,14 +277,17 @@ class PlainNormals {
   }
 
   std::array<double, 2> next() {
-    const double u = 2.0 - one_to_two();
+    const double u = 2.0 - one_to_two(word());
     const double r = std::sqrt(-2.0 * std::log(u));
-    const double angle = two_pi * (one_to_two() - 1.0);
-    return {r * std::cos(angle), r * std::sin(angle)};
+    const std::uint64_t bits = word();
+    const double theta = (one_to_two(bits) - 1.5) * quarter_turn;
+    const double sine = r * std::sin(theta);
+    const double cosine = (bits & 1U) != 0 ? -r * std::cos(theta) : r * std::cos(theta);
+    return (bits & 2U) != 0 ? std::array{sine, cosine} : std::array{cosine, sine};
   }
 
  private:
-  double one_to_two() {
+  std::uint64_t word() {
     const std::uint64_t result = std::rotl(state_[0] + state_[3], 23) + state_[0];
     const std::uint64_t shifted = state_[1] << 17U;
     state_[2] ^= state_[0];
@@ -278,7 +296,11 @@ class PlainNormals {
     state_[0] ^= state_[3];
     state_[2] ^= shifted;
     state_[3] = std::rotl(state_[3], 45);
-    return std::bit_cast<double>((result >> 12U) | exponent_of_one);
+    return result;
+  }
+
+  static double one_to_two(std::uint64_t bits) {
+    return std::bit_cast<double>((bits >> 12U) | exponent_of_one);
   }
 
   std::array<std::uint64_t, 4> state_{};
@@ -373,7 +395,8 @@ std::vector<RegressionTrialSums> run_regression_trials(const RegressionTrials& t
                                                        std::uint64_t seed,
                                                        std::uint64_t block,
                                                        std::size_t count) {
-  return HWY_DYNAMIC_DISPATCH(RunTrials)(trials, seed, block, count);
+  return trials.at.parameters == 4 ? HWY_DYNAMIC_DISPATCH(RunTrials)(trials, seed, block, count)
+                                   : run_regression_trials_plain(trials, seed, block, count);
 }
 #else
 void fill_normals(std::uint64_t seed, std::uint64_t block, std::span<double> values) {

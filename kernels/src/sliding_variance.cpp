@@ -2,6 +2,7 @@
 #include "axiscal/kernels/sliding_variance.hpp"
 
 #include <algorithm>
+#include <vector>
 
 #ifdef AXISCAL_HIGHWAY
 #undef HWY_TARGET_INCLUDE
@@ -10,6 +11,7 @@
 //
 #include <hwy/foreach_target.h>
 //
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -17,73 +19,86 @@ namespace axiscal {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Lanes = hn::CappedTag<double, 8>;
+// Four stretches of a column at once, so that no running sum waits for its neighbour: what changes
+// a window is computed along each stretch, and interleaved to one lane for each.
+constexpr std::size_t stretches = 4;
+using Lanes = hn::CappedTag<double, stretches>;
 using Double = hn::Vec<Lanes>;
+constexpr std::size_t tile = stretches * hn::MaxLanes(Lanes());
 
-// Running sums within a vector: lane i becomes the sum of the lanes 0 .. i.
-class PrefixSum {
- public:
-  PrefixSum() {
-    const auto width = static_cast<std::int64_t>(hn::Lanes(lanes_));
-    for (std::int64_t step = 1, s = 0; step < width; step *= 2, ++s) {
-      for (std::int64_t i = 0; i < width; ++i) {
-        from_[s][i] = std::max<std::int64_t>(i - step, 0);
+// The sums of a window of each stretch, about the stretch's first value.
+struct RunningSums {
+  RunningSums(const double* column, std::size_t length, std::size_t window, std::size_t prefetched)
+      : ahead(prefetched) {
+    for (std::size_t l = 0; l < stretches; ++l) {
+      x[l] = column + l * length;
+      for (std::size_t i = 0; i < window; ++i) {
+        const double value = x[l][i] - x[l][0];
+        sum[l] += value;
+        squares[l] += value * value;
       }
     }
-    std::fill_n(last_, width, width - 1);
   }
 
-  [[nodiscard]] Double operator()(Double v) const {
-    std::size_t s = 0;
-    for (std::size_t step = 1; step < hn::Lanes(lanes_); step *= 2, ++s) {
-      const Double moved = hn::TableLookupLanes(v, hn::SetTableIndices(lanes_, from_[s]));
-      const auto inside = hn::Ge(hn::Iota(lanes_, 0.0), hn::Set(lanes_, static_cast<double>(step)));
-      v = hn::Add(v, hn::IfThenElseZero(inside, moved));
-    }
-    return v;
-  }
-
-  [[nodiscard]] Double last_everywhere(Double v) const {
-    return hn::TableLookupLanes(v, hn::SetTableIndices(lanes_, last_));
-  }
-
- private:
-  Lanes lanes_;
-  std::int64_t from_[3][8] = {};
-  std::int64_t last_[8] = {};
+  std::size_t ahead;  // how far on the next block's samples are; 0 in the last
+  const double* x[stretches] = {};
+  double sum[stretches] = {};
+  double squares[stretches] = {};
 };
 
-// Windows that start at first .. first + count - 1, added to `joined`; count is a multiple of the
-// lanes. The window after the last must exist too.
-void AddBlock(const double* x, std::size_t window, std::size_t count, double* joined) {
+// Adds the squared variances of the windows of each stretch that start at i, i + 1, .. (as many as
+// there are lanes) to `total`, interleaved, and moves on.
+HWY_INLINE void AddTile(RunningSums& of, std::size_t i, std::size_t window, double* total) {
   const Lanes lanes;
-  const PrefixSum prefix;
-  const double about = x[0];
-  double sum = 0.0;
-  double squares = 0.0;
-  for (std::size_t i = 0; i < window; ++i) {
-    sum += x[i] - about;
-    squares += (x[i] - about) * (x[i] - about);
-  }
-  Double carried_sum = hn::Set(lanes, sum);
-  Double carried_squares = hn::Set(lanes, squares);
   const auto w = static_cast<double>(window);
-  const Double centre = hn::Set(lanes, about);
   const Double per_window = hn::Set(lanes, 1.0 / w);
   const Double per_rest = hn::Set(lanes, 1.0 / (w - 1.0));
-  for (std::size_t i = 0; i < count; i += hn::Lanes(lanes)) {
-    const Double out = hn::Sub(hn::LoadU(lanes, x + i), centre);
-    const Double in = hn::Sub(hn::LoadU(lanes, x + i + window), centre);
-    const Double change = hn::Sub(in, out);
-    const Double change_of_squares = hn::Mul(change, hn::Add(in, out));
-    const Double sums = hn::Add(carried_sum, prefix(change));
-    const Double sums_of_squares = hn::Add(carried_squares, prefix(change_of_squares));
-    const Double s = hn::Sub(sums, change);  // without what this step brings
-    const Double q = hn::Sub(sums_of_squares, change_of_squares);
-    const Double variance = hn::Mul(hn::NegMulAdd(hn::Mul(s, s), per_window, q), per_rest);
-    hn::StoreU(hn::MulAdd(variance, variance, hn::LoadU(lanes, joined + i)), lanes, joined + i);
-    carried_sum = prefix.last_everywhere(sums);
-    carried_squares = prefix.last_everywhere(sums_of_squares);
+  Double change[stretches];
+  Double change_of_squares[stretches];
+  for (std::size_t l = 0; l < stretches; ++l) {
+    hwy::Prefetch(of.x[l] + i + of.ahead);
+    const Double centre = hn::Set(lanes, of.x[l][0]);
+    const Double out = hn::Sub(hn::LoadU(lanes, of.x[l] + i), centre);
+    const Double in = hn::Sub(hn::LoadU(lanes, of.x[l] + i + window), centre);
+    change[l] = hn::Sub(in, out);
+    change_of_squares[l] = hn::Mul(change[l], hn::Add(in, out));
+  }
+  HWY_ALIGN double by_step[2][tile];
+  hn::StoreInterleaved4(change[0], change[1], change[2], change[3], lanes, by_step[0]);
+  hn::StoreInterleaved4(change_of_squares[0], change_of_squares[1], change_of_squares[2],
+                        change_of_squares[3], lanes, by_step[1]);
+  for (std::size_t l = 0; l < stretches; l += hn::Lanes(lanes)) {
+    Double sum = hn::LoadU(lanes, of.sum + l);
+    Double squares = hn::LoadU(lanes, of.squares + l);
+    for (std::size_t at = l; at < stretches * hn::Lanes(lanes); at += stretches) {
+      const Double variance =
+          hn::Mul(hn::NegMulAdd(hn::Mul(sum, sum), per_window, squares), per_rest);
+      hn::Store(hn::MulAdd(variance, variance, hn::Load(lanes, total + at)), lanes, total + at);
+      sum = hn::Add(sum, hn::Load(lanes, by_step[0] + at));
+      squares = hn::Add(squares, hn::Load(lanes, by_step[1] + at));
+    }
+    hn::StoreU(sum, lanes, of.sum + l);
+    hn::StoreU(squares, lanes, of.squares + l);
+  }
+}
+
+// Windows that start at the first 4 `length` samples; length is a multiple of the lanes. The window
+// after the last must exist too.
+void SlideBlock(std::vector<RunningSums>& columns,
+                std::size_t length,
+                std::size_t window,
+                double* joined) {
+  const Lanes lanes;
+  for (std::size_t i = 0; i < length; i += hn::Lanes(lanes)) {
+    HWY_ALIGN double total[tile] = {};
+    for (RunningSums& column : columns) {
+      AddTile(column, i, window, total);
+    }
+    Double of[stretches];
+    hn::LoadInterleaved4(lanes, total, of[0], of[1], of[2], of[3]);
+    for (std::size_t l = 0; l < stretches; ++l) {
+      hn::StoreU(of[l], lanes, joined + l * length + i);
+    }
   }
 }
 
@@ -91,15 +106,17 @@ void AddBlock(const double* x, std::size_t window, std::size_t count, double* jo
 std::size_t SlideVariance(std::span<const std::span<const double>> columns,
                           std::size_t window,
                           std::span<double> joined) {
-  constexpr std::size_t block = 8192;
-  const std::size_t width = hn::Lanes(Lanes());
-  const std::size_t whole = (joined.size() - 1) / width * width;
+  // The sums are made anew for each block; its stretches do not meet in the same cache lines.
+  constexpr std::size_t block = stretches * 2040;
+  const std::size_t whole = (joined.size() - 1) / tile * tile;
   for (std::size_t first = 0; first < whole; first += block) {
-    const std::size_t count = std::min(block, whole - first);
-    std::fill_n(joined.begin() + static_cast<std::ptrdiff_t>(first), count, 0.0);
+    const std::size_t length = std::min(block, whole - first) / stretches;
+    const std::size_t ahead = first + 2 * block <= whole ? block : 0;
+    std::vector<RunningSums> sums;
     for (const std::span<const double> column : columns) {
-      AddBlock(column.data() + first, window, count, joined.data() + first);
+      sums.emplace_back(&column[first], length, window, ahead);
     }
+    SlideBlock(sums, length, window, &joined[first]);
   }
   return whole;
 }
