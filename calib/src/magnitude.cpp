@@ -128,11 +128,10 @@ double cost_at(const Cloud& cloud, const Ellipsoid& at, const Eigen::VectorXd& s
 // last steps, which the result rests on, are by QR.
 Parameters step_of(const Linearised& linear, double damping, bool by_qr) {
   using Square = Eigen::Matrix<double, parameter_count, parameter_count>;
-  const Parameters lengths = linear.jacobian.colwise().norm().transpose();
   if (!by_qr) {
     Square N = Square::Zero();
     N.selfadjointView<Eigen::Lower>().rankUpdate(linear.jacobian.transpose());
-    const Parameters per_length = lengths.cwiseInverse();
+    const Parameters per_length = N.diagonal().cwiseSqrt().cwiseInverse();
     N = per_length.asDiagonal() * N * per_length.asDiagonal();
     N.diagonal().array() += damping;
     const Eigen::LLT<Square, Eigen::Lower> cholesky(N);
@@ -152,6 +151,7 @@ Parameters step_of(const Linearised& linear, double damping, bool by_qr) {
     }
   }
   Eigen::MatrixXd J(n + parameter_count, parameter_count);
+  const Parameters lengths = linear.jacobian.colwise().norm().transpose();
   J << linear.jacobian, (std::sqrt(damping) * lengths).asDiagonal().toDenseMatrix();
   Eigen::VectorXd r = Eigen::VectorXd::Zero(J.rows());
   r.head(n) = -linear.deviation;
@@ -176,6 +176,7 @@ Ellipsoid converged(const Cloud& cloud, Ellipsoid at, const Eigen::VectorXd& rob
     const double cost = linear.deviation.squaredNorm();
     const bool by_qr = moved_by < 1e-6;
     bool better = false;
+    const double moved_before = moved_by;
     for (int attempt = 0; attempt < 30 && !better; ++attempt) {
       const Parameters step = step_of(linear, damping, by_qr);
       const Ellipsoid next = moved(at, step, cloud.shape);
@@ -189,7 +190,9 @@ Ellipsoid converged(const Cloud& cloud, Ellipsoid at, const Eigen::VectorXd& rob
         damping = std::max(10.0 * damping, 1e-6);
       }
     }
-    if (!better || moved_by < 1e-13) {
+    // The next step would be shorter by as much again.
+    const double next_step = moved_by * std::min(1.0, moved_by / moved_before);
+    if (!better || moved_by < 1e-13 || (by_qr && next_step < 1e-13)) {
       break;
     }
   }

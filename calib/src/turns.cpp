@@ -131,7 +131,8 @@ struct Candidate {
 Candidate converged(std::span<const GyroscopeTurn> turns,
                     const Eigen::Matrix3d& start,
                     const Eigen::Vector3d& bias,
-                    bool fit_bias) {
+                    const TurnFitOptions& options) {
+  const bool fit_bias = options.fit_bias;
   const Eigen::Index unknowns = fit_bias ? 12 : 9;
   TurnSet set(turns, bias);
   Candidate at{.B = start, .bias = bias, .state = set.at(start)};
@@ -166,7 +167,7 @@ Candidate converged(std::span<const GyroscopeTurn> turns,
         damping = std::max(10.0 * damping, 1e-4);
       }
     }
-    if (!better || change < 1e-10) {
+    if (!better || change < options.tolerance) {
       break;
     }
   }
@@ -243,19 +244,25 @@ WeighedStep weigh_bias(const TurnSet::State& state,
   Eigen::Matrix<double, 12, 12> to_unknowns = Eigen::Matrix<double, 12, 12>::Zero();
   to_unknowns.topLeftCorner<9, 9>() = lengths.cwiseInverse().asDiagonal();
   to_unknowns.bottomRightCorner<3, 3>() = bias_root;
-  const Eigen::MatrixXd J = state.jacobian * to_unknowns;
+  // Residuals and their change, reduced to as many rows as there are unknowns.
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(state.jacobian * to_unknowns);
+  const Eigen::VectorXd turned = qr.householderQ().adjoint() * -state.residuals;
+  const Eigen::Matrix<double, 12, 12> J = qr.matrixQR().topRows<12>().triangularView<Eigen::Upper>();
+  const double beyond = turned.tail(n - 12).squaredNorm();
   WeighedStep result{.sd = start_sd};
   for (int round = 0; round < 50; ++round) {
-    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + 3, 12);
-    A.topRows(n) = J / result.sd;
+    Eigen::Matrix<double, 15, 12> A = Eigen::Matrix<double, 15, 12>::Zero();
+    A.topRows<12>() = J / result.sd;
     A.bottomRightCorner<3, 3>().setIdentity();
-    Eigen::VectorXd b = Eigen::VectorXd::Zero(n + 3);
-    b.head(n) = -state.residuals / result.sd;
-    const Eigen::MatrixXd pseudo_inverse = A.completeOrthogonalDecomposition().pseudoInverse();
-    const Eigen::VectorXd step = pseudo_inverse * b;
+    Eigen::Matrix<double, 15, 1> b = Eigen::Matrix<double, 15, 1>::Zero();
+    b.head<12>() = turned.head<12>() / result.sd;
+    const Eigen::Matrix<double, 12, 15> pseudo_inverse =
+        A.completeOrthogonalDecomposition().pseudoInverse();
+    const Eigen::Matrix<double, 12, 1> step = pseudo_inverse * b;
     const Eigen::Matrix<double, 12, 12> covariance = pseudo_inverse * pseudo_inverse.transpose();
-    const double used = (covariance * (A.topRows(n).transpose() * A.topRows(n))).trace();
-    const double rss = (b.head(n) - A.topRows(n) * step).squaredNorm();
+    const double used = (covariance * (A.topRows<12>().transpose() * A.topRows<12>())).trace();
+    const double rss = beyond / (result.sd * result.sd) +
+                       (b.head<12>() - A.topRows<12>() * step).squaredNorm();
     const double factor = std::sqrt(rss / std::max(informative - used, 1.0));
     result.step = to_unknowns * step;
     result.covariance = to_unknowns * covariance * to_unknowns.transpose();
@@ -319,7 +326,7 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
                        "rest " +
                        (fit.has_rotations ? "five" : "seven") + " times or more");
   }
-  Candidate found = converged(turns, find_start(turns, bias, options), bias, options.fit_bias);
+  Candidate found = converged(turns, find_start(turns, bias, options), bias, options);
   const double rms = rms_of(found.state.cost(), turns.size());
   if (!(rms < good_rms_rad)) {
     throw RefusedError(

@@ -95,13 +95,20 @@ std::vector<std::size_t> all_rests(const Segmentation& rests) {
   return all;
 }
 
-// The gyroscope's samples between rests.
+// The gyroscope's samples between rests. The log must outlive it.
 class TurnSource {
  public:
   TurnSource(const RecordedLog& log, const ImuOptions& options, double rate_hz)
       : rate_hz_(rate_hz) {
+    const auto finite = [](double v) { return std::isfinite(v); };
+    owned_.reserve(options.gyroscope.size());
     for (const std::string& name : options.gyroscope) {
-      gyroscope_.push_back(filled(log.samples[need_column(log.name, log.columns, name)]));
+      const std::vector<double>& x = log.samples[need_column(log.name, log.columns, name)];
+      if (std::all_of(x.begin(), x.end(), finite)) {
+        gyroscope_.emplace_back(x);
+      } else {
+        gyroscope_.emplace_back(owned_.emplace_back(filled(x)));
+      }
     }
     make_times(log, options.segment);
   }
@@ -125,9 +132,9 @@ class TurnSource {
       }
       GyroscopeTurn& turn = turns.emplace_back();
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        turn.readings[axis] = std::span(gyroscope_[axis]).subspan(first, count);
+        turn.readings[axis] = gyroscope_[axis].subspan(first, count);
       }
-      turn.time_s = std::span(time_s_).subspan(first, count);
+      turn.time_s = time_s_.subspan(first, count);
       turn.up_before = ups.row(static_cast<Eigen::Index>(between[i])).transpose();
       turn.up_after = ups.row(static_cast<Eigen::Index>(between[i + 1])).transpose();
       ends.emplace_back(between[i], between[i + 1]);
@@ -165,17 +172,22 @@ class TurnSource {
   void make_times(const RecordedLog& log, const SegmentOptions& options) {
     const std::optional<TimeColumn> column =
         options.rate_hz ? std::nullopt : find_time_column(log.name, log.columns, options.time);
-    time_s_.resize(log.samples.front().size());
-    for (std::size_t i = 0; i < time_s_.size(); ++i) {
-      time_s_[i] = column ? log.samples[column->position][i] * column->seconds
-                          : static_cast<double>(i) / rate_hz_;
+    if (column && column->seconds == 1.0) {
+      time_s_ = log.samples[column->position];
+      return;
     }
+    owned_times_.resize(log.samples.front().size());
+    for (std::size_t i = 0; i < owned_times_.size(); ++i) {
+      owned_times_[i] = column ? log.samples[column->position][i] * column->seconds
+                               : static_cast<double>(i) / rate_hz_;
+    }
+    time_s_ = owned_times_;
   }
 
   [[nodiscard]] bool is_whole(std::size_t first, std::size_t count) const {
     const double longest_step = std::max(5.0 / rate_hz_, 0.1);
     for (std::size_t i = first; i < first + count; ++i) {
-      for (const std::vector<double>& axis : gyroscope_) {
+      for (const std::span<const double> axis : gyroscope_) {
         if (!std::isfinite(axis[i])) {
           return false;
         }
@@ -189,8 +201,10 @@ class TurnSource {
   }
 
   double rate_hz_;
-  std::vector<std::vector<double>> gyroscope_;
-  std::vector<double> time_s_;
+  std::vector<std::span<const double>> gyroscope_;  // of the log, where nothing is missing
+  std::span<const double> time_s_;
+  std::vector<std::vector<double>> owned_;
+  std::vector<double> owned_times_;
 };
 
 // What the rests say of the gyroscope: bias, and its change with gravity.
@@ -272,6 +286,7 @@ std::size_t best_by_scatter(const RecordedLog& log,
   const std::size_t step = 1 + candidates.size() / most;
   TurnSource source(log, options, rests.rate_hz);
   TurnFitOptions turn_options = options.turns;
+  turn_options.tolerance = 1e-4;
   const auto scatter_at = [&](std::size_t set) {
     rests.intervals = sets[set].intervals;
     try {

@@ -33,6 +33,9 @@ struct TurnFitOptions {
   /// Whether the turns determine the bias too, instead of the rests. For logs in which it wanders,
   /// or the rests are short.
   bool fit_bias = false;
+  /// Relative change of B at which the search ends. 1e-4 is enough to compare fits: what the
+  /// residuals say is then exact to 1e-8.
+  double tolerance = 1e-10;
 };
 
 /// A gyroscope's calibration from turns.
