@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
+// Readings for the magnitude-only fit of goal 5, the same for the product and its peers.
+#pragma once
+
+#include <Eigen/Core>
+
+inline constexpr int magnitude_reading_count = 200;
+
+/// 200 x 3: a field of length 1 in random directions, a bias, a sensitivity of 2 and a little noise.
+const Eigen::MatrixX3d& magnitude_readings();
