@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal 5's peers: the magnitude-only fit by Ceres, with analytic derivatives and with automatic ones, on
-// the same readings and from the same start, compared with fit_magnitude() before they are timed.
+// Goal 5's peers: the magnitude-only fit by Ceres, with analytic derivatives and with automatic
+// ones, on the same readings and from the same start, compared with fit_magnitude() before they are
+// timed.
+#include <ceres/ceres.h>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
 #include <benchmark/benchmark.h>
-#include <ceres/ceres.h>
 
 #include "axiscal/calib/magnitude_fit.hpp"
 #include "magnitude_readings.hpp"
@@ -95,7 +96,8 @@ Ellipsoid by_ceres(ceres::CostFunction* deviations) {
 void compare(const Ellipsoid& found) {
   const axiscal::MagnitudeFit fit =
       axiscal::fit_magnitude(magnitude_readings(), 1.0, axiscal::MagnitudeShape::triangular);
-  // Ours weighs a reading by what noise does to its |f|: the sums differ by less than that weighing.
+  // Ours weighs a reading by what noise does to its |f|: the sums differ by less than that
+  // weighing.
   const double rss = fit.residual_sd * fit.residual_sd * fit.degrees_of_freedom;
   if (std::abs(found.rss / rss - 1.0) > 1e-3 ||
       std::abs(found.parameters[0] - fit.response.bias(0)) > 1e-4) {

@@ -6,5 +6,6 @@
 
 inline constexpr int magnitude_reading_count = 200;
 
-/// 200 x 3: a field of length 1 in random directions, a bias, a sensitivity of 2 and a little noise.
+/// 200 x 3: a field of length 1 in random directions, a bias, a sensitivity of 2 and a little
+/// noise.
 const Eigen::MatrixX3d& magnitude_readings();

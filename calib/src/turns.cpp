@@ -247,7 +247,8 @@ WeighedStep weigh_bias(const TurnSet::State& state,
   // Residuals and their change, reduced to as many rows as there are unknowns.
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(state.jacobian * to_unknowns);
   const Eigen::VectorXd turned = qr.householderQ().adjoint() * -state.residuals;
-  const Eigen::Matrix<double, 12, 12> J = qr.matrixQR().topRows<12>().triangularView<Eigen::Upper>();
+  const Eigen::Matrix<double, 12, 12> J =
+      qr.matrixQR().topRows<12>().triangularView<Eigen::Upper>();
   const double beyond = turned.tail(n - 12).squaredNorm();
   WeighedStep result{.sd = start_sd};
   for (int round = 0; round < 50; ++round) {
@@ -261,8 +262,8 @@ WeighedStep weigh_bias(const TurnSet::State& state,
     const Eigen::Matrix<double, 12, 1> step = pseudo_inverse * b;
     const Eigen::Matrix<double, 12, 12> covariance = pseudo_inverse * pseudo_inverse.transpose();
     const double used = (covariance * (A.topRows<12>().transpose() * A.topRows<12>())).trace();
-    const double rss = beyond / (result.sd * result.sd) +
-                       (b.head<12>() - A.topRows<12>() * step).squaredNorm();
+    const double rss =
+        beyond / (result.sd * result.sd) + (b.head<12>() - A.topRows<12>() * step).squaredNorm();
     const double factor = std::sqrt(rss / std::max(informative - used, 1.0));
     result.step = to_unknowns * step;
     result.covariance = to_unknowns * covariance * to_unknowns.transpose();

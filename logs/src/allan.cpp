@@ -73,7 +73,9 @@ class UnsetNumbers {
 #endif
   }
 
-  [[nodiscard]] double* data() const { return start_; }
+  [[nodiscard]] double* data() const {
+    return start_;
+  }
 
  private:
   std::unique_ptr<std::byte[]> memory_;
