@@ -7,10 +7,6 @@
 #include <limits>
 #include <memory>
 
-#ifdef __linux__
-#include <sys/mman.h>
-#endif
-
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/kernels/second_differences.hpp"
@@ -56,31 +52,6 @@ void add_intervals(std::vector<AllanPoint>& points, double phases) {
     point.high = point.deviation * std::sqrt(nu / chi_squared_quantile(tail, nu));
   }
 }
-
-// Numbers that are not set yet, in large pages where the system has them: touching small ones for
-// the first time takes a third of the time of a whole curve.
-class UnsetNumbers {
- public:
-  explicit UnsetNumbers(std::size_t size) {
-    constexpr std::size_t page = std::size_t{1} << 21U;
-    const std::size_t bytes = size * sizeof(double);
-    std::size_t space = bytes + page;
-    memory_ = std::make_unique_for_overwrite<std::byte[]>(space);
-    void* start = memory_.get();
-    start_ = static_cast<double*>(std::align(page, bytes, start, space));
-#ifdef MADV_HUGEPAGE
-    madvise(start_, bytes, MADV_HUGEPAGE);  // a hint: where it is refused nothing is lost
-#endif
-  }
-
-  [[nodiscard]] double* data() const {
-    return start_;
-  }
-
- private:
-  std::unique_ptr<std::byte[]> memory_;
-  double* start_ = nullptr;
-};
 
 }  // namespace
 
@@ -157,15 +128,20 @@ std::vector<AllanPoint> allan_deviation(std::span<const double> samples,
     throw DomainError("allan_deviation: a sample is not finite");
   }
   const std::size_t n = samples.size() + 1;
-  const UnsetNumbers phase(n);
+  // It starts with a cache line, as whole vectors do.
+  constexpr std::size_t line = 64;
+  std::size_t room = n * sizeof(double) + line;
+  const auto memory = std::make_unique_for_overwrite<std::byte[]>(room);
+  void* start = memory.get();
+  auto* const phase = static_cast<double*>(std::align(line, n * sizeof(double), start, room));
   const double step = 1.0 / rate_hz;
   double sum = 0.0;
-  phase.data()[0] = 0.0;
+  phase[0] = 0.0;
   for (i = 0; i < samples.size(); ++i) {
     sum += (samples[i] - mean) * step;
-    phase.data()[i + 1] = sum;
+    phase[i + 1] = sum;
   }
-  return allan_deviation_of_phase({phase.data(), n}, rate_hz, lengths);
+  return allan_deviation_of_phase({phase, n}, rate_hz, lengths);
 }
 
 }  // namespace axiscal
