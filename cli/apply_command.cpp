@@ -13,15 +13,6 @@
 namespace axiscal::cli {
 namespace {
 
-Calibration read_unrefused(const std::string& record, bool force) {
-  Calibration calibration = read_calibration(record);
-  if (calibration.status == "refused" && !force) {
-    throw RefusedError(record +
-                       ": this calibration was refused; look at its warnings, or use --force");
-  }
-  return calibration;
-}
-
 // In what unit the results are, and what the field is where the readings were taken.
 FieldConversion conversion_of(const ApplyCommand& command, const Calibration& calibration) {
   std::optional<double> magnitude;

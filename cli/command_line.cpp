@@ -577,6 +577,45 @@ Command parse_command_line(std::vector<std::string> arguments) {
   add_output(*study_app, study.output);
   study_app->add_flag("--json", study.json, "print JSON instead of a table");
 
+  ExportCommand export_;
+  CLI::App* export_app =
+      app.add_subcommand("export", "calibration record -> formats of other software");
+  export_app->footer(
+      "Example: axiscal export cal.json --format c-header --name imu_accel -o imu_accel.h");
+  export_app->add_option("record", export_.record, "calibration record (JSON)")
+      ->type_name("RECORD");
+  add_text(*export_app, "--format", export_.format, "NAME", "one of --list");
+  export_app->add_flag("--list", export_.list, "the formats, and what their readers compute");
+  add_text(*export_app, "--reading-factor", export_.reading_factor, "R",
+           "what the consumer's driver makes of 1 unit of the readings (m/s^2 per count)");
+  add_text(*export_app, "--gravity", export_.gravity, "G",
+           "m/s^2 that 1 g was, of a record in g that does not say it");
+  add_text(*export_app, "--numbers", export_.numbers, "TYPE",
+           "of a header: double, float, q16, q0:16 (binary places of readings, of the field)");
+  add_text(*export_app, "--name", export_.name, "ID", "what a header's names start with; axiscal");
+  add_text(*export_app, "--instance", export_.instance, "N", "number of the sensor, 0 to 9; 0");
+  export_app->add_flag("--lossy", export_.lossy,
+                       "write what the format holds, and say what is lost");
+  export_app->add_flag("--force", export_.force, "take a refused record too");
+  add_output(*export_app, export_.output);
+
+  ImportCommand import;
+  CLI::App* import_app =
+      app.add_subcommand("import", "calibration of other software -> calibration record");
+  import_app->footer(
+      "Example: axiscal import drone.params --format px4 -o old.json\n"
+      "         axiscal check old.json run.csv");
+  import_app->add_option("file", import.file, "their file; - is stdin")
+      ->required()
+      ->type_name("FILE");
+  add_text(*import_app, "--format", import.format, "NAME", "px4, ardupilot, kalibr or imucal");
+  add_text(*import_app, "--instrument", import.instrument, "KIND",
+           "accelerometer (default), gyroscope or magnetometer: which of its sensors");
+  add_text(*import_app, "--instance", import.instance, "N", "number of the sensor, 0 to 9; 0");
+  add_text(*import_app, "--magnitude", import.magnitude, "F",
+           "of the field, in the format's unit; 9.80665 m/s^2, 1 rad/s, 0.5 G");
+  add_output(*import_app, import.output);
+
   if (arguments.empty()) {
     throw UsageError("a subcommand is missing\n\n" + app.help());
   }
@@ -635,6 +674,12 @@ Command parse_command_line(std::vector<std::string> arguments) {
   }
   if (*study_app) {
     return study;
+  }
+  if (*export_app) {
+    return export_;
+  }
+  if (*import_app) {
+    return import;
   }
   if (*level_app) {
     return level;

@@ -172,6 +172,21 @@ struct StudyCommand {
   bool json = false;
 };
 
+struct ExportCommand {
+  std::string record;
+  std::optional<std::string> format, reading_factor, gravity, numbers, name, instance;
+  std::string output = "-";
+  bool list = false;
+  bool lossy = false;
+  bool force = false;
+};
+
+struct ImportCommand {
+  std::string file;
+  std::optional<std::string> format, instrument, instance, magnitude;
+  std::string output = "-";
+};
+
 /// Text for standard output and nothing more to do: help or version.
 struct ShowText {
   std::string text;
@@ -189,7 +204,9 @@ using Command = std::variant<ShowText,
                              BudgetCommand,
                              StudyCommand,
                              SegmentCommand,
-                             NoiseCommand>;
+                             NoiseCommand,
+                             ExportCommand,
+                             ImportCommand>;
 
 /// @throws UsageError  for an unknown subcommand, option or value, or one that is missing.
 [[nodiscard]] Command parse_command_line(std::vector<std::string> arguments);

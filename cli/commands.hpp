@@ -18,6 +18,8 @@ int run(const BudgetCommand& command);
 int run(const StudyCommand& command);
 int run(const SegmentCommand& command);
 int run(const NoiseCommand& command);
+int run(const ExportCommand& command);
+int run(const ImportCommand& command);
 
 /// `calibrate --imu`.
 int run_imu(const CalibrateCommand& command);

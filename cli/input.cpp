@@ -9,6 +9,8 @@
 #include <sys/types.h>
 #include <system_error>
 
+#include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 
@@ -30,6 +32,15 @@ ObservationsFile read_observations_file(const std::string& path,
   std::array<char, SHA256_DIGEST_STRING_LENGTH> text{};
   result.sha256 = SHA256End(&digest, text.data());
   return result;
+}
+
+Calibration read_unrefused(const std::string& record, bool force) {
+  Calibration calibration = read_calibration(record);
+  if (calibration.status == "refused" && !force) {
+    throw RefusedError(record +
+                       ": this calibration was refused; look at its warnings, or use --force");
+  }
+  return calibration;
 }
 
 std::string sha256_of_file(const std::string& path) {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/design_quality.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations_csv.hpp"
@@ -35,6 +36,10 @@ struct ObservationsFile {
 /// A reader of an open file; the file must outlive it.
 [[nodiscard]] CsvReader csv_reader_of(InputFile& file,
                                       CsvReader::Quotes quotes = CsvReader::Quotes::span_lines);
+
+/// @return a record that a result may rest on.
+/// @throws RefusedError  if its calibration was refused, and `force` is not set.
+[[nodiscard]] Calibration read_unrefused(const std::string& record, bool force);
 
 /// Refuses an output that would overwrite an input.
 /// @throws UsageError  if both are one file.

@@ -22,6 +22,7 @@ foreach(module IN LISTS axiscal_modules)
   string(PREPEND axiscal_pc_libs "-l${module} ")
 endforeach()
 get_property(private_libraries GLOBAL PROPERTY AXISCAL_PRIVATE_LIBRARIES)
+list(REMOVE_DUPLICATES private_libraries)
 list(TRANSFORM private_libraries PREPEND "-l")
 list(JOIN private_libraries " " axiscal_pc_private_libs)
 # The package can be moved: its prefix is found from where the file lies.

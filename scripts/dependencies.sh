@@ -23,6 +23,7 @@ needs=(
   "libarchive-dev"
   "zlib1g-dev"
   "libmatio-dev"
+  "libyaml-cpp-dev"
   "libgtest-dev"
   "libgmock-dev"
   "libbenchmark-dev"

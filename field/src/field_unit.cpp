@@ -16,15 +16,11 @@ struct Unit {
 };
 
 constexpr std::array units = {
-    Unit{"m/s^2", "acceleration", 1.0},
-    Unit{"T", "magnetic flux density", 1.0},
-    Unit{"mT", "magnetic flux density", 1e-3},
-    Unit{"uT", "magnetic flux density", 1e-6},
-    Unit{"nT", "magnetic flux density", 1e-9},
-    Unit{"G", "magnetic flux density", 1e-4},
-    Unit{"rad/s", "angular rate", 1.0},
-    Unit{"deg/s", "angular rate", rad_per_deg},
-    Unit{"deg/h", "angular rate", rad_per_deg / 3600.0},
+    Unit{"m/s^2", "acceleration", 1.0},         Unit{"T", "magnetic flux density", 1.0},
+    Unit{"mT", "magnetic flux density", 1e-3},  Unit{"uT", "magnetic flux density", 1e-6},
+    Unit{"nT", "magnetic flux density", 1e-9},  Unit{"G", "magnetic flux density", 1e-4},
+    Unit{"mG", "magnetic flux density", 1e-7},  Unit{"rad/s", "angular rate", 1.0},
+    Unit{"deg/s", "angular rate", rad_per_deg}, Unit{"deg/h", "angular rate", rad_per_deg / 3600.0},
     Unit{"W/m^2", "irradiance", 1.0},
 };
 

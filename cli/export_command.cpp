@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "axiscal/core/output_file.hpp"
+#include "axiscal/exchange/export.hpp"
+#include "commands.hpp"
+#include "input.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+std::string list_of_formats() {
+  std::string text;
+  for (const ExportFormat& format : export_formats()) {
+    text +=
+        fmt::format("{:<12}{}\n{:<12}{}\n", format.name, format.description, "", format.formula);
+  }
+  return text;
+}
+
+ExportOptions options_of(const ExportCommand& command) {
+  ExportOptions options{.lossy = command.lossy};
+  if (command.reading_factor) {
+    options.reading_factor = number_of("--reading-factor", *command.reading_factor);
+  }
+  if (command.gravity) {
+    options.local_gravity = positive_of("--gravity", *command.gravity);
+  }
+  if (command.instance) {
+    options.instance = whole_number_of("--instance", *command.instance, 0);
+  }
+  options.name = command.name.value_or(options.name);
+  if (command.numbers) {
+    options.numbers = parse_header_numbers(*command.numbers);
+  }
+  return options;
+}
+
+Exported exported(const ExportCommand& command) {
+  const std::string& format = *command.format;
+  try {
+    const ExportOptions options = options_of(command);
+    return export_calibration(read_unrefused(command.record, command.force), format, options);
+  } catch (const DomainError& error) {
+    throw UsageError(std::string("export: ") + error.what());
+  }
+}
+
+bool is_text(std::string_view name) {
+  for (const ExportFormat& format : export_formats()) {
+    if (format.name == name) {
+      return format.is_text;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+int run(const ExportCommand& command) {
+  if (command.list) {
+    write_whole_file(command.output, list_of_formats());
+    return 0;
+  }
+  if (command.record.empty() || !command.format) {
+    throw UsageError("export: needs a RECORD and --format NAME; --list names the formats");
+  }
+  forbid_overwriting(command.output, command.record);
+  if (command.output == "-" && !is_text(*command.format) && isatty(STDOUT_FILENO) != 0) {
+    throw UsageError("export: " + *command.format + " is no text; give -o FILE");
+  }
+  const Exported result = exported(command);
+  write_whole_file(command.output, result.content);
+  if (result.loss) {
+    std::fputs(fmt::format("axiscal: not held: {}\n", loss_text(*result.loss)).c_str(), stderr);
+  }
+  return 0;
+}
+
+}  // namespace axiscal::cli

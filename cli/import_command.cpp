@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/output_file.hpp"
+#include "axiscal/exchange/import.hpp"
+#include "commands.hpp"
+#include "input.hpp"
+
+namespace axiscal::cli {
+
+int run(const ImportCommand& command) {
+  if (!command.format) {
+    throw UsageError("import: needs --format px4, ardupilot, kalibr or imucal");
+  }
+  forbid_overwriting(command.output, command.file);
+  ImportOptions options;
+  options.kind = command.instrument.value_or(options.kind);
+  if (command.instance) {
+    options.instance = whole_number_of("--instance", *command.instance, 0);
+  }
+  if (command.magnitude) {
+    options.magnitude = positive_of("--magnitude", *command.magnitude);
+  }
+  const std::string text = read_whole_file(command.file);
+  try {
+    write_whole_file(command.output, calibration_json(import_calibration(
+                                         text, command.file, *command.format, options)));
+  } catch (const DomainError& error) {
+    throw UsageError(std::string("import: ") + error.what());
+  }
+  return 0;
+}
+
+}  // namespace axiscal::cli

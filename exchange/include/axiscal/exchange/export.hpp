@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+
+namespace axiscal {
+
+/// A form in which other software takes a calibration.
+struct ExportFormat {
+  std::string_view name;         ///< "px4", "c-header", ...
+  std::string_view description;  ///< who reads it
+  std::string_view formula;      ///< what the reader makes of a reading v
+  bool is_text = true;           ///< false: not for a terminal
+};
+
+/// @return the formats of this build, by name.
+[[nodiscard]] std::span<const ExportFormat> export_formats();
+
+/// How the numbers of a header are written.
+struct HeaderNumbers {
+  enum class Type { float64, float32, fixed };
+  Type type = Type::float64;
+  int reading_bits = 0;  ///< fixed: binary places of readings, 0 to 24
+  int field_bits = 16;   ///< fixed: binary places of the field, 0 to 28
+};
+
+/// @return "double", "float", "q16" (both), "q0:16" (readings, field) as numbers.
+/// @throws DomainError  for another text.
+[[nodiscard]] HeaderNumbers parse_header_numbers(std::string_view text);
+
+struct ExportOptions {
+  bool lossy = false;  ///< write what the format holds, and say what is lost
+  /// What the consumer's driver makes of one unit of the record's readings, where the units do not
+  /// say it: m/s^2 per count.
+  std::optional<double> reading_factor;
+  std::optional<double> local_gravity;  ///< of a record in g that does not say it [m/s^2]
+  HeaderNumbers numbers;                ///< of c-header, cpp-header
+  std::string name = "axiscal";         ///< what the header's names start with
+  int instance = 0;                     ///< number of the sensor: CAL_ACC0, INS_ACC2
+};
+
+/// What a format cannot hold: how far the consumer's field is from the calibration's, over all
+/// directions of a field of the record's magnitude and over the calibrated temperatures.
+struct ExportLoss {
+  std::vector<std::string> what;  ///< "cross-axis terms", "temperature", ...
+  double worst = 0.0;             ///< |difference of the fields| [field unit]
+  double rms = 0.0;
+  double worst_deg = 0.0;  ///< angle between them
+  double rms_deg = 0.0;
+  std::string unit;  ///< of worst and rms
+};
+
+/// @return "cross-axis terms, temperature: up to 0.012 g and 0.7 degrees (rms ...)".
+[[nodiscard]] std::string loss_text(const ExportLoss& loss);
+
+struct Exported {
+  std::string content;
+  std::optional<ExportLoss> loss;  ///< nothing: all that was calibrated is in it
+};
+
+/// Writes a calibration for other software. Text formats say the consumer's formula and units in a
+/// comment.
+///
+/// @param format  one of export_formats().
+/// @throws DomainError   for an unknown format, or a name that is no identifier.
+/// @throws RefusedError  where the format cannot hold the calibration and `lossy` is not set, or
+///                       cannot take this instrument or its units at all.
+[[nodiscard]] Exported export_calibration(const Calibration& calibration,
+                                          std::string_view format,
+                                          const ExportOptions& options = {});
+
+}  // namespace axiscal

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "consumer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include "axiscal/calib/reduction.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/field/field_unit.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double standard_gravity = 9.80665;  // m/s^2, what a driver makes of 1 g
+
+// The consumer's reading per the record's.
+double reading_factor_of(const Instrument& instrument,
+                         const std::string& wanted,
+                         const ExportOptions& options) {
+  if (options.reading_factor) {
+    return *options.reading_factor;
+  }
+  if (wanted.empty() || instrument.unit == wanted) {
+    return 1.0;
+  }
+  if (instrument.unit == "g" && wanted == "m/s^2") {
+    return standard_gravity;
+  }
+  if (instrument.unit == "m/s^2" && wanted == "g") {
+    return 1.0 / standard_gravity;
+  }
+  try {
+    return factor_between(instrument.unit, wanted);
+  } catch (const DomainError&) {
+    throw RefusedError("the readings are in '" + instrument.unit + "', and this format is for " +
+                       wanted + "; say how many " + wanted + " its driver makes of 1 " +
+                       instrument.unit + " (--reading-factor)");
+  }
+}
+
+// The consumer's field per the record's.
+double field_factor_of(FieldDescription field,
+                       const std::string& wanted,
+                       const ExportOptions& options) {
+  if (wanted.empty()) {
+    return 1.0;
+  }
+  if (options.local_gravity && field.unit == "g") {
+    field.local_gravity = options.local_gravity;
+  }
+  try {
+    return field_conversion(field, wanted, std::nullopt).factor;
+  } catch (const DomainError& error) {
+    throw RefusedError(std::string(error.what()) +
+                       (field.unit == "g" ? "; or give its gravity (--gravity)" : ""));
+  }
+}
+
+// What spans the matrices of a shape.
+std::vector<Eigen::Matrix3d> basis_of(MatrixShape shape) {
+  std::vector<Eigen::Matrix3d> basis;
+  if (shape == MatrixShape::scalar) {
+    return {Eigen::Matrix3d::Identity()};
+  }
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) {
+      if (i != j && shape != MatrixShape::symmetric) {
+        continue;
+      }
+      Eigen::Matrix3d entry = Eigen::Matrix3d::Zero();
+      entry(i, j) = entry(j, i) = 1.0;
+      basis.push_back(entry);
+    }
+  }
+  return basis;
+}
+
+// The M of a shape for which M S is nearest to the identity.
+Eigen::Matrix3d nearest_inverse(const Eigen::Matrix3d& S, MatrixShape shape) {
+  if (shape == MatrixShape::full) {
+    return S.inverse();
+  }
+  if (shape == MatrixShape::identity) {
+    return Eigen::Matrix3d::Identity();
+  }
+  const std::vector<Eigen::Matrix3d> basis = basis_of(shape);
+  Eigen::MatrixXd A(9, static_cast<Eigen::Index>(basis.size()));
+  for (std::size_t k = 0; k < basis.size(); ++k) {
+    A.col(static_cast<Eigen::Index>(k)) = Eigen::Matrix3d(basis[k] * S).reshaped();
+  }
+  const Eigen::VectorXd x =
+      A.colPivHouseholderQr().solve(Eigen::Matrix3d(Eigen::Matrix3d::Identity()).reshaped());
+  Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
+  for (std::size_t k = 0; k < basis.size(); ++k) {
+    M += x(static_cast<Eigen::Index>(k)) * basis[k];
+  }
+  return M;
+}
+
+// Directions all round, as evenly as a spiral makes them.
+std::vector<Eigen::Vector3d> directions() {
+  constexpr int count = 1000;
+  std::vector<Eigen::Vector3d> all;
+  for (int i = 0; i < count; ++i) {
+    const double z = 1.0 - 2.0 * (i + 0.5) / count;
+    const double turn = 2.0 * std::numbers::pi * i / std::numbers::phi;
+    const double r = std::sqrt(1.0 - z * z);
+    all.emplace_back(r * std::cos(turn), r * std::sin(turn), z);
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    all.emplace_back(Eigen::Vector3d::Unit(axis));
+    all.emplace_back(-Eigen::Vector3d::Unit(axis));
+  }
+  return all;
+}
+
+std::vector<std::optional<double>> temperatures_of(const Calibration& calibration,
+                                                   const ConsumerModel& model) {
+  if (!calibration.temperature || model.has_temperature) {
+    return {std::nullopt};
+  }
+  std::vector<std::optional<double>> all;
+  const TemperatureResponse& over = *calibration.temperature;
+  constexpr int steps = 4;
+  for (int i = 0; i <= steps; ++i) {
+    all.emplace_back(over.low + (over.high - over.low) * i / steps);
+  }
+  return all;
+}
+
+struct Differences {
+  double worst = 0.0;
+  double rms = 0.0;
+  double worst_rad = 0.0;
+  double rms_rad = 0.0;
+};
+
+Differences differences_of(const Calibration& calibration,
+                           const ConsumerModel& model,
+                           const std::vector<std::optional<double>>& temperatures) {
+  Differences result;
+  double count = 0.0;
+  for (const std::optional<double>& temperature : temperatures) {
+    for (const Eigen::Vector3d& direction : directions()) {
+      const Eigen::Vector3d field = calibration.field.magnitude * direction;
+      const Eigen::Vector3d reading =
+          model.reading_factor * response_at(calibration, field, temperature);
+      const Eigen::Vector3d got = model.inverse * (reading - model.bias) / model.field_factor;
+      const double off = (got - field).norm();
+      const double angle = std::atan2(field.cross(got).norm(), field.dot(got));
+      result.worst = std::max(result.worst, off);
+      result.worst_rad = std::max(result.worst_rad, angle);
+      result.rms += off * off;
+      result.rms_rad += angle * angle;
+      count += 1.0;
+    }
+  }
+  result.rms = std::sqrt(result.rms / count);
+  result.rms_rad = std::sqrt(result.rms_rad / count);
+  return result;
+}
+
+}  // namespace
+
+Sensor sensor_of(const Calibration& calibration, std::string_view format) {
+  const std::string& kind = calibration.instrument.kind;
+  const std::string of_format = "format " + std::string(format);
+  if (calibration.instrument.axis_count() != 3 || calibration.instrument.one_sided) {
+    throw RefusedError(of_format + " is for instruments of three axes");
+  }
+  if (kind == "accelerometer" || kind == "inclinometer") {
+    return Sensor::accelerometer;
+  }
+  if (kind == "gyroscope") {
+    return Sensor::gyroscope;
+  }
+  if (kind == "magnetometer") {
+    return Sensor::magnetometer;
+  }
+  throw RefusedError(of_format + " has no place for this instrument (" + kind +
+                     "): accelerometer, gyroscope or magnetometer");
+}
+
+ConsumerModel nearest_model(const Calibration& calibration,
+                            const ConsumerUnits& units,
+                            MatrixShape shape,
+                            const ExportOptions& options) {
+  ConsumerModel model;
+  model.reading_factor = reading_factor_of(calibration.instrument, units.reading, options);
+  model.field_factor = field_factor_of(calibration.field, units.field, options);
+  const Eigen::Matrix3d S =
+      model.reading_factor / model.field_factor * calibration.response.sensitivity;
+  if (!(std::abs(S.determinant()) > 0.0)) {
+    throw RefusedError(
+        "the sensitivities do not determine the field: no other program can use "
+        "this calibration");
+  }
+  model.inverse = nearest_inverse(S, shape);
+  model.bias = model.reading_factor * calibration.response.bias;
+  return model;
+}
+
+std::optional<ExportLoss> loss_of(const Calibration& calibration, const ConsumerModel& model) {
+  constexpr double rounding = 1e-9;  // of the field
+  ExportLoss loss{.unit = calibration.field.unit};
+  const double F = calibration.field.magnitude;
+  const Eigen::Matrix3d M =
+      model.inverse * model.reading_factor / model.field_factor * calibration.response.sensitivity;
+  const Eigen::Matrix3d off = M - Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d cross = off - Eigen::Matrix3d(off.diagonal().asDiagonal());
+  if (cross.cwiseAbs().maxCoeff() > rounding) {
+    loss.what.emplace_back("cross-axis terms");
+  }
+  if (off.diagonal().cwiseAbs().maxCoeff() > rounding && cross.norm() < off.diagonal().norm()) {
+    loss.what.emplace_back("sensitivities");
+  }
+  const Eigen::Vector3d shift =
+      model.inverse * (model.reading_factor * calibration.response.bias - model.bias);
+  if (shift.norm() > rounding * F * model.field_factor) {
+    loss.what.emplace_back("digits of the bias");
+  }
+  if (calibration.temperature && !model.has_temperature) {
+    loss.what.emplace_back("temperature");
+  }
+  if (!calibration.also.empty() && !model.has_also) {
+    loss.what.emplace_back("response to " + calibration.also.front().kind +
+                           " (not in the figures)");
+  }
+  if (loss.what.empty()) {
+    return std::nullopt;
+  }
+  const Differences found = differences_of(calibration, model, temperatures_of(calibration, model));
+  loss.worst = found.worst;
+  loss.rms = found.rms;
+  loss.worst_deg = found.worst_rad * deg_per_rad;
+  loss.rms_deg = found.rms_rad * deg_per_rad;
+  return loss;
+}
+
+std::optional<ExportLoss> accepted_loss(const Calibration& calibration,
+                                        const ConsumerModel& model,
+                                        std::string_view format,
+                                        const ExportOptions& options) {
+  std::optional<ExportLoss> loss = loss_of(calibration, model);
+  if (loss && !options.lossy) {
+    throw RefusedError("format " + std::string(format) + " cannot hold " + loss_text(*loss) +
+                       "; --lossy writes it all the same");
+  }
+  return loss;
+}
+
+std::string loss_text(const ExportLoss& loss) {
+  const auto rounded = [](double value) { return number_text(value, 3); };
+  return joined(loss.what) + ": without, the field is up to " + rounded(loss.worst) + " " +
+         loss.unit + " and " + rounded(loss.worst_deg) + " degrees off (rms " + rounded(loss.rms) +
+         " " + loss.unit + ", " + rounded(loss.rms_deg) + " degrees)";
+}
+
+std::string source_line(const Calibration& calibration) {
+  const Instrument& instrument = calibration.instrument;
+  std::string line = instrument.kind;
+  if (!instrument.serial.empty()) {
+    line += " '" + instrument.serial + "'";
+  }
+  if (!calibration.created.empty()) {
+    line += ", calibrated " + calibration.created;
+  }
+  if (!calibration.software.empty()) {
+    line += " by " + calibration.software;
+  }
+  // What would end a comment, or start another line, is not for a comment.
+  std::replace_if(
+      line.begin(), line.end(),
+      [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f' || c == '\\'; }, ' ');
+  for (const std::string_view end : {"*/", "/*", "?\?/", "--"}) {
+    for (std::size_t at = line.find(end); at != std::string::npos; at = line.find(end, at)) {
+      line.insert(at + 1, " ");
+    }
+  }
+  return line;
+}
+
+std::string comment_lines(const Calibration& calibration,
+                          std::string_view mark,
+                          const std::vector<std::string>& lines,
+                          const std::optional<ExportLoss>& loss) {
+  const std::string start(mark);
+  std::string text = start + source_line(calibration) + "\n";
+  if (calibration.status == "refused") {
+    text += start + "THIS CALIBRATION WAS REFUSED: do not rely on it.\n";
+  }
+  for (const std::string& line : lines) {
+    text += start + line + "\n";
+  }
+  if (loss) {
+    text += start + "Not held: " + loss_text(*loss) + ".\n";
+  }
+  return text;
+}
+
+}  // namespace axiscal

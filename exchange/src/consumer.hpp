@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/exchange/export.hpp"
+
+namespace axiscal {
+
+enum class Sensor { accelerometer, gyroscope, magnetometer };
+
+/// @return which of the three an instrument is.
+/// @throws RefusedError  for another kind, other than three axes, or one-sided ones; `format` is
+/// for
+///                       the message.
+Sensor sensor_of(const Calibration& calibration, std::string_view format);
+
+/// What a consumer lets a calibration's matrix be.
+enum class MatrixShape {
+  full,
+  symmetric,
+  diagonal,  ///< scale factors
+  scalar,    ///< one scale factor for all axes
+  identity,  ///< none: an offset only
+};
+
+/// What a consumer computes of a reading: field = inverse (reading - bias).
+struct ConsumerModel {
+  Eigen::Matrix3d inverse = Eigen::Matrix3d::Identity();  ///< [its field unit per reading unit]
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();         ///< [its reading unit]
+  double reading_factor = 1.0;                            ///< its reading per the record's
+  double field_factor = 1.0;                              ///< its field per the record's
+  bool has_temperature = false;
+  bool has_also = false;  ///< whether second fields are taken out
+};
+
+/// The units that a consumer works in; empty: those of the record.
+struct ConsumerUnits {
+  std::string reading;
+  std::string field;
+};
+
+/// The model of a shape that comes nearest: least squares over all directions of the field.
+/// @throws RefusedError  where readings or field do not convert to the consumer's units.
+ConsumerModel nearest_model(const Calibration& calibration,
+                            const ConsumerUnits& units,
+                            MatrixShape shape,
+                            const ExportOptions& options);
+
+/// What the model leaves out, if anything.
+std::optional<ExportLoss> loss_of(const Calibration& calibration, const ConsumerModel& model);
+
+/// loss_of(), refused unless losses are allowed.
+std::optional<ExportLoss> accepted_loss(const Calibration& calibration,
+                                        const ConsumerModel& model,
+                                        std::string_view format,
+                                        const ExportOptions& options);
+
+/// "accelerometer 'A-17', calibrated 2026-11-21T10:00:00Z by axiscal 0.1.0", in one line without
+/// control characters.
+std::string source_line(const Calibration& calibration);
+
+/// The lines of a comment in a file that marks them by `mark`: source, formula, units, loss.
+std::string comment_lines(const Calibration& calibration,
+                          std::string_view mark,
+                          const std::vector<std::string>& lines,
+                          const std::optional<ExportLoss>& loss);
+
+}  // namespace axiscal

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/exchange/export.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/nearest_name.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "formats.hpp"
+
+namespace axiscal {
+namespace {
+
+using Writer = Exported (*)(const Calibration&, const ExportOptions&);
+
+constexpr std::array formats = {
+    ExportFormat{
+        "ardupilot", "ArduPilot parameters (.param): INS_ACC*, INS_GYR*, COMPASS_*",
+        "accelerometer (v - INS_ACCOFFS) * INS_ACCSCAL; gyroscope v - INS_GYROFFS; compass "
+        "M (v + COMPASS_OFS), M of COMPASS_DIA and COMPASS_ODI"},
+    ExportFormat{"betaflight", "Betaflight's command line: acc_calibration, mag_calibration",
+                 "v - calibration, in counts"},
+    ExportFormat{"c-header", "C99: coefficients and a function that applies them, with temperature",
+                 "inverse ((v - bias(t)) / scale(t))"},
+    ExportFormat{"cpp-header", "C++17, constexpr: the same", "inverse ((v - bias(t)) / scale(t))"},
+    ExportFormat{"csv", "a table: every coefficient with its standard error and unit",
+                 "v = bias(t) + scale(t) S f"},
+    ExportFormat{"kalibr", "Kalibr's imu.yaml, model scale-misalignment: M, C, A",
+                 "v = M C f + bias; gyroscope v = M C w + A a + bias"},
+#ifdef AXISCAL_MATIO
+    ExportFormat{"matlab", "MATLAB (.mat, v5): bias, sensitivity, inverse, covariance, ...",
+                 "v = bias(t) + scale(t) S f", false},
+#endif
+#ifdef AXISCAL_LIBARCHIVE
+    ExportFormat{"numpy", "NumPy (.npz): bias, sensitivity, inverse, covariance, ...",
+                 "v = bias(t) + scale(t) S f", false},
+#endif
+    ExportFormat{"px4", "PX4 parameters (.params): CAL_ACC*, CAL_GYRO*, CAL_MAG*",
+                 "accelerometer (v - OFF) * SCALE; gyroscope v - OFF; magnetometer M (v - OFF), M "
+                 "of SCALE and ODIAG"},
+    ExportFormat{"ros", "ROS imu_calib (YAML): SM, bias", "SM v - bias"},
+    ExportFormat{"x-io", "x-IMU3 and x-io's Fusion (JSON): misalignment, sensitivity, offset",
+                 "misalignment diag(sensitivity) (v - offset); magnetometer softIronMatrix (v - "
+                 "hardIronOffset)"},
+};
+
+struct NamedWriter {
+  std::string_view name;
+  Writer write;
+};
+
+constexpr std::array writers = {
+    NamedWriter{"ardupilot", export_ardupilot},
+    NamedWriter{"betaflight", export_betaflight},
+    NamedWriter{"c-header", export_c_header},
+    NamedWriter{"cpp-header", export_cpp_header},
+    NamedWriter{"csv", export_csv},
+    NamedWriter{"kalibr", export_kalibr},
+#ifdef AXISCAL_MATIO
+    NamedWriter{"matlab", export_matlab},
+#endif
+#ifdef AXISCAL_LIBARCHIVE
+    NamedWriter{"numpy", export_numpy},
+#endif
+    NamedWriter{"px4", export_px4},
+    NamedWriter{"ros", export_ros},
+    NamedWriter{"x-io", export_x_io},
+};
+static_assert(formats.size() == writers.size());
+
+void require_identifier(const std::string& name) {
+  const bool starts =
+      !name.empty() && (std::isalpha(static_cast<unsigned char>(name[0])) != 0 || name[0] == '_');
+  const bool goes_on = std::all_of(name.begin(), name.end(), [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+  });
+  if (!starts || !goes_on) {
+    throw DomainError("'" + name + "' is no name for a header: letters, digits and _");
+  }
+}
+
+}  // namespace
+
+std::span<const ExportFormat> export_formats() {
+  return formats;
+}
+
+HeaderNumbers parse_header_numbers(std::string_view text) {
+  HeaderNumbers numbers;
+  if (text == "double") {
+    return numbers;
+  }
+  if (text == "float") {
+    numbers.type = HeaderNumbers::Type::float32;
+    return numbers;
+  }
+  if (text.starts_with('q')) {
+    const std::vector<std::string_view> parts = split(text.substr(1), ':');
+    const std::optional<int> first = parse_integer(parts.front());
+    const std::optional<int> last = parse_integer(parts.back());
+    if (parts.size() <= 2 && first && last && *first >= 0 && *first <= 24 && *last >= 0 &&
+        *last <= 28) {
+      return {.type = HeaderNumbers::Type::fixed, .reading_bits = *first, .field_bits = *last};
+    }
+  }
+  throw DomainError("'" + std::string(text) +
+                    "' is no type of numbers: double, float, q16 (binary places of readings and "
+                    "field, up to 24), q0:16 (of readings, of the field)");
+}
+
+Exported export_calibration(const Calibration& calibration,
+                            std::string_view format,
+                            const ExportOptions& options) {
+  require_identifier(options.name);
+  if (options.instance < 0 || options.instance > 9) {
+    throw DomainError("the number of a sensor is 0 to 9");
+  }
+  if (options.reading_factor &&
+      !(std::isfinite(*options.reading_factor) && *options.reading_factor != 0.0)) {
+    throw DomainError("the reading factor must be a number other than 0");
+  }
+  for (const NamedWriter& writer : writers) {
+    if (writer.name == format) {
+      return writer.write(calibration, options);
+    }
+  }
+  std::vector<std::string_view> names;
+  std::transform(formats.begin(), formats.end(), std::back_inserter(names),
+                 [](const ExportFormat& one) { return one.name; });
+  throw DomainError("unknown format '" + std::string(format) + "'" + did_you_mean(format, names));
+}
+
+}  // namespace axiscal

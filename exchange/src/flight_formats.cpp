@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// px4, ardupilot, betaflight: parameters of flight controllers.
+#include <array>
+#include <cmath>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "consumer.hpp"
+#include "formats.hpp"
+
+namespace axiscal {
+namespace {
+
+struct Parameter {
+  std::string name;
+  double value;
+};
+
+constexpr std::array<std::string_view, 3> letters = {"X", "Y", "Z"};
+
+// One parameter for each axis, PREFIX + letter + SUFFIX.
+void add_axes(std::vector<Parameter>& all,
+              const std::string& prefix,
+              const std::string& suffix,
+              const Eigen::Vector3d& values) {
+  for (int k = 0; k < 3; ++k) {
+    all.push_back({prefix + std::string(letters[static_cast<std::size_t>(k)]) + suffix, values(k)});
+  }
+}
+
+Eigen::Vector3d above_diagonal(const Eigen::Matrix3d& M) {
+  return {M(0, 1), M(0, 2), M(1, 2)};
+}
+
+// What flight controllers let a sensor's matrix be.
+MatrixShape shape_in_flight(Sensor sensor) {
+  switch (sensor) {
+    case Sensor::accelerometer:
+      return MatrixShape::diagonal;
+    case Sensor::gyroscope:
+      return MatrixShape::identity;
+    default:
+      return MatrixShape::symmetric;
+  }
+}
+
+std::string unit_in_flight(Sensor sensor, const std::string& of_magnetometer) {
+  switch (sensor) {
+    case Sensor::accelerometer:
+      return "m/s^2";
+    case Sensor::gyroscope:
+      return "rad/s";
+    default:
+      return of_magnetometer;
+  }
+}
+
+std::vector<std::string> in_flight(Sensor sensor, const std::string& formula) {
+  const std::string unit = unit_in_flight(sensor, "");
+  return {formula + (unit.empty() ? "" : ", in " + unit),
+          "in the sensor's own frame, before the board's rotation"};
+}
+
+}  // namespace
+
+Exported export_px4(const Calibration& calibration, const ExportOptions& options) {
+  const Sensor sensor = sensor_of(calibration, "px4");
+  const std::string unit = unit_in_flight(sensor, "G");
+  const ConsumerModel model =
+      nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
+  const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "px4", options);
+  const std::string number = std::to_string(options.instance) + "_";
+  std::vector<Parameter> all;
+  std::string formula;
+  std::string prefix;
+  if (sensor == Sensor::accelerometer) {
+    prefix = "CAL_ACC" + number;
+    formula = "field = (v - OFF) * SCALE";
+    add_axes(all, prefix, "OFF", model.bias);
+    add_axes(all, prefix, "SCALE", model.inverse.diagonal());
+  } else if (sensor == Sensor::gyroscope) {
+    prefix = "CAL_GYRO" + number;
+    formula = "field = v - OFF";
+    add_axes(all, prefix, "OFF", model.bias);
+  } else {
+    prefix = "CAL_MAG" + number;
+    formula =
+        "field = M (v - OFF) in gauss, M = [XSCALE XODIAG YODIAG; XODIAG YSCALE ZODIAG; "
+        "YODIAG ZODIAG ZSCALE]";
+    add_axes(all, prefix, "OFF", model.bias);
+    add_axes(all, prefix, "SCALE", model.inverse.diagonal());
+    add_axes(all, prefix, "ODIAG", above_diagonal(model.inverse));
+  }
+  std::vector<std::string> lines = in_flight(sensor, formula);
+  lines.push_back("PX4 takes them where " + prefix + "ID is the sensor's device number");
+  lines.emplace_back("vehicle, component, name, value, type (9: float)");
+  std::string text = comment_lines(calibration, "# ", lines, loss);
+  for (const Parameter& parameter : all) {
+    text += "1\t1\t" + parameter.name + "\t" + number_text(parameter.value) + "\t9\n";
+  }
+  return {.content = text, .loss = loss};
+}
+
+Exported export_ardupilot(const Calibration& calibration, const ExportOptions& options) {
+  const Sensor sensor = sensor_of(calibration, "ardupilot");
+  const std::string unit = unit_in_flight(sensor, "mG");
+  const ConsumerModel model =
+      nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
+  const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "ardupilot", options);
+  // The first sensor's parameters have no number, the others' 2, 3.
+  const std::string number = options.instance == 0 ? "" : std::to_string(options.instance + 1);
+  std::vector<Parameter> all;
+  std::string formula;
+  if (sensor == Sensor::accelerometer) {
+    formula = "field = (v - INS_ACCOFFS) * INS_ACCSCAL";
+    add_axes(all, "INS_ACC" + number + "OFFS_", "", model.bias);
+    add_axes(all, "INS_ACC" + number + "SCAL_", "", model.inverse.diagonal());
+  } else if (sensor == Sensor::gyroscope) {
+    formula = "field = v - INS_GYROFFS";
+    add_axes(all, "INS_GYR" + number + "OFFS_", "", model.bias);
+  } else {
+    formula =
+        "field = M (v + COMPASS_OFS) in milligauss, M = [DIA_X ODI_X ODI_Y; ODI_X DIA_Y "
+        "ODI_Z; ODI_Y ODI_Z DIA_Z]";
+    add_axes(all, "COMPASS_OFS" + number + "_", "", -model.bias);
+    add_axes(all, "COMPASS_DIA" + number + "_", "", model.inverse.diagonal());
+    add_axes(all, "COMPASS_ODI" + number + "_", "", above_diagonal(model.inverse));
+  }
+  std::string text = comment_lines(calibration, "# ", in_flight(sensor, formula), loss);
+  for (const Parameter& parameter : all) {
+    text += parameter.name + "," + number_text(parameter.value) + "\n";
+  }
+  return {.content = text, .loss = loss};
+}
+
+Exported export_betaflight(const Calibration& calibration, const ExportOptions& options) {
+  const Sensor sensor = sensor_of(calibration, "betaflight");
+  if (sensor == Sensor::gyroscope) {
+    throw RefusedError(
+        "Betaflight keeps no calibration of a gyroscope: it takes its bias anew at "
+        "each start");
+  }
+  // Counts; what a count is, the firmware knows: for acceleration so many to 1 g, a power of two.
+  ConsumerModel model = nearest_model(calibration, {}, MatrixShape::scalar, options);
+  double per_field = 1.0 / model.inverse(0, 0);
+  std::vector<std::string> lines;
+  if (sensor == Sensor::accelerometer) {
+    const ConsumerModel in_g = nearest_model(calibration, {"", "g"}, MatrixShape::scalar, options);
+    const double one_g = std::exp2(std::round(std::log2(std::abs(1.0 / in_g.inverse(0, 0)))));
+    if (one_g < 256.0) {
+      throw RefusedError(
+          "Betaflight's numbers are counts, some thousands to 1 g, and here 1 g is " +
+          number_text(std::abs(1.0 / in_g.inverse(0, 0)), 3) + " " + calibration.instrument.unit +
+          "; give the counts of 1 " + calibration.instrument.unit + " (--reading-factor)");
+    }
+    per_field = std::copysign(one_g, per_field) * in_g.field_factor;
+    lines.push_back("field = (v - acc_calibration) / acc_1G, in counts; acc_1G of this sensor is " +
+                    number_text(one_g) + " (in its driver, not set here)");
+  } else {
+    lines.emplace_back("field = v - mag_calibration, in counts");
+  }
+  model.inverse = Eigen::Matrix3d::Identity() / per_field;
+  model.bias = model.bias.array().round();
+  if (model.bias.cwiseAbs().maxCoeff() > 32767.0) {
+    throw RefusedError("Betaflight's numbers are of 16 bits, and a bias is " +
+                       number_text(model.bias.cwiseAbs().maxCoeff(), 6));
+  }
+  const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "betaflight", options);
+  std::string text = comment_lines(calibration, "# ", lines, loss);
+  text += sensor == Sensor::accelerometer ? "set acc_calibration = " : "set mag_calibration = ";
+  for (int k = 0; k < 3; ++k) {
+    text += (k > 0 ? "," : "") + number_text(model.bias(k));
+  }
+  text += sensor == Sensor::accelerometer ? ",1\nsave\n" : "\nsave\n";
+  return {.content = text, .loss = loss};
+}
+
+}  // namespace axiscal

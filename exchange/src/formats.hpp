@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// One function for each format; export.cpp lists them.
+#pragma once
+
+#include "axiscal/exchange/export.hpp"
+
+namespace axiscal {
+
+Exported export_c_header(const Calibration& calibration, const ExportOptions& options);
+Exported export_cpp_header(const Calibration& calibration, const ExportOptions& options);
+Exported export_csv(const Calibration& calibration, const ExportOptions& options);
+Exported export_matlab(const Calibration& calibration, const ExportOptions& options);
+Exported export_numpy(const Calibration& calibration, const ExportOptions& options);
+Exported export_kalibr(const Calibration& calibration, const ExportOptions& options);
+Exported export_ros(const Calibration& calibration, const ExportOptions& options);
+Exported export_x_io(const Calibration& calibration, const ExportOptions& options);
+Exported export_px4(const Calibration& calibration, const ExportOptions& options);
+Exported export_ardupilot(const Calibration& calibration, const ExportOptions& options);
+Exported export_betaflight(const Calibration& calibration, const ExportOptions& options);
+
+}  // namespace axiscal

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+// c-header and cpp-header: coefficients and the few lines that apply them.
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "consumer.hpp"
+#include "formats.hpp"
+
+namespace axiscal {
+namespace {
+
+using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+
+std::string upper(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](char c) {
+    return static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  });
+  return text;
+}
+
+std::string literal(double value, bool single) {
+  if (single && std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {
+    throw RefusedError("a coefficient is beyond what a float holds; use --numbers double");
+  }
+  std::string text = single ? number_text(value, 9) : number_text(value);
+  if (text.find_first_of(".en") == std::string::npos) {
+    text += ".0";
+  }
+  return single ? text + "f" : text;
+}
+
+// {{a, b, c}, {..}, {..}} of numbers that `write` puts down.
+template <typename Write>
+std::string braces(const Eigen::Ref<const Eigen::MatrixXd>& values, const Write& write) {
+  std::string text = "{";
+  for (Eigen::Index i = 0; i < values.rows(); ++i) {
+    text += i > 0 ? ", {" : "{";
+    for (Eigen::Index j = 0; j < values.cols(); ++j) {
+      text += (j > 0 ? ", " : "") + write(values(i, j));
+    }
+    text += "}";
+  }
+  return text + "}";
+}
+
+template <typename Write>
+std::string list(const Eigen::Ref<const Eigen::VectorXd>& values, const Write& write) {
+  const std::string row = braces(values.transpose(), write);
+  return row.substr(1, row.size() - 2);
+}
+
+// How a language writes a header: its constants, its guard, what a file starts and ends with.
+struct Dialect {
+  bool is_cpp = false;
+  std::string name;
+
+  [[nodiscard]] std::string constant(const std::string& type,
+                                     const std::string& what,
+                                     const std::string& sizes,
+                                     const std::string& value) const {
+    return (is_cpp ? "inline constexpr " : "static const ") + type + " " + prefix() + what + sizes +
+           " = " + value + ";\n";
+  }
+  [[nodiscard]] std::string prefix() const { return is_cpp ? "" : name + "_"; }
+  [[nodiscard]] std::string open() const {
+    const std::string guard = upper(name) + (is_cpp ? "_CALIBRATION_HPP" : "_CALIBRATION_H");
+    return "#ifndef " + guard + "\n#define " + guard + "\n\n" +
+           (is_cpp ? "#include <cstdint>\n\nnamespace " + name + " {\n\n"
+                   : "#include <stdint.h>\n\n");
+  }
+  [[nodiscard]] std::string close() const {
+    return is_cpp ? "\n}  // namespace " + name + "\n\n#endif\n" : "\n#endif\n";
+  }
+  [[nodiscard]] std::string function() const {
+    return is_cpp ? "constexpr void apply" : "static inline void " + name + "_apply";
+  }
+};
+
+std::vector<std::string> remarks(const Calibration& calibration, bool temperature) {
+  std::vector<std::string> lines = {
+      "field [" + calibration.field.unit + "] in the instrument's frame from readings v [" +
+          calibration.instrument.unit + "], axes " + joined(calibration.instrument.axes),
+      temperature ? "field = inverse ((v - bias - bias_terms d) / (1 + scale_terms d)), powers d, "
+                    "d^2, ... of d = temperature - reference_temperature"
+                  : "field = inverse (v - bias)"};
+  if (temperature) {
+    const TemperatureResponse& over = *calibration.temperature;
+    lines.push_back("calibrated from temperature " + number_text(over.low, 6) + " to " +
+                    number_text(over.high, 6));
+  }
+  return lines;
+}
+
+std::string comment(const Calibration& calibration,
+                    const std::vector<std::string>& lines,
+                    const std::optional<ExportLoss>& loss) {
+  return "/*\n" + comment_lines(calibration, " * ", lines, loss) + " */\n";
+}
+
+Exported floating_header(const Calibration& calibration,
+                         const ExportOptions& options,
+                         const Dialect& dialect,
+                         ConsumerModel model,
+                         std::string_view format) {
+  const bool single = options.numbers.type == HeaderNumbers::Type::float32;
+  const std::string type = single ? "float" : "double";
+  const auto number = [&](double value) { return literal(value, single); };
+  const bool temperature = calibration.temperature.has_value();
+  model.has_temperature = true;
+  const std::optional<ExportLoss> loss = accepted_loss(calibration, model, format, options);
+  std::string text = comment(calibration, remarks(calibration, temperature), loss) + dialect.open();
+  text += dialect.constant(type, "bias", "[3]", list(model.bias, number));
+  text += dialect.constant(type, "inverse", "[3][3]", braces(model.inverse, number));
+  const std::string p = dialect.prefix();
+  if (temperature) {
+    const TemperatureResponse& over = *calibration.temperature;
+    const std::string order = std::to_string(over.bias.cols());
+    text += dialect.constant(type, "reference_temperature", "", number(over.reference));
+    text += dialect.constant(type, "bias_terms", "[3][" + order + "]", braces(over.bias, number));
+    text += dialect.constant(type, "scale_terms", "[3][" + order + "]", braces(over.scale, number));
+    text += "\n" + dialect.function() + "(const " + type + " v[3], " + type + " temperature, " +
+            type + " field[3]) {\n  const " + type + " d = temperature - " + p +
+            "reference_temperature;\n  " + type + " u[3] = {0, 0, 0};\n";
+    text += "  for (int k = 0; k < 3; ++k) {\n    " + type + " bias_at = 0;\n    " + type +
+            " scale_at = 0;\n    for (int i = " + order +
+            " - 1; i >= 0; --i) {\n"
+            "      bias_at = (bias_at + " +
+            p +
+            "bias_terms[k][i]) * d;\n"
+            "      scale_at = (scale_at + " +
+            p +
+            "scale_terms[k][i]) * d;\n    }\n"
+            "    u[k] = (v[k] - " +
+            p + "bias[k] - bias_at) / (1 + scale_at);\n  }\n";
+  } else {
+    text += "\n" + dialect.function() + "(const " + type + " v[3], " + type +
+            " field[3]) {\n  const " + type + " u[3] = {v[0] - " + p + "bias[0], v[1] - " + p +
+            "bias[1], v[2] - " + p + "bias[2]};\n";
+  }
+  text += "  for (int j = 0; j < 3; ++j) {\n    field[j] = " + p + "inverse[j][0] * u[0] + " + p +
+          "inverse[j][1] * u[1] + " + p + "inverse[j][2] * u[2];\n  }\n}\n";
+  return {.content = text + dialect.close(), .loss = loss};
+}
+
+std::string integer(double value) {
+  return std::to_string(static_cast<std::int64_t>(value));
+}
+
+// Integers: readings and field with stated binary places, the inverse with as many as 31 bits hold.
+Exported fixed_header(const Calibration& calibration,
+                      const ExportOptions& options,
+                      const Dialect& dialect,
+                      ConsumerModel model,
+                      std::string_view format) {
+  constexpr double largest = 1073741823.0;  // 2^30 - 1
+  constexpr double times_field = 8.0;       // how much larger the field may be
+  const int reading_bits = options.numbers.reading_bits;
+  const int field_bits = options.numbers.field_bits;
+  const double span =
+      model.bias.cwiseAbs().maxCoeff() +
+      times_field * calibration.field.magnitude *
+          (model.reading_factor * calibration.response.sensitivity).rowwise().norm().maxCoeff();
+  // Bits of the bias beyond those of the readings, so that it is not rounded to a whole count.
+  int more = 0;
+  while (more < 12 && std::ldexp(span, reading_bits + more + 1) < largest) {
+    ++more;
+  }
+  const int bias_bits = reading_bits + more;
+  int inverse_bits = -30;
+  while (inverse_bits < 60 &&
+         std::ldexp(model.inverse.cwiseAbs().maxCoeff(), inverse_bits + 1) < largest) {
+    ++inverse_bits;
+  }
+  const int shift = inverse_bits + bias_bits - field_bits;
+  if (shift < 1 || shift > 62 || std::ldexp(span, bias_bits) >= largest) {
+    throw RefusedError("these coefficients do not fit 32 bits with " +
+                       std::to_string(reading_bits) + " binary places of the readings and " +
+                       std::to_string(field_bits) +
+                       " of the field; choose others, as --numbers "
+                       "q0:16");
+  }
+  const Eigen::Vector3d bias = (model.bias * std::ldexp(1.0, bias_bits)).array().round();
+  const Eigen::Matrix3d inverse = (model.inverse * std::ldexp(1.0, inverse_bits)).array().round();
+  const ConsumerModel exact = model;
+  model.bias = bias * std::ldexp(1.0, -bias_bits);
+  model.inverse = inverse * std::ldexp(1.0, -inverse_bits);
+  // What rounding costs is no loss but for too few digits; temperature is.
+  const std::optional<ExportLoss> loss = accepted_loss(calibration, exact, format, options);
+  const std::optional<ExportLoss> rounding = loss_of(calibration, model);
+  const std::string places = std::to_string(field_bits);
+  std::vector<std::string> lines = remarks(calibration, false);
+  lines.push_back("readings are int32_t, v * 2^" + std::to_string(reading_bits) +
+                  " rounded; the field comes as int32_t, f * 2^" + places + ", up to " +
+                  number_text(times_field) + " times that of the calibration");
+  if (rounding) {
+    lines.push_back("rounding of the coefficients: up to " + number_text(rounding->worst, 2) + " " +
+                    calibration.field.unit + "; of the field itself " +
+                    number_text(std::ldexp(0.5, -field_bits), 2));
+  }
+  std::string text = comment(calibration, lines, loss) + dialect.open();
+  text += dialect.constant("int32_t", "bias", "[3]", list(bias, integer));
+  text += dialect.constant("int32_t", "inverse", "[3][3]", braces(inverse, integer));
+  const std::string p = dialect.prefix();
+  const std::string scale = "(INT64_C(1) << " + std::to_string(more) + ")";
+  text += "\n" + dialect.function() +
+          "(const int32_t v[3], int32_t field[3]) {\n"
+          "  const int64_t u[3] = {v[0] * " +
+          scale + " - " + p + "bias[0], v[1] * " + scale + " - " + p + "bias[1], v[2] * " + scale +
+          " - " + p +
+          "bias[2]};\n"
+          "  for (int j = 0; j < 3; ++j) {\n    const int64_t sum = " +
+          p + "inverse[j][0] * u[0] + " + p + "inverse[j][1] * u[1] + " + p +
+          "inverse[j][2] * u[2];\n"
+          "    const int64_t half = INT64_C(1) << " +
+          std::to_string(shift - 1) +
+          ";\n"
+          "    field[j] = (int32_t)((sum < 0 ? sum - half : sum + half) / (2 * half));\n  }\n}\n";
+  return {.content = text + dialect.close(), .loss = loss};
+}
+
+Exported header(const Calibration& calibration,
+                const ExportOptions& options,
+                bool is_cpp,
+                std::string_view format) {
+  if (calibration.instrument.axis_count() != 3 || calibration.instrument.one_sided) {
+    throw RefusedError("format " + std::string(format) + " is for instruments of three axes");
+  }
+  const Dialect dialect{.is_cpp = is_cpp, .name = options.name};
+  const ConsumerModel model = nearest_model(calibration, {}, MatrixShape::full, options);
+  return options.numbers.type == HeaderNumbers::Type::fixed
+             ? fixed_header(calibration, options, dialect, model, format)
+             : floating_header(calibration, options, dialect, model, format);
+}
+
+}  // namespace
+
+Exported export_c_header(const Calibration& calibration, const ExportOptions& options) {
+  return header(calibration, options, false, "c-header");
+}
+
+Exported export_cpp_header(const Calibration& calibration, const ExportOptions& options) {
+  return header(calibration, options, true, "cpp-header");
+}
+
+}  // namespace axiscal

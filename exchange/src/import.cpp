@@ -1,0 +1,390 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/exchange/import.hpp"
+
+#include <array>
+#include <cmath>
+#include <map>
+
+#include <Eigen/LU>
+#include <nlohmann/json.hpp>
+#ifdef AXISCAL_YAML
+#include <yaml-cpp/yaml.h>
+#endif
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/nearest_name.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/timestamp.hpp"
+#include "axiscal/core/version.hpp"
+#include "axiscal/exchange/export.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::array<std::string_view, 4> formats = {"ardupilot", "imucal", "kalibr", "px4"};
+constexpr std::array<std::string_view, 3> letters = {"X", "Y", "Z"};
+
+struct Source {
+  std::string_view text;
+  const std::string& path;
+  const ImportOptions& options;
+
+  [[nodiscard]] bool is(std::string_view kind) const { return options.kind == kind; }
+};
+
+// field = inverse (v - bias), or the way there: v = sensitivity field + bias.
+struct Imported {
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d sensitivity = Eigen::Matrix3d::Identity();
+  std::string unit;        // of the readings
+  std::string field_unit;  // and of the field
+  std::vector<std::string> notes;
+};
+
+Eigen::Matrix3d inverted(const Source& source, const Eigen::Matrix3d& M) {
+  if (!M.allFinite() || !(std::abs(M.determinant()) > 0.0)) {
+    throw DataError(source.path,
+                    "its matrix cannot be inverted: a scale factor is 0, or no number");
+  }
+  return M.inverse();
+}
+
+// ---- parameters of flight controllers ----
+
+using ParameterTable = std::map<std::string, double>;
+
+// `name_at`, `value_at`: which of a line's parts.
+ParameterTable read_parameters(const Source& source,
+                               std::string_view separators,
+                               std::size_t name_at,
+                               std::size_t value_at) {
+  ParameterTable table;
+  std::size_t line_number = 0;
+  for (const std::string_view whole : split(source.text, '\n')) {
+    ++line_number;
+    const std::string_view line = trimmed(whole.substr(0, whole.find('\r')));
+    if (line.empty() || line.starts_with('#')) {
+      continue;
+    }
+    std::vector<std::string_view> parts;
+    std::size_t at = 0;
+    while (at < line.size()) {
+      const std::size_t end = std::min(line.find_first_of(separators, at), line.size());
+      if (end > at) {
+        parts.push_back(line.substr(at, end - at));
+      }
+      at = end + 1;
+    }
+    const std::optional<double> value =
+        parts.size() > value_at ? parse_number(parts[value_at]) : std::nullopt;
+    if (!value) {
+      throw DataError(source.path, line_number, "no parameter with a number");
+    }
+    table[std::string(parts[name_at])] = *value;
+  }
+  return table;
+}
+
+// PREFIX + X, Y, Z + SUFFIX; where none of the three is there, `otherwise`.
+Eigen::Vector3d axes_of(const Source& source,
+                        const ParameterTable& table,
+                        const std::string& prefix,
+                        const std::string& suffix,
+                        std::optional<double> otherwise) {
+  Eigen::Vector3d values;
+  int found = 0;
+  std::string missing;
+  for (int k = 0; k < 3; ++k) {
+    const std::string name = prefix + std::string(letters[static_cast<std::size_t>(k)]) + suffix;
+    const auto at = table.find(name);
+    if (at != table.end()) {
+      ++found;
+      values(k) = at->second;
+    } else if (missing.empty()) {
+      missing = name;
+    }
+  }
+  if (found == 0 && otherwise) {
+    return Eigen::Vector3d::Constant(*otherwise);
+  }
+  if (found != 3) {
+    throw DataError(source.path, "it has no " + missing);
+  }
+  return values;
+}
+
+Eigen::Matrix3d symmetric(const Eigen::Vector3d& diagonal, const Eigen::Vector3d& above) {
+  Eigen::Matrix3d M;
+  M << diagonal(0), above(0), above(1), above(0), diagonal(1), above(2), above(1), above(2),
+      diagonal(2);
+  return M;
+}
+
+Imported import_px4(const Source& source) {
+  const ParameterTable table = read_parameters(source, "\t ,", 2, 3);
+  const std::string number = std::to_string(source.options.instance) + "_";
+  Imported result;
+  if (source.is("accelerometer")) {
+    const std::string prefix = "CAL_ACC" + number;
+    result.unit = result.field_unit = "m/s^2";
+    result.bias = axes_of(source, table, prefix, "OFF", std::nullopt);
+    result.sensitivity =
+        inverted(source, axes_of(source, table, prefix, "SCALE", 1.0).asDiagonal().toDenseMatrix());
+  } else if (source.is("gyroscope")) {
+    result.unit = result.field_unit = "rad/s";
+    result.bias = axes_of(source, table, "CAL_GYRO" + number, "OFF", std::nullopt);
+  } else {
+    const std::string prefix = "CAL_MAG" + number;
+    result.unit = result.field_unit = "G";
+    result.bias = axes_of(source, table, prefix, "OFF", std::nullopt);
+    result.sensitivity = inverted(source, symmetric(axes_of(source, table, prefix, "SCALE", 1.0),
+                                                    axes_of(source, table, prefix, "ODIAG", 0.0)));
+  }
+  return result;
+}
+
+Imported import_ardupilot(const Source& source) {
+  const ParameterTable table = read_parameters(source, ", \t", 0, 1);
+  const int instance = source.options.instance;
+  const std::string number = instance == 0 ? "" : std::to_string(instance + 1);
+  Imported result;
+  if (source.is("accelerometer")) {
+    result.unit = result.field_unit = "m/s^2";
+    result.bias = axes_of(source, table, "INS_ACC" + number + "OFFS_", "", std::nullopt);
+    result.sensitivity = inverted(
+        source,
+        axes_of(source, table, "INS_ACC" + number + "SCAL_", "", 1.0).asDiagonal().toDenseMatrix());
+  } else if (source.is("gyroscope")) {
+    result.unit = result.field_unit = "rad/s";
+    result.bias = axes_of(source, table, "INS_GYR" + number + "OFFS_", "", std::nullopt);
+  } else {
+    result.unit = result.field_unit = "mG";
+    result.bias = -axes_of(source, table, "COMPASS_OFS" + number + "_", "", std::nullopt);
+    const Eigen::Vector3d diagonal = axes_of(source, table, "COMPASS_DIA" + number + "_", "", 1.0);
+    // ArduPilot leaves the matrix out where the diagonal is 0.
+    if (!diagonal.isZero(0.0)) {
+      result.sensitivity = inverted(
+          source,
+          symmetric(diagonal, axes_of(source, table, "COMPASS_ODI" + number + "_", "", 0.0)));
+    }
+  }
+  return result;
+}
+
+// ---- imucal ----
+
+using Json = nlohmann::json;
+
+template <int columns>
+Eigen::Matrix<double, 3, columns> json_numbers(const Source& source,
+                                               const Json& json,
+                                               const std::string& key) {
+  Eigen::Matrix<double, 3, columns> M;
+  const Json value = json.contains(key) ? json[key] : Json();
+  const auto fail = [&]() -> DataError {
+    return DataError(source.path, std::string_view("/" + key),
+                     columns == 1 ? "three numbers are needed"
+                                  : "three rows of three numbers are "
+                                    "needed");
+  };
+  if (!value.is_array() || value.size() != 3) {
+    throw fail();
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Json row = columns == 1 ? Json::array({value[i]}) : value[i];
+    if (!row.is_array() || row.size() != columns) {
+      throw fail();
+    }
+    for (std::size_t j = 0; j < columns; ++j) {
+      if (!row[j].is_number()) {
+        throw fail();
+      }
+      M(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = row[j].get<double>();
+    }
+  }
+  return M;
+}
+
+std::string json_text(const Json& json, const std::string& key, const std::string& otherwise) {
+  return json.contains(key) && json[key].is_string() ? json[key].get<std::string>() : otherwise;
+}
+
+Eigen::Matrix3d json_product(const Source& source,
+                             const Json& json,
+                             const std::string& first,
+                             const std::string& second) {
+  const Eigen::Matrix3d K = json_numbers<3>(source, json, first);
+  return K * json_numbers<3>(source, json, second);
+}
+
+// imucal's Ferraris calibration: v = K R f + b, of the gyroscope with K_ga a besides.
+Imported import_imucal(const Source& source) {
+  const Json json = Json::parse(source.text, nullptr, false);
+  if (!json.is_object() || !json.contains("K_a")) {
+    throw DataError(source.path, std::string_view("/"),
+                    "no calibration of imucal: an object with K_a, R_a, b_a, ... is needed");
+  }
+  Imported result;
+  if (source.is("accelerometer")) {
+    result.unit = json_text(json, "from_acc_unit", "a.u.");
+    result.field_unit = json_text(json, "acc_unit", "m/s^2");
+    result.sensitivity = json_product(source, json, "K_a", "R_a");
+    result.bias = json_numbers<1>(source, json, "b_a");
+  } else if (source.is("gyroscope")) {
+    result.unit = json_text(json, "from_gyr_unit", "a.u.");
+    result.field_unit = json_text(json, "gyr_unit", "deg/s");
+    result.sensitivity = json_product(source, json, "K_g", "R_g");
+    result.bias = json_numbers<1>(source, json, "b_g");
+    if (json.contains("K_ga") && !json_numbers<3>(source, json, "K_ga").isZero(0.0)) {
+      result.notes.emplace_back("the file's response to gravity (K_ga) is left out");
+    }
+  } else {
+    throw DataError(source.path, "imucal calibrates no magnetometer");
+  }
+  static_cast<void>(inverted(source, result.sensitivity));
+  return result;
+}
+
+// ---- Kalibr ----
+
+#ifdef AXISCAL_YAML
+Eigen::Matrix3d yaml_matrix(const Source& source, const YAML::Node& of, const std::string& key) {
+  const YAML::Node node = of[key];
+  Eigen::Matrix3d M;
+  try {
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) {
+        M(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = node[i][j].as<double>();
+      }
+    }
+  } catch (const YAML::Exception&) {
+    throw DataError(source.path, key + ": three rows of three numbers are needed");
+  }
+  return M;
+}
+
+Imported import_kalibr(const Source& source) {
+  YAML::Node root;
+  try {
+    root = YAML::Load(std::string(source.text));
+  } catch (const YAML::Exception& error) {
+    throw DataError(source.path, static_cast<std::size_t>(std::max(error.mark.line, 0)) + 1,
+                    "no YAML: " + error.msg);
+  }
+  const std::string imu = "imu" + std::to_string(source.options.instance);
+  const std::string sensor = source.is("gyroscope") ? "gyroscopes" : "accelerometers";
+  if (source.is("magnetometer")) {
+    throw DataError(source.path, "Kalibr calibrates no magnetometer");
+  }
+  if (!root.IsMap() || !root[imu] || !root[imu].IsMap() || !root[imu][sensor]) {
+    throw DataError(source.path, "it has no " + imu + " with " + sensor);
+  }
+  const YAML::Node node = root[imu][sensor];
+  Imported result;
+  result.unit = result.field_unit = source.is("gyroscope") ? "rad/s" : "m/s^2";
+  const std::string rotation = source.is("gyroscope") ? "C_gyro_i" : "C";
+  result.sensitivity = yaml_matrix(source, node, "M");
+  if (node[rotation]) {
+    result.sensitivity = (result.sensitivity * yaml_matrix(source, node, rotation)).eval();
+  }
+  if (const YAML::Node bias = node["bias"]) {
+    try {
+      for (std::size_t k = 0; k < 3; ++k) {
+        result.bias(static_cast<Eigen::Index>(k)) = bias[k].as<double>();
+      }
+    } catch (const YAML::Exception&) {
+      throw DataError(source.path, "bias: three numbers are needed");
+    }
+  } else {
+    result.notes.emplace_back("Kalibr's file holds no bias: 0 is assumed");
+  }
+  if (node["A"] && !yaml_matrix(source, node, "A").isZero(0.0)) {
+    result.notes.emplace_back("the file's response to acceleration (A) is left out");
+  }
+  static_cast<void>(inverted(source, result.sensitivity));
+  return result;
+}
+#endif
+
+Imported read_by_format(const Source& source, std::string_view format) {
+  if (format == "px4") {
+    return import_px4(source);
+  }
+  if (format == "ardupilot") {
+    return import_ardupilot(source);
+  }
+  if (format == "imucal") {
+    return import_imucal(source);
+  }
+  if (format == "kalibr") {
+#ifdef AXISCAL_YAML
+    return import_kalibr(source);
+#else
+    throw DomainError("this build reads no YAML (yaml-cpp)");
+#endif
+  }
+  throw DomainError("unknown format '" + std::string(format) + "'" + did_you_mean(format, formats));
+}
+
+struct UsualField {
+  std::string_view sensor;
+  std::string_view kind;
+  std::string_view unit;
+  double magnitude;
+};
+
+constexpr std::array usual_fields = {
+    UsualField{"accelerometer", "gravity", "m/s^2", 9.80665},
+    UsualField{"accelerometer", "gravity", "g", 1.0},
+    UsualField{"gyroscope", "induced_rotation", "rad/s", 1.0},
+    UsualField{"gyroscope", "induced_rotation", "deg/s", 57.29577951308232},
+    UsualField{"magnetometer", "geomagnetic", "G", 0.5},
+    UsualField{"magnetometer", "geomagnetic", "mG", 500.0},
+};
+
+}  // namespace
+
+std::span<const std::string_view> import_formats() {
+  return formats;
+}
+
+Calibration import_calibration(std::string_view text,
+                               const std::string& path,
+                               std::string_view format,
+                               const ImportOptions& options) {
+  if (options.kind != "accelerometer" && options.kind != "gyroscope" &&
+      options.kind != "magnetometer") {
+    throw DomainError("'" + options.kind + "': accelerometer, gyroscope or magnetometer");
+  }
+  if (options.instance < 0 || options.instance > 9) {
+    throw DomainError("the number of a sensor is 0 to 9");
+  }
+  const Imported imported = read_by_format({text, path, options}, format);
+  Calibration calibration;
+  calibration.created = timestamp_now();
+  calibration.software = software_name();
+  calibration.instrument = {.kind = options.kind, .unit = imported.unit};
+  calibration.field.unit = imported.field_unit;
+  calibration.field.magnitude = 0.0;
+  for (const UsualField& usual : usual_fields) {
+    if (usual.sensor == options.kind) {
+      calibration.field.kind = usual.kind;
+      if (usual.unit == imported.field_unit) {
+        calibration.field.magnitude = usual.magnitude;
+      }
+    }
+  }
+  calibration.field.magnitude = options.magnitude.value_or(calibration.field.magnitude);
+  if (!(calibration.field.magnitude > 0.0)) {
+    throw DomainError("a field's magnitude in " + imported.field_unit + " is needed (--magnitude)");
+  }
+  calibration.response.bias = imported.bias;
+  calibration.response.sensitivity = imported.sensitivity;
+  calibration.notes = imported.notes;
+  calibration.notes.insert(calibration.notes.begin(),
+                           "imported from " + path + " (" + std::string(format) +
+                               "): coefficients only, without uncertainty");
+  return calibration;
+}
+
+}  // namespace axiscal

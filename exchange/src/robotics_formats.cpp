@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// kalibr, ros, x-io: files of robotics software.
+#include <cmath>
+
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <nlohmann/json.hpp>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "consumer.hpp"
+#include "formats.hpp"
+
+namespace axiscal {
+namespace {
+
+std::string unit_of(Sensor sensor, const std::string& of_magnetometer) {
+  switch (sensor) {
+    case Sensor::accelerometer:
+      return "m/s^2";
+    case Sensor::gyroscope:
+      return "rad/s";
+    default:
+      return of_magnetometer;
+  }
+}
+
+std::string yaml_row(const Eigen::RowVector3d& row) {
+  return "[" + number_text(row(0)) + ", " + number_text(row(1)) + ", " + number_text(row(2)) + "]";
+}
+
+std::string yaml_matrix(const Eigen::Matrix3d& M, const std::string& indent) {
+  std::string text;
+  for (int i = 0; i < 3; ++i) {
+    text += indent + "- " + yaml_row(M.row(i)) + "\n";
+  }
+  return text;
+}
+
+// S = M C: M lower triangular with a positive diagonal, C a rotation.
+struct ScaleMisalignment {
+  Eigen::Matrix3d M;
+  Eigen::Matrix3d C;
+};
+
+ScaleMisalignment scale_misalignment(const Eigen::Matrix3d& S) {
+  if (S.determinant() < 0.0) {
+    throw RefusedError(
+        "Kalibr's M C is no mirror: an axis of this instrument points the other way; "
+        "change its sign in the readings and calibrate again");
+  }
+  const Eigen::HouseholderQR<Eigen::Matrix3d> qr(S.transpose());
+  const Eigen::Matrix3d R = qr.matrixQR().triangularView<Eigen::Upper>();
+  const Eigen::Matrix3d Q = qr.householderQ();
+  const Eigen::Vector3d signs =
+      R.diagonal().unaryExpr([](double d) { return d < 0.0 ? -1.0 : 1.0; });
+  return {.M = R.transpose() * signs.asDiagonal(), .C = signs.asDiagonal() * Q.transpose()};
+}
+
+}  // namespace
+
+Exported export_kalibr(const Calibration& calibration, const ExportOptions& options) {
+  const Sensor sensor = sensor_of(calibration, "kalibr");
+  if (sensor == Sensor::magnetometer) {
+    throw RefusedError("Kalibr's imu.yaml has no magnetometer");
+  }
+  const std::string unit = unit_of(sensor, "");
+  ConsumerModel model = nearest_model(calibration, {unit, unit}, MatrixShape::full, options);
+  const AlsoResponse* const gravity = sensor == Sensor::gyroscope && !calibration.also.empty()
+                                          ? &calibration.also.front()
+                                          : nullptr;
+  model.has_also = gravity != nullptr;
+  const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "kalibr", options);
+  const ScaleMisalignment split = scale_misalignment(model.inverse.inverse());
+  const std::string formula =
+      sensor == Sensor::accelerometer ? "v = M C f + bias" : "v = M C w + A a + bias";
+  std::string text = comment_lines(
+      calibration, "# ",
+      {formula + ", in " + unit + "; M is lower triangular, C a rotation",
+       sensor == Sensor::accelerometer
+           ? "Kalibr takes C of the accelerometer as the identity: the IMU's frame is then C's"
+           : "a in m/s^2, in the frame of the rates",
+       "noise densities and random walks: axiscal noise"},
+      loss);
+  text += "imu" + std::to_string(options.instance) + ":\n  model: scale-misalignment\n";
+  text += sensor == Sensor::accelerometer ? "  accelerometers:\n" : "  gyroscopes:\n";
+  text += "    M:\n" + yaml_matrix(split.M, "    ");
+  text += (sensor == Sensor::accelerometer ? "    C:\n" : "    C_gyro_i:\n") +
+          yaml_matrix(split.C, "    ");
+  if (sensor == Sensor::gyroscope) {
+    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+    if (gravity != nullptr) {
+      constexpr double standard_gravity = 9.80665;
+      const double per_unit = gravity->unit == "g" ? 1.0 / standard_gravity : 1.0;
+      A = model.reading_factor * per_unit * gravity->sensitivity;
+    }
+    text += "    A:\n" + yaml_matrix(A, "    ");
+  }
+  text += "    bias: " + yaml_row(model.bias.transpose()) + "\n";
+  return {.content = text, .loss = loss};
+}
+
+Exported export_ros(const Calibration& calibration, const ExportOptions& options) {
+  const Sensor sensor = sensor_of(calibration, "ros");
+  const std::string unit = unit_of(sensor, "T");
+  const std::string readings = options.reading_factor ? unit : calibration.instrument.unit;
+  const ConsumerModel model = nearest_model(calibration, {options.reading_factor ? unit : "", unit},
+                                            MatrixShape::full, options);
+  const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "ros", options);
+  std::string text = comment_lines(
+      calibration, "# ",
+      {"field [" + unit + "] = SM v - bias, v in " + readings + "; SM row by row (imu_calib)"},
+      loss);
+  std::string entries;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      entries += (entries.empty() ? "" : ", ") + number_text(model.inverse(i, j));
+    }
+  }
+  text +=
+      "SM: [" + entries + "]\nbias: " + yaml_row((model.inverse * model.bias).transpose()) + "\n";
+  return {.content = text, .loss = loss};
+}
+
+Exported export_x_io(const Calibration& calibration, const ExportOptions& options) {
+  const Sensor sensor = sensor_of(calibration, "x-io");
+  const std::string unit = sensor == Sensor::accelerometer ? "g"
+                           : sensor == Sensor::gyroscope   ? "deg/s"
+                                                           : calibration.field.unit;
+  const ConsumerModel model = nearest_model(calibration, {"", unit}, MatrixShape::full, options);
+  const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "x-io", options);
+  using Json = nlohmann::ordered_json;
+  const auto row_major = [](const Eigen::Matrix3d& M) {
+    Json values = Json::array();
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        values.push_back(M(i, j));
+      }
+    }
+    return values;
+  };
+  const auto vector = [](const Eigen::Vector3d& v) { return Json{v(0), v(1), v(2)}; };
+  Json json;
+  std::string formula;
+  if (sensor == Sensor::magnetometer) {
+    formula = "field [" + unit + "] = softIronMatrix (v - hardIronOffset)";
+    json["softIronMatrix"] = row_major(model.inverse);
+    json["hardIronOffset"] = vector(model.bias);
+  } else {
+    formula = "field [" + unit + "] = misalignment diag(sensitivity) (v - offset)";
+    // The length of each column is the sensitivity, the rest misalignment.
+    const Eigen::Vector3d lengths = model.inverse.colwise().norm().transpose();
+    const std::string name = sensor == Sensor::accelerometer ? "accelerometer" : "gyroscope";
+    json[name + "Misalignment"] = row_major(model.inverse * lengths.cwiseInverse().asDiagonal());
+    json[name + "Sensitivity"] = vector(lengths);
+    json[name + "Offset"] = vector(model.bias);
+  }
+  std::vector<std::string> lines = {formula + ", v in " + calibration.instrument.unit +
+                                    ", matrices row by row"};
+  // JSON has no comments.
+  Json comment = Json::array();
+  comment.push_back(source_line(calibration));
+  comment.push_back(lines.front());
+  if (loss) {
+    comment.push_back("Not held: " + loss_text(*loss));
+  }
+  json["comment"] = comment;
+  return {.content = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", .loss = loss};
+}
+
+}  // namespace axiscal

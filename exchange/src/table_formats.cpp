@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: Apache-2.0
+// csv, matlab, numpy: all of the coefficients, for any instrument.
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/input_file.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "consumer.hpp"
+#include "formats.hpp"
+
+#ifdef AXISCAL_MATIO
+#include <matio.h>
+
+#include <unistd.h>
+#endif
+#ifdef AXISCAL_LIBARCHIVE
+#include <archive.h>
+#include <archive_entry.h>
+#endif
+
+namespace axiscal {
+namespace {
+
+struct Coefficient {
+  std::string name;
+  double value;
+  double standard_error;  // NaN: not known
+  std::string unit;
+};
+
+double at_or_nan(const Eigen::VectorXd& values, Eigen::Index k) {
+  return k < values.size() ? values(k) : std::nan("");
+}
+
+std::vector<Coefficient> coefficients_of(const Calibration& calibration) {
+  std::vector<Coefficient> all;
+  const Instrument& instrument = calibration.instrument;
+  const std::string per_field = unit_per(instrument.unit, calibration.field.unit);
+  const Eigen::VectorXd bias_se =
+      calibration.statistics ? calibration.statistics->bias_se : Eigen::VectorXd();
+  for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
+    const std::string axis = instrument.axes[static_cast<std::size_t>(k)];
+    all.push_back(
+        {axis + ".bias", calibration.response.bias(k), at_or_nan(bias_se, k), instrument.unit});
+    for (int j = 0; j < 3; ++j) {
+      const bool has_se =
+          calibration.statistics && calibration.statistics->sensitivity_se.rows() > k;
+      all.push_back({axis + ".sensitivity." + std::string(1, "xyz"[j]),
+                     calibration.response.sensitivity(k, j),
+                     has_se ? calibration.statistics->sensitivity_se(k, j) : std::nan(""),
+                     per_field});
+    }
+    if (!calibration.temperature) {
+      continue;
+    }
+    const TemperatureResponse& over = *calibration.temperature;
+    for (const bool is_bias : {true, false}) {
+      const Eigen::MatrixXd& values = is_bias ? over.bias : over.scale;
+      const Eigen::MatrixXd& errors = is_bias ? over.bias_se : over.scale_se;
+      for (Eigen::Index i = 0; i < values.cols(); ++i) {
+        const std::string power = i == 0 ? "d" : "d" + std::to_string(i + 1);
+        all.push_back({axis + (is_bias ? ".bias." : ".scale.") + power, values(k, i),
+                       errors.rows() > k && errors.cols() > i ? errors(k, i) : std::nan(""),
+                       (is_bias ? instrument.unit : std::string("1")) + " per " + power});
+      }
+    }
+  }
+  return all;
+}
+
+std::string cell(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) {
+    return text;
+  }
+  std::string quoted = "\"";
+  for (const char c : text) {
+    quoted += c == '"' ? "\"\"" : std::string(1, c);
+  }
+  return quoted + "\"";
+}
+
+// The arrays that matlab and numpy get, by name.
+struct NamedArray {
+  std::string name;
+  Eigen::MatrixXd values;
+};
+
+std::vector<NamedArray> arrays_of(const Calibration& calibration) {
+  std::vector<NamedArray> all = {
+      {"bias", calibration.response.bias},
+      {"sensitivity", calibration.response.sensitivity},
+      {"field_magnitude", Eigen::MatrixXd::Constant(1, 1, calibration.field.magnitude)}};
+  if (calibration.instrument.axis_count() == 3 && !calibration.instrument.one_sided) {
+    const Eigen::Matrix3d S = calibration.response.sensitivity;
+    all.push_back({"inverse", S.inverse()});
+  }
+  if (calibration.temperature) {
+    const TemperatureResponse& over = *calibration.temperature;
+    all.push_back({"temperature_reference", Eigen::MatrixXd::Constant(1, 1, over.reference)});
+    all.push_back({"temperature_range", Eigen::RowVector2d(over.low, over.high)});
+    all.push_back({"temperature_bias", over.bias});
+    all.push_back({"temperature_scale", over.scale});
+  }
+  if (calibration.statistics) {
+    all.push_back({"covariance", calibration.statistics->covariance});
+    all.push_back({"residual_sd", calibration.statistics->residual_sd});
+    all.push_back({"degrees_of_freedom", calibration.statistics->degrees_of_freedom});
+  }
+  return all;
+}
+
+std::vector<std::pair<std::string, std::string>> texts_of(const Calibration& calibration) {
+  return {{"kind", calibration.instrument.kind},
+          {"serial", calibration.instrument.serial},
+          {"axes", joined(calibration.instrument.axes, ",")},
+          {"unit", calibration.instrument.unit},
+          {"field_unit", calibration.field.unit},
+          {"created", calibration.created},
+          {"software", calibration.software},
+          {"formula", "v = bias(t) + scale(t) S f, field f in the instrument's frame"},
+          {"parameter_names",
+           calibration.statistics ? joined(calibration.statistics->parameter_names, ",") : ""}};
+}
+
+#ifdef AXISCAL_MATIO
+// matio writes to files only.
+class TemporaryFile {
+ public:
+  TemporaryFile() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "axiscal-XXXXXX").string();
+    const int descriptor = mkstemp(pattern.data());
+    if (descriptor < 0) {
+      throw OutputError(pattern + ": cannot make a temporary file");
+    }
+    close(descriptor);
+    path_ = pattern;
+  }
+  ~TemporaryFile() {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+void add_variable(mat_t* file, matvar_t* variable) {
+  const std::unique_ptr<matvar_t, void (*)(matvar_t*)> owned(variable, Mat_VarFree);
+  if (!owned || Mat_VarWrite(file, owned.get(), MAT_COMPRESSION_NONE) != 0) {
+    throw OutputError("matlab: a variable cannot be written");
+  }
+}
+#endif
+
+#ifdef AXISCAL_LIBARCHIVE
+// NumPy's format 1.0: magic, version, length of the header, header, data.
+std::string npy(const std::string& type, const std::string& shape, bool by_columns) {
+  std::string header = "{'descr': '" + type +
+                       "', 'fortran_order': " + (by_columns ? "True" : "False") +
+                       ", 'shape': " + shape + ", }";
+  constexpr std::size_t before = 10;
+  header.append(64 - (before + header.size() + 1) % 64, ' ');
+  header += '\n';
+  std::string text = "\x93NUMPY";
+  text += '\x01';
+  text += '\0';
+  text += static_cast<char>(header.size() % 256);
+  text += static_cast<char>(header.size() / 256);
+  return text + header;
+}
+
+std::string npy_of(const Eigen::MatrixXd& values) {
+  const std::string rows = std::to_string(values.rows());
+  std::string text =
+      values.cols() == 1
+          ? npy("<f8", "(" + rows + ",)", false)
+          : npy("<f8", "(" + rows + ", " + std::to_string(values.cols()) + ")", true);
+  const std::size_t start = text.size();
+  const std::size_t bytes = static_cast<std::size_t>(values.size()) * sizeof(double);
+  text.resize(start + bytes);
+  std::memcpy(text.data() + start, values.data(), bytes);
+  return text;
+}
+
+std::string npy_of(const std::string& value) {
+  const std::string text = value.empty() ? std::string(1, '\0') : value;
+  return npy("|S" + std::to_string(text.size()), "()", false) + text;
+}
+
+void add_entry(archive* zip, const std::string& name, const std::string& content) {
+  const std::unique_ptr<archive_entry, void (*)(archive_entry*)> entry(archive_entry_new(),
+                                                                       archive_entry_free);
+  archive_entry_set_pathname(entry.get(), name.c_str());
+  archive_entry_set_size(entry.get(), static_cast<la_int64_t>(content.size()));
+  archive_entry_set_filetype(entry.get(), AE_IFREG);
+  archive_entry_set_perm(entry.get(), 0644);
+  constexpr std::int64_t zip_epoch = 315532800;  // 1980-01-01: the same bytes each time
+  archive_entry_set_mtime(entry.get(), zip_epoch, 0);
+  if (archive_write_header(zip, entry.get()) != ARCHIVE_OK ||
+      archive_write_data(zip, content.data(), content.size()) !=
+          static_cast<la_ssize_t>(content.size())) {
+    throw OutputError(std::string("numpy: ") + archive_error_string(zip));
+  }
+}
+#endif
+
+}  // namespace
+
+Exported export_csv(const Calibration& calibration, const ExportOptions&) {
+  std::vector<std::string> lines = {"v = bias + sensitivity f; field f in " +
+                                    calibration.field.unit + ", v in " +
+                                    calibration.instrument.unit};
+  if (calibration.temperature) {
+    const TemperatureResponse& over = *calibration.temperature;
+    lines.push_back(
+        "bias(t) = bias + bias.d d + ..., scale(t) = 1 + scale.d d + ..., d = "
+        "temperature - " +
+        number_text(over.reference) + "; v = bias(t) + scale(t) sensitivity f");
+  }
+  std::string text = comment_lines(calibration, "# ", lines, std::nullopt);
+  text += "parameter,value,standard_error,unit\n";
+  for (const Coefficient& one : coefficients_of(calibration)) {
+    text += cell(one.name) + "," + number_text(one.value) + "," +
+            (std::isfinite(one.standard_error) ? number_text(one.standard_error) : "") + "," +
+            cell(one.unit) + "\n";
+  }
+  return {.content = text, .loss = std::nullopt};
+}
+
+#ifdef AXISCAL_MATIO
+Exported export_matlab(const Calibration& calibration, const ExportOptions&) {
+  const TemporaryFile temporary;
+  {
+    const std::unique_ptr<mat_t, int (*)(mat_t*)> file(
+        Mat_CreateVer(temporary.path().c_str(), "MATLAB 5.0 MAT-file, by axiscal", MAT_FT_MAT5),
+        Mat_Close);
+    if (!file) {
+      throw OutputError(temporary.path() + ": cannot be written");
+    }
+    for (const NamedArray& array : arrays_of(calibration)) {
+      std::array<std::size_t, 2> size = {static_cast<std::size_t>(array.values.rows()),
+                                         static_cast<std::size_t>(array.values.cols())};
+      Eigen::MatrixXd values = array.values;
+      add_variable(file.get(), Mat_VarCreate(array.name.c_str(), MAT_C_DOUBLE, MAT_T_DOUBLE, 2,
+                                             size.data(), values.data(), 0));
+    }
+    for (auto& [name, text] : texts_of(calibration)) {
+      std::array<std::size_t, 2> size = {1, text.size()};
+      std::string value = text;
+      add_variable(file.get(), Mat_VarCreate(name.c_str(), MAT_C_CHAR, MAT_T_UTF8, 2, size.data(),
+                                             value.data(), 0));
+    }
+  }
+  return {.content = read_whole_file(temporary.path()), .loss = std::nullopt};
+}
+#endif
+
+#ifdef AXISCAL_LIBARCHIVE
+Exported export_numpy(const Calibration& calibration, const ExportOptions&) {
+  const std::unique_ptr<archive, int (*)(archive*)> zip(archive_write_new(), archive_write_free);
+  std::string content;
+  archive_write_set_format_zip(zip.get());
+  archive_write_zip_set_compression_store(zip.get());
+  archive_write_set_bytes_in_last_block(zip.get(), 1);
+  const auto append = [](archive*, void* to, const void* data, std::size_t size) -> la_ssize_t {
+    static_cast<std::string*>(to)->append(static_cast<const char*>(data), size);
+    return static_cast<la_ssize_t>(size);
+  };
+  if (archive_write_open(zip.get(), &content, nullptr, append, nullptr) != ARCHIVE_OK) {
+    throw OutputError(std::string("numpy: ") + archive_error_string(zip.get()));
+  }
+  for (const NamedArray& array : arrays_of(calibration)) {
+    add_entry(zip.get(), array.name + ".npy", npy_of(array.values));
+  }
+  for (const auto& [name, text] : texts_of(calibration)) {
+    add_entry(zip.get(), name + ".npy", npy_of(text));
+  }
+  if (archive_write_close(zip.get()) != ARCHIVE_OK) {
+    throw OutputError(std::string("numpy: ") + archive_error_string(zip.get()));
+  }
+  return {.content = content, .loss = std::nullopt};
+}
+#endif
+
+}  // namespace axiscal

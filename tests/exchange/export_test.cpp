@@ -1,0 +1,520 @@
+// SPDX-License-Identifier: Apache-2.0
+// Each export is replayed through its reader's own formula and compared with apply.
+#include "axiscal/exchange/export.hpp"
+
+#include <cstdlib>
+#include <functional>
+#include <map>
+
+#include <Eigen/LU>
+#ifdef AXISCAL_MATIO
+#include <matio.h>
+#endif
+#include <nlohmann/json.hpp>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
+#include "exchange_fixtures.hpp"
+#include "program.hpp"
+
+namespace axiscal::test {
+namespace {
+
+using testing::HasSubstr;
+
+using Formula = std::function<Eigen::Vector3d(const Eigen::Vector3d& reading)>;
+
+// The reader's field [its unit] against apply's, in the record's unit.
+void expect_replayed(const Calibration& calibration,
+                     const Formula& formula,
+                     double field_factor,
+                     double tolerance) {
+  for (const Trial& trial : trials(calibration)) {
+    const Eigen::Vector3d expected = field_factor * applied(calibration, trial);
+    EXPECT_LT((formula(trial.reading) - expected).norm(), tolerance * expected.norm());
+  }
+}
+
+// "NAME<separator>...VALUE": the numbers of a parameter file.
+std::map<std::string, double> parameters_of(const std::string& text,
+                                            char separator,
+                                            std::size_t name_at,
+                                            std::size_t value_at) {
+  std::map<std::string, double> all;
+  for (const std::string_view line : split(text, '\n')) {
+    if (!line.empty() && line.front() != '#') {
+      const std::vector<std::string_view> parts = split(line, separator);
+      all[std::string(parts.at(name_at))] = parse_number(parts.at(value_at)).value();
+    }
+  }
+  return all;
+}
+
+Eigen::Vector3d xyz(const std::map<std::string, double>& all,
+                    const std::string& prefix,
+                    const std::string& suffix = "") {
+  return {all.at(prefix + "X" + suffix), all.at(prefix + "Y" + suffix),
+          all.at(prefix + "Z" + suffix)};
+}
+
+Eigen::Matrix3d with_diagonals(const Eigen::Vector3d& diagonal, const Eigen::Vector3d& off) {
+  return Eigen::Matrix3d({{diagonal(0), off(0), off(1)},
+                          {off(0), diagonal(1), off(2)},
+                          {off(1), off(2), diagonal(2)}});
+}
+
+TEST(ExportPx4, IsTheSameByPx4sFormula) {
+  const Calibration accelerometer = without_cross_axis_terms(accelerometer_in("m/s^2", "g"));
+  const auto acc =
+      parameters_of(export_calibration(accelerometer, "px4", {.instance = 1}).content, '\t', 2, 3);
+  expect_replayed(
+      accelerometer,
+      [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+        return (v - xyz(acc, "CAL_ACC1_", "OFF")).cwiseProduct(xyz(acc, "CAL_ACC1_", "SCALE"));
+      },
+      9.81, 1e-12);
+  const auto mag = parameters_of(export_calibration(magnetometer(), "px4").content, '\t', 2, 3);
+  expect_replayed(
+      magnetometer(),
+      [&](const Eigen::Vector3d& uT) -> Eigen::Vector3d {
+        return with_diagonals(xyz(mag, "CAL_MAG0_", "SCALE"), xyz(mag, "CAL_MAG0_", "ODIAG")) *
+               (0.01 * uT - xyz(mag, "CAL_MAG0_", "OFF"));
+      },
+      0.01, 1e-12);
+  Calibration plain = gyroscope();
+  plain.response.sensitivity = Eigen::Matrix3d::Identity();
+  const auto gyr = parameters_of(export_calibration(plain, "px4").content, '\t', 2, 3);
+  expect_replayed(
+      plain,
+      [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+        return v - xyz(gyr, "CAL_GYRO0_", "OFF");
+      },
+      1.0, 1e-12);
+}
+
+TEST(ExportArduPilot, IsTheSameByArduPilotsFormula) {
+  const Calibration accelerometer = without_cross_axis_terms(accelerometer_in("g", "m/s^2"));
+  const auto acc = parameters_of(
+      export_calibration(accelerometer, "ardupilot", {.instance = 1}).content, ',', 0, 1);
+  expect_replayed(
+      accelerometer,
+      [&](const Eigen::Vector3d& g) -> Eigen::Vector3d {
+        return (9.80665 * g - xyz(acc, "INS_ACC2OFFS_")).cwiseProduct(xyz(acc, "INS_ACC2SCAL_"));
+      },
+      1.0, 1e-12);
+  const auto mag =
+      parameters_of(export_calibration(magnetometer(), "ardupilot").content, ',', 0, 1);
+  expect_replayed(
+      magnetometer(),
+      [&](const Eigen::Vector3d& uT) -> Eigen::Vector3d {
+        return with_diagonals(xyz(mag, "COMPASS_DIA_"), xyz(mag, "COMPASS_ODI_")) *
+               (10.0 * uT + xyz(mag, "COMPASS_OFS_"));
+      },
+      10.0, 1e-12);
+}
+
+TEST(ExportRos, IsTheSameByImuCalibsFormula) {
+  const Calibration calibration = accelerometer_in("LSB", "g");
+  const std::string text = export_calibration(calibration, "ros").content;
+  const auto numbers = [&](const std::string& key) {
+    const std::size_t at = text.find("\n" + key + ": [") + key.size() + 4;
+    return parse_numbers(text.substr(at, text.find(']', at) - at)).value();
+  };
+  const std::vector<double> SM = numbers("SM");
+  const std::vector<double> bias = numbers("bias");
+  ASSERT_EQ(SM.size(), 9U);
+  expect_replayed(
+      calibration,
+      [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+        return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(SM.data()) * v -
+               Eigen::Map<const Eigen::Vector3d>(bias.data());
+      },
+      9.81, 1e-12);
+}
+
+Eigen::Matrix3d rows_of(const nlohmann::json& nine) {
+  const auto values = nine.get<std::vector<double>>();
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(values.data());
+}
+
+Eigen::Vector3d vector_of(const nlohmann::json& three) {
+  const auto values = three.get<std::vector<double>>();
+  return Eigen::Map<const Eigen::Vector3d>(values.data());
+}
+
+TEST(ExportXIo, IsTheSameByFusionsFormula) {
+  const auto accelerometer = accelerometer_in("LSB", "g");
+  const auto acc = nlohmann::json::parse(export_calibration(accelerometer, "x-io").content);
+  expect_replayed(
+      accelerometer,
+      [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+        return rows_of(acc["accelerometerMisalignment"]) *
+               (v - vector_of(acc["accelerometerOffset"]))
+                   .cwiseProduct(vector_of(acc["accelerometerSensitivity"]));
+      },
+      1.0, 1e-12);
+  const auto gyr = nlohmann::json::parse(export_calibration(gyroscope(), "x-io").content);
+  expect_replayed(
+      gyroscope(),
+      [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+        return rows_of(gyr["gyroscopeMisalignment"]) *
+               (v - vector_of(gyr["gyroscopeOffset"]))
+                   .cwiseProduct(vector_of(gyr["gyroscopeSensitivity"]));
+      },
+      deg_per_rad, 1e-12);
+  const auto mag = nlohmann::json::parse(export_calibration(magnetometer(), "x-io").content);
+  expect_replayed(
+      magnetometer(),
+      [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+        return rows_of(mag["softIronMatrix"]) * (v - vector_of(mag["hardIronOffset"]));
+      },
+      1.0, 1e-12);
+}
+
+TEST(ExportKalibr, IsTheSameByKalibrsFormula) {
+  for (const Calibration& calibration : {accelerometer_in("g", "m/s^2"), gyroscope()}) {
+    const double factor = calibration.instrument.unit == "g" ? 9.80665 : 1.0;
+    const std::string text = export_calibration(calibration, "kalibr").content;
+    const auto matrix = [&](const std::string& key) {
+      std::size_t at = text.find("    " + key + ":\n");
+      Eigen::Matrix3d M;
+      for (int i = 0; i < 3; ++i) {
+        at = text.find('[', at) + 1;
+        const std::vector<double> row =
+            parse_numbers(text.substr(at, text.find(']', at) - at)).value();
+        M.row(i) = Eigen::Map<const Eigen::RowVector3d>(row.data());
+      }
+      return M;
+    };
+    const Eigen::Matrix3d M = matrix("M");
+    const Eigen::Matrix3d C = matrix(calibration.instrument.kind == "gyroscope" ? "C_gyro_i" : "C");
+    EXPECT_EQ(M(0, 1), 0.0);
+    EXPECT_EQ(M(0, 2), 0.0);
+    EXPECT_EQ(M(1, 2), 0.0);
+    EXPECT_LT((C * C.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-14);
+    EXPECT_NEAR(C.determinant(), 1.0, 1e-14);
+    const std::size_t at = text.find("bias: [") + 7;
+    const std::vector<double> b = parse_numbers(text.substr(at, text.find(']', at) - at)).value();
+    for (const Trial& trial : trials(calibration)) {
+      const Eigen::Vector3d v = M * C * trial.field + Eigen::Map<const Eigen::Vector3d>(b.data());
+      EXPECT_LT((v - factor * trial.reading).norm(), 1e-12 * v.norm());
+    }
+  }
+}
+
+TEST(ExportKalibr, HoldsAGyroscopesAnswerToGravity) {
+  Calibration calibration = gyroscope();
+  AlsoResponse gravity{.kind = "gravity", .unit = "g"};
+  gravity.sensitivity =
+      9.80665e-3 * Eigen::Matrix3d({{1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}, {7.0, 8.0, 9.0}});
+  calibration.also.push_back(gravity);
+  EXPECT_THAT(export_calibration(calibration, "kalibr").content,
+              HasSubstr("A:\n    - [0.001, 0.002, 0.003]\n    - [0.004, 0.005, 0.006]\n"));
+  EXPECT_THROW(static_cast<void>(export_calibration(calibration, "x-io")), RefusedError);
+}
+
+TEST(ExportBetaflight, IsAnOffsetInCounts) {
+  Calibration calibration = accelerometer_in("LSB", "g");
+  calibration.response.bias = Eigen::Vector3d(31.0, -12.0, 250.0);
+  calibration.response.sensitivity = 2048.0 * Eigen::Matrix3d::Identity();
+  const Exported exported = export_calibration(calibration, "betaflight");
+  EXPECT_FALSE(exported.loss.has_value());
+  EXPECT_THAT(exported.content, HasSubstr("\nset acc_calibration = 31,-12,250,1\n"));
+  EXPECT_THAT(exported.content, HasSubstr("acc_1G of this sensor is 2048"));
+  // 1 % of scale is lost, as METHOD's field: 0.01 g in every direction.
+  calibration.response.sensitivity *= 1.01;
+  EXPECT_THROW(static_cast<void>(export_calibration(calibration, "betaflight")), RefusedError);
+  const auto loss = export_calibration(calibration, "betaflight", {.lossy = true}).loss;
+  ASSERT_TRUE(loss.has_value());
+  EXPECT_EQ(loss->what, std::vector<std::string>{"sensitivities"});
+  EXPECT_NEAR(loss->worst, 0.01, 1e-9);
+  EXPECT_NEAR(loss->rms, 0.01, 1e-9);
+  EXPECT_NEAR(loss->worst_deg, 0.0, 1e-6);
+}
+
+// x reads 0.01 of y too: without it f_x is 0.01 f_y off, and the direction by up to 0.01 rad.
+TEST(ExportLoss, IsThatOfTheMissingTerm) {
+  Calibration calibration = accelerometer_in("m/s^2", "m/s^2");
+  calibration.response.sensitivity = Eigen::Matrix3d::Identity();
+  calibration.response.sensitivity(0, 1) = 0.01;
+  const Exported exported = export_calibration(calibration, "px4", {.lossy = true});
+  ASSERT_TRUE(exported.loss.has_value());
+  EXPECT_EQ(exported.loss->what, std::vector<std::string>{"cross-axis terms"});
+  EXPECT_NEAR(exported.loss->worst, 0.0981, 1e-4);
+  EXPECT_NEAR(exported.loss->rms, 0.0981 / std::sqrt(3.0), 1e-4);
+  EXPECT_NEAR(exported.loss->worst_deg, 0.01 * deg_per_rad, 1e-3);
+  EXPECT_THAT(exported.content, HasSubstr("Not held: cross-axis terms"));
+  try {
+    static_cast<void>(export_calibration(calibration, "px4"));
+    FAIL() << "not refused";
+  } catch (const RefusedError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("up to 0.0981 m/s^2 and 0.573 degrees"));
+  }
+}
+
+TEST(ExportLoss, OfTemperatureIsOverTheCalibratedRange) {
+  Calibration calibration =
+      over_temperature(without_cross_axis_terms(accelerometer_in("m/s^2", "m/s^2")));
+  calibration.temperature->scale.setZero();
+  calibration.temperature->bias.setZero();
+  calibration.temperature->bias(2, 0) = 1e-3;  // at -10: 0.035 m/s^2
+  const auto loss = export_calibration(calibration, "px4", {.lossy = true}).loss;
+  ASSERT_TRUE(loss.has_value());
+  EXPECT_EQ(loss->what, std::vector<std::string>{"temperature"});
+  EXPECT_NEAR(loss->worst, 0.035 / 1.03, 1e-9);
+}
+
+TEST(Export, RefusesWhatNobodyCouldUse) {
+  const auto refused = [](const Calibration& calibration, const std::string& format,
+                          const std::string& why) {
+    try {
+      static_cast<void>(export_calibration(calibration, format));
+      ADD_FAILURE() << format << " was not refused";
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr(why));
+    }
+  };
+  refused(accelerometer_in("LSB", "m/s^2"), "px4", "--reading-factor");
+  Calibration no_gravity = accelerometer_in("m/s^2", "g");
+  no_gravity.field.local_gravity.reset();
+  refused(no_gravity, "px4", "--gravity");
+  refused(magnetometer(), "kalibr", "no magnetometer");
+  refused(gyroscope(), "betaflight", "at each start");
+  refused(gyroscope(), "px44", "did you mean 'px4'?");
+  Calibration light = magnetometer();
+  light.instrument.kind = "optical";
+  refused(light, "ardupilot", "no place for this instrument");
+  Calibration two = accelerometer_in("V", "g");
+  two.instrument.axes = {"x", "y"};
+  refused(two, "c-header", "three axes");
+  Calibration mirrored = accelerometer_in("m/s^2", "m/s^2");
+  mirrored.response.sensitivity.row(1) *= -1.0;
+  refused(mirrored, "kalibr", "change its sign");
+  EXPECT_THROW(static_cast<void>(export_calibration(gyroscope(), "c-header", {.name = "a b"})),
+               DomainError);
+}
+
+TEST(Export, ReadingFactorAndGravityStandIn) {
+  Calibration counts = without_cross_axis_terms(accelerometer_in("LSB", "g"));
+  counts.field.local_gravity.reset();
+  counts.response.sensitivity *= 1670.0;
+  const auto acc = parameters_of(
+      export_calibration(counts, "px4", {.reading_factor = 9.80665 / 1670.0, .local_gravity = 9.81})
+          .content,
+      '\t', 2, 3);
+  expect_replayed(
+      counts,
+      [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+        return (9.80665 / 1670.0 * v - xyz(acc, "CAL_ACC0_", "OFF"))
+            .cwiseProduct(xyz(acc, "CAL_ACC0_", "SCALE"));
+      },
+      9.81, 1e-12);
+}
+
+// ---- headers: compiled and run ----
+
+// Runs a header's function by a program of its own; readings in, fields out.
+class Header : public testing::TestWithParam<const char*> {
+ protected:
+  [[nodiscard]] static bool is_cpp() { return std::string(GetParam()) == "cpp-header"; }
+
+  std::vector<Eigen::Vector3d> run(const Calibration& calibration,
+                                   const ExportOptions& options,
+                                   const std::string& body,
+                                   const std::string& checks = "") {
+    const std::string header = is_cpp() ? "imu.hpp" : "imu.h";
+    folder_.write(header, export_calibration(calibration, GetParam(), options).content);
+    std::string code =
+        "#include \"" + header + "\"\n#include <stdio.h>\n" + checks + "int main(void) {\n";
+    if (is_cpp()) {
+      code += "using imu::apply;\n";
+    }
+    code += body + "return 0;\n}\n";
+    const std::string source = folder_.write(is_cpp() ? "main.cpp" : "main.c", code);
+    const std::string compiler = is_cpp() ? "c++ -std=c++17" : "cc -std=c99";
+    const std::string command = "cd '" + folder_.path("") + "' && " + compiler +
+                                " -O1 -pedantic -Wall -Wextra -Werror -o main '" + source +
+                                "' > errors.txt 2>&1 && ./main > out.txt";
+    EXPECT_EQ(std::system(command.c_str()), 0) << read_file(folder_.path("errors.txt")) << code;
+    std::vector<Eigen::Vector3d> fields;
+    const std::string printed = read_file(folder_.path("out.txt"));
+    for (const std::string_view line : split(printed, '\n')) {
+      if (!line.empty()) {
+        const std::vector<double> row = parse_numbers(line).value();
+        fields.emplace_back(row.at(0), row.at(1), row.at(2));
+      }
+    }
+    return fields;
+  }
+
+  static std::string call(const std::string& arguments) {
+    return (is_cpp() ? "apply(" : "imu_apply(") + arguments + ");\n";
+  }
+
+  // A program that applies the header to every trial and prints the fields.
+  static std::string body_for(const std::vector<Trial>& all,
+                              const std::string& type,
+                              bool temperature,
+                              double scale = 0.0) {
+    std::string body = type + " field[3];\n";
+    for (const Trial& trial : all) {
+      std::string values;
+      for (int k = 0; k < 3; ++k) {
+        values +=
+            (k > 0 ? ", " : "") + (scale > 0.0 ? number_text(std::round(scale * trial.reading(k)))
+                                               : "(" + type + ")" + number_text(trial.reading(k)));
+      }
+      body += "{ const " + type + " v[3] = {" + values + "};\n";
+      body += call(temperature ? "v, (" + type + ")" + number_text(trial.temperature) + ", field"
+                               : "v, field");
+      body +=
+          R"(printf("%.17g,%.17g,%.17g\n", (double)field[0], (double)field[1], (double)field[2]); })";
+      body += "\n";
+    }
+    return body;
+  }
+
+  void SetUp() override {
+    if (std::system("cc --version > /dev/null 2>&1 && c++ --version > /dev/null 2>&1") != 0) {
+      GTEST_SKIP() << "no compilers cc and c++ in the path";
+    }
+  }
+
+  ScratchFolder folder_;
+};
+
+TEST_P(Header, DoubleAppliesWithTemperature) {
+  const Calibration calibration = over_temperature(accelerometer_in("V", "g"));
+  const std::vector<Trial> all = trials(calibration);
+  const auto fields = run(calibration, {.name = "imu"}, body_for(all, "double", true));
+  ASSERT_EQ(fields.size(), all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_LT((fields[i] - applied(calibration, all[i])).norm(), 1e-13);
+  }
+}
+
+TEST_P(Header, FloatAppliesToItsPrecision) {
+  const Calibration calibration = accelerometer_in("V", "g");
+  const std::vector<Trial> all = trials(calibration);
+  const auto fields = run(calibration, {.numbers = parse_header_numbers("float"), .name = "imu"},
+                          body_for(all, "float", false));
+  ASSERT_EQ(fields.size(), all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_LT((fields[i] - applied(calibration, all[i])).norm(), 1e-6);
+  }
+}
+
+// Counts of 16 bits in, the field with 16 binary places out.
+TEST_P(Header, FixedPointAppliesToOneBit) {
+  Calibration calibration = accelerometer_in("LSB", "g");
+  calibration.response.bias *= 1000.3;
+  calibration.response.sensitivity *= 16384.0;
+  std::vector<Trial> all = trials(calibration);
+  for (Trial& trial : all) {
+    trial.reading = trial.reading.array().round();
+  }
+  const auto fields = run(calibration, {.numbers = parse_header_numbers("q0:16"), .name = "imu"},
+                          body_for(all, "int32_t", false, 1.0));
+  ASSERT_EQ(fields.size(), all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_LT((fields[i] / 65536.0 - applied(calibration, all[i])).cwiseAbs().maxCoeff(),
+              1.01 / 65536.0);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(InEachLanguage, Header, testing::Values("c-header", "cpp-header"));
+
+TEST(CppHeader, IsConstexpr) {
+  if (std::system("c++ --version > /dev/null 2>&1") != 0) {
+    GTEST_SKIP() << "no compiler c++ in the path";
+  }
+  const ScratchFolder folder;
+  Calibration calibration = accelerometer_in("V", "g");
+  calibration.response.bias.setConstant(1.0);
+  calibration.response.sensitivity = 2.0 * Eigen::Matrix3d::Identity();
+  folder.write("imu.hpp", export_calibration(calibration, "cpp-header", {.name = "imu"}).content);
+  folder.write("main.cpp", R"(#include "imu.hpp"
+constexpr double x_at(double v) {
+  const double readings[3] = {v, 0.0, 0.0};
+  double field[3] = {};
+  imu::apply(readings, field);
+  return field[0];
+}
+static_assert(x_at(3.0) == 1.0);
+int main() {}
+)");
+  EXPECT_EQ(std::system(("c++ -std=c++17 -fsyntax-only '" + folder.path("main.cpp") + "'").c_str()),
+            0);
+}
+
+TEST(CHeader, ASerialNumberStaysWithinItsComment) {
+  Calibration calibration = accelerometer_in("V", "g");
+  calibration.instrument.serial = "*/ int evil; /*\n#error\\";
+  const std::string text = export_calibration(calibration, "c-header").content;
+  EXPECT_EQ(text.find("*/"), text.find(" */\n#ifndef") + 1);
+  EXPECT_EQ(text.find("\n#error"), std::string::npos);
+}
+
+TEST(HeaderNumbers, AreRead) {
+  EXPECT_EQ(parse_header_numbers("q16").reading_bits, 16);
+  EXPECT_EQ(parse_header_numbers("q0:20").field_bits, 20);
+  for (const char* const text : {"q", "q30", "q1:2:3", "int", "q-1"}) {
+    EXPECT_THROW(static_cast<void>(parse_header_numbers(text)), DomainError) << text;
+  }
+}
+
+// ---- tables ----
+
+TEST(ExportCsv, HasEveryCoefficient) {
+  Calibration calibration = over_temperature(accelerometer_in("V", "g"));
+  calibration.instrument.unit = "V, rms";
+  const std::string text = export_calibration(calibration, "csv").content;
+  EXPECT_THAT(text, HasSubstr("parameter,value,standard_error,unit\nx.bias,0.1,,\"V, rms\"\n"));
+  EXPECT_THAT(text, HasSubstr("\nz.sensitivity.y,0.01,,\"V, rms/g\"\n"));
+  EXPECT_THAT(text, HasSubstr("\ny.scale.d2,2e-06,1e-07,1 per d2\n"));
+}
+
+#ifdef AXISCAL_MATIO
+TEST(ExportMatlab, IsReadByMatio) {
+  const ScratchFolder folder;
+  const Calibration calibration = over_temperature(accelerometer_in("V", "g"));
+  const std::string path =
+      folder.write("cal.mat", export_calibration(calibration, "matlab").content);
+  mat_t* const file = Mat_Open(path.c_str(), MAT_ACC_RDONLY);
+  ASSERT_NE(file, nullptr);
+  matvar_t* const S = Mat_VarRead(file, "sensitivity");
+  ASSERT_NE(S, nullptr);
+  EXPECT_EQ(S->dims[0] * S->dims[1], 9U);
+  EXPECT_EQ(static_cast<const double*>(S->data)[3], 0.02);  // column by column
+  matvar_t* const unit = Mat_VarRead(file, "unit");
+  ASSERT_NE(unit, nullptr);
+  EXPECT_EQ(static_cast<const char*>(unit->data)[0], 'V');
+  Mat_VarFree(S);
+  Mat_VarFree(unit);
+  Mat_Close(file);
+}
+#endif
+
+TEST(ExportNumpy, IsReadByNumpy) {
+  if (std::system("/usr/bin/python3 -c 'import numpy' > /dev/null 2>&1") != 0) {
+    GTEST_SKIP() << "no numpy";
+  }
+  const ScratchFolder folder;
+  const Calibration calibration = over_temperature(accelerometer_in("V", "g"));
+  folder.write("cal.npz", export_calibration(calibration, "numpy").content);
+  folder.write("check.py", R"(import numpy as np
+c = np.load('cal.npz')
+assert c['bias'].shape == (3,) and c['sensitivity'].shape == (3, 3)
+assert c['sensitivity'][0, 1] == 0.02 and c['sensitivity'][1, 0] == 0.015
+assert np.allclose(c['inverse'] @ c['sensitivity'], np.eye(3), atol=1e-14)
+assert c['temperature_bias'].shape == (3, 2) and c['temperature_bias'][2, 1] == -3e-5
+assert c['unit'][()] == b'V' and c['serial'][()] == b'A-17'
+)");
+  EXPECT_EQ(std::system(("cd '" + folder.path("") + "' && /usr/bin/python3 check.py").c_str()), 0);
+  EXPECT_EQ(export_calibration(calibration, "numpy").content,
+            read_file(folder.path("cal.npz")));  // the same bytes each time
+}
+
+}  // namespace
+}  // namespace axiscal::test

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/exchange/import.hpp"
+
+#include <Eigen/LU>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/exchange/export.hpp"
+#include "exchange_fixtures.hpp"
+
+namespace axiscal::test {
+namespace {
+
+using testing::HasSubstr;
+
+// What was exported comes back: it reduces the same readings to the same field.
+void expect_returned(const Calibration& calibration,
+                     const std::string& format,
+                     double reading_factor,
+                     double field_factor) {
+  const std::string text = export_calibration(calibration, format, {.instance = 1}).content;
+  const Calibration back = import_calibration(text, "file", format,
+                                              {.kind = calibration.instrument.kind, .instance = 1});
+  for (Trial trial : trials(calibration)) {
+    const Eigen::Vector3d expected = field_factor * trial.field;
+    trial.reading *= reading_factor;
+    EXPECT_LT((applied(back, trial) - expected).norm(), 1e-11 * expected.norm()) << format;
+  }
+  EXPECT_FALSE(back.statistics.has_value());
+  EXPECT_THAT(back.notes.front(), HasSubstr("imported from file (" + format + ")"));
+}
+
+TEST(Import, ReturnsWhatWasExported) {
+  const Calibration accelerometer = without_cross_axis_terms(accelerometer_in("m/s^2", "m/s^2"));
+  for (const char* const format : {"px4", "ardupilot"}) {
+    expect_returned(accelerometer, format, 1.0, 1.0);
+  }
+  expect_returned(magnetometer(), "px4", 0.01, 0.01);
+  expect_returned(magnetometer(), "ardupilot", 10.0, 10.0);
+  expect_returned(accelerometer_in("m/s^2", "m/s^2"), "kalibr", 1.0, 1.0);
+  expect_returned(gyroscope(), "kalibr", 1.0, 1.0);
+}
+
+// imucal: f = R^-1 K^-1 (v - b).
+TEST(Import, ReadsImucal) {
+  const char* const text = R"({"cal_type": "Ferraris", "acc_unit": "m/s^2", "gyr_unit": "deg/s",
+"from_acc_unit": "a.u.", "from_gyr_unit": "a.u.", "comment": null,
+"K_a": [[200.0, 0, 0], [0, 210.0, 0], [0, 0, 190.0]],
+"R_a": [[1.0, 0.01, 0], [0, 1.0, 0.02], [-0.03, 0, 1.0]], "b_a": [10.0, -20.0, 30.0],
+"K_g": [[16.0, 0, 0], [0, 16.5, 0], [0, 0, 17.0]],
+"R_g": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "K_ga": [[0, 0, 0], [0, 0, 0], [0.1, 0, 0]],
+"b_g": [1.0, 2.0, 3.0]})";
+  const Calibration acc = import_calibration(text, "cal.json", "imucal");
+  EXPECT_EQ(acc.instrument.unit, "a.u.");
+  EXPECT_EQ(acc.field.magnitude, 9.80665);
+  EXPECT_DOUBLE_EQ(acc.response.sensitivity(0, 1), 2.0);
+  EXPECT_DOUBLE_EQ(acc.response.sensitivity(2, 0), -5.7);
+  const Calibration gyr = import_calibration(text, "cal.json", "imucal", {.kind = "gyroscope"});
+  EXPECT_EQ(gyr.field.unit, "deg/s");
+  EXPECT_EQ(gyr.response.bias, Eigen::Vector3d(1.0, 2.0, 3.0));
+  EXPECT_THAT(gyr.notes.back(), HasSubstr("K_ga"));
+}
+
+void expect_bad(const std::string& text,
+                const std::string& format,
+                const std::string& why,
+                const ImportOptions& options = {}) {
+  try {
+    static_cast<void>(import_calibration(text, "their.file", format, options));
+    ADD_FAILURE() << "was taken: " << text;
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("their.file:"));
+    EXPECT_THAT(error.what(), HasSubstr(why));
+  }
+}
+
+TEST(Import, SaysWhatIsWrongAndWhere) {
+  expect_bad("# empty\n", "px4", "it has no CAL_ACC0_XOFF");
+  expect_bad("1\t1\tCAL_ACC0_XOFF\tabc\t9\n", "px4", "their.file:1: no parameter with a number");
+  expect_bad("1\t1\tCAL_ACC0_XOFF\t1\t9\n", "px4", "CAL_ACC0_YOFF");
+  expect_bad(
+      "INS_ACCOFFS_X,0\nINS_ACCOFFS_Y,0\nINS_ACCOFFS_Z,0\n"
+      "INS_ACCSCAL_X,0\nINS_ACCSCAL_Y,1\nINS_ACCSCAL_Z,1\n",
+      "ardupilot", "cannot be inverted");
+  expect_bad("{}", "imucal", "no calibration of imucal");
+  expect_bad("{", "imucal", "no calibration of imucal");
+  expect_bad(R"({"K_a": [[1,2],[3,4]], "R_a": 1, "b_a": []})", "imucal", "/K_a:");
+  expect_bad("imu0: [1, 2", "kalibr", "no YAML");
+  expect_bad("imu0:\n  accelerometers:\n    M: 3\n", "kalibr", "M: three rows");
+  expect_bad("imu0: {}\n", "kalibr", "it has no imu0 with accelerometers");
+  EXPECT_THROW(static_cast<void>(import_calibration("", "f", "kalib")), DomainError);
+  EXPECT_THROW(static_cast<void>(import_calibration("", "f", "px4", {.kind = "optical"})),
+               DomainError);
+}
+
+// ArduPilot leaves the compass's matrix out where its diagonal is 0.
+TEST(Import, ArduPilotsCompassWithoutAMatrix) {
+  const Calibration back = import_calibration(
+      "COMPASS_OFS_X,10\nCOMPASS_OFS_Y,-20\nCOMPASS_OFS_Z,30\n"
+      "COMPASS_DIA_X,0\nCOMPASS_DIA_Y,0\nCOMPASS_DIA_Z,0\n",
+      "f", "ardupilot", {.kind = "magnetometer"});
+  EXPECT_EQ(back.response.bias, Eigen::Vector3d(-10.0, 20.0, -30.0));
+  EXPECT_EQ(Eigen::Matrix3d(back.response.sensitivity), Eigen::Matrix3d::Identity());
+}
+
+}  // namespace
+}  // namespace axiscal::test
