@@ -616,6 +616,20 @@ Command parse_command_line(std::vector<std::string> arguments) {
            "of the field, in the format's unit; 9.80665 m/s^2, 1 rad/s, 0.5 G");
   add_output(*import_app, import.output);
 
+  ReportCommand report;
+  CLI::App* report_app = app.add_subcommand("report", "calibration record -> a report to look at");
+  report_app->footer("Example: axiscal report cal.json run.csv -o report.html");
+  report_app->add_option("record", report.record, "calibration record (JSON)")
+      ->required()
+      ->type_name("RECORD");
+  add_text(*report_app, "observations", report.observations, "OBS",
+           "its readings (CSV), for their values, times and directions");
+  add_text(*report_app, "--history", report.history, "FOLDER",
+           "records of the same unit: its drift over the years");
+  report_app->add_option("-o,--output", report.output, "REPORT.html; - is stdout")
+      ->required()
+      ->type_name("FILE");
+
   if (arguments.empty()) {
     throw UsageError("a subcommand is missing\n\n" + app.help());
   }
@@ -680,6 +694,9 @@ Command parse_command_line(std::vector<std::string> arguments) {
   }
   if (*import_app) {
     return import;
+  }
+  if (*report_app) {
+    return report;
   }
   if (*level_app) {
     return level;

@@ -187,6 +187,12 @@ struct ImportCommand {
   std::string output = "-";
 };
 
+struct ReportCommand {
+  std::string record;
+  std::optional<std::string> observations, history;
+  std::string output;
+};
+
 /// Text for standard output and nothing more to do: help or version.
 struct ShowText {
   std::string text;
@@ -206,7 +212,8 @@ using Command = std::variant<ShowText,
                              SegmentCommand,
                              NoiseCommand,
                              ExportCommand,
-                             ImportCommand>;
+                             ImportCommand,
+                             ReportCommand>;
 
 /// @throws UsageError  for an unknown subcommand, option or value, or one that is missing.
 [[nodiscard]] Command parse_command_line(std::vector<std::string> arguments);

@@ -20,6 +20,7 @@ int run(const SegmentCommand& command);
 int run(const NoiseCommand& command);
 int run(const ExportCommand& command);
 int run(const ImportCommand& command);
+int run(const ReportCommand& command);
 
 /// `calibrate --imu`.
 int run_imu(const CalibrateCommand& command);

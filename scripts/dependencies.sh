@@ -29,6 +29,10 @@ needs=(
   "libbenchmark-dev"
 )
 
+# Commands that may come from elsewhere too: the report's script is bundled by node, and used in a
+# browser by the tests.
+tools=("node nodejs" "npm npm" "chromium chromium")
+
 is_installed() {
   [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
 }
@@ -48,6 +52,12 @@ for need in "${needs[@]}"; do
     fi
   done
   [ "$found" = yes ] || missing+=("$need")
+done
+for tool in "${tools[@]}"; do
+  # Ubuntu's chromium is a snap: what cannot be had here is left out, with the tests that need it.
+  if ! command -v "${tool% *}" >/dev/null && apt-cache show "${tool#* }" >/dev/null 2>&1; then
+    missing+=("${tool#* }")
+  fi
 done
 [ ${#missing[@]} -gt 0 ] || exit 0
 

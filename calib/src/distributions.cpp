@@ -6,6 +6,7 @@
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 
 namespace axiscal {
@@ -66,6 +67,13 @@ double chi_squared_quantile(double probability, double degrees_of_freedom) {
     return not_a_number;
   }
   return boost::math::quantile(ChiSquared(degrees_of_freedom), probability);
+}
+
+double normal_quantile(double probability) {
+  if (!(probability > 0.0 && probability < 1.0)) {
+    return not_a_number;
+  }
+  return boost::math::quantile(boost::math::normal_distribution<double, Quiet>(), probability);
 }
 
 }  // namespace axiscal

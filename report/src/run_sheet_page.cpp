@@ -6,6 +6,7 @@
 
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/positioner/positioner.hpp"
+#include "html.hpp"
 
 namespace axiscal {
 namespace {
@@ -61,29 +62,6 @@ std::string face_towards(const DesignPoint& point, const Eigen::Vector3d& direct
     }
   }
   return "";
-}
-
-std::string escaped(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        safe += "&amp;";
-        break;
-      case '<':
-        safe += "&lt;";
-        break;
-      case '>':
-        safe += "&gt;";
-        break;
-      case '"':
-        safe += "&quot;";
-        break;
-      default:
-        safe += c;
-    }
-  }
-  return safe;
 }
 
 constexpr const char* page_style = R"css(

@@ -86,5 +86,29 @@ TEST_F(ExchangeCommands, AnImportedCalibrationIsChecked) {
   }
 }
 
+TEST_F(ExchangeCommands, ReportIsOnePage) {
+  const std::string run = folder_.path("run.csv");
+  EXPECT_EQ(run_axiscal({"simulate", "--truth", record(), "--noise", "1e-3", "-o", run}).status, 0);
+  const std::string made = folder_.path("made.json");
+  EXPECT_EQ(run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--field", "gravity",
+                         "--field-magnitude", "9.81", "--field-unit", "m/s^2", "-o", made})
+                .status,
+            0);
+  const std::string page = folder_.path("report.html");
+  const ProgramResult report = run_axiscal({"report", made, run, "-o", page});
+  EXPECT_EQ(report.status, 0) << report.err;
+  EXPECT_EQ(report.err, "");
+  EXPECT_THAT(read_file(page), HasSubstr("</html>"));
+  const std::string other = folder_.path("other.csv");
+  EXPECT_EQ(
+      run_axiscal({"simulate", "--truth", record(), "--noise", "1e-3", "--seed", "2", "-o", other})
+          .status,
+      0);
+  EXPECT_THAT(run_axiscal({"report", made, other, "-o", page}).err, HasSubstr("SHA-256"));
+  EXPECT_EQ(run_axiscal({"report", made, "-o", made}).status, 2);
+  EXPECT_EQ(run_axiscal({"report", made}).status, 2);
+  EXPECT_EQ(run_axiscal({"report", folder_.path("none.json"), "-o", page}).status, 3);
+}
+
 }  // namespace
 }  // namespace axiscal::test

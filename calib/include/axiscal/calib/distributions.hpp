@@ -26,4 +26,7 @@ namespace axiscal {
 /// @return x with P(X <= x) = probability for chi-squared; NaN where an argument is out of range.
 [[nodiscard]] double chi_squared_quantile(double probability, double degrees_of_freedom);
 
+/// @return x with P(X <= x) = probability for the standard normal; NaN outside (0, 1).
+[[nodiscard]] double normal_quantile(double probability);
+
 }  // namespace axiscal

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/history.hpp"
+#include "axiscal/calib/observations.hpp"
+
+namespace axiscal {
+
+struct ReportOptions {
+  /// The readings, for their times and directions; null without them.
+  const Observations* observations = nullptr;
+  /// Earlier records of the same unit, for its drift; their unit is the one of the report's serial.
+  std::vector<UnitHistory> history;
+};
+
+/// The largest expanded uncertainty (95 %) of a direction that one reading gives, over all
+/// directions of the field.
+struct WorstAngle {
+  std::string quantity;       ///< "pitch", "roll", "yaw", or "direction of the field"
+  double expanded_deg = 0.0;  ///< NaN where the record states no uncertainty
+};
+
+/// @param calibration  of three axes.
+/// @return for what has pitch and roll the worst of these (up to 80 degrees of pitch, where roll is
+///         still one), else the angle between the field and what is read.
+[[nodiscard]] WorstAngle worst_angle(const Calibration& calibration);
+
+/// A calibration to look at: one page that needs nothing else, no request, no file.
+///
+/// Verdict, instrument and run, the cube in its design points, coefficients, residuals, levelness,
+/// uncertainty, temperature, orientations, drift. Every plot is drawn, told in words and has its
+/// table; the page's script (where this build has one) makes the plots and the cube move. All text
+/// from the record is escaped.
+///
+/// @return an HTML page, UTF-8.
+[[nodiscard]] std::string calibration_report(const Calibration& calibration,
+                                             const ReportOptions& options = {});
+
+}  // namespace axiscal

@@ -1,0 +1,548 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/report/calibration_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <nlohmann/json.hpp>
+
+#include "axiscal/calib/intrinsic.hpp"
+#include "axiscal/calib/reading_uncertainty.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/instruments/polar_form.hpp"
+#include "axiscal/positioner/positioner.hpp"
+#include "axiscal/report/run_sheet_page.hpp"
+#include "html.hpp"
+#include "page_assets.hpp"
+#include "report_plots.hpp"
+
+namespace axiscal {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string rounded(double value, int digits = 2) {
+  return number_cell(value, digits).text;
+}
+
+std::string section(const std::string& id, const std::string& title, const std::string& content) {
+  return content.empty() ? ""
+                         : "<section id=\"" + id + "\"><h2>" + escaped(title) + "</h2>\n" +
+                               content + "</section>\n";
+}
+
+std::string paragraph(const std::string& text) {
+  return "<p>" + escaped(text) + "</p>\n";
+}
+
+std::string bullets(const std::vector<std::string>& lines) {
+  if (lines.empty()) {
+    return "";
+  }
+  std::string html = "<ul>";
+  for (const std::string& line : lines) {
+    html += "<li>" + escaped(line) + "</li>";
+  }
+  return html + "</ul>\n";
+}
+
+std::string title_of(const Calibration& calibration) {
+  return "Calibration of " + calibration.instrument.kind +
+         (calibration.instrument.serial.empty() ? "" : " " + calibration.instrument.serial);
+}
+
+// ---- verdict ----
+
+std::string what_it_is_fit_for(const Calibration& calibration) {
+  const WorstAngle worst = worst_angle(calibration);
+  if (!std::isfinite(worst.expanded_deg)) {
+    return "The record states no uncertainty: what it is fit for cannot be said.";
+  }
+  const bool is_direction = worst.quantity == "direction of the field";
+  return std::string("One reading tells ") +
+         (is_direction ? "the direction of the field" : "pitch and roll") + " to " +
+         rounded(worst.expanded_deg) + " degrees or better (95 %) in any attitude" +
+         (is_direction
+              ? ""
+              : "; the worst is " + worst.quantity + ", which counts up to 80 degrees of pitch") +
+         (calibration.temperature ? ". That is at the reference temperature." : ".");
+}
+
+std::vector<std::string> what_to_watch(const Calibration& calibration) {
+  std::vector<std::string> lines;
+  for (const CalibrationWarning& warning : calibration.warnings) {
+    lines.push_back(warning.message);
+  }
+  if (calibration.temperature) {
+    const TemperatureResponse& over = *calibration.temperature;
+    lines.push_back("It holds from temperature " + rounded(over.low, 5) + " to " +
+                    rounded(over.high, 5) + "; beyond, results are flagged as extrapolated.");
+  } else if (calibration.statistics) {
+    lines.emplace_back(
+        "It holds at the temperature of the calibration: no temperature was modelled.");
+  }
+  if (!calibration.left_out.empty()) {
+    lines.push_back(std::to_string(calibration.left_out.size()) + " readings were left out.");
+  }
+  return lines;
+}
+
+std::string limits_table(const Verdict& verdict) {
+  std::vector<std::vector<Cell>> rows;
+  for (const LimitVerdict& limit : verdict.limits) {
+    rows.push_back({{limit.parameter, ""},
+                    number_cell(limit.value, 7),
+                    number_cell(limit.u, 2),
+                    number_cell(limit.low.value_or(std::nan("")), 7),
+                    number_cell(limit.high.value_or(std::nan("")), 7),
+                    {limit.passed ? "passed" : "failed", ""}});
+  }
+  return html_table("Limits, rule: " + verdict.rule,
+                    {"limit", "value", "u", "low", "high", "verdict"}, rows);
+}
+
+std::string verdict_section(const Calibration& calibration) {
+  std::string state = calibration.status == "refused"   ? "refused"
+                      : calibration.status == "warning" ? "warning"
+                                                        : "ok";
+  std::string headline = state == "refused" ? "This calibration was refused. Do not use it."
+                         : state == "warning"
+                             ? "Calibrated, with something to look at."
+                             : "Calibrated. Nothing in the readings speaks against it.";
+  if (calibration.verdict && !calibration.verdict->passed) {
+    state = "refused";
+    headline = "It does not meet its limits.";
+  } else if (calibration.verdict && state == "ok") {
+    headline = "Calibrated, and it meets its limits.";
+  }
+  std::string html = "<div class=\"verdict " + state + "\" role=\"status\"><strong>" +
+                     escaped(headline) + "</strong>\n";
+  if (state == "refused" && calibration.suggestion) {
+    html += paragraph("Most likely: " + calibration.suggestion->message);
+  } else if (state == "refused" && !calibration.warnings.empty()) {
+    html += paragraph("Most likely: " + calibration.warnings.front().message);
+  }
+  if (calibration.status != "refused") {
+    html += paragraph(what_it_is_fit_for(calibration));
+  }
+  const std::vector<std::string> watch = what_to_watch(calibration);
+  if (!watch.empty()) {
+    html += paragraph("What to watch:") + bullets(watch);
+  }
+  html += "</div>\n";
+  return html + (calibration.verdict ? limits_table(*calibration.verdict) : "");
+}
+
+// ---- instrument and run ----
+
+std::string facts(const std::vector<std::pair<std::string, std::string>>& rows) {
+  std::string html = "<table class=\"facts\"><tbody>";
+  for (const auto& [name, value] : rows) {
+    if (!value.empty()) {
+      html +=
+          "<tr><th scope=\"row\">" + escaped(name) + "</th><td>" + escaped(value) + "</td></tr>";
+    }
+  }
+  return html + "</tbody></table>\n";
+}
+
+std::string site_text(const Site& site) {
+  return "latitude " + number_text(site.latitude_deg, 8) + " deg, longitude " +
+         number_text(site.longitude_deg, 8) + " deg, height " + number_text(site.height_m, 6) +
+         " m";
+}
+
+std::string run_section(const Calibration& calibration) {
+  const Instrument& instrument = calibration.instrument;
+  const FieldDescription& field = calibration.field;
+  std::vector<std::pair<std::string, std::string>> rows = {
+      {"Instrument", instrument.kind},
+      {"Serial number", instrument.serial},
+      {"Axes, readings in", joined(instrument.axes) + "; " + instrument.unit},
+      {"Slot", calibration.slot},
+      {"Calibrated", calibration.created},
+      {"By", calibration.software},
+      {"Method", calibration.method + (calibration.robust ? ", robust" : "") +
+                     (calibration.weights == "none" ? "" : ", weights by " + calibration.weights)},
+      {"Positioner", calibration.positioner.empty() ? "nominal cube" : calibration.positioner},
+      {"Field", field.kind + ", " + number_text(field.magnitude, 8) + " " + field.unit +
+                    (field.model.empty() ? "" : ", model " + field.model)},
+      {"Place", field.site ? site_text(*field.site) : ""},
+      {"Date of the field", field.date}};
+  if (calibration.statistics) {
+    rows.emplace_back("Readings used", std::to_string(calibration.statistics->observations));
+  }
+  if (!calibration.left_out.empty()) {
+    std::vector<std::string> runs;
+    for (const int run : calibration.left_out) {
+      runs.push_back(std::to_string(run));
+    }
+    rows.emplace_back("Left out: runs", joined(runs));
+  }
+  for (const InputFileDigest& input : calibration.inputs) {
+    rows.emplace_back("File",
+                      input.path + (input.sha256.empty() ? "" : ", SHA-256 " + input.sha256));
+  }
+  std::string html = facts(rows);
+  for (const Correction& correction : calibration.corrections) {
+    html += paragraph("Corrected on request: " + correction.message);
+  }
+  return html + bullets(calibration.notes);
+}
+
+// ---- the cube ----
+
+// The words of one reading: for the cube's view, and for those who do not see it.
+std::string words_of(const Calibration& calibration, const ReadingResidual& residual) {
+  std::string text = "Run " + std::to_string(residual.run);
+  if (residual.point) {
+    text += ": face " + std::string(face_name(residual.point->rest())) + " on the table, " +
+            std::string(face_name(residual.point->fence())) + " at the fence";
+  }
+  text += "; residual";
+  for (Eigen::Index k = 0; k < residual.response.size(); ++k) {
+    text += (k > 0 ? ", " : " ") + calibration.instrument.axes[static_cast<std::size_t>(k)] + " " +
+            rounded(residual.response(k), 3);
+  }
+  return text + " " + calibration.instrument.unit + (residual.used ? "" : "; left out of the fit");
+}
+
+std::set<int> suspects(const Calibration& calibration) {
+  std::set<int> runs;
+  for (const CalibrationWarning& warning : calibration.warnings) {
+    runs.insert(warning.runs.begin(), warning.runs.end());
+  }
+  return runs;
+}
+
+std::string readings_table(const Calibration& calibration, const Observations* observations) {
+  const Instrument& instrument = calibration.instrument;
+  std::vector<std::string> head = {"run", "rest", "fence"};
+  for (const std::string& axis : instrument.axes) {
+    if (observations != nullptr) {
+      head.push_back(axis + " [" + instrument.unit + "]");
+    }
+  }
+  for (const std::string& axis : instrument.axes) {
+    head.push_back("residual " + axis);
+  }
+  head.emplace_back("state");
+  const std::set<int> named = suspects(calibration);
+  std::string html = "<table data-copy><caption>Readings</caption><thead><tr>";
+  for (const std::string& name : head) {
+    html += "<th scope=\"col\">" + escaped(name) + "</th>";
+  }
+  html += "</tr></thead><tbody>";
+  std::size_t seat = 0;
+  for (const ReadingResidual& residual : calibration.residuals) {
+    const std::string run = std::to_string(residual.run);
+    html += "<tr><th scope=\"row\">";
+    html += residual.point ? "<button type=\"button\" aria-pressed=\"false\" data-reading=\"" +
+                                 std::to_string(seat++) + "\">" + run + "</button>"
+                           : run;
+    html += "</th>";
+    const auto add = [&](const Cell& cell) {
+      html += "<td" + (cell.value.empty() ? "" : " data-value=\"" + cell.value + "\"") + ">" +
+              escaped(cell.text) + "</td>";
+    };
+    add({residual.point ? std::string(face_name(residual.point->rest())) : "\u2013", ""});
+    add({residual.point ? std::string(face_name(residual.point->fence())) : "\u2013", ""});
+    if (observations != nullptr) {
+      Eigen::Index row = -1;
+      for (std::size_t i = 0; i < observations->readings.size(); ++i) {
+        row = observations->readings[i].run == residual.run ? static_cast<Eigen::Index>(i) : row;
+      }
+      for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
+        add(row >= 0 && k < observations->response.cols()
+                ? number_cell(observations->response(row, k), 7)
+                : Cell{"\u2013", ""});
+      }
+    }
+    for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
+      add(k < residual.response.size() ? number_cell(residual.response(k), 3) : Cell{"\u2013", ""});
+    }
+    const bool suspect = named.contains(residual.run);
+    html += "<td" + std::string(suspect ? " class=\"suspect\"" : "") + ">" +
+            (!residual.used ? "left out"
+             : suspect      ? "look at it"
+                            : "used") +
+            "</td></tr>";
+  }
+  return html + "</tbody></table>\n";
+}
+
+Json cube_json(const Calibration& calibration) {
+  const Positioner cube;
+  Json readings = Json::array();
+  for (const ReadingResidual& residual : calibration.residuals) {
+    if (!residual.point) {
+      continue;
+    }
+    const Eigen::Matrix3d R = cube.rotation_table_from_positioner(*residual.point);
+    Json rotation = Json::array();
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      rotation.push_back({R(i, 0), R(i, 1), R(i, 2)});
+    }
+    readings.push_back(
+        {{"text", words_of(calibration, residual)}, {"rotation_table_from_positioner", rotation}});
+  }
+  Json json = {{"readings", readings}, {"field_in_table", nullptr}};
+  if (calibration.field.in_table) {
+    const Eigen::Vector3d& f = *calibration.field.in_table;
+    json["field_in_table"] = {f.x(), f.y(), f.z()};
+  }
+  return json;
+}
+
+std::string cube_section(const Calibration& calibration, const Observations* observations) {
+  if (calibration.residuals.empty()) {
+    return "";
+  }
+  std::string html;
+  std::set<std::string> drawn;
+  std::string seats;
+  for (const ReadingResidual& residual : calibration.residuals) {
+    if (residual.point) {
+      const std::string key = std::string(face_name(residual.point->rest())) +
+                              std::string(face_name(residual.point->fence()));
+      if (drawn.insert(key).second) {
+        seats += "<li>" + seat_svg(*residual.point) + "<p>" +
+                 escaped(words_of(calibration, residual)) + "</p></li>";
+      }
+    }
+  }
+  if (!seats.empty()) {
+    html +=
+        "<div id=\"cube\"><div id=\"cube-view\"></div><div id=\"cube-buttons\"><button "
+        "type=\"button\" id=\"cube-back\">Back</button><button type=\"button\" "
+        "id=\"cube-next\">Next</button><span id=\"cube-reading\" aria-live=\"polite\"></span>"
+        "</div><ul class=\"seats\">" +
+        seats + "</ul></div>\n";
+  }
+  return html + readings_table(calibration, observations);
+}
+
+// ---- coefficients ----
+
+std::string coefficients_table(const Calibration& calibration) {
+  std::vector<std::vector<Cell>> rows;
+  const std::string& unit = calibration.instrument.unit;
+  const std::string per_field = unit_per(unit, calibration.field.unit);
+  const std::vector<ParameterUncertainty> all = parameter_uncertainties(calibration);
+  for (const ParameterUncertainty& one : all) {
+    const bool is_bias = one.name.find(".bias") != std::string::npos;
+    const bool has_power = one.name.find(".d") != std::string::npos;
+    const std::string of = has_power ? (is_bias ? unit + " per power of t" : "per power of t")
+                                     : (is_bias ? unit : per_field);
+    rows.push_back({{one.name, ""},
+                    number_cell(one.value, 8),
+                    number_cell(one.uncertainty.u, 2),
+                    number_cell(one.uncertainty.expanded, 2),
+                    number_cell(one.uncertainty.degrees_of_freedom, 3),
+                    {of, ""}});
+  }
+  if (all.empty()) {
+    for (Eigen::Index k = 0; k < calibration.instrument.axis_count(); ++k) {
+      const std::string& axis = calibration.instrument.axes[static_cast<std::size_t>(k)];
+      rows.push_back({{axis + ".bias", ""},
+                      number_cell(calibration.response.bias(k), 8),
+                      {},
+                      {},
+                      {},
+                      {unit, ""}});
+      for (int j = 0; j < 3; ++j) {
+        rows.push_back({{axis + ".sensitivity." + std::string(1, "xyz"[j]), ""},
+                        number_cell(calibration.response.sensitivity(k, j), 8),
+                        {},
+                        {},
+                        {},
+                        {per_field, ""}});
+      }
+    }
+  }
+  return html_table("Coefficients: reading = bias + sensitivity times field",
+                    {"parameter", "value", "u", "U (95 %)", "degrees of freedom", "unit"}, rows);
+}
+
+std::string intrinsic_table(const Calibration& calibration) {
+  const IntrinsicParameters intrinsic = intrinsic_parameters(calibration);
+  std::vector<std::vector<Cell>> rows;
+  for (std::size_t i = 0; i < intrinsic.names.size(); ++i) {
+    const bool is_angle = intrinsic.names[i].starts_with("angle.");
+    const double factor = is_angle ? deg_per_rad : 1.0;
+    const double expanded =
+        i < intrinsic.uncertainty.size() ? intrinsic.uncertainty[i].expanded : std::nan("");
+    rows.push_back({{intrinsic.names[i], ""},
+                    number_cell(factor * intrinsic.values(static_cast<Eigen::Index>(i)), 8),
+                    number_cell(factor * expanded, 2),
+                    {is_angle ? "deg"
+                     : intrinsic.names[i].ends_with("bias")
+                         ? calibration.instrument.unit
+                         : unit_per(calibration.instrument.unit, calibration.field.unit),
+                     ""}});
+  }
+  return html_table("Independent of the mounting", {"parameter", "value", "U (95 %)", "unit"},
+                    rows);
+}
+
+std::string polar_table(const Calibration& calibration) {
+  std::vector<std::vector<Cell>> rows;
+  for (Eigen::Index k = 0; k < calibration.instrument.axis_count(); ++k) {
+    const int main = main_axis(calibration.instrument, calibration.response, k);
+    const PolarForm polar =
+        polar_from_sensitivity(calibration.response.sensitivity.row(k).transpose(), main,
+                               calibration.instrument.convention);
+    rows.push_back({{calibration.instrument.axes[static_cast<std::size_t>(k)], ""},
+                    number_cell(polar.sensitivity, 8),
+                    number_cell(polar.coning_angle_rad * deg_per_rad, 5),
+                    number_cell(polar.azimuth_rad * deg_per_rad, 5)});
+  }
+  return html_table("Polar form",
+                    {"axis", "sensitivity", "off its nominal axis [deg]", "azimuth [deg]"}, rows);
+}
+
+std::string correlation_table(const Calibration& calibration) {
+  const Eigen::MatrixXd covariance = parameter_covariance(calibration);
+  if (covariance.size() == 0 || !covariance.allFinite()) {
+    return "";
+  }
+  const std::vector<std::string>& names = calibration.statistics->parameter_names;
+  const Eigen::VectorXd sd = covariance.diagonal().cwiseSqrt();
+  std::vector<std::string> head = {""};
+  head.insert(head.end(), names.begin(), names.end());
+  std::vector<std::vector<Cell>> rows;
+  for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
+    rows.push_back({{names[static_cast<std::size_t>(i)], ""}});
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      rows.back().push_back(number_cell(covariance(i, j) / (sd(i) * sd(j)), 2));
+    }
+  }
+  return "<details><summary>Correlation of the coefficients</summary>" +
+         html_table("", head, rows) + "</details>\n";
+}
+
+// ---- levelness, uncertainty ----
+
+std::string levelness_section(const Calibration& calibration) {
+  const std::optional<Plot> plot = levelness_plot(calibration);
+  if (!plot) {
+    return "";
+  }
+  const Levelness& level = *calibration.levelness;
+  constexpr double micro = 1e6;
+  std::string text = "The table rises by " + rounded(micro * level.mean_x, 3) + " \u00b1 " +
+                     rounded(micro * level.standard_error_x, 2) + " urad towards +x and " +
+                     rounded(micro * level.mean_y, 3) + " \u00b1 " +
+                     rounded(micro * level.standard_error_y, 2) +
+                     " urad towards +y (standard errors). ";
+  text += level.consistent ? "The faces agree."
+                           : "The faces do not agree: one of them, or the table, moved.";
+  return paragraph(text) + figure_of(*plot) +
+         paragraph("axiscal level RECORD --adjusters says how far to turn each adjuster.");
+}
+
+std::string uncertainty_section(const Calibration& calibration) {
+  std::string html;
+  if (const std::optional<BarPlot> bars = budget_plot(calibration)) {
+    html += figure_of(*bars);
+  }
+  for (const HeatMap& map : uncertainty_maps(calibration)) {
+    html += figure_of(map);
+  }
+  return html.empty() ? "" : "<div class=\"plots\">" + html + "</div>\n";
+}
+
+std::string figures(const std::vector<Plot>& plots) {
+  std::string html;
+  for (const Plot& plot : plots) {
+    html += figure_of(plot);
+  }
+  return html.empty() ? "" : "<div class=\"plots\">" + html + "</div>\n";
+}
+
+std::string history_section(const UnitHistory& unit, const std::vector<Plot>& plots) {
+  std::vector<std::vector<Cell>> rows;
+  for (const ParameterTrend& trend : unit.trends) {
+    rows.push_back({{trend.parameter, ""},
+                    number_cell(trend.values.back(), 8),
+                    number_cell(trend.slope_per_year, 3),
+                    number_cell(trend.slope_u_per_year, 2),
+                    number_cell(trend.p_value, 2),
+                    {trend.meets_limit_on, ""}});
+  }
+  return figures(plots) +
+         html_table("Trends of " + std::to_string(unit.paths.size()) + " records",
+                    {"parameter", "newest", "per year", "u", "p of no trend", "meets its limit on"},
+                    rows);
+}
+
+// JSON within a script element: no tag can start in it.
+std::string within_script(const Json& json) {
+  std::string text = json.dump(-1, ' ', true, Json::error_handler_t::replace);
+  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {
+    text.replace(at, 1, "\\u003c");
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string calibration_report(const Calibration& calibration, const ReportOptions& options) {
+  std::vector<Plot> residuals = residual_plots(calibration, options.observations);
+  std::vector<Plot> temperature = temperature_plots(calibration);
+  std::vector<Plot> orientations = calibration.method == "magnitude"
+                                       ? orientation_plots(calibration, options.observations)
+                                       : std::vector<Plot>();
+  const auto unit = std::find_if(
+      options.history.begin(), options.history.end(),
+      [&](const UnitHistory& one) { return one.serial == calibration.instrument.serial; });
+  std::vector<Plot> history =
+      unit != options.history.end() ? history_plots(*unit) : std::vector<Plot>();
+  const std::vector<std::array<std::string, 3>> sections = {
+      {"run", "Instrument and run", run_section(calibration)},
+      {"points", "Readings and design points", cube_section(calibration, options.observations)},
+      {"coefficients", "Coefficients",
+       coefficients_table(calibration) + intrinsic_table(calibration) + polar_table(calibration) +
+           correlation_table(calibration)},
+      {"residuals", "Residuals", figures(residuals)},
+      {"levelness", "Levelness", levelness_section(calibration)},
+      {"uncertainty", "Uncertainty", uncertainty_section(calibration)},
+      {"temperature", "Temperature", figures(temperature)},
+      {"orientations", "Orientations", figures(orientations)},
+      {"history", "Drift", unit != options.history.end() ? history_section(*unit, history) : ""}};
+  std::string links;
+  std::string body;
+  for (const auto& [id, title, content] : sections) {
+    if (!content.empty()) {
+      links += "<li><a href=\"#" + id + "\">" + title + "</a></li>";
+      body += section(id, title, content);
+    }
+  }
+  Json data = {{"plots", Json::array()}, {"cube", cube_json(calibration)}};
+  for (const std::vector<Plot>* const group : {&residuals, &temperature, &orientations, &history}) {
+    for (const Plot& plot : *group) {
+      data["plots"].push_back(plot_json(plot));
+    }
+  }
+  const bool has_script = !report_script().empty();
+  std::string page =
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
+      "'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
+      escaped(title_of(calibration)) + "</title>\n<style>" + std::string(report_style()) +
+      std::string(plot_style()) + "</style>\n</head>\n<body>\n<header><h1>" +
+      escaped(title_of(calibration)) + "</h1>\n<p class=\"soft\">" +
+      escaped(calibration.created.empty() ? "" : "calibrated " + calibration.created + ", ") +
+      escaped(calibration.software) + "</p></header>\n<main>\n" + verdict_section(calibration) +
+      "<nav aria-label=\"Contents\"><ul>" + links + "</ul></nav>\n" + body + "</main>\n";
+  if (has_script) {
+    page += "<script type=\"application/json\" id=\"report-data\">" + within_script(data) +
+            "</script>\n<script>" + std::string(report_script()) + "</script>\n";
+  }
+  return page + "</body>\n</html>\n";
+}
+
+}  // namespace axiscal

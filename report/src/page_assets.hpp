@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the build puts into the program; the sources are made by CMake.
+#pragma once
+
+#include <string_view>
+
+namespace axiscal {
+
+std::string_view report_style();   ///< report.css
+std::string_view plot_style();     ///< uPlot's; empty without the script
+std::string_view report_script();  ///< bundled by esbuild; empty where this build has none
+
+}  // namespace axiscal

@@ -1,0 +1,409 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plot.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "axiscal/core/number_text.hpp"
+#include "html.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double width = 540.0;
+constexpr double height = 300.0;
+
+// The drawn area, in the drawing's units.
+struct Frame {
+  double left = 74.0;
+  double right = width - 12.0;
+  double top = 14.0;
+  double bottom = height - 48.0;
+};
+
+struct Range {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+
+  void take(double value) {
+    if (std::isfinite(value)) {
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+  }
+  void pad(double share) {
+    if (!(low <= high)) {
+      low = 0.0;
+      high = 1.0;
+    }
+    const double room = high > low ? share * (high - low) : std::max(1e-12, 0.1 * std::abs(low));
+    low -= room;
+    high += room;
+  }
+};
+
+// Round numbers 1, 2, 5 times a power of ten.
+std::vector<double> ticks_of(const Range& range, int about) {
+  const double raw = (range.high - range.low) / about;
+  const double power = std::pow(10.0, std::floor(std::log10(raw)));
+  const double lead = raw / power;
+  const double step = power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
+  std::vector<double> ticks;
+  for (double at = std::ceil(range.low / step); at * step <= range.high; at += 1.0) {
+    ticks.push_back(at * step);
+  }
+  return ticks;
+}
+
+std::string coordinate(double value) {
+  return number_text(std::round(10.0 * value) / 10.0);
+}
+
+std::string tick_text(double value) {
+  std::string text = number_text(std::abs(value) < 1e-15 ? 0.0 : value, 4);
+  return text.front() == '-' ? "\u2212" + text.substr(1) : text;
+}
+
+std::string svg_line(const char* style, double x1, double y1, double x2, double y2) {
+  return "<line class=\"" + std::string(style) + "\" x1=\"" + coordinate(x1) + "\" y1=\"" +
+         coordinate(y1) + "\" x2=\"" + coordinate(x2) + "\" y2=\"" + coordinate(y2) + "\"/>";
+}
+
+std::string svg_text(const char* style, double x, double y, const std::string& text) {
+  return "<text class=\"" + std::string(style) + "\" x=\"" + coordinate(x) + "\" y=\"" +
+         coordinate(y) + "\">" + escaped(text) + "</text>";
+}
+
+std::string svg_open(const std::string& alternative) {
+  return "<svg class=\"drawn\" viewBox=\"0 0 " + coordinate(width) + " " + coordinate(height) +
+         "\" role=\"img\" aria-label=\"" + escaped(alternative) + "\">";
+}
+
+std::string upright(double x, double y, const std::string& text) {
+  return "<text class=\"label\" transform=\"translate(" + coordinate(x) + " " + coordinate(y) +
+         ") rotate(-90)\">" + escaped(text) + "</text>";
+}
+
+// Circle, square or triangle: colours alone do not tell series apart.
+std::string marker(std::size_t series, double x, double y) {
+  const std::string style = "class=\"mark s" + std::to_string(series % 6) + "\"";
+  switch (series % 3) {
+    case 0:
+      return "<circle " + style + " cx=\"" + coordinate(x) + "\" cy=\"" + coordinate(y) +
+             "\" r=\"4\"/>";
+    case 1:
+      return "<rect " + style + " x=\"" + coordinate(x - 3.6) + "\" y=\"" + coordinate(y - 3.6) +
+             "\" width=\"7.2\" height=\"7.2\"/>";
+    default:
+      return "<polygon " + style + " points=\"" + coordinate(x) + "," + coordinate(y - 4.8) + " " +
+             coordinate(x + 4.6) + "," + coordinate(y + 3.6) + " " + coordinate(x - 4.6) + "," +
+             coordinate(y + 3.6) + "\"/>";
+  }
+}
+
+// Numbers of a plot to places in the drawing.
+class Scales {
+ public:
+  explicit Scales(const Plot& plot) {
+    for (const PlotSeries& series : plot.series) {
+      for (std::size_t i = 0; i < series.x.size(); ++i) {
+        x_.take(series.x[i]);
+        y_.take(series.y[i]);
+        if (!series.high.empty()) {
+          y_.take(series.high[i]);
+        }
+      }
+    }
+    x_.pad(0.05);
+    y_.pad(0.07);
+    if (plot.equal_aspect) {
+      const double per_x = (x_.high - x_.low) / (frame_.right - frame_.left);
+      const double per_y = (y_.high - y_.low) / (frame_.bottom - frame_.top);
+      widen(x_, per_x, std::max(per_x, per_y));
+      widen(y_, per_y, std::max(per_x, per_y));
+    }
+  }
+
+  [[nodiscard]] double x(double value) const {
+    return frame_.left + (value - x_.low) / (x_.high - x_.low) * (frame_.right - frame_.left);
+  }
+  [[nodiscard]] double y(double value) const {
+    return frame_.bottom - (value - y_.low) / (y_.high - y_.low) * (frame_.bottom - frame_.top);
+  }
+
+  [[nodiscard]] std::string axes(const Plot& plot) const {
+    std::string svg;
+    std::vector<double> marks = ticks_of(x_, 7);
+    if (!plot.x_names.empty()) {
+      marks.clear();
+      for (std::size_t i = 0; i < plot.x_names.size(); ++i) {
+        marks.push_back(static_cast<double>(i));
+      }
+    }
+    for (const double mark : marks) {
+      svg += svg_line("grid", x(mark), frame_.top, x(mark), frame_.bottom);
+      svg += svg_text(
+          "tick middle", x(mark), frame_.bottom + 17.0,
+          plot.x_names.empty() ? tick_text(mark) : plot.x_names[static_cast<std::size_t>(mark)]);
+    }
+    for (const double mark : ticks_of(y_, 6)) {
+      svg += svg_line("grid", frame_.left, y(mark), frame_.right, y(mark));
+      svg += svg_text("tick end", frame_.left - 6.0, y(mark) + 4.0, tick_text(mark));
+    }
+    svg += svg_text("label middle", 0.5 * (frame_.left + frame_.right), height - 8.0, plot.x_label);
+    return svg + upright(16.0, 0.5 * (frame_.top + frame_.bottom), plot.y_label);
+  }
+
+ private:
+  static void widen(Range& range, double per_unit, double wanted) {
+    const double more = 0.5 * (wanted / per_unit - 1.0) * (range.high - range.low);
+    range.low -= more;
+    range.high += more;
+  }
+
+  Frame frame_;
+  Range x_, y_;
+};
+
+std::string drawn(const PlotSeries& series, std::size_t k, const Scales& at) {
+  std::string svg;
+  if (!series.high.empty()) {
+    std::string points;
+    const auto add = [&](std::size_t i, double y) {
+      if (std::isfinite(y)) {
+        points += coordinate(at.x(series.x[i])) + "," + coordinate(at.y(y)) + " ";
+      }
+    };
+    for (std::size_t i = 0; i < series.x.size(); ++i) {
+      add(i, series.y[i]);
+    }
+    for (std::size_t i = series.x.size(); i-- > 0;) {
+      add(i, series.high[i]);
+    }
+    return "<polygon class=\"area\" points=\"" + points + "\"/>";
+  }
+  if (series.line) {
+    const std::string open = "<polyline class=\"curve s" + std::to_string(k % 6) + "\" points=\"";
+    std::string points;
+    for (std::size_t i = 0; i < series.x.size(); ++i) {
+      if (std::isfinite(series.y[i])) {
+        points += coordinate(at.x(series.x[i])) + "," + coordinate(at.y(series.y[i])) + " ";
+      } else {  // a gap
+        points += "\"/>" + open;
+      }
+    }
+    return open + points + "\"/>";
+  }
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    if (std::isfinite(series.y[i])) {
+      svg += marker(k, at.x(series.x[i]), at.y(series.y[i]));
+    }
+  }
+  return svg;
+}
+
+struct LegendEntry {
+  std::string name;
+  std::string sign;  // in a box of 12 by 12
+};
+
+std::string legend(const std::vector<LegendEntry>& entries) {
+  if (entries.size() < 2) {
+    return "";
+  }
+  std::string html = "<p class=\"legend\">";
+  for (const LegendEntry& entry : entries) {
+    html += "<span><svg viewBox=\"0 0 12 12\" aria-hidden=\"true\">" + entry.sign + "</svg>" +
+            escaped(entry.name) + "</span> ";
+  }
+  return html + "</p>";
+}
+
+std::string sign_of(const PlotSeries& series, std::size_t k) {
+  if (!series.high.empty()) {
+    return "<rect class=\"area\" width=\"12\" height=\"12\"/>";
+  }
+  return series.line
+             ? "<polyline class=\"curve s" + std::to_string(k % 6) + "\" points=\"0,6 12,6\"/>"
+             : marker(k, 6.0, 6.0);
+}
+
+std::string figure(const std::string& id,
+                   const std::string& title,
+                   const std::string& svg,
+                   const std::string& below,
+                   const std::string& table) {
+  return "<figure id=\"" + escaped(id) + "\"><figcaption>" + escaped(title) +
+         "</figcaption><div class=\"plot\">" + svg + "<div class=\"live\"></div></div>" + below +
+         "<details><summary>Data</summary>" + table + "</details></figure>\n";
+}
+
+std::string table_of(const Plot& plot) {
+  std::vector<std::vector<Cell>> rows;
+  for (const PlotSeries& series : plot.series) {
+    for (std::size_t i = 0; i < series.x.size(); ++i) {
+      const bool named = !plot.x_names.empty();
+      rows.push_back({{series.name, ""},
+                      named ? Cell{plot.x_names[static_cast<std::size_t>(series.x[i])], ""}
+                            : number_cell(series.x[i]),
+                      number_cell(series.y[i])});
+      if (!series.high.empty()) {
+        rows.back().push_back(number_cell(series.high[i]));
+      }
+    }
+  }
+  return html_table("", {"series", plot.x_label, plot.y_label}, rows);
+}
+
+}  // namespace
+
+std::string figure_of(const Plot& plot) {
+  const Scales at(plot);
+  std::string svg = svg_open(plot.alternative) + at.axes(plot);
+  std::vector<LegendEntry> entries;
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    svg += drawn(plot.series[k], k, at);
+    entries.push_back({plot.series[k].name, sign_of(plot.series[k], k)});
+  }
+  return figure(plot.id, plot.title, svg + "</svg>", legend(entries), table_of(plot));
+}
+
+std::string figure_of(const BarPlot& plot) {
+  const Frame frame;
+  Range range;
+  range.take(0.0);
+  for (const std::vector<double>& row : plot.values) {
+    for (const double value : row) {
+      range.take(value);
+    }
+  }
+  range.pad(0.05);
+  range.low = 0.0;
+  const auto y = [&](double value) {
+    return frame.bottom - value / range.high * (frame.bottom - frame.top);
+  };
+  std::string svg = svg_open(plot.alternative);
+  for (const double mark : ticks_of(range, 6)) {
+    svg += svg_line("grid", frame.left, y(mark), frame.right, y(mark));
+    svg += svg_text("tick end", frame.left - 6.0, y(mark) + 4.0, tick_text(mark));
+  }
+  const double group = (frame.right - frame.left) / static_cast<double>(plot.names.size());
+  const double bar = 0.8 * group / static_cast<double>(plot.series.size());
+  std::vector<std::vector<Cell>> rows;
+  for (std::size_t i = 0; i < plot.names.size(); ++i) {
+    const double left = frame.left + (static_cast<double>(i) + 0.1) * group;
+    rows.push_back({{plot.names[i], ""}});
+    for (std::size_t s = 0; s < plot.series.size(); ++s) {
+      const double value = plot.values[i][s];
+      rows.back().push_back(number_cell(value, 3));
+      if (std::isfinite(value)) {
+        svg += "<rect class=\"bar s" + std::to_string(s % 6) + "\" x=\"" +
+               coordinate(left + static_cast<double>(s) * bar) + "\" y=\"" + coordinate(y(value)) +
+               "\" width=\"" + coordinate(0.92 * bar) + "\" height=\"" +
+               coordinate(frame.bottom - y(value)) + "\"/>";
+      }
+    }
+    svg += svg_text("tick middle", left + 0.4 * group, frame.bottom + 17.0, plot.names[i]);
+  }
+  svg += upright(16.0, 0.5 * (frame.top + frame.bottom), plot.value_label);
+  std::vector<std::string> head = {""};
+  head.insert(head.end(), plot.series.begin(), plot.series.end());
+  std::vector<LegendEntry> entries;
+  for (std::size_t s = 0; s < plot.series.size(); ++s) {
+    entries.push_back({plot.series[s], "<rect class=\"bar s" + std::to_string(s % 6) +
+                                           "\" width=\"12\" height=\"12\"/>"});
+  }
+  return figure(plot.id, plot.title, svg + "</svg>", legend(entries),
+                html_table(plot.value_label, head, rows));
+}
+
+std::string figure_of(const HeatMap& map) {
+  Frame frame;
+  frame.right -= 84.0;
+  Range range;
+  for (const std::vector<double>& row : map.values) {
+    for (const double value : row) {
+      range.take(value);
+    }
+  }
+  const double low = range.low;
+  const double high = range.high;
+  // From light to dark, so that it reads without colours.
+  const auto shade = [&](double value) {
+    const double share = high > low ? (value - low) / (high - low) : 0.0;
+    return "hsl(215 60% " + coordinate(92.0 - 62.0 * share) + "%)";
+  };
+  const auto columns = static_cast<double>(map.x.size());
+  const auto lines = static_cast<double>(map.y.size());
+  const double cell_width = (frame.right - frame.left) / columns;
+  const double cell_height = (frame.bottom - frame.top) / lines;
+  std::string svg = svg_open(map.alternative);
+  std::vector<std::vector<Cell>> rows;
+  for (std::size_t j = 0; j < map.y.size(); ++j) {
+    const double top = frame.bottom - (static_cast<double>(j) + 1.0) * cell_height;
+    rows.push_back({number_cell(map.y[j])});
+    for (std::size_t i = 0; i < map.x.size(); ++i) {
+      const double value = map.values[j][i];
+      rows.back().push_back(number_cell(value, 3));
+      if (std::isfinite(value)) {
+        svg += "<rect x=\"" + coordinate(frame.left + static_cast<double>(i) * cell_width - 0.2) +
+               "\" y=\"" + coordinate(top - 0.2) + "\" width=\"" + coordinate(cell_width + 0.5) +
+               "\" height=\"" + coordinate(cell_height + 0.5) + "\" fill=\"" + shade(value) +
+               "\"/>";
+      }
+    }
+  }
+  const auto every = [](std::size_t count) { return std::max<std::size_t>(1, (count - 1) / 6); };
+  for (std::size_t i = 0; i < map.x.size(); i += every(map.x.size())) {
+    svg += svg_text("tick middle", frame.left + (static_cast<double>(i) + 0.5) * cell_width,
+                    frame.bottom + 17.0, tick_text(map.x[i]));
+  }
+  for (std::size_t j = 0; j < map.y.size(); j += every(map.y.size())) {
+    svg += svg_text("tick end", frame.left - 6.0,
+                    frame.bottom - (static_cast<double>(j) + 0.5) * cell_height + 4.0,
+                    tick_text(map.y[j]));
+  }
+  constexpr int steps = 24;
+  const double key = (frame.bottom - frame.top - 20.0) / steps;
+  for (int s = 0; s < steps; ++s) {
+    const double value = low + (high - low) * (s + 0.5) / steps;
+    svg += "<rect x=\"" + coordinate(frame.right + 16.0) + "\" y=\"" +
+           coordinate(frame.bottom - (s + 1.0) * key) + "\" width=\"16\" height=\"" +
+           coordinate(key + 0.4) + "\" fill=\"" + shade(value) + "\"/>";
+  }
+  svg += svg_text("tick", frame.right + 36.0, frame.bottom, number_text(low, 2));
+  svg += svg_text("tick", frame.right + 36.0, frame.top + 28.0, number_text(high, 2));
+  svg += svg_text("tick", frame.right + 8.0, frame.top + 6.0, map.value_label);
+  svg += svg_text("label middle", 0.5 * (frame.left + frame.right), height - 8.0, map.x_label);
+  svg += upright(16.0, 0.5 * (frame.top + frame.bottom), map.y_label);
+  std::vector<std::string> head = {map.y_label + " \\ " + map.x_label};
+  for (const double x : map.x) {
+    head.push_back(number_text(x, 5));
+  }
+  return figure(map.id, map.title, svg + "</svg>", "", html_table(map.value_label, head, rows));
+}
+
+nlohmann::ordered_json plot_json(const Plot& plot) {
+  using Json = nlohmann::ordered_json;
+  const auto numbers = [](const std::vector<double>& values) {
+    Json list = Json::array();
+    for (const double value : values) {
+      list.push_back(std::isfinite(value) ? Json(value) : Json());
+    }
+    return list;
+  };
+  Json series = Json::array();
+  for (const PlotSeries& one : plot.series) {
+    series.push_back({{"name", one.name},
+                      {"line", one.line},
+                      {"x", numbers(one.x)},
+                      {"y", numbers(one.y)},
+                      {"high", numbers(one.high)}});
+  }
+  return {{"id", plot.id},           {"title", plot.title},     {"x_label", plot.x_label},
+          {"y_label", plot.y_label}, {"x_names", plot.x_names}, {"equal_aspect", plot.equal_aspect},
+          {"series", series}};
+}
+
+}  // namespace axiscal

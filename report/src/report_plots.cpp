@@ -1,0 +1,517 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report_plots.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Eigenvalues>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/reading_uncertainty.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
+
+namespace axiscal {
+namespace {
+
+const std::string& axis_name(const Calibration& calibration, Eigen::Index k) {
+  return calibration.instrument.axes[static_cast<std::size_t>(k)];
+}
+
+// One series of points for each axis: `x_of` gives nothing for a reading that is left out.
+template <typename XOf>
+std::vector<PlotSeries> series_by_axis(const Calibration& calibration, const XOf& x_of) {
+  std::vector<PlotSeries> all;
+  for (Eigen::Index k = 0; k < calibration.instrument.axis_count(); ++k) {
+    PlotSeries series{.name = axis_name(calibration, k)};
+    for (const ReadingResidual& residual : calibration.residuals) {
+      const std::optional<double> x = x_of(residual);
+      if (residual.used && x && k < residual.response.size()) {
+        series.x.push_back(*x);
+        series.y.push_back(residual.response(k));
+      }
+    }
+    all.push_back(std::move(series));
+  }
+  return all;
+}
+
+bool has_points(const std::vector<PlotSeries>& series) {
+  return std::any_of(series.begin(), series.end(),
+                     [](const PlotSeries& one) { return !one.x.empty(); });
+}
+
+Plot by_face(const Calibration& calibration, const std::string& label) {
+  Plot plot{.id = "residuals-by-face",
+            .title = "Residuals by the face on the table",
+            .alternative =
+                "Residuals of each axis for each of the six faces; a face that lies to "
+                "one side in all axes points to its feet",
+            .x_label = "face on the table",
+            .y_label = label};
+  std::vector<std::string> names;
+  for (const Face face : all_faces) {
+    names.emplace_back(face_name(face));
+  }
+  plot.x_names = names;
+  plot.series = series_by_axis(calibration, [](const ReadingResidual& r) -> std::optional<double> {
+    if (!r.point) {
+      return std::nullopt;
+    }
+    const auto at = std::find(all_faces.begin(), all_faces.end(), r.point->rest());
+    return static_cast<double>(at - all_faces.begin());
+  });
+  return plot;
+}
+
+// Blom's positions of a sorted sample on the normal scale.
+Plot normal_plot(const Calibration& calibration) {
+  Plot plot{.id = "residuals-normal",
+            .title = "Normal plot of the residuals",
+            .alternative =
+                "Sorted residuals over their standard deviation against what normal "
+                "noise would give; they should lie along the line",
+            .x_label = "normal quantile",
+            .y_label = "residual / standard deviation"};
+  double reach = 0.0;
+  for (PlotSeries& series : series_by_axis(
+           calibration, [](const ReadingResidual&) { return std::optional<double>(0.0); })) {
+    std::sort(series.y.begin(), series.y.end());
+    const auto n = static_cast<double>(series.y.size());
+    double squares = 0.0;
+    for (const double value : series.y) {
+      squares += value * value;
+    }
+    const double sd = std::sqrt(squares / std::max(1.0, n));
+    for (std::size_t i = 0; i < series.y.size(); ++i) {
+      series.x[i] = normal_quantile((static_cast<double>(i) + 1.0 - 0.375) / (n + 0.25));
+      series.y[i] /= sd > 0.0 ? sd : 1.0;
+      reach = std::max(reach, std::abs(series.x[i]));
+    }
+    plot.series.push_back(std::move(series));
+  }
+  plot.series.push_back(
+      {.name = "normal", .line = true, .x = {-reach, reach}, .y = {-reach, reach}});
+  return plot;
+}
+
+Plot leverage_plot(const Calibration& calibration) {
+  Plot plot{.id = "leverage",
+            .title = "Leverage and studentised residuals, with Cook's distances 0.5 and 1",
+            .alternative =
+                "Studentised residual of each regression row against its leverage; a "
+                "row beyond the curves alone moves the result",
+            .x_label = "leverage",
+            .y_label = "studentised residual"};
+  const std::vector<RegressionRow>& rows = calibration.statistics->rows;
+  double largest = 0.0;
+  for (Eigen::Index k = 0; k < calibration.instrument.axis_count(); ++k) {
+    PlotSeries series{.name = axis_name(calibration, k)};
+    for (const RegressionRow& row : rows) {
+      if (k < row.leverage.size() && std::isfinite(row.studentized(k))) {
+        series.x.push_back(row.leverage(k));
+        series.y.push_back(row.studentized(k));
+        largest = std::max(largest, row.leverage(k));
+      }
+    }
+    plot.series.push_back(std::move(series));
+  }
+  constexpr double parameters = 4.0;
+  for (const double distance : {0.5, 1.0}) {
+    PlotSeries curve{.name = "Cook's distance " + number_text(distance), .line = true};
+    for (const double side : {1.0, -1.0}) {
+      for (int i = 0; i <= 40; ++i) {
+        const double h = largest * (0.3 + 0.75 * i / 40.0);
+        if (h > 0.0 && h < 1.0) {
+          curve.x.push_back(h);
+          curve.y.push_back(side * std::sqrt(distance * parameters * (1.0 - h) / h));
+        }
+      }
+      curve.x.push_back(largest);
+      curve.y.push_back(std::nan(""));
+    }
+    plot.series.push_back(std::move(curve));
+  }
+  return plot;
+}
+
+bool has_angles(const Calibration& calibration) {
+  return calibration.instrument.kind == "accelerometer" ||
+         calibration.instrument.kind == "inclinometer";
+}
+
+bool states_uncertainty(const Calibration& calibration) {
+  return calibration.statistics && calibration.instrument.axis_count() >= 3 &&
+         calibration.statistics->covariance.size() > 0 &&
+         calibration.statistics->covariance.allFinite() &&
+         calibration.statistics->residual_sd.allFinite();
+}
+
+// Expanded uncertainty [deg] of the angle between the field and what is read.
+double direction_uncertainty_deg(const Calibration& calibration,
+                                 const ReadingPropagation& propagation,
+                                 const Eigen::Vector3d& direction) {
+  const double F = calibration.field.magnitude;
+  const Eigen::VectorXd v = response_at(calibration, F * direction, std::nullopt);
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - direction * direction.transpose();
+  const Eigen::Matrix3d covariance =
+      across * propagation.field_covariance({v.data(), static_cast<std::size_t>(v.size())}) *
+      across;
+  const double variance =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly)
+          .eigenvalues()
+          .maxCoeff();
+  const double k = calibration.statistics->coverage_factor.maxCoeff();
+  return k * std::sqrt(std::max(0.0, variance)) / F * deg_per_rad;
+}
+
+HeatMap map_of(const std::string& id, const std::string& title, const std::string& what) {
+  return {.id = id,
+          .title = title,
+          .alternative = title + ", in colours; the table has the numbers",
+          .x_label = "roll [deg]",
+          .y_label = "pitch [deg]",
+          .value_label = what};
+}
+
+}  // namespace
+
+std::vector<Plot> residual_plots(const Calibration& calibration, const Observations* observations) {
+  std::vector<Plot> plots;
+  const std::string label = "residual [" + calibration.instrument.unit + "]";
+  const auto add = [&](const std::string& id, const std::string& title, const std::string& words,
+                       const std::string& x_label, std::vector<PlotSeries> series) {
+    if (has_points(series)) {
+      plots.push_back({.id = id,
+                       .title = title,
+                       .alternative = words,
+                       .x_label = x_label,
+                       .y_label = label,
+                       .series = std::move(series)});
+    }
+  };
+  add("residuals-by-run", "Residuals by run",
+      "Residual of each reading in the order taken, one series for each axis", "run",
+      series_by_axis(calibration,
+                     [](const ReadingResidual& r) { return std::optional<double>(r.run); }));
+  if (plots.empty()) {
+    return plots;
+  }
+  Plot faces = by_face(calibration, label);
+  if (has_points(faces.series)) {
+    plots.push_back(std::move(faces));
+  }
+  if (observations != nullptr) {
+    add("residuals-by-time", "Residuals against time",
+        "Residual of each reading against the time at which it was taken", "time [s]",
+        series_by_axis(calibration, [&](const ReadingResidual& r) -> std::optional<double> {
+          for (const Reading& reading : observations->readings) {
+            if (reading.run == r.run) {
+              return reading.time_s;
+            }
+          }
+          return std::nullopt;
+        }));
+  }
+  add("residuals-by-temperature", "Residuals against temperature",
+      "Residual of each reading against the sensor's temperature", "temperature",
+      series_by_axis(calibration, [](const ReadingResidual& r) { return r.temperature; }));
+  plots.push_back(normal_plot(calibration));
+  if (calibration.statistics && !calibration.statistics->rows.empty()) {
+    plots.push_back(leverage_plot(calibration));
+  }
+  return plots;
+}
+
+std::optional<Plot> levelness_plot(const Calibration& calibration) {
+  if (!calibration.levelness || calibration.levelness->estimates.empty()) {
+    return std::nullopt;
+  }
+  const Levelness& level = *calibration.levelness;
+  constexpr double micro = 1e6;
+  Plot plot{.id = "levelness-plot",
+            .title = "Levelness: what each face says of the table",
+            .alternative =
+                "Estimates of the table's slope along x and y from each face, their mean "
+                "and its 95 % ellipse, and a line from level to the mean",
+            .x_label = "slope along x [urad]",
+            .y_label = "slope along y [urad]",
+            .equal_aspect = true};
+  PlotSeries estimates{.name = "one face"};
+  for (const LevelnessEstimate& estimate : level.estimates) {
+    estimates.x.push_back(micro * estimate.x);
+    estimates.y.push_back(micro * estimate.y);
+  }
+  plot.series.push_back(std::move(estimates));
+  plot.series.push_back({.name = "mean", .x = {micro * level.mean_x}, .y = {micro * level.mean_y}});
+  plot.series.push_back({.name = "level", .x = {0.0}, .y = {0.0}});
+  plot.series.push_back({.name = "slope",
+                         .line = true,
+                         .x = {0.0, micro * level.mean_x},
+                         .y = {0.0, micro * level.mean_y}});
+  if (std::isfinite(level.standard_error_x) && level.degrees_of_freedom >= 1.0) {
+    // Both coordinates together: Hotelling's ellipse, whose 2 F(0.95; 2, dof) is so.
+    const double dof = level.degrees_of_freedom;
+    const double k = std::sqrt(dof * (std::pow(0.05, -2.0 / dof) - 1.0));
+    PlotSeries ellipse{.name = "95 % of the mean", .line = true};
+    for (int i = 0; i <= 72; ++i) {
+      const double turn = 2.0 * std::numbers::pi * i / 72.0;
+      ellipse.x.push_back(micro * (level.mean_x + k * level.standard_error_x * std::cos(turn)));
+      ellipse.y.push_back(micro * (level.mean_y + k * level.standard_error_y * std::sin(turn)));
+    }
+    plot.series.push_back(std::move(ellipse));
+  }
+  return plot;
+}
+
+std::optional<BarPlot> budget_plot(const Calibration& calibration) {
+  if (!states_uncertainty(calibration)) {
+    return std::nullopt;
+  }
+  const Eigen::Vector3d field =
+      has_angles(calibration)
+          ? field_of_attitude(calibration, 20.0 * rad_per_deg, 30.0 * rad_per_deg)
+          : Eigen::Vector3d(calibration.field.magnitude * Eigen::Vector3d(1, 1, 1).normalized());
+  const AttitudeBudget budget = attitude_budget(calibration, {}, stated_noise(calibration), field);
+  BarPlot plot{
+      .id = "budget-plot",
+      .title = has_angles(calibration)
+                   ? "What makes the uncertainty of one reading, at pitch 20, roll 30 degrees"
+                   : "What makes the uncertainty of one reading, all components alike",
+      .alternative = "Standard uncertainty of each quantity by source",
+      .series = budget.sources};
+  const std::string unit = has_angles(calibration) ? "deg" : calibration.field.unit;
+  plot.value_label = "standard uncertainty [" + unit + "]";
+  for (const AttitudeQuantity& quantity : budget.quantities) {
+    const bool is_angle = quantity.name.ends_with("_deg");
+    if (is_angle == has_angles(calibration) && quantity.name != "residual" &&
+        std::isfinite(quantity.value)) {
+      plot.names.push_back(quantity.name);
+      plot.values.push_back(quantity.uncertainty.by_source);
+    }
+  }
+  return plot.names.empty() ? std::nullopt : std::optional(plot);
+}
+
+std::vector<HeatMap> uncertainty_maps(const Calibration& calibration) {
+  if (!states_uncertainty(calibration)) {
+    return {};
+  }
+  std::vector<HeatMap> maps;
+  if (has_angles(calibration)) {
+    maps = {map_of("map-pitch", "Expanded uncertainty (95 %) of pitch over attitudes", "U [deg]"),
+            map_of("map-roll", "Expanded uncertainty (95 %) of roll over attitudes", "U [deg]")};
+    for (double roll = -180.0; roll <= 180.0; roll += 15.0) {
+      maps[0].x.push_back(roll);
+    }
+    maps[1].x = maps[0].x;
+    for (double pitch = -80.0; pitch <= 80.0; pitch += 10.0) {
+      for (HeatMap& map : maps) {
+        map.y.push_back(pitch);
+        map.values.emplace_back();
+      }
+      for (const double roll : maps[0].x) {
+        const AttitudeBudget budget = attitude_budget(
+            calibration, {}, stated_noise(calibration),
+            field_of_attitude(calibration, pitch * rad_per_deg, roll * rad_per_deg));
+        for (const AttitudeQuantity& quantity : budget.quantities) {
+          if (quantity.name == "pitch_deg") {
+            maps[0].values.back().push_back(quantity.uncertainty.expanded);
+          } else if (quantity.name == "roll_deg") {
+            maps[1].values.back().push_back(quantity.uncertainty.expanded);
+          }
+        }
+      }
+    }
+    return maps;
+  }
+  const Reducer reducer(calibration);
+  const ReadingPropagation propagation(calibration, reducer, stated_noise(calibration));
+  HeatMap map =
+      map_of("map-direction",
+             "Expanded uncertainty (95 %) of the field's direction, over directions", "U [deg]");
+  map.x_label = "azimuth in the instrument's frame [deg]";
+  map.y_label = "elevation [deg]";
+  for (double azimuth = -180.0; azimuth <= 180.0; azimuth += 15.0) {
+    map.x.push_back(azimuth);
+  }
+  for (double elevation = -90.0; elevation <= 90.0; elevation += 10.0) {
+    map.y.push_back(elevation);
+    map.values.emplace_back();
+    for (const double azimuth : map.x) {
+      const double up = elevation * rad_per_deg;
+      const double around = azimuth * rad_per_deg;
+      map.values.back().push_back(direction_uncertainty_deg(
+          calibration, propagation,
+          {std::cos(up) * std::cos(around), std::cos(up) * std::sin(around), std::sin(up)}));
+    }
+  }
+  return {map};
+}
+
+WorstAngle worst_angle(const Calibration& calibration) {
+  WorstAngle worst{.quantity = "direction of the field", .expanded_deg = std::nan("")};
+  double largest = -1.0;
+  for (const HeatMap& map : uncertainty_maps(calibration)) {
+    for (const std::vector<double>& row : map.values) {
+      for (const double value : row) {
+        if (value > largest) {
+          largest = value;
+          worst.expanded_deg = value;
+          worst.quantity = map.id == "map-pitch"  ? "pitch"
+                           : map.id == "map-roll" ? "roll"
+                                                  : "direction of the field";
+        }
+      }
+    }
+  }
+  return worst;
+}
+
+std::vector<Plot> temperature_plots(const Calibration& calibration) {
+  if (!calibration.temperature) {
+    return {};
+  }
+  const TemperatureResponse& over = *calibration.temperature;
+  std::vector<Plot> plots;
+  for (const bool is_bias : {true, false}) {
+    Plot plot{
+        .id = is_bias ? "temperature-bias" : "temperature-scale",
+        .title = is_bias ? "Bias over temperature, less that at the reference"
+                         : "Scale over temperature",
+        .alternative =
+            "Curve of each axis over the calibrated range, with its 95 % band where it is "
+            "known, and a fifth of the range beyond it at both ends, which is extrapolated",
+        .x_label = "temperature",
+        .y_label = is_bias ? "change of bias [" + calibration.instrument.unit + "]" : "scale"};
+    const double margin = 0.2 * (over.high - over.low);
+    for (Eigen::Index k = 0; k < over.bias.rows(); ++k) {
+      PlotSeries within{.name = axis_name(calibration, k), .line = true};
+      PlotSeries below{.name = axis_name(calibration, k) + ", extrapolated", .line = true};
+      PlotSeries band{.name = axis_name(calibration, k) + ", 95 %"};
+      for (int i = 0; i <= 70; ++i) {
+        const double t = over.low - margin + (over.high - over.low + 2.0 * margin) * i / 70.0;
+        const double value = is_bias ? over.bias_shift(k, t) : over.scale_at(k, t);
+        PlotSeries& series = over.is_extrapolated(t) ? below : within;
+        series.x.push_back(t);
+        series.y.push_back(value);
+        if (!calibration.statistics || over.is_extrapolated(t)) {
+          continue;
+        }
+        // The curve's change with its own terms.
+        Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(
+            static_cast<Eigen::Index>(calibration.statistics->parameter_names.size()));
+        double power = 1.0;
+        for (Eigen::Index order = 0; order < over.bias.cols(); ++order) {
+          power *= t - over.reference;
+          const std::string name = axis_name(calibration, k) + (is_bias ? ".bias.d" : ".scale.d") +
+                                   (order == 0 ? "" : std::to_string(order + 1));
+          if (const auto at = calibration.statistics->position_of(name)) {
+            gradient(*at) = power;
+          }
+        }
+        const double expanded = propagate(calibration, gradient).expanded;
+        if (std::isfinite(expanded)) {
+          band.x.push_back(t);
+          band.y.push_back(value - expanded);
+          band.high.push_back(value + expanded);
+        }
+      }
+      if (!band.x.empty()) {
+        plot.series.push_back(std::move(band));
+      }
+      plot.series.push_back(std::move(within));
+      // The line is cut where the range lies.
+      const auto gap =
+          std::find_if(below.x.begin(), below.x.end(), [&](double t) { return t > over.high; });
+      const auto cut = gap - below.x.begin();
+      below.x.insert(gap, over.high);
+      below.y.insert(below.y.begin() + cut, std::nan(""));
+      plot.series.push_back(std::move(below));
+    }
+    plots.push_back(std::move(plot));
+  }
+  return plots;
+}
+
+std::vector<Plot> orientation_plots(const Calibration& calibration,
+                                    const Observations* observations) {
+  std::vector<Plot> plots;
+  if (calibration.instrument.axis_count() != 3) {
+    return plots;
+  }
+  PlotSeries magnitudes{.name = "|f| - F"};
+  for (const ReadingResidual& residual : calibration.residuals) {
+    if (residual.used && std::isfinite(residual.magnitude)) {
+      magnitudes.x.push_back(residual.run);
+      magnitudes.y.push_back(residual.magnitude);
+    }
+  }
+  if (magnitudes.x.empty()) {
+    return plots;
+  }
+  plots.push_back({.id = "magnitude-by-run",
+                   .title = "Magnitude of the field, by run",
+                   .alternative = "Magnitude of each calibrated reading less the field's own",
+                   .x_label = "run",
+                   .y_label = "|f| - F [" + calibration.field.unit + "]",
+                   .series = {std::move(magnitudes)}});
+  if (observations == nullptr || observations->response.cols() != 3) {
+    return plots;
+  }
+  Plot plot{.id = "sphere",
+            .title = "Where on the sphere the readings lie",
+            .alternative =
+                "Direction of the field in the instrument's frame for each reading: "
+                "azimuth, and the sine of the elevation, so that equal areas are equal; "
+                "one series reads more than the field, the other less",
+            .x_label = "azimuth [deg]",
+            .y_label = "sine of the elevation"};
+  PlotSeries more{.name = "|f| above F"};
+  PlotSeries less{.name = "|f| below F"};
+  const Reducer reducer(calibration);
+  for (Eigen::Index i = 0; i < observations->response.rows(); ++i) {
+    const std::array<double, 3> v = {observations->response(i, 0), observations->response(i, 1),
+                                     observations->response(i, 2)};
+    const ReducedReading reduced = reducer.reduce(v);
+    const Eigen::Vector3d direction = reduced.field_in_sensor.normalized();
+    PlotSeries& series = reduced.residual >= 0.0 ? more : less;
+    series.x.push_back(std::atan2(direction.y(), direction.x()) * deg_per_rad);
+    series.y.push_back(direction.z());
+  }
+  plot.series = {std::move(more), std::move(less)};
+  plots.push_back(std::move(plot));
+  return plots;
+}
+
+std::vector<Plot> history_plots(const UnitHistory& unit) {
+  Plot plot{.id = "history-plot",
+            .title = "Coefficients since the first record",
+            .alternative =
+                "Change of each coefficient since the first record, in standard "
+                "uncertainties of the change",
+            .x_label = "record",
+            .y_label = "change / standard uncertainty"};
+  for (const std::string& created : unit.created) {
+    plot.x_names.push_back(created.substr(0, 10));
+  }
+  for (const ParameterTrend& trend : unit.trends) {
+    PlotSeries series{.name = trend.parameter};
+    for (std::size_t i = 1; i < trend.values.size(); ++i) {
+      const double u = std::hypot(trend.u[i], trend.u[0]);
+      if (std::isfinite(u) && u > 0.0) {
+        series.x.push_back(static_cast<double>(i));
+        series.y.push_back((trend.values[i] - trend.values[0]) / u);
+      }
+    }
+    if (!series.x.empty()) {
+      plot.series.push_back(std::move(series));
+    }
+  }
+  return plot.series.empty() ? std::vector<Plot>() : std::vector<Plot>{plot};
+}
+
+}  // namespace axiscal

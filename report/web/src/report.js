@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page is whole without this script: it makes plots that can be zoomed of the drawn ones, turns the
+// cube, and copies tables.
+import { showCube } from "./cube.js";
+import { showPlots } from "./plots.js";
+
+const data = JSON.parse(document.getElementById("report-data").textContent);
+
+function addCopyButtons() {
+  for (const table of document.querySelectorAll("table[data-copy]")) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.className = "copy";
+    button.textContent = "Copy table";
+    button.addEventListener("click", async () => {
+      const text = [...table.rows]
+        .map((row) => [...row.cells].map((cell) => cell.dataset.value ?? cell.textContent).join("\t"))
+        .join("\n");
+      button.textContent = (await copied(text)) ? "Copied" : "Select and copy by hand";
+      setTimeout(() => (button.textContent = "Copy table"), 2000);
+    });
+    table.before(button);
+  }
+}
+
+// From a file on disk the clipboard may be closed to scripts; a selection is not.
+async function copied(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    const area = document.createElement("textarea");
+    area.value = text;
+    document.body.append(area);
+    area.select();
+    const done = document.execCommand("copy");
+    area.remove();
+    return done;
+  }
+}
+
+addCopyButtons();
+const plots = showPlots(data.plots);
+const cube = showCube(data.cube);
+document.documentElement.dataset.ready = "yes";
+// For tests: what was drawn.
+window.axiscalReport = { plots, cube };

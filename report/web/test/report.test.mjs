@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// node report.test.mjs FOLDER AXISCAL: makes reports and uses them in headless Chromium. FOLDER has
+// node_modules. Exit status 77 where there is no Chromium.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { existsSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+
+const [folder, axiscal] = process.argv.slice(2).map((argument) => resolve(argument));
+const browserPath = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find((path) => existsSync(path));
+if (!browserPath) {
+  console.log("skipped: no Chromium");
+  process.exit(77);
+}
+const { chromium } = createRequire(join(folder, "package.json"))("playwright-core");
+const scratch = mkdtempSync(join(tmpdir(), "axiscal-report-"));
+const path = (name) => join(scratch, name);
+const run = (...args) => execFileSync(axiscal, args, { cwd: scratch, stdio: ["ignore", "pipe", "pipe"] });
+
+const HOSTILE = "</script><img src=x onerror=document.title='hit'>\"'&";
+const truth = {
+  format: "axiscal-calibration",
+  version: 1,
+  instrument: { kind: "accelerometer", serial: HOSTILE, axes: ["x", "y", "z"], unit: "V" },
+  field: { kind: "gravity", unit: "g", magnitude: 1, in_table: [0, 0, 1] },
+  coefficients: {
+    bias: [0.1, -0.2, 0.3],
+    sensitivity: [[1, 0.02, -0.01], [0.015, 0.98, 0.02], [-0.02, 0.01, 1.03]],
+  },
+};
+
+function makeReport() {
+  writeFileSync(path("truth.json"), JSON.stringify(truth));
+  run("simulate", "--truth", "truth.json", "--noise", "1e-4", "--seed", "5", "--replicates", "2", "-o", "run.csv");
+  run("calibrate", "run.csv", "--instrument", "accelerometer", "--field", "gravity", "--unit", "V", "--serial", HOSTILE, "-o", "cal.json");
+  run("report", "cal.json", "run.csv", "-o", "report.html");
+}
+
+// Shares of pixels that differ from the first one: 0 for an empty canvas.
+const inked = (canvas) => {
+  const copy = document.createElement("canvas");
+  [copy.width, copy.height] = [canvas.width, canvas.height];
+  const pen = copy.getContext("2d");
+  pen.drawImage(canvas, 0, 0);
+  const { data } = pen.getImageData(0, 0, copy.width, copy.height);
+  let other = 0;
+  for (let i = 4; i < data.length; i += 4) {
+    other += data[i] !== data[0] || data[i + 1] !== data[1] || data[i + 2] !== data[2] ? 1 : 0;
+  }
+  return other / (data.length / 4);
+};
+
+async function open(browser, options = {}) {
+  const context = await browser.newContext(options);
+  const page = await context.newPage();
+  const complaints = [];
+  const requests = [];
+  page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on("request", (request) => requests.push(request.url()));
+  await page.goto(`file://${path("report.html")}`);
+  return { context, page, complaints, requests };
+}
+
+async function withScript(browser) {
+  const { context, page, complaints, requests } = await open(browser, { viewport: { width: 1100, height: 900 } });
+  await page.waitForSelector("html[data-ready=yes]");
+  assert.deepEqual(complaints, []);
+  assert.deepEqual(requests, [`file://${path("report.html")}`], "the page asks for nothing");
+  assert.equal(await page.title(), `Calibration of accelerometer ${HOSTILE}`, "typed text is shown as typed");
+  assert.equal(await page.locator("img").count(), 0);
+  assert.ok((await page.evaluate(() => window.axiscalReport.plots)) >= 2);
+  for (const chart of await page.locator(".live canvas").all()) {
+    assert.ok((await chart.evaluate(inked)) > 0.005, "a plot has pixels");
+  }
+  // The cube: it is drawn, turns with the mouse and the keys, and takes the pose that is chosen.
+  const canvas = page.locator("#cube-view canvas");
+  await canvas.scrollIntoViewIfNeeded();
+  assert.ok((await canvas.evaluate(inked)) > 0.1, "the cube has pixels");
+  const view = () => page.evaluate(() => window.axiscalReport.cube.view());
+  const before = await view();
+  const box = await canvas.boundingBox();
+  await page.mouse.move(box.x + 200, box.y + 200);
+  await page.mouse.down();
+  await page.mouse.move(box.x + 300, box.y + 180);
+  await page.mouse.up();
+  const turned = await view();
+  assert.ok(Math.abs(turned.around - before.around) > 0.5);
+  await canvas.focus();
+  await page.keyboard.press("ArrowUp");
+  assert.ok((await view()).above > turned.above);
+  await page.locator("[data-reading='5']").press("Enter");
+  assert.equal(await page.locator("[data-reading='5']").getAttribute("aria-pressed"), "true");
+  const said = await page.locator("#cube-reading").textContent();
+  const row = page.locator("tr", { has: page.locator("[data-reading='5']") });
+  assert.ok(said.startsWith(`Run ${await page.locator("[data-reading='5']").textContent()}: face `));
+  assert.ok(said.includes(await row.locator("td").first().textContent()));
+  await page.locator("#cube-next").click();
+  assert.equal(await page.evaluate(() => window.axiscalReport.cube.chosen()), 6);
+  // Every plot has words and a table.
+  for (const figure of await page.locator("figure").all()) {
+    assert.ok((await figure.locator("svg[role=img]").first().getAttribute("aria-label")).length > 20);
+    assert.ok((await figure.locator("details table tbody tr").count()) > 0);
+  }
+  await page.emulateMedia({ colorScheme: "dark" });
+  const paper = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  assert.equal(paper, "rgb(20, 24, 28)");
+  await page.emulateMedia({ colorScheme: "light" });
+  const pdf = await page.pdf({ format: "A4" });
+  assert.ok(pdf.length > 20000 && pdf.subarray(0, 5).toString() === "%PDF-");
+  await context.close();
+}
+
+async function contrast(browser) {
+  for (const colorScheme of ["light", "dark"]) {
+    const { context, page } = await open(browser, { colorScheme });
+    const worst = await page.evaluate(() => {
+      const rgb = (text) => text.match(/[\d.]+/g).map(Number);
+      const luminance = ([r, g, b]) => {
+        const [x, y, z] = [r, g, b].map((v) => (v / 255 <= 0.03928 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4));
+        return 0.2126 * x + 0.7152 * y + 0.0722 * z;
+      };
+      const behind = (element) => {
+        for (let at = element; at; at = at.parentElement) {
+          const color = rgb(getComputedStyle(at).backgroundColor);
+          if (color.length < 4 || color[3] > 0) {
+            return color;
+          }
+        }
+        return [255, 255, 255];
+      };
+      let least = 21;
+      let what = "";
+      for (const element of document.querySelectorAll("main *, header *")) {
+        const own = [...element.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim());
+        if (!own || element.closest("svg") || !element.checkVisibility()) {
+          continue;
+        }
+        const [a, b] = [luminance(rgb(getComputedStyle(element).color)), luminance(behind(element))];
+        const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+        if (ratio < least) {
+          [least, what] = [ratio, element.outerHTML.slice(0, 80)];
+        }
+      }
+      return { least, what };
+    });
+    assert.ok(worst.least >= 4.5, `contrast ${worst.least} in ${colorScheme}: ${worst.what}`);
+    await context.close();
+  }
+}
+
+async function withoutScript(browser) {
+  const { context, page } = await open(browser, { javaScriptEnabled: false });
+  assert.ok((await page.locator("svg.drawn").count()) >= 6);
+  assert.ok(await page.locator("svg.drawn").first().isVisible());
+  assert.equal(await page.locator(".seats li").count(), 12);
+  assert.ok(await page.locator(".seats li").first().isVisible());
+  await context.close();
+}
+
+async function withoutWebGL() {
+  const browser = await launch(["--disable-gpu", "--disable-3d-apis"]);
+  const { page, complaints } = await open(browser);
+  await page.waitForSelector("html[data-ready=yes]");
+  assert.equal(await page.locator("#cube-view canvas").count(), 0);
+  assert.ok(await page.locator(".seats li").first().isVisible());
+  assert.deepEqual(complaints.filter((text) => !text.includes("WebGL")), []);
+  await browser.close();
+}
+
+function launch(more) {
+  return chromium.launch({
+    executablePath: browserPath,
+    args: ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
+      "--disable-component-update", "--disable-sync", ...more],
+  });
+}
+
+try {
+  makeReport();
+  assert.ok(statSync(path("report.html")).size < 1.5e6);
+  assert.ok(!/(src|href)=["']?(https?:)?\/\//.test(readFileSync(path("report.html"), "utf8").split("<script")[0]));
+  const browser = await launch(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]);
+  await withScript(browser);
+  await contrast(browser);
+  await withoutScript(browser);
+  await browser.close();
+  await withoutWebGL();
+  console.log("report: all good");
+} finally {
+  rmSync(scratch, { recursive: true, force: true });
+}

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/report/calibration_report.hpp"
+
+#include <cmath>
+
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/core/units.hpp"
+#include "scenario.hpp"
+
+namespace axiscal::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+Calibration calibrated(double noise_sd = 1e-4) {
+  const Calibration truth = accelerometer_truth();
+  return calibrate(
+      experiment_for(truth),
+      observe(truth, {.replicates = 2, .slope = {0.003, -0.002}, .noise_sd = noise_sd}));
+}
+
+std::size_t count_of(const std::string& text, const std::string& what) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) {
+    ++count;
+  }
+  return count;
+}
+
+TEST(CalibrationReport, ShowsWhatThereIs) {
+  const std::string page = calibration_report(calibrated());
+  EXPECT_THAT(page, HasSubstr("class=\"verdict ok\""));
+  for (const char* const id :
+       {"run", "points", "coefficients", "residuals", "levelness", "uncertainty"}) {
+    EXPECT_THAT(page, HasSubstr("<section id=\"" + std::string(id) + "\">")) << id;
+    EXPECT_THAT(page, HasSubstr("href=\"#" + std::string(id) + "\"")) << id;
+  }
+  for (const char* const id : {"temperature", "orientations", "history"}) {
+    EXPECT_THAT(page, Not(HasSubstr("<section id=\"" + std::string(id) + "\">"))) << id;
+  }
+  EXPECT_EQ(count_of(page, "class=\"seats\""), 1U);
+  EXPECT_EQ(count_of(page, "<li><svg viewBox=\"0 0 200 190\""), 12U);
+  // Every drawing is told in words, and has its table.
+  EXPECT_EQ(count_of(page, "<svg class=\"drawn\""), count_of(page, "<details><summary>Data"));
+  EXPECT_EQ(count_of(page, "<svg class=\"drawn\""),
+            count_of(page.substr(0, page.find("<script")), "role=\"img\" aria-label") - 12U);
+}
+
+TEST(CalibrationReport, TextIsShownAsTyped) {
+  const std::string hostile = "</script><img src=x onerror='alert(1)'>\"&";
+  Calibration truth = accelerometer_truth();
+  truth.instrument.axes = {"<b>", "'", "\""};
+  Calibration calibration = calibrate(experiment_for(truth), observe(truth, {.noise_sd = 1e-4}));
+  calibration.instrument.serial = hostile;
+  calibration.instrument.unit = hostile;
+  calibration.software = hostile;
+  calibration.created = hostile;
+  calibration.positioner = hostile;
+  calibration.notes = {hostile};
+  calibration.inputs = {{.path = hostile, .sha256 = hostile}};
+  calibration.warnings = {{.code = hostile, .runs = {1}, .message = hostile}};
+  calibration.status = "warning";
+  const std::string page = calibration_report(calibration);
+  EXPECT_THAT(page, Not(HasSubstr("<img")));
+  EXPECT_THAT(page, Not(HasSubstr("<b>")));
+  EXPECT_THAT(page,
+              HasSubstr("&lt;/script&gt;&lt;img src=x onerror=&#39;alert(1)&#39;&gt;&quot;&amp;"));
+  // What goes to the script cannot end its element.
+  const std::size_t data = page.find("id=\"report-data\">");
+  if (data != std::string::npos) {
+    EXPECT_THAT(page.substr(data, page.find("</script>", data) - data),
+                HasSubstr("\\u003c/script>"));
+  }
+}
+
+TEST(CalibrationReport, RefusedIsSaidAtTheTopWithTheLikeliestReason) {
+  Calibration calibration = calibrated();
+  calibration.status = "refused";
+  calibration.warnings = {{.code = "wrong_point", .runs = {7}, .message = "run 7 may lie on +Y"}};
+  calibration.suggestion = Correction{.code = "wrong_point", .message = "run 7 was taken on +Y"};
+  const std::string page = calibration_report(calibration);
+  const std::size_t verdict = page.find("class=\"verdict refused\"");
+  ASSERT_NE(verdict, std::string::npos);
+  EXPECT_LT(verdict, page.find("<section"));
+  EXPECT_THAT(page, HasSubstr("This calibration was refused. Do not use it."));
+  EXPECT_THAT(page, HasSubstr("Most likely: run 7 was taken on +Y"));
+  EXPECT_THAT(page, Not(HasSubstr("One reading tells")));
+  EXPECT_THAT(page, HasSubstr("class=\"suspect\">look at it"));
+}
+
+TEST(CalibrationReport, LimitsThatAreNotMetAreARefusal) {
+  Calibration calibration = calibrated();
+  calibration.verdict =
+      Verdict{.passed = false,
+              .rule = "guarded",
+              .limits = {{.parameter = "x.bias", .value = 0.2, .high = 0.1, .passed = false}}};
+  const std::string page = calibration_report(calibration);
+  EXPECT_THAT(page, HasSubstr("It does not meet its limits."));
+  EXPECT_THAT(page, HasSubstr("<td>failed</td>"));
+}
+
+TEST(CalibrationReport, TakesARecordOfCoefficientsAlone) {
+  Calibration bare = accelerometer_truth();
+  bare.statistics.reset();
+  const std::string page = calibration_report(bare);
+  EXPECT_THAT(page, HasSubstr("states no uncertainty"));
+  EXPECT_THAT(page, HasSubstr("z.sensitivity.y"));
+  EXPECT_THAT(page, Not(HasSubstr("<section id=\"residuals\">")));
+}
+
+TEST(CalibrationReport, TemperatureAndHistoryHaveTheirPlots) {
+  Calibration calibration = calibrated();
+  calibration.temperature = TemperatureResponse{.reference = 20.0,
+                                                .low = 10.0,
+                                                .high = 40.0,
+                                                .bias = Eigen::MatrixXd::Constant(3, 1, 1e-3),
+                                                .scale = Eigen::MatrixXd::Constant(3, 1, 1e-4)};
+  UnitHistory history{.serial = calibration.instrument.serial,
+                      .paths = {"a.json", "b.json"},
+                      .created = {"2025-01-01T00:00:00Z", "2026-01-01T00:00:00Z"}};
+  history.trends.push_back({.parameter = "x.bias", .values = {0.1, 0.2}, .u = {0.01, 0.01}});
+  const std::string page = calibration_report(calibration, {.history = {history}});
+  EXPECT_THAT(page, HasSubstr("id=\"temperature-bias\""));
+  EXPECT_THAT(page, HasSubstr("x, extrapolated"));
+  EXPECT_THAT(page, HasSubstr("id=\"history-plot\""));
+  EXPECT_THAT(page, HasSubstr(">2026-01-01<"));
+}
+
+// With exact coefficients and noise s of each reading, pitch is off by s / (F cos(pitch)), and roll
+// as much: at 80 degrees 5.76 s.
+TEST(WorstAngle, IsThatOfTheNoiseWhereTheCoefficientsAreExact) {
+  Calibration calibration = calibrated();
+  calibration.response.bias.setZero();
+  calibration.response.sensitivity = Eigen::Matrix3d::Identity();
+  calibration.statistics->covariance.setZero();
+  calibration.statistics->residual_sd.setConstant(1e-4);
+  calibration.uncertainty.reset();
+  const double k = calibration.statistics->coverage_factor.maxCoeff();
+  const WorstAngle worst = worst_angle(calibration);
+  const double expected = k * 1e-4 / std::cos(80.0 * rad_per_deg) * deg_per_rad;
+  // Roll mixes two axes, with more degrees of freedom and a smaller factor.
+  EXPECT_GT(worst.expanded_deg, 0.85 * expected);
+  EXPECT_LT(worst.expanded_deg, 1.02 * expected);
+}
+
+}  // namespace
+}  // namespace axiscal::test
