@@ -189,7 +189,7 @@ struct ImportCommand {
 
 struct ReportCommand {
   std::string record;
-  std::optional<std::string> observations, history;
+  std::optional<std::string> observations, history, laboratory;
   std::string output;
 };
 

@@ -4,8 +4,10 @@
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/history.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/report/calibration_report.hpp"
+#include "axiscal/report/certificate.hpp"
 #include "commands.hpp"
 #include "input.hpp"
 #include "summary.hpp"
@@ -34,14 +36,28 @@ Observations readings_for(const Calibration& calibration, const std::string& pat
   return file.table.observations;
 }
 
+int write_certificate(const ReportCommand& command, const Calibration& calibration) {
+  CertificateDetails details;
+  if (command.laboratory) {
+    forbid_overwriting(command.output, *command.laboratory);
+    details = read_certificate_details(*command.laboratory);
+  }
+  write_whole_file(command.output, certificate_pdf(calibration, details));
+  const std::vector<std::string> missing = missing_details(calibration, details);
+  if (!missing.empty()) {
+    print_remark("note", "ISO/IEC 17025 asks for more than --laboratory says: " + joined(missing));
+  }
+  return 0;
+}
+
 }  // namespace
 
 int run(const ReportCommand& command) {
-  if (command.output.ends_with(".pdf")) {
-    throw UsageError("report: writes .html; print it to a PDF from a browser");
-  }
   forbid_overwriting(command.output, command.record);
   const Calibration calibration = read_calibration(command.record);
+  if (command.output.ends_with(".pdf")) {
+    return write_certificate(command, calibration);
+  }
   ReportOptions options;
   std::optional<Observations> observations;
   if (command.observations) {

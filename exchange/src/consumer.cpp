@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -12,6 +11,7 @@
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_unit.hpp"
 
@@ -104,16 +104,9 @@ Eigen::Matrix3d nearest_inverse(const Eigen::Matrix3d& S, MatrixShape shape) {
   return M;
 }
 
-// Directions all round, as evenly as a spiral makes them.
+// Directions all round, and the axes.
 std::vector<Eigen::Vector3d> directions() {
-  constexpr int count = 1000;
-  std::vector<Eigen::Vector3d> all;
-  for (int i = 0; i < count; ++i) {
-    const double z = 1.0 - 2.0 * (i + 0.5) / count;
-    const double turn = 2.0 * std::numbers::pi * i / std::numbers::phi;
-    const double r = std::sqrt(1.0 - z * z);
-    all.emplace_back(r * std::cos(turn), r * std::sin(turn), z);
-  }
+  std::vector<Eigen::Vector3d> all = directions_on_sphere(1000);
   for (int axis = 0; axis < 3; ++axis) {
     all.emplace_back(Eigen::Vector3d::Unit(axis));
     all.emplace_back(-Eigen::Vector3d::Unit(axis));

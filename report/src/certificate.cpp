@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/report/certificate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+
+#include "axiscal/calib/intrinsic.hpp"
+#include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/input_file.hpp"
+#include "axiscal/core/json_document.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
+#include "pdf_writer.hpp"
+
+namespace axiscal {
+namespace {
+
+CertificateParty party_from(const JsonValue& json) {
+  constexpr std::array<std::string_view, 3> keys = {"name", "address", "accreditation"};
+  json.allow_keys(keys);
+  CertificateParty party{
+      .name = json.text_or("name"), .address = {}, .accreditation = json.text_or("accreditation")};
+  if (const auto address = json.find("address")) {
+    party.address = address->texts();
+  }
+  return party;
+}
+
+std::vector<std::string> texts_of(const JsonValue& json, std::string_view key) {
+  const auto value = json.find(key);
+  return value ? value->texts() : std::vector<std::string>();
+}
+
+std::string or_not_stated(const std::string& text) {
+  return text.empty() ? "not stated" : text;
+}
+
+std::string block_of(const CertificateParty& party) {
+  return or_not_stated(party.name) + (party.address.empty() ? "" : ", " + joined(party.address)) +
+         (party.accreditation.empty() ? "" : "; accreditation " + party.accreditation);
+}
+
+// A value to the place that its uncertainty's two digits reach.
+std::string to_places_of(double value, double uncertainty) {
+  if (!(uncertainty > 0.0) || !std::isfinite(uncertainty) || value == 0.0) {
+    return number_text(value, 8);
+  }
+  const double place = std::floor(std::log10(uncertainty)) - 1.0;
+  const int decimals = std::clamp(static_cast<int>(-place), 0, 17);
+  std::array<char, 64> text{};
+  const std::to_chars_result end = std::to_chars(text.data(), text.data() + text.size(), value,
+                                                 std::chars_format::fixed, decimals);
+  return end.ec == std::errc() ? std::string(text.data(), end.ptr) : number_text(value, 8);
+}
+
+std::vector<std::string> row_of(const std::string& name,
+                                double value,
+                                const CombinedUncertainty& uncertainty,
+                                const std::string& unit) {
+  return {name, to_places_of(value, uncertainty.expanded), number_text(uncertainty.expanded, 2),
+          number_text(uncertainty.coverage_factor, 3), unit};
+}
+
+std::vector<std::vector<std::string>> coefficient_rows(const Calibration& calibration) {
+  const std::string& unit = calibration.instrument.unit;
+  std::vector<std::vector<std::string>> rows;
+  for (const ParameterUncertainty& one : parameter_uncertainties(calibration)) {
+    const bool is_bias = one.name.find(".bias") != std::string::npos;
+    const bool has_power = one.name.find(".d") != std::string::npos;
+    const std::string of = has_power ? (is_bias ? unit + " per power of t" : "per power of t")
+                           : is_bias ? unit
+                                     : unit_per(unit, calibration.field.unit);
+    rows.push_back(row_of(one.name, one.value, one.uncertainty, of));
+  }
+  return rows;
+}
+
+std::vector<std::vector<std::string>> intrinsic_rows(const Calibration& calibration) {
+  const IntrinsicParameters intrinsic = intrinsic_parameters(calibration);
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t i = 0; i < intrinsic.uncertainty.size(); ++i) {
+    const std::string& name = intrinsic.names[i];
+    const double value = intrinsic.values(static_cast<Eigen::Index>(i));
+    if (name.ends_with(".bias")) {
+      continue;  // is in the table above
+    }
+    if (!name.starts_with("angle.")) {
+      rows.push_back(row_of(name, value, intrinsic.uncertainty[i],
+                            unit_per(calibration.instrument.unit, calibration.field.unit)));
+      continue;
+    }
+    CombinedUncertainty in_degrees = intrinsic.uncertainty[i];
+    in_degrees.expanded *= deg_per_rad;
+    rows.push_back(row_of(name, value * deg_per_rad, in_degrees, "deg"));
+  }
+  return rows;
+}
+
+std::string method_text(const Calibration& calibration) {
+  std::string text =
+      "The instrument was read in known orientations to the reference field; bias and "
+      "sensitivity to the field's components follow by linear regression (method '" +
+      calibration.method + "'";
+  if (calibration.method == "paired") {
+    text += ": opposite positions averaged, which removes the table's slope";
+  }
+  return text + "). " + std::to_string(calibration.statistics->observations) +
+         " readings were used. reading = bias + sensitivity times field; sensitivities in the "
+         "frame of the positioner.";
+}
+
+std::vector<std::vector<std::string>> limit_rows(const Verdict& verdict) {
+  std::vector<std::vector<std::string>> rows;
+  const auto number = [](const std::optional<double>& value) {
+    return value ? number_text(*value, 7) : std::string("none");
+  };
+  for (const LimitVerdict& limit : verdict.limits) {
+    rows.push_back({limit.parameter, number_text(limit.value, 7), number(limit.low),
+                    number(limit.high), limit.passed ? "pass" : "fail"});
+  }
+  return rows;
+}
+
+std::string decision_rule_of(const CertificateDetails& details, const Verdict& verdict) {
+  if (!details.decision_rule.empty()) {
+    return details.decision_rule;
+  }
+  return verdict.rule == "guarded"
+             ? "Guarded acceptance (JCGM 106:2012): a value passes where it lies within the limits "
+               "narrowed by its expanded uncertainty."
+             : "Simple acceptance (JCGM 106:2012): a value passes where it lies within the limits; "
+               "its uncertainty is not taken into account.";
+}
+
+#ifdef AXISCAL_CAIRO
+void write_certificate(const Calibration& calibration,
+                       const CertificateDetails& details,
+                       PdfPages& pages) {
+  const Instrument& instrument = calibration.instrument;
+  const FieldDescription& field = calibration.field;
+  pages.title("Calibration certificate");
+  pages.facts({{"Certificate number", or_not_stated(details.number)},
+               {"Laboratory", block_of(details.laboratory)},
+               {"Customer", block_of(details.customer)},
+               {"Place of calibration", details.place.empty() ? "the laboratory" : details.place},
+               {"Item received", or_not_stated(details.received)},
+               {"Calibrated", details.calibrated.empty() ? or_not_stated(calibration.created)
+                                                         : details.calibrated},
+               {"Issued", or_not_stated(details.issued)}});
+  pages.heading("Item");
+  pages.facts({{"Instrument", instrument.kind + ", axes " + joined(instrument.axes) +
+                                  ", readings in " + instrument.unit},
+               {"Manufacturer", details.manufacturer},
+               {"Model", details.model},
+               {"Serial number", or_not_stated(instrument.serial)},
+               {"Condition", or_not_stated(details.condition)}});
+  pages.heading("Method and conditions");
+  pages.paragraph(method_text(calibration));
+  std::string reference = field.kind + ", " + number_text(field.magnitude, 8) + " " + field.unit;
+  reference +=
+      field.magnitude_u > 0.0 ? ", standard uncertainty " + number_text(field.magnitude_u, 2) : "";
+  reference += field.model.empty() ? "" : ", model " + field.model;
+  pages.facts(
+      {{"Procedure", details.procedure},
+       {"Reference field", reference},
+       {"Positioner", calibration.positioner.empty() ? "nominal cube" : calibration.positioner},
+       {"Environment", or_not_stated(details.environment)},
+       {"Software", calibration.software}});
+  pages.heading("Metrological traceability");
+  if (details.traceability.empty()) {
+    pages.paragraph("not stated");
+  }
+  for (const std::string& statement : details.traceability) {
+    pages.paragraph(statement);
+  }
+  pages.heading("Results");
+  const std::vector<std::string> head = {"parameter", "value", "U", "k", "unit"};
+  pages.table(head, coefficient_rows(calibration));
+  pages.paragraph("Independent of the mounting: sensitivities' sizes and the angles between axes");
+  pages.table(head, intrinsic_rows(calibration));
+  if (calibration.temperature) {
+    const TemperatureResponse& over = *calibration.temperature;
+    pages.paragraph("Coefficients at temperature " + number_text(over.reference, 6) +
+                    "; valid from " + number_text(over.low, 6) + " to " +
+                    number_text(over.high, 6) +
+                    ". The terms d, d2 are of the temperature less that.");
+  }
+  pages.heading("Uncertainty of measurement");
+  pages.paragraph(
+      "U is the expanded uncertainty: the combined standard uncertainty multiplied by the coverage "
+      "factor k, which for a t distribution with the effective degrees of freedom corresponds to a "
+      "coverage probability of about 95 %. It was evaluated by JCGM 100:2008 (GUM).");
+  std::vector<std::string> sources;
+  if (calibration.uncertainty) {
+    for (const UncertaintySource& source : calibration.uncertainty->sources) {
+      sources.push_back(source.name + " (type " + source.type + ")");
+    }
+    pages.paragraph("Sources: " + joined(sources) + ".");
+  }
+  if (calibration.verdict) {
+    pages.heading("Statement of conformity");
+    pages.paragraph(decision_rule_of(details, *calibration.verdict));
+    pages.table({"limit", "value", "low", "high", "verdict"}, limit_rows(*calibration.verdict));
+    pages.paragraph(calibration.verdict->passed ? "The item meets the limits above."
+                                                : "The item does not meet the limits above.");
+  }
+  std::vector<std::string> remarks = details.remarks;
+  for (const Correction& correction : calibration.corrections) {
+    remarks.push_back("Deviation from the procedure: readings were corrected: " +
+                      correction.message);
+  }
+  for (const CalibrationWarning& warning : calibration.warnings) {
+    remarks.push_back("Observation: " + warning.message);
+  }
+  if (!remarks.empty()) {
+    pages.heading("Remarks");
+    for (const std::string& remark : remarks) {
+      pages.paragraph(remark);
+    }
+  }
+  pages.heading("Statements");
+  pages.paragraph(
+      "The results relate only to the item calibrated, as it was when calibrated. This "
+      "certificate may not be reproduced other than in full without approval of the "
+      "laboratory.");
+  for (const InputFileDigest& input : calibration.inputs) {
+    pages.paragraph("Readings: " + input.path +
+                    (input.sha256.empty() ? "" : ", SHA-256 " + input.sha256));
+  }
+  pages.heading("Authorised by");
+  if (details.authorised.empty()) {
+    pages.paragraph("not stated");
+  }
+  pages.signature_lines(details.authorised);
+  pages.centred("\u2013 end of the certificate \u2013");
+}
+#endif
+
+}  // namespace
+
+CertificateDetails read_certificate_details(const std::string& path) {
+  const JsonValue json = parse_json(read_whole_file(path), path);
+  json.require_format("axiscal-laboratory");
+  constexpr std::array<std::string_view, 18> keys = {
+      "format",       "version",   "number",       "laboratory",    "customer",   "place",
+      "manufacturer", "model",     "condition",    "received",      "calibrated", "issued",
+      "environment",  "procedure", "traceability", "decision_rule", "remarks",    "authorised"};
+  json.allow_keys(keys);
+  CertificateDetails details{.number = json.text_or("number"),
+                             .laboratory = {},
+                             .customer = {},
+                             .place = json.text_or("place"),
+                             .manufacturer = json.text_or("manufacturer"),
+                             .model = json.text_or("model"),
+                             .condition = json.text_or("condition"),
+                             .received = json.text_or("received"),
+                             .calibrated = json.text_or("calibrated"),
+                             .issued = json.text_or("issued"),
+                             .environment = json.text_or("environment"),
+                             .procedure = json.text_or("procedure"),
+                             .traceability = texts_of(json, "traceability"),
+                             .decision_rule = json.text_or("decision_rule"),
+                             .remarks = texts_of(json, "remarks")};
+  if (const auto laboratory = json.find("laboratory")) {
+    details.laboratory = party_from(*laboratory);
+  }
+  if (const auto customer = json.find("customer")) {
+    details.customer = party_from(*customer);
+  }
+  if (const auto people = json.find("authorised")) {
+    for (const JsonValue& person : people->elements()) {
+      constexpr std::array<std::string_view, 2> of_person = {"name", "function"};
+      person.allow_keys(of_person);
+      details.authorised.emplace_back(person.at("name").text(), person.text_or("function"));
+    }
+  }
+  return details;
+}
+
+std::vector<std::string> missing_details(const Calibration& calibration,
+                                         const CertificateDetails& details) {
+  std::vector<std::string> missing;
+  const auto need = [&](bool stated, const char* what) {
+    if (!stated) {
+      missing.emplace_back(what);
+    }
+  };
+  need(!details.number.empty(), "number");
+  need(!details.laboratory.name.empty() && !details.laboratory.address.empty(),
+       "laboratory (name, address)");
+  need(!details.customer.name.empty(), "customer (name)");
+  need(!calibration.instrument.serial.empty(),
+       "the instrument's serial number (calibrate --serial)");
+  need(!details.condition.empty(), "condition");
+  need(!details.issued.empty(), "issued");
+  need(!details.environment.empty(), "environment");
+  need(!details.traceability.empty(), "traceability");
+  need(!details.authorised.empty(), "authorised");
+  return missing;
+}
+
+std::string certificate_pdf(const Calibration& calibration, const CertificateDetails& details) {
+  if (calibration.status == "refused") {
+    throw RefusedError("this calibration was refused: there is no certificate of it");
+  }
+  if (!calibration.statistics || parameter_uncertainties(calibration).empty()) {
+    throw RefusedError("the record states no uncertainty: there is no certificate of such");
+  }
+#ifdef AXISCAL_CAIRO
+  const std::string header =
+      "Calibration certificate " + or_not_stated(details.number) +
+      (details.laboratory.name.empty() ? "" : ", " + details.laboratory.name);
+  return pdf_of(header, header,
+                [&](PdfPages& pages) { write_certificate(calibration, details, pages); });
+#else
+  throw DomainError("this build writes no PDF (cairo)");
+#endif
+}
+
+}  // namespace axiscal

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/report/certificate.hpp"
+
+#include <cstdlib>
+
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/core/error.hpp"
+#include "program.hpp"
+#include "scenario.hpp"
+
+namespace axiscal::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+Calibration calibrated() {
+  Calibration truth = accelerometer_truth();
+  truth.instrument.serial = "A-17";
+  return calibrate(experiment_for(truth), observe(truth, {.replicates = 2, .noise_sd = 1e-4}));
+}
+
+CertificateDetails details() {
+  return {.number = "2026-1107",
+          .laboratory = {.name = "Windkanal Müller", .address = {"Hauptstr. 1", "Bonn"}},
+          .customer = {.name = "Aero Ltd", .address = {"Bedford"}},
+          .condition = "good",
+          .issued = "2026-11-21",
+          .environment = "23.0 °C",
+          .traceability = {"Voltage: certificate 4711."},
+          .authorised = {{"A. Müller", "head"}}};
+}
+
+#ifdef AXISCAL_CAIRO
+// The text of a PDF, page by page parted by form feeds.
+std::string text_of(const std::string& pdf) {
+  const ScratchFolder folder;
+  folder.write("c.pdf", pdf);
+  const std::string command =
+      "pdftotext -layout '" + folder.path("c.pdf") + "' '" + folder.path("c.txt") + "'";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  return read_file(folder.path("c.txt"));
+}
+
+class Certificate : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (std::system("pdftotext -v > /dev/null 2>&1") != 0) {
+      GTEST_SKIP() << "no pdftotext";
+    }
+  }
+};
+
+TEST_F(Certificate, SaysWhatTheStandardAsks) {
+  Calibration calibration = calibrated();
+  calibration.verdict = Verdict{.passed = true,
+                                .rule = "guarded",
+                                .limits = {{.parameter = "x.bias", .value = 0.01, .high = 0.1}}};
+  const std::string text = text_of(certificate_pdf(calibration, details()));
+  for (const char* const needed :
+       {"Calibration certificate", "2026-1107", "Windkanal Müller, Hauptstr. 1, Bonn", "Aero Ltd",
+        "A-17", "23.0 °C", "Voltage: certificate 4711.", "z.sensitivity.y", "coverage factor",
+        "JCGM 100:2008", "Guarded acceptance", "The item meets the limits above.",
+        "relate only to the item", "A. Müller, head", "end of the certificate"}) {
+    EXPECT_THAT(text, HasSubstr(needed));
+  }
+  // The number on every page, each of how many.
+  const auto pages = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\f'));
+  ASSERT_GE(pages, 2U);
+  std::size_t at = 0;
+  for (std::size_t page = 1; page <= pages; ++page) {
+    const std::size_t end = text.find('\f', at);
+    const std::string one = text.substr(at, end - at);
+    EXPECT_THAT(one, HasSubstr("Calibration certificate 2026-1107, Windkanal Müller"));
+    EXPECT_THAT(one, HasSubstr("page " + std::to_string(page) + " of " + std::to_string(pages)));
+    at = end + 1;
+  }
+  EXPECT_THAT(text.substr(0, text.find('\f')), Not(HasSubstr("end of the certificate")));
+}
+
+// U to two digits, the value to the same place.
+TEST_F(Certificate, RoundsTheValueToItsUncertainty) {
+  Calibration calibration = calibrated();
+  calibration.response.bias(0) = 0.0120001;
+  calibration.uncertainty.reset();
+  calibration.statistics->covariance.setZero();
+  calibration.statistics->covariance(0, 0) = 1e-8;  // u 1e-4
+  const double k = calibration.statistics->coverage_factor(0);
+  ASSERT_GT(k, 2.0);
+  ASSERT_LT(k, 3.0);
+  const std::string text = text_of(certificate_pdf(calibration, details()));
+  const std::size_t row = text.find("x.bias");
+  EXPECT_THAT(text.substr(row, 60), HasSubstr(" 0.01200 "));
+}
+
+TEST_F(Certificate, AnyTextIsPrinted) {
+  Calibration calibration = calibrated();
+  calibration.instrument.serial = "bad \xff utf-8 \x01 " + std::string(300, 'w');
+  CertificateDetails bare;
+  bare.remarks = {std::string(5000, 'a')};
+  const std::string text = text_of(certificate_pdf(calibration, bare));
+  EXPECT_THAT(text, HasSubstr("bad ? utf-8"));
+  EXPECT_THAT(text, HasSubstr("not stated"));
+  EXPECT_EQ(std::count(text.begin(), text.end(), 'a') > 5000, true);
+}
+
+TEST_F(Certificate, ThereIsNoneOfWhatWasRefused) {
+  Calibration refused = calibrated();
+  refused.status = "refused";
+  EXPECT_THROW(static_cast<void>(certificate_pdf(refused, details())), RefusedError);
+  Calibration bare = accelerometer_truth();
+  bare.statistics.reset();
+  EXPECT_THROW(static_cast<void>(certificate_pdf(bare, details())), RefusedError);
+}
+#endif
+
+TEST(CertificateDetailsFile, IsReadAndChecked) {
+  const ScratchFolder folder;
+  const std::string path =
+      folder.write("lab.json", R"({"format": "axiscal-laboratory", "version": 1,
+"number": "7", "laboratory": {"name": "L", "address": ["a", "b"]},
+"authorised": [{"name": "N", "function": "head"}]})");
+  const CertificateDetails read = read_certificate_details(path);
+  EXPECT_EQ(read.number, "7");
+  EXPECT_EQ(read.laboratory.address.size(), 2U);
+  EXPECT_EQ(read.authorised.front().second, "head");
+  const std::vector<std::string> missing = missing_details(calibrated(), read);
+  EXPECT_THAT(missing, testing::Contains("customer (name)"));
+  EXPECT_THAT(missing, Not(testing::Contains("number")));
+  EXPECT_TRUE(missing_details(calibrated(), details()).empty());
+  const std::string wrong = folder.write(
+      "wrong.json", R"({"format": "axiscal-laboratory", "version": 1, "custommer": {}})");
+  try {
+    static_cast<void>(read_certificate_details(wrong));
+    FAIL() << "was taken";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("customer"));
+  }
+}
+
+}  // namespace
+}  // namespace axiscal::test
