@@ -7,6 +7,7 @@
 
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/version.hpp"
+#include "definition.hpp"
 
 namespace axiscal::cli {
 namespace {
@@ -206,6 +207,43 @@ std::vector<std::string> with_joined_values(CLI::App& app,
     result.push_back(argument);
   }
   return result;
+}
+
+OptionDefinition definition_of(const CLI::Option& option) {
+  OptionDefinition definition{.names = {},
+                              .type = "",
+                              .help = option.get_description(),
+                              .is_argument = option.get_positional()};
+  for (const std::string& name : option.get_snames()) {
+    definition.names.push_back("-" + name);
+  }
+  for (const std::string& name : option.get_lnames()) {
+    definition.names.push_back("--" + name);
+  }
+  if (definition.is_argument) {
+    definition.names = {option.get_single_name()};
+  }
+  if (option.get_items_expected_max() > 0) {
+    definition.type = option.get_type_name();
+  }
+  return definition;
+}
+
+ProgramDefinition definition_of(const CLI::App& app) {
+  ProgramDefinition program{.name = app.get_name(),
+                            .version = std::string(software_name()),
+                            .help = app.get_description(),
+                            .subcommands = {}};
+  for (const CLI::App* subcommand : app.get_subcommands(nullptr)) {
+    SubcommandDefinition& definition = program.subcommands.emplace_back();
+    definition.name = subcommand->get_name();
+    definition.help = subcommand->get_description();
+    definition.footer = subcommand->get_footer();
+    for (const CLI::Option* option : subcommand->get_options()) {
+      definition.options.push_back(definition_of(*option));
+    }
+  }
+  return program;
 }
 
 }  // namespace
@@ -637,6 +675,14 @@ Command parse_command_line(std::vector<std::string> arguments) {
   }
   CLI::App* chosen = nullptr;
   const std::string first = arguments.front();
+  if (first == "--generate") {
+    const std::string text =
+        arguments.size() == 2 ? generated(definition_of(app), arguments[1]) : std::string();
+    if (text.empty()) {
+      throw UsageError("--generate: man, bash, zsh or fish");
+    }
+    return ShowText{text};
+  }
   if (!first.starts_with("-")) {
     std::vector<std::string> names;
     for (CLI::App* subcommand : app.get_subcommands(nullptr)) {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cstdlib>
+
 #include "matchers.hpp"
 #include "program.hpp"
 #include "scenario.hpp"
@@ -98,6 +100,44 @@ TEST(Usage, WhatLaterVersionsBringIsRefusedNotPassedOver) {
   for (const char* subcommand : {"export", "import", "report", "acquire"}) {
     EXPECT_EQ(run_axiscal({subcommand}).status, 2) << subcommand;
   }
+}
+
+// ---- what is made from the command's own definitions ----
+
+std::string completed(const std::string& words, int position) {
+  const ScratchFolder folder;
+  folder.write("axiscal.bash", run_axiscal({"--generate", "bash"}).out);
+  const std::string command =
+      "bash -c 'source \"" + folder.path("axiscal.bash") + "\"; COMP_WORDS=(" + words +
+      "); COMP_CWORD=" + std::to_string(position) + "; _axiscal; echo \"${COMPREPLY[*]}\"' > '" +
+      folder.path("out") + "'";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  return read_file(folder.path("out"));
+}
+
+TEST(Generated, BashCompletesSubcommandsOptionsAndChoices) {
+  EXPECT_EQ(completed("axiscal exp", 1), "export\n");
+  EXPECT_EQ(completed("axiscal study --mer", 2), "--merge\n");
+  EXPECT_EQ(completed("axiscal budget --pitch-formula a", 3), "asin atan2\n");
+}
+
+TEST(Generated, TheManualPageHasEverySubcommandAndOption) {
+  const std::string page = run_axiscal({"--generate", "man"}).out;
+  for (const char* const name :
+       {"field", "plan", "simulate", "segment", "noise", "calibrate", "apply", "check", "level",
+        "characterize", "study", "export", "import", "report"}) {
+    EXPECT_THAT(page, HasSubstr("\n.SS " + std::string(name) + "\n"));
+  }
+  EXPECT_THAT(page, HasSubstr("\\fB\\-\\-accept\\-suggestion\\fR"));
+  EXPECT_EQ(page.find("\n\'"), std::string::npos);  // no line starts as a request by chance
+}
+
+TEST(Generated, ZshAndFishHaveThemToo) {
+  EXPECT_THAT(run_axiscal({"--generate", "zsh"}).out, HasSubstr("'--reading-factor["));
+  EXPECT_THAT(run_axiscal({"--generate", "fish"}).out,
+              HasSubstr("'__fish_seen_subcommand_from export' -l reading-factor -r"));
+  EXPECT_EQ(run_axiscal({"--generate", "csh"}).status, 2);
+  EXPECT_EQ(run_axiscal({"--generate"}).status, 2);
 }
 
 }  // namespace

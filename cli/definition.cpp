@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "definition.hpp"
+
+#include <algorithm>
+
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+// Text that roff takes as it is.
+std::string roff(const std::string& text) {
+  std::string safe;
+  for (const char c : text) {
+    if (c == '\\') {
+      safe += "\\e";
+    } else if (c == '-') {
+      safe += "\\-";
+    } else if ((c == '.' || c == '\'') && (safe.empty() || safe.back() == '\n')) {
+      safe += std::string("\\&") + c;
+    } else {
+      safe += c;
+    }
+  }
+  return safe;
+}
+
+std::string roff_heading(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](char c) {
+    return static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  });
+  return ".SH " + text + "\n";
+}
+
+// "-o, --output FILE" with the names in bold.
+std::string roff_names(const OptionDefinition& option) {
+  std::vector<std::string> names;
+  for (const std::string& name : option.names) {
+    names.push_back((option.is_argument ? "\\fI" : "\\fB") + roff(name) + "\\fR");
+  }
+  return joined(names) +
+         (option.type.empty() || option.is_argument ? "" : " \\fI" + roff(option.type) + "\\fR");
+}
+
+std::string man_page(const ProgramDefinition& program) {
+  std::string text = ".TH " + roff(program.name) + " 1 \"\" \"" + roff(program.version) + "\"\n";
+  text += roff_heading("name") + roff(program.name) + " \\- " + roff(program.help) + "\n";
+  text += roff_heading("synopsis") + ".B " + roff(program.name) +
+          "\n\\fISUBCOMMAND\\fR [\\fIOPTIONS\\fR] [\\fIFILES\\fR]\n";
+  text += roff_heading("description") +
+          "A file named \\- is standard input or output. An option's value may start with a minus "
+          "sign; \\fB\\-\\-option=value\\fR works too.\n";
+  text += roff_heading("subcommands");
+  for (const SubcommandDefinition& subcommand : program.subcommands) {
+    text += ".SS " + roff(subcommand.name) + "\n" + roff(subcommand.help) + ".\n";
+    for (const OptionDefinition& option : subcommand.options) {
+      text += ".TP\n" + roff_names(option) + "\n" + roff(option.help) + "\n";
+    }
+    if (!subcommand.footer.empty()) {
+      text += ".PP\n.nf\n" + roff(subcommand.footer) + "\n.fi\n";
+    }
+  }
+  text += roff_heading("exit status") +
+          ".TP\n0\ndone, perhaps with warnings\n.TP\n1\nthe result is refused, or a check failed\n"
+          ".TP\n2\nusage\n.TP\n3\nbad input\n.TP\n4\nan output cannot be written\n";
+  return text;
+}
+
+std::vector<std::string> option_names(const SubcommandDefinition& subcommand) {
+  std::vector<std::string> names;
+  for (const OptionDefinition& option : subcommand.options) {
+    if (!option.is_argument) {
+      names.insert(names.end(), option.names.begin(), option.names.end());
+    }
+  }
+  return names;
+}
+
+std::vector<std::string> subcommand_names(const ProgramDefinition& program) {
+  std::vector<std::string> names;
+  for (const SubcommandDefinition& subcommand : program.subcommands) {
+    names.push_back(subcommand.name);
+  }
+  return names;
+}
+
+// "a|b|c" of a type is what the value may be.
+std::vector<std::string> choices_of(const OptionDefinition& option) {
+  std::vector<std::string> choices;
+  if (option.type.find('|') != std::string::npos) {
+    for (const std::string_view choice : split(option.type, '|')) {
+      choices.emplace_back(choice);
+    }
+  }
+  std::erase_if(choices, [](const std::string& choice) {
+    return choice.empty() ||
+           choice.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-") != std::string::npos;
+  });
+  return choices;
+}
+
+std::string bash_completion(const ProgramDefinition& program) {
+  std::string text = "# bash completion for " + program.name +
+                     "; made from its own definitions\n_" + program.name +
+                     "() {\n  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS"
+                     "[COMP_CWORD-1]}\n  COMPREPLY=()\n  if [ \"$COMP_CWORD\" -eq 1 ]; then\n"
+                     "    COMPREPLY=($(compgen -W \"" +
+                     joined(subcommand_names(program), " ") +
+                     " --help --version\" -- \"$word\"))\n    return\n  fi\n"
+                     "  case \"${COMP_WORDS[1]} $before\" in\n";
+  for (const SubcommandDefinition& subcommand : program.subcommands) {
+    for (const OptionDefinition& option : subcommand.options) {
+      const std::vector<std::string> choices = choices_of(option);
+      for (const std::string& name : option.names) {
+        if (!choices.empty() && !option.is_argument) {
+          text += "    '" + subcommand.name + " " + name + "') COMPREPLY=($(compgen -W \"" +
+                  joined(choices, " ") + "\" -- \"$word\")); return ;;\n";
+        }
+      }
+    }
+  }
+  text += "  esac\n  local options=\n  case \"${COMP_WORDS[1]}\" in\n";
+  for (const SubcommandDefinition& subcommand : program.subcommands) {
+    text += "    " + subcommand.name + ") options=\"" + joined(option_names(subcommand), " ") +
+            "\" ;;\n";
+  }
+  text +=
+      "  esac\n  if [[ $word == -* ]]; then\n    COMPREPLY=($(compgen -W \"$options\" -- "
+      "\"$word\"))\n  else\n    COMPREPLY=($(compgen -f -- \"$word\"))\n  fi\n}\n"
+      "complete -o filenames -F _" +
+      program.name + " " + program.name + "\n";
+  return text;
+}
+
+// Within single quotes of a shell.
+std::string quoted(const std::string& text) {
+  std::string safe = "'";
+  for (const char c : text) {
+    safe += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  }
+  return safe + "'";
+}
+
+std::string zsh_completion(const ProgramDefinition& program) {
+  const auto within_brackets = [](std::string text) {
+    for (std::size_t at = 0; at < text.size(); ++at) {
+      if (std::string_view("[]:\\").find(text[at]) != std::string_view::npos) {
+        text.insert(at++, 1, '\\');
+      }
+    }
+    return text;
+  };
+  std::string text = "#compdef " + program.name + "\n# made from the command's own definitions\n_" +
+                     program.name +
+                     "() {\n  if (( CURRENT == 2 )); then\n    local -a subcommands=(\n";
+  for (const SubcommandDefinition& subcommand : program.subcommands) {
+    text += "      " + quoted(subcommand.name + ":" + subcommand.help) + "\n";
+  }
+  text +=
+      "    )\n    _describe subcommand subcommands\n    return\n  fi\n  local "
+      "subcommand=$words[2]\n"
+      "  shift words\n  (( CURRENT-- ))\n  case $subcommand in\n";
+  for (const SubcommandDefinition& subcommand : program.subcommands) {
+    text += "    " + subcommand.name + ")\n      _arguments \\\n";
+    for (const OptionDefinition& option : subcommand.options) {
+      if (option.is_argument) {
+        continue;
+      }
+      for (const std::string& name : option.names) {
+        std::string entry = name + "[" + within_brackets(option.help) + "]";
+        if (!option.type.empty()) {
+          const std::vector<std::string> choices = choices_of(option);
+          entry += ":" + within_brackets(option.type) +
+                   (choices.empty() ? ":_files" : ":(" + joined(choices, " ") + ")");
+        }
+        text += "        " + quoted(entry) + " \\\n";
+      }
+    }
+    text += "        '*:file:_files' ;;\n";
+  }
+  return text + "  esac\n}\n_" + program.name + " \"$@\"\n";
+}
+
+std::string fish_completion(const ProgramDefinition& program) {
+  const std::string start = "complete -c " + program.name;
+  std::string text = "# fish completion for " + program.name + "; made from its own definitions\n";
+  for (const SubcommandDefinition& subcommand : program.subcommands) {
+    text += start + " -n __fish_use_subcommand -f -a " + subcommand.name + " -d " +
+            quoted(subcommand.help) + "\n";
+    const std::string within =
+        start + " -n " + quoted("__fish_seen_subcommand_from " + subcommand.name);
+    for (const OptionDefinition& option : subcommand.options) {
+      if (option.is_argument) {
+        continue;
+      }
+      text += within;
+      for (const std::string& name : option.names) {
+        text += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
+      }
+      const std::vector<std::string> choices = choices_of(option);
+      text += option.type.empty() ? "" : " -r";
+      text += choices.empty() ? "" : " -f -a " + quoted(joined(choices, " "));
+      text += " -d " + quoted(option.help) + "\n";
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string generated(const ProgramDefinition& program, std::string_view kind) {
+  if (kind == "man") {
+    return man_page(program);
+  }
+  if (kind == "bash") {
+    return bash_completion(program);
+  }
+  if (kind == "zsh") {
+    return zsh_completion(program);
+  }
+  return kind == "fish" ? fish_completion(program) : "";
+}
+
+}  // namespace axiscal::cli

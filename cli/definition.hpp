@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace axiscal::cli {
+
+/// One option or argument, as the help shows it.
+struct OptionDefinition {
+  std::vector<std::string> names;  ///< "--output", "-o"; of an argument its name without dashes
+  std::string type;                ///< of its value: "FILE", "DEG"; empty for a flag
+  std::string help;
+  bool is_argument = false;  ///< positional
+};
+
+struct SubcommandDefinition {
+  std::string name;
+  std::string help;
+  std::string footer;  ///< examples
+  std::vector<OptionDefinition> options;
+};
+
+/// The command as it defines itself: what the manual page and the completions are made from.
+struct ProgramDefinition {
+  std::string name;
+  std::string version;
+  std::string help;
+  std::vector<SubcommandDefinition> subcommands;
+};
+
+/// What `axiscal --generate` knows: "man", "bash", "zsh", "fish".
+/// @return the manual page or completion; empty for another kind.
+[[nodiscard]] std::string generated(const ProgramDefinition& program, std::string_view kind);
+
+}  // namespace axiscal::cli
