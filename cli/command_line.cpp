@@ -632,6 +632,8 @@ Command parse_command_line(std::vector<std::string> arguments) {
            "of a header: double, float, q16, q0:16 (binary places of readings, of the field)");
   add_text(*export_app, "--name", export_.name, "ID", "what a header's names start with; axiscal");
   add_text(*export_app, "--instance", export_.instance, "N", "number of the sensor, 0 to 9; 0");
+  add_text(*export_app, "--laboratory", export_.laboratory, "FILE",
+           "of dcc: laboratory, customer, number, ... as report --laboratory");
   export_app->add_flag("--lossy", export_.lossy,
                        "write what the format holds, and say what is lost");
   export_app->add_flag("--force", export_.force, "take a refused record too");

@@ -175,6 +175,7 @@ struct StudyCommand {
 struct ExportCommand {
   std::string record;
   std::optional<std::string> format, reading_factor, gravity, numbers, name, instance;
+  std::optional<std::string> laboratory;
   std::string output = "-";
   bool list = false;
   bool lossy = false;

@@ -32,6 +32,9 @@ ExportOptions options_of(const ExportCommand& command) {
   if (command.instance) {
     options.instance = whole_number_of("--instance", *command.instance, 0);
   }
+  if (command.laboratory) {
+    options.laboratory = read_certificate_details(*command.laboratory);
+  }
   options.name = command.name.value_or(options.name);
   if (command.numbers) {
     options.numbers = parse_header_numbers(*command.numbers);

@@ -24,6 +24,7 @@ needs=(
   "zlib1g-dev"
   "libmatio-dev"
   "libyaml-cpp-dev"
+  "libpugixml-dev"
   "libcairo2-dev"
   "libgtest-dev"
   "libgmock-dev"
@@ -32,7 +33,8 @@ needs=(
 
 # Commands and their packages; they may come from elsewhere too. The report's script is bundled by node,
 # and used in a browser by the tests.
-tools=("node nodejs" "npm npm" "chromium chromium" "pdftotext poppler-utils")
+tools=("node nodejs" "npm npm" "chromium chromium" "pdftotext poppler-utils" "debootstrap debootstrap"
+  "dpkg-shlibdeps dpkg-dev")
 
 is_installed() {
   [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]

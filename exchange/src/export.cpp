@@ -16,60 +16,62 @@ namespace {
 
 using Writer = Exported (*)(const Calibration&, const ExportOptions&);
 
-constexpr std::array formats = {
-    ExportFormat{
-        "ardupilot", "ArduPilot parameters (.param): INS_ACC*, INS_GYR*, COMPASS_*",
-        "accelerometer (v - INS_ACCOFFS) * INS_ACCSCAL; gyroscope v - INS_GYROFFS; compass "
-        "M (v + COMPASS_OFS), M of COMPASS_DIA and COMPASS_ODI"},
-    ExportFormat{"betaflight", "Betaflight's command line: acc_calibration, mag_calibration",
-                 "v - calibration, in counts"},
-    ExportFormat{"c-header", "C99: coefficients and a function that applies them, with temperature",
-                 "inverse ((v - bias(t)) / scale(t))"},
-    ExportFormat{"cpp-header", "C++17, constexpr: the same", "inverse ((v - bias(t)) / scale(t))"},
-    ExportFormat{"csv", "a table: every coefficient with its standard error and unit",
-                 "v = bias(t) + scale(t) S f"},
-    ExportFormat{"kalibr", "Kalibr's imu.yaml, model scale-misalignment: M, C, A",
-                 "v = M C f + bias; gyroscope v = M C w + A a + bias"},
-#ifdef AXISCAL_MATIO
-    ExportFormat{"matlab", "MATLAB (.mat, v5): bias, sensitivity, inverse, covariance, ...",
-                 "v = bias(t) + scale(t) S f", false},
-#endif
-#ifdef AXISCAL_LIBARCHIVE
-    ExportFormat{"numpy", "NumPy (.npz): bias, sensitivity, inverse, covariance, ...",
-                 "v = bias(t) + scale(t) S f", false},
-#endif
-    ExportFormat{"px4", "PX4 parameters (.params): CAL_ACC*, CAL_GYRO*, CAL_MAG*",
-                 "accelerometer (v - OFF) * SCALE; gyroscope v - OFF; magnetometer M (v - OFF), M "
-                 "of SCALE and ODIAG"},
-    ExportFormat{"ros", "ROS imu_calib (YAML): SM, bias", "SM v - bias"},
-    ExportFormat{"x-io", "x-IMU3 and x-io's Fusion (JSON): misalignment, sensitivity, offset",
-                 "misalignment diag(sensitivity) (v - offset); magnetometer softIronMatrix (v - "
-                 "hardIronOffset)"},
-};
-
-struct NamedWriter {
-  std::string_view name;
+// The formats with what writes them, by name.
+struct Known {
+  ExportFormat format;
   Writer write;
 };
 
-constexpr std::array writers = {
-    NamedWriter{"ardupilot", export_ardupilot},
-    NamedWriter{"betaflight", export_betaflight},
-    NamedWriter{"c-header", export_c_header},
-    NamedWriter{"cpp-header", export_cpp_header},
-    NamedWriter{"csv", export_csv},
-    NamedWriter{"kalibr", export_kalibr},
+constexpr std::array known = {
+    Known{ExportFormat{
+              "ardupilot", "ArduPilot parameters (.param): INS_ACC*, INS_GYR*, COMPASS_*",
+              "accelerometer (v - INS_ACCOFFS) * INS_ACCSCAL; gyroscope v - INS_GYROFFS; compass "
+              "M (v + COMPASS_OFS), M of COMPASS_DIA and COMPASS_ODI"},
+          export_ardupilot},
+    Known{ExportFormat{"betaflight", "Betaflight's command line: acc_calibration, mag_calibration",
+                       "v - calibration, in counts"},
+          export_betaflight},
+    Known{ExportFormat{"c-header",
+                       "C99: coefficients and a function that applies them, with temperature",
+                       "inverse ((v - bias(t)) / scale(t))"},
+          export_c_header},
+    Known{ExportFormat{"cpp-header", "C++17, constexpr: the same",
+                       "inverse ((v - bias(t)) / scale(t))"},
+          export_cpp_header},
+    Known{ExportFormat{"csv", "a table: every coefficient with its standard error and unit",
+                       "v = bias(t) + scale(t) S f"},
+          export_csv},
+#ifdef AXISCAL_PUGIXML
+    Known{ExportFormat{"dcc",
+                       "Digital Calibration Certificate (PTB's XML schema 3), with --laboratory",
+                       "v = bias(t) + scale(t) S f"},
+          export_dcc},
+#endif
+    Known{ExportFormat{"kalibr", "Kalibr's imu.yaml, model scale-misalignment: M, C, A",
+                       "v = M C f + bias; gyroscope v = M C w + A a + bias"},
+          export_kalibr},
 #ifdef AXISCAL_MATIO
-    NamedWriter{"matlab", export_matlab},
+    Known{ExportFormat{"matlab", "MATLAB (.mat, v5): bias, sensitivity, inverse, covariance, ...",
+                       "v = bias(t) + scale(t) S f", false},
+          export_matlab},
 #endif
 #ifdef AXISCAL_LIBARCHIVE
-    NamedWriter{"numpy", export_numpy},
+    Known{ExportFormat{"numpy", "NumPy (.npz): bias, sensitivity, inverse, covariance, ...",
+                       "v = bias(t) + scale(t) S f", false},
+          export_numpy},
 #endif
-    NamedWriter{"px4", export_px4},
-    NamedWriter{"ros", export_ros},
-    NamedWriter{"x-io", export_x_io},
+    Known{ExportFormat{
+              "px4", "PX4 parameters (.params): CAL_ACC*, CAL_GYRO*, CAL_MAG*",
+              "accelerometer (v - OFF) * SCALE; gyroscope v - OFF; magnetometer M (v - OFF), M "
+              "of SCALE and ODIAG"},
+          export_px4},
+    Known{ExportFormat{"ros", "ROS imu_calib (YAML): SM, bias", "SM v - bias"}, export_ros},
+    Known{ExportFormat{
+              "x-io", "x-IMU3 and x-io's Fusion (JSON): misalignment, sensitivity, offset",
+              "misalignment diag(sensitivity) (v - offset); magnetometer softIronMatrix (v - "
+              "hardIronOffset)"},
+          export_x_io},
 };
-static_assert(formats.size() == writers.size());
 
 void require_identifier(const std::string& name) {
   const bool starts =
@@ -85,7 +87,13 @@ void require_identifier(const std::string& name) {
 }  // namespace
 
 std::span<const ExportFormat> export_formats() {
-  return formats;
+  static const std::vector<ExportFormat> all = [] {
+    std::vector<ExportFormat> formats;
+    std::transform(known.begin(), known.end(), std::back_inserter(formats),
+                   [](const Known& one) { return one.format; });
+    return formats;
+  }();
+  return all;
 }
 
 HeaderNumbers parse_header_numbers(std::string_view text) {
@@ -122,14 +130,13 @@ Exported export_calibration(const Calibration& calibration,
       !(std::isfinite(*options.reading_factor) && *options.reading_factor != 0.0)) {
     throw DomainError("the reading factor must be a number other than 0");
   }
-  for (const NamedWriter& writer : writers) {
-    if (writer.name == format) {
-      return writer.write(calibration, options);
-    }
-  }
   std::vector<std::string_view> names;
-  std::transform(formats.begin(), formats.end(), std::back_inserter(names),
-                 [](const ExportFormat& one) { return one.name; });
+  for (const Known& one : known) {
+    if (one.format.name == format) {
+      return one.write(calibration, options);
+    }
+    names.push_back(one.format.name);
+  }
   throw DomainError("unknown format '" + std::string(format) + "'" + did_you_mean(format, names));
 }
 

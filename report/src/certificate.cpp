@@ -9,30 +9,12 @@
 #include "axiscal/calib/intrinsic.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/input_file.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "pdf_writer.hpp"
 
 namespace axiscal {
 namespace {
-
-CertificateParty party_from(const JsonValue& json) {
-  constexpr std::array<std::string_view, 3> keys = {"name", "address", "accreditation"};
-  json.allow_keys(keys);
-  CertificateParty party{
-      .name = json.text_or("name"), .address = {}, .accreditation = json.text_or("accreditation")};
-  if (const auto address = json.find("address")) {
-    party.address = address->texts();
-  }
-  return party;
-}
-
-std::vector<std::string> texts_of(const JsonValue& json, std::string_view key) {
-  const auto value = json.find(key);
-  return value ? value->texts() : std::vector<std::string>();
-}
 
 std::string or_not_stated(const std::string& text) {
   return text.empty() ? "not stated" : text;
@@ -240,45 +222,6 @@ void write_certificate(const Calibration& calibration,
 #endif
 
 }  // namespace
-
-CertificateDetails read_certificate_details(const std::string& path) {
-  const JsonValue json = parse_json(read_whole_file(path), path);
-  json.require_format("axiscal-laboratory");
-  constexpr std::array<std::string_view, 18> keys = {
-      "format",       "version",   "number",       "laboratory",    "customer",   "place",
-      "manufacturer", "model",     "condition",    "received",      "calibrated", "issued",
-      "environment",  "procedure", "traceability", "decision_rule", "remarks",    "authorised"};
-  json.allow_keys(keys);
-  CertificateDetails details{.number = json.text_or("number"),
-                             .laboratory = {},
-                             .customer = {},
-                             .place = json.text_or("place"),
-                             .manufacturer = json.text_or("manufacturer"),
-                             .model = json.text_or("model"),
-                             .condition = json.text_or("condition"),
-                             .received = json.text_or("received"),
-                             .calibrated = json.text_or("calibrated"),
-                             .issued = json.text_or("issued"),
-                             .environment = json.text_or("environment"),
-                             .procedure = json.text_or("procedure"),
-                             .traceability = texts_of(json, "traceability"),
-                             .decision_rule = json.text_or("decision_rule"),
-                             .remarks = texts_of(json, "remarks")};
-  if (const auto laboratory = json.find("laboratory")) {
-    details.laboratory = party_from(*laboratory);
-  }
-  if (const auto customer = json.find("customer")) {
-    details.customer = party_from(*customer);
-  }
-  if (const auto people = json.find("authorised")) {
-    for (const JsonValue& person : people->elements()) {
-      constexpr std::array<std::string_view, 2> of_person = {"name", "function"};
-      person.allow_keys(of_person);
-      details.authorised.emplace_back(person.at("name").text(), person.text_or("function"));
-    }
-  }
-  return details;
-}
 
 std::vector<std::string> missing_details(const Calibration& calibration,
                                          const CertificateDetails& details) {

@@ -11,12 +11,18 @@
 #include <matio.h>
 #endif
 #include <nlohmann/json.hpp>
+#ifdef AXISCAL_PUGIXML
+#include <pugixml.hpp>
+#endif
 
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "exchange_fixtures.hpp"
 #include "program.hpp"
+#include "scenario.hpp"
 
 namespace axiscal::test {
 namespace {
@@ -515,6 +521,85 @@ assert c['unit'][()] == b'V' and c['serial'][()] == b'A-17'
   EXPECT_EQ(export_calibration(calibration, "numpy").content,
             read_file(folder.path("cal.npz")));  // the same bytes each time
 }
+
+// ---- certificates ----
+
+#ifdef AXISCAL_PUGIXML
+Calibration with_uncertainty() {
+  const Calibration truth = accelerometer_truth();
+  Calibration made =
+      calibrate(experiment_for(truth), observe(truth, {.replicates = 2, .noise_sd = 1e-4}));
+  made.instrument.serial = "<A&17>";
+  return made;
+}
+
+CertificateDetails laboratory() {
+  return {.number = "2026-7",
+          .laboratory = {.name = "Windkanal", .address = {"Bonn"}},
+          .customer = {.name = "Aero & Co"},
+          .country = "DE",
+          .issued = "2026-11-21",
+          .authorised = {{"A. B.", "head"}}};
+}
+
+TEST(ExportDcc, HoldsEveryCoefficientWithItsUncertainty) {
+  const Calibration calibration = with_uncertainty();
+  const std::string xml =
+      export_calibration(calibration, "dcc", {.laboratory = laboratory()}).content;
+  pugi::xml_document document;
+  ASSERT_TRUE(document.load_string(xml.c_str()));
+  const pugi::xml_node root = document.child("dcc:digitalCalibrationCertificate");
+  EXPECT_STREQ(root.attribute("schemaVersion").value(), "3.2.1");
+  EXPECT_STREQ(
+      root.first_element_by_path("dcc:administrativeData/dcc:items/dcc:item/dcc:identifications/"
+                                 "dcc:identification/dcc:value")
+          .text()
+          .get(),
+      "<A&17>");
+  EXPECT_STREQ(
+      root.first_element_by_path("dcc:administrativeData/dcc:customer/dcc:name/dcc:content")
+          .text()
+          .get(),
+      "Aero & Co");
+  const std::vector<ParameterUncertainty> expected = parameter_uncertainties(calibration);
+  const pugi::xml_node list = root.first_element_by_path(
+      "dcc:measurementResults/dcc:measurementResult/dcc:results/dcc:result/dcc:data/dcc:list");
+  std::size_t i = 0;
+  for (const pugi::xml_node quantity : list.children("dcc:quantity")) {
+    ASSERT_LT(i, expected.size());
+    const pugi::xml_node real = quantity.child("si:real");
+    EXPECT_EQ(real.child("si:value").text().as_double(), expected[i].value);
+    EXPECT_EQ(real.first_element_by_path("si:expandedUnc/si:uncertainty").text().as_double(),
+              expected[i].uncertainty.expanded);
+    const std::string unit = real.child("si:unit").text().get();
+    // Readings in V, the field in g: the D-SI has no g.
+    EXPECT_EQ(unit, expected[i].name.find(".bias") != std::string::npos ? "\\volt" : "\\one");
+    ++i;
+  }
+  EXPECT_EQ(i, expected.size());
+  const char* const schema = std::getenv("AXISCAL_DCC_XSD");
+  if (schema != nullptr) {
+    const ScratchFolder folder;
+    const std::string path = folder.write("dcc.xml", xml);
+    EXPECT_EQ(
+        std::system(
+            ("xmllint --noout --schema '" + std::string(schema) + "' '" + path + "'").c_str()),
+        0);
+  }
+}
+
+TEST(ExportDcc, NeedsALaboratory) {
+  try {
+    static_cast<void>(export_calibration(with_uncertainty(), "dcc"));
+    FAIL() << "was made";
+  } catch (const RefusedError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("number, country (two letters), laboratory's name"));
+  }
+  EXPECT_THROW(static_cast<void>(export_calibration(accelerometer_in("V", "g"), "dcc",
+                                                    {.laboratory = laboratory()})),
+               RefusedError);
+}
+#endif
 
 }  // namespace
 }  // namespace axiscal::test

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/certificate_details.hpp"
 
 namespace axiscal {
 
@@ -43,6 +44,7 @@ struct ExportOptions {
   HeaderNumbers numbers;                ///< of c-header, cpp-header
   std::string name = "axiscal";         ///< what the header's names start with
   int instance = 0;                     ///< number of the sensor: CAL_ACC0, INS_ACC2
+  CertificateDetails laboratory;        ///< of dcc: number, laboratory, customer, dates
 };
 
 /// What a format cannot hold: how far the consumer's field is from the calibration's, over all

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace axiscal {
+
+/// A name and an address, line by line.
+struct CertificateParty {
+  std::string name;
+  std::vector<std::string> address;
+  std::string accreditation;  ///< of a laboratory: its number, may be empty
+};
+
+/// What a certificate says that a record does not know (ISO/IEC 17025:2017, 7.8.2 and 7.8.4).
+struct CertificateDetails {
+  std::string number;  ///< unique, on every page
+  CertificateParty laboratory;
+  CertificateParty customer;
+  std::string country;       ///< of the laboratory, two letters (ISO 3166-1): "DE"
+  std::string place;         ///< where it was calibrated, if not at the laboratory
+  std::string manufacturer;  ///< of the instrument
+  std::string model;
+  std::string condition;   ///< of the instrument as received
+  std::string received;    ///< dates, ISO 8601
+  std::string calibrated;  ///< default: the record's
+  std::string issued;
+  std::string environment;                ///< temperature, humidity, ...
+  std::string procedure;                  ///< the laboratory's, besides the method
+  std::vector<std::string> traceability;  ///< one statement for each reference
+  std::string decision_rule;              ///< where a statement of conformity is made
+  std::vector<std::string> remarks;
+  std::vector<std::pair<std::string, std::string>> authorised;  ///< name, function
+};
+
+/// Reads the details: `{"format": "axiscal-laboratory", "version": 1, "number": .., "laboratory":
+/// {"name": .., "address": [..], "accreditation": ..}, "customer": {..}, "country", "place",
+/// "manufacturer", "model", "condition", "received", "calibrated", "issued", "environment",
+/// "procedure", "traceability": [..], "decision_rule", "remarks": [..], "authorised": [{"name",
+/// "function"}]}`.
+/// @throws DataError  for another file, an unknown key, a value of the wrong kind.
+[[nodiscard]] CertificateDetails read_certificate_details(const std::string& path);
+
+}  // namespace axiscal
