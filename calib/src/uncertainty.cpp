@@ -167,6 +167,16 @@ std::vector<ParameterUncertainty> parameter_uncertainties(const Calibration& cal
   return all;
 }
 
+std::string parameter_unit(const Calibration& calibration, const std::string& name) {
+  const std::string& unit = calibration.instrument.unit;
+  const bool is_bias = name.find(".bias") != std::string::npos;
+  const std::size_t power = name.rfind(".d");
+  if (power != std::string::npos) {
+    return (is_bias ? unit : std::string("1")) + " per " + name.substr(power + 1);
+  }
+  return is_bias ? unit : unit_per(unit, calibration.field.unit);
+}
+
 Advice advice_to_halve(const CombinedUncertainty& uncertainty,
                        const std::vector<std::string>& sources,
                        int readings) {

@@ -181,6 +181,17 @@ Sensor sensor_of(const Calibration& calibration, std::string_view format) {
                      "): accelerometer, gyroscope or magnetometer");
 }
 
+std::string usual_unit(Sensor sensor, const std::string& of_magnetometer) {
+  switch (sensor) {
+    case Sensor::accelerometer:
+      return "m/s^2";
+    case Sensor::gyroscope:
+      return "rad/s";
+    default:
+      return of_magnetometer;
+  }
+}
+
 ConsumerModel nearest_model(const Calibration& calibration,
                             const ConsumerUnits& units,
                             MatrixShape shape,

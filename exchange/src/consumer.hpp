@@ -18,6 +18,9 @@ enum class Sensor { accelerometer, gyroscope, magnetometer };
 ///                       the message.
 Sensor sensor_of(const Calibration& calibration, std::string_view format);
 
+/// @return the unit of a sensor's field: m/s^2, rad/s, and what is used of magnetic ones.
+std::string usual_unit(Sensor sensor, const std::string& of_magnetometer);
+
 /// What a consumer lets a calibration's matrix be.
 enum class MatrixShape {
   full,

@@ -44,19 +44,8 @@ MatrixShape shape_in_flight(Sensor sensor) {
   }
 }
 
-std::string unit_in_flight(Sensor sensor, const std::string& of_magnetometer) {
-  switch (sensor) {
-    case Sensor::accelerometer:
-      return "m/s^2";
-    case Sensor::gyroscope:
-      return "rad/s";
-    default:
-      return of_magnetometer;
-  }
-}
-
 std::vector<std::string> in_flight(Sensor sensor, const std::string& formula) {
-  const std::string unit = unit_in_flight(sensor, "");
+  const std::string unit = usual_unit(sensor, "");
   return {formula + (unit.empty() ? "" : ", in " + unit),
           "in the sensor's own frame, before the board's rotation"};
 }
@@ -65,7 +54,7 @@ std::vector<std::string> in_flight(Sensor sensor, const std::string& formula) {
 
 Exported export_px4(const Calibration& calibration, const ExportOptions& options) {
   const Sensor sensor = sensor_of(calibration, "px4");
-  const std::string unit = unit_in_flight(sensor, "G");
+  const std::string unit = usual_unit(sensor, "G");
   const ConsumerModel model =
       nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "px4", options);
@@ -103,7 +92,7 @@ Exported export_px4(const Calibration& calibration, const ExportOptions& options
 
 Exported export_ardupilot(const Calibration& calibration, const ExportOptions& options) {
   const Sensor sensor = sensor_of(calibration, "ardupilot");
-  const std::string unit = unit_in_flight(sensor, "mG");
+  const std::string unit = usual_unit(sensor, "mG");
   const ConsumerModel model =
       nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "ardupilot", options);

@@ -14,17 +14,6 @@
 namespace axiscal {
 namespace {
 
-std::string unit_of(Sensor sensor, const std::string& of_magnetometer) {
-  switch (sensor) {
-    case Sensor::accelerometer:
-      return "m/s^2";
-    case Sensor::gyroscope:
-      return "rad/s";
-    default:
-      return of_magnetometer;
-  }
-}
-
 std::string yaml_row(const Eigen::RowVector3d& row) {
   return "[" + number_text(row(0)) + ", " + number_text(row(1)) + ", " + number_text(row(2)) + "]";
 }
@@ -64,7 +53,7 @@ Exported export_kalibr(const Calibration& calibration, const ExportOptions& opti
   if (sensor == Sensor::magnetometer) {
     throw RefusedError("Kalibr's imu.yaml has no magnetometer");
   }
-  const std::string unit = unit_of(sensor, "");
+  const std::string unit = usual_unit(sensor, "");
   ConsumerModel model = nearest_model(calibration, {unit, unit}, MatrixShape::full, options);
   const AlsoResponse* const gravity = sensor == Sensor::gyroscope && !calibration.also.empty()
                                           ? &calibration.also.front()
@@ -102,7 +91,7 @@ Exported export_kalibr(const Calibration& calibration, const ExportOptions& opti
 
 Exported export_ros(const Calibration& calibration, const ExportOptions& options) {
   const Sensor sensor = sensor_of(calibration, "ros");
-  const std::string unit = unit_of(sensor, "T");
+  const std::string unit = usual_unit(sensor, "T");
   const std::string readings = options.reading_factor ? unit : calibration.instrument.unit;
   const ConsumerModel model = nearest_model(calibration, {options.reading_factor ? unit : "", unit},
                                             MatrixShape::full, options);

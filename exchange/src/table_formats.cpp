@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
+#include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -32,7 +33,6 @@ struct Coefficient {
   std::string name;
   double value;
   double standard_error;  // NaN: not known
-  std::string unit;
 };
 
 double at_or_nan(const Eigen::VectorXd& values, Eigen::Index k) {
@@ -42,20 +42,17 @@ double at_or_nan(const Eigen::VectorXd& values, Eigen::Index k) {
 std::vector<Coefficient> coefficients_of(const Calibration& calibration) {
   std::vector<Coefficient> all;
   const Instrument& instrument = calibration.instrument;
-  const std::string per_field = unit_per(instrument.unit, calibration.field.unit);
   const Eigen::VectorXd bias_se =
       calibration.statistics ? calibration.statistics->bias_se : Eigen::VectorXd();
   for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
     const std::string axis = instrument.axes[static_cast<std::size_t>(k)];
-    all.push_back(
-        {axis + ".bias", calibration.response.bias(k), at_or_nan(bias_se, k), instrument.unit});
+    all.push_back({axis + ".bias", calibration.response.bias(k), at_or_nan(bias_se, k)});
     for (int j = 0; j < 3; ++j) {
       const bool has_se =
           calibration.statistics && calibration.statistics->sensitivity_se.rows() > k;
       all.push_back({axis + ".sensitivity." + std::string(1, "xyz"[j]),
                      calibration.response.sensitivity(k, j),
-                     has_se ? calibration.statistics->sensitivity_se(k, j) : std::nan(""),
-                     per_field});
+                     has_se ? calibration.statistics->sensitivity_se(k, j) : std::nan("")});
     }
     if (!calibration.temperature) {
       continue;
@@ -67,8 +64,7 @@ std::vector<Coefficient> coefficients_of(const Calibration& calibration) {
       for (Eigen::Index i = 0; i < values.cols(); ++i) {
         const std::string power = i == 0 ? "d" : "d" + std::to_string(i + 1);
         all.push_back({axis + (is_bias ? ".bias." : ".scale.") + power, values(k, i),
-                       errors.rows() > k && errors.cols() > i ? errors(k, i) : std::nan(""),
-                       (is_bias ? instrument.unit : std::string("1")) + " per " + power});
+                       errors.rows() > k && errors.cols() > i ? errors(k, i) : std::nan("")});
       }
     }
   }
@@ -233,7 +229,7 @@ Exported export_csv(const Calibration& calibration, const ExportOptions&) {
   for (const Coefficient& one : coefficients_of(calibration)) {
     text += cell(one.name) + "," + number_text(one.value) + "," +
             (std::isfinite(one.standard_error) ? number_text(one.standard_error) : "") + "," +
-            cell(one.unit) + "\n";
+            cell(parameter_unit(calibration, one.name)) + "\n";
   }
   return {.content = text, .loss = std::nullopt};
 }

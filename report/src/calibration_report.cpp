@@ -328,37 +328,25 @@ std::string cube_section(const Calibration& calibration, const Observations* obs
 
 std::string coefficients_table(const Calibration& calibration) {
   std::vector<std::vector<Cell>> rows;
-  const std::string& unit = calibration.instrument.unit;
-  const std::string per_field = unit_per(unit, calibration.field.unit);
   const std::vector<ParameterUncertainty> all = parameter_uncertainties(calibration);
   for (const ParameterUncertainty& one : all) {
-    const bool is_bias = one.name.find(".bias") != std::string::npos;
-    const bool has_power = one.name.find(".d") != std::string::npos;
-    const std::string of = has_power ? (is_bias ? unit + " per power of t" : "per power of t")
-                                     : (is_bias ? unit : per_field);
     rows.push_back({{one.name, ""},
                     number_cell(one.value, 8),
                     number_cell(one.uncertainty.u, 2),
                     number_cell(one.uncertainty.expanded, 2),
                     number_cell(one.uncertainty.degrees_of_freedom, 3),
-                    {of, ""}});
+                    {parameter_unit(calibration, one.name), ""}});
   }
   if (all.empty()) {
-    for (Eigen::Index k = 0; k < calibration.instrument.axis_count(); ++k) {
-      const std::string& axis = calibration.instrument.axes[static_cast<std::size_t>(k)];
-      rows.push_back({{axis + ".bias", ""},
-                      number_cell(calibration.response.bias(k), 8),
-                      {},
-                      {},
-                      {},
-                      {unit, ""}});
-      for (int j = 0; j < 3; ++j) {
-        rows.push_back({{axis + ".sensitivity." + std::string(1, "xyz"[j]), ""},
-                        number_cell(calibration.response.sensitivity(k, j), 8),
+    for (const std::string& axis : calibration.instrument.axes) {
+      for (const char* const of : {".bias", ".sensitivity.x", ".sensitivity.y", ".sensitivity.z"}) {
+        const std::string name = axis + of;
+        rows.push_back({{name, ""},
+                        number_cell(parameter_value(calibration, name), 8),
                         {},
                         {},
                         {},
-                        {per_field, ""}});
+                        {parameter_unit(calibration, name), ""}});
       }
     }
   }

@@ -47,15 +47,10 @@ std::vector<std::string> row_of(const std::string& name,
 }
 
 std::vector<std::vector<std::string>> coefficient_rows(const Calibration& calibration) {
-  const std::string& unit = calibration.instrument.unit;
   std::vector<std::vector<std::string>> rows;
   for (const ParameterUncertainty& one : parameter_uncertainties(calibration)) {
-    const bool is_bias = one.name.find(".bias") != std::string::npos;
-    const bool has_power = one.name.find(".d") != std::string::npos;
-    const std::string of = has_power ? (is_bias ? unit + " per power of t" : "per power of t")
-                           : is_bias ? unit
-                                     : unit_per(unit, calibration.field.unit);
-    rows.push_back(row_of(one.name, one.value, one.uncertainty, of));
+    rows.push_back(
+        row_of(one.name, one.value, one.uncertainty, parameter_unit(calibration, one.name)));
   }
   return rows;
 }
