@@ -413,21 +413,34 @@ std::string correlation_table(const Calibration& calibration) {
 
 // ---- levelness, uncertainty ----
 
+std::string figures(const std::vector<Plot>& plots) {
+  std::string html;
+  for (const Plot& plot : plots) {
+    html += figure_of(plot);
+  }
+  return html.empty() ? "" : "<div class=\"plots\">" + html + "</div>\n";
+}
+
+// Microradians as people say them: 2994, 12, 0.8.
+std::string micro_text(double radians) {
+  const double micro = 1e6 * radians;
+  return rounded(std::abs(micro) >= 10.0 ? std::round(micro) : micro,
+                 std::abs(micro) >= 10.0 ? 9 : 2);
+}
+
 std::string levelness_section(const Calibration& calibration) {
-  const std::optional<Plot> plot = levelness_plot(calibration);
-  if (!plot) {
+  const std::vector<Plot> plots = levelness_plots(calibration);
+  if (plots.empty()) {
     return "";
   }
   const Levelness& level = *calibration.levelness;
-  constexpr double micro = 1e6;
-  std::string text = "The table rises by " + rounded(micro * level.mean_x, 3) + " \u00b1 " +
-                     rounded(micro * level.standard_error_x, 2) + " urad towards +x and " +
-                     rounded(micro * level.mean_y, 3) + " \u00b1 " +
-                     rounded(micro * level.standard_error_y, 2) +
+  std::string text = "The table rises by " + micro_text(level.mean_x) + " \u00b1 " +
+                     micro_text(level.standard_error_x) + " urad towards +x and " +
+                     micro_text(level.mean_y) + " \u00b1 " + micro_text(level.standard_error_y) +
                      " urad towards +y (standard errors). ";
   text += level.consistent ? "The faces agree."
                            : "The faces do not agree: one of them, or the table, moved.";
-  return paragraph(text) + figure_of(*plot) +
+  return paragraph(text) + figures(plots) +
          paragraph("axiscal level RECORD --adjusters says how far to turn each adjuster.");
 }
 
@@ -438,14 +451,6 @@ std::string uncertainty_section(const Calibration& calibration) {
   }
   for (const HeatMap& map : uncertainty_maps(calibration)) {
     html += figure_of(map);
-  }
-  return html.empty() ? "" : "<div class=\"plots\">" + html + "</div>\n";
-}
-
-std::string figures(const std::vector<Plot>& plots) {
-  std::string html;
-  for (const Plot& plot : plots) {
-    html += figure_of(plot);
   }
   return html.empty() ? "" : "<div class=\"plots\">" + html + "</div>\n";
 }

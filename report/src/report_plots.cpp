@@ -120,6 +120,7 @@ Plot leverage_plot(const Calibration& calibration) {
     plot.series.push_back(std::move(series));
   }
   constexpr double parameters = 4.0;
+  const double nu = calibration.statistics->degrees_of_freedom.minCoeff();
   for (const double distance : {0.5, 1.0}) {
     PlotSeries curve{.name = "Cook's distance " + number_text(distance), .line = true};
     for (const double side : {1.0, -1.0}) {
@@ -127,7 +128,12 @@ Plot leverage_plot(const Calibration& calibration) {
         const double h = largest * (0.3 + 0.75 * i / 40.0);
         if (h > 0.0 && h < 1.0) {
           curve.x.push_back(h);
-          curve.y.push_back(side * std::sqrt(distance * parameters * (1.0 - h) / h));
+          // Cook's distance is of the internally studentised residual r, t^2 = r^2 (nu - 1) / (nu -
+          // r^2); r^2 is below nu whatever t is.
+          const double r_squared = distance * parameters * (1.0 - h) / h;
+          curve.y.push_back(r_squared < nu
+                                ? side * std::sqrt(r_squared * (nu - 1.0) / (nu - r_squared))
+                                : std::nan(""));
         }
       }
       curve.x.push_back(largest);
@@ -226,32 +232,29 @@ std::vector<Plot> residual_plots(const Calibration& calibration, const Observati
   return plots;
 }
 
-std::optional<Plot> levelness_plot(const Calibration& calibration) {
+std::vector<Plot> levelness_plots(const Calibration& calibration) {
   if (!calibration.levelness || calibration.levelness->estimates.empty()) {
-    return std::nullopt;
+    return {};
   }
   const Levelness& level = *calibration.levelness;
   constexpr double micro = 1e6;
-  Plot plot{.id = "levelness-plot",
-            .title = "Levelness: what each face says of the table",
-            .alternative =
-                "Estimates of the table's slope along x and y from each face, their mean "
-                "and its 95 % ellipse, and a line from level to the mean",
-            .x_label = "slope along x [urad]",
-            .y_label = "slope along y [urad]",
-            .equal_aspect = true};
+  Plot faces{.id = "levelness-plot",
+             .title = "Levelness: what each face says of the table",
+             .alternative =
+                 "Estimates of the table's slope along x and y from each face, their "
+                 "mean and its 95 % ellipse",
+             .x_label = "slope along x [urad]",
+             .y_label = "slope along y [urad]",
+             .equal_aspect = true};
   PlotSeries estimates{.name = "one face"};
+  double farthest = 0.0;
   for (const LevelnessEstimate& estimate : level.estimates) {
     estimates.x.push_back(micro * estimate.x);
     estimates.y.push_back(micro * estimate.y);
+    farthest = std::max(farthest, std::hypot(estimate.x - level.mean_x, estimate.y - level.mean_y));
   }
-  plot.series.push_back(std::move(estimates));
-  plot.series.push_back({.name = "mean", .x = {micro * level.mean_x}, .y = {micro * level.mean_y}});
-  plot.series.push_back({.name = "level", .x = {0.0}, .y = {0.0}});
-  plot.series.push_back({.name = "slope",
-                         .line = true,
-                         .x = {0.0, micro * level.mean_x},
-                         .y = {0.0, micro * level.mean_y}});
+  const PlotSeries mean{.name = "mean", .x = {micro * level.mean_x}, .y = {micro * level.mean_y}};
+  faces.series = {std::move(estimates), mean};
   if (std::isfinite(level.standard_error_x) && level.degrees_of_freedom >= 1.0) {
     // Both coordinates together: Hotelling's ellipse, whose 2 F(0.95; 2, dof) is so.
     const double dof = level.degrees_of_freedom;
@@ -262,9 +265,25 @@ std::optional<Plot> levelness_plot(const Calibration& calibration) {
       ellipse.x.push_back(micro * (level.mean_x + k * level.standard_error_x * std::cos(turn)));
       ellipse.y.push_back(micro * (level.mean_y + k * level.standard_error_y * std::sin(turn)));
     }
-    plot.series.push_back(std::move(ellipse));
+    faces.series.push_back(std::move(ellipse));
   }
-  return plot;
+  const std::vector<PlotSeries> slope = {{.name = "level", .x = {0.0}, .y = {0.0}},
+                                         {.name = "slope",
+                                          .line = true,
+                                          .x = {0.0, micro * level.mean_x},
+                                          .y = {0.0, micro * level.mean_y}}};
+  constexpr double much_larger = 4.0;
+  if (std::hypot(level.mean_x, level.mean_y) <= much_larger * farthest) {
+    faces.series.insert(faces.series.end(), slope.begin(), slope.end());
+    return {faces};
+  }
+  Plot whole = faces;
+  whole.id = "slope-plot";
+  whole.title = "The table's slope";
+  whole.alternative = "A line from level to the mean of what the faces say of the table's slope";
+  whole.series = slope;
+  whole.series.insert(whole.series.begin(), mean);
+  return {faces, whole};
 }
 
 std::optional<BarPlot> budget_plot(const Calibration& calibration) {

@@ -13,7 +13,8 @@ namespace axiscal {
 /// Residuals by run, face, time, temperature; their normal plot; leverage against residual.
 std::vector<Plot> residual_plots(const Calibration& calibration, const Observations* observations);
 
-std::optional<Plot> levelness_plot(const Calibration& calibration);
+/// What the faces say; and, where the slope is much larger than they differ, the slope itself.
+std::vector<Plot> levelness_plots(const Calibration& calibration);
 
 /// Which source makes how much of the uncertainty of one reading.
 std::optional<BarPlot> budget_plot(const Calibration& calibration);

@@ -59,6 +59,11 @@ function drawMarkers(shape) {
   };
 }
 
+// uPlot's own texts have three decimals, whatever the size of the numbers.
+function numberText(value) {
+  return value == null ? "\u2013" : String(Number(value.toPrecision(4))).replace("-", "\u2212");
+}
+
 function optionsOf(plot, width) {
   const axis = (label, names) => ({
     label,
@@ -67,13 +72,14 @@ function optionsOf(plot, width) {
     ticks: { stroke: () => color("--grid"), width: 1 },
     ...(names.length > 0
       ? { splits: () => names.map((_, i) => i), values: (_, at) => at.map((i) => names[i] ?? "") }
-      : {}),
+      : { values: (_, at) => at.map(numberText) }),
   });
-  const series = [{ label: plot.x_label }];
+  const value = (_, at) => numberText(at);
+  const series = [{ label: plot.x_label, value }];
   const bands = [];
   plot.series.forEach((one, k) => {
     const stroke = () => color(`--series-${k % 6}`);
-    const common = { stroke, width: one.line ? 2 : 0, spanGaps: false };
+    const common = { value, stroke, width: one.line ? 2 : 0, spanGaps: false };
     if (one.high.length > 0) {
       bands.push({ series: [series.length + 1, series.length], fill: () => color("--band") });
       series.push({ ...common, label: `${one.name}, low`, points: { show: false } });
