@@ -666,6 +666,8 @@ Command parse_command_line(std::vector<std::string> arguments) {
            "its readings (CSV), for their values, times and directions");
   add_text(*report_app, "--history", report.history, "FOLDER",
            "records of the same unit: its drift over the years");
+  add_text(*report_app, "--noise", report.noise, "FILE",
+           "of the instrument at rest (noise --json): its Allan deviation");
   add_text(*report_app, "--laboratory", report.laboratory, "FILE",
            "of a certificate: laboratory, customer, number, ... (axiscal-laboratory, JSON)");
   report_app->add_option("-o,--output", report.output, "a report (.html), or a certificate (.pdf)")

@@ -190,7 +190,7 @@ struct ImportCommand {
 
 struct ReportCommand {
   std::string record;
-  std::optional<std::string> observations, history, laboratory;
+  std::optional<std::string> observations, history, noise, laboratory;
   std::string output;
 };
 

@@ -68,6 +68,11 @@ int run(const ReportCommand& command) {
   if (command.history) {
     options.history = read_history(*command.history);
   }
+  std::optional<LogNoise> noise;
+  if (command.noise) {
+    noise = parse_noise(read_whole_file(*command.noise), *command.noise);
+    options.noise = &*noise;
+  }
   write_whole_file(command.output, calibration_report(calibration, options));
   return 0;
 }

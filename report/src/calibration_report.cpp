@@ -483,15 +483,17 @@ std::string within_script(const Json& json) {
 }  // namespace
 
 std::string calibration_report(const Calibration& calibration, const ReportOptions& options) {
-  std::vector<Plot> residuals = residual_plots(calibration, options.observations);
-  std::vector<Plot> temperature = temperature_plots(calibration);
-  std::vector<Plot> orientations = calibration.method == "magnitude"
-                                       ? orientation_plots(calibration, options.observations)
-                                       : std::vector<Plot>();
+  const std::vector<Plot> residuals = residual_plots(calibration, options.observations);
+  const std::vector<Plot> temperature = temperature_plots(calibration);
+  const std::vector<Plot> orientations = calibration.method == "magnitude"
+                                             ? orientation_plots(calibration, options.observations)
+                                             : std::vector<Plot>();
+  const std::vector<Plot> noise =
+      options.noise != nullptr ? noise_plots(*options.noise) : std::vector<Plot>();
   const auto unit = std::find_if(
       options.history.begin(), options.history.end(),
       [&](const UnitHistory& one) { return one.serial == calibration.instrument.serial; });
-  std::vector<Plot> history =
+  const std::vector<Plot> history =
       unit != options.history.end() ? history_plots(*unit) : std::vector<Plot>();
   const std::vector<std::array<std::string, 3>> sections = {
       {"run", "Instrument and run", run_section(calibration)},
@@ -504,6 +506,7 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
       {"uncertainty", "Uncertainty", uncertainty_section(calibration)},
       {"temperature", "Temperature", figures(temperature)},
       {"orientations", "Orientations", figures(orientations)},
+      {"noise", "Noise", figures(noise)},
       {"history", "Drift", unit != options.history.end() ? history_section(*unit, history) : ""}};
   std::string links;
   std::string body;
@@ -514,7 +517,8 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
     }
   }
   Json data = {{"plots", Json::array()}, {"cube", cube_json(calibration)}};
-  for (const std::vector<Plot>* const group : {&residuals, &temperature, &orientations, &history}) {
+  for (const std::vector<Plot>* const group :
+       {&residuals, &temperature, &orientations, &noise, &history}) {
     for (const Plot& plot : *group) {
       data["plots"].push_back(plot_json(plot));
     }

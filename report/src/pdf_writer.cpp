@@ -115,10 +115,13 @@ class PdfPages::Page {
         lines.push_back(line);
       }
       while (width_of(word) > width && word.size() > 4) {
-        std::size_t fits = word.size();
-        while (fits > 1 && (width_of(word.substr(0, fits)) > width ||
-                            (static_cast<unsigned char>(word[fits]) & 0xC0U) == 0x80U)) {
-          --fits;
+        std::size_t fits = 1;
+        for (std::size_t too_many = word.size(); too_many - fits > 1;) {
+          const std::size_t middle = (fits + too_many) / 2;
+          (width_of(word.substr(0, middle)) > width ? too_many : fits) = middle;
+        }
+        while (fits > 1 && (static_cast<unsigned char>(word[fits]) & 0xC0U) == 0x80U) {
+          --fits;  // not within a character
         }
         lines.push_back(word.substr(0, fits));
         word.erase(0, fits);

@@ -105,13 +105,13 @@ std::string marker(std::size_t series, double x, double y) {
 // Numbers of a plot to places in the drawing.
 class Scales {
  public:
-  explicit Scales(const Plot& plot) {
+  explicit Scales(const Plot& plot) : logarithmic_(plot.logarithmic) {
     for (const PlotSeries& series : plot.series) {
       for (std::size_t i = 0; i < series.x.size(); ++i) {
-        x_.take(series.x[i]);
-        y_.take(series.y[i]);
+        x_.take(scaled(series.x[i]));
+        y_.take(scaled(series.y[i]));
         if (!series.high.empty()) {
-          y_.take(series.high[i]);
+          y_.take(scaled(series.high[i]));
         }
       }
     }
@@ -126,15 +126,17 @@ class Scales {
   }
 
   [[nodiscard]] double x(double value) const {
-    return frame_.left + (value - x_.low) / (x_.high - x_.low) * (frame_.right - frame_.left);
+    return frame_.left +
+           (scaled(value) - x_.low) / (x_.high - x_.low) * (frame_.right - frame_.left);
   }
   [[nodiscard]] double y(double value) const {
-    return frame_.bottom - (value - y_.low) / (y_.high - y_.low) * (frame_.bottom - frame_.top);
+    return frame_.bottom -
+           (scaled(value) - y_.low) / (y_.high - y_.low) * (frame_.bottom - frame_.top);
   }
 
   [[nodiscard]] std::string axes(const Plot& plot) const {
     std::string svg;
-    std::vector<double> marks = ticks_of(x_, 7);
+    std::vector<double> marks = marks_of(x_, 7);
     if (!plot.x_names.empty()) {
       marks.clear();
       for (std::size_t i = 0; i < plot.x_names.size(); ++i) {
@@ -147,7 +149,7 @@ class Scales {
           "tick middle", x(mark), frame_.bottom + 17.0,
           plot.x_names.empty() ? tick_text(mark) : plot.x_names[static_cast<std::size_t>(mark)]);
     }
-    for (const double mark : ticks_of(y_, 6)) {
+    for (const double mark : marks_of(y_, 6)) {
       svg += svg_line("grid", frame_.left, y(mark), frame_.right, y(mark));
       svg += svg_text("tick end", frame_.left - 6.0, y(mark) + 4.0, tick_text(mark));
     }
@@ -156,6 +158,28 @@ class Scales {
   }
 
  private:
+  [[nodiscard]] double scaled(double value) const {
+    return logarithmic_ ? std::log10(value) : value;
+  }
+
+  // Of a logarithmic axis the powers of ten; of a short one 1, 2 and 5 times them.
+  [[nodiscard]] std::vector<double> marks_of(const Range& range, int about) const {
+    if (!logarithmic_) {
+      return ticks_of(range, about);
+    }
+    std::vector<double> marks;
+    for (double power = std::floor(range.low); power <= range.high; power += 1.0) {
+      for (const double lead : {1.0, 2.0, 5.0}) {
+        const double mark = lead * std::pow(10.0, power);
+        const double at = std::log10(mark);
+        if (at >= range.low && at <= range.high && (lead == 1.0 || range.high - range.low < 2.0)) {
+          marks.push_back(mark);
+        }
+      }
+    }
+    return marks;
+  }
+
   static void widen(Range& range, double per_unit, double wanted) {
     const double more = 0.5 * (wanted / per_unit - 1.0) * (range.high - range.low);
     range.low -= more;
@@ -163,6 +187,7 @@ class Scales {
   }
 
   Frame frame_;
+  bool logarithmic_;
   Range x_, y_;
 };
 
@@ -401,8 +426,13 @@ nlohmann::ordered_json plot_json(const Plot& plot) {
                       {"y", numbers(one.y)},
                       {"high", numbers(one.high)}});
   }
-  return {{"id", plot.id},           {"title", plot.title},     {"x_label", plot.x_label},
-          {"y_label", plot.y_label}, {"x_names", plot.x_names}, {"equal_aspect", plot.equal_aspect},
+  return {{"id", plot.id},
+          {"title", plot.title},
+          {"x_label", plot.x_label},
+          {"y_label", plot.y_label},
+          {"x_names", plot.x_names},
+          {"equal_aspect", plot.equal_aspect},
+          {"logarithmic", plot.logarithmic},
           {"series", series}};
 }
 

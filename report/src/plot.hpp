@@ -24,6 +24,7 @@ struct Plot {
   std::vector<PlotSeries> series;
   std::vector<std::string> x_names;  ///< of x = 0, 1, ..; else numbers
   bool equal_aspect = false;
+  bool logarithmic = false;  ///< both axes
 };
 
 /// Bars side by side: one group for each name, one bar in it for each series.

@@ -506,6 +506,47 @@ std::vector<Plot> orientation_plots(const Calibration& calibration,
   return plots;
 }
 
+std::vector<Plot> noise_plots(const LogNoise& noise) {
+  std::vector<Plot> plots;
+  for (const ColumnNoise& column : noise.columns) {
+    Plot plot{.id = "allan-" + std::to_string(plots.size() + 1),
+              .title = "Allan deviation of " + column.name + "; dwell " +
+                       number_text(column.dwell.sensible_s, 3) + " s",
+              .alternative =
+                  "Overlapping Allan deviation with its 68 % band, the fitted noise model, "
+                  "and the dwell time of a design point that serves best",
+              .x_label = "averaging time [s]",
+              .y_label = "Allan deviation",
+              .logarithmic = true};
+    PlotSeries band{.name = "68 %"};
+    PlotSeries measured{.name = "measured"};
+    PlotSeries fitted{.name = "fitted", .line = true};
+    for (const AllanPoint& point : column.curve) {
+      if (!(point.deviation > 0.0) || !(point.low > 0.0)) {
+        continue;
+      }
+      band.x.push_back(point.tau_s);
+      band.y.push_back(point.low);
+      band.high.push_back(point.high);
+      measured.x.push_back(point.tau_s);
+      measured.y.push_back(point.deviation);
+      fitted.x.push_back(point.tau_s);
+      fitted.y.push_back(column.model.deviation_at(point.tau_s));
+    }
+    if (measured.x.empty()) {
+      continue;
+    }
+    plot.series = {std::move(band), std::move(measured), std::move(fitted)};
+    if (column.dwell.sensible_s > 0.0 && column.dwell.sensible_deviation > 0.0) {
+      plot.series.push_back({.name = "dwell",
+                             .x = {column.dwell.sensible_s},
+                             .y = {column.dwell.sensible_deviation}});
+    }
+    plots.push_back(std::move(plot));
+  }
+  return plots;
+}
+
 std::vector<Plot> history_plots(const UnitHistory& unit) {
   Plot plot{.id = "history-plot",
             .title = "Coefficients since the first record",

@@ -127,6 +127,31 @@ TEST(CalibrationReport, TemperatureAndHistoryHaveTheirPlots) {
   EXPECT_THAT(page, HasSubstr(">2026-01-01<"));
 }
 
+TEST(CalibrationReport, NoiseHasItsAllanPlot) {
+  LogNoise noise{.rate_hz = 100.0, .samples = 1000};
+  ColumnNoise column{.name = "x"};
+  for (const double tau : {0.01, 0.1, 1.0, 10.0}) {
+    const double deviation = 1e-3 / std::sqrt(tau);
+    column.curve.push_back(
+        {.tau_s = tau, .deviation = deviation, .low = 0.9 * deviation, .high = 1.1 * deviation});
+  }
+  column.model = fit_noise(column.curve);
+  column.dwell = {
+      .best_s = 10.0, .deviation = 3e-4, .sensible_s = 8.0, .sensible_deviation = 3.2e-4};
+  noise.columns.push_back(column);
+  const std::string page = calibration_report(calibrated(), {.noise = &noise});
+  EXPECT_THAT(page, HasSubstr("Allan deviation of x; dwell 8 s"));
+  // On both axes the powers of ten, evenly spaced.
+  const std::size_t figure = page.find("id=\"allan-1\"");
+  const auto tick = [&](const std::string& text) {
+    const std::size_t at = page.find(">" + text + "</text>", figure);
+    EXPECT_NE(at, std::string::npos) << text;
+    const std::size_t x = page.rfind(" x=\"", at) + 4;
+    return std::stod(page.substr(x, 8));
+  };
+  EXPECT_NEAR(tick("1") - tick("0.1"), tick("10") - tick("1"), 0.2);
+}
+
 // With exact coefficients and noise s of each reading, pitch is off by s / (F cos(pitch)), and roll
 // as much: at 80 degrees 5.76 s.
 TEST(WorstAngle, IsThatOfTheNoiseWhereTheCoefficientsAreExact) {

@@ -72,7 +72,7 @@ function optionsOf(plot, width) {
     ticks: { stroke: () => color("--grid"), width: 1 },
     ...(names.length > 0
       ? { splits: () => names.map((_, i) => i), values: (_, at) => at.map((i) => names[i] ?? "") }
-      : { values: (_, at) => at.map(numberText) }),
+      : { values: (_, at) => at.map((v) => (v == null ? "" : numberText(v))) }),
   });
   const value = (_, at) => numberText(at);
   const series = [{ label: plot.x_label, value }];
@@ -98,8 +98,8 @@ function optionsOf(plot, width) {
     width,
     height: Math.round(Math.min(360, 0.55 * width)),
     scales: {
-      x: { time: false, range: (_, min, max) => pad(min, max) },
-      y: { range: (_, min, max) => pad(min, max) },
+      x: { time: false, ...(plot.logarithmic ? { distr: 3 } : { range: (_, min, max) => pad(min, max) }) },
+      y: plot.logarithmic ? { distr: 3 } : { range: (_, min, max) => pad(min, max) },
     },
     axes: [axis(plot.x_label, plot.x_names), { ...axis(plot.y_label, []), size: 70 }],
     cursor: { drag: { x: true, y: true, uni: 20 } },

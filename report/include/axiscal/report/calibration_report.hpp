@@ -7,6 +7,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/history.hpp"
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/logs/noise_json.hpp"
 
 namespace axiscal {
 
@@ -15,6 +16,8 @@ struct ReportOptions {
   const Observations* observations = nullptr;
   /// Earlier records of the same unit, for its drift; their unit is the one of the report's serial.
   std::vector<UnitHistory> history;
+  /// Of the instrument at rest, for its Allan deviation; null without it.
+  const LogNoise* noise = nullptr;
 };
 
 /// The largest expanded uncertainty (95 %) of a direction that one reading gives, over all
