@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Builds the documentation's site into build/site: mkdocs-material, and the library's reference by
+# Doxygen. Installs both from the distribution where they are missing.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+missing=()
+command -v doxygen >/dev/null || missing+=(doxygen)
+command -v mkdocs >/dev/null || missing+=(mkdocs)
+python=/usr/bin/python3  # where the distribution puts mkdocs
+[ "$(dpkg-query -W -f '${db:Status-Status}' mkdocs-material 2>/dev/null)" = installed ] || missing+=(mkdocs-material)
+if [ ${#missing[@]} -gt 0 ]; then
+  echo "docs.sh: installing ${missing[*]}"
+  as_root=()
+  [ "$(id -u)" -eq 0 ] || as_root=(sudo)
+  "${as_root[@]}" apt-get update -q
+  DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -y -q --no-install-recommends "${missing[@]}"
+fi
+"$python" -m mkdocs build --quiet
+doxygen docs/Doxyfile
+rm -rf build/site/reference
+cp -r build/doxygen/html build/site/reference
+echo "docs.sh: build/site/index.html"
