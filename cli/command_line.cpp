@@ -666,6 +666,11 @@ Command parse_command_line(std::vector<std::string> arguments) {
            "its readings (CSV), for their values, times and directions");
   add_text(*report_app, "--history", report.history, "FOLDER",
            "records of the same unit: its drift over the years");
+  add_text(*report_app, "--adjusters", report.adjusters, "X,Y;X,Y;..",
+           "where the table's height adjusters stand [m]: the turns that level it");
+  add_text(*report_app, "--thread-pitch", report.thread_pitch, "M", "of the adjusters");
+  add_text(*report_app, "--positioner", report.positioner, "FILE",
+           "with a table and its adjusters");
   add_text(*report_app, "--noise", report.noise, "FILE",
            "of the instrument at rest (noise --json): its Allan deviation");
   add_text(*report_app, "--laboratory", report.laboratory, "FILE",

@@ -190,7 +190,8 @@ struct ImportCommand {
 
 struct ReportCommand {
   std::string record;
-  std::optional<std::string> observations, history, noise, laboratory;
+  std::optional<std::string> observations, history, noise, laboratory, positioner, adjusters,
+      thread_pitch;
   std::string output;
 };
 

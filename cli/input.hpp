@@ -16,6 +16,7 @@
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/instruments/inclination.hpp"
 #include "axiscal/positioner/design.hpp"
+#include "axiscal/positioner/surface.hpp"
 #include "command_line.hpp"
 
 namespace axiscal::cli {
@@ -88,6 +89,12 @@ void forbid_overwriting(const std::string& output, const std::string& input);
 
 /// A typed value as a whole number that is not less. @throws UsageError naming the option.
 [[nodiscard]] int whole_number_of(std::string_view option, const std::string& text, int least);
+
+/// --adjusters and --thread-pitch, over those of a positioner's table.
+/// @throws UsageError  where there are no adjusters, or they cannot level a table.
+void set_adjusters(const std::optional<std::string>& adjusters,
+                   const std::optional<std::string>& thread_pitch,
+                   Surface& surface);
 
 /// A typed value as a pitch formula, asin or atan2. @throws UsageError naming the option.
 [[nodiscard]] PitchFormula pitch_formula_of(std::string_view option, const std::string& text);

@@ -159,34 +159,6 @@ Slope slope_of(const Measured& measured) {
   return slope;
 }
 
-void add_options(const LevelCommand& command, Surface& surface) {
-  if (command.adjusters) {
-    surface.adjusters_m.clear();
-    for (const std::string_view pair : split(*command.adjusters, ';')) {
-      if (std::count(pair.begin(), pair.end(), ',') != 1) {
-        throw UsageError("--adjusters: '" + *command.adjusters +
-                         "' must be positions in metres, \"X,Y;X,Y;X,Y\"");
-      }
-      const std::vector<double> xy = numbers_of("--adjusters", std::string(pair), 2);
-      surface.adjusters_m.emplace_back(xy[0], xy[1]);
-    }
-  }
-  if (command.thread_pitch) {
-    surface.thread_pitch_m = number_of("--thread-pitch", *command.thread_pitch);
-  }
-  if (surface.adjusters_m.empty()) {
-    throw UsageError(
-        "level: where the table's height adjusters stand is missing: --adjusters \"X,Y;X,Y;X,Y\" "
-        "in metres, or a positioner with a table");
-  }
-  try {
-    const Eigen::Vector2d none = Eigen::Vector2d::Zero();
-    static_cast<void>(level_table(none, Eigen::Matrix2d::Zero(), surface));
-  } catch (const DomainError& error) {
-    throw UsageError(std::string("level: ") + error.what());
-  }
-}
-
 std::string level_json(const Slope& slope,
                        const std::vector<AdjusterMove>& moves,
                        double fence_lean_rad) {
@@ -264,10 +236,10 @@ int run(const LevelCommand& command) {
   Surface surface;
   // Usage first: the readings may be minutes of work, a missing option none.
   if (command.adjusters) {
-    add_options(command, surface);
+    set_adjusters(command.adjusters, command.thread_pitch, surface);
   }
   const Measured measured = measure(command, surface);
-  add_options(command, surface);
+  set_adjusters(command.adjusters, command.thread_pitch, surface);
   const Slope slope = slope_of(measured);
   require_trust(measured);
   const Eigen::Matrix2d covariance = slope.standard_error.cwiseAbs2().asDiagonal();

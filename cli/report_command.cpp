@@ -6,6 +6,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "axiscal/positioner/positioner_json.hpp"
 #include "axiscal/report/calibration_report.hpp"
 #include "axiscal/report/certificate.hpp"
 #include "commands.hpp"
@@ -25,15 +26,23 @@ Observations readings_for(const Calibration& calibration, const std::string& pat
                                     [&](const InputFileDigest& input) {
                                       return input.sha256.empty() || input.sha256 == file.sha256;
                                     });
-  if (!is_input && !calibration.inputs.empty()) {
+  if (!is_input) {
     print_remark("note", path +
                              " is not a file that the record was made from (its SHA-256 "
                              "differs): readings are matched by their run");
   }
-  if (file.table.observations.response.cols() != calibration.instrument.axis_count()) {
-    throw DataError(path, "it holds several slots; give the readings of this instrument");
+  Observations observations = file.table.observations;
+  const Eigen::Index m = calibration.instrument.axis_count();
+  const std::vector<std::string>& slots = file.table.slots;
+  const auto slot = std::find(slots.begin(), slots.end(), calibration.slot);
+  if (slots.size() > 1 && slot != slots.end()) {
+    observations.response = observations.response.middleCols(m * (slot - slots.begin()), m).eval();
   }
-  return file.table.observations;
+  if (observations.response.cols() != m) {
+    throw DataError(path,
+                    "it holds slots " + joined(slots) + ", and the record is of none of them");
+  }
+  return observations;
 }
 
 int write_certificate(const ReportCommand& command, const Calibration& calibration) {
@@ -53,10 +62,18 @@ int write_certificate(const ReportCommand& command, const Calibration& calibrati
 }  // namespace
 
 int run(const ReportCommand& command) {
+  if (command.output != "-" && !command.output.ends_with(".pdf") &&
+      !command.output.ends_with(".html") && !command.output.ends_with(".htm") &&
+      !command.output.starts_with("/dev/")) {
+    throw UsageError("report: -o must end in .html or .pdf, not '" + command.output + "'");
+  }
   forbid_overwriting(command.output, command.record);
   const Calibration calibration = read_calibration(command.record);
   if (command.output.ends_with(".pdf")) {
     return write_certificate(command, calibration);
+  }
+  if (command.laboratory) {
+    throw UsageError("report: --laboratory is for a certificate (-o FILE.pdf)");
   }
   ReportOptions options;
   std::optional<Observations> observations;
@@ -67,6 +84,20 @@ int run(const ReportCommand& command) {
   }
   if (command.history) {
     options.history = read_history(*command.history);
+    if (std::none_of(options.history.begin(), options.history.end(), [&](const UnitHistory& unit) {
+          return unit.serial == calibration.instrument.serial;
+        })) {
+      print_remark("note", *command.history + " holds no record of unit '" +
+                               calibration.instrument.serial + "'");
+    }
+  }
+  if (command.positioner || command.adjusters || command.thread_pitch) {
+    Surface table;
+    if (command.positioner) {
+      table = read_positioner(*command.positioner).surface();
+    }
+    set_adjusters(command.adjusters, command.thread_pitch, table);
+    options.table = table;
   }
   std::optional<LogNoise> noise;
   if (command.noise) {

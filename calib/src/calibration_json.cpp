@@ -832,6 +832,13 @@ std::string calibration_json(const Calibration& calibration) {
   if (calibration.orientations) {
     json["orientations"] = json_of(*calibration.orientations);
   }
+  if (!calibration.turn_errors_rad.empty()) {
+    Json turns = Json::array();
+    for (const Eigen::Vector3d& error : calibration.turn_errors_rad) {
+      turns.push_back(json_from(error));
+    }
+    json["turn_errors_rad"] = turns;
+  }
   if (calibration.alignment) {
     json["alignment"] = json_of(*calibration.alignment);
   }
@@ -901,6 +908,11 @@ Calibration parse_calibration(std::string_view text, const std::string& path) {
   calibration.shape = json.text_or("shape");
   if (const auto orientations = json.find("orientations")) {
     calibration.orientations = orientations_of(*orientations);
+  }
+  if (const auto turns = json.find("turn_errors_rad")) {
+    for (const JsonValue& turn : turns->elements()) {
+      calibration.turn_errors_rad.emplace_back(turn.vector(3));
+    }
   }
   if (const auto alignment = json.find("alignment")) {
     calibration.alignment = alignment_of(*alignment);

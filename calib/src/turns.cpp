@@ -396,6 +396,7 @@ Calibration turn_calibration(const TurnFit& fit,
   record.field = {.kind = "induced_rotation", .unit = "rad/s", .magnitude = 1.0};
   record.method = "turns";
   record.response = fit.response;
+  record.turn_errors_rad = fit.residuals;
   FitStatistics& statistics = record.statistics.emplace();
   statistics.observations = static_cast<int>(fit.residuals.size());
   statistics.degrees_of_freedom = Eigen::Vector3d::Constant(fit.degrees_of_freedom);

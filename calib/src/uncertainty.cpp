@@ -167,6 +167,13 @@ std::vector<ParameterUncertainty> parameter_uncertainties(const Calibration& cal
   return all;
 }
 
+bool states_uncertainty(const Calibration& calibration) {
+  const std::vector<ParameterUncertainty> all = parameter_uncertainties(calibration);
+  return !all.empty() && std::all_of(all.begin(), all.end(), [](const ParameterUncertainty& one) {
+    return std::isfinite(one.uncertainty.expanded) && one.uncertainty.expanded > 0.0;
+  });
+}
+
 std::string parameter_unit(const Calibration& calibration, const std::string& name) {
   const std::string& unit = calibration.instrument.unit;
   const bool is_bias = name.find(".bias") != std::string::npos;

@@ -53,6 +53,10 @@ double field_factor_of(FieldDescription field,
     return 1.0;
   }
   if (options.local_gravity && field.unit == "g") {
+    if (field.local_gravity && *field.local_gravity != *options.local_gravity) {
+      throw RefusedError("the record says that its g was " + number_text(*field.local_gravity) +
+                         " m/s^2; --gravity is for records that do not");
+    }
     field.local_gravity = options.local_gravity;
   }
   try {
@@ -208,6 +212,13 @@ ConsumerModel nearest_model(const Calibration& calibration,
   }
   model.inverse = nearest_inverse(S, shape);
   model.bias = model.reading_factor * calibration.response.bias;
+  constexpr double largest = 1e100;  // beyond, products overflow in whoever reads them
+  if (!model.inverse.allFinite() || !(model.bias.cwiseAbs().maxCoeff() < largest) ||
+      !(calibration.field.magnitude < largest)) {
+    throw RefusedError(
+        "a coefficient is too large to be one; look at the record and at "
+        "--reading-factor");
+  }
   return model;
 }
 
@@ -267,6 +278,38 @@ std::string loss_text(const ExportLoss& loss) {
          " " + loss.unit + ", " + rounded(loss.rms_deg) + " degrees)";
 }
 
+namespace {
+
+// What would end a comment, start another line or turn the text round is not for a comment.
+std::string fit_for_comment(std::string line) {
+  std::replace_if(
+      line.begin(), line.end(),
+      [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f' || c == '\\'; }, ' ');
+  for (const std::string_view end : {"*/", "/*", "?\?/", "--"}) {
+    for (std::size_t at = line.find(end); at != std::string::npos; at = line.find(end, at)) {
+      line.insert(at + 1, " ");
+    }
+  }
+  // U+200E, U+200F, U+202A .. U+202E, U+2066 .. U+2069: controls of the text's direction.
+  for (std::size_t at = line.find("\xE2"); at != std::string::npos;
+       at = line.find("\xE2", at + 1)) {
+    if (at + 2 >= line.size()) {
+      break;
+    }
+    const auto second = static_cast<unsigned char>(line[at + 1]);
+    const auto third = static_cast<unsigned char>(line[at + 2]);
+    const bool turns =
+        (second == 0x80 && (third == 0x8E || third == 0x8F || (third >= 0xAA && third <= 0xAE))) ||
+        (second == 0x81 && third >= 0xA6 && third <= 0xA9);
+    if (turns) {
+      line.replace(at, 3, " ");
+    }
+  }
+  return line;
+}
+
+}  // namespace
+
 std::string source_line(const Calibration& calibration) {
   const Instrument& instrument = calibration.instrument;
   std::string line = instrument.kind;
@@ -279,16 +322,7 @@ std::string source_line(const Calibration& calibration) {
   if (!calibration.software.empty()) {
     line += " by " + calibration.software;
   }
-  // What would end a comment, or start another line, is not for a comment.
-  std::replace_if(
-      line.begin(), line.end(),
-      [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f' || c == '\\'; }, ' ');
-  for (const std::string_view end : {"*/", "/*", "?\?/", "--"}) {
-    for (std::size_t at = line.find(end); at != std::string::npos; at = line.find(end, at)) {
-      line.insert(at + 1, " ");
-    }
-  }
-  return line;
+  return fit_for_comment(line);
 }
 
 std::string comment_lines(const Calibration& calibration,
@@ -301,10 +335,10 @@ std::string comment_lines(const Calibration& calibration,
     text += start + "THIS CALIBRATION WAS REFUSED: do not rely on it.\n";
   }
   for (const std::string& line : lines) {
-    text += start + line + "\n";
+    text += start + fit_for_comment(line) + "\n";
   }
   if (loss) {
-    text += start + "Not held: " + loss_text(*loss) + ".\n";
+    text += start + "Not held: " + fit_for_comment(loss_text(*loss)) + ".\n";
   }
   return text;
 }

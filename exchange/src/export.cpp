@@ -48,7 +48,7 @@ constexpr std::array known = {
           export_dcc},
 #endif
     Known{ExportFormat{"kalibr", "Kalibr's imu.yaml, model scale-misalignment: M, C, A",
-                       "v = M C f + bias; gyroscope v = M C w + A a + bias"},
+                       "v = M C f + bias; gyroscope v = M C w + A C a + bias"},
           export_kalibr},
 #ifdef AXISCAL_MATIO
     Known{ExportFormat{"matlab", "MATLAB (.mat, v5): bias, sensitivity, inverse, covariance, ...",
@@ -79,8 +79,15 @@ void require_identifier(const std::string& name) {
   const bool goes_on = std::all_of(name.begin(), name.end(), [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
   });
-  if (!starts || !goes_on) {
-    throw DomainError("'" + name + "' is no name for a header: letters, digits and _");
+  constexpr std::array<std::string_view, 36> taken = {
+      "auto",   "bool",   "break", "case",   "catch",  "char",      "class", "const",  "delete",
+      "double", "else",   "enum",  "export", "extern", "false",     "float", "for",    "friend",
+      "if",     "inline", "int",   "long",   "main",   "namespace", "new",   "public", "return",
+      "short",  "signed", "std",   "struct", "this",   "true",      "union", "void",   "while"};
+  if (!starts || !goes_on || std::find(taken.begin(), taken.end(), name) != taken.end()) {
+    throw DomainError("'" + name +
+                      "' is no name for a header: letters, digits and _, no word of "
+                      "the language");
   }
 }
 

@@ -44,16 +44,25 @@ MatrixShape shape_in_flight(Sensor sensor) {
   }
 }
 
-std::vector<std::string> in_flight(Sensor sensor, const std::string& formula) {
+void require_instance(const ExportOptions& options, int most, std::string_view format) {
+  if (options.instance >= most) {
+    throw RefusedError("format " + std::string(format) + " has sensors 0 to " +
+                       std::to_string(most - 1) + " of this kind");
+  }
+}
+
+std::vector<std::string> in_flight(Sensor sensor,
+                                   const std::string& formula,
+                                   const std::string& frame) {
   const std::string unit = usual_unit(sensor, "");
-  return {formula + (unit.empty() ? "" : ", in " + unit),
-          "in the sensor's own frame, before the board's rotation"};
+  return {formula + (unit.empty() ? "" : ", in " + unit), frame};
 }
 
 }  // namespace
 
 Exported export_px4(const Calibration& calibration, const ExportOptions& options) {
   const Sensor sensor = sensor_of(calibration, "px4");
+  require_instance(options, 4, "px4");
   const std::string unit = usual_unit(sensor, "G");
   const ConsumerModel model =
       nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
@@ -80,7 +89,9 @@ Exported export_px4(const Calibration& calibration, const ExportOptions& options
     add_axes(all, prefix, "SCALE", model.inverse.diagonal());
     add_axes(all, prefix, "ODIAG", above_diagonal(model.inverse));
   }
-  std::vector<std::string> lines = in_flight(sensor, formula);
+  std::vector<std::string> lines =
+      in_flight(sensor, formula,
+                "in the frame in which PX4 publishes the sensor, before the board's rotation");
   lines.push_back("PX4 takes them where " + prefix + "ID is the sensor's device number");
   lines.emplace_back("vehicle, component, name, value, type (9: float)");
   std::string text = comment_lines(calibration, "# ", lines, loss);
@@ -90,32 +101,48 @@ Exported export_px4(const Calibration& calibration, const ExportOptions& options
   return {.content = text, .loss = loss};
 }
 
+std::string ardupilot_group(int instance) {
+  const std::string number = std::to_string(instance + 1);
+  // From the fourth on the parameters stand in groups of their own.
+  return instance == 0 ? "INS_ACC" : instance < 3 ? "INS_ACC" + number : "INS" + number + "_ACC";
+}
+
 Exported export_ardupilot(const Calibration& calibration, const ExportOptions& options) {
   const Sensor sensor = sensor_of(calibration, "ardupilot");
   const std::string unit = usual_unit(sensor, "mG");
   const ConsumerModel model =
       nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "ardupilot", options);
-  // The first sensor's parameters have no number, the others' 2, 3.
+  const bool is_compass = sensor == Sensor::magnetometer;
+  require_instance(options, is_compass ? 3 : 5, "ardupilot");
+  const std::string ins = ardupilot_group(options.instance);
   const std::string number = options.instance == 0 ? "" : std::to_string(options.instance + 1);
   std::vector<Parameter> all;
-  std::string formula;
+  std::vector<std::string> lines;
   if (sensor == Sensor::accelerometer) {
-    formula = "field = (v - INS_ACCOFFS) * INS_ACCSCAL";
-    add_axes(all, "INS_ACC" + number + "OFFS_", "", model.bias);
-    add_axes(all, "INS_ACC" + number + "SCAL_", "", model.inverse.diagonal());
+    lines = in_flight(sensor, "field = (v - ACCOFFS) * ACCSCAL",
+                      "in the sensor's own frame, before the board's rotation");
+    add_axes(all, ins + "OFFS_", "", model.bias);
+    add_axes(all, ins + "SCAL_", "", model.inverse.diagonal());
   } else if (sensor == Sensor::gyroscope) {
-    formula = "field = v - INS_GYROFFS";
-    add_axes(all, "INS_GYR" + number + "OFFS_", "", model.bias);
+    lines = in_flight(sensor, "field = v - GYROFFS",
+                      "in the sensor's own frame, before the board's rotation; kept where "
+                      "INS_GYR_CAL is 0, else measured anew at each start");
+    std::string gyroscope = ins;
+    gyroscope.replace(gyroscope.find("ACC"), 3, "GYR");
+    add_axes(all, gyroscope + "OFFS_", "", model.bias);
   } else {
-    formula =
-        "field = M (v + COMPASS_OFS) in milligauss, M = [DIA_X ODI_X ODI_Y; ODI_X DIA_Y "
-        "ODI_Z; ODI_Y ODI_Z DIA_Z]";
+    lines =
+        in_flight(sensor,
+                  "field = M (v + OFS) in milligauss, M = [DIA_X ODI_X ODI_Y; ODI_X DIA_Y ODI_Z; "
+                  "ODI_Y ODI_Z DIA_Z]",
+                  "in the vehicle's frame: readings after COMPASS_ORIENT and AHRS_ORIENTATION");
     add_axes(all, "COMPASS_OFS" + number + "_", "", -model.bias);
     add_axes(all, "COMPASS_DIA" + number + "_", "", model.inverse.diagonal());
     add_axes(all, "COMPASS_ODI" + number + "_", "", above_diagonal(model.inverse));
+    all.push_back({"COMPASS_SCALE" + number, 0.0});  // none besides the matrix
   }
-  std::string text = comment_lines(calibration, "# ", in_flight(sensor, formula), loss);
+  std::string text = comment_lines(calibration, "# ", lines, loss);
   for (const Parameter& parameter : all) {
     text += parameter.name + "," + number_text(parameter.value) + "\n";
   }
@@ -143,10 +170,11 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
           "; give the counts of 1 " + calibration.instrument.unit + " (--reading-factor)");
     }
     per_field = std::copysign(one_g, per_field) * in_g.field_factor;
-    lines.push_back("field = (v - acc_calibration) / acc_1G, in counts; acc_1G of this sensor is " +
+    lines.emplace_back("in counts, after the sensor's alignment to the board");
+    lines.push_back("field = (v - acc_calibration) / acc_1G; acc_1G of this sensor is " +
                     number_text(one_g) + " (in its driver, not set here)");
   } else {
-    lines.emplace_back("field = v - mag_calibration, in counts");
+    lines.emplace_back("field = v - mag_calibration, in counts, after the sensor's alignment");
   }
   model.inverse = Eigen::Matrix3d::Identity() / per_field;
   model.bias = model.bias.array().round();

@@ -19,4 +19,8 @@ Exported export_ardupilot(const Calibration& calibration, const ExportOptions& o
 Exported export_dcc(const Calibration& calibration, const ExportOptions& options);
 Exported export_betaflight(const Calibration& calibration, const ExportOptions& options);
 
+/// @return what the names of ArduPilot's accelerometer n start with: "INS_ACC", "INS_ACC2",
+///         "INS4_ACC"; the gyroscope's have GYR in it.
+std::string ardupilot_group(int instance);
+
 }  // namespace axiscal

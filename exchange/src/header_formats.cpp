@@ -177,13 +177,15 @@ Exported fixed_header(const Calibration& calibration,
          std::ldexp(model.inverse.cwiseAbs().maxCoeff(), inverse_bits + 1) < largest) {
     ++inverse_bits;
   }
+  const bool field_fits =
+      std::ldexp(times_field * calibration.field.magnitude, field_bits) < 2.0 * largest;
   const int shift = inverse_bits + bias_bits - field_bits;
-  if (shift < 1 || shift > 62 || std::ldexp(span, bias_bits) >= largest) {
-    throw RefusedError("these coefficients do not fit 32 bits with " +
+  if (shift < 1 || shift > 62 || std::ldexp(span, bias_bits) >= largest || !field_fits) {
+    throw RefusedError("readings, coefficients or a field of " + number_text(times_field) +
+                       " times " + number_text(calibration.field.magnitude, 4) + " " +
+                       calibration.field.unit + " do not fit 32 bits with " +
                        std::to_string(reading_bits) + " binary places of the readings and " +
-                       std::to_string(field_bits) +
-                       " of the field; choose others, as --numbers "
-                       "q0:16");
+                       std::to_string(field_bits) + " of the field; choose fewer");
   }
   const Eigen::Vector3d bias = (model.bias * std::ldexp(1.0, bias_bits)).array().round();
   const Eigen::Matrix3d inverse = (model.inverse * std::ldexp(1.0, inverse_bits)).array().round();
@@ -203,6 +205,11 @@ Exported fixed_header(const Calibration& calibration,
                     calibration.field.unit + "; of the field itself " +
                     number_text(std::ldexp(0.5, -field_bits), 2));
   }
+  lines.push_back(
+      "rounding of a reading: up to " +
+      number_text(std::ldexp(0.5, -reading_bits) * exact.inverse.rowwise().lpNorm<1>().maxCoeff(),
+                  2) +
+      " " + calibration.field.unit);
   std::string text = comment(calibration, lines, loss) + dialect.open();
   text += dialect.constant("int32_t", "bias", "[3]", list(bias, integer));
   text += dialect.constant("int32_t", "inverse", "[3][3]", braces(inverse, integer));

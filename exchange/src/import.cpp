@@ -16,7 +16,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/version.hpp"
-#include "axiscal/exchange/export.hpp"
+#include "formats.hpp"
 
 namespace axiscal {
 namespace {
@@ -53,11 +53,12 @@ Eigen::Matrix3d inverted(const Source& source, const Eigen::Matrix3d& M) {
 
 using ParameterTable = std::map<std::string, double>;
 
-// `name_at`, `value_at`: which of a line's parts.
+// `name_at`, `value_at`: which of a line's columns.
 ParameterTable read_parameters(const Source& source,
                                std::string_view separators,
                                std::size_t name_at,
-                               std::size_t value_at) {
+                               std::size_t value_at,
+                               std::size_t columns) {
   ParameterTable table;
   std::size_t line_number = 0;
   for (const std::string_view whole : split(source.text, '\n')) {
@@ -76,11 +77,16 @@ ParameterTable read_parameters(const Source& source,
       at = end + 1;
     }
     const std::optional<double> value =
-        parts.size() > value_at ? parse_number(parts[value_at]) : std::nullopt;
+        parts.size() == columns ? parse_number(parts[value_at]) : std::nullopt;
     if (!value) {
-      throw DataError(source.path, line_number, "no parameter with a number");
+      throw DataError(source.path, line_number,
+                      "no parameter with a number: a line has " + std::to_string(columns) +
+                          " columns in a file of this format");
     }
-    table[std::string(parts[name_at])] = *value;
+    if (!table.emplace(parts[name_at], *value).second) {
+      throw DataError(source.path, line_number,
+                      "parameter " + std::string(parts[name_at]) + " is there twice");
+    }
   }
   return table;
 }
@@ -121,7 +127,7 @@ Eigen::Matrix3d symmetric(const Eigen::Vector3d& diagonal, const Eigen::Vector3d
 }
 
 Imported import_px4(const Source& source) {
-  const ParameterTable table = read_parameters(source, "\t ,", 2, 3);
+  const ParameterTable table = read_parameters(source, "\t ", 2, 3, 5);
   const std::string number = std::to_string(source.options.instance) + "_";
   Imported result;
   if (source.is("accelerometer")) {
@@ -144,29 +150,32 @@ Imported import_px4(const Source& source) {
 }
 
 Imported import_ardupilot(const Source& source) {
-  const ParameterTable table = read_parameters(source, ", \t", 0, 1);
+  const ParameterTable table = read_parameters(source, ", \t", 0, 1, 2);
   const int instance = source.options.instance;
   const std::string number = instance == 0 ? "" : std::to_string(instance + 1);
+  std::string ins = ardupilot_group(instance);
   Imported result;
   if (source.is("accelerometer")) {
     result.unit = result.field_unit = "m/s^2";
-    result.bias = axes_of(source, table, "INS_ACC" + number + "OFFS_", "", std::nullopt);
+    result.bias = axes_of(source, table, ins + "OFFS_", "", std::nullopt);
     result.sensitivity = inverted(
-        source,
-        axes_of(source, table, "INS_ACC" + number + "SCAL_", "", 1.0).asDiagonal().toDenseMatrix());
+        source, axes_of(source, table, ins + "SCAL_", "", 1.0).asDiagonal().toDenseMatrix());
   } else if (source.is("gyroscope")) {
     result.unit = result.field_unit = "rad/s";
-    result.bias = axes_of(source, table, "INS_GYR" + number + "OFFS_", "", std::nullopt);
+    ins.replace(ins.find("ACC"), 3, "GYR");
+    result.bias = axes_of(source, table, ins + "OFFS_", "", std::nullopt);
   } else {
     result.unit = result.field_unit = "mG";
     result.bias = -axes_of(source, table, "COMPASS_OFS" + number + "_", "", std::nullopt);
-    const Eigen::Vector3d diagonal = axes_of(source, table, "COMPASS_DIA" + number + "_", "", 1.0);
-    // ArduPilot leaves the matrix out where the diagonal is 0.
-    if (!diagonal.isZero(0.0)) {
-      result.sensitivity = inverted(
-          source,
-          symmetric(diagonal, axes_of(source, table, "COMPASS_ODI" + number + "_", "", 0.0)));
+    Eigen::Vector3d diagonal = axes_of(source, table, "COMPASS_DIA" + number + "_", "", 1.0);
+    if (diagonal.isZero(0.0)) {
+      diagonal.setOnes();  // as ArduPilot does
     }
+    const auto scale = table.find("COMPASS_SCALE" + number);
+    const double factor = scale != table.end() && scale->second != 0.0 ? scale->second : 1.0;
+    result.sensitivity = inverted(
+        source, factor * symmetric(diagonal,
+                                   axes_of(source, table, "COMPASS_ODI" + number + "_", "", 0.0)));
   }
   return result;
 }
@@ -232,7 +241,7 @@ Imported import_imucal(const Source& source) {
     result.bias = json_numbers<1>(source, json, "b_a");
   } else if (source.is("gyroscope")) {
     result.unit = json_text(json, "from_gyr_unit", "a.u.");
-    result.field_unit = json_text(json, "gyr_unit", "deg/s");
+    result.field_unit = json_text(json, "gyr_unit", json_text(json, "gyro_unit", "deg/s"));
     result.sensitivity = json_product(source, json, "K_g", "R_g");
     result.bias = json_numbers<1>(source, json, "b_g");
     if (json.contains("K_ga") && !json_numbers<3>(source, json, "K_ga").isZero(0.0)) {

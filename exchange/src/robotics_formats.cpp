@@ -62,13 +62,14 @@ Exported export_kalibr(const Calibration& calibration, const ExportOptions& opti
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "kalibr", options);
   const ScaleMisalignment split = scale_misalignment(model.inverse.inverse());
   const std::string formula =
-      sensor == Sensor::accelerometer ? "v = M C f + bias" : "v = M C w + A a + bias";
+      sensor == Sensor::accelerometer ? "v = M C f + bias" : "v = M C w + A C a + bias";
   std::string text = comment_lines(
       calibration, "# ",
       {formula + ", in " + unit + "; M is lower triangular, C a rotation",
        sensor == Sensor::accelerometer
            ? "Kalibr takes C of the accelerometer as the identity: the IMU's frame is then C's"
-           : "a in m/s^2, in the frame of the rates",
+           : "a: specific force in m/s^2, in the frame of the rates",
+       "C of an accelerometer and bias are additions: Kalibr itself writes neither",
        "noise densities and random walks: axiscal noise"},
       loss);
   text += "imu" + std::to_string(options.instance) + ":\n  model: scale-misalignment\n";
@@ -81,7 +82,8 @@ Exported export_kalibr(const Calibration& calibration, const ExportOptions& opti
     if (gravity != nullptr) {
       constexpr double standard_gravity = 9.80665;
       const double per_unit = gravity->unit == "g" ? 1.0 / standard_gravity : 1.0;
-      A = model.reading_factor * per_unit * gravity->sensitivity;
+      // Kalibr turns a into the gyroscope's frame first.
+      A = model.reading_factor * per_unit * gravity->sensitivity * split.C.transpose();
     }
     text += "    A:\n" + yaml_matrix(A, "    ");
   }
@@ -96,10 +98,11 @@ Exported export_ros(const Calibration& calibration, const ExportOptions& options
   const ConsumerModel model = nearest_model(calibration, {options.reading_factor ? unit : "", unit},
                                             MatrixShape::full, options);
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "ros", options);
-  std::string text = comment_lines(
-      calibration, "# ",
-      {"field [" + unit + "] = SM v - bias, v in " + readings + "; SM row by row (imu_calib)"},
-      loss);
+  std::string text =
+      comment_lines(calibration, "# ",
+                    {"field [" + unit + "] = SM v - bias, v in " + readings +
+                     "; SM row by row; imu_calib itself applies it to accelerometers only"},
+                    loss);
   std::string entries;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
@@ -132,7 +135,10 @@ Exported export_x_io(const Calibration& calibration, const ExportOptions& option
   Json json;
   std::string formula;
   if (sensor == Sensor::magnetometer) {
-    formula = "field [" + unit + "] = softIronMatrix (v - hardIronOffset)";
+    formula = "field [" + unit +
+              "] = softIronMatrix (v - hardIronOffset), as Fusion has it "
+              "since 2022; before, and in the x-IMU3: softIronMatrix v - h, h = softIronMatrix "
+              "hardIronOffset";
     json["softIronMatrix"] = row_major(model.inverse);
     json["hardIronOffset"] = vector(model.bias);
   } else {
@@ -150,6 +156,9 @@ Exported export_x_io(const Calibration& calibration, const ExportOptions& option
   Json comment = Json::array();
   comment.push_back(source_line(calibration));
   comment.push_back(lines.front());
+  if (calibration.status == "refused") {
+    comment.push_back("THIS CALIBRATION WAS REFUSED: do not rely on it.");
+  }
   if (loss) {
     comment.push_back("Not held: " + loss_text(*loss));
   }

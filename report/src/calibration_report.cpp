@@ -56,6 +56,10 @@ std::string title_of(const Calibration& calibration) {
 // ---- verdict ----
 
 std::string what_it_is_fit_for(const Calibration& calibration) {
+  if (calibration.instrument.axis_count() < 3) {
+    return "It has fewer than three axes: a reading tells the field along each of them, and apply "
+           "says how well.";
+  }
   const WorstAngle worst = worst_angle(calibration);
   if (!std::isfinite(worst.expanded_deg)) {
     return "The record states no uncertainty: what it is fit for cannot be said.";
@@ -111,6 +115,10 @@ std::string verdict_section(const Calibration& calibration) {
                          : state == "warning"
                              ? "Calibrated, with something to look at."
                              : "Calibrated. Nothing in the readings speaks against it.";
+  if (state == "ok" && !calibration.statistics) {
+    state = "warning";
+    headline = "Coefficients alone: the record holds no readings that speak for or against them.";
+  }
   if (calibration.verdict && !calibration.verdict->passed) {
     state = "refused";
     headline = "It does not meet its limits.";
@@ -166,7 +174,9 @@ std::string run_section(const Calibration& calibration) {
       {"By", calibration.software},
       {"Method", calibration.method + (calibration.robust ? ", robust" : "") +
                      (calibration.weights == "none" ? "" : ", weights by " + calibration.weights)},
-      {"Positioner", calibration.positioner.empty() ? "nominal cube" : calibration.positioner},
+      {"Positioner", !calibration.positioner.empty() ? calibration.positioner
+                     : calibration.levelness         ? "nominal cube"
+                                                     : ""},
       {"Field", field.kind + ", " + number_text(field.magnitude, 8) + " " + field.unit +
                     (field.model.empty() ? "" : ", model " + field.model)},
       {"Place", field.site ? site_text(*field.site) : ""},
@@ -350,7 +360,11 @@ std::string coefficients_table(const Calibration& calibration) {
       }
     }
   }
-  return html_table("Coefficients: reading = bias + sensitivity times field",
+  const std::string over =
+      calibration.temperature
+          ? "; d is the temperature less " + rounded(calibration.temperature->reference, 6)
+          : "";
+  return html_table("Coefficients: reading = bias + sensitivity times field" + over,
                     {"parameter", "value", "u", "U (95 %)", "degrees of freedom", "unit"}, rows);
 }
 
@@ -404,7 +418,9 @@ std::string correlation_table(const Calibration& calibration) {
   for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
     rows.push_back({{names[static_cast<std::size_t>(i)], ""}});
     for (Eigen::Index j = 0; j <= i; ++j) {
-      rows.back().push_back(number_cell(covariance(i, j) / (sd(i) * sd(j)), 2));
+      const double r = covariance(i, j) / (sd(i) * sd(j));
+      constexpr double rounding = 1e-12;
+      rows.back().push_back(number_cell(std::abs(r) < rounding ? 0.0 : r, 2));
     }
   }
   return "<details><summary>Correlation of the coefficients</summary>" +
@@ -428,7 +444,22 @@ std::string micro_text(double radians) {
                  std::abs(micro) >= 10.0 ? 9 : 2);
 }
 
-std::string levelness_section(const Calibration& calibration) {
+std::string adjusters_table(const BlockLevelness& now, const Surface& table) {
+  const Eigen::Matrix2d covariance =
+      Eigen::Vector2d(now.standard_error_x, now.standard_error_y).cwiseAbs2().asDiagonal();
+  std::vector<std::vector<Cell>> rows;
+  for (const AdjusterMove& move : level_table({now.x, now.y}, covariance, table)) {
+    rows.push_back({number_cell(1e3 * move.position_m.x(), 4),
+                    number_cell(1e3 * move.position_m.y(), 4),
+                    number_cell(std::round(1e7 * move.raise_m) / 10.0, 6),
+                    number_cell(1e6 * move.uncertainty_m, 2),
+                    number_cell(move.turns.value_or(std::nan("")), 3)});
+  }
+  return html_table("To level the table, raise its adjusters",
+                    {"x [mm]", "y [mm]", "raise by [um]", "u", "turns"}, rows);
+}
+
+std::string levelness_section(const Calibration& calibration, const std::optional<Surface>& table) {
   const std::vector<Plot> plots = levelness_plots(calibration);
   if (plots.empty()) {
     return "";
@@ -440,8 +471,11 @@ std::string levelness_section(const Calibration& calibration) {
                      " urad towards +y (standard errors). ";
   text += level.consistent ? "The faces agree."
                            : "The faces do not agree: one of them, or the table, moved.";
+  // A slope that the faces contradict is no ground for turning screws.
+  const bool turns = table && level.consistent && calibration.status != "refused" &&
+                     calibration.field.kind == "gravity";
   return paragraph(text) + figures(plots) +
-         paragraph("axiscal level RECORD --adjusters says how far to turn each adjuster.");
+         (turns ? adjusters_table(level.as_it_stands(), *table) : "");
 }
 
 std::string uncertainty_section(const Calibration& calibration) {
@@ -488,6 +522,7 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
   const std::vector<Plot> orientations = calibration.method == "magnitude"
                                              ? orientation_plots(calibration, options.observations)
                                              : std::vector<Plot>();
+  const std::vector<Plot> turns = turn_plots(calibration);
   const std::vector<Plot> noise =
       options.noise != nullptr ? noise_plots(*options.noise) : std::vector<Plot>();
   const auto unit = std::find_if(
@@ -502,10 +537,11 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
        coefficients_table(calibration) + intrinsic_table(calibration) + polar_table(calibration) +
            correlation_table(calibration)},
       {"residuals", "Residuals", figures(residuals)},
-      {"levelness", "Levelness", levelness_section(calibration)},
+      {"levelness", "Levelness", levelness_section(calibration, options.table)},
       {"uncertainty", "Uncertainty", uncertainty_section(calibration)},
       {"temperature", "Temperature", figures(temperature)},
       {"orientations", "Orientations", figures(orientations)},
+      {"turns", "Turns", figures(turns)},
       {"noise", "Noise", figures(noise)},
       {"history", "Drift", unit != options.history.end() ? history_section(*unit, history) : ""}};
   std::string links;
@@ -518,7 +554,7 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
   }
   Json data = {{"plots", Json::array()}, {"cube", cube_json(calibration)}};
   for (const std::vector<Plot>* const group :
-       {&residuals, &temperature, &orientations, &noise, &history}) {
+       {&residuals, &temperature, &orientations, &turns, &noise, &history}) {
     for (const Plot& plot : *group) {
       data["plots"].push_back(plot_json(plot));
     }

@@ -77,16 +77,30 @@ std::vector<std::vector<std::string>> intrinsic_rows(const Calibration& calibrat
 }
 
 std::string method_text(const Calibration& calibration) {
-  std::string text =
-      "The instrument was read in known orientations to the reference field; bias and "
-      "sensitivity to the field's components follow by linear regression (method '" +
-      calibration.method + "'";
-  if (calibration.method == "paired") {
-    text += ": opposite positions averaged, which removes the table's slope";
+  std::string text;
+  if (calibration.method == "magnitude") {
+    text =
+        "The instrument was read in many orientations to a field of known magnitude; bias and "
+        "sensitivity are those for which the calibrated readings have that magnitude (method "
+        "'magnitude'). The frame is the instrument's own.";
+  } else if (calibration.method == "turns") {
+    text =
+        "The gyroscope was turned between rests; bias and sensitivity are those for which its "
+        "integrated rates lead from the attitude before each turn to that after it (method "
+        "'turns').";
+  } else {
+    text =
+        "The instrument was read in known orientations to the reference field; bias and "
+        "sensitivity to the field's components follow by linear regression (method '" +
+        calibration.method + "'" +
+        (calibration.method == "paired"
+             ? ": opposite positions averaged, which removes the table's slope"
+             : "") +
+        "). Sensitivities are in the frame of the positioner.";
   }
-  return text + "). " + std::to_string(calibration.statistics->observations) +
-         " readings were used. reading = bias + sensitivity times field; sensitivities in the "
-         "frame of the positioner.";
+  return text + " " + std::to_string(calibration.statistics->observations) +
+         (calibration.method == "turns" ? " turns" : " readings") +
+         " were used. reading = bias + sensitivity times field.";
 }
 
 std::vector<std::vector<std::string>> limit_rows(const Verdict& verdict) {
@@ -244,7 +258,7 @@ std::string certificate_pdf(const Calibration& calibration, const CertificateDet
   if (calibration.status == "refused") {
     throw RefusedError("this calibration was refused: there is no certificate of it");
   }
-  if (!calibration.statistics || parameter_uncertainties(calibration).empty()) {
+  if (!calibration.statistics || !states_uncertainty(calibration)) {
     throw RefusedError("the record states no uncertainty: there is no certificate of such");
   }
 #ifdef AXISCAL_CAIRO

@@ -149,7 +149,7 @@ bool has_angles(const Calibration& calibration) {
          calibration.instrument.kind == "inclinometer";
 }
 
-bool states_uncertainty(const Calibration& calibration) {
+bool can_propagate(const Calibration& calibration) {
   return calibration.statistics && calibration.instrument.axis_count() >= 3 &&
          calibration.statistics->covariance.size() > 0 &&
          calibration.statistics->covariance.allFinite() &&
@@ -287,7 +287,7 @@ std::vector<Plot> levelness_plots(const Calibration& calibration) {
 }
 
 std::optional<BarPlot> budget_plot(const Calibration& calibration) {
-  if (!states_uncertainty(calibration)) {
+  if (!can_propagate(calibration)) {
     return std::nullopt;
   }
   const Eigen::Vector3d field =
@@ -316,7 +316,7 @@ std::optional<BarPlot> budget_plot(const Calibration& calibration) {
 }
 
 std::vector<HeatMap> uncertainty_maps(const Calibration& calibration) {
-  if (!states_uncertainty(calibration)) {
+  if (!can_propagate(calibration)) {
     return {};
   }
   std::vector<HeatMap> maps;
@@ -504,6 +504,28 @@ std::vector<Plot> orientation_plots(const Calibration& calibration,
   plot.series = {std::move(more), std::move(less)};
   plots.push_back(std::move(plot));
   return plots;
+}
+
+std::vector<Plot> turn_plots(const Calibration& calibration) {
+  if (calibration.turn_errors_rad.empty()) {
+    return {};
+  }
+  Plot plot{.id = "turns-plot",
+            .title = "Attitude errors after the turns from rest to rest",
+            .alternative =
+                "What the calibrated gyroscope, integrated over each turn, is off the "
+                "known attitude after it, about x, y and z",
+            .x_label = "turn",
+            .y_label = "attitude error [deg]"};
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    PlotSeries series{.name = "about " + std::string(1, "xyz"[k])};
+    for (const Eigen::Vector3d& error : calibration.turn_errors_rad) {
+      series.x.push_back(static_cast<double>(series.x.size()) + 1.0);
+      series.y.push_back(error(k) * deg_per_rad);
+    }
+    plot.series.push_back(std::move(series));
+  }
+  return {plot};
 }
 
 std::vector<Plot> noise_plots(const LogNoise& noise) {

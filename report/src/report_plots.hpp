@@ -28,6 +28,9 @@ std::vector<Plot> temperature_plots(const Calibration& calibration);
 std::vector<Plot> orientation_plots(const Calibration& calibration,
                                     const Observations* observations);
 
+/// Attitude errors after the turns of a gyroscope.
+std::vector<Plot> turn_plots(const Calibration& calibration);
+
 /// Allan deviation of each column, with what was fitted and the dwell time that serves best.
 std::vector<Plot> noise_plots(const LogNoise& noise);
 

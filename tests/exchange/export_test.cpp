@@ -120,6 +120,18 @@ TEST(ExportArduPilot, IsTheSameByArduPilotsFormula) {
       10.0, 1e-12);
 }
 
+TEST(ExportArduPilot, NamesLaterSensorsAsItDoes) {
+  const Calibration accelerometer = without_cross_axis_terms(accelerometer_in("m/s^2", "m/s^2"));
+  EXPECT_THAT(export_calibration(accelerometer, "ardupilot", {.instance = 3}).content,
+              HasSubstr("\nINS4_ACCOFFS_X,0.1\n"));
+  EXPECT_THAT(export_calibration(magnetometer(), "ardupilot", {.instance = 1}).content,
+              HasSubstr("\nCOMPASS_SCALE2,0\n"));
+  EXPECT_THROW(static_cast<void>(export_calibration(magnetometer(), "ardupilot", {.instance = 3})),
+               RefusedError);
+  EXPECT_THROW(static_cast<void>(export_calibration(accelerometer, "px4", {.instance = 4})),
+               RefusedError);
+}
+
 TEST(ExportRos, IsTheSameByImuCalibsFormula) {
   const Calibration calibration = accelerometer_in("LSB", "g");
   const std::string text = export_calibration(calibration, "ros").content;
@@ -215,8 +227,22 @@ TEST(ExportKalibr, HoldsAGyroscopesAnswerToGravity) {
   gravity.sensitivity =
       9.80665e-3 * Eigen::Matrix3d({{1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}, {7.0, 8.0, 9.0}});
   calibration.also.push_back(gravity);
-  EXPECT_THAT(export_calibration(calibration, "kalibr").content,
-              HasSubstr("A:\n    - [0.001, 0.002, 0.003]\n    - [0.004, 0.005, 0.006]\n"));
+  EXPECT_THAT(export_calibration(calibration, "kalibr").content, HasSubstr("A C a"));
+  // A C is what the record says.
+  const auto rows = [&](const std::string& text, const std::string& key) {
+    std::size_t at = text.find("    " + key + ":\n");
+    Eigen::Matrix3d M;
+    for (int i = 0; i < 3; ++i) {
+      at = text.find('[', at) + 1;
+      const std::vector<double> row =
+          parse_numbers(text.substr(at, text.find(']', at) - at)).value();
+      M.row(i) = Eigen::Map<const Eigen::RowVector3d>(row.data());
+    }
+    return M;
+  };
+  const std::string text = export_calibration(calibration, "kalibr").content;
+  const Eigen::Matrix3d expected({{1e-3, 2e-3, 3e-3}, {4e-3, 5e-3, 6e-3}, {7e-3, 8e-3, 9e-3}});
+  EXPECT_LT((rows(text, "A") * rows(text, "C_gyro_i") - expected).norm(), 1e-15);
   EXPECT_THROW(static_cast<void>(export_calibration(calibration, "x-io")), RefusedError);
 }
 

@@ -77,6 +77,10 @@ TEST(Import, SaysWhatIsWrongAndWhere) {
   expect_bad("# empty\n", "px4", "it has no CAL_ACC0_XOFF");
   expect_bad("1\t1\tCAL_ACC0_XOFF\tabc\t9\n", "px4", "their.file:1: no parameter with a number");
   expect_bad("1\t1\tCAL_ACC0_XOFF\t1\t9\n", "px4", "CAL_ACC0_YOFF");
+  // Its value missing, its end missing, twice.
+  expect_bad("1\t1\tCAL_ACC0_XOFF\t9\n", "px4", "their.file:1: no parameter with a number");
+  expect_bad("1\t1\tCAL_ACC0_XOFF\t1.\t9\n1\t1\tCAL_ACC0_YOFF\t1.", "px4", "their.file:2:");
+  expect_bad("1\t1\tCAL_ACC0_XOFF\t1\t9\n1\t1\tCAL_ACC0_XOFF\t2\t9\n", "px4", "is there twice");
   expect_bad(
       "INS_ACCOFFS_X,0\nINS_ACCOFFS_Y,0\nINS_ACCOFFS_Z,0\n"
       "INS_ACCSCAL_X,0\nINS_ACCSCAL_Y,1\nINS_ACCSCAL_Z,1\n",
@@ -92,14 +96,15 @@ TEST(Import, SaysWhatIsWrongAndWhere) {
                DomainError);
 }
 
-// ArduPilot leaves the compass's matrix out where its diagonal is 0.
-TEST(Import, ArduPilotsCompassWithoutAMatrix) {
+// ArduPilot takes a diagonal of 0 as 1, and multiplies by COMPASS_SCALE where it is not 0.
+TEST(Import, ArduPilotsCompassWithoutADiagonal) {
   const Calibration back = import_calibration(
       "COMPASS_OFS_X,10\nCOMPASS_OFS_Y,-20\nCOMPASS_OFS_Z,30\n"
-      "COMPASS_DIA_X,0\nCOMPASS_DIA_Y,0\nCOMPASS_DIA_Z,0\n",
+      "COMPASS_DIA_X,0\nCOMPASS_DIA_Y,0\nCOMPASS_DIA_Z,0\nCOMPASS_SCALE,1.25\n",
       "f", "ardupilot", {.kind = "magnetometer"});
   EXPECT_EQ(back.response.bias, Eigen::Vector3d(-10.0, 20.0, -30.0));
-  EXPECT_EQ(Eigen::Matrix3d(back.response.sensitivity), Eigen::Matrix3d::Identity());
+  EXPECT_LT((Eigen::Matrix3d(back.response.sensitivity) - 0.8 * Eigen::Matrix3d::Identity()).norm(),
+            1e-15);
 }
 
 }  // namespace

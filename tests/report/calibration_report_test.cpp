@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/units.hpp"
 #include "scenario.hpp"
 
@@ -125,6 +126,34 @@ TEST(CalibrationReport, TemperatureAndHistoryHaveTheirPlots) {
   EXPECT_THAT(page, HasSubstr("x, extrapolated"));
   EXPECT_THAT(page, HasSubstr("id=\"history-plot\""));
   EXPECT_THAT(page, HasSubstr(">2026-01-01<"));
+}
+
+// A slope of 3 mrad along x: 0.2 m apart, 600 um; a pitch of 0.5 mm makes that 1.2 turns.
+TEST(CalibrationReport, TurnsOfTheAdjusters) {
+  Calibration calibration = calibrated();
+  calibration.levelness->mean_x = 3e-3;
+  calibration.levelness->mean_y = 0.0;
+  calibration.levelness->blocks.clear();
+  Surface table{.adjusters_m = {{-0.1, 0.0}, {0.1, 0.1}, {0.1, -0.1}}, .thread_pitch_m = 0.5e-3};
+  const std::string page = calibration_report(calibration, {.table = table});
+  EXPECT_THAT(page, HasSubstr("To level the table"));
+  EXPECT_THAT(page, HasSubstr(">600<"));
+  EXPECT_THAT(page, HasSubstr(">1.2<"));
+  calibration.levelness->consistent = false;
+  EXPECT_THAT(calibration_report(calibration, {.table = table}),
+              Not(HasSubstr("To level the table")));
+}
+
+TEST(CalibrationReport, TurnsOfAGyroscope) {
+  Calibration calibration = calibrated();
+  calibration.turn_errors_rad = {{1e-3, 0.0, -2e-3}, {0.0, 1e-3, 0.0}};
+  const std::string text = calibration_json(calibration);
+  const Calibration again = parse_calibration(text, "record");
+  ASSERT_EQ(again.turn_errors_rad.size(), 2U);
+  EXPECT_EQ(calibration_json(again), text);
+  const std::string page = calibration_report(again);
+  EXPECT_THAT(page, HasSubstr("id=\"turns-plot\""));
+  EXPECT_THAT(page, HasSubstr("data-value=\"-0.1145915590261646"));
 }
 
 TEST(CalibrationReport, NoiseHasItsAllanPlot) {

@@ -237,7 +237,9 @@ struct Calibration {
   std::optional<FitStatistics> statistics;
   std::optional<UncertaintyBudget> uncertainty;    ///< where there are statistics
   std::optional<OrientationQuality> orientations;  ///< method magnitude
-  std::optional<CompanionAlignment> alignment;     ///< with an instrument recorded together
+  /// Method turns: the attitude error after each turn [rad], in the sensor's frame before it.
+  std::vector<Eigen::Vector3d> turn_errors_rad;
+  std::optional<CompanionAlignment> alignment;  ///< with an instrument recorded together
   std::optional<Levelness> levelness;
   std::vector<ReadingResidual> residuals;
   std::optional<Verdict> verdict;  ///< where limits were applied

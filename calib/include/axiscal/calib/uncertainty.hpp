@@ -59,6 +59,9 @@ struct ParameterUncertainty {
 /// @throws DomainError  for a name that is none of the record's.
 [[nodiscard]] double parameter_value(const Calibration& calibration, const std::string& name);
 
+/// @return whether every parameter has an expanded uncertainty: not without degrees of freedom.
+[[nodiscard]] bool states_uncertainty(const Calibration& calibration);
+
 /// @return the unit of a parameter of the record: "V", "V/g", "V per d2", "1 per d".
 [[nodiscard]] std::string parameter_unit(const Calibration& calibration, const std::string& name);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "axiscal/calib/history.hpp"
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/logs/noise_json.hpp"
+#include "axiscal/positioner/surface.hpp"
 
 namespace axiscal {
 
@@ -16,6 +18,8 @@ struct ReportOptions {
   const Observations* observations = nullptr;
   /// Earlier records of the same unit, for its drift; their unit is the one of the report's serial.
   std::vector<UnitHistory> history;
+  /// Where the table's adjusters stand, for the turns that level it; nothing without them.
+  std::optional<Surface> table;
   /// Of the instrument at rest, for its Allan deviation; null without it.
   const LogNoise* noise = nullptr;
 };
