@@ -83,8 +83,8 @@ TEST_F(Certificate, RoundsTheValueToItsUncertainty) {
   Calibration calibration = calibrated();
   calibration.response.bias(0) = 0.0120001;
   calibration.uncertainty.reset();
-  calibration.statistics->covariance.setZero();
-  calibration.statistics->covariance(0, 0) = 1e-8;  // u 1e-4
+  calibration.statistics->covariance.setIdentity();
+  calibration.statistics->covariance *= 1e-8;  // u 1e-4
   const double k = calibration.statistics->coverage_factor(0);
   ASSERT_GT(k, 2.0);
   ASSERT_LT(k, 3.0);
@@ -111,6 +111,10 @@ TEST_F(Certificate, ThereIsNoneOfWhatWasRefused) {
   Calibration bare = accelerometer_truth();
   bare.statistics.reset();
   EXPECT_THROW(static_cast<void>(certificate_pdf(bare, details())), RefusedError);
+  // Four readings for four coefficients: no degrees of freedom, no uncertainty.
+  Calibration exact = calibrated();
+  exact.statistics->degrees_of_freedom.setZero();
+  EXPECT_THROW(static_cast<void>(certificate_pdf(exact, details())), RefusedError);
 }
 #endif
 
