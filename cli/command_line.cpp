@@ -656,6 +656,77 @@ Command parse_command_line(std::vector<std::string> arguments) {
            "of the field, in the format's unit; 9.80665 m/s^2, 1 rad/s, 0.5 G");
   add_output(*import_app, import.output);
 
+  AcquireCommand acquire;
+  acquire.arguments = arguments;
+  CLI::App* acquire_app =
+      app.add_subcommand("acquire", "a live instrument -> observations, guided");
+  acquire_app->footer(
+      "Examples: axiscal acquire --connect serial:/dev/ttyUSB0?names=x,y,z --instrument "
+      "accelerometer --field gravity --unit V\n"
+      "          axiscal acquire --connect sim:?error=0.1   (no hardware: try it)\n"
+      "          axiscal acquire --check cal.json --connect tcp://host:4000");
+  const auto add_acquire = [acquire_app](const char* group, const char* name,
+                                         std::optional<std::string>& value, const char* type,
+                                         const char* help) {
+    add_text(*acquire_app, name, value, type, help)->group(group);
+  };
+  acquire_app
+      ->add_option("experiment", acquire.experiment.files,
+                   "instrument, field, cube and method (.json)")
+      ->type_name("FILE");
+  acquire_app
+      ->add_option("--connect", acquire.sources,
+                   "where samples come from; several: the first sets the pace; --list shows kinds")
+      ->type_name("ADDRESS")
+      ->group("Source");
+  acquire_app->add_flag("--list", acquire.list, "what is connected, and the kinds of sources")
+      ->group("Source");
+  add_acquire("Source", "--temperature-column", acquire.temperature_column, "NAME",
+              "channel of the temperature; temperature");
+  add_experiment_options(*acquire_app, acquire.experiment);
+  add_sheet_options(*acquire_app, acquire.sheet);
+  add_acquire("Session", "--plan", acquire.plan, "SHEET", "run sheet, instead of a design");
+  add_acquire("Session", "--noise", acquire.noise, "SD|FILE",
+              "of one sample at rest, or what `noise --json` wrote: what counts as still, and how "
+              "long to dwell; learned");
+  add_acquire("Session", "--window", acquire.window, "S", "of the sliding variance; 0.5");
+  add_acquire("Session", "--dwell", acquire.dwell, "S",
+              "how long a reading is taken; by the noise, 1 to 20");
+  add_acquire("Session", "--placement-u", acquire.placement_u, "RAD",
+              "how well a seat is taken again (1 sd); 1e-4");
+  add_acquire("Session", "--soak-window", acquire.soak_window, "S",
+              "the temperature is steady over it before a block; 300");
+  add_acquire("Session", "--soak-tolerance", acquire.soak_tolerance, "T",
+              "largest change of the temperature output meanwhile; 0.1");
+  acquire_app->add_flag("--manual", acquire.manual, "take readings on command, not by themselves")
+      ->group("Session");
+  acquire_app
+      ->add_flag("--unattended", acquire.unattended,
+                 "nobody answers: what looks wrong at the end is asked for again, then it ends")
+      ->group("Session");
+  add_acquire("Files", "--name", acquire.name, "NAME",
+              "of the files: NAME.journal, .csv, .json, .html; axiscal-TIME");
+  add_acquire("Files", "--journal", acquire.journal, "FILE", "a new file that only grows");
+  add_acquire("Files", "--resume", acquire.resume, "JOURNAL", "go on where a session stopped");
+  acquire_app->add_flag("--raw", acquire.raw, "keep every sample in the journal")->group("Files");
+  acquire_app->add_option("-o,--output", acquire.output, "the readings (CSV)")
+      ->type_name("FILE")
+      ->group("Files");
+  add_acquire("Files", "--record", acquire.record, "FILE", "the calibration record");
+  add_acquire("Files", "--report", acquire.report, "FILE", "the report (HTML)");
+  add_acquire("Health", "--check", acquire.check, "RECORD",
+              "an installed instrument, in whatever pose it is: has it drifted? Exit status 1");
+  add_acquire("Health", "--readings", acquire.readings, "N", "at rest, until the verdict; 3");
+  add_acquire("Health", "--within", acquire.within, "S", "give up after this time; 60");
+  acquire_app->add_flag("--plain", acquire.plain, "lines of words, commands as words on stdin")
+      ->group("Face");
+  acquire_app->add_flag("--json", acquire.json, "events as JSON lines, commands on stdin")
+      ->group("Face");
+  acquire_app->add_flag("--web", acquire.web, "a page for the browser, on loopback")->group("Face");
+  add_acquire("Face", "--port", acquire.port, "N", "of the page; 8712, or the next free one");
+  add_acquire("Face", "--listen", acquire.listen, "ADDRESS",
+              "serve the page at this address too, by a one-time token (QR code)");
+
   ReportCommand report;
   CLI::App* report_app = app.add_subcommand("report", "calibration record -> a report to look at");
   report_app->footer("Example: axiscal report cal.json run.csv -o report.html");
@@ -754,6 +825,9 @@ Command parse_command_line(std::vector<std::string> arguments) {
   }
   if (*report_app) {
     return report;
+  }
+  if (*acquire_app) {
+    return acquire;
   }
   if (*level_app) {
     return level;

@@ -195,6 +195,25 @@ struct ReportCommand {
   std::string output;
 };
 
+struct AcquireCommand {
+  std::vector<std::string> arguments;  ///< as typed: a journal keeps them
+  std::vector<std::string> sources;
+  ExperimentOptions experiment;
+  SheetOptions sheet;
+  std::optional<std::string> plan, noise, window, dwell, placement_u;
+  std::optional<std::string> soak_window, soak_tolerance, temperature_column;
+  std::optional<std::string> name, journal, resume, output, record, report;
+  std::optional<std::string> check, readings, within;
+  std::optional<std::string> listen, port;
+  bool list = false;
+  bool manual = false;
+  bool unattended = false;
+  bool raw = false;
+  bool plain = false;
+  bool json = false;
+  bool web = false;
+};
+
 /// Text for standard output and nothing more to do: help or version.
 struct ShowText {
   std::string text;
@@ -215,7 +234,8 @@ using Command = std::variant<ShowText,
                              NoiseCommand,
                              ExportCommand,
                              ImportCommand,
-                             ReportCommand>;
+                             ReportCommand,
+                             AcquireCommand>;
 
 /// @throws UsageError  for an unknown subcommand, option or value, or one that is missing.
 [[nodiscard]] Command parse_command_line(std::vector<std::string> arguments);

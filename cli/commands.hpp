@@ -21,6 +21,7 @@ int run(const NoiseCommand& command);
 int run(const ExportCommand& command);
 int run(const ImportCommand& command);
 int run(const ReportCommand& command);
+int run(const AcquireCommand& command);
 
 /// `calibrate --imu`.
 int run_imu(const CalibrateCommand& command);

@@ -442,6 +442,19 @@ std::string observations_csv(const Observations& observations,
   }
   std::vector<std::string> header = columns.header();
   std::transform(axes.begin(), axes.end(), std::back_inserter(header), csv_cell);
+  if (observations.samples) {
+    header.emplace_back("samples");
+  }
+  if (observations.response_sd) {
+    std::transform(axes.begin(), axes.end(), std::back_inserter(header),
+                   [](const std::string& axis) { return csv_cell(axis + "_sd"); });
+  }
+  const bool has_time = !observations.readings.empty() &&
+                        std::all_of(observations.readings.begin(), observations.readings.end(),
+                                    [](const Reading& reading) { return reading.time_s; });
+  if (has_time) {
+    header.emplace_back("time");
+  }
   std::string text;
   append_cells(text, header);
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
@@ -452,6 +465,18 @@ std::string observations_csv(const Observations& observations,
     std::vector<std::string> cells = columns.cells(reading);
     for (Eigen::Index k = 0; k < observations.response.cols(); ++k) {
       cells.push_back(number_text(observations.response(static_cast<Eigen::Index>(i), k)));
+    }
+    const auto row = static_cast<Eigen::Index>(i);
+    if (observations.samples) {
+      cells.push_back(number_text((*observations.samples)(row)));
+    }
+    if (observations.response_sd) {
+      for (Eigen::Index k = 0; k < observations.response_sd->cols(); ++k) {
+        cells.push_back(number_text((*observations.response_sd)(row, k)));
+      }
+    }
+    if (has_time) {
+      cells.push_back(number_text(*reading.time_s));
     }
     append_cells(text, cells);
   }

@@ -5,59 +5,24 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <map>
 #include <utility>
 
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/logs/text_row.hpp"
 #include "log_source.hpp"
 
 namespace axiscal {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t longest_row = 1U << 20U;
 
 struct Dialect {
   char delimiter = ',';  // ' ': any run of blanks and tabs
   bool decimal_comma = false;
 };
-
-bool is_comment(std::string_view line) {
-  const std::string_view text = trimmed(line);
-  return text.empty() || text.front() == '#' || text.front() == '%';
-}
-
-std::vector<std::string_view> cells_of(std::string_view line, char delimiter) {
-  std::vector<std::string_view> cells;
-  if (delimiter != ' ') {
-    for (const std::string_view cell : split(line, delimiter)) {
-      cells.push_back(trimmed(cell));
-    }
-    return cells;
-  }
-  std::size_t at = line.find_first_not_of(" \t\r");
-  while (at != std::string_view::npos) {
-    const std::size_t end = line.find_first_of(" \t\r", at);
-    cells.push_back(line.substr(at, end == std::string_view::npos ? end : end - at));
-    at = end == std::string_view::npos ? end : line.find_first_not_of(" \t\r", end);
-  }
-  return cells;
-}
-
-double number_of(std::string_view cell, bool decimal_comma) {
-  std::array<char, 64> copy{};
-  if (decimal_comma && cell.size() < copy.size()) {
-    std::replace_copy(cell.begin(), cell.end(), copy.begin(), ',', '.');
-    cell = std::string_view(copy.data(), cell.size());
-  }
-  if (cell.size() > 1 && (cell.front() == '"' && cell.back() == '"')) {
-    cell = cell.substr(1, cell.size() - 2);
-  }
-  return parse_number(cell).value_or(not_a_number);
-}
 
 // Reads a plain decimal number, as nearly all of a log are: up to 19 digits, a point, a small
 // exponent of ten by the point alone. Exact, as both the digits and the power of ten are exact
@@ -101,7 +66,7 @@ const char* read_plain_number(const char* at, const char* end, double& value) {
 std::size_t count_numbers(const std::vector<std::string_view>& cells, bool decimal_comma) {
   return static_cast<std::size_t>(std::count_if(
       cells.begin(), cells.end(),
-      [&](std::string_view cell) { return std::isfinite(number_of(cell, decimal_comma)); }));
+      [&](std::string_view cell) { return std::isfinite(cell_number(cell, decimal_comma)); }));
 }
 
 // The dialect in which most lines have the same number of cells, most of them numbers.
@@ -127,13 +92,6 @@ Dialect sniff(const std::vector<std::string_view>& lines) {
     }
   }
   return best;
-}
-
-std::string name_of(std::string_view cell) {
-  if (cell.size() > 1 && cell.front() == '"' && cell.back() == '"') {
-    cell = cell.substr(1, cell.size() - 2);
-  }
-  return std::string(trimmed(cell));
 }
 
 class TextLog : public LogFile::Source {
@@ -208,7 +166,7 @@ class TextLog : public LogFile::Source {
     }
     std::vector<std::string_view> content;
     std::copy_if(lines.begin(), lines.end(), std::back_inserter(content),
-                 [](std::string_view line) { return !is_comment(line); });
+                 [](std::string_view line) { return !is_comment_line(line); });
     dialect_ = sniff(content);
     find_table(lines, names);
   }
@@ -222,7 +180,7 @@ class TextLog : public LogFile::Source {
     for (const std::string_view line : lines) {
       const std::vector<std::string_view> cells = cells_of(line, dialect_.delimiter);
       const std::size_t count = count_numbers(cells, dialect_.decimal_comma);
-      if (!is_comment(line) && count > 0) {
+      if (!is_comment_line(line) && count > 0) {
         numbers[cells.size()] += count;
         if (usual == 0 || numbers[cells.size()] > numbers[usual]) {
           usual = cells.size();
@@ -237,7 +195,7 @@ class TextLog : public LogFile::Source {
     std::size_t first = 0;
     for (; first < lines.size(); ++first) {
       const std::vector<std::string_view> cells = cells_of(lines[first], dialect_.delimiter);
-      if (is_comment(lines[first]) || cells.size() != usual) {
+      if (is_comment_line(lines[first]) || cells.size() != usual) {
         continue;
       }
       if (2 * count_numbers(cells, dialect_.decimal_comma) > usual) {
@@ -247,7 +205,7 @@ class TextLog : public LogFile::Source {
     }
     if (header < first && names.empty()) {
       for (const std::string_view cell : cells_of(lines[header], dialect_.delimiter)) {
-        columns.push_back(name_of(cell));
+        columns.emplace_back(cell_name(cell));
       }
       check_names(header + 1);
     } else {
@@ -260,7 +218,7 @@ class TextLog : public LogFile::Source {
     const std::size_t before = header < first ? header : first;
     const auto preamble = static_cast<std::size_t>(
         std::count_if(lines.begin(), lines.begin() + static_cast<std::ptrdiff_t>(before),
-                      [](std::string_view line) { return !is_comment(line); }));
+                      [](std::string_view line) { return !is_comment_line(line); }));
     if (preamble > 0) {
       notes.push_back(std::to_string(preamble) + " lines before the table were skipped");
     }
@@ -378,7 +336,7 @@ class TextLog : public LogFile::Source {
           const void* const found =
               std::memchr(at, dialect_.delimiter, static_cast<std::size_t>(end - at));
           cell_end = found != nullptr ? static_cast<const char*>(found) : end;
-          value = number_of(trimmed({at, static_cast<std::size_t>(cell_end - at)}), false);
+          value = cell_number(trimmed({at, static_cast<std::size_t>(cell_end - at)}), false);
         }
         put(block, column, row, value);
       } else {
@@ -402,7 +360,7 @@ class TextLog : public LogFile::Source {
     }
     for (std::size_t column = 0; column < cells.size(); ++column) {
       if (place_[column] >= 0) {
-        put(block, column, row, number_of(cells[column], dialect_.decimal_comma));
+        put(block, column, row, cell_number(cells[column], dialect_.decimal_comma));
       }
     }
     return true;

@@ -60,7 +60,7 @@ std::string what_it_is_fit_for(const Calibration& calibration) {
     return "It has fewer than three axes: a reading tells the field along each of them, and apply "
            "says how well.";
   }
-  const WorstAngle worst = worst_angle(calibration);
+  const WorstAngleUncertainty worst = worst_angle_uncertainty(calibration);
   if (!std::isfinite(worst.expanded_deg)) {
     return "The record states no uncertainty: what it is fit for cannot be said.";
   }

@@ -371,8 +371,8 @@ std::vector<HeatMap> uncertainty_maps(const Calibration& calibration) {
   return {map};
 }
 
-WorstAngle worst_angle(const Calibration& calibration) {
-  WorstAngle worst{.quantity = "direction of the field", .expanded_deg = std::nan("")};
+WorstAngleUncertainty worst_angle_uncertainty(const Calibration& calibration) {
+  WorstAngleUncertainty worst{.quantity = "direction of the field", .expanded_deg = std::nan("")};
   double largest = -1.0;
   for (const HeatMap& map : uncertainty_maps(calibration)) {
     for (const std::vector<double>& row : map.values) {

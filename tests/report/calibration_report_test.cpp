@@ -183,7 +183,7 @@ TEST(CalibrationReport, NoiseHasItsAllanPlot) {
 
 // With exact coefficients and noise s of each reading, pitch is off by s / (F cos(pitch)), and roll
 // as much: at 80 degrees 5.76 s.
-TEST(WorstAngle, IsThatOfTheNoiseWhereTheCoefficientsAreExact) {
+TEST(WorstAngleUncertainty, IsThatOfTheNoiseWhereTheCoefficientsAreExact) {
   Calibration calibration = calibrated();
   calibration.response.bias.setZero();
   calibration.response.sensitivity = Eigen::Matrix3d::Identity();
@@ -191,7 +191,7 @@ TEST(WorstAngle, IsThatOfTheNoiseWhereTheCoefficientsAreExact) {
   calibration.statistics->residual_sd.setConstant(1e-4);
   calibration.uncertainty.reset();
   const double k = calibration.statistics->coverage_factor.maxCoeff();
-  const WorstAngle worst = worst_angle(calibration);
+  const WorstAngleUncertainty worst = worst_angle_uncertainty(calibration);
   const double expected = k * 1e-4 / std::cos(80.0 * rad_per_deg) * deg_per_rad;
   // Roll mixes two axes, with more degrees of freedom and a smaller factor.
   EXPECT_GT(worst.expanded_deg, 0.85 * expected);

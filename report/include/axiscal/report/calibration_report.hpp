@@ -26,7 +26,7 @@ struct ReportOptions {
 
 /// The largest expanded uncertainty (95 %) of a direction that one reading gives, over all
 /// directions of the field.
-struct WorstAngle {
+struct WorstAngleUncertainty {
   std::string quantity;       ///< "pitch", "roll", "yaw", or "direction of the field"
   double expanded_deg = 0.0;  ///< NaN where the record states no uncertainty
 };
@@ -34,7 +34,7 @@ struct WorstAngle {
 /// @param calibration  of three axes.
 /// @return for what has pitch and roll the worst of these (up to 80 degrees of pitch, where roll is
 ///         still one), else the angle between the field and what is read.
-[[nodiscard]] WorstAngle worst_angle(const Calibration& calibration);
+[[nodiscard]] WorstAngleUncertainty worst_angle_uncertainty(const Calibration& calibration);
 
 /// A calibration to look at: one page that needs nothing else, no request, no file.
 ///

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "axiscal/acquisition/source.hpp"
+
+namespace axiscal {
+
+/// A kind of source, and how its address is written.
+struct SourceKind {
+  std::string scheme;   ///< "serial", "tcp", ...
+  std::string address;  ///< "serial:/dev/ttyUSB0?baud=115200"
+  std::string help;
+  std::vector<std::string> options;  ///< that may stand behind the question mark
+  bool available = true;             ///< whether this build has it
+};
+
+/// @return all kinds, in the order of the documentation.
+[[nodiscard]] const std::vector<SourceKind>& source_kinds();
+
+/// Opens a source by its address: SCHEME:PLACE?OPTION=VALUE&OPTION=VALUE.
+///
+/// `-` is standard input; a path without a scheme is a file. In options `%XX` is a byte.
+/// A source that is not there yet is no error: read() says so and goes on trying.
+/// @throws DomainError  for an unknown scheme, option or value, or one that this build has not.
+/// @throws DataError    for a file that is missing or malformed.
+[[nodiscard]] std::unique_ptr<Source> open_source(const std::string& address);
+
+/// Something that is connected to this machine.
+struct FoundSource {
+  std::string address;      ///< as open_source() takes it
+  std::string description;  ///< maker, model
+};
+
+/// Looks for serial ports and IIO devices, and what announces itself on the local network.
+[[nodiscard]] std::vector<FoundSource> find_sources();
+
+}  // namespace axiscal

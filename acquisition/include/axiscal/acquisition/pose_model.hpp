@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/instruments/instrument.hpp"
+#include "axiscal/positioner/design.hpp"
+#include "axiscal/positioner/positioner.hpp"
+
+namespace axiscal {
+
+/// What is known of an experiment before its first reading.
+struct PoseModelSetup {
+  Instrument instrument;
+  FieldDescription field;  ///< in_table: where it is expected; else along the table's normal
+  Positioner positioner;
+  Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
+  /// How far the field may be from there [rad]; a table is seldom 20 mrad off level.
+  double direction_sd_rad = 0.02;
+  /// What the axes' sensitivities should be [unit per field unit]; nothing where it is not known.
+  std::optional<double> nominal_sensitivity;
+  double misalignment_sd = 0.05;    ///< of the sensitivities, relative
+  double placement_sd_rad = 1e-4;   ///< how well a seat is taken again
+};
+
+/// A reading that was taken at a known point.
+struct PlacedReading {
+  DesignEntry entry;
+  Eigen::VectorXd mean;  ///< m entries [unit]
+  Eigen::VectorXd u;     ///< its standard uncertainty from noise
+};
+
+/// What the readings so far say of instrument and table.
+struct PoseModelFit {
+  LinearResponse response;
+  Eigen::Vector3d field_in_table = Eigen::Vector3d::Zero();  ///< at level 1 [field unit]
+  Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();  ///< standard uncertainty of its direction
+  /// How the field changes with the two tangents [field unit per rad].
+  Eigen::Matrix<double, 3, 2> field_by_tangents = Eigen::Matrix<double, 3, 2>::Zero();
+  Eigen::MatrixXd covariance;  ///< of bias (m), sensitivity by rows (3 m), two tangents, scale
+};
+
+/// How a reading suits the 24 ways to lay the cube.
+struct PoseJudgement {
+  DesignPoint best{Face::minus_z, Face::plus_y};  ///< that fits it best
+  double log_ratio = 0.0;  ///< ln of how much better that fits than the stated one; not negative
+  double misfit = 0.0;     ///< of the stated one: chi^2 of m degrees of freedom
+  double best_misfit = 0.0;
+  bool looks_like_another = false;  ///< another one fits far better, and fits
+  bool fits_none = false;           ///< nothing fits: tilted, grit, or not at rest
+};
+
+/// Predicts what each of the 24 poses would read from what is known so far, and so sees at once
+/// when the cube lies wrong.
+///
+/// The response v = b + S f, f = R_sp R f_table, with weak expectations as a prior: S about s times
+/// the nominal axes, s unknown or nominal; f_table about its nominal direction. The parameters'
+/// covariance goes into each prediction, so that with few readings only gross mistakes are said.
+///
+/// @par Source
+/// Gauss and Newton's method with a normal prior; the predictive density of each pose.
+class PoseModel {
+ public:
+  explicit PoseModel(PoseModelSetup setup);
+
+  /// @return whether anything can be predicted: not for one-sided axes.
+  [[nodiscard]] bool is_usable() const;
+
+  /// Fits what is known; nothing without readings.
+  [[nodiscard]] std::optional<PoseModelFit> fit(const std::vector<PlacedReading>& known) const;
+
+  /// @param known   the readings so far, without the one to be judged.
+  /// @param reading with the point that it is meant to be of.
+  /// @return nothing where too little is known to say anything.
+  [[nodiscard]] std::optional<PoseJudgement> judge(const std::vector<PlacedReading>& known,
+                                                   const PlacedReading& reading) const;
+
+ private:
+  [[nodiscard]] double scale_of(const std::vector<PlacedReading>& readings) const;
+  [[nodiscard]] std::optional<PoseModelFit> fit(const std::vector<PlacedReading>& known,
+                                                double scale) const;
+  [[nodiscard]] std::optional<PoseModelFit> fit_from(const std::vector<PlacedReading>& known,
+                                                     double scale,
+                                                     const Eigen::Vector3d& start,
+                                                     double& cost) const;
+
+  PoseModelSetup setup_;
+  SensitivityMatrix nominal_axes_;  // m x 3, rows of 0 and 1
+};
+
+}  // namespace axiscal

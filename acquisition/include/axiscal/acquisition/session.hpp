@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/acquisition/journal.hpp"
+#include "axiscal/acquisition/pose_path.hpp"
+#include "axiscal/acquisition/source.hpp"
+#include "axiscal/acquisition/stillness.hpp"
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/observations.hpp"
+#include "axiscal/positioner/design.hpp"
+
+namespace axiscal {
+
+/// What a guided session is about.
+struct SessionSetup {
+  Experiment experiment;
+  std::vector<RunSheetRow> sheet;  ///< the points in the order in which they are asked for
+  StillnessOptions stillness;
+  /// How long each reading is taken [s]; nothing: as long as the noise asks for, see reading_u.
+  std::optional<double> dwell_s;
+  /// Wanted standard uncertainty of a reading by noise, in parts of what the field does to it.
+  double reading_u = 5e-5;
+  double shortest_dwell_s = 1.0;
+  double longest_dwell_s = 20.0;
+  bool automatic = true;  ///< readings are taken when it is still; else on command
+  /// Nobody answers: at the end what looks wrong is asked for again, twice at most.
+  bool unattended = false;
+  bool keep_raw = false;                        ///< raw samples go to the journal too
+  std::string temperature_channel = "temperature";
+  double soak_window_s = 300.0;   ///< how far back to look, as soak_state()
+  double soak_tolerance = 0.1;    ///< largest change of the output in that time
+  double placement_sd_rad = 1e-4; ///< how well a seat is taken again
+};
+
+/// What the person can ask of a session.
+enum class SessionAction {
+  capture,           ///< take the reading now (where it is not automatic, or it drifts)
+  accept,            ///< it lies as asked for, whatever it looks like
+  as_seen,           ///< take it for the point that it looks like
+  retake,            ///< a run anew
+  retake_suggested,  ///< those that look wrong at the end
+  undo,              ///< drop the last reading and ask for its point again
+  skip,              ///< go on without this point
+  replicate,         ///< the whole design once more
+  pause,
+  go_on,
+  finish,            ///< end with what there is; at the end: it is good so
+  toggle_automatic,
+  quit,              ///< stop; the journal can be resumed
+};
+
+/// @return "capture", "accept", "as-seen", "retake", ...
+[[nodiscard]] std::string_view action_name(SessionAction action);
+[[nodiscard]] std::optional<SessionAction> parse_action(std::string_view name);
+
+struct SessionCommand {
+  SessionAction action = SessionAction::capture;
+  std::optional<int> run;  ///< of retake
+};
+
+enum class SessionPhase {
+  waiting,   ///< for the first sample
+  soaking,   ///< for the temperature
+  laying,    ///< the cube is being laid, or still to be
+  settling,  ///< it is still; is it quiet enough for a first reading?
+  dwelling,  ///< the reading is being taken
+  ready,     ///< it may be taken on command
+  question,  ///< it looks like another point
+  storing,   ///< a reading cannot be stored yet
+  paused,
+  review,    ///< all points are done: is it good so?
+  over,
+};
+
+/// @return "waiting", "soaking", ...
+[[nodiscard]] std::string_view phase_name(SessionPhase phase);
+
+/// Something that is wrong right now.
+struct SessionAlarm {
+  std::string code;  ///< "unplugged", "silent", "saturated", "stuck", "rate", "unit", "disk", ...
+  std::string text;  ///< what is wrong and what to do
+};
+
+/// Something that happened.
+struct SessionEvent {
+  std::string kind;  ///< "ask", "captured", "question", "knock", "drift", "alarm", ...
+  std::string text;
+  double time_s = 0.0;
+  std::optional<int> run;
+  std::optional<DesignPoint> point;
+};
+
+/// A reading that was taken.
+struct CapturedReading {
+  int run = 1;  ///< in the order taken
+  std::size_t step = 0;
+  RunSheetRow row;  ///< the point, level and block that it is of
+  Eigen::VectorXd mean;
+  Eigen::VectorXd sd;
+  std::size_t samples = 0;
+  double start_s = 0.0;
+  double end_s = 0.0;
+  std::optional<double> temperature;
+};
+
+/// A point to be done.
+struct SessionStep {
+  RunSheetRow row;
+  bool skipped = false;
+  std::optional<int> run;  ///< the reading of it
+};
+
+/// What a face of the session shows; refreshed with every sample.
+struct SessionView {
+  SessionPhase phase = SessionPhase::waiting;
+  std::string headline;              ///< what to do now, one sentence
+  std::string detail;                ///< how, or why
+  std::optional<RunSheetRow> wanted;
+  std::optional<DesignPoint> present;     ///< how the cube lies, as far as is known
+  std::optional<DesignPoint> looks_like;  ///< in a question
+  std::vector<CubeTurn> turns;            ///< from the present pose to the wanted one
+  double stillness = 0.0;  ///< scatter over what counts as still; at most 1 is still
+  double progress = 0.0;   ///< of the dwell, 0 .. 1
+  double dwell_s = 0.0;
+  double rate_hz = 0.0;
+  bool automatic = true;
+  std::vector<double> reading;  ///< mean of the last moments, of each axis
+  std::optional<double> temperature;
+  std::vector<SessionStep> steps;
+  std::size_t done = 0;
+  std::size_t left = 0;
+  std::optional<double> remaining_s;
+  std::optional<Eigen::Vector2d> slope;  ///< of the table so far [rad]
+  Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();
+  std::optional<double> forecast_deg;    ///< largest standard uncertainty of a direction at the end
+  std::vector<SessionAlarm> alarms;
+  std::vector<int> suspects;  ///< runs that look wrong by what came after them
+  std::vector<std::string> result;  ///< at the end: verdict and warnings
+};
+
+/// The engine of a guided calibration: samples and commands go in, a view and events come out. It
+/// knows neither where samples come from nor who looks.
+///
+/// For each point of the sheet it waits until the cube was moved and is still again, takes the
+/// reading for the dwell time, restarts on knocks and drift, holds it against what each of the 24
+/// poses should read (PoseModel), stores it in the journal, and only then says "captured". At the
+/// end it calibrates and says what to take again.
+///
+/// The same samples and commands give the same readings.
+class Session {
+ public:
+  /// @param setup    the sheet must not be empty.
+  /// @param journal  must outlive it.
+  /// @throws SetupError  as make_field_description().
+  Session(SessionSetup setup, Journal& journal);
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  /// @param channels  of the samples that will come.
+  /// @throws DomainError  if an axis is not among them; the message lists what there is.
+  void set_channels(const std::vector<Channel>& channels);
+
+  /// Takes up what a journal holds, before the first sample.
+  /// @param lines  of the journal, behind its first one.
+  /// @param path   for messages.
+  /// @throws DataError  `PATH:LINE:` for a line that is none of ours.
+  void restore(const std::vector<std::string>& lines, const std::string& path);
+
+  /// @param time_s  not decreasing.
+  /// @param values  one for each channel.
+  void add(double time_s, std::span<const double> values);
+
+  /// Tells that nothing has come for so long, and tries again what could not be stored.
+  void idle(double seconds);
+
+  /// What the sources complain of, all at once; replaces what they said before.
+  void set_source_alarms(const std::vector<SessionAlarm>& alarms);
+
+  void command(const SessionCommand& command);
+
+  /// All points were asked for, or the person left.
+  [[nodiscard]] bool is_over() const;
+  [[nodiscard]] bool has_quit() const;
+
+  [[nodiscard]] const SessionView& view();
+  [[nodiscard]] std::vector<SessionEvent> take_events();
+
+  /// @return the readings so far, in the order taken; with samples, AXIS_sd, times, temperatures.
+  [[nodiscard]] Observations observations() const;
+  [[nodiscard]] const std::vector<CapturedReading>& readings() const;
+
+  /// @return the calibration at the end; nothing where it was refused with an error, see view().
+  [[nodiscard]] const std::optional<Calibration>& calibration() const;
+
+ private:
+  class Engine;
+  std::unique_ptr<Engine> engine_;
+};
+
+}  // namespace axiscal

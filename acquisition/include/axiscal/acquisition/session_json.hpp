@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "axiscal/acquisition/session.hpp"
+
+namespace axiscal {
+
+/// @return a view as JSON in one line: what the page in the browser shows, and `--json` prints.
+[[nodiscard]] std::string view_json(const SessionView& view);
+
+/// @return an event as JSON in one line: {"event": "captured", "text": .., "time": .., "run": ..}.
+[[nodiscard]] std::string event_json(const SessionEvent& event);
+
+/// @param text  "capture", "retake 7", ...
+/// @return nothing for another text.
+[[nodiscard]] std::optional<SessionCommand> parse_command(std::string_view text);
+
+/// @return what can be asked of a session in this phase, most likely first.
+[[nodiscard]] std::vector<SessionAction> possible_actions(const SessionView& view);
+
+}  // namespace axiscal

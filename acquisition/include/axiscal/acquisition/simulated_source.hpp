@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "axiscal/acquisition/source.hpp"
+#include "axiscal/core/random.hpp"
+#include "axiscal/instruments/instrument.hpp"
+
+namespace axiscal {
+
+/// A simulated accelerometer in a cube, on a tilted table, in the hands of a simulated person.
+struct SimulationSetup {
+  std::uint64_t seed = 1;
+  double noise_sd = 1e-4;      ///< of one sample [g]
+  double rate_hz = 100.0;
+  double speed = 0.0;          ///< times real time; 0: as fast as can be
+  Eigen::Vector2d slope{0.003, -0.002};  ///< of the table [rad]
+  double error_rate = 0.0;     ///< how often the person lays the cube wrong
+  double knock_rate = 0.0;     ///< how often the table is knocked during a rest
+  double placement_sd_rad = 2e-5;  ///< how well a seat is taken again
+  double sensitivity = 1.0;    ///< about [unit per g]
+  std::optional<double> temperature;  ///< gives a channel of that name
+};
+
+/// A mistake that the simulated person made.
+struct SimulatedMistake {
+  DesignPoint wanted;
+  DesignPoint laid;
+  bool was_warned = false;  ///< before the next point was asked for
+};
+
+/// The person lays the cube as asked, or wrong at the given rate; told so, lays it right. The time
+/// of the samples is the simulation's.
+class SimulatedSource final : public Source {
+ public:
+  SimulatedSource(std::string name, const SimulationSetup& setup);
+
+  [[nodiscard]] const std::vector<Channel>& channels() const override { return channels_; }
+  [[nodiscard]] const std::string& name() const override { return name_; }
+  [[nodiscard]] bool is_live() const override { return setup_.speed > 0.0; }
+  SourceReport read(SampleBatch& batch, std::chrono::milliseconds patience) override;
+  void request(const DesignEntry* entry, bool warned) override;
+
+  /// @return what the instrument really is [g].
+  [[nodiscard]] const LinearResponse& truth() const { return truth_; }
+  [[nodiscard]] const std::vector<SimulatedMistake>& mistakes() const { return mistakes_; }
+
+ private:
+  void sample(SampleBatch& batch);
+  void start_moving(const DesignPoint& point);
+
+  std::string name_;
+  SimulationSetup setup_;
+  std::vector<Channel> channels_;
+  RandomStream random_;
+  LinearResponse truth_;
+  Eigen::Vector3d field_in_table_;
+  std::vector<SimulatedMistake> mistakes_;
+
+  double time_s_ = 0.0;
+  double started_s_ = -1.0;  // of the clock on the wall
+  std::optional<DesignPoint> wanted_;
+  DesignPoint lies_{Face::minus_z, Face::plus_y};
+  Eigen::Quaterniond from_ = Eigen::Quaterniond::Identity();  // table from positioner
+  Eigen::Quaterniond to_ = Eigen::Quaterniond::Identity();
+  double moves_from_s_ = -1.0;
+  double moves_until_s_ = -1.0;
+  double acts_at_s_ = -1.0;   // when the person does what was asked
+  double knock_at_s_ = -1.0;
+  bool lays_right_ = false;
+};
+
+}  // namespace axiscal

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "axiscal/positioner/design.hpp"
+
+namespace axiscal {
+
+/// One quantity that a source delivers.
+struct Channel {
+  std::string name;
+  std::string unit;  ///< as the source states it; empty where it does not
+};
+
+/// Samples of all channels of a source, in the order in which they were taken.
+struct SampleBatch {
+  std::vector<double> time_s;  ///< n, not decreasing, from the start of the session [s]
+  std::vector<double> values;  ///< n x channels, sample by sample; NaN where a sample lacks one
+
+  [[nodiscard]] std::size_t size() const { return time_s.size(); }
+  [[nodiscard]] std::span<const double> row(std::size_t i) const {
+    const std::size_t width = time_s.empty() ? 0 : values.size() / time_s.size();
+    return {values.data() + i * width, width};
+  }
+  void clear() {
+    time_s.clear();
+    values.clear();
+  }
+};
+
+/// How a source is connected.
+enum class LinkState {
+  waiting,  ///< not yet connected
+  open,
+  lost,   ///< was connected; being tried again
+  ended,  ///< no more samples will come
+};
+
+/// What a source says of itself after a read.
+struct SourceReport {
+  LinkState state = LinkState::open;
+  std::string message;           ///< what is wrong and what to do; empty where nothing is
+  std::size_t defects = 0;       ///< since the last report: what came and was no sample
+  std::size_t duplicates = 0;    ///< since the last report: samples that came twice, left out
+  bool clock_stepped = false;    ///< the source's own clock jumped; times go on without the jump
+  std::size_t bytes = 0;         ///< since the last report: what came, samples or not
+};
+
+/// Where samples come from: an instrument, a data system, a file. Users add their own.
+///
+/// read() is called from one thread; it may be another than the session's.
+class Source {
+ public:
+  Source() = default;
+  virtual ~Source() = default;
+  Source(const Source&) = delete;
+  Source& operator=(const Source&) = delete;
+
+  /// @return what is delivered; empty until it is known, then always the same.
+  [[nodiscard]] virtual const std::vector<Channel>& channels() const = 0;
+
+  /// @return a name for messages: the address as given.
+  [[nodiscard]] virtual const std::string& name() const = 0;
+
+  /// Waits for samples, at most so long, and appends what is there to a batch. A lost connection
+  /// is tried again by itself.
+  virtual SourceReport read(SampleBatch& batch, std::chrono::milliseconds patience) = 0;
+
+  /// @return false where the source waits for its reader: a file, a simulation as fast as can be.
+  [[nodiscard]] virtual bool is_live() const { return true; }
+
+  /// @return samples a second that the source should deliver; 0 where it is not stated.
+  [[nodiscard]] virtual double stated_rate_hz() const { return 0.0; }
+
+  /// What the person is asked to do next; only a simulated person needs to know.
+  ///
+  /// @param entry   how the cube is to be laid; null: nothing is asked.
+  /// @param warned  whether the person was just told that the cube lies wrong, or to lift it.
+  virtual void request(const DesignEntry* entry, bool warned);
+};
+
+}  // namespace axiscal

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axis_columns.hpp"
+
+#include <algorithm>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+std::size_t need_channel(const std::vector<Channel>& channels, const std::string& name) {
+  if (const std::optional<std::size_t> found = find_channel(channels, name)) {
+    return *found;
+  }
+  std::vector<std::string> there;
+  for (const Channel& channel : channels) {
+    there.push_back(channel.name);
+  }
+  throw DomainError("no channel '" + name + "' comes from the sources, only " + joined(there) +
+                    ": name them by names= of the source, or by --axes");
+}
+
+}  // namespace
+
+std::optional<std::size_t> find_channel(const std::vector<Channel>& channels,
+                                        const std::string& name) {
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    if (channels[i].name == name) {
+      return i;
+    }
+  }
+  return {};
+}
+
+std::vector<AxisColumns> find_axes(const Instrument& instrument,
+                                   const std::vector<Channel>& channels) {
+  std::vector<AxisColumns> columns;
+  for (const std::string& axis : instrument.axes) {
+    const auto difference =
+        std::find_if(instrument.differences.begin(), instrument.differences.end(),
+                     [&](const DifferentialAxis& one) { return one.axis == axis; });
+    if (difference == instrument.differences.end()) {
+      columns.push_back({.plus = need_channel(channels, axis), .minus = {}});
+    } else {
+      columns.push_back({.plus = need_channel(channels, difference->plus),
+                         .minus = need_channel(channels, difference->minus)});
+    }
+  }
+  return columns;
+}
+
+}  // namespace axiscal

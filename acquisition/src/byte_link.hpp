@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "axiscal/acquisition/source.hpp"
+#include "source_address.hpp"
+
+namespace axiscal {
+
+/// What a link says after a read.
+struct LinkReport {
+  LinkState state = LinkState::open;
+  std::string message;
+  bool reopened = false;  ///< what is read now does not join what was read before
+};
+
+/// Bytes from somewhere: a port, a socket, a pipe. A link that is lost is tried again by itself.
+class ByteLink {
+ public:
+  ByteLink() = default;
+  virtual ~ByteLink() = default;
+  ByteLink(const ByteLink&) = delete;
+  ByteLink& operator=(const ByteLink&) = delete;
+
+  /// Waits for bytes, at most so long, and appends them.
+  virtual LinkReport read(std::string& bytes, std::chrono::milliseconds patience) = 0;
+
+  /// Sends all of a text. @return false where the link is not open or is lost by it.
+  virtual bool write(std::string_view text);
+
+  /// @return whether one may come in the middle of a line, as at a port that always talks.
+  [[nodiscard]] virtual bool joins_midway() const { return false; }
+
+  /// @return whether each read is a message of its own, as a datagram is.
+  [[nodiscard]] virtual bool has_messages() const { return false; }
+};
+
+[[nodiscard]] std::unique_ptr<ByteLink> open_serial(const SourceAddress& address);
+[[nodiscard]] std::unique_ptr<ByteLink> open_tcp_client(const SourceAddress& address,
+                                                        const std::string& usual_port = "");
+[[nodiscard]] std::unique_ptr<ByteLink> open_tcp_server(const SourceAddress& address);
+[[nodiscard]] std::unique_ptr<ByteLink> open_udp(const SourceAddress& address);
+[[nodiscard]] std::unique_ptr<ByteLink> open_standard_input();
+
+}  // namespace axiscal

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "axiscal/acquisition/source.hpp"
+#include "source_address.hpp"
+
+namespace axiscal {
+
+/// What a decoder does with what it reads.
+struct DecoderSink {
+  /// A sample: a value for each channel, NaN where one is missing.
+  std::function<void(std::span<const double> values)> sample;
+  /// Something that is no sample: a half line, garbage, a wrong checksum.
+  std::function<void()> defect;
+};
+
+/// Turns bytes into samples, in constant memory.
+class Decoder {
+ public:
+  Decoder() = default;
+  virtual ~Decoder() = default;
+  Decoder(const Decoder&) = delete;
+  Decoder& operator=(const Decoder&) = delete;
+
+  /// @return what is delivered; empty until it is known.
+  [[nodiscard]] const std::vector<Channel>& channels() const { return channels_; }
+
+  virtual void decode(std::string_view bytes, const DecoderSink& sink) = 0;
+
+  /// What comes next does not join what came before.
+  /// @param midway  it may begin in the middle of a line or frame.
+  virtual void restart(bool midway) = 0;
+
+ protected:
+  std::vector<Channel> channels_;
+};
+
+/// Lines of text: delimited with or without header, JSON, named fields by a pattern; or binary
+/// frames. Options: format, names, pattern, frame.
+[[nodiscard]] std::unique_ptr<Decoder> make_decoder(const SourceAddress& address);
+
+/// @param path  of a description of binary frames (JSON, format "axiscal-frames").
+[[nodiscard]] std::unique_ptr<Decoder> make_frame_decoder(const std::string& path);
+
+/// The options that make_decoder() takes.
+[[nodiscard]] const std::vector<std::string>& decoder_options();
+
+/// @return a channel of "x", "x [V]", "x (V)" or "x/V".
+[[nodiscard]] Channel channel_of(std::string_view text);
+
+}  // namespace axiscal

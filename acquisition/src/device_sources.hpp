@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "axiscal/acquisition/open_source.hpp"
+#include "byte_link.hpp"
+#include "source_address.hpp"
+
+namespace axiscal {
+
+/// A multimeter or scanner that speaks SCPI over TCP. Options: channels, names, range, nplc,
+/// resistor, setup, read, rate.
+[[nodiscard]] std::unique_ptr<Source> open_scpi_source(const SourceAddress& address);
+
+/// A device of Linux IIO, by libiio: local or on the network. Options: device, channels, rate,
+/// buffer, poll.
+/// @throws DomainError  where this build has no libiio.
+[[nodiscard]] std::unique_ptr<Source> open_iio_source(const SourceAddress& address);
+[[nodiscard]] bool has_iio() noexcept;
+[[nodiscard]] std::vector<FoundSource> find_iio_devices();
+
+/// Messages of an MQTT broker, by libmosquitto: their lines are decoded. Options: user, password,
+/// qos, and those of the decoder and the clock.
+/// @throws DomainError  where this build has no libmosquitto.
+[[nodiscard]] std::unique_ptr<ByteLink> open_mqtt(const SourceAddress& address);
+[[nodiscard]] bool has_mqtt() noexcept;
+
+}  // namespace axiscal

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// Sums over the samples of one reading, in constant memory: mean, scatter, trend.
+class DwellSums {
+ public:
+  explicit DwellSums(Eigen::Index axes);
+
+  void clear();
+  void add(double time_s, const Eigen::VectorXd& values);
+
+  [[nodiscard]] std::size_t samples() const { return static_cast<std::size_t>(count_); }
+  [[nodiscard]] double start_s() const { return start_s_; }
+  [[nodiscard]] double end_s() const { return end_s_; }
+  [[nodiscard]] double seconds() const { return samples() == 0 ? 0.0 : end_s_ - start_s_; }
+  [[nodiscard]] const Eigen::VectorXd& mean() const { return mean_; }
+  [[nodiscard]] Eigen::VectorXd sd() const;
+
+  /// @return the largest trend of an axis over the reading, in standard errors of itself, where it
+  ///         is more than one standard deviation of a sample; else 0.
+  [[nodiscard]] double drift() const;
+
+ private:
+  double count_ = 0.0;
+  double start_s_ = 0.0;
+  double end_s_ = 0.0;
+  double mean_time_ = 0.0;
+  double time_squares_ = 0.0;
+  Eigen::VectorXd mean_;
+  Eigen::VectorXd squares_;  // about the mean
+  Eigen::VectorXd products_; // with the time, about the means
+};
+
+}  // namespace axiscal

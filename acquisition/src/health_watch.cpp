@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/acquisition/health_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "axis_columns.hpp"
+#include "dwell_sums.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::size_t fewest_samples = 10;
+constexpr std::size_t most_readings = 1000;  // the last ones count, so that it can watch for years
+
+}  // namespace
+
+class HealthWatch::Impl {
+ public:
+  explicit Impl(HealthWatchSetup setup)
+      : setup_(std::move(setup)),
+        m_(setup_.calibration.instrument.axis_count()),
+        reducer_(setup_.calibration),
+        stillness_(static_cast<std::size_t>(m_), setup_.stillness),
+        dwell_(m_),
+        x_(m_) {
+    static_cast<void>(check_in_situ(setup_.calibration, of({response_of_up()}), setup_.alpha));
+  }
+
+  void set_channels(const std::vector<Channel>& channels) {
+    columns_ = find_axes(setup_.calibration.instrument, channels);
+    temperature_column_ = find_channel(channels, setup_.temperature_channel);
+  }
+
+  void add(double time_s, std::span<const double> values) {
+    bool good = true;
+    for (std::size_t k = 0; k < columns_.size(); ++k) {
+      const double value = columns_[k].value(values);
+      x_(static_cast<Eigen::Index>(k)) = value;
+      good = good && std::isfinite(value) && !reducer_.is_saturated(value);
+    }
+    if (!good) {
+      stillness_.restart();
+      dwell_.clear();
+      return;
+    }
+    if (temperature_column_ && std::isfinite(values[*temperature_column_])) {
+      temperature_ = values[*temperature_column_];
+    }
+    stillness_.add(time_s, {x_.data(), static_cast<std::size_t>(m_)});
+    if (!stillness_.is_still()) {
+      dwell_.clear();
+      return;
+    }
+    dwell_.add(time_s, x_);
+    if (dwell_.seconds() >= setup_.dwell_s && dwell_.samples() >= fewest_samples) {
+      stillness_.learn(dwell_.sd());
+      means_.push_back({.mean = dwell_.mean(), .temperature = temperature_});
+      if (means_.size() > most_readings) {
+        means_.erase(means_.begin());
+      }
+      view_.check = check_in_situ(setup_.calibration, of(means_), setup_.alpha);
+      dwell_.clear();
+    }
+  }
+
+  const HealthView& view() {
+    view_.is_still = stillness_.is_still();
+    view_.progress = std::clamp(dwell_.seconds() / setup_.dwell_s, 0.0, 1.0);
+    view_.readings = means_.size();
+    const Eigen::VectorXd mean = stillness_.mean();
+    view_.now = reducer_.reduce({mean.data(), static_cast<std::size_t>(m_)}, nullptr, temperature_);
+    return view_;
+  }
+
+ private:
+  struct Mean {
+    Eigen::VectorXd mean;
+    std::optional<double> temperature;
+  };
+
+  // Some reading that the record knows how to judge.
+  [[nodiscard]] Mean response_of_up() const {
+    return {.mean = setup_.calibration.response.at(setup_.calibration.field.magnitude *
+                                                   Eigen::Vector3d::UnitZ()),
+            .temperature = {}};
+  }
+
+  [[nodiscard]] Observations of(const std::vector<Mean>& means) const {
+    Observations observations;
+    observations.response = Eigen::MatrixXd(static_cast<Eigen::Index>(means.size()), m_);
+    for (std::size_t i = 0; i < means.size(); ++i) {
+      Reading reading;
+      reading.run = static_cast<int>(i) + 1;
+      reading.temperature = means[i].temperature;
+      observations.readings.push_back(reading);
+      observations.response.row(static_cast<Eigen::Index>(i)) = means[i].mean.transpose();
+    }
+    return observations;
+  }
+
+  HealthWatchSetup setup_;
+  Eigen::Index m_;
+  Reducer reducer_;
+  Stillness stillness_;
+  DwellSums dwell_;
+  Eigen::VectorXd x_;
+  std::vector<AxisColumns> columns_;
+  std::optional<std::size_t> temperature_column_;
+  std::optional<double> temperature_;
+  std::vector<Mean> means_;
+  HealthView view_;
+};
+
+HealthWatch::HealthWatch(HealthWatchSetup setup)
+    : impl_(std::make_unique<Impl>(std::move(setup))) {}
+HealthWatch::~HealthWatch() = default;
+
+void HealthWatch::set_channels(const std::vector<Channel>& channels) {
+  impl_->set_channels(channels);
+}
+void HealthWatch::add(double time_s, std::span<const double> values) {
+  impl_->add(time_s, values);
+}
+const HealthView& HealthWatch::view() {
+  return impl_->view();
+}
+
+}  // namespace axiscal

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/acquisition/journal.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/input_file.hpp"
+
+namespace axiscal {
+namespace {
+
+std::string reason() {
+  return std::strerror(errno);
+}
+
+// A new file's name is on the disk only when its folder is.
+void sync_folder(const std::string& path) {
+  const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor >= 0) {
+    ::fsync(descriptor);
+    ::close(descriptor);
+  }
+}
+
+void lock(const std::string& path, int descriptor) {
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
+    ::close(descriptor);
+    throw OutputError(path + ": another session is writing this journal");
+  }
+}
+
+}  // namespace
+
+Journal::Journal(std::string path, int descriptor, long long size)
+    : path_(std::move(path)), descriptor_(descriptor), size_(size) {}
+
+Journal::Journal(Journal&& other) noexcept
+    : path_(std::move(other.path_)),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      size_(other.size_) {}
+
+Journal::~Journal() {
+  if (descriptor_ >= 0) {
+    ::close(descriptor_);
+  }
+}
+
+Journal Journal::create(const std::string& path) {
+  const int descriptor =
+      ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644);
+  if (descriptor < 0) {
+    throw OutputError(errno == EEXIST
+                          ? path + ": is there already; go on with it by --resume " + path +
+                                ", or choose another name by --journal"
+                          : path + ": cannot be made: " + reason());
+  }
+  lock(path, descriptor);
+  sync_folder(path);
+  return {path, descriptor, 0};
+}
+
+Journal Journal::open(const std::string& path, std::vector<std::string>& lines) {
+  const std::string text = read_whole_file(path);
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  if (descriptor < 0) {
+    throw OutputError(path + ": cannot be written: " + reason());
+  }
+  lock(path, descriptor);
+  lines.clear();
+  std::size_t whole = 0;
+  for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', whole)) {
+    lines.push_back(text.substr(whole, end - whole));
+    whole = end + 1;
+  }
+  const auto size = static_cast<long long>(whole);
+  if (whole < text.size() && ::ftruncate(descriptor, size) != 0) {
+    const std::string why = reason();
+    ::close(descriptor);
+    throw OutputError(path + ": its last line is not whole and cannot be cut off: " + why);
+  }
+  return {path, descriptor, size};
+}
+
+std::string Journal::append(std::string_view line) {
+  return write(line, true);
+}
+
+std::string Journal::append_later(std::string_view line) {
+  return write(line, false);
+}
+
+std::string Journal::write(std::string_view line, bool wait) {
+  std::string text(line);
+  text += '\n';
+  std::size_t written = 0;
+  while (written < text.size()) {
+    const ssize_t count = ::write(descriptor_, text.data() + written, text.size() - written);
+    if (count < 0 && errno == EINTR) {
+      continue;
+    }
+    if (count <= 0) {
+      std::string why = path_ + ": " + reason();
+      if (::ftruncate(descriptor_, size_) != 0) {
+        why += "; and a part of a line stays at its end";
+      }
+      return why;
+    }
+    written += static_cast<std::size_t>(count);
+  }
+  if (wait && ::fsync(descriptor_) != 0) {
+    std::string why = path_ + ": " + reason();
+    if (::ftruncate(descriptor_, size_) != 0) {
+      why += "; and a line that may not be on the disk stays at its end";
+    }
+    return why;
+  }
+  size_ += static_cast<long long>(text.size());
+  return "";
+}
+
+}  // namespace axiscal

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+
+#include <poll.h>
+#include <unistd.h>
+
+#include "axiscal/acquisition/session_face.hpp"
+#include "axiscal/acquisition/session_json.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/output_file.hpp"
+
+namespace axiscal {
+namespace {
+
+// Lines of standard input, without waiting for them.
+class CommandLines {
+ public:
+  explicit CommandLines(bool reads) : reads_(reads) {}
+
+  [[nodiscard]] std::vector<std::string> take() {
+    std::vector<std::string> lines;
+    pollfd one{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+    while (reads_ && ::poll(&one, 1, 0) > 0) {
+      char buffer[1024];
+      const ssize_t count = ::read(STDIN_FILENO, buffer, sizeof buffer);
+      if (count <= 0) {
+        reads_ = false;
+        break;
+      }
+      held_.append(buffer, static_cast<std::size_t>(count));
+    }
+    for (std::size_t end = held_.find('\n'); end != std::string::npos; end = held_.find('\n')) {
+      lines.emplace_back(trimmed(std::string_view(held_).substr(0, end)));
+      held_.erase(0, end + 1);
+    }
+    return lines;
+  }
+
+ private:
+  bool reads_;
+  std::string held_;
+};
+
+class LineFace : public SessionFace {
+ public:
+  explicit LineFace(bool reads_commands) : lines_(reads_commands) {}
+
+  std::vector<SessionCommand> commands() override {
+    std::vector<SessionCommand> result;
+    for (const std::string& line : lines_.take()) {
+      if (const std::optional<SessionCommand> command = parse_command(line)) {
+        result.push_back(*command);
+      } else if (!line.empty()) {
+        std::fprintf(stderr, "'%s' is no command; there are:%s\n", line.c_str(),
+                     words_.empty() ? " none just now" : words_.c_str());
+      }
+    }
+    return result;
+  }
+
+ protected:
+  void remember(const SessionView& view) {
+    words_.clear();
+    for (const SessionAction action : possible_actions(view)) {
+      words_ += " " + std::string(action_name(action));
+    }
+  }
+
+  static void print(const std::string& line) {
+    write_whole_file("-", line + "\n");
+  }
+
+ private:
+  CommandLines lines_;
+  std::string words_;
+};
+
+class PlainFace final : public LineFace {
+ public:
+  using LineFace::LineFace;
+
+  void show(const SessionView& view, const std::vector<SessionEvent>& events) override {
+    remember(view);
+    for (const SessionEvent& event : events) {
+      if (event.kind == "ask") {
+        print("point " + std::to_string(view.done + 1) + " of " +
+              std::to_string(view.done + view.left) + ": " + view.headline +
+              (view.detail.empty() ? "" : "; " + view.detail));
+      } else if (event.kind == "review") {
+        for (const std::string& line : view.result) {
+          print(line);
+        }
+      } else {
+        print(event.text);
+      }
+      if (event.kind == "captured" && view.slope) {
+        print("  slope so far " + number_text(1e3 * view.slope->x(), 3) + ", " +
+              number_text(1e3 * view.slope->y(), 3) + " mrad" +
+              (view.forecast_deg ? "; at the end a direction to " +
+                                       number_text(*view.forecast_deg, 2) + " degrees (1 sd)"
+                                 : "") +
+              (view.remaining_s
+                   ? "; about " + number_text(std::ceil(*view.remaining_s / 60.0), 3) +
+                         " minutes to go"
+                   : ""));
+      }
+    }
+    if (view.phase != last_ &&
+        (view.phase == SessionPhase::question || view.phase == SessionPhase::review ||
+         view.phase == SessionPhase::ready || view.phase == SessionPhase::soaking)) {
+      std::string words;
+      for (const SessionAction action : possible_actions(view)) {
+        words += (words.empty() ? "" : ", ") + std::string(action_name(action));
+      }
+      print("  commands: " + words);
+    }
+    for (const SessionAlarm& alarm : view.alarms) {
+      if (shown_alarms_ != alarm.text && &alarm == &view.alarms.front()) {
+        shown_alarms_ = alarm.text;
+        print("! " + alarm.text);
+      }
+    }
+    if (view.alarms.empty()) {
+      shown_alarms_.clear();
+    }
+    last_ = view.phase;
+  }
+
+ private:
+  SessionPhase last_ = SessionPhase::waiting;
+  std::string shown_alarms_;
+};
+
+class JsonFace final : public LineFace {
+ public:
+  using LineFace::LineFace;
+
+  void show(const SessionView& view, const std::vector<SessionEvent>& events) override {
+    remember(view);
+    for (const SessionEvent& event : events) {
+      print(event_json(event));
+    }
+    if (!events.empty()) {
+      print("{\"event\":\"view\",\"view\":" + view_json(view) + "}");
+    }
+    std::string alarms;
+    for (const SessionAlarm& alarm : view.alarms) {
+      alarms += alarm.code + " ";
+    }
+    if (alarms != alarms_) {
+      alarms_ = alarms;
+      print("{\"event\":\"view\",\"view\":" + view_json(view) + "}");
+    }
+  }
+
+ private:
+  std::string alarms_;
+};
+
+}  // namespace
+
+std::unique_ptr<SessionFace> make_plain_face(bool reads_commands) {
+  return std::make_unique<PlainFace>(reads_commands);
+}
+
+std::unique_ptr<SessionFace> make_json_face(bool reads_commands) {
+  return std::make_unique<JsonFace>(reads_commands);
+}
+
+}  // namespace axiscal

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <optional>
+#include <thread>
+
+#include "axiscal/core/error.hpp"
+#include "device_sources.hpp"
+#include "sample_clock.hpp"
+
+#ifdef AXISCAL_MQTT
+#include <mosquitto.h>
+#endif
+
+namespace axiscal {
+
+#ifdef AXISCAL_MQTT
+namespace {
+
+constexpr int keep_alive_s = 10;
+constexpr double retry_after_s = 1.0;
+constexpr std::size_t most_waiting = 1U << 22U;
+
+struct ClientDeleter {
+  void operator()(mosquitto* client) const { mosquitto_destroy(client); }
+};
+
+class MqttLink final : public ByteLink {
+ public:
+  explicit MqttLink(const SourceAddress& address)
+      : address_(address), qos_(static_cast<int>(address.number_or("qos", 1.0, 0.0, 2.0))) {
+    const std::size_t slash = address.place.find('/');
+    if (slash == std::string::npos || slash + 1 == address.place.size()) {
+      address.fail("expected mqtt://HOST:PORT/TOPIC");
+    }
+    topic_ = address.place.substr(slash + 1);
+    SourceAddress server = address;
+    server.place.resize(slash);
+    server_ = host_and_port(server, "1883");
+    static const bool ready = mosquitto_lib_init() == MOSQ_ERR_SUCCESS;
+    client_.reset(ready ? mosquitto_new(nullptr, true, this) : nullptr);
+    if (!client_) {
+      address.fail("libmosquitto cannot be started");
+    }
+    if (const std::optional<std::string> user = address.find("user")) {
+      mosquitto_username_pw_set(client_.get(), user->c_str(),
+                                address.text_or("password", "").c_str());
+    }
+    mosquitto_connect_callback_set(client_.get(), [](mosquitto* client, void* self, int code) {
+      static_cast<MqttLink*>(self)->connected(client, code);
+    });
+    mosquitto_message_callback_set(
+        client_.get(), [](mosquitto* /*client*/, void* self, const mosquitto_message* message) {
+          static_cast<MqttLink*>(self)->take(*message);
+        });
+  }
+
+  [[nodiscard]] bool has_messages() const override { return true; }
+
+  LinkReport read(std::string& bytes, std::chrono::milliseconds patience) override {
+    const double now = session_seconds();
+    if (!connected_ && !trying_) {
+      if (now < next_try_s_) {
+        std::this_thread::sleep_for(patience);
+        return unconnected();
+      }
+      next_try_s_ = now + retry_after_s;
+      const int error = mosquitto_connect(client_.get(), server_.host.c_str(),
+                                          std::stoi(server_.port), keep_alive_s);
+      if (error != MOSQ_ERR_SUCCESS) {
+        message_ = text_of(error);
+        return unconnected();
+      }
+      trying_ = true;
+    }
+    const int error = mosquitto_loop(client_.get(), static_cast<int>(patience.count()), 1);
+    bytes += waiting_;
+    waiting_.clear();
+    if (error != MOSQ_ERR_SUCCESS) {
+      message_ = text_of(error);
+      was_connected_ = was_connected_ || connected_;
+      connected_ = false;
+      trying_ = false;
+      next_try_s_ = session_seconds() + retry_after_s;
+    }
+    if (!connected_) {
+      return unconnected();
+    }
+    return {.state = LinkState::open,
+            .message = "",
+            .reopened = std::exchange(reopened_, false)};
+  }
+
+ private:
+  void connected(mosquitto* client, int code) {
+    if (code != 0) {
+      message_ = address_.text + ": " + mosquitto_connack_string(code);
+      return;
+    }
+    connected_ = true;
+    reopened_ = was_connected_;
+    was_connected_ = true;
+    message_.clear();
+    mosquitto_subscribe(client, nullptr, topic_.c_str(), qos_);
+  }
+
+  void take(const mosquitto_message& message) {
+    const auto size = static_cast<std::size_t>(std::max(message.payloadlen, 0));
+    if (waiting_.size() + size < most_waiting) {
+      waiting_.append(static_cast<const char*>(message.payload), size);
+      if (!waiting_.ends_with('\n')) {
+        waiting_ += '\n';
+      }
+    }
+  }
+
+  [[nodiscard]] LinkReport unconnected() const {
+    return {.state = was_connected_ ? LinkState::lost : LinkState::waiting, .message = message_};
+  }
+
+  [[nodiscard]] std::string text_of(int error) const {
+    return address_.text + ": " + mosquitto_strerror(error);
+  }
+
+  SourceAddress address_;
+  int qos_;
+  std::string topic_;
+  HostAndPort server_;
+  std::unique_ptr<mosquitto, ClientDeleter> client_;
+  bool connected_ = false;
+  bool was_connected_ = false;
+  bool reopened_ = false;
+  bool trying_ = false;
+  double next_try_s_ = 0.0;
+  std::string message_;
+  std::string waiting_;
+};
+
+}  // namespace
+
+bool has_mqtt() noexcept {
+  return true;
+}
+
+std::unique_ptr<ByteLink> open_mqtt(const SourceAddress& address) {
+  return std::make_unique<MqttLink>(address);
+}
+
+#else
+
+bool has_mqtt() noexcept {
+  return false;
+}
+
+std::unique_ptr<ByteLink> open_mqtt(const SourceAddress& address) {
+  address.fail("this build has no libmosquitto");
+}
+
+#endif
+
+}  // namespace axiscal

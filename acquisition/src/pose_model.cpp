@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/acquisition/pose_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/QR>
+
+namespace axiscal {
+namespace {
+
+// ln 1000: so much better must another pose fit before anything is said.
+constexpr double telling_log_ratio = 6.9;
+// chi^2 of three axes beyond which a pose does not fit: 5 standard deviations or so.
+constexpr double fitting_misfit = 40.0;
+constexpr double no_pose_misfit = 200.0;
+constexpr std::size_t readings_to_rely_on = 9;
+constexpr int rounds = 6;
+constexpr double wide = 10.0;  // what nothing is known of, in units of the response
+constexpr double far_direction_rad = 0.3;
+
+// Two directions square to a vector and to each other.
+Eigen::Matrix<double, 3, 2> tangents_of(const Eigen::Vector3d& vector) {
+  Eigen::Matrix<double, 3, 2> tangents;
+  tangents.col(0) = vector.normalized().unitOrthogonal();
+  if (vector.head<2>().norm() < 1e-3 * vector.norm()) {
+    tangents.col(0) = (Eigen::Vector3d::UnitX() - vector * vector.x() / vector.squaredNorm());
+    tangents.col(0).normalize();
+  }
+  tangents.col(1) = vector.normalized().cross(tangents.col(0));
+  return tangents;
+}
+
+}  // namespace
+
+PoseModel::PoseModel(PoseModelSetup setup)
+    : setup_(std::move(setup)),
+      nominal_axes_(SensitivityMatrix::Zero(setup_.instrument.axis_count(), 3)) {
+  for (Eigen::Index k = 0; k < setup_.instrument.axis_count(); ++k) {
+    if (const std::optional<int> axis = nominal_axis(setup_.instrument, k)) {
+      nominal_axes_(k, *axis) = 1.0;
+    }
+  }
+}
+
+bool PoseModel::is_usable() const {
+  return !setup_.instrument.one_sided && nominal_axes_.rowwise().norm().minCoeff() > 0.0 &&
+         setup_.field.magnitude > 0.0;
+}
+
+// How much the readings change by the field [unit]: by the differences between them, as biases may
+// be far greater than what the field does.
+double PoseModel::scale_of(const std::vector<PlacedReading>& readings) const {
+  if (setup_.nominal_sensitivity) {
+    return std::abs(*setup_.nominal_sensitivity) * setup_.field.magnitude;
+  }
+  double largest = 0.0;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const Eigen::VectorXd difference = readings[i].mean - readings[j].mean;
+      largest = std::max(largest, difference.norm() / std::numbers::sqrt2);
+    }
+  }
+  return readings.size() < 2 ? readings.front().mean.cwiseAbs().maxCoeff() : largest;
+}
+
+std::optional<PoseModelFit> PoseModel::fit(const std::vector<PlacedReading>& known) const {
+  if (known.empty() || !is_usable()) {
+    return {};
+  }
+  const double scale = scale_of(known);
+  return scale > 0.0 ? fit(known, scale) : std::nullopt;
+}
+
+std::optional<PoseModelFit> PoseModel::fit(const std::vector<PlacedReading>& known,
+                                           double scale) const {
+  double cost = 0.0;
+  const Eigen::Vector3d expected = setup_.field.in_table.value_or(Eigen::Vector3d::UnitZ());
+  std::optional<PoseModelFit> best = fit_from(known, scale, expected, cost);
+  if (setup_.direction_sd_rad < far_direction_rad) {
+    return best;
+  }
+  // The table's heading is not known: all round.
+  constexpr int starts = 12;
+  for (int i = 1; i < starts; ++i) {
+    const Eigen::AngleAxisd turn(2.0 * std::numbers::pi * i / starts, Eigen::Vector3d::UnitZ());
+    double other_cost = 0.0;
+    std::optional<PoseModelFit> other = fit_from(known, scale, turn * expected, other_cost);
+    if (other && (!best || other_cost < cost)) {
+      best = std::move(other);
+      cost = other_cost;
+    }
+  }
+  return best;
+}
+
+std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>& known,
+                                                double scale,
+                                                const Eigen::Vector3d& start,
+                                                double& cost) const {
+  const Eigen::Index m = setup_.instrument.axis_count();
+  const auto n = static_cast<Eigen::Index>(known.size());
+  const Eigen::Index unknowns = 4 * m + 3;
+  const Eigen::Index tangent = 4 * m;
+  const Eigen::Index common = 4 * m + 2;
+  const double magnitude = setup_.field.magnitude;
+  const double unit = scale / magnitude;
+  const double expected_scale = setup_.nominal_sensitivity.value_or(0.0);
+  PoseModelFit fit;
+  fit.field_in_table = start.normalized() * magnitude;
+  fit.response.bias = Eigen::VectorXd::Zero(m);
+  fit.response.sensitivity = unit * nominal_axes_;
+  double common_scale = setup_.nominal_sensitivity.value_or(unit);
+  const Eigen::Vector3d home = fit.field_in_table;
+  const Eigen::Matrix<double, 3, 2> tangents = tangents_of(home);
+  Eigen::Vector2d tilt = Eigen::Vector2d::Zero();
+  Eigen::MatrixXd factor;
+  for (int round = 0; round < rounds; ++round) {
+    const Eigen::Index rows = n * m + 4 * m + 3;
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(rows, unknowns);
+    Eigen::VectorXd r = Eigen::VectorXd::Zero(rows);
+    const Eigen::Vector3d field = fit.field_in_table;
+    const Eigen::Vector3d raw = home + magnitude * tangents * tilt;
+    const Eigen::Matrix3d onto_sphere =
+        magnitude / raw.norm() *
+        (Eigen::Matrix3d::Identity() - raw * raw.transpose() / raw.squaredNorm());
+    fit.field_by_tangents = onto_sphere * (magnitude * tangents);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const PlacedReading& reading = known[static_cast<std::size_t>(i)];
+      const Eigen::Matrix3d R =
+          setup_.rotation_sensor_from_positioner *
+          setup_.positioner.rotation_table_from_positioner(reading.entry.point).transpose() *
+          reading.entry.level;
+      const Eigen::Vector3d in_sensor = R * field;
+      const Eigen::Matrix<double, Eigen::Dynamic, 2> by_tilt =
+          fit.response.sensitivity * R * fit.field_by_tangents;
+      const Eigen::VectorXd difference = reading.mean - fit.response.at(in_sensor);
+      for (Eigen::Index k = 0; k < m; ++k) {
+        const double u = std::hypot(reading.u(k), setup_.placement_sd_rad * scale);
+        J(i * m + k, k) = 1.0 / u;
+        J.block<1, 3>(i * m + k, m + 3 * k) = in_sensor.transpose() / u;
+        J.block<1, 2>(i * m + k, tangent) = by_tilt.row(k) / u;
+        r(i * m + k) = difference(k) / u;
+      }
+    }
+    // What is expected.
+    Eigen::Index row = n * m;
+    const double bias_sd = setup_.nominal_sensitivity ? 0.3 * scale : wide * scale;
+    for (Eigen::Index k = 0; k < m; ++k, ++row) {
+      J(row, k) = 1.0 / bias_sd;
+      r(row) = -fit.response.bias(k) / bias_sd;
+    }
+    const double sensitivity_sd = setup_.misalignment_sd * unit;
+    for (Eigen::Index k = 0; k < m; ++k) {
+      for (Eigen::Index j = 0; j < 3; ++j, ++row) {
+        J(row, m + 3 * k + j) = 1.0 / sensitivity_sd;
+        J(row, common) = -nominal_axes_(k, j) / sensitivity_sd;
+        r(row) = -(fit.response.sensitivity(k, j) - common_scale * nominal_axes_(k, j)) /
+                 sensitivity_sd;
+      }
+    }
+    for (Eigen::Index j = 0; j < 2; ++j, ++row) {
+      J(row, tangent + j) = 1.0 / setup_.direction_sd_rad;
+      r(row) = -tilt(j) / setup_.direction_sd_rad;
+    }
+    const double common_sd = setup_.nominal_sensitivity ? 0.1 * unit : wide * unit;
+    J(row, common) = 1.0 / common_sd;
+    r(row) = (expected_scale - common_scale) / common_sd;
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(J);
+    factor = qr.matrixQR().topRows(unknowns).triangularView<Eigen::Upper>();
+    const Eigen::VectorXd step = qr.solve(r);
+    if (!step.allFinite()) {
+      return {};
+    }
+    cost = r.squaredNorm();
+    fit.response.bias += step.head(m);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      fit.response.sensitivity.row(k) += step.segment<3>(m + 3 * k).transpose();
+    }
+    // Far steps of the direction leave the linear range.
+    tilt += step.segment<2>(tangent) /
+            std::max(1.0, step.segment<2>(tangent).norm() / far_direction_rad);
+    common_scale += step(common);
+    fit.field_in_table = (home + magnitude * tangents * tilt).normalized() * magnitude;
+  }
+  const Eigen::MatrixXd inverse = factor.triangularView<Eigen::Upper>().solve(
+      Eigen::MatrixXd::Identity(unknowns, unknowns));
+  fit.covariance = inverse * inverse.transpose();
+  const Eigen::Matrix3d in_table = tangents *
+                                   fit.covariance.block<2, 2>(tangent, tangent) *
+                                   tangents.transpose();
+  fit.slope_u = in_table.diagonal().head<2>().cwiseMax(0.0).cwiseSqrt();
+  return fit;
+}
+
+std::optional<PoseJudgement> PoseModel::judge(const std::vector<PlacedReading>& known,
+                                              const PlacedReading& reading) const {
+  if (!is_usable() || (known.empty() && !setup_.nominal_sensitivity)) {
+    return {};
+  }
+  std::vector<PlacedReading> all = known;
+  all.push_back(reading);
+  const double scale = scale_of(all);
+  if (!(scale > 0.0)) {
+    return {};
+  }
+  const std::optional<PoseModelFit> model = fit(known, scale);
+  if (!model) {
+    return {};
+  }
+  const Eigen::Index m = setup_.instrument.axis_count();
+  const Eigen::Index unknowns = model->covariance.rows();
+  struct Fit {
+    double log_density = 0.0;
+    double misfit = 0.0;
+  };
+  const auto fit_of = [&](const DesignPoint& point) {
+    const Eigen::Matrix3d R =
+        setup_.rotation_sensor_from_positioner *
+        setup_.positioner.rotation_table_from_positioner(point).transpose() *
+        reading.entry.level;
+    const Eigen::Vector3d in_sensor = R * model->field_in_table;
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(m, unknowns);
+    const Eigen::Matrix<double, Eigen::Dynamic, 2> by_tilt =
+        model->response.sensitivity * R * model->field_by_tangents;
+    for (Eigen::Index k = 0; k < m; ++k) {
+      J(k, k) = 1.0;
+      J.block<1, 3>(k, m + 3 * k) = in_sensor.transpose();
+      J.block<1, 2>(k, 4 * m) = by_tilt.row(k);
+    }
+    Eigen::MatrixXd C = J * model->covariance * J.transpose();
+    for (Eigen::Index k = 0; k < m; ++k) {
+      C(k, k) += reading.u(k) * reading.u(k) +
+                 setup_.placement_sd_rad * setup_.placement_sd_rad * scale * scale;
+    }
+    const Eigen::LLT<Eigen::MatrixXd> cholesky(C);
+    const Eigen::VectorXd z =
+        cholesky.matrixL().solve(reading.mean - model->response.at(in_sensor));
+    const double log_root =
+        Eigen::MatrixXd(cholesky.matrixL()).diagonal().array().log().sum();
+    return Fit{.log_density = -0.5 * z.squaredNorm() - log_root, .misfit = z.squaredNorm()};
+  };
+  const Fit stated = fit_of(reading.entry.point);
+  PoseJudgement judgement{.best = reading.entry.point,
+                          .log_ratio = 0.0,
+                          .misfit = stated.misfit,
+                          .best_misfit = stated.misfit};
+  for (const DesignEntry& entry : standard_design(24)) {
+    const Fit other = fit_of(entry.point);
+    if (other.log_density - stated.log_density > judgement.log_ratio) {
+      judgement.log_ratio = other.log_density - stated.log_density;
+      judgement.best = entry.point;
+      judgement.best_misfit = other.misfit;
+    }
+  }
+  judgement.looks_like_another =
+      judgement.log_ratio > telling_log_ratio && judgement.best_misfit < fitting_misfit;
+  judgement.fits_none = !judgement.looks_like_another && known.size() >= readings_to_rely_on &&
+                        judgement.misfit > no_pose_misfit &&
+                        judgement.best_misfit > fitting_misfit;
+  return judgement;
+}
+
+}  // namespace axiscal

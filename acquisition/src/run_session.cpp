@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <optional>
+
+#include "axiscal/acquisition/session_face.hpp"
+#include "sample_clock.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double show_every_s = 0.05;
+
+// Tells simulated persons what real ones read: the point that is wanted, and that it lies wrong.
+class Asking {
+ public:
+  void tell(const SessionView& view, SampleFeed& feed) {
+    const bool waits = view.phase == SessionPhase::laying || view.phase == SessionPhase::settling;
+    const bool warns = view.phase == SessionPhase::question;
+    if (!view.wanted || !(waits || warns)) {
+      return;
+    }
+    const std::size_t asked = view.done;
+    if (warns != warned_ || told_ != view.wanted->run || asked_ != asked) {
+      // A point that is asked for anew after a question is the same request.
+      if (warns || told_ != view.wanted->run || asked_ != asked) {
+        feed.request(&view.wanted->entry, warns);
+      }
+      warned_ = warns;
+      told_ = view.wanted->run;
+      asked_ = asked;
+    }
+  }
+
+ private:
+  std::optional<int> told_;
+  std::size_t asked_ = 0;
+  bool warned_ = false;
+};
+
+}  // namespace
+
+void run_session(Session& session,
+                 SampleFeed& feed,
+                 const std::vector<SessionFace*>& faces,
+                 bool unattended) {
+  SampleBatch batch;
+  Asking asking;
+  std::vector<SessionEvent> unseen;
+  bool has_channels = false;
+  bool said_ended = false;
+  double shown_s = -show_every_s;
+  while (!session.is_over()) {
+    batch.clear();
+    constexpr std::chrono::milliseconds patience{20};
+    feed.read(batch, patience);
+    if (!has_channels && !feed.channels().empty()) {
+      session.set_channels(feed.channels());
+      has_channels = true;
+    }
+    for (std::size_t i = 0; i < batch.size() && has_channels && !session.is_over(); ++i) {
+      session.add(batch.time_s[i], batch.row(i));
+    }
+    if (batch.size() == 0) {
+      session.idle(feed.silence_s());
+    }
+    session.set_source_alarms(feed.alarms());
+    if (feed.has_ended() && batch.size() == 0 && !said_ended) {
+      said_ended = true;
+      if (unattended) {
+        session.command({.action = SessionAction::finish, .run = {}});
+        session.command({.action = SessionAction::finish, .run = {}});
+        if (!session.is_over()) {
+          session.command({.action = SessionAction::quit, .run = {}});
+        }
+      }
+    }
+    for (SessionFace* const face : faces) {
+      for (const SessionCommand& command : face->commands()) {
+        session.command(command);
+      }
+    }
+    const SessionView& view = session.view();
+    asking.tell(view, feed);
+    for (SessionEvent& event : session.take_events()) {
+      unseen.push_back(std::move(event));
+    }
+    const double now_s = session_seconds();
+    if (!unseen.empty() || now_s - shown_s >= show_every_s || session.is_over()) {
+      shown_s = now_s;
+      for (SessionFace* const face : faces) {
+        face->show(view, unseen);
+      }
+      unseen.clear();
+    }
+  }
+}
+
+}  // namespace axiscal

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sample_clock.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/logs/segment.hpp"
+
+namespace axiscal {
+namespace {
+
+// A source's own clock that runs ahead of the arrivals by more than this was set.
+constexpr double longest_lead_s = 2.0;
+
+}  // namespace
+
+double session_seconds() {
+  static const auto start = std::chrono::steady_clock::now();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+SampleClock::SampleClock(const SourceAddress& address)
+    : address_(address), rate_hz_(address.number_or("rate", 0.0, 1e-3, 1e7)) {
+  if (address.find("rate") && address.find("time")) {
+    address.fail("rate= or time=, one of them");
+  }
+}
+
+const std::vector<std::string>& SampleClock::options() {
+  static const std::vector<std::string> names = {"rate", "time"};
+  return names;
+}
+
+void SampleClock::set_channels(const std::vector<Channel>& channels) {
+  if (rate_hz_ > 0.0) {
+    return;
+  }
+  std::vector<std::string> names;
+  for (const Channel& channel : channels) {
+    names.push_back(channel.name);
+  }
+  if (const auto found =
+          find_time_column(address_.text, names, address_.text_or("time", ""))) {
+    column_ = found->position;
+    seconds_ = found->seconds;
+  }
+}
+
+void SampleClock::append(std::span<const double> values,
+                         double arrival_s,
+                         SampleBatch& batch,
+                         SourceReport& report) {
+  double time_s = std::max(arrival_s, last_s_);
+  if (rate_hz_ > 0.0) {
+    time_s = started_ ? last_s_ + 1.0 / rate_hz_ : arrival_s;
+  } else if (column_) {
+    const double own = values[*column_] * seconds_;
+    if (!std::isfinite(own)) {
+      ++report.defects;
+      return;
+    }
+    if (!started_) {
+      offset_ = arrival_s - own;
+    } else if (own == last_own_ && std::equal(values.begin(), values.end(), last_values_.begin(),
+                                              last_values_.end())) {
+      ++report.duplicates;
+      return;
+    }
+    const double passed = arrival_s - last_arrival_;
+    const double step = own - last_own_;
+    if (started_ && (step < 0.0 || (arrival_s > 0.0 && step > passed + longest_lead_s))) {
+      report.clock_stepped = true;
+      offset_ = last_s_ + step_s_ - own;
+    } else if (started_) {
+      step_s_ = step;
+    }
+    last_own_ = own;
+    time_s = std::max(offset_ + own, last_s_);
+  }
+  started_ = true;
+  last_s_ = time_s;
+  last_arrival_ = arrival_s;
+  last_values_.assign(values.begin(), values.end());
+  batch.time_s.push_back(time_s);
+  batch.values.insert(batch.values.end(), values.begin(), values.end());
+}
+
+}  // namespace axiscal

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "axiscal/acquisition/source.hpp"
+#include "source_address.hpp"
+
+namespace axiscal {
+
+/// @return seconds since this program started, by a clock that nobody sets.
+[[nodiscard]] double session_seconds();
+
+/// Gives samples their times: by the source's own column of times, by counting at a stated rate, or
+/// as they arrive.
+///
+/// The source's own clock starts where the first sample arrives and may jump (set by a person or
+/// the network, started anew): the jump is left out.
+class SampleClock {
+ public:
+  /// Options: time (a column), rate (samples a second).
+  explicit SampleClock(const SourceAddress& address);
+
+  /// The options that it takes.
+  [[nodiscard]] static const std::vector<std::string>& options();
+
+  /// @param channels  of the source, when they are known.
+  /// @throws DomainError  if a stated column of times is not among them.
+  void set_channels(const std::vector<Channel>& channels);
+
+  /// Appends a sample with its time, unless it is the last one again.
+  /// @param arrival_s  session_seconds() when it came; 0 for what was recorded.
+  void append(std::span<const double> values,
+              double arrival_s,
+              SampleBatch& batch,
+              SourceReport& report);
+
+  [[nodiscard]] double rate_hz() const { return rate_hz_; }
+
+  /// @return whether the source says when, by its own times or a rate.
+  [[nodiscard]] bool keeps_time() const { return rate_hz_ > 0.0 || column_.has_value(); }
+
+ private:
+  SourceAddress address_;
+  double rate_hz_ = 0.0;
+  std::optional<std::size_t> column_;
+  double seconds_ = 1.0;   // per unit of the column
+  bool started_ = false;
+  double offset_ = 0.0;    // session time less the source's
+  double last_own_ = 0.0;  // the source's time of the last sample
+  double last_s_ = 0.0;
+  double last_arrival_ = 0.0;
+  double step_s_ = 0.0;  // the last step that was none
+  std::vector<double> last_values_;
+};
+
+}  // namespace axiscal

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/logs/text_row.hpp"
+#include "decoder.hpp"
+#include "device_sources.hpp"
+#include "sample_clock.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double overload = 9.9e37;  // SCPI-99, 7.2.1: a reading beyond the range
+constexpr double longest_answer_s = 10.0;
+constexpr std::size_t longest_reply = 1U << 16U;
+
+// SCPI-99 over a socket: CONFigure, NPLCycles, a scan list where there are channels, then READ?
+// again and again.
+class ScpiSource final : public Source {
+ public:
+  explicit ScpiSource(const SourceAddress& address)
+      : name_(address.text), link_(open_tcp_client(address, "5025")), clock_(address) {
+    const std::vector<std::string> list = address.names("channels");
+    std::vector<std::string> names = address.names("names");
+    if (names.empty()) {
+      for (const std::string& channel : list) {
+        names.push_back("c" + channel);
+      }
+    }
+    names = names.empty() ? std::vector<std::string>{"c1"} : names;
+    if (!list.empty() && names.size() != list.size()) {
+      address.fail("names=: as many as channels= (" + std::to_string(list.size()) + ")");
+    }
+    const double resistor = address.number_or("resistor", 0.0, 1e-6, 1e12);
+    factor_ = resistor > 0.0 ? 1.0 / resistor : 1.0;
+    for (const std::string& name : names) {
+      channels_.push_back(channel_of(name));
+      if (channels_.back().unit.empty()) {
+        channels_.back().unit = resistor > 0.0 ? "A" : "V";
+      }
+    }
+    const std::string scan = list.empty() ? "" : "(@" + joined(list, ",") + ")";
+    const std::string range =
+        address.find("range") ? number_text(address.number_or("range", 10.0, 1e-9, 1e9)) : "DEF";
+    commands_ = {"*CLS", "CONF:VOLT:DC " + range + (scan.empty() ? "" : "," + scan)};
+    if (address.find("nplc")) {
+      commands_.push_back("VOLT:DC:NPLC " + number_text(address.number_or("nplc", 1.0, 1e-4, 1e3)) +
+                          (scan.empty() ? "" : "," + scan));
+    }
+    if (!scan.empty()) {
+      commands_.push_back("ROUT:SCAN " + scan);
+    }
+    if (const auto more = address.find("setup")) {
+      for (const std::string_view one : split(*more, ';')) {
+        commands_.emplace_back(one);
+      }
+    }
+    query_ = address.text_or("read", "READ?");
+  }
+
+  [[nodiscard]] const std::vector<Channel>& channels() const override { return channels_; }
+  [[nodiscard]] const std::string& name() const override { return name_; }
+  [[nodiscard]] double stated_rate_hz() const override { return clock_.rate_hz(); }
+
+  SourceReport read(SampleBatch& batch, std::chrono::milliseconds patience) override {
+    SourceReport report;
+    const std::size_t before = held_.size();
+    const LinkReport link = link_->read(held_, patience);
+    report.state = link.state;
+    report.message = link.message;
+    report.bytes = held_.size() - before;
+    if (link.state != LinkState::open) {
+      step_ = Step::connect;
+      held_.clear();
+      return report;
+    }
+    if (step_ == Step::connect) {
+      begin();
+    }
+    take_replies(batch, report);
+    if (step_ != Step::connect && session_seconds() - asked_s_ > longest_answer_s) {
+      report.message = name_ + ": no answer to " + asked_ + " for " +
+                       number_text(longest_answer_s) + " s";
+    }
+    if (!complaint_.empty()) {
+      report.message = complaint_;
+    }
+    return report;
+  }
+
+ private:
+  enum class Step { connect, errors, readings };
+
+  void begin() {
+    std::string text;
+    for (const std::string& command : commands_) {
+      text += command + "\n";
+    }
+    complaint_.clear();
+    if (link_->write(text)) {
+      step_ = Step::errors;
+      ask("SYST:ERR?");
+    }
+  }
+
+  void ask(const std::string& query) {
+    asked_ = query;
+    asked_s_ = session_seconds();
+    link_->write(query + "\n");
+  }
+
+  void take_replies(SampleBatch& batch, SourceReport& report) {
+    for (std::size_t end = held_.find('\n'); end != std::string::npos; end = held_.find('\n')) {
+      const std::string reply(trimmed(std::string_view(held_).substr(0, end)));
+      held_.erase(0, end + 1);
+      if (step_ == Step::errors) {
+        // "-222,"Data out of range"", until +0,"No error".
+        if (parse_number(split(reply, ',').front()).value_or(-1.0) != 0.0) {
+          complaint_ = name_ + ": the meter does not take its setup: " + reply;
+          ask("SYST:ERR?");
+          if (++errors_ < 20) {
+            continue;
+          }
+        }
+        step_ = Step::readings;
+      } else {
+        sample(reply, batch, report);
+      }
+      ask(query_);
+    }
+    if (held_.size() > longest_reply) {
+      held_.clear();
+      ++report.defects;
+    }
+  }
+
+  void sample(const std::string& reply, SampleBatch& batch, SourceReport& report) {
+    std::vector<double> values;
+    for (const std::string_view cell : cells_of(reply, ',')) {
+      const double value = cell_number(cell, false);
+      values.push_back(std::abs(value) >= overload ? std::copysign(HUGE_VAL, value)
+                                                   : factor_ * value);
+    }
+    if (values.size() != channels_.size() ||
+        std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) {
+      ++report.defects;
+      return;
+    }
+    clock_.append(values, session_seconds(), batch, report);
+  }
+
+  std::string name_;
+  std::unique_ptr<ByteLink> link_;
+  SampleClock clock_;
+  double factor_ = 1.0;
+  std::vector<Channel> channels_;
+  std::vector<std::string> commands_;
+  std::string query_;
+  Step step_ = Step::connect;
+  std::string held_;
+  std::string asked_;
+  double asked_s_ = 0.0;
+  std::string complaint_;
+  int errors_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Source> open_scpi_source(const SourceAddress& address) {
+  return std::make_unique<ScpiSource>(address);
+}
+
+}  // namespace axiscal

@@ -1,0 +1,1226 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/acquisition/session.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <set>
+#include <utility>
+
+#include "axiscal/acquisition/pose_model.hpp"
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/forecast.hpp"
+#include "axiscal/calib/temperature.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/field/field_unit.hpp"
+#include "axis_columns.hpp"
+#include "dwell_sums.hpp"
+#include "reading_list.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::size_t fewest_samples = 10;
+constexpr double settle_parts = 0.4;        // of the window, left out after it became still
+constexpr double first_floor_age_s = 1.0;   // before a first reading the noise floor must stand
+constexpr double telling_drift = 5.0;       // standard errors
+constexpr int most_drift_restarts = 5;
+constexpr double stuck_s = 0.8;
+constexpr double silent_s = 0.8;
+constexpr std::size_t saturated_samples = 3;
+constexpr int most_retake_rounds = 2;
+constexpr double noisy_reading = 5.0;  // times the median of the scatter of readings
+constexpr std::size_t raw_samples_a_line = 256;
+
+struct ActionName {
+  SessionAction action;
+  std::string_view name;
+};
+constexpr std::array action_names = {
+    ActionName{SessionAction::capture, "capture"},
+    ActionName{SessionAction::accept, "accept"},
+    ActionName{SessionAction::as_seen, "as-seen"},
+    ActionName{SessionAction::retake, "retake"},
+    ActionName{SessionAction::retake_suggested, "retake-suggested"},
+    ActionName{SessionAction::undo, "undo"},
+    ActionName{SessionAction::skip, "skip"},
+    ActionName{SessionAction::replicate, "replicate"},
+    ActionName{SessionAction::pause, "pause"},
+    ActionName{SessionAction::go_on, "go-on"},
+    ActionName{SessionAction::finish, "finish"},
+    ActionName{SessionAction::toggle_automatic, "automatic"},
+    ActionName{SessionAction::quit, "quit"},
+};
+
+std::string run_text(int run) {
+  return "run " + std::to_string(run);
+}
+
+// Units that are mistaken for one another, and what that makes of a reading.
+struct UnitMistake {
+  double factor;
+  std::string_view text;
+};
+constexpr double standard_gravity = 9.80665;
+constexpr std::array unit_mistakes = {
+    UnitMistake{standard_gravity, "m/s^2 for g"}, UnitMistake{1.0 / standard_gravity, "g for m/s^2"},
+    UnitMistake{1e3, "a thousandth of it"},       UnitMistake{1e-3, "a thousand of it"},
+    UnitMistake{deg_per_rad, "deg for rad"},      UnitMistake{rad_per_deg, "rad for deg"},
+    UnitMistake{0.1, "Gauss for mT, or the like: a tenth"},
+};
+
+// What the axes should read per field unit, where the units say so.
+std::optional<double> sensitivity_by_units(const Experiment& experiment,
+                                           const FieldDescription& field) {
+  if (experiment.nominal_sensitivity) {
+    return experiment.nominal_sensitivity;
+  }
+  const std::string& unit = experiment.instrument.unit;
+  if (unit == "1" || unit.empty()) {
+    return {};
+  }
+  if (unit == field.unit) {
+    return 1.0;
+  }
+  if (field.unit == "g" && unit == "m/s^2") {
+    return standard_gravity;
+  }
+  if (field.unit == "m/s^2" && unit == "g") {
+    return 1.0 / standard_gravity;
+  }
+  try {
+    return factor_between(field.unit, unit);
+  } catch (const DomainError&) {
+    return {};
+  }
+}
+
+// A direction that nobody measured: the table's heading in a field that is not along its normal.
+double direction_sd(const Experiment& experiment, const FieldDescription& field) {
+  const bool along_normal =
+      !field.in_table || field.in_table->head<2>().norm() < 1e-3 * field.in_table->norm();
+  constexpr double off_level_rad = 0.02;
+  constexpr double local_field_rad = 0.15;  // iron near the table
+  constexpr double any_heading_rad = 0.35;
+  if (along_normal) {
+    return off_level_rad;
+  }
+  return experiment.fence_azimuth_rad ? local_field_rad : any_heading_rad;
+}
+
+}  // namespace
+
+std::string_view action_name(SessionAction action) {
+  return action_names[static_cast<std::size_t>(action)].name;
+}
+
+std::optional<SessionAction> parse_action(std::string_view name) {
+  for (const ActionName& one : action_names) {
+    if (one.name == name) {
+      return one.action;
+    }
+  }
+  return {};
+}
+
+std::string_view phase_name(SessionPhase phase) {
+  constexpr std::array<std::string_view, 11> names = {"waiting",  "soaking", "laying",  "settling",
+                                                      "dwelling", "ready",   "question", "storing",
+                                                      "paused",   "review",  "over"};
+  return names[static_cast<std::size_t>(phase)];
+}
+
+class Session::Engine {
+ public:
+  Engine(SessionSetup setup, Journal& journal)
+      : setup_(std::move(setup)),
+        journal_(journal),
+        field_(make_field_description(setup_.experiment)),
+        nominal_(sensitivity_by_units(setup_.experiment, field_)),
+        m_(setup_.experiment.instrument.axis_count()),
+        list_(setup_.sheet),
+        stillness_(static_cast<std::size_t>(m_), setup_.stillness),
+        model_({.instrument = setup_.experiment.instrument,
+                .field = field_,
+                .positioner = setup_.experiment.positioner,
+                .rotation_sensor_from_positioner =
+                    setup_.experiment.rotation_sensor_from_positioner,
+                .direction_sd_rad = direction_sd(setup_.experiment, field_),
+                .nominal_sensitivity = nominal_,
+                .placement_sd_rad = setup_.placement_sd_rad}),
+        dwell_(m_),
+        x_(m_),
+        saturated_(static_cast<std::size_t>(m_), 0) {
+    if (setup_.sheet.empty()) {
+      throw DomainError("Session: the sheet has no points");
+    }
+    view_.automatic = setup_.automatic;
+  }
+
+  void set_channels(const std::vector<Channel>& channels) {
+    const Instrument& instrument = setup_.experiment.instrument;
+    columns_ = find_axes(instrument, channels);
+    for (std::size_t k = 0; k < columns_.size(); ++k) {
+      const std::string& unit = channels[columns_[k].plus].unit;
+      if (!unit.empty() && unit != instrument.unit && instrument.unit != "1") {
+        stated_unit_ = "'" + instrument.axes[k] + "' comes in " + unit +
+                       ", but the readings are to be in " + instrument.unit +
+                       ": mend --unit, or the source";
+      }
+    }
+    temperature_column_ = find_channel(channels, setup_.temperature_channel);
+    channel_names_.clear();
+    for (const Channel& channel : channels) {
+      channel_names_.push_back(channel.name);
+    }
+    next_point();
+  }
+
+  void restore(const std::vector<std::string>& lines, const std::string& path) {
+    for (std::size_t i = 1; i < lines.size(); ++i) {
+      try {
+        list_.apply(parse_json(lines[i], path));
+      } catch (const DataError& error) {
+        throw DataError(path, i + 1, error.what());
+      }
+    }
+    learn_from_readings();
+    if (!list_.readings().empty()) {
+      event("resumed", std::to_string(list_.readings().size()) + " readings are there, " +
+                           std::to_string(list_.left()) + " to go");
+    }
+  }
+
+  void add(double time_s, std::span<const double> values) {
+    const double gap = time_s - now_s_;
+    const bool is_first = samples_++ == 0;
+    now_s_ = time_s;
+    idle_s_ = 0.0;
+    set_alarm("silent", "");
+    keep_raw(values);
+    take_temperature(values);
+    if (!take_axes(values)) {
+      interrupt("a sample without numbers");
+      return;
+    }
+    const double period = stillness_.rate_hz() > 0.0 ? 1.0 / stillness_.rate_hz() : 0.0;
+    if (!is_first && gap > std::max(5.0 * period, setup_.stillness.window_s)) {
+      interrupt("no samples for " + number_text(gap, 2) + " s");
+      stillness_.restart();
+    }
+    stillness_.add(time_s, {x_.data(), static_cast<std::size_t>(m_)});
+    look_for_defects();
+    if (phase_ == SessionPhase::waiting) {
+      next_point();
+    }
+    go_on();
+  }
+
+  void idle(double seconds) {
+    idle_s_ = seconds;
+    const double period = stillness_.rate_hz() > 0.0 ? 1.0 / stillness_.rate_hz() : 0.0;
+    if (samples_ > 0 && seconds > std::max(silent_s, 5.0 * period) &&
+        phase_ != SessionPhase::review && phase_ != SessionPhase::over) {
+      set_alarm("silent", "no samples for " + number_text(std::floor(10.0 * seconds) / 10.0) +
+                              " s: is the instrument still on?");
+    }
+    if (phase_ == SessionPhase::storing) {
+      store();
+    }
+  }
+
+  void set_source_alarms(const std::vector<SessionAlarm>& alarms) { source_alarms_ = alarms; }
+
+  void command(const SessionCommand& command) {
+    switch (command.action) {
+      case SessionAction::capture:
+        capture_now();
+        break;
+      case SessionAction::accept:
+        if (phase_ == SessionPhase::question) {
+          pending_->row = list_.steps()[pending_->step].row;
+          store();
+        }
+        break;
+      case SessionAction::as_seen:
+        take_as_seen();
+        break;
+      case SessionAction::retake:
+        retake({command.run.value_or(list_.next_run() - 1)}, "retake");
+        break;
+      case SessionAction::retake_suggested:
+        retake(suggested_, "retake");
+        break;
+      case SessionAction::undo:
+        if (!list_.readings().empty()) {
+          retake({list_.readings().back().run}, "undo");
+        }
+        break;
+      case SessionAction::skip:
+        if (wanted_) {
+          change(ReadingList::skipped(*wanted_), "skipped", wanted_row().entry.point.name());
+          moved_ = true;
+          next_point();
+        }
+        break;
+      case SessionAction::replicate:
+        change(ReadingList::replicate(), "replicate", "the whole design once more");
+        next_point();
+        break;
+      case SessionAction::pause:
+        if (phase_ != SessionPhase::paused && phase_ != SessionPhase::over) {
+          before_pause_ = std::exchange(phase_, SessionPhase::paused);
+          event("paused", "paused; nothing is taken");
+        }
+        break;
+      case SessionAction::go_on:
+        if (phase_ == SessionPhase::paused) {
+          phase_ = before_pause_;
+          interrupt("");
+          event("resumed", "going on");
+        } else if (phase_ == SessionPhase::soaking) {
+          soaked_ = true;
+        }
+        break;
+      case SessionAction::finish:
+        finish();
+        break;
+      case SessionAction::toggle_automatic:
+        view_.automatic = !view_.automatic;
+        event("automatic", view_.automatic ? "readings are taken by themselves"
+                                           : "readings are taken on command");
+        break;
+      case SessionAction::quit:
+        quit_ = true;
+        phase_ = SessionPhase::over;
+        event("quit", "stopped; go on with --resume " + journal_.path());
+        break;
+    }
+  }
+
+  [[nodiscard]] bool is_over() const { return phase_ == SessionPhase::over; }
+  [[nodiscard]] bool has_quit() const { return quit_; }
+  [[nodiscard]] const ReadingList& list() const { return list_; }
+  [[nodiscard]] const std::optional<Calibration>& calibration() const { return calibration_; }
+  [[nodiscard]] std::vector<SessionEvent> take_events() { return std::exchange(events_, {}); }
+
+  const SessionView& view() {
+    view_.phase = phase_;
+    view_.steps = list_.steps();
+    view_.done = list_.readings().size();
+    view_.left = list_.left();
+    view_.wanted.reset();
+    view_.turns.clear();
+    view_.looks_like.reset();
+    view_.present = present_;
+    if (wanted_) {
+      view_.wanted = wanted_row();
+      if (present_) {
+        view_.turns = fewest_turns(*present_, wanted_row().entry.point);
+      }
+    }
+    view_.stillness = stillness_.is_ready() ? stillness_.ratio() / stillness_.factor() : 0.0;
+    view_.rate_hz = stillness_.rate_hz();
+    view_.dwell_s = dwell_needed();
+    view_.progress = phase_ == SessionPhase::dwelling
+                         ? std::clamp(dwell_.seconds() / view_.dwell_s, 0.0, 1.0)
+                     : phase_ == SessionPhase::ready || phase_ == SessionPhase::question ? 1.0
+                                                                                         : 0.0;
+    const Eigen::VectorXd mean = stillness_.mean();
+    view_.reading.assign(mean.data(), mean.data() + mean.size());
+    view_.temperature = temperature_;
+    view_.alarms = source_alarms_;
+    view_.alarms.insert(view_.alarms.end(), alarms_.begin(), alarms_.end());
+    view_.remaining_s.reset();
+    if (!point_seconds_.empty()) {
+      std::vector<double> sorted(point_seconds_.begin(), point_seconds_.end());
+      std::sort(sorted.begin(), sorted.end());
+      view_.remaining_s = sorted[sorted.size() / 2] * static_cast<double>(view_.left);
+    }
+    say_what_to_do();
+    return view_;
+  }
+
+  Observations observations() const {
+    Observations result;
+    const std::vector<CapturedReading>& readings = list_.readings();
+    const auto n = static_cast<Eigen::Index>(readings.size());
+    result.response = Eigen::MatrixXd(n, m_);
+    result.samples = Eigen::VectorXd(n);
+    result.response_sd = Eigen::MatrixXd(n, m_);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const CapturedReading& reading = readings[static_cast<std::size_t>(i)];
+      result.readings.push_back({.run = reading.run,
+                                 .block = reading.row.block,
+                                 .point = reading.row.entry.point,
+                                 .level = reading.row.entry.level,
+                                 .temperature = reading.temperature,
+                                 .time_s = reading.start_s,
+                                 .field_in_sensor = {}});
+      result.response.row(i) = reading.mean.transpose();
+      result.response_sd->row(i) = reading.sd.transpose();
+      (*result.samples)(i) = static_cast<double>(reading.samples);
+      result.has_level = result.has_level || reading.row.entry.level != 1.0;
+      result.has_block = result.has_block || reading.row.block != readings.front().row.block;
+    }
+    return result;
+  }
+
+ private:
+  [[nodiscard]] const RunSheetRow& wanted_row() const { return list_.steps()[*wanted_].row; }
+
+  void event(const std::string& kind,
+             const std::string& text,
+             std::optional<int> run = {},
+             std::optional<DesignPoint> point = {}) {
+    events_.push_back(
+        {.kind = kind, .text = text, .time_s = now_s_, .run = run, .point = point});
+  }
+
+  // An empty text ends an alarm.
+  void set_alarm(const std::string& code, const std::string& text) {
+    const auto found = std::find_if(alarms_.begin(), alarms_.end(),
+                                    [&](const SessionAlarm& one) { return one.code == code; });
+    if (text.empty()) {
+      if (found != alarms_.end()) {
+        event("alarm_over", code + ": over");
+        alarms_.erase(found);
+      }
+    } else if (found == alarms_.end()) {
+      alarms_.push_back({.code = code, .text = text});
+      event("alarm", text);
+    } else {
+      found->text = text;
+    }
+  }
+
+  // ---- samples
+
+  void keep_raw(std::span<const double> values) {
+    if (!setup_.keep_raw) {
+      return;
+    }
+    raw_time_.push_back(now_s_);
+    raw_values_.push_back(std::vector<double>(values.begin(), values.end()));
+    if (raw_time_.size() >= raw_samples_a_line) {
+      flush_raw();
+    }
+  }
+
+  void flush_raw() {
+    if (raw_time_.empty()) {
+      return;
+    }
+    const Json entry = {{"entry", "raw"},
+                        {"channels", channel_names_},
+                        {"time", std::exchange(raw_time_, {})},
+                        {"values", std::exchange(raw_values_, {})}};
+    set_alarm("disk", journal_.append_later(entry.dump()));
+  }
+
+  void take_temperature(std::span<const double> values) {
+    if (!temperature_column_ || !std::isfinite(values[*temperature_column_])) {
+      return;
+    }
+    temperature_ = values[*temperature_column_];
+    temperature_sum_ += *temperature_;
+    ++temperature_count_;
+    constexpr double spacing_s = 1.0;
+    if (soak_time_.empty() || now_s_ - soak_time_.back() >= spacing_s) {
+      soak_time_.push_back(now_s_);
+      soak_temperature_.push_back(*temperature_);
+      while (soak_time_.front() < now_s_ - 2.0 * setup_.soak_window_s) {
+        soak_time_.pop_front();
+        soak_temperature_.pop_front();
+      }
+    }
+  }
+
+  // The axes of a sample; false where one is no number.
+  bool take_axes(std::span<const double> values) {
+    const std::optional<ReadingRange>& range = setup_.experiment.instrument.range;
+    const auto beyond = [&](double value) {
+      return std::isinf(value) || (range && (value <= range->low || value >= range->high));
+    };
+    bool good = true;
+    std::string saturated;
+    std::string missing;
+    for (std::size_t k = 0; k < columns_.size(); ++k) {
+      const double value = columns_[k].value(values);
+      x_(static_cast<Eigen::Index>(k)) = value;
+      const bool is_beyond = beyond(values[columns_[k].plus]) ||
+                             (columns_[k].minus && beyond(values[*columns_[k].minus]));
+      saturated_[k] = is_beyond ? saturated_[k] + 1 : 0;
+      const std::string& axis = setup_.experiment.instrument.axes[k];
+      if (saturated_[k] >= saturated_samples) {
+        saturated += (saturated.empty() ? "" : ", ") + axis;
+      }
+      if (std::isnan(value) && !is_beyond) {
+        missing += (missing.empty() ? "" : ", ") + axis;
+      }
+      good = good && std::isfinite(value);
+    }
+    set_alarm("saturated", saturated.empty() ? ""
+                                             : saturated + ": at the end of its range; is the " +
+                                                   "range set large enough?");
+    set_alarm("not_a_number", missing.empty() ? "" : missing + ": no number comes");
+    is_saturated_ = !saturated.empty();
+    return good;
+  }
+
+  void look_for_defects() {
+    const Eigen::VectorXd& floor = stillness_.floor();
+    std::string stuck;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(m_); ++k) {
+      const Stillness::Unchanged same = stillness_.unchanged(k);
+      if (was_seen_to_scatter_ && floor(static_cast<Eigen::Index>(k)) > 0.0 &&
+          scattered_[static_cast<Eigen::Index>(k)] && same.seconds >= stuck_s &&
+          same.samples >= fewest_samples) {
+        stuck += (stuck.empty() ? "" : ", ") + setup_.experiment.instrument.axes[k];
+      }
+    }
+    set_alarm("stuck", stuck.empty() ? ""
+                                     : stuck + ": the same value to the last digit for a while; is "
+                                               "it stuck, or its converter?");
+    is_stuck_ = !stuck.empty();
+    look_at_unit();
+  }
+
+  // A still reading of all three axes has the field's length, in the unit that it should have.
+  void look_at_unit() {
+    if (!stated_unit_.empty()) {
+      set_alarm("unit", stated_unit_);
+      return;
+    }
+    if (!nominal_ || m_ != 3 || !stillness_.is_still() || setup_.experiment.instrument.one_sided) {
+      return;
+    }
+    const double ratio =
+        stillness_.mean().norm() / (std::abs(*nominal_) * field_.magnitude * level());
+    constexpr double near = 0.1;
+    std::string text;
+    for (const UnitMistake& mistake : unit_mistakes) {
+      if (std::abs(std::log(ratio / mistake.factor)) < near) {
+        text = "the readings are " + number_text(mistake.factor, 4) +
+               " times what they should be: " + std::string(mistake.text) +
+               "? Mend --unit, or the source";
+      }
+    }
+    set_alarm("unit", text);
+  }
+
+  [[nodiscard]] double level() const {
+    const double stated = wanted_ ? std::abs(wanted_row().entry.level) : 1.0;
+    return stated > 0.0 ? stated : 1.0;
+  }
+
+  // What is being taken is broken off.
+  void interrupt(const std::string& why) {
+    if (phase_ == SessionPhase::dwelling || phase_ == SessionPhase::settling ||
+        phase_ == SessionPhase::ready) {
+      phase_ = SessionPhase::laying;
+      moved_ = true;
+      if (!why.empty()) {
+        event("interrupted", why + ": the reading begins anew");
+      }
+    }
+    dwell_.clear();
+  }
+
+  // ---- the way of a point
+
+  void next_point() {
+    if (phase_ == SessionPhase::over || phase_ == SessionPhase::paused) {
+      return;
+    }
+    wanted_ = list_.next();
+    pending_.reset();
+    dwell_.clear();
+    drift_restarts_ = 0;
+    if (!wanted_ || list_.is_finished()) {
+      review();
+      return;
+    }
+    if (samples_ == 0) {
+      phase_ = SessionPhase::waiting;
+      return;
+    }
+    phase_ = SessionPhase::laying;
+    const std::optional<double>& planned = wanted_row().temperature;
+    if (planned && planned != soaked_at_) {
+      phase_ = SessionPhase::soaking;
+      soaked_ = false;
+      event("soak", "soak at " + number_text(*planned), {}, wanted_row().entry.point);
+    }
+    asked_s_ = now_s_;
+    event("ask", wanted_row().entry.point.name(), {}, wanted_row().entry.point);
+  }
+
+  void go_on() {
+    switch (phase_) {
+      case SessionPhase::soaking:
+        soak();
+        break;
+      case SessionPhase::laying:
+        if (!moved_) {
+          moved_ = has_moved();
+        }
+        if (moved_ && stillness_.is_still() && !is_saturated_ && !is_stuck_) {
+          phase_ = SessionPhase::settling;
+          settled_s_ = now_s_ + settle_parts * setup_.stillness.window_s;
+        }
+        break;
+      case SessionPhase::settling:
+        if (!stillness_.is_still()) {
+          phase_ = SessionPhase::laying;
+        } else if (now_s_ >= settled_s_ &&
+                   (!list_.readings().empty() || stillness_.floor_age_s() >= first_floor_age_s)) {
+          begin_dwell();
+        }
+        break;
+      case SessionPhase::dwelling:
+      case SessionPhase::ready:
+        dwell();
+        break;
+      case SessionPhase::question:
+        if (!stillness_.is_still()) {
+          pending_.reset();
+          phase_ = SessionPhase::laying;
+          moved_ = true;
+        }
+        break;
+      default:
+        break;
+    }
+  }
+
+  void begin_dwell() {
+    phase_ = SessionPhase::dwelling;
+    dwell_.clear();
+    temperature_sum_ = 0.0;
+    temperature_count_ = 0;
+    event("still", "still: taking the reading", {}, wanted_row().entry.point);
+  }
+
+  void dwell() {
+    if (!stillness_.is_still() || is_saturated_ || is_stuck_) {
+      event("knock", is_saturated_ || is_stuck_ ? "the reading is broken off"
+                                                : "a knock: the reading begins anew");
+      dwell_.clear();
+      phase_ = SessionPhase::laying;
+      moved_ = true;
+      return;
+    }
+    dwell_.add(now_s_, x_);
+    if (dwell_.seconds() < dwell_needed() || dwell_.samples() < fewest_samples) {
+      return;
+    }
+    if (dwell_.drift() > telling_drift && drift_restarts_ < most_drift_restarts) {
+      ++drift_restarts_;
+      event("drift", drift_restarts_ < most_drift_restarts
+                         ? "it drifts: the reading begins anew"
+                         : "it still drifts: the next reading is taken as it is");
+      begin_dwell();
+      return;
+    }
+    if (lies_as_before()) {
+      phase_ = SessionPhase::laying;
+      moved_ = false;
+      return;
+    }
+    if (view_.automatic) {
+      complete();
+    } else {
+      if (phase_ != SessionPhase::ready) {
+        event("ready", "ready: take it");
+      }
+      phase_ = SessionPhase::ready;
+    }
+  }
+
+  void capture_now() {
+    if (phase_ == SessionPhase::soaking) {
+      soaked_ = true;
+    } else if (phase_ == SessionPhase::question) {
+      command({.action = SessionAction::accept, .run = {}});
+    } else if ((phase_ == SessionPhase::dwelling || phase_ == SessionPhase::ready) &&
+               dwell_.samples() >= fewest_samples) {
+      complete();
+    } else if (phase_ == SessionPhase::laying && stillness_.is_still()) {
+      moved_ = true;  // the person says that it lies as it should
+    }
+  }
+
+  // It was touched, and lies as it did at the last reading, though another face is wanted below.
+  bool lies_as_before() const {
+    if (list_.readings().empty() || !last_mean_ || !present_ ||
+        present_->rest() == wanted_row().entry.point.rest()) {
+      return false;
+    }
+    const Eigen::VectorXd difference = dwell_.mean() - *last_mean_;
+    const double limit = std::max(3.0 * setup_.placement_sd_rad * response_scale(), 0.0);
+    return (difference.array().abs() <=
+            stillness_.floor().array() * stillness_.factor() + limit)
+        .all();
+  }
+
+  bool has_moved() const {
+    if (list_.readings().empty() || !last_mean_) {
+      return true;
+    }
+    if (!stillness_.is_still()) {
+      return stillness_.is_ready();
+    }
+    constexpr double clearly = 10.0;
+    return ((stillness_.mean() - *last_mean_).array().abs() >
+            clearly * stillness_.floor().array() + 10.0 * setup_.placement_sd_rad *
+                                                       response_scale())
+        .any();
+  }
+
+  // What the field does to a reading [unit]; 0 where nothing tells.
+  double response_scale() const {
+    if (nominal_) {
+      return std::abs(*nominal_) * field_.magnitude;
+    }
+    return fit_ ? fit_->response.sensitivity.norm() / std::sqrt(static_cast<double>(m_)) *
+                      field_.magnitude
+                : 0.0;
+  }
+
+  double dwell_needed() const {
+    if (setup_.dwell_s) {
+      return *setup_.dwell_s;
+    }
+    const double wanted = setup_.reading_u * response_scale();
+    const double rate = stillness_.rate_hz();
+    constexpr double otherwise_s = 3.0;
+    if (!(wanted > 0.0) || !(rate > 0.0)) {
+      return std::clamp(otherwise_s, setup_.shortest_dwell_s, setup_.longest_dwell_s);
+    }
+    const double samples = std::pow(stillness_.floor().maxCoeff() / wanted, 2.0);
+    return std::clamp(samples / rate, setup_.shortest_dwell_s, setup_.longest_dwell_s);
+  }
+
+  Eigen::VectorXd u_of(const Eigen::VectorXd& sd, std::size_t samples) const {
+    return (sd.cwiseMax(stillness_.floor()) / std::sqrt(static_cast<double>(samples)))
+        .cwiseMax(std::numeric_limits<double>::min());
+  }
+
+  std::vector<PlacedReading> placed(std::optional<int> without = {}) const {
+    std::vector<PlacedReading> result;
+    for (const CapturedReading& reading : list_.readings()) {
+      if (reading.run != without && !suspects_.contains(reading.run)) {
+        result.push_back({.entry = reading.row.entry,
+                          .mean = reading.mean,
+                          .u = u_of(reading.sd, reading.samples)});
+      }
+    }
+    return result;
+  }
+
+  // The dwell is over: does it look as it should?
+  void complete() {
+    CapturedReading reading{.run = list_.next_run(),
+                            .step = *wanted_,
+                            .row = wanted_row(),
+                            .mean = dwell_.mean(),
+                            .sd = dwell_.sd(),
+                            .samples = dwell_.samples(),
+                            .start_s = dwell_.start_s(),
+                            .end_s = dwell_.end_s(),
+                            .temperature = {}};
+    if (temperature_count_ > 0) {
+      reading.temperature = temperature_sum_ / static_cast<double>(temperature_count_);
+    }
+    pending_ = reading;
+    judgement_ = model_.judge(
+        placed(), {.entry = reading.row.entry,
+                   .mean = reading.mean,
+                   .u = u_of(reading.sd, reading.samples)});
+    if (judgement_ && (judgement_->looks_like_another || judgement_->fits_none)) {
+      phase_ = SessionPhase::question;
+      event("question", question_text(), {}, judgement_->looks_like_another
+                                                 ? std::optional(judgement_->best)
+                                                 : std::nullopt);
+      present_ = judgement_->looks_like_another ? std::optional(judgement_->best) : std::nullopt;
+      return;
+    }
+    store();
+  }
+
+  std::string question_text() const {
+    const DesignPoint& stated = wanted_row().entry.point;
+    if (!judgement_->looks_like_another) {
+      return "this fits no pose: is there grit under a foot, does it touch the fence?";
+    }
+    const DesignPoint& best = judgement_->best;
+    return best.rest() == stated.rest()
+               ? "this looks turned: fence " + std::string(face_name(best.fence())) + ", not " +
+                     std::string(face_name(stated.fence()))
+               : "this looks like " + best.name() + ", not " + stated.name();
+  }
+
+  void take_as_seen() {
+    if (phase_ != SessionPhase::question || !judgement_ || !judgement_->looks_like_another) {
+      return;
+    }
+    const std::optional<std::size_t> step = list_.waiting_for(judgement_->best, *wanted_);
+    if (!step) {
+      event("refused", judgement_->best.name() + " is done already: lay it right, or accept it");
+      return;
+    }
+    pending_->step = *step;
+    pending_->row = list_.steps()[*step].row;
+    store();
+  }
+
+  // First to the disk, then to the eye.
+  void store() {
+    flush_raw();
+    const Json entry = ReadingList::captured(*pending_);
+    const std::string why = journal_.append(entry.dump());
+    if (!why.empty()) {
+      if (phase_ != SessionPhase::storing) {
+        event("not_stored", run_text(pending_->run) + " is not stored yet: " + why);
+      }
+      phase_ = SessionPhase::storing;
+      set_alarm("disk", why + ": make room; the reading is kept and tried again, and those "
+                              "before it are safe");
+      return;
+    }
+    set_alarm("disk", "");
+    list_.apply(entry);
+    const CapturedReading taken = *pending_;
+    present_ = taken.row.entry.point;
+    last_mean_ = taken.mean;
+    moved_ = false;
+    soaked_at_ = taken.row.temperature ? taken.row.temperature : soaked_at_;
+    phase_ = SessionPhase::laying;
+    point_seconds_.push_back(now_s_ - asked_s_);
+    stillness_.learn(taken.sd);
+    was_seen_to_scatter_ = true;
+    scattered_ = scattered_.size() == 0 ? (taken.sd.array() > 0.0).eval()
+                                        : (scattered_ || (taken.sd.array() > 0.0)).eval();
+    event("captured",
+          run_text(taken.run) + ": " + taken.row.entry.point.name() + ", " +
+              std::to_string(taken.samples) + " samples",
+          taken.run, taken.row.entry.point);
+    learn_from_readings();
+    next_point();
+  }
+
+  // A change of the list that is no reading; without room on the disk nothing changes.
+  bool change(const Json& entry,
+              const std::string& kind,
+              const std::string& text,
+              std::optional<int> run = {}) {
+    const std::string why = journal_.append(entry.dump());
+    set_alarm("disk", why);
+    if (!why.empty()) {
+      return false;
+    }
+    list_.apply(entry);
+    event(kind, text, run);
+    return true;
+  }
+
+  void retake(const std::vector<int>& runs, const std::string& why) {
+    bool some = false;
+    for (const int run : runs) {
+      const CapturedReading* const reading = list_.find(run);
+      if (reading == nullptr) {
+        event("refused", "there is no run " + std::to_string(run));
+        continue;
+      }
+      const DesignPoint point = reading->row.entry.point;
+      some = change(ReadingList::dropped(run, why), why,
+                    run_text(run) + " is dropped; its point is asked for again", run) ||
+             some;
+      suspects_.erase(run);
+      if (present_ == point && why == "undo") {
+        moved_ = false;
+      }
+    }
+    if (some && phase_ != SessionPhase::paused) {
+      calibration_.reset();
+      phase_ = SessionPhase::laying;
+      learn_from_readings();
+      next_point();
+    }
+  }
+
+  // ---- what the readings so far say
+
+  void learn_from_readings() {
+    fit_ = model_.fit(placed());
+    view_.slope.reset();
+    view_.forecast_deg.reset();
+    if (fit_ && list_.readings().size() > 1) {
+      view_.slope = fit_->field_in_table.head<2>() / field_.magnitude;
+      view_.slope_u = fit_->slope_u;
+    }
+    find_suspects();
+    view_.suspects.assign(suspects_.begin(), suspects_.end());
+    forecast_end();
+  }
+
+  // A reading that looks like another pose now that more is known; one at a time.
+  void find_suspects() {
+    constexpr std::size_t enough = 5;
+    if (list_.readings().size() < enough) {
+      return;
+    }
+    std::optional<PoseJudgement> worst;
+    int worst_run = 0;
+    for (const CapturedReading& reading : list_.readings()) {
+      if (suspects_.contains(reading.run)) {
+        continue;
+      }
+      const std::optional<PoseJudgement> judgement = model_.judge(
+          placed(reading.run), {.entry = reading.row.entry,
+                                .mean = reading.mean,
+                                .u = u_of(reading.sd, reading.samples)});
+      if (judgement && judgement->looks_like_another &&
+          (!worst || judgement->log_ratio > worst->log_ratio)) {
+        worst = judgement;
+        worst_run = reading.run;
+      }
+    }
+    if (worst) {
+      suspects_.insert(worst_run);
+      fit_ = model_.fit(placed());
+      event("suspect",
+            run_text(worst_run) + " looks like " + worst->best.name() +
+                " by what came after it: take it again",
+            worst_run, worst->best);
+    }
+  }
+
+  // The uncertainty that the end will have: noise as seen, the points done and still to be done.
+  void forecast_end() {
+    if (!fit_ || m_ < 3 || field_.kind != "gravity") {
+      return;
+    }
+    ForecastSetup setup;
+    setup.nominal.instrument = setup_.experiment.instrument;
+    setup.nominal.field = field_;
+    setup.nominal.response = fit_->response;
+    for (const SessionStep& step : list_.steps()) {
+      if (!step.skipped) {
+        setup.design.push_back(step.row.entry);
+      }
+    }
+    double noise = 0.0;
+    for (const CapturedReading& reading : list_.readings()) {
+      noise += u_of(reading.sd, reading.samples).squaredNorm() / static_cast<double>(m_);
+    }
+    noise = std::sqrt(noise / static_cast<double>(list_.readings().size()));
+    setup.noise_sd = std::hypot(noise, setup_.placement_sd_rad * response_scale());
+    setup.positioner = setup_.experiment.positioner;
+    setup.method = list_.steps().size() % 2 == 0 ? Method::paired : Method::joint;
+    try {
+      const Forecast result = axiscal::forecast(setup);
+      view_.forecast_deg =
+          deg_per_rad * largest_angle_uncertainty(result, result.covariance());
+    } catch (const Error&) {
+      view_.forecast_deg.reset();
+    }
+  }
+
+  // ---- temperature
+
+  void soak() {
+    const std::optional<double>& planned = wanted_row().temperature;
+    if (temperature_column_ && soak_time_.size() > 2 &&
+        now_s_ - soak_time_.front() >= setup_.soak_window_s) {
+      const std::vector<double> times(soak_time_.begin(), soak_time_.end());
+      const std::vector<double> temperatures(soak_temperature_.begin(), soak_temperature_.end());
+      soak_state_ =
+          soak_state(times, temperatures, setup_.soak_window_s, setup_.soak_tolerance);
+      soaked_ = soaked_ || (soak_state_.steady && is_nearest_level(*planned));
+    }
+    if (soaked_) {
+      soaked_at_ = planned;
+      phase_ = SessionPhase::laying;
+      event("soaked", "soaked: lay the cube", {}, wanted_row().entry.point);
+    }
+  }
+
+  bool is_nearest_level(double planned) const {
+    return std::none_of(list_.steps().begin(), list_.steps().end(), [&](const SessionStep& step) {
+      return step.row.temperature && std::abs(*step.row.temperature - *temperature_) <
+                                         std::abs(planned - *temperature_);
+    });
+  }
+
+  // ---- the end
+
+  void finish() {
+    if (phase_ == SessionPhase::review || (list_.is_finished() && !wanted_)) {
+      if (list_.is_finished() ||
+          change(ReadingList::finished(), "finished", "the session is finished")) {
+        phase_ = SessionPhase::over;
+      }
+      return;
+    }
+    if (list_.readings().empty()) {
+      event("refused", "there is no reading yet; quit stops the session");
+      return;
+    }
+    wanted_.reset();
+    pending_.reset();
+    review();
+  }
+
+  void review() {
+    wanted_.reset();
+    if (list_.readings().empty()) {
+      phase_ = SessionPhase::over;
+      event("finished", "no point was taken");
+      return;
+    }
+    phase_ = SessionPhase::review;
+    view_.result.clear();
+    suggested_.clear();
+    calibration_.reset();
+    try {
+      calibration_ = calibrate(setup_.experiment, observations());
+    } catch (const Error& error) {
+      view_.result.push_back(std::string("no calibration: ") + error.what());
+    }
+    suggest();
+    event("review", joined(view_.result, "; "));
+    if (list_.is_finished()) {
+      phase_ = SessionPhase::over;
+    } else if (setup_.unattended) {
+      if (!suggested_.empty() && retake_rounds_ < most_retake_rounds) {
+        ++retake_rounds_;
+        retake(suggested_, "retake");
+      } else {
+        finish();
+      }
+    }
+  }
+
+  // What to take again: what the culprit search names, and readings that were too noisy.
+  void suggest() {
+    std::set<int> runs(suspects_.begin(), suspects_.end());
+    if (calibration_) {
+      view_.result.push_back(calibration_->status == "ok"       ? "calibrated"
+                             : calibration_->status == "refused" ? "refused"
+                                                                 : "calibrated, with warnings");
+      for (const CalibrationWarning& warning : calibration_->warnings) {
+        view_.result.push_back(warning.message);
+      }
+      if (calibration_->suggestion) {
+        runs.insert(calibration_->suggestion->runs.begin(), calibration_->suggestion->runs.end());
+      }
+    }
+    std::vector<double> scatter;
+    for (const CapturedReading& reading : list_.readings()) {
+      scatter.push_back(reading.sd.norm());
+    }
+    std::nth_element(scatter.begin(),
+                     scatter.begin() + static_cast<std::ptrdiff_t>(scatter.size() / 2),
+                     scatter.end());
+    const double usual = scatter[scatter.size() / 2];
+    for (const CapturedReading& reading : list_.readings()) {
+      if (usual > 0.0 && reading.sd.norm() > noisy_reading * usual) {
+        runs.insert(reading.run);
+        view_.result.push_back(run_text(reading.run) + " scatters " +
+                               number_text(reading.sd.norm() / usual, 2) +
+                               " times as much as the others");
+      }
+    }
+    suggested_.assign(runs.begin(), runs.end());
+    if (!suggested_.empty()) {
+      std::vector<std::string> names;
+      for (const int run : suggested_) {
+        names.push_back(std::to_string(run));
+      }
+      view_.result.push_back("take again: run " + joined(names));
+    }
+    view_.suspects = suggested_;
+  }
+
+  // ---- words
+
+  void say_what_to_do() {
+    view_.headline.clear();
+    view_.detail.clear();
+    const auto point_words = [](const DesignPoint& point) {
+      return "Face " + std::string(face_name(point.rest())) + " on the table, face " +
+             std::string(face_name(point.fence())) + " at the fence";
+    };
+    switch (phase_) {
+      case SessionPhase::waiting:
+        view_.headline = "Waiting for the first sample";
+        break;
+      case SessionPhase::soaking:
+        view_.headline = "Soak at " + number_text(*wanted_row().temperature);
+        view_.detail = !temperature_column_ ? "no temperature comes; go on when it is there"
+                       : soak_state_.remaining_s > 0.0
+                           ? "about " + number_text(soak_state_.remaining_s / 60.0, 2) +
+                                 " minutes to go"
+                           : "waiting until it is steady";
+        break;
+      case SessionPhase::laying:
+      case SessionPhase::settling: {
+        view_.headline = point_words(wanted_row().entry.point);
+        std::vector<std::string> words;
+        for (const CubeTurn turn : view_.turns) {
+          words.emplace_back(turn_words(turn));
+        }
+        view_.detail = phase_ == SessionPhase::settling ? "let go; it is nearly still"
+                       : !words.empty()                 ? joined(words, ", then ")
+                       : present_ ? "lift it, wipe its feet, and lay it down the same way"
+                                  : "";
+        if (wanted_row().entry.level != 1.0) {
+          view_.detail += (view_.detail.empty() ? "" : "; ") + std::string("level ") +
+                          number_text(wanted_row().entry.level);
+        }
+        break;
+      }
+      case SessionPhase::dwelling:
+        view_.headline = "Still: taking the reading";
+        view_.detail = "hands off";
+        break;
+      case SessionPhase::ready:
+        view_.headline = "Ready: take the reading";
+        break;
+      case SessionPhase::question:
+        view_.headline = question_text();
+        view_.looks_like = judgement_->looks_like_another ? std::optional(judgement_->best)
+                                                          : std::nullopt;
+        view_.detail = "lay it right: " + wanted_row().entry.point.name() +
+                       "; or accept it as it is";
+        break;
+      case SessionPhase::storing:
+        view_.headline = "The reading is not stored yet";
+        view_.detail = "leave the cube; make room on the disk";
+        break;
+      case SessionPhase::paused:
+        view_.headline = "Paused";
+        break;
+      case SessionPhase::review:
+        view_.headline = suggested_.empty() ? "All points are done" : "Some points look wrong";
+        view_.detail = joined(view_.result, "; ");
+        break;
+      case SessionPhase::over:
+        view_.headline = quit_ ? "Stopped" : "Done";
+        view_.detail = joined(view_.result, "; ");
+        break;
+    }
+  }
+
+  SessionSetup setup_;
+  Journal& journal_;
+  FieldDescription field_;
+  std::optional<double> nominal_;
+  Eigen::Index m_;
+  ReadingList list_;
+  Stillness stillness_;
+  PoseModel model_;
+  DwellSums dwell_;
+
+  std::vector<AxisColumns> columns_;
+  std::optional<std::size_t> temperature_column_;
+  std::vector<std::string> channel_names_;
+  std::string stated_unit_;
+  Eigen::VectorXd x_;
+  std::vector<std::size_t> saturated_;  // how many samples on end
+  bool is_saturated_ = false;
+  bool is_stuck_ = false;
+  bool was_seen_to_scatter_ = false;
+  Eigen::Array<bool, Eigen::Dynamic, 1> scattered_;  // axes whose readings did
+  std::size_t samples_ = 0;
+  double now_s_ = 0.0;
+  double idle_s_ = 0.0;
+  std::vector<double> raw_time_;
+  std::vector<std::vector<double>> raw_values_;
+
+  SessionPhase phase_ = SessionPhase::waiting;
+  SessionPhase before_pause_ = SessionPhase::waiting;
+  std::optional<std::size_t> wanted_;    // step
+  std::optional<DesignPoint> present_;
+  std::optional<Eigen::VectorXd> last_mean_;
+  bool moved_ = true;
+  double settled_s_ = 0.0;
+  double asked_s_ = 0.0;
+  int drift_restarts_ = 0;
+  std::optional<CapturedReading> pending_;
+  std::optional<PoseJudgement> judgement_;
+  std::deque<double> point_seconds_;
+  bool quit_ = false;
+
+  std::optional<double> temperature_;
+  double temperature_sum_ = 0.0;
+  std::size_t temperature_count_ = 0;
+  std::deque<double> soak_time_;
+  std::deque<double> soak_temperature_;
+  SoakState soak_state_;
+  bool soaked_ = false;
+  std::optional<double> soaked_at_;
+
+  std::optional<PoseModelFit> fit_;
+  std::set<int> suspects_;
+  std::vector<int> suggested_;
+  int retake_rounds_ = 0;
+  std::optional<Calibration> calibration_;
+
+  std::vector<SessionAlarm> alarms_;
+  std::vector<SessionAlarm> source_alarms_;
+  std::vector<SessionEvent> events_;
+  SessionView view_;
+};
+
+Session::Session(SessionSetup setup, Journal& journal)
+    : engine_(std::make_unique<Engine>(std::move(setup), journal)) {}
+Session::~Session() = default;
+
+void Session::set_channels(const std::vector<Channel>& channels) {
+  engine_->set_channels(channels);
+}
+void Session::restore(const std::vector<std::string>& lines, const std::string& path) {
+  engine_->restore(lines, path);
+}
+void Session::add(double time_s, std::span<const double> values) {
+  engine_->add(time_s, values);
+}
+void Session::idle(double seconds) {
+  engine_->idle(seconds);
+}
+void Session::set_source_alarms(const std::vector<SessionAlarm>& alarms) {
+  engine_->set_source_alarms(alarms);
+}
+void Session::command(const SessionCommand& command) {
+  engine_->command(command);
+}
+bool Session::is_over() const {
+  return engine_->is_over();
+}
+bool Session::has_quit() const {
+  return engine_->has_quit();
+}
+const SessionView& Session::view() {
+  return engine_->view();
+}
+std::vector<SessionEvent> Session::take_events() {
+  return engine_->take_events();
+}
+Observations Session::observations() const {
+  return engine_->observations();
+}
+const std::vector<CapturedReading>& Session::readings() const {
+  return engine_->list().readings();
+}
+const std::optional<Calibration>& Session::calibration() const {
+  return engine_->calibration();
+}
+
+}  // namespace axiscal

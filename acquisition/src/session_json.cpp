@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/acquisition/session_json.hpp"
+
+#include <cmath>
+
+#include "axiscal/core/json_document.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+Json point_json(const std::optional<DesignPoint>& point) {
+  if (!point) {
+    return nullptr;
+  }
+  return {{"rest", face_name(point->rest())}, {"fence", face_name(point->fence())}};
+}
+
+Json number_json(const std::optional<double>& number) {
+  return number && std::isfinite(*number) ? Json(*number) : Json(nullptr);
+}
+
+Json step_json(const SessionStep& step) {
+  return {{"rest", face_name(step.row.entry.point.rest())},
+          {"fence", face_name(step.row.entry.point.fence())},
+          {"block", step.row.block},
+          {"level", step.row.entry.level},
+          {"temperature", number_json(step.row.temperature)},
+          {"run", step.run ? Json(*step.run) : Json(nullptr)},
+          {"skipped", step.skipped}};
+}
+
+}  // namespace
+
+std::string view_json(const SessionView& view) {
+  Json json = {{"phase", phase_name(view.phase)},
+               {"headline", view.headline},
+               {"detail", view.detail},
+               {"wanted", view.wanted ? point_json(view.wanted->entry.point) : Json(nullptr)},
+               {"present", point_json(view.present)},
+               {"looks_like", point_json(view.looks_like)},
+               {"turns", Json::array()},
+               {"stillness", number_json(view.stillness)},
+               {"progress", view.progress},
+               {"dwell", view.dwell_s},
+               {"rate", view.rate_hz},
+               {"automatic", view.automatic},
+               {"reading", view.reading},
+               {"temperature", number_json(view.temperature)},
+               {"steps", Json::array()},
+               {"done", view.done},
+               {"left", view.left},
+               {"remaining", number_json(view.remaining_s)},
+               {"slope", nullptr},
+               {"forecast_deg", number_json(view.forecast_deg)},
+               {"alarms", Json::array()},
+               {"suspects", view.suspects},
+               {"actions", Json::array()},
+               {"result", view.result}};
+  for (const CubeTurn turn : view.turns) {
+    json["turns"].push_back(turn_words(turn));
+  }
+  for (const SessionStep& step : view.steps) {
+    json["steps"].push_back(step_json(step));
+  }
+  if (view.slope) {
+    json["slope"] = {{"x", view.slope->x()},
+                     {"y", view.slope->y()},
+                     {"u_x", view.slope_u.x()},
+                     {"u_y", view.slope_u.y()}};
+  }
+  for (const SessionAlarm& alarm : view.alarms) {
+    json["alarms"].push_back({{"code", alarm.code}, {"text", alarm.text}});
+  }
+  for (const SessionAction action : possible_actions(view)) {
+    json["actions"].push_back(action_name(action));
+  }
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string event_json(const SessionEvent& event) {
+  Json json = {{"event", event.kind}, {"text", event.text}, {"time", event.time_s}};
+  if (event.run) {
+    json["run"] = *event.run;
+  }
+  if (event.point) {
+    json["rest"] = face_name(event.point->rest());
+    json["fence"] = face_name(event.point->fence());
+  }
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::optional<SessionCommand> parse_command(std::string_view text) {
+  text = trimmed(text);
+  const std::size_t blank = text.find(' ');
+  const std::optional<SessionAction> action = parse_action(text.substr(0, blank));
+  if (!action) {
+    return {};
+  }
+  SessionCommand command{.action = *action, .run = {}};
+  if (blank != std::string_view::npos) {
+    command.run = parse_integer(trimmed(text.substr(blank)));
+    if (!command.run || *action != SessionAction::retake) {
+      return {};
+    }
+  }
+  return command;
+}
+
+std::vector<SessionAction> possible_actions(const SessionView& view) {
+  using Action = SessionAction;
+  switch (view.phase) {
+    case SessionPhase::over:
+      return {};
+    case SessionPhase::paused:
+      return {Action::go_on, Action::quit};
+    case SessionPhase::question:
+      return view.looks_like ? std::vector{Action::accept, Action::as_seen, Action::skip,
+                                           Action::pause, Action::quit}
+                             : std::vector{Action::accept, Action::skip, Action::pause,
+                                           Action::quit};
+    case SessionPhase::review:
+      return view.suspects.empty()
+                 ? std::vector{Action::finish, Action::replicate, Action::undo, Action::retake,
+                               Action::quit}
+                 : std::vector{Action::retake_suggested, Action::finish, Action::replicate,
+                               Action::undo, Action::retake, Action::quit};
+    case SessionPhase::soaking:
+      return {Action::go_on, Action::skip, Action::pause, Action::finish, Action::quit};
+    default:
+      break;
+  }
+  std::vector<Action> actions;
+  if (view.phase == SessionPhase::ready || view.phase == SessionPhase::dwelling ||
+      !view.automatic) {
+    actions.push_back(Action::capture);
+  }
+  if (view.done > 0) {
+    actions.push_back(Action::undo);
+    actions.push_back(Action::retake);
+  }
+  actions.insert(actions.end(), {Action::skip, Action::pause, Action::toggle_automatic,
+                                 Action::replicate, Action::finish, Action::quit});
+  return actions;
+}
+
+}  // namespace axiscal

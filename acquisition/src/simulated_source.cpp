@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/acquisition/simulated_source.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+#include "axiscal/positioner/positioner.hpp"
+#include "sample_clock.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double reaction_s = 0.8;
+constexpr double move_s = 2.0;
+constexpr double handling_sd = 0.05;  // of a cube in hands [g]
+constexpr double knock_g = 0.02;
+constexpr double impatience_s = 30.0;  // nothing was taken: it must lie wrong
+constexpr std::size_t samples_a_read = 50;
+
+Eigen::Vector3d normal_vector(RandomStream& random, double sd) {
+  const double x = random.normal();
+  const double y = random.normal();
+  return sd * Eigen::Vector3d(x, y, random.normal());
+}
+
+}  // namespace
+
+SimulatedSource::SimulatedSource(std::string name, const SimulationSetup& setup)
+    : name_(std::move(name)), setup_(setup), random_(setup.seed) {
+  const std::string unit = setup.sensitivity == 1.0 ? "g" : "V";
+  channels_ = {{"time", "s"}, {"x", unit}, {"y", unit}, {"z", unit}};
+  if (setup.temperature) {
+    channels_.push_back({"temperature", "degC"});
+  }
+  constexpr double bias_sd = 0.02;
+  constexpr double misalignment_sd = 0.01;
+  truth_.bias = setup.sensitivity * normal_vector(random_, bias_sd);
+  truth_.sensitivity = SensitivityMatrix::Zero(3, 3);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    truth_.sensitivity.row(k) =
+        setup.sensitivity * (Eigen::Matrix3d::Identity().row(k) +
+                             normal_vector(random_, misalignment_sd).transpose());
+  }
+  field_in_table_ = {setup.slope.x(), setup.slope.y(),
+                     std::sqrt(1.0 - setup.slope.squaredNorm())};
+  to_ = Eigen::Quaterniond(Positioner().rotation_table_from_positioner(lies_));
+  from_ = to_;
+}
+
+void SimulatedSource::request(const DesignEntry* entry, bool warned) {
+  if (entry == nullptr) {
+    acts_at_s_ = -1.0;
+    return;
+  }
+  lays_right_ = warned;
+  if (warned && !mistakes_.empty() && mistakes_.back().wanted == entry->point) {
+    mistakes_.back().was_warned = true;
+  }
+  wanted_ = entry->point;
+  acts_at_s_ = time_s_ + reaction_s;
+}
+
+void SimulatedSource::start_moving(const DesignPoint& point) {
+  moves_from_s_ = time_s_;
+  moves_until_s_ = time_s_ + move_s;
+  from_ = to_;
+  const Eigen::Vector3d turn = normal_vector(random_, setup_.placement_sd_rad);
+  const double angle = turn.norm();
+  const Eigen::Quaterniond jitter(
+      angle > 0.0 ? Eigen::AngleAxisd(angle, turn / angle)
+                  : Eigen::AngleAxisd(0.0, Eigen::Vector3d::UnitX()));
+  to_ = jitter * Eigen::Quaterniond(Positioner().rotation_table_from_positioner(point));
+  lies_ = point;
+  knock_at_s_ = random_.uniform() < setup_.knock_rate ? moves_until_s_ + 1.5 : -1.0;
+}
+
+void SimulatedSource::sample(SampleBatch& batch) {
+  if (acts_at_s_ >= 0.0 && time_s_ >= acts_at_s_) {
+    acts_at_s_ = time_s_ + impatience_s;
+    DesignPoint point = *wanted_;
+    if (!lays_right_ && random_.uniform() < setup_.error_rate) {
+      const std::vector<DesignEntry> all = standard_design(24);
+      do {
+        point = all[random_.index(all.size())].point;
+      } while (point == *wanted_);
+      mistakes_.push_back({.wanted = *wanted_, .laid = point});
+    }
+    lays_right_ = true;  // whoever does it again takes care
+    start_moving(point);
+  }
+  Eigen::Quaterniond rotation_table_from_positioner = to_;
+  Eigen::Vector3d shaking = Eigen::Vector3d::Zero();
+  if (time_s_ < moves_until_s_) {
+    const double part = (time_s_ - moves_from_s_) / (moves_until_s_ - moves_from_s_);
+    rotation_table_from_positioner = from_.slerp(part, to_);
+    shaking = normal_vector(random_, handling_sd);
+  } else if (knock_at_s_ >= 0.0 && time_s_ >= knock_at_s_) {
+    shaking = normal_vector(random_, knock_g);
+    if (time_s_ > knock_at_s_ + 0.1) {
+      knock_at_s_ = -1.0;
+    }
+  }
+  const Eigen::Vector3d field =
+      rotation_table_from_positioner.conjugate() * field_in_table_ + shaking;
+  const Eigen::Vector3d reading =
+      truth_.at(field) + setup_.sensitivity * normal_vector(random_, setup_.noise_sd);
+  batch.time_s.push_back(time_s_);
+  batch.values.insert(batch.values.end(), {time_s_, reading.x(), reading.y(), reading.z()});
+  if (setup_.temperature) {
+    batch.values.push_back(*setup_.temperature + 0.01 * random_.normal());
+  }
+  time_s_ += 1.0 / setup_.rate_hz;
+}
+
+SourceReport SimulatedSource::read(SampleBatch& batch, std::chrono::milliseconds patience) {
+  std::size_t count = samples_a_read;
+  if (is_live()) {
+    started_s_ = started_s_ < 0.0 ? session_seconds() : started_s_;
+    const double due_s = (session_seconds() - started_s_) * setup_.speed - time_s_;
+    if (due_s <= 0.0) {
+      std::this_thread::sleep_for(std::min(patience, std::chrono::milliseconds(10)));
+      return {};
+    }
+    count = static_cast<std::size_t>(due_s * setup_.rate_hz) + 1;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    sample(batch);
+  }
+  return {.state = LinkState::open, .message = "", .bytes = count};
+}
+
+}  // namespace axiscal

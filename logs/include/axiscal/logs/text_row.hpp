@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+namespace axiscal {
+
+/// @param line       without its end.
+/// @param delimiter  between the cells; a blank stands for any run of blanks and tabs.
+/// @return the cells of a line of text, without blanks around them.
+[[nodiscard]] std::vector<std::string_view> cells_of(std::string_view line, char delimiter);
+
+/// @param cell           may stand in quotes.
+/// @param decimal_comma  whether a comma is the decimal point.
+/// @return the number; NaN where it is no finite one.
+[[nodiscard]] double cell_number(std::string_view cell, bool decimal_comma);
+
+/// @return a column's name, without quotes and blanks around it.
+[[nodiscard]] std::string_view cell_name(std::string_view cell);
+
+/// @return whether a line says nothing: empty, or a comment by `#` or `%`.
+[[nodiscard]] bool is_comment_line(std::string_view line);
+
+}  // namespace axiscal

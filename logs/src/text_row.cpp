@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/logs/text_row.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+std::string_view without_quotes(std::string_view cell) {
+  const bool quoted = cell.size() > 1 && cell.front() == '"' && cell.back() == '"';
+  return quoted ? cell.substr(1, cell.size() - 2) : cell;
+}
+
+}  // namespace
+
+std::vector<std::string_view> cells_of(std::string_view line, char delimiter) {
+  std::vector<std::string_view> cells;
+  if (delimiter != ' ') {
+    for (const std::string_view cell : split(line, delimiter)) {
+      cells.push_back(trimmed(cell));
+    }
+    return cells;
+  }
+  std::size_t at = line.find_first_not_of(" \t\r");
+  while (at != std::string_view::npos) {
+    const std::size_t end = line.find_first_of(" \t\r", at);
+    cells.push_back(line.substr(at, end == std::string_view::npos ? end : end - at));
+    at = end == std::string_view::npos ? end : line.find_first_not_of(" \t\r", end);
+  }
+  return cells;
+}
+
+double cell_number(std::string_view cell, bool decimal_comma) {
+  std::array<char, 64> copy{};
+  if (decimal_comma && cell.size() < copy.size()) {
+    std::replace_copy(cell.begin(), cell.end(), copy.begin(), ',', '.');
+    cell = std::string_view(copy.data(), cell.size());
+  }
+  return parse_number(without_quotes(cell)).value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+std::string_view cell_name(std::string_view cell) {
+  return trimmed(without_quotes(cell));
+}
+
+bool is_comment_line(std::string_view line) {
+  const std::string_view text = trimmed(line);
+  return text.empty() || text.front() == '#' || text.front() == '%';
+}
+
+}  // namespace axiscal
