@@ -13,8 +13,10 @@
 namespace axiscal {
 namespace {
 
-// ln 1000: so much better must another pose fit before anything is said.
-constexpr double telling_log_ratio = 6.9;
+// So much better must another pose fit before anything is said: half a difference of chi^2. Not the
+// predictive densities: by them a level table's opposite positions, alike as they are, would look
+// like one position taken twice, as a slope of nearly nothing is not what was expected.
+constexpr double telling_log_ratio = 9.0;
 // chi^2 of three axes beyond which a pose does not fit: 5 standard deviations or so.
 constexpr double fitting_misfit = 40.0;
 constexpr double no_pose_misfit = 200.0;
@@ -189,7 +191,10 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
   }
   const Eigen::MatrixXd inverse = factor.triangularView<Eigen::Upper>().solve(
       Eigen::MatrixXd::Identity(unknowns, unknowns));
-  fit.covariance = inverse * inverse.transpose();
+  // Readings that contradict each other say less.
+  const double contradiction = n > 2 ? cost / static_cast<double>(n * m) : 1.0;
+  fit.variance_factor = std::max(1.0, contradiction);
+  fit.covariance = fit.variance_factor * (inverse * inverse.transpose());
   const Eigen::Matrix3d in_table = tangents *
                                    fit.covariance.block<2, 2>(tangent, tangent) *
                                    tangents.transpose();
@@ -214,11 +219,7 @@ std::optional<PoseJudgement> PoseModel::judge(const std::vector<PlacedReading>& 
   }
   const Eigen::Index m = setup_.instrument.axis_count();
   const Eigen::Index unknowns = model->covariance.rows();
-  struct Fit {
-    double log_density = 0.0;
-    double misfit = 0.0;
-  };
-  const auto fit_of = [&](const DesignPoint& point) {
+  const auto misfit_of = [&](const DesignPoint& point) {
     const Eigen::Matrix3d R =
         setup_.rotation_sensor_from_positioner *
         setup_.positioner.rotation_table_from_positioner(point).transpose() *
@@ -234,29 +235,25 @@ std::optional<PoseJudgement> PoseModel::judge(const std::vector<PlacedReading>& 
     }
     Eigen::MatrixXd C = J * model->covariance * J.transpose();
     for (Eigen::Index k = 0; k < m; ++k) {
-      C(k, k) += reading.u(k) * reading.u(k) +
-                 setup_.placement_sd_rad * setup_.placement_sd_rad * scale * scale;
+      C(k, k) += model->variance_factor *
+                 (reading.u(k) * reading.u(k) +
+                  setup_.placement_sd_rad * setup_.placement_sd_rad * scale * scale);
     }
-    const Eigen::LLT<Eigen::MatrixXd> cholesky(C);
-    const Eigen::VectorXd z =
-        cholesky.matrixL().solve(reading.mean - model->response.at(in_sensor));
-    const double log_root =
-        Eigen::MatrixXd(cholesky.matrixL()).diagonal().array().log().sum();
-    return Fit{.log_density = -0.5 * z.squaredNorm() - log_root, .misfit = z.squaredNorm()};
+    const Eigen::VectorXd difference = reading.mean - model->response.at(in_sensor);
+    return difference.dot(C.llt().solve(difference));
   };
-  const Fit stated = fit_of(reading.entry.point);
   PoseJudgement judgement{.best = reading.entry.point,
                           .log_ratio = 0.0,
-                          .misfit = stated.misfit,
-                          .best_misfit = stated.misfit};
+                          .misfit = misfit_of(reading.entry.point)};
+  judgement.best_misfit = judgement.misfit;
   for (const DesignEntry& entry : standard_design(24)) {
-    const Fit other = fit_of(entry.point);
-    if (other.log_density - stated.log_density > judgement.log_ratio) {
-      judgement.log_ratio = other.log_density - stated.log_density;
+    const double misfit = misfit_of(entry.point);
+    if (misfit < judgement.best_misfit) {
       judgement.best = entry.point;
-      judgement.best_misfit = other.misfit;
+      judgement.best_misfit = misfit;
     }
   }
+  judgement.log_ratio = 0.5 * (judgement.misfit - judgement.best_misfit);
   judgement.looks_like_another =
       judgement.log_ratio > telling_log_ratio && judgement.best_misfit < fitting_misfit;
   judgement.fits_none = !judgement.looks_like_another && known.size() >= readings_to_rely_on &&

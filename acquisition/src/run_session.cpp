@@ -14,25 +14,22 @@ class Asking {
  public:
   void tell(const SessionView& view, SampleFeed& feed) {
     const bool waits = view.phase == SessionPhase::laying || view.phase == SessionPhase::settling;
-    const bool warns = view.phase == SessionPhase::question;
+    const bool warns = view.phase == SessionPhase::question || view.lies_as_before;
     if (!view.wanted || !(waits || warns)) {
       return;
     }
-    const std::size_t asked = view.done;
-    if (warns != warned_ || told_ != view.wanted->run || asked_ != asked) {
-      // A point that is asked for anew after a question is the same request.
-      if (warns || told_ != view.wanted->run || asked_ != asked) {
-        feed.request(&view.wanted->entry, warns);
-      }
-      warned_ = warns;
-      told_ = view.wanted->run;
-      asked_ = asked;
+    // What is asked for anew after a warning is the same request.
+    if (told_ != view.wanted->run || done_ != view.done || (warns && !warned_)) {
+      feed.request(&view.wanted->entry, warns);
     }
+    told_ = view.wanted->run;
+    done_ = view.done;
+    warned_ = warns;
   }
 
  private:
   std::optional<int> told_;
-  std::size_t asked_ = 0;
+  std::size_t done_ = 0;
   bool warned_ = false;
 };
 

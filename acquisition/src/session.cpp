@@ -242,7 +242,7 @@ class Session::Engine {
         break;
       case SessionAction::accept:
         if (phase_ == SessionPhase::question) {
-          pending_->row = list_.steps()[pending_->step].row;
+          insisted_.insert(pending_->run);
           store();
         }
         break;
@@ -539,6 +539,8 @@ class Session::Engine {
     }
     wanted_ = list_.next();
     pending_.reset();
+    questioned_.reset();
+    view_.lies_as_before = false;
     dwell_.clear();
     drift_restarts_ = 0;
     if (!wanted_ || list_.is_finished()) {
@@ -568,6 +570,7 @@ class Session::Engine {
       case SessionPhase::laying:
         if (!moved_) {
           moved_ = has_moved();
+          view_.lies_as_before = view_.lies_as_before && !moved_;
         }
         if (moved_ && stillness_.is_still() && !is_saturated_ && !is_stuck_) {
           phase_ = SessionPhase::settling;
@@ -630,6 +633,9 @@ class Session::Engine {
     if (lies_as_before()) {
       phase_ = SessionPhase::laying;
       moved_ = false;
+      view_.lies_as_before = true;
+      event("as_before", "it lies as at the last reading: lay it as asked for", {},
+            wanted_row().entry.point);
       return;
     }
     if (view_.automatic) {
@@ -657,12 +663,12 @@ class Session::Engine {
 
   // It was touched, and lies as it did at the last reading, though another face is wanted below.
   bool lies_as_before() const {
-    if (list_.readings().empty() || !last_mean_ || !present_ ||
-        present_->rest() == wanted_row().entry.point.rest()) {
+    if (list_.readings().empty() || !last_mean_ ||
+        list_.readings().back().row.entry.point.rest() == wanted_row().entry.point.rest()) {
       return false;
     }
     const Eigen::VectorXd difference = dwell_.mean() - *last_mean_;
-    const double limit = std::max(3.0 * setup_.placement_sd_rad * response_scale(), 0.0);
+    const double limit = 3.0 * setup_.placement_sd_rad * response_scale();
     return (difference.array().abs() <=
             stillness_.floor().array() * stillness_.factor() + limit)
         .all();
@@ -743,6 +749,13 @@ class Session::Engine {
                    .mean = reading.mean,
                    .u = u_of(reading.sd, reading.samples)});
     if (judgement_ && (judgement_->looks_like_another || judgement_->fits_none)) {
+      // Laid anew and the same again: then the doubt is about a reading before.
+      if (questioned_ == judgement_->best) {
+        insisted_.insert(reading.run);
+        store();
+        return;
+      }
+      questioned_ = judgement_->best;
       phase_ = SessionPhase::question;
       event("question", question_text(), {}, judgement_->looks_like_another
                                                  ? std::optional(judgement_->best)
@@ -878,7 +891,7 @@ class Session::Engine {
     std::optional<PoseJudgement> worst;
     int worst_run = 0;
     for (const CapturedReading& reading : list_.readings()) {
-      if (suspects_.contains(reading.run)) {
+      if (suspects_.contains(reading.run) || insisted_.contains(reading.run)) {
         continue;
       }
       const std::optional<PoseJudgement> judgement = model_.judge(
@@ -1077,6 +1090,8 @@ class Session::Engine {
           words.emplace_back(turn_words(turn));
         }
         view_.detail = phase_ == SessionPhase::settling ? "let go; it is nearly still"
+                       : view_.lies_as_before ? "it lies as at the last reading: " +
+                                                    joined(words, ", then ")
                        : !words.empty()                 ? joined(words, ", then ")
                        : present_ ? "lift it, wipe its feet, and lay it down the same way"
                                   : "";
@@ -1168,6 +1183,8 @@ class Session::Engine {
   std::optional<double> soaked_at_;
 
   std::optional<PoseModelFit> fit_;
+  std::optional<DesignPoint> questioned_;  // what this point was said to look like
+  std::set<int> insisted_;                 // runs that a person says are right
   std::set<int> suspects_;
   std::vector<int> suggested_;
   int retake_rounds_ = 0;

@@ -39,6 +39,7 @@ std::string view_json(const SessionView& view) {
                {"wanted", view.wanted ? point_json(view.wanted->entry.point) : Json(nullptr)},
                {"present", point_json(view.present)},
                {"looks_like", point_json(view.looks_like)},
+               {"lies_as_before", view.lies_as_before},
                {"turns", Json::array()},
                {"stillness", number_json(view.stillness)},
                {"progress", view.progress},

@@ -41,13 +41,14 @@ struct PoseModelFit {
   Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();  ///< standard uncertainty of its direction
   /// How the field changes with the two tangents [field unit per rad].
   Eigen::Matrix<double, 3, 2> field_by_tangents = Eigen::Matrix<double, 3, 2>::Zero();
+  double variance_factor = 1.0;  ///< by which the readings contradict each other; at least 1
   Eigen::MatrixXd covariance;  ///< of bias (m), sensitivity by rows (3 m), two tangents, scale
 };
 
 /// How a reading suits the 24 ways to lay the cube.
 struct PoseJudgement {
   DesignPoint best{Face::minus_z, Face::plus_y};  ///< that fits it best
-  double log_ratio = 0.0;  ///< ln of how much better that fits than the stated one; not negative
+  double log_ratio = 0.0;  ///< ln of how much better that fits: half the difference of chi^2
   double misfit = 0.0;     ///< of the stated one: chi^2 of m degrees of freedom
   double best_misfit = 0.0;
   bool looks_like_another = false;  ///< another one fits far better, and fits
@@ -62,7 +63,7 @@ struct PoseJudgement {
 /// covariance goes into each prediction, so that with few readings only gross mistakes are said.
 ///
 /// @par Source
-/// Gauss and Newton's method with a normal prior; the predictive density of each pose.
+/// Gauss and Newton's method with a normal prior; chi^2 of each pose's prediction.
 class PoseModel {
  public:
   explicit PoseModel(PoseModelSetup setup);

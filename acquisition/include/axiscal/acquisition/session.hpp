@@ -128,6 +128,7 @@ struct SessionView {
   std::optional<RunSheetRow> wanted;
   std::optional<DesignPoint> present;     ///< how the cube lies, as far as is known
   std::optional<DesignPoint> looks_like;  ///< in a question
+  bool lies_as_before = false;            ///< it was touched, but lies as at the last reading
   std::vector<CubeTurn> turns;            ///< from the present pose to the wanted one
   double stillness = 0.0;  ///< scatter over what counts as still; at most 1 is still
   double progress = 0.0;   ///< of the dwell, 0 .. 1
