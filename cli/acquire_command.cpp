@@ -12,6 +12,7 @@
 #include "axiscal/acquisition/sample_feed.hpp"
 #include "axiscal/acquisition/session.hpp"
 #include "axiscal/acquisition/session_face.hpp"
+#include "axiscal/acquisition/web_face.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -266,13 +267,46 @@ bool reads_standard_input(const AcquireCommand& command) {
   });
 }
 
-std::vector<std::unique_ptr<SessionFace>> make_faces(const AcquireCommand& command) {
+std::string title_of(const SessionSetup& setup) {
+  const Instrument& instrument = setup.experiment.instrument;
+  return "axiscal acquire: " + instrument.kind +
+         (instrument.serial.empty() ? "" : " " + instrument.serial);
+}
+
+// A port that somebody else may have: 1 to 65535.
+int port_of(const AcquireCommand& command) {
+  constexpr int highest = 65535;
+  const int port = command.port ? whole_number_of("--port", *command.port, 1) : 0;
+  if (port > highest) {
+    throw UsageError("--port: up to 65535");
+  }
+  return port;
+}
+
+// On a terminal the whole of it, else lines; the page beside them.
+std::vector<std::unique_ptr<SessionFace>> make_faces(const AcquireCommand& command,
+                                                     const SessionSetup& setup) {
   std::vector<std::unique_ptr<SessionFace>> faces;
   const bool has_commands = !reads_standard_input(command);
+  const bool has_terminal = ::isatty(STDIN_FILENO) == 1 && ::isatty(STDOUT_FILENO) == 1;
+  if (command.web || command.listen) {
+    // The address goes to stderr: it holds the key.
+    faces.push_back(make_web_face(
+        {.title = title_of(setup),
+         .address = command.listen.value_or(""),
+         .port = port_of(command),
+         .announce = [with_code = command.listen.has_value()](const std::string& url) {
+           const std::string code = with_code ? qr_code(url) : "";
+           std::fprintf(stderr, "%sopen in a browser%s: %s\n", code.c_str(),
+                        with_code ? " (once; the next one gets a new address)" : "", url.c_str());
+         }}));
+  }
   if (command.json) {
     faces.push_back(make_json_face(has_commands));
-  } else {
+  } else if (command.plain || !has_terminal || !has_commands || command.web || command.listen) {
     faces.push_back(make_plain_face(has_commands));
+  } else {
+    faces.push_back(make_terminal_face(title_of(setup)));
   }
   return faces;
 }
@@ -356,7 +390,7 @@ int run_guided(AcquireCommand command) {
   }
   {
     SampleFeed feed(std::move(sources));
-    const std::vector<std::unique_ptr<SessionFace>> faces = make_faces(command);
+    const std::vector<std::unique_ptr<SessionFace>> faces = make_faces(command, setup);
     std::vector<SessionFace*> shown;
     for (const std::unique_ptr<SessionFace>& face : faces) {
       shown.push_back(face.get());

@@ -693,7 +693,7 @@ Command parse_command_line(std::vector<std::string> arguments) {
   add_acquire("Session", "--dwell", acquire.dwell, "S",
               "how long a reading is taken; by the noise, 1 to 20");
   add_acquire("Session", "--placement-u", acquire.placement_u, "RAD",
-              "how well a seat is taken again (1 sd); 1e-4");
+              "how well a seat is taken again (1 sd); 3e-5");
   add_acquire("Session", "--soak-window", acquire.soak_window, "S",
               "the temperature is steady over it before a block; 300");
   add_acquire("Session", "--soak-tolerance", acquire.soak_tolerance, "T",

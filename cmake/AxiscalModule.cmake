@@ -42,3 +42,22 @@ function(axiscal_use_library target library header definition)
     message(STATUS "${target}: ${library} is not there; built without it")
   endif()
 endfunction()
+
+# axiscal_embed(SOURCES FUNCTION FILE HEADER)
+#
+# Appends to the list SOURCES a source in which FUNCTION of HEADER returns the file; an empty FILE makes
+# an empty text.
+function(axiscal_embed sources function file header)
+  set(output "${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp")
+  set(depends "")
+  if(file)
+    set(depends "${file}")
+  endif()
+  add_custom_command(
+    OUTPUT "${output}"
+    COMMAND
+      "${CMAKE_COMMAND}" "-DINPUT=${file}" "-DOUTPUT=${output}" "-DFUNCTION=${function}"
+      "-DHEADER=${header}" -P "${PROJECT_SOURCE_DIR}/cmake/AxiscalEmbed.cmake"
+    DEPENDS ${depends} "${PROJECT_SOURCE_DIR}/cmake/AxiscalEmbed.cmake")
+  set(${sources} ${${sources}} "${output}" PARENT_SCOPE)
+endfunction()

@@ -541,6 +541,7 @@ class Session::Engine {
     pending_.reset();
     questioned_.reset();
     view_.lies_as_before = false;
+    said_as_before_ = false;
     dwell_.clear();
     drift_restarts_ = 0;
     if (!wanted_ || list_.is_finished()) {
@@ -634,6 +635,7 @@ class Session::Engine {
       phase_ = SessionPhase::laying;
       moved_ = false;
       view_.lies_as_before = true;
+      said_as_before_ = true;  // laid so again, it is meant so
       event("as_before", "it lies as at the last reading: lay it as asked for", {},
             wanted_row().entry.point);
       return;
@@ -663,8 +665,7 @@ class Session::Engine {
 
   // It was touched, and lies as it did at the last reading, though another face is wanted below.
   bool lies_as_before() const {
-    if (list_.readings().empty() || !last_mean_ ||
-        list_.readings().back().row.entry.point.rest() == wanted_row().entry.point.rest()) {
+    if (said_as_before_ || !last_mean_ || last_point_->rest() == wanted_row().entry.point.rest()) {
       return false;
     }
     const Eigen::VectorXd difference = dwell_.mean() - *last_mean_;
@@ -675,7 +676,7 @@ class Session::Engine {
   }
 
   bool has_moved() const {
-    if (list_.readings().empty() || !last_mean_) {
+    if (!last_mean_) {
       return true;
     }
     if (!stillness_.is_still()) {
@@ -811,6 +812,7 @@ class Session::Engine {
     const CapturedReading taken = *pending_;
     present_ = taken.row.entry.point;
     last_mean_ = taken.mean;
+    last_point_ = taken.row.entry.point;
     moved_ = false;
     soaked_at_ = taken.row.temperature ? taken.row.temperature : soaked_at_;
     phase_ = SessionPhase::laying;
@@ -1163,7 +1165,9 @@ class Session::Engine {
   SessionPhase before_pause_ = SessionPhase::waiting;
   std::optional<std::size_t> wanted_;    // step
   std::optional<DesignPoint> present_;
-  std::optional<Eigen::VectorXd> last_mean_;
+  std::optional<Eigen::VectorXd> last_mean_;  // of the reading that was taken last
+  std::optional<DesignPoint> last_point_;
+  bool said_as_before_ = false;
   bool moved_ = true;
   double settled_s_ = 0.0;
   double asked_s_ = 0.0;

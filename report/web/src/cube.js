@@ -39,7 +39,7 @@ function faceTexture(name) {
   return new CanvasTexture(canvas);
 }
 
-function makeScene(cube) {
+export function makeScene(cube) {
   const scene = new Scene();
   scene.up.set(0, 0, 1);
   scene.add(new AmbientLight(0xffffff, 1.6));
@@ -82,7 +82,7 @@ function makeScene(cube) {
   return { scene, body };
 }
 
-function quaternionOf(rotation) {
+export function quaternionOf(rotation) {
   const [a, b, c] = rotation;
   const matrix = new Matrix4().set(a[0], a[1], a[2], 0, b[0], b[1], b[2], 0, c[0], c[1], c[2], 0, 0, 0, 0, 1);
   return new Quaternion().setFromRotationMatrix(matrix);

@@ -24,7 +24,7 @@ struct PoseModelSetup {
   /// What the axes' sensitivities should be [unit per field unit]; nothing where it is not known.
   std::optional<double> nominal_sensitivity;
   double misalignment_sd = 0.05;    ///< of the sensitivities, relative
-  double placement_sd_rad = 1e-4;   ///< how well a seat is taken again
+  double placement_sd_rad = 3e-5;   ///< how well a seat is taken again
 };
 
 /// A reading that was taken at a known point.

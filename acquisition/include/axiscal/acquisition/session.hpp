@@ -39,7 +39,7 @@ struct SessionSetup {
   std::string temperature_channel = "temperature";
   double soak_window_s = 300.0;   ///< how far back to look, as soak_state()
   double soak_tolerance = 0.1;    ///< largest change of the output in that time
-  double placement_sd_rad = 1e-4; ///< how well a seat is taken again
+  double placement_sd_rad = 3e-5; ///< how well a seat is taken again
 };
 
 /// What the person can ask of a session.

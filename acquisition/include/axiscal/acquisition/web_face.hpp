@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "axiscal/acquisition/session_face.hpp"
+
+namespace axiscal {
+
+struct WebOptions {
+  std::string title;    ///< of the session; any text
+  std::string address;  ///< to listen at; empty: loopback only
+  int port = 0;         ///< 0: 8712 or the next free one
+  /// Called with the page's address when it can be opened, and with a new one when a one-time key
+  /// was used. May be called from another thread.
+  std::function<void(const std::string& url)> announce;
+};
+
+/// The session as a page in browsers: a small server in this program.
+///
+/// Several may watch, one controls: the first, or who takes it over. Who has not the key from the
+/// address sees nothing; on other addresses than loopback a key opens one browser only. Requests
+/// for another host, from another site, too long or too slow are turned away, and no request ever
+/// waits for the session or the session for it.
+/// @throws DomainError  where this build has no page or no server.
+/// @throws OutputError  if the address cannot be listened at.
+[[nodiscard]] std::unique_ptr<SessionFace> make_web_face(const WebOptions& options);
+
+/// @return a text as a QR code for a terminal, in half blocks; empty where this build has no
+///         libqrencode.
+[[nodiscard]] std::string qr_code(const std::string& text);
+
+}  // namespace axiscal

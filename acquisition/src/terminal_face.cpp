@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <clocale>
+#include <cmath>
+#include <deque>
+
+#include "axiscal/acquisition/session_face.hpp"
+#include "axiscal/acquisition/session_json.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/positioner/positioner.hpp"
+
+#ifdef AXISCAL_NCURSES
+#define NCURSES_NOMACROS 1  // erase(), move() and the like are names of others too
+#include <ncurses.h>
+#endif
+
+namespace axiscal {
+
+#ifdef AXISCAL_NCURSES
+namespace {
+
+constexpr int fewest_lines = 24;
+constexpr int fewest_columns = 80;
+constexpr std::size_t lines_of_log = 4;
+
+struct KeyBinding {
+  int key;
+  SessionAction action;
+  const char* words;
+};
+constexpr std::array bindings = {
+    KeyBinding{' ', SessionAction::capture, "space take"},
+    KeyBinding{'a', SessionAction::accept, "a it lies right"},
+    KeyBinding{'l', SessionAction::as_seen, "l take it as it looks"},
+    KeyBinding{'t', SessionAction::retake_suggested, "t retake what looks wrong"},
+    KeyBinding{'u', SessionAction::undo, "u undo"},
+    KeyBinding{'r', SessionAction::retake, "r retake last"},
+    KeyBinding{'s', SessionAction::skip, "s skip"},
+    KeyBinding{'p', SessionAction::pause, "p pause"},
+    KeyBinding{'g', SessionAction::go_on, "g go on"},
+    KeyBinding{'m', SessionAction::toggle_automatic, "m automatic"},
+    KeyBinding{'n', SessionAction::replicate, "n once more, all"},
+    KeyBinding{'f', SessionAction::finish, "f finish"},
+    KeyBinding{'q', SessionAction::quit, "q stop"},
+};
+
+enum Pair : short { plain = 0, good = 1, warn = 2, bad = 3, rest = 4, fence = 5 };
+
+// The faces that one sees of a cube: from above, from the front, from the right.
+std::array<std::string, 3> seen_faces(const DesignPoint& point) {
+  static const Positioner cube;
+  const Eigen::Matrix3d& rotation = cube.rotation_table_from_positioner(point);
+  std::array<std::string, 3> names;
+  const std::array<Eigen::Vector3d, 3> directions = {
+      Eigen::Vector3d::UnitZ(), -Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitX()};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const Eigen::Vector3d in_cube = rotation.transpose() * directions[i];
+    for (const Face face : all_faces) {
+      if (nominal_normal(face).dot(in_cube) > 0.5) {
+        names[i] = face_name(face);
+      }
+    }
+  }
+  return names;
+}
+
+std::string bar(double part, int width) {
+  const int full = static_cast<int>(std::lround(std::clamp(part, 0.0, 1.0) * width));
+  return "[" + std::string(static_cast<std::size_t>(full), '#') +
+         std::string(static_cast<std::size_t>(width - full), '.') + "]";
+}
+
+class TerminalFace final : public SessionFace {
+ public:
+  explicit TerminalFace(std::string title) : title_(std::move(title)) {
+    std::setlocale(LC_CTYPE, "");
+    screen_ = ::newterm(nullptr, stdout, stdin);
+    if (screen_ == nullptr) {
+      throw DomainError("this terminal cannot show a whole page (TERM); use --plain");
+    }
+    ::set_term(screen_);
+    ::raw();
+    ::noecho();
+    ::curs_set(0);
+    ::keypad(stdscr, TRUE);
+    ::nodelay(stdscr, TRUE);
+    if (::has_colors()) {
+      ::start_color();
+      ::use_default_colors();
+      ::init_pair(good, COLOR_GREEN, -1);
+      ::init_pair(warn, COLOR_YELLOW, -1);
+      ::init_pair(bad, COLOR_RED, -1);
+      ::init_pair(rest, COLOR_CYAN, -1);
+      ::init_pair(fence, COLOR_YELLOW, -1);
+    }
+  }
+
+  ~TerminalFace() override {
+    ::endwin();
+    ::delscreen(screen_);
+  }
+
+  void show(const SessionView& view, const std::vector<SessionEvent>& events) override {
+    for (const SessionEvent& event : events) {
+      log_.push_back(event);
+      if (log_.size() > lines_of_log) {
+        log_.pop_front();
+      }
+      if (event.kind == "question" || event.kind == "alarm") {
+        ::flash();
+      } else if (event.kind == "captured") {
+        ::beep();
+      }
+    }
+    actions_ = possible_actions(view);
+    ::erase();
+    if (LINES < fewest_lines || COLS < fewest_columns) {
+      put(0, 0, "This window is " + std::to_string(COLS) + " x " + std::to_string(LINES) +
+                    "; make it 80 x 24 or larger. The session goes on.");
+      ::refresh();
+      return;
+    }
+    draw(view);
+    ::refresh();
+  }
+
+  std::vector<SessionCommand> commands() override {
+    std::vector<SessionCommand> result;
+    for (int key = ::getch(); key != ERR; key = ::getch()) {
+      constexpr int control_c = 3;
+      key = key == control_c ? 'q' : key == '\n' || key == KEY_ENTER ? ' ' : key;
+      for (const KeyBinding& binding : bindings) {
+        if (binding.key != key ||
+            std::find(actions_.begin(), actions_.end(), binding.action) == actions_.end()) {
+          continue;
+        }
+        if (binding.action == SessionAction::quit && !std::exchange(asked_to_quit_, true)) {
+          note("press q once more to stop; the session can be resumed");
+          break;
+        }
+        result.push_back({.action = binding.action, .run = {}});
+      }
+      asked_to_quit_ = asked_to_quit_ && key == 'q';
+    }
+    return result;
+  }
+
+ private:
+  void note(const std::string& text) {
+    log_.push_back({.kind = "note", .text = text, .time_s = 0.0, .run = {}, .point = {}});
+    if (log_.size() > lines_of_log) {
+      log_.pop_front();
+    }
+  }
+
+  static void put(int line, int column, const std::string& text, int style = 0) {
+    if (column >= COLS) {
+      return;
+    }
+    ::attron(style);
+    ::mvaddnstr(line, column, text.c_str(), COLS - column);
+    ::attroff(style);
+  }
+
+  // Broken at blanks into at most so many lines.
+  static int put_wrapped(int line, int most, const std::string& text, int style = 0) {
+    std::string left = text;
+    const auto width = static_cast<std::size_t>(COLS - 2);
+    for (int i = 0; i < most && !left.empty(); ++i, ++line) {
+      std::size_t end = left.size();
+      if (end > width) {
+        end = left.rfind(' ', width);
+        end = end == std::string::npos ? width : end;
+      }
+      put(line, 1, left.substr(0, end), style);
+      left.erase(0, end + (end < left.size() ? 1 : 0));
+    }
+    return line;
+  }
+
+  void draw(const SessionView& view) {
+    const bool is_bad = view.phase == SessionPhase::question || view.phase == SessionPhase::storing;
+    const int head = static_cast<int>(A_BOLD) |
+                     static_cast<int>(is_bad                                   ? COLOR_PAIR(bad)
+                                      : view.phase == SessionPhase::dwelling   ? COLOR_PAIR(warn)
+                                      : view.phase == SessionPhase::over       ? COLOR_PAIR(good)
+                                                                               : COLOR_PAIR(plain));
+    put(0, 1, title_, static_cast<int>(A_REVERSE));
+    const std::string count =
+        std::to_string(view.done) + " done, " + std::to_string(view.left) + " to go";
+    put(0, COLS - static_cast<int>(count.size()) - 1, count);
+    put_wrapped(2, 2, view.headline, head);
+    put_wrapped(4, 2, view.detail);
+    draw_cube(view);
+    draw_gauges(view);
+    draw_steps(view);
+    int line = 18;
+    for (const SessionAlarm& alarm : view.alarms) {
+      if (line < 20) {
+        put(line++, 1, "! " + alarm.text,
+            static_cast<int>(A_BOLD) | static_cast<int>(COLOR_PAIR(bad)));
+      }
+    }
+    for (auto event = log_.rbegin(); event != log_.rend() && line < LINES - 2; ++event) {
+      put(line++, 1, event->text);
+    }
+    draw_keys();
+  }
+
+  void draw_cube(const SessionView& view) {
+    if (!view.wanted) {
+      int line = 7;
+      for (const std::string& text : view.result) {
+        if (line < 15) {
+          line = put_wrapped(line, 2, text);
+        }
+      }
+      return;
+    }
+    const std::array<std::string, 3> names = seen_faces(view.wanted->entry.point);
+    const std::string down(face_name(view.wanted->entry.point.rest()));
+    const std::string back(face_name(view.wanted->entry.point.fence()));
+    put(7, 3, "at the fence: " + back,
+        static_cast<int>(A_BOLD) | static_cast<int>(COLOR_PAIR(fence)));
+    put(8, 3, "========================");
+    put(9, 6, "+---------+");
+    put(10, 5, "/   " + names[0] + "    /|");
+    put(11, 4, "+---------+ |");
+    put(12, 4, "|         |" + names[2]);
+    put(13, 4, "|   " + names[1] + "    | +");
+    put(14, 4, "|         |/");
+    put(15, 4, "+---------+");
+    put(16, 3, "on the table: " + down,
+        static_cast<int>(A_BOLD) | static_cast<int>(COLOR_PAIR(rest)));
+  }
+
+  static void draw_gauges(const SessionView& view) {
+    if (!view.wanted) {
+      return;
+    }
+    constexpr int column = 34;
+    constexpr int width = 24;
+    const bool is_still = view.stillness <= 1.0;
+    // By decades: three of them above what counts as still.
+    const double motion = std::log10(std::max(1.0, view.stillness)) / 3.0;
+    put(7, column, std::string(is_still ? "still  " : "moving ") + bar(motion, width),
+        static_cast<int>(COLOR_PAIR(is_still ? good : warn)));
+    put(8, column,
+        "taken  " + bar(view.progress, width) + " " + number_text(view.dwell_s, 2) + " s");
+    std::string reading;
+    for (const double value : view.reading) {
+      reading += number_text(value, 6) + "  ";
+    }
+    put(10, column, "reading  " + reading);
+    put(11, column, "rate     " + number_text(view.rate_hz, 4) + " samples a second" +
+                        (view.automatic ? "" : "; on command"));
+    if (view.temperature) {
+      put(12, column, "temperature " + number_text(*view.temperature, 5));
+    }
+    if (view.slope) {
+      put(13, column,
+          "slope    " + number_text(1e3 * view.slope->x(), 3) + ", " +
+              number_text(1e3 * view.slope->y(), 3) + " mrad, +- " +
+              number_text(2e3 * view.slope_u.maxCoeff(), 2));
+    }
+    if (view.forecast_deg) {
+      put(14, column,
+          "at the end a direction to " + number_text(*view.forecast_deg, 2) + " deg (1 sd)");
+    }
+    if (view.remaining_s) {
+      put(15, column,
+          "about " + number_text(std::ceil(*view.remaining_s / 60.0), 3) + " minutes to go");
+    }
+  }
+
+  static void draw_steps(const SessionView& view) {
+    int column = 1;
+    bool next = true;
+    for (const SessionStep& step : view.steps) {
+      const bool suspect = step.run && std::find(view.suspects.begin(), view.suspects.end(),
+                                                 *step.run) != view.suspects.end();
+      const bool is_next = !step.run && !step.skipped && std::exchange(next, false);
+      const char* const mark = suspect ? "?" : step.run ? "*" : step.skipped ? "-" : is_next ? ">" : ".";
+      if (column < COLS - 2) {
+        put(17, column, mark,
+            static_cast<int>(suspect    ? COLOR_PAIR(bad)
+                             : step.run ? COLOR_PAIR(good)
+                                        : COLOR_PAIR(plain)));
+      }
+      column += 2;
+    }
+  }
+
+  void draw_keys() {
+    std::string keys;
+    std::string more;
+    for (const KeyBinding& binding : bindings) {
+      if (std::find(actions_.begin(), actions_.end(), binding.action) != actions_.end()) {
+        std::string& line =
+            static_cast<int>(keys.size()) < COLS - 28 && more.empty() ? keys : more;
+        line += (line.empty() ? "" : " | ") + std::string(binding.words);
+      }
+    }
+    put(LINES - 2, 1, keys, static_cast<int>(A_BOLD));
+    put(LINES - 1, 1, more, static_cast<int>(A_BOLD));
+  }
+
+  std::string title_;
+  SCREEN* screen_ = nullptr;
+  std::deque<SessionEvent> log_;
+  std::vector<SessionAction> actions_;
+  bool asked_to_quit_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<SessionFace> make_terminal_face(const std::string& title) {
+  return std::make_unique<TerminalFace>(title);
+}
+
+#else
+
+std::unique_ptr<SessionFace> make_terminal_face(const std::string& /*title*/) {
+  throw DomainError("this build has no ncurses; use --plain");
+}
+
+#endif
+
+}  // namespace axiscal

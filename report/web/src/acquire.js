@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page of a live session: shows what the engine says, sends what the person asks for. All text is set
+// as text, never as markup.
+import { makeGuidedCube } from "./guided_cube.js";
+
+const at = (id) => document.getElementById(id);
+const face = (name) => name.replace("-", "\u2212");
+const WORDS = {
+  capture: "Take reading", accept: "It lies right", "as-seen": "Take it as it looks", retake: "Retake last",
+  "retake-suggested": "Retake what looks wrong", undo: "Undo", skip: "Skip", replicate: "Once more, all",
+  pause: "Pause", "go-on": "Go on", finish: "Finish", automatic: "Automatic on/off", quit: "Stop",
+};
+const GRAVE = new Set(["quit", "finish", "skip"]);
+
+const cube = makeGuidedCube(at("cube"));
+let audio = null;
+let controls = false;
+let alive = 0;
+
+function tone(frequency, length, when = 0) {
+  if (!audio) {
+    return;
+  }
+  const oscillator = audio.createOscillator();
+  const gain = audio.createGain();
+  oscillator.frequency.value = frequency;
+  gain.gain.setValueAtTime(0.25, audio.currentTime + when);
+  gain.gain.exponentialRampToValueAtTime(0.001, audio.currentTime + when + length);
+  oscillator.connect(gain).connect(audio.destination);
+  oscillator.start(audio.currentTime + when);
+  oscillator.stop(audio.currentTime + when + length);
+}
+
+const SOUNDS = {
+  captured: () => [tone(880, 0.15), tone(1320, 0.3, 0.15)],
+  question: () => [tone(220, 0.3), tone(180, 0.5, 0.3)],
+  as_before: () => tone(220, 0.3),
+  knock: () => tone(330, 0.2),
+  drift: () => tone(330, 0.2),
+  alarm: () => [tone(440, 0.15), tone(440, 0.15, 0.25), tone(440, 0.15, 0.5)],
+  review: () => [tone(660, 0.2), tone(880, 0.2, 0.2), tone(1320, 0.4, 0.4)],
+};
+
+at("sound").addEventListener("click", () => {
+  if (audio) {
+    audio.close();
+    audio = null;
+  } else {
+    audio = new AudioContext();
+    tone(880, 0.15);
+  }
+  at("sound").setAttribute("aria-pressed", String(Boolean(audio)));
+  at("sound").textContent = audio ? "Sound on" : "Sound off";
+});
+
+async function post(path, body) {
+  try {
+    const response = await fetch(path, {
+      method: "POST",
+      headers: { "Content-Type": "application/json", "X-Axiscal": "1" },
+      body: JSON.stringify(body),
+    });
+    return response.ok ? null : ((await response.json()).error ?? "refused");
+  } catch {
+    return "the session cannot be reached";
+  }
+}
+
+function say(text) {
+  const line = document.createElement("li");
+  line.textContent = text;
+  at("log").prepend(line);
+  while (at("log").children.length > 12) {
+    at("log").lastChild.remove();
+  }
+}
+
+async function send(command) {
+  const error = await post("/command", { command });
+  if (error) {
+    say(error);
+  }
+}
+
+at("control").addEventListener("click", async () => {
+  const error = await post("/control", {});
+  if (error) {
+    say(error);
+  }
+});
+
+let shownActions = "";
+function showActions(actions) {
+  const key = actions.join() + controls;
+  if (key === shownActions) {
+    return;
+  }
+  shownActions = key;
+  const focused = document.activeElement?.dataset?.action;
+  at("actions").replaceChildren(
+    ...actions.map((action, index) => {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.textContent = WORDS[action] ?? action;
+      button.dataset.action = action;
+      button.disabled = !controls;
+      button.className = GRAVE.has(action) ? "grave" : index === 0 ? "first" : "";
+      let asked = false;
+      button.addEventListener("click", () => {
+        if (action === "quit" && !asked) {
+          asked = true;
+          button.textContent = "Really stop?";
+          setTimeout(() => {
+            asked = false;
+            button.textContent = WORDS.quit;
+          }, 4000);
+          return;
+        }
+        send(action);
+      });
+      return button;
+    }),
+  );
+  at("actions").querySelector(`[data-action="${focused}"]`)?.focus();
+}
+
+function showSteps(view) {
+  let next = true;
+  at("steps").replaceChildren(
+    ...view.steps.map((step) => {
+      const item = document.createElement("li");
+      item.textContent = `${face(step.rest)} ${face(step.fence)}`;
+      if (step.run !== null) {
+        item.className = view.suspects.includes(step.run) ? "suspect" : "done";
+        item.title = `run ${step.run}`;
+        item.textContent += " \u2713";
+      } else if (step.skipped) {
+        item.className = "skipped";
+      } else if (next) {
+        item.className = "next";
+        next = false;
+      }
+      return item;
+    }),
+  );
+}
+
+const set = (id, text) => {
+  if (at(id).textContent !== text) {
+    at(id).textContent = text;
+  }
+};
+
+function duration(seconds) {
+  return seconds === null ? "" : seconds < 90 ? `${Math.round(seconds)} s` : `${Math.round(seconds / 60)} min`;
+}
+
+function showRing(view) {
+  const dwelling = view.phase === "dwelling" || view.phase === "ready";
+  const isStill = view.stillness !== null && view.stillness <= 1;
+  const share = dwelling ? view.progress : isStill ? 0 : Math.min(1, Math.log10(Math.max(1, view.stillness ?? 1)) / 3);
+  at("ring").classList.toggle("moving", !isStill);
+  at("arc").style.strokeDashoffset = String(314.16 * (1 - share));
+  set("ring-text", dwelling ? `${Math.round(100 * view.progress)} %` : isStill ? "still" : "moving");
+  set("ring-more", dwelling ? `of ${view.dwell.toPrecision(2)} s` : isStill ? "" : `${(view.stillness ?? 0).toPrecision(2)} times too much`);
+  at("ring").setAttribute("aria-label", at("ring-text").textContent);
+}
+
+let shownAlarms = "";
+function showAlarms(alarms) {
+  const key = JSON.stringify(alarms);
+  if (key === shownAlarms) {
+    return;
+  }
+  shownAlarms = key;
+  at("alarms").replaceChildren(
+    ...alarms.map((alarm) => {
+      const line = document.createElement("p");
+      line.dataset.code = alarm.code;
+      line.textContent = alarm.text;
+      return line;
+    }),
+  );
+}
+
+function show(message) {
+  const view = message.view;
+  controls = message.controls;
+  at("control").hidden = controls;
+  set("title", message.title);
+  if (!view) {
+    return;
+  }
+  document.body.dataset.phase = view.phase;
+  document.body.dataset.done = String(view.done);
+  set("headline", face(view.headline).replaceAll(" -", " \u2212"));
+  set("detail", view.detail.replaceAll(" -", " \u2212"));
+  set("rest", view.wanted ? `${face(view.wanted.rest)} on the table` : "");
+  set("fence", view.wanted ? `${face(view.wanted.fence)} at the fence` : "");
+  set("reading", view.reading.map((v) => v.toPrecision(6)).join("  "));
+  set("rate", view.rate > 0 ? view.rate.toPrecision(4) : "");
+  at("temperature-line").hidden = view.temperature === null;
+  set("temperature", view.temperature === null ? "" : view.temperature.toFixed(2));
+  const s = view.slope;
+  set("slope", s ? `${(1e3 * s.x).toFixed(2)}, ${(1e3 * s.y).toFixed(2)} mrad (\u00b1 ${(2e3 * Math.max(s.u_x, s.u_y)).toFixed(2)})` : "");
+  set("forecast", view.forecast_deg === null ? "" : `${view.forecast_deg.toPrecision(2)}\u00b0`);
+  set("remaining", `${view.left} of ${view.done + view.left} points${view.remaining === null ? "" : `, ${duration(view.remaining)}`}`);
+  at("result").hidden = view.result.length === 0;
+  at("result-lines").replaceChildren(
+    ...view.result.map((text) => Object.assign(document.createElement("li"), { textContent: text })),
+  );
+  showRing(view);
+  showAlarms(view.alarms);
+  showSteps(view);
+  showActions(view.actions);
+  cube.show(view);
+  for (const event of message.events) {
+    say(event.text);
+    SOUNDS[event.event]?.();
+  }
+  if (view.phase === "over") {
+    finished = true;
+  }
+}
+
+let finished = false;
+let source = null;
+function setLink(text, lost) {
+  set("link", text);
+  at("link").classList.toggle("lost", lost);
+}
+
+function watch() {
+  source = new EventSource("/events");
+  source.addEventListener("open", () => setLink("connected", false));
+  source.addEventListener("message", (event) => {
+    alive = performance.now();
+    setLink("connected", false);
+    show(JSON.parse(event.data));
+    document.documentElement.dataset.ready = "yes";
+  });
+  source.addEventListener("error", () => {
+    if (finished) {
+      source.close();
+      setLink("the session is over", false);
+    } else if (source.readyState === EventSource.CLOSED) {
+      // Refused, not lost: another try may do, the browser makes none.
+      setLink("not connected: open the address that the terminal shows", true);
+      setTimeout(watch, 2000);
+    } else {
+      setLink("connection lost; trying again. The session goes on", true);
+    }
+  });
+}
+
+// A dead connection may take long to be told of.
+setInterval(() => {
+  if (source && !finished && performance.now() - alive > 6000 && alive > 0 && !document.hidden) {
+    setLink("nothing comes any more; trying again", true);
+    source.close();
+    alive = performance.now();
+    watch();
+  }
+}, 1000);
+
+async function enter() {
+  const key = location.hash.slice(1);
+  if (key && !(await post("/login", { key }))) {
+    history.replaceState(null, "", "/");
+  }
+  watch();
+}
+enter();
