@@ -560,7 +560,7 @@ class Session::Engine {
       event("soak", "soak at " + number_text(*planned), {}, wanted_row().entry.point);
     }
     asked_s_ = now_s_;
-    event("ask", wanted_row().entry.point.name(), {}, wanted_row().entry.point);
+    event("ask", "next: " + wanted_row().entry.point.name(), {}, wanted_row().entry.point);
   }
 
   void go_on() {

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+// Each source gets through a whole session of twelve points to the same readings as the same data
+// from a file.
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#include "axiscal/acquisition/open_source.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "fakes.hpp"
+#include "program.hpp"
+
+namespace axiscal::test {
+namespace {
+
+const Recording& recording() {
+  static const Recording one = record_session(1);
+  return one;
+}
+
+std::string lines_of(const std::string& format) {
+  if (format == "json") {
+    std::string text;
+    for (const std::vector<double>& row : recording().rows) {
+      text += "{\"time\":" + number_text(row[0]) + ",\"acc\":{\"x\":" + number_text(row[1]) +
+              ",\"y\":" + number_text(row[2]) + ",\"z\":" + number_text(row[3]) + "}}\n";
+    }
+    return text;
+  }
+  return recording().csv();
+}
+
+class SourceTest : public testing::Test {
+ protected:
+  // Runs a session; the readings as numbers: run, samples, x, y, z.
+  std::vector<std::vector<double>> readings_from(const std::string& address,
+                                                 const std::vector<std::string>& more = {},
+                                                 const std::string& stdin_text = "") {
+    const std::string name = folder_.path("session-" + std::to_string(count_++));
+    std::vector<std::string> arguments = {"acquire", "--connect", address, "--unattended",
+                                          "--plain", "--name", name, "--seed", "1",
+                                          "--instrument", "accelerometer", "--field", "gravity"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    if (std::find(more.begin(), more.end(), "--unit") == more.end()) {
+      arguments.insert(arguments.end(), {"--unit", "g"});
+    }
+    const ProgramResult result = run_axiscal(arguments, {.stdin_text = stdin_text});
+    EXPECT_EQ(result.status, 0) << result.err << result.out;
+    std::vector<std::vector<double>> readings;
+    if (!std::filesystem::exists(name + ".csv")) {
+      return readings;
+    }
+    const std::vector<std::vector<std::string>> cells = csv_cells(read_file(name + ".csv"));
+    const auto column = [&](const std::string& header) {
+      const auto found = std::find(cells[0].begin(), cells[0].end(), header);
+      return static_cast<std::size_t>(found - cells[0].begin());
+    };
+    for (std::size_t i = 1; i < cells.size(); ++i) {
+      std::vector<double> row;
+      const std::vector<std::string> axes =
+          more.empty() ? std::vector<std::string>{"x", "y", "z"}
+                       : std::vector<std::string>{cells[0][column("samples") - 3],
+                                                  cells[0][column("samples") - 2],
+                                                  cells[0][column("samples") - 1]};
+      for (const std::string& header : {std::string("run"), std::string("samples"), axes[0],
+                                        axes[1], axes[2]}) {
+        row.push_back(std::stod(cells[i][column(header)]));
+      }
+      readings.push_back(row);
+    }
+    return readings;
+  }
+
+  static void expect_same(const std::vector<std::vector<double>>& readings,
+                          const std::vector<std::vector<double>>& expected,
+                          double tolerance) {
+    ASSERT_EQ(readings.size(), 12U);
+    ASSERT_EQ(expected.size(), 12U);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_EQ(readings[i][0], expected[i][0]);
+      EXPECT_EQ(readings[i][1], expected[i][1]) << "samples of run " << i + 1;
+      for (std::size_t k = 2; k < 5; ++k) {
+        EXPECT_NEAR(readings[i][k], expected[i][k], tolerance) << "run " << i + 1;
+      }
+    }
+  }
+
+  std::vector<std::vector<double>> from_file() {
+    return readings_from("file:" + folder_.write("log.csv", recording().csv()));
+  }
+
+  std::vector<std::vector<double>> from_file_by_rate() {
+    return readings_from("file:" + folder_.write("plain.csv", recording().csv_without_time()) +
+                         "?rate=50");
+  }
+
+  ScratchFolder folder_;
+  int count_ = 0;
+};
+
+constexpr double rounding = 1e-12;  // [g]: the same numbers by another way
+
+TEST_F(SourceTest, SerialPort) {
+  const PseudoPort port;
+  std::thread feeder([&] { port.master.write(recording().csv()); });
+  expect_same(readings_from("serial:" + port.path + "?baud=230400"), from_file(), rounding);
+  feeder.join();
+}
+
+TEST_F(SourceTest, TcpClient) {
+  const FakeServer server(
+      [](Descriptor& connection, int /*number*/) { connection.write(recording().csv()); });
+  expect_same(readings_from("tcp://127.0.0.1:" + server.port()), from_file(), rounding);
+}
+
+TEST_F(SourceTest, TcpServer) {
+  const int port = free_port();
+  std::thread feeder([&] { connect_to(port).write(recording().csv()); });
+  expect_same(readings_from("tcp-listen:" + std::to_string(port)), from_file(), rounding);
+  feeder.join();
+}
+
+TEST_F(SourceTest, UdpInJsonLines) {
+  const int port = free_port();
+  std::thread feeder([&] {
+    const Descriptor socket(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const auto send = [&](const std::string& text) {
+      return ::sendto(socket.number(), text.data(), text.size(), 0,
+                      reinterpret_cast<const sockaddr*>(&address), sizeof address) >= 0;
+    };
+    // Somebody must listen first: a datagram to nobody is lost. The same sample again and again is
+    // one that came twice.
+    const std::string all = lines_of("json");
+    std::size_t at = all.find('\n') + 1;
+    for (int i = 0; i < 60; ++i) {
+      send(all.substr(0, at));
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    int sent = 0;
+    while (at < all.size()) {
+      const std::size_t end = all.find('\n', at) + 1;
+      send(all.substr(at, end - at));
+      at = end;
+      if (++sent % 50 == 0) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      }
+    }
+  });
+  expect_same(readings_from("udp:" + std::to_string(port) + "?format=json",
+                            {"--axes", "acc.x,acc.y,acc.z"}),
+              from_file(), rounding);
+  feeder.join();
+}
+
+TEST_F(SourceTest, StandardInput) {
+  expect_same(readings_from("-", {}, recording().csv()), from_file(), rounding);
+}
+
+TEST_F(SourceTest, NamedFieldsByAPattern) {
+  std::string text = "booting...\n";
+  for (const std::vector<double>& row : recording().rows) {
+    text += "IMU t=" + number_text(row[0]) + " X: " + number_text(row[1]) +
+            " Y: " + number_text(row[2]) + " Z: " + number_text(row[3]) + " ok\n";
+  }
+  expect_same(readings_from("stdin:?pattern=t={time} X:{x} Y:{y} Z:{z} ok", {}, text), from_file(),
+              rounding);
+}
+
+TEST_F(SourceTest, ScpiScannerWithAResistor) {
+  std::vector<std::string> readings;
+  for (const std::vector<double>& row : recording().rows) {
+    // 50 ohms: what is read is the voltage.
+    readings.push_back(number_text(50.0 * row[1]) + "," + number_text(50.0 * row[2]) + "," +
+                       number_text(50.0 * row[3]));
+  }
+  std::vector<std::string> commands;
+  std::vector<std::vector<double>> found;
+  {
+    const FakeServer server(fake_multimeter(readings, commands));
+    found = readings_from("scpi://127.0.0.1:" + server.port() +
+                          "?channels=101,102,103&names=x[g],y[g],z[g]&range=100&nplc=0.2&resistor="
+                          "50&rate=50");
+  }
+  expect_same(found, from_file_by_rate(), rounding);
+  EXPECT_EQ(commands, (std::vector<std::string>{"*CLS", "CONF:VOLT:DC 100,(@101,102,103)",
+                                                "VOLT:DC:NPLC 0.2,(@101,102,103)",
+                                                "ROUT:SCAN (@101,102,103)"}));
+}
+
+TEST_F(SourceTest, LinuxIioOnTheNetwork) {
+  const std::vector<SourceKind>& kinds = source_kinds();
+  if (std::none_of(kinds.begin(), kinds.end(),
+                   [](const SourceKind& kind) { return kind.scheme == "iio" && kind.available; })) {
+    GTEST_SKIP() << "built without libiio";
+  }
+  constexpr double scale = 1e-9;
+  const FakeServer server(fake_iiod(recording(), scale));
+  const std::vector<std::vector<double>> found =
+      readings_from("iio:ip:127.0.0.1:" + server.port() +
+                        "?device=adxl355&channels=accel_x,accel_y,accel_z&names=x,y,z&rate=50",
+                    {"--unit", "m/s^2", "--field-magnitude", "1", "--field-unit", "m/s^2"});
+  expect_same(found, from_file_by_rate(), scale);
+}
+
+TEST_F(SourceTest, MqttBroker) {
+  const std::vector<SourceKind>& kinds = source_kinds();
+  if (std::none_of(kinds.begin(), kinds.end(),
+                   [](const SourceKind& kind) { return kind.scheme == "mqtt" && kind.available; })) {
+    GTEST_SKIP() << "built without libmosquitto";
+  }
+  if (std::system("command -v mosquitto mosquitto_pub > /dev/null") != 0 &&
+      !std::filesystem::exists("/usr/sbin/mosquitto")) {
+    GTEST_SKIP() << "no mosquitto here";
+  }
+  const std::string port = std::to_string(free_port());
+  const pid_t broker = ::fork();
+  if (broker == 0) {
+    const std::string config = folder_.write(
+        "mosquitto.conf", "listener " + port + " 127.0.0.1\nallow_anonymous true\n"
+                          "max_queued_messages 0\nmax_inflight_messages 0\nlog_type none\n");
+    ::setenv("PATH", "/usr/sbin:/usr/bin:/bin", 1);
+    ::execlp("mosquitto", "mosquitto", "-c", config.c_str(), nullptr);
+    ::_exit(127);
+  }
+  const std::string lines = folder_.write("lines.txt", lines_of("json"));
+  std::thread feeder([&] {
+    // Kept for who comes later: the first message; the others when the session is there.
+    const std::string publish = "mosquitto_pub -h 127.0.0.1 -p " + port + " -t lab/acc -q 1 ";
+    std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+    static_cast<void>(std::system((publish + "-l < " + lines + " 2> /dev/null").c_str()));
+  });
+  expect_same(readings_from("mqtt://127.0.0.1:" + port + "/lab/acc?format=json",
+                            {"--axes", "acc.x,acc.y,acc.z"}),
+              from_file(), rounding);
+  feeder.join();
+  ::kill(broker, SIGTERM);
+  ::waitpid(broker, nullptr, 0);
+}
+
+TEST_F(SourceTest, TemperatureOfAnotherSource) {
+  std::string temperatures = "time,temperature\n";
+  for (double t = -5.0; t < recording().rows.back()[0] + 5.0; t += 0.5) {
+    temperatures += number_text(t) + "," + number_text(20.0 + 0.01 * t) + "\n";
+  }
+  const std::string log = folder_.write("log.csv", recording().csv());
+  const std::string other = folder_.write("temperature.csv", temperatures);
+  const std::string name = folder_.path("two");
+  const ProgramResult result =
+      run_axiscal({"acquire", "--connect", "file:" + log, "--connect", "file:" + other,
+                   "--unattended", "--plain", "--name", name, "--seed", "1", "--instrument",
+                   "accelerometer", "--field", "gravity", "--unit", "g"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const std::vector<std::vector<std::string>> cells = csv_cells(read_file(name + ".csv"));
+  const auto column = [&](const std::string& header) {
+    return static_cast<std::size_t>(std::find(cells[0].begin(), cells[0].end(), header) -
+                                    cells[0].begin());
+  };
+  for (std::size_t i = 1; i < cells.size(); ++i) {
+    // The second source's times begin 5 s earlier, and both files begin at 0: T = 20 + (t - 5) / 100
+    // in the middle of the dwell of one second.
+    const double middle = std::stod(cells[i].at(column("time"))) + 0.5;
+    EXPECT_NEAR(std::stod(cells[i].at(column("temperature"))), 20.0 + 0.01 * (middle - 5.0), 1e-3);
+  }
+}
+
+TEST(OpenSource, SaysWhatIsWrongWithAnAddress) {
+  const auto complaint = [](const std::string& address) -> std::string {
+    try {
+      static_cast<void>(open_source(address));
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_NE(complaint("serial:/dev/ttyS0?buad=9600").find("did you mean 'baud'"),
+            std::string::npos);
+  EXPECT_NE(complaint("serial:/dev/ttyS0?baud=fast").find("baud=fast: expected a number"),
+            std::string::npos);
+  EXPECT_NE(complaint("serail:///dev/ttyS0").find("serial"), std::string::npos);
+  EXPECT_NE(complaint("tcp://host").find("expected HOST:PORT"), std::string::npos);
+  EXPECT_NE(complaint("mqtt://host:1883").find("TOPIC"), std::string::npos);
+  EXPECT_NE(complaint("/nowhere/log.csv").find("/nowhere/log.csv"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace axiscal::test
