@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
 #include <cstdio>
+#include <set>
 
 #include <poll.h>
 #include <unistd.h>
@@ -114,21 +116,21 @@ class PlainFace final : public LineFace {
       }
       print("  commands: " + words);
     }
+    // Each when it comes; told again only after it was over.
+    std::set<std::string> there;
     for (const SessionAlarm& alarm : view.alarms) {
-      if (shown_alarms_ != alarm.text && &alarm == &view.alarms.front()) {
-        shown_alarms_ = alarm.text;
+      there.insert(alarm.code);
+      if (!shown_alarms_.contains(alarm.code)) {
         print("! " + alarm.text);
       }
     }
-    if (view.alarms.empty()) {
-      shown_alarms_.clear();
-    }
+    shown_alarms_ = std::move(there);
     last_ = view.phase;
   }
 
  private:
   SessionPhase last_ = SessionPhase::waiting;
-  std::string shown_alarms_;
+  std::set<std::string> shown_alarms_;
 };
 
 class JsonFace final : public LineFace {

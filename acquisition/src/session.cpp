@@ -27,6 +27,7 @@ namespace {
 constexpr std::size_t fewest_samples = 10;
 constexpr double settle_parts = 0.4;        // of the window, left out after it became still
 constexpr double first_floor_age_s = 1.0;   // before a first reading the noise floor must stand
+constexpr double time_rounding_s = 1e-6;    // of times that were added up
 constexpr double telling_drift = 5.0;       // standard errors
 constexpr int most_drift_restarts = 5;
 constexpr double stuck_s = 0.8;
@@ -575,14 +576,14 @@ class Session::Engine {
         }
         if (moved_ && stillness_.is_still() && !is_saturated_ && !is_stuck_) {
           phase_ = SessionPhase::settling;
-          settled_s_ = now_s_ + settle_parts * setup_.stillness.window_s;
+          settled_s_ = now_s_ + settle_parts * setup_.stillness.window_s - time_rounding_s;
         }
         break;
       case SessionPhase::settling:
         if (!stillness_.is_still()) {
           phase_ = SessionPhase::laying;
         } else if (now_s_ >= settled_s_ &&
-                   (!list_.readings().empty() || stillness_.floor_age_s() >= first_floor_age_s)) {
+                   (!list_.readings().empty() || stillness_.floor_age_s() >= first_floor_age_s - time_rounding_s)) {
           begin_dwell();
         }
         break;
@@ -620,7 +621,7 @@ class Session::Engine {
       return;
     }
     dwell_.add(now_s_, x_);
-    if (dwell_.seconds() < dwell_needed() || dwell_.samples() < fewest_samples) {
+    if (dwell_.seconds() < dwell_needed() - time_rounding_s || dwell_.samples() < fewest_samples) {
       return;
     }
     if (dwell_.drift() > telling_drift && drift_restarts_ < most_drift_restarts) {

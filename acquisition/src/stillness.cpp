@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::size_t fewest_samples = 8;
 constexpr std::size_t most_samples = 1024;
+constexpr double time_rounding_s = 1e-6;
 constexpr std::size_t sums_anew = 4096;  // rounding errors are thrown out so often
 
 }  // namespace
@@ -51,7 +52,7 @@ void Stillness::restart() {
 void Stillness::add(double time_s, std::span<const double> values) {
   if (rate_samples_++ == 0) {
     rate_from_s_ = time_s;
-  } else if (time_s - rate_from_s_ >= options_.window_s && rate_samples_ > 2) {
+  } else if (time_s - rate_from_s_ >= options_.window_s - time_rounding_s && rate_samples_ > 2) {
     rate_hz_ = static_cast<double>(rate_samples_ - 1) / (time_s - rate_from_s_);
     rate_from_s_ = time_s;
     rate_samples_ = 1;
@@ -79,7 +80,7 @@ void Stillness::add(double time_s, std::span<const double> values) {
   const bool anew = window_.empty() || ++since_sums_ >= sums_anew;
   window_.push_back(std::move(sample));
   while (window_.size() > fewest_samples &&
-         window_.front().time_s < time_s - options_.window_s) {
+         window_.front().time_s < time_s - options_.window_s - time_rounding_s) {
     const Eigen::VectorXd gone = window_.front().values - reference_;
     sum_ -= gone;
     sum_of_squares_ -= gone.cwiseAbs2();
@@ -114,7 +115,8 @@ void Stillness::add(double time_s, std::span<const double> values) {
 
 bool Stillness::is_ready() const {
   return window_.size() >= fewest_samples &&
-         window_.back().time_s - window_.front().time_s >= 0.8 * options_.window_s;
+         window_.back().time_s - window_.front().time_s >=
+             0.8 * options_.window_s - time_rounding_s;
 }
 
 Eigen::VectorXd Stillness::variance() const {

@@ -179,13 +179,13 @@ FakeServer::~FakeServer() {
   }
 }
 
-PseudoPort::PseudoPort() : master(::posix_openpt(O_RDWR | O_NOCTTY)), slave(-1) {
+PseudoPort::PseudoPort() : master(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)), slave(-1) {
   if (master.number() < 0 || ::grantpt(master.number()) != 0 || ::unlockpt(master.number()) != 0) {
     throw std::runtime_error("no pseudo-terminal");
   }
   path = ::ptsname(master.number());
   termios settings{};
-  Descriptor port(::open(path.c_str(), O_RDWR | O_NOCTTY));
+  Descriptor port(::open(path.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
   ::tcgetattr(port.number(), &settings);
   ::cfmakeraw(&settings);
   ::tcsetattr(port.number(), TCSANOW, &settings);
