@@ -12,6 +12,7 @@
 #include <thread>
 
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include "axiscal/acquisition/session_json.hpp"
@@ -73,6 +74,16 @@ std::string cookie_value(const httplib::Request& request, const std::string& nam
   }
   return "";
 }
+
+class PageServer : public httplib::Server {
+ public:
+  // The library's own queue of five is full at once when many come; then good browsers wait for
+  // seconds too.
+  void lengthen_queue() {
+    constexpr int waiting = 256;
+    ::listen(svr_sock_, waiting);
+  }
+};
 
 class WebFace final : public SessionFace {
  public:
@@ -176,6 +187,7 @@ class WebFace final : public SessionFace {
     const int tried = options_.port > 0 ? 1 : ports_tried;
     for (port_ = first; port_ < first + tried; ++port_) {
       if (server_.bind_to_port(address_.c_str(), port_)) {
+        server_.lengthen_queue();
         thread_ = std::thread([this] { server_.listen_after_bind(); });
         while (!server_.is_running()) {
           std::this_thread::yield();
@@ -393,7 +405,7 @@ class WebFace final : public SessionFace {
   WebOptions options_;
   std::string address_;
   int port_ = 0;
-  httplib::Server server_;
+  PageServer server_;
   std::thread thread_;
   std::chrono::steady_clock::time_point next_;
 

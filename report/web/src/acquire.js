@@ -104,7 +104,7 @@ function showActions(actions) {
       button.textContent = WORDS[action] ?? action;
       button.dataset.action = action;
       button.disabled = !controls;
-      button.className = GRAVE.has(action) ? "grave" : index === 0 ? "first" : "";
+      button.className = GRAVE.has(action) ? "grave" : index === 0 && action !== "undo" ? "first" : "";
       let asked = false;
       button.addEventListener("click", () => {
         if (action === "quit" && !asked) {
@@ -124,7 +124,13 @@ function showActions(actions) {
   at("actions").querySelector(`[data-action="${focused}"]`)?.focus();
 }
 
+let shownSteps = "";
 function showSteps(view) {
+  const key = JSON.stringify([view.steps, view.suspects]);
+  if (key === shownSteps) {
+    return;
+  }
+  shownSteps = key;
   let next = true;
   at("steps").replaceChildren(
     ...view.steps.map((step) => {
@@ -162,7 +168,7 @@ function showRing(view) {
   at("ring").classList.toggle("moving", !isStill);
   at("arc").style.strokeDashoffset = String(314.16 * (1 - share));
   set("ring-text", dwelling ? `${Math.round(100 * view.progress)} %` : isStill ? "still" : "moving");
-  set("ring-more", dwelling ? `of ${view.dwell.toPrecision(2)} s` : isStill ? "" : `${(view.stillness ?? 0).toPrecision(2)} times too much`);
+  set("ring-more", dwelling ? `of ${view.dwell.toPrecision(2)} s` : isStill ? "" : `${Math.min(9999, Math.round(view.stillness ?? 0))} times too much`);
   at("ring").setAttribute("aria-label", at("ring-text").textContent);
 }
 
@@ -180,6 +186,19 @@ function showAlarms(alarms) {
       line.textContent = alarm.text;
       return line;
     }),
+  );
+}
+
+let shownResult = "";
+function showResult(lines) {
+  const key = lines.join("\n");
+  if (key === shownResult) {
+    return;
+  }
+  shownResult = key;
+  at("result").hidden = lines.length === 0;
+  at("result-lines").replaceChildren(
+    ...lines.map((text) => Object.assign(document.createElement("li"), { textContent: text })),
   );
 }
 
@@ -205,10 +224,7 @@ function show(message) {
   set("slope", s ? `${(1e3 * s.x).toFixed(2)}, ${(1e3 * s.y).toFixed(2)} mrad (\u00b1 ${(2e3 * Math.max(s.u_x, s.u_y)).toFixed(2)})` : "");
   set("forecast", view.forecast_deg === null ? "" : `${view.forecast_deg.toPrecision(2)}\u00b0`);
   set("remaining", `${view.left} of ${view.done + view.left} points${view.remaining === null ? "" : `, ${duration(view.remaining)}`}`);
-  at("result").hidden = view.result.length === 0;
-  at("result-lines").replaceChildren(
-    ...view.result.map((text) => Object.assign(document.createElement("li"), { textContent: text })),
-  );
+  showResult(view.result);
   showRing(view);
   showAlarms(view.alarms);
   showSteps(view);

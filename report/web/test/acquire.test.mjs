@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+// node acquire.test.mjs FOLDER AXISCAL [PICTURES]: a session by clicks in headless Chromium, a watcher
+// beside it, a reload and a lost connection in the middle, and a server that is not impressed. FOLDER has
+// node_modules; pictures are kept where a folder for them is given. Exit status 77 without Chromium.
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import http from "node:http";
+import { createRequire } from "node:module";
+import net from "node:net";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+
+const [folder, axiscal, pictures] = process.argv.slice(2).map((argument) => resolve(argument));
+const browserPath = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find((path) => existsSync(path));
+if (!browserPath) {
+  console.log("skipped: no Chromium");
+  process.exit(77);
+}
+const { chromium } = createRequire(join(folder, "package.json"))("playwright-core");
+const scratch = mkdtempSync(join(tmpdir(), "axiscal-acquire-"));
+const pause = (ms) => new Promise((done) => setTimeout(done, ms));
+
+// A session with a page; its address comes on stderr.
+async function start(name, source, ...more) {
+  const program = spawn(axiscal, ["acquire", "--connect", source, "--web", "--json", "--name", join(scratch, name), ...more], {
+    cwd: scratch,
+    stdio: ["pipe", "pipe", "pipe"],
+  });
+  const session = { program, events: [], out: "", err: "", ended: null };
+  session.over = new Promise((done) => program.on("close", (status) => done((session.ended = status))));
+  program.stdout.on("data", (data) => {
+    session.out += data;
+    const lines = session.out.split("\n");
+    session.out = lines.pop();
+    session.events.push(...lines.filter(Boolean).map((line) => JSON.parse(line)));
+  });
+  program.stderr.on("data", (data) => (session.err += data));
+  for (let i = 0; i < 100 && !/http:\S+/.test(session.err); ++i) {
+    await pause(50);
+  }
+  session.url = session.err.match(/http:\S+/)[0];
+  session.captured = () => session.events.filter((event) => event.event === "captured").length;
+  return session;
+}
+
+const port = (session) => Number(new URL(session.url).port);
+function request(session, { method = "GET", path = "/", headers = {}, body = "" } = {}) {
+  return new Promise((done) => {
+    const sent = http.request({ host: "127.0.0.1", port: port(session), method, path, headers }, (response) => {
+      let text = "";
+      response.on("data", (data) => (text += data));
+      response.on("end", () => done({ status: response.statusCode, text, headers: response.headers }));
+    });
+    sent.on("error", (error) => done({ status: 0, text: String(error) }));
+    sent.end(body);
+  });
+}
+
+async function open(browser, session, options = {}) {
+  const context = await browser.newContext(options);
+  const page = await context.newPage();
+  const complaints = [];
+  page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  const others = [];
+  page.on("request", (sent) => {
+    const url = new URL(sent.url());
+    if (url.protocol !== "data:" && url.host !== `127.0.0.1:${port(session)}`) {
+      others.push(sent.url());
+    }
+  });
+  await page.goto(session.url);
+  await page.waitForSelector("html[data-ready]");
+  return { context, page, complaints, others };
+}
+
+const phaseIs = (page, phase, timeout = 20000) => page.waitForSelector(`body[data-phase="${phase}"]`, { timeout });
+const doneIs = (page, count) => page.waitForSelector(`body[data-done="${count}"]`, { timeout: 20000 });
+// Waits for one of several phases, or for so many readings; says which.
+async function comes(page, phases, done = null) {
+  for (let i = 0; i < 800; ++i) {
+    const { phase, done: readings } = await page.evaluate(() => ({ ...document.body.dataset }));
+    if (done !== null && Number(readings) === done) {
+      return "done";
+    }
+    if (phases.includes(phase)) {
+      return phase;
+    }
+    await pause(25);
+  }
+  throw new Error(`neither ${phases} nor ${done} readings`);
+}
+const click = (page, action) => page.click(`#actions [data-action="${action}"]`);
+async function picture(page, name) {
+  if (pictures) {
+    await page.screenshot({ path: join(pictures, `${name}.png`), fullPage: true });
+  }
+}
+
+async function aSessionByClicks(browser) {
+  const session = await start("clicks", "sim:?speed=12&seed=4&error=0.15", "--manual");
+  const mine = await open(browser, session, { viewport: { width: 1280, height: 900 } });
+  const { page } = mine;
+  assert.equal(new URL(page.url()).hash, "", "the key does not stay in the address");
+  const other = await open(browser, session, { viewport: { width: 1280, height: 900 }, colorScheme: "dark" });
+  const watcher = other.page;
+  assert.ok(await watcher.locator("#control").isVisible(), "the second browser watches");
+  assert.ok(await watcher.locator("#actions button").first().isDisabled());
+  await page.click("#sound");
+  let questions = 0;
+  let undone = false;
+  for (let done = 0; done < 12; ++done) {
+    for (;;) {
+      if ((await comes(page, ["ready", "question"])) === "ready") {
+        if (done === 1) {
+          await picture(page, "acquire-ready");
+        }
+        await click(page, "capture");
+        if ((await comes(page, ["question"], done + 1)) === "done") {
+          break;
+        }
+      }
+      ++questions;
+      if (questions === 1) {
+        assert.match(await page.textContent("#headline"), /looks like|looks turned|fits no pose/);
+        await picture(page, "acquire-question");
+      }
+      // The simulated person lays it right.
+      await page.waitForSelector('body:not([data-phase="question"])', { timeout: 20000 });
+    }
+    if (done === 3) {
+      await page.reload();
+      await page.waitForSelector("html[data-ready]");
+      await doneIs(page, 4);
+    }
+    if (done === 5) {
+      // The page that controls is lost: the session goes on, and the page comes back by itself.
+      await mine.context.setOffline(true);
+      await watcher.waitForSelector("html[data-ready]");
+      await pause(1500);
+      await mine.context.setOffline(false);
+      await page.waitForSelector("#link:text-is('connected')", { timeout: 20000 });
+    }
+    if (done === 6 && !undone) {
+      undone = true;
+      await click(page, "undo");
+      await doneIs(page, 6);
+      --done;
+    }
+    if (done === 7 && (await watcher.locator("#control").isVisible())) {
+      await watcher.click("#control");
+      await page.waitForSelector("#control:not([hidden])");
+      await watcher.waitForSelector("#control", { state: "hidden" });
+      await page.click("#control");
+      await page.waitForSelector("#control", { state: "hidden" });
+      await doneIs(watcher, 8);
+      await picture(watcher, "acquire-dark");
+    }
+  }
+  await phaseIs(page, "review");
+  assert.match(await page.textContent("#result-lines"), /calibrated/);
+  await picture(page, "acquire-review");
+  await click(page, "finish");
+  assert.equal(await session.over, 0, session.err);
+  assert.ok(questions >= 1, "the person erred");
+  const record = JSON.parse(readFileSync(join(scratch, "clicks.json"), "utf8"));
+  assert.equal(record.status, "ok");
+  assert.deepEqual(mine.others, [], "no request leaves the page's own server");
+  assert.deepEqual(other.complaints, []);
+  // Offline the browser itself says that requests fail.
+  assert.deepEqual(mine.complaints.filter((text) => !/ERR_|Failed to load|disconnected/.test(text)), []);
+  // Targets for gloves, words for three metres.
+  await mine.context.close();
+  await other.context.close();
+}
+
+async function largeEnough(browser) {
+  const session = await start("large", "sim:?speed=5");
+  const { page, context } = await open(browser, session, { viewport: { width: 1280, height: 900 } });
+  await doneIs(page, 1);
+  await phaseIs(page, "laying");
+  const sizes = await page.$$eval("#actions button", (all) => all.map((one) => one.getBoundingClientRect()).map((box) => [box.width, box.height]));
+  assert.ok(sizes.every(([width, height]) => width >= 120 && height >= 64), JSON.stringify(sizes));
+  const headline = await page.$eval("#headline", (one) => parseFloat(getComputedStyle(one).fontSize));
+  assert.ok(headline >= 48, `${headline} px`);
+  const inked = await page.$eval("#cube canvas", (canvas) => {
+    const copy = document.createElement("canvas");
+    [copy.width, copy.height] = [canvas.width, canvas.height];
+    const pen = copy.getContext("2d");
+    pen.drawImage(canvas, 0, 0);
+    const { data } = pen.getImageData(0, 0, copy.width, copy.height);
+    let other = 0;
+    for (let i = 4; i < data.length; i += 4) {
+      other += data[i] !== data[0] ? 1 : 0;
+    }
+    return other / (data.length / 4);
+  });
+  assert.ok(inked > 0.1, "the cube is drawn");
+  await picture(page, "acquire-laying");
+  await page.setViewportSize({ width: 420, height: 860 });
+  await picture(page, "acquire-phone");
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+  assert.ok(wide <= 425, `${wide} px wide on a phone`);
+  await context.close();
+  session.program.kill("SIGKILL");
+}
+
+async function theServerIsNotImpressed() {
+  const session = await start("attacked", "sim:?speed=20&seed=3");
+  const key = new URL(session.url).hash.slice(1);
+  const host = `127.0.0.1:${port(session)}`;
+  const json = { "Content-Type": "application/json", "X-Axiscal": "1" };
+  const login = (headers, body = JSON.stringify({ key })) => request(session, { method: "POST", path: "/login", headers, body });
+
+  const page = await request(session);
+  assert.equal(page.status, 200);
+  assert.match(page.headers["content-security-policy"], /default-src 'none'/);
+  assert.match(page.headers["content-security-policy"], /frame-ancestors 'none'/);
+  assert.ok(!page.text.includes(key), "the page does not hold the key");
+  assert.equal((await request(session, { headers: { Host: "evil.example" } })).status, 403, "another host's name");
+  assert.equal((await request(session, { headers: { Host: `evil.example:${port(session)}` } })).status, 403);
+  assert.equal((await login({ ...json, Origin: "http://evil.example" })).status, 403, "another site");
+  assert.equal((await login({ ...json, "Sec-Fetch-Site": "cross-site" })).status, 403);
+  assert.equal((await login({ "Content-Type": "application/json" })).status, 403, "no script of ours");
+  assert.equal((await login({ "Content-Type": "text/plain", "X-Axiscal": "1" })).status, 403);
+  assert.equal((await login(json, '{"key":"0123"}')).status, 403);
+  assert.equal((await request(session, { path: "/events" })).status, 403, "no key, nothing to see");
+  assert.equal((await request(session, { method: "POST", path: "/command", headers: json, body: '{"command":"quit"}' })).status, 403);
+  for (const path of ["/../../../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/attacked.journal", "/acquire.js/..%2f", "/.git/config"]) {
+    const answer = await request(session, { path });
+    assert.ok(answer.status >= 400, path);
+    assert.ok(!answer.text.includes("root:"), path);
+  }
+  assert.equal((await login(json, "x".repeat(100000))).status >= 400, true, "a body without end");
+  assert.ok([400, 414, 431, 0].includes((await request(session, { headers: { "X-Long": "y".repeat(20000) } })).status));
+
+  const entered = await login({ ...json, Origin: `http://${host}` });
+  assert.equal(entered.status, 200);
+  assert.match(entered.headers["set-cookie"][0], /HttpOnly; SameSite=Strict/);
+  const cookie = entered.headers["set-cookie"][0].split(";")[0];
+  const watcher = (await login(json)).headers["set-cookie"][0].split(";")[0];
+  const ask = (who, command) => request(session, { method: "POST", path: "/command", headers: { ...json, Cookie: who }, body: JSON.stringify({ command }) });
+  assert.equal((await ask(watcher, "quit")).status, 409, "one controls");
+  assert.equal((await ask(cookie, "explode")).status, 400);
+
+  // Slow ones, half requests and noise by the thousand; the readings are taken meanwhile.
+  const before = session.captured();
+  const sockets = [];
+  for (let i = 0; i < 60; ++i) {
+    const socket = net.connect(port(session), "127.0.0.1", () => socket.write("GET / HTTP/1.1\r\nHost: "));
+    socket.on("error", () => {});
+    sockets.push(socket);
+  }
+  for (let i = 0; i < 2000; ++i) {
+    await new Promise((done) => {
+      const socket = net.connect(port(session), "127.0.0.1", () => {
+        const noise = Buffer.from(Array.from({ length: 40 }, (_, k) => (i * 31 + k * 17) % 256));
+        socket.end(i % 3 === 0 ? noise : i % 3 === 1 ? "POST /command HTTP/1.1\r\nContent-Length: 99999999\r\n\r\n{" : "GET\r\n\r\n");
+        done();
+      });
+      socket.on("error", done);
+    });
+  }
+  for (let i = 0; i < 200 && session.ended === null && session.captured() < Math.min(before + 3, 12); ++i) {
+    await pause(50);
+  }
+  assert.ok(session.captured() >= Math.min(before + 3, 12), "the session goes on");
+  assert.equal(session.ended, null);
+  sockets.forEach((socket) => socket.destroy());
+  // When they are gone (or timed out) the page is served again.
+  let answer = { status: 0 };
+  for (let i = 0; i < 100 && answer.status !== 200; ++i) {
+    answer = await request(session);
+    await pause(100);
+  }
+  assert.equal(answer.status, 200, `${answer.text} ${session.ended} ${session.err}`);
+  assert.equal((await ask(cookie, "quit")).status, 200);
+  assert.equal(await session.over, 1, "stopped by the one who controls");
+}
+
+const browser = await chromium.launch({
+  executablePath: browserPath,
+  args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
+});
+try {
+  for (const test of [aSessionByClicks, largeEnough].filter(() => !process.env.ONLY_SERVER)) {
+    await test(browser);
+    console.log(`ok: ${test.name}`);
+  }
+  await theServerIsNotImpressed();
+  console.log("ok: theServerIsNotImpressed");
+} finally {
+  await browser.close();
+  rmSync(scratch, { recursive: true, force: true });
+}
+process.exit(0);
