@@ -49,7 +49,8 @@ int list_sources(const AcquireCommand& command) {
     write_whole_file("-", json_text(json));
     return 0;
   }
-  std::string text = found.empty() ? "Nothing is connected that announces itself.\n" : "Connected\n";
+  std::string text =
+      found.empty() ? "Nothing is connected that announces itself.\n" : "Connected\n";
   for (const FoundSource& one : found) {
     text += fmt::format("  {}\n      {}\n", one.address, one.description);
   }
@@ -86,9 +87,9 @@ bool is_simulated(const AcquireCommand& command) {
 Experiment experiment_for(const AcquireCommand& command) {
   ExperimentOptions options = command.experiment;
   if (!options.files.empty() && !options.files.front().ends_with(".json")) {
-    throw UsageError("acquire: '" + options.files.front() +
-                     "' is no experiment (.json); a recording is --connect file:" +
-                     options.files.front());
+    throw UsageError(
+        "acquire: '" + options.files.front() +
+        "' is no experiment (.json); a recording is --connect file:" + options.files.front());
   }
   if (is_simulated(command) && options.files.empty()) {
     options.instrument = options.instrument.value_or("accelerometer");
@@ -211,6 +212,27 @@ Json sheet_json(const std::vector<RunSheetRow>& sheet) {
   return rows;
 }
 
+// The sheet that a session was begun with.
+std::vector<RunSheetRow> sheet_of(const JsonValue& header) {
+  std::vector<RunSheetRow> sheet;
+  for (const JsonValue& one : header.at("sheet").elements()) {
+    const std::optional<Face> rest = parse_face(one.at("rest").text());
+    const std::optional<Face> fence = parse_face(one.at("fence").text());
+    if (!rest || !fence) {
+      one.fail("is no point");
+    }
+    RunSheetRow row{.run = one.at("run").integer(),
+                    .block = one.at("block").integer(),
+                    .entry = {.point = {*rest, *fence}, .level = one.at("level").number()},
+                    .temperature = {}};
+    if (const std::optional<JsonValue> temperature = one.find("temperature")) {
+      row.temperature = temperature->number();
+    }
+    sheet.push_back(row);
+  }
+  return sheet;
+}
+
 Journal start_journal(const AcquireCommand& command,
                       const SessionSetup& setup,
                       const std::string& path) {
@@ -320,10 +342,8 @@ void print(const std::string& text) {
   }
 }
 
-int deliver(const AcquireCommand& command,
-            const SessionSetup& setup,
-            const Session& session,
-            const Outputs& outputs) {
+// Writes the files of a session that has come to its end.
+Calibration write_files(const SessionSetup& setup, const Session& session, const Outputs& outputs) {
   const Observations observations = session.observations();
   if (observations.readings.empty()) {
     throw RefusedError("no point was taken");
@@ -335,10 +355,9 @@ int deliver(const AcquireCommand& command,
                        ", but no calibration follows from them; calibrate says why");
   }
   Calibration calibration = *session.calibration();
-  calibration.inputs = {{.path = outputs.journal, .sha256 = sha256_of_file(outputs.journal)},
-                        {.path = outputs.observations,
-                         .sha256 = sha256_of_file(outputs.observations)}};
-  const bool refused = calibration.status == "refused";
+  calibration.inputs = {
+      {.path = outputs.journal, .sha256 = sha256_of_file(outputs.journal)},
+      {.path = outputs.observations, .sha256 = sha256_of_file(outputs.observations)}};
   write_whole_file(outputs.record, calibration_json(calibration));
   ReportOptions options;
   options.observations = &observations;
@@ -346,6 +365,12 @@ int deliver(const AcquireCommand& command,
     options.table = setup.experiment.positioner.surface();
   }
   write_whole_file(outputs.report, calibration_report(calibration, options));
+  return calibration;
+}
+
+void print_result(const AcquireCommand& command,
+                  const Calibration& calibration,
+                  const Outputs& outputs) {
   if (command.json) {
     const Json files = {{"event", "files"},
                         {"status", calibration.status},
@@ -355,14 +380,12 @@ int deliver(const AcquireCommand& command,
                         {"journal", outputs.journal}};
     print(files.dump() + "\n");
   } else {
-    print("\n" + summary_text(calibration) + "\nreadings: " + outputs.observations +
-          "\nrecord: " + outputs.record + "\nreport: " + outputs.report +
-          "\njournal: " + outputs.journal + "\n");
+    print("\n" + summary_text(calibration) + "\nreadings: " + outputs.observations + "\nrecord: " +
+          outputs.record + "\nreport: " + outputs.report + "\njournal: " + outputs.journal + "\n");
   }
   for (const CalibrationWarning& warning : calibration.warnings) {
     print_remark("warning", warning.message);
   }
-  return refused ? 1 : 0;
 }
 
 int run_guided(AcquireCommand command) {
@@ -376,7 +399,10 @@ int run_guided(AcquireCommand command) {
     command = resumed_command(command, lines.front());
   }
   const Outputs outputs = outputs_of(command);
-  const SessionSetup setup = session_setup(command);
+  SessionSetup setup = session_setup(command);
+  if (command.resume) {
+    setup.sheet = sheet_of(parse_json(lines.front(), *command.resume));
+  }
   for (const std::string& output : {outputs.observations, outputs.record, outputs.report}) {
     forbid_overwriting(output, outputs.journal);
   }
@@ -388,6 +414,7 @@ int run_guided(AcquireCommand command) {
   if (command.resume) {
     session.restore(lines, *command.resume);
   }
+  std::optional<Calibration> calibration;
   {
     SampleFeed feed(std::move(sources));
     const std::vector<std::unique_ptr<SessionFace>> faces = make_faces(command, setup);
@@ -400,12 +427,17 @@ int run_guided(AcquireCommand command) {
     } catch (const DomainError& error) {
       throw UsageError(std::string("acquire: ") + error.what());
     }
+    // Before the faces go: a page may wait for its slowest browser.
+    if (!session.has_quit()) {
+      calibration = write_files(setup, session, outputs);
+    }
   }
-  if (session.has_quit()) {
+  if (!calibration) {
     throw RefusedError("stopped with " + std::to_string(session.readings().size()) +
                        " readings; go on with: axiscal acquire --resume " + outputs.journal);
   }
-  return deliver(command, setup, session, outputs);
+  print_result(command, *calibration, outputs);
+  return calibration->status == "refused" ? 1 : 0;
 }
 
 std::string health_text(const HealthView& view, const std::string& unit) {
@@ -422,12 +454,12 @@ std::string health_text(const HealthView& view, const std::string& unit) {
 }
 
 Json health_json(const HealthView& view, const Calibration& calibration) {
-  Json json = {{"still", view.is_still},
-               {"field",
-                {view.now.field_in_sensor.x(), view.now.field_in_sensor.y(),
-                 view.now.field_in_sensor.z()}},
-               {"residual", view.now.residual},
-               {"readings", view.readings}};
+  Json json = {
+      {"still", view.is_still},
+      {"field",
+       {view.now.field_in_sensor.x(), view.now.field_in_sensor.y(), view.now.field_in_sensor.z()}},
+      {"residual", view.now.residual},
+      {"readings", view.readings}};
   const InstrumentKind& kind = find_instrument_kind(calibration.instrument.kind);
   for (std::size_t i = 0; i < kind.derived_names.size() && !kind.derives_with_attitude; ++i) {
     json[std::string(kind.derived_names[i])] = view.now.derived.values[i];

@@ -33,6 +33,7 @@ ExportOptions options_of(const ExportCommand& command) {
     options.instance = whole_number_of("--instance", *command.instance, 0);
   }
   if (command.laboratory) {
+    forbid_overwriting(command.output, *command.laboratory);
     options.laboratory = read_certificate_details(*command.laboratory);
   }
   options.name = command.name.value_or(options.name);

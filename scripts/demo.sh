@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Installs what is missing, builds the command and shows the main job: a run of 12 readings becomes a
-# calibration, and raw readings become angles.
+# calibration, and raw readings become angles. With --guided: a session of the data collector with a
+# simulated instrument, table and person, who lays the cube wrong now and then.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -14,6 +15,14 @@ axiscal=build/release/cli/axiscal
 
 say() { printf '\n\033[1m%s\033[0m\n' "$*"; }
 show() { printf '$ %s\n' "${*//build\/release\/cli\//}"; "$@"; }
+
+if [ "${1:-}" = --guided ]; then
+  say "A guided session: the cube is laid as asked, now and then wrong; the readings take themselves"
+  rm -f $work/guided.*
+  show $axiscal acquire --connect 'sim:?speed=20&error=0.2&seed=7' --unattended --plain --name $work/guided
+  say "All files are in $work; try: $axiscal acquire --connect 'sim:?error=0.1' --web"
+  exit
+fi
 
 say "1. How to lay the cube down, and what it will reach: a run sheet in random order"
 show $axiscal plan --seed 7 --noise 2e-4 --sensitivity 2.5 -o $work/sheet.csv --page $work/sheet.html

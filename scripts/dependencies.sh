@@ -26,6 +26,12 @@ needs=(
   "libyaml-cpp-dev"
   "libpugixml-dev"
   "libcairo2-dev"
+  "libasio-dev"
+  "libiio-dev"
+  "libmosquitto-dev"
+  "libncurses-dev"
+  "libcpp-httplib-dev"
+  "libqrencode-dev"
   "libgtest-dev"
   "libgmock-dev"
   "libbenchmark-dev"
@@ -34,7 +40,7 @@ needs=(
 # Commands and their packages; they may come from elsewhere too. The report's script is bundled by node,
 # and used in a browser by the tests.
 tools=("node nodejs" "npm npm" "chromium chromium" "pdftotext poppler-utils" "debootstrap debootstrap"
-  "dpkg-shlibdeps dpkg-dev")
+  "dpkg-shlibdeps dpkg-dev" "tmux tmux" "mosquitto_pub mosquitto-clients")
 
 is_installed() {
   [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
@@ -44,6 +50,9 @@ if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   echo "dependencies.sh: no apt here; install these yourself: ${needs[*]}" >&2
   exit 1
 fi
+
+# A broker for the tests; its program is not on everybody's path.
+[ -x /usr/sbin/mosquitto ] || needs+=("mosquitto")
 
 missing=()
 for need in "${needs[@]}"; do

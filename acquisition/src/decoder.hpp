@@ -34,6 +34,9 @@ class Decoder {
 
   virtual void decode(std::string_view bytes, const DecoderSink& sink) = 0;
 
+  /// @return whether a line feed ends what came.
+  [[nodiscard]] virtual bool is_text() const { return true; }
+
   /// What comes next does not join what came before.
   /// @param midway  it may begin in the middle of a line or frame.
   virtual void restart(bool midway) = 0;

@@ -33,8 +33,8 @@ class DwellSums {
   double mean_time_ = 0.0;
   double time_squares_ = 0.0;
   Eigen::VectorXd mean_;
-  Eigen::VectorXd squares_;  // about the mean
-  Eigen::VectorXd products_; // with the time, about the means
+  Eigen::VectorXd squares_;   // about the mean
+  Eigen::VectorXd products_;  // with the time, about the means
 };
 
 }  // namespace axiscal

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "file_source.hpp"
+
 #include <algorithm>
 #include <thread>
 
 #include "axiscal/logs/log_file.hpp"
-#include "file_source.hpp"
 #include "sample_clock.hpp"
 
 namespace axiscal {
@@ -56,9 +57,9 @@ class FileSource final : public Source {
     const double due = started_ < 0.0 ? 0.0 : (session_seconds() - started_) * speed_;
     started_ = started_ < 0.0 ? session_seconds() : started_;
     if (is_live() && next_ < ready_.size() && ready_.time_s[next_] > due) {
-      std::this_thread::sleep_for(
-          std::min(patience, std::chrono::milliseconds(static_cast<int>(
-                                 1000.0 * (ready_.time_s[next_] - due) / speed_ + 1.0))));
+      std::this_thread::sleep_for(std::min(
+          patience, std::chrono::milliseconds(
+                        static_cast<int>(1000.0 * (ready_.time_s[next_] - due) / speed_ + 1.0))));
     }
     const double now = is_live() ? (session_seconds() - started_) * speed_ : 0.0;
     while (next_ < ready_.size() && (!is_live() || ready_.time_s[next_] <= now)) {

@@ -219,6 +219,8 @@ class FrameDecoder final : public Decoder {
     held_.erase(0, at);
   }
 
+  [[nodiscard]] bool is_text() const override { return false; }
+
   void restart(bool midway) override {
     held_.clear();
     midway_ = midway;

@@ -41,15 +41,16 @@ struct Unit {
   std::string_view unit;
   double factor;
 };
-constexpr std::array units = {
-    Unit{"accel", "m/s^2", 1.0},  Unit{"anglvel", "rad/s", 1.0}, Unit{"magn", "uT", 100.0},
-    Unit{"temp", "degC", 1e-3},   Unit{"voltage", "V", 1e-3},    Unit{"current", "A", 1e-3},
-    Unit{"illuminance", "lx", 1.0}, Unit{"incli", "deg", 1.0}};
+constexpr std::array units = {Unit{"accel", "m/s^2", 1.0},    Unit{"anglvel", "rad/s", 1.0},
+                              Unit{"magn", "uT", 100.0},      Unit{"temp", "degC", 1e-3},
+                              Unit{"voltage", "V", 1e-3},     Unit{"current", "A", 1e-3},
+                              Unit{"illuminance", "lx", 1.0}, Unit{"incli", "deg", 1.0}};
 
 struct IioChannel {
   iio_channel* channel = nullptr;
   double scale = 1.0;
   double offset = 0.0;
+  double unit = 1.0;  // of what is processed already
   bool is_time = false;
 };
 
@@ -84,9 +85,7 @@ class IioSource final : public Source {
         message_ = connect();
         was_open_ = was_open_ || message_.empty();
       }
-      report.state = context_     ? LinkState::open
-                     : was_open_ ? LinkState::lost
-                                 : LinkState::waiting;
+      report.state = context_ ? LinkState::open : was_open_ ? LinkState::lost : LinkState::waiting;
       report.message = message_;
       return report;
     }
@@ -130,9 +129,9 @@ class IioSource final : public Source {
       const std::string id = iio_device_get_id(one);
       const std::string device_name = label != nullptr ? label : "";
       there.push_back(device_name.empty() ? id : device_name);
-      const bool wanted = wanted_device_.empty() ? has_channels(*one)
-                                                 : wanted_device_ == id ||
-                                                       wanted_device_ == device_name;
+      const bool wanted = wanted_device_.empty()
+                              ? has_channels(*one)
+                              : wanted_device_ == id || wanted_device_ == device_name;
       device = device == nullptr && wanted ? one : device;
     }
     if (device == nullptr) {
@@ -185,8 +184,7 @@ class IioSource final : public Source {
       iio_channel_enable(channel);
       channels.push_back(describe(*channel, id, is_time));
       if (!names_.empty() && wanted != wanted_channels_.end()) {
-        channels.back().name =
-            names_[static_cast<std::size_t>(wanted - wanted_channels_.begin())];
+        channels.back().name = names_[static_cast<std::size_t>(wanted - wanted_channels_.begin())];
       }
     }
     for (const std::string& wanted : wanted_channels_) {
@@ -214,6 +212,7 @@ class IioSource final : public Source {
       for (const Unit& unit : units) {
         if (id.starts_with(unit.prefix)) {
           one.scale *= unit.factor;
+          one.unit = unit.factor;
           result.unit = unit.unit;
         }
       }
@@ -273,6 +272,7 @@ class IioSource final : public Source {
       value = (value + one.offset) * one.scale;
       if (error != 0) {
         error = iio_channel_attr_read_double(one.channel, "input", &value);
+        value *= one.unit;
       }
       if (error != 0) {
         return error;

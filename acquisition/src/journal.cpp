@@ -57,10 +57,9 @@ Journal Journal::create(const std::string& path) {
   const int descriptor =
       ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644);
   if (descriptor < 0) {
-    throw OutputError(errno == EEXIST
-                          ? path + ": is there already; go on with it by --resume " + path +
-                                ", or choose another name by --journal"
-                          : path + ": cannot be made: " + reason());
+    throw OutputError(errno == EEXIST ? path + ": is there already; go on with it by --resume " +
+                                            path + ", or choose another name by --journal"
+                                      : path + ": cannot be made: " + reason());
   }
   lock(path, descriptor);
   sync_folder(path);
@@ -68,12 +67,13 @@ Journal Journal::create(const std::string& path) {
 }
 
 Journal Journal::open(const std::string& path, std::vector<std::string>& lines) {
-  const std::string text = read_whole_file(path);
+  static_cast<void>(InputFile(path));  // says what is wrong with it
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   if (descriptor < 0) {
     throw OutputError(path + ": cannot be written: " + reason());
   }
   lock(path, descriptor);
+  const std::string text = read_whole_file(path);
   lines.clear();
   std::size_t whole = 0;
   for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', whole)) {

@@ -94,7 +94,13 @@ class DelimitedDecoder final : public LineDecoder {
       without_header(sink);
     } else if (cells.size() != channels_.size()) {
       sink.defect();
+      if (from_header_ && !confirmed_) {  // no header: a greeting
+        channels_.clear();
+        has_names_ = false;
+        delimiter_ = '\0';
+      }
     } else {
+      confirmed_ = true;
       sink.sample(values_);
     }
   }
@@ -109,13 +115,11 @@ class DelimitedDecoder final : public LineDecoder {
   }
 
   void header(const std::vector<std::string_view>& cells, const DecoderSink& sink) {
-    const bool named =
-        std::all_of(cells.begin(), cells.end(), [](std::string_view cell) {
-          const std::string_view name = cell_name(cell);
-          return !name.empty() && name.size() < 64 &&
-                 std::all_of(name.begin(), name.end(),
-                             [](char c) { return c >= ' ' && c < '\x7f'; });
-        });
+    const bool named = std::all_of(cells.begin(), cells.end(), [](std::string_view cell) {
+      const std::string_view name = cell_name(cell);
+      return !name.empty() && name.size() < 64 &&
+             std::all_of(name.begin(), name.end(), [](char c) { return c >= ' ' && c < '\x7f'; });
+    });
     if (!named || (has_names_ && cells.size() != channels_.size())) {
       delimiter_ = channels_.empty() ? '\0' : delimiter_;
       sink.defect();
@@ -126,6 +130,7 @@ class DelimitedDecoder final : public LineDecoder {
         channels_.push_back(channel_of(cell_name(cell)));
       }
       has_names_ = true;
+      from_header_ = true;
     }
   }
 
@@ -144,6 +149,8 @@ class DelimitedDecoder final : public LineDecoder {
 
   char delimiter_ = '\0';
   bool has_names_ = false;
+  bool from_header_ = false;
+  bool confirmed_ = false;  // a sample suits the names
   std::vector<double> waiting_;
 };
 
@@ -236,12 +243,12 @@ class PatternDecoder final : public LineDecoder {
     values_.assign(channels_.size(), missing);
     bool first = true;
     for (const Piece& piece : pieces_) {
-      const std::string_view before = first ? std::string_view(piece.before)
-                                            : trimmed(piece.before);
+      const std::string_view before =
+          first ? std::string_view(piece.before) : trimmed(piece.before);
       const std::size_t at = text.find(first ? trimmed(before) : before);
-      const bool joins = at != std::string_view::npos &&
-                         (first || text.substr(0, at).find_first_not_of(" \t") ==
-                                       std::string_view::npos);
+      const bool joins =
+          at != std::string_view::npos &&
+          (first || text.substr(0, at).find_first_not_of(" \t") == std::string_view::npos);
       if (!joins) {
         sink.defect();
         return;

@@ -19,6 +19,8 @@ class CommandLines {
  public:
   explicit CommandLines(bool reads) : reads_(reads) {}
 
+  [[nodiscard]] bool reads() const { return reads_; }
+
   [[nodiscard]] std::vector<std::string> take() {
     std::vector<std::string> lines;
     pollfd one{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
@@ -47,6 +49,8 @@ class LineFace : public SessionFace {
  public:
   explicit LineFace(bool reads_commands) : lines_(reads_commands) {}
 
+  [[nodiscard]] bool can_answer() const override { return lines_.reads(); }
+
   std::vector<SessionCommand> commands() override {
     std::vector<SessionCommand> result;
     for (const std::string& line : lines_.take()) {
@@ -68,9 +72,7 @@ class LineFace : public SessionFace {
     }
   }
 
-  static void print(const std::string& line) {
-    write_whole_file("-", line + "\n");
-  }
+  static void print(const std::string& line) { write_whole_file("-", line + "\n"); }
 
  private:
   CommandLines lines_;
@@ -101,10 +103,9 @@ class PlainFace final : public LineFace {
               (view.forecast_deg ? "; at the end a direction to " +
                                        number_text(*view.forecast_deg, 2) + " degrees (1 sd)"
                                  : "") +
-              (view.remaining_s
-                   ? "; about " + number_text(std::ceil(*view.remaining_s / 60.0), 3) +
-                         " minutes to go"
-                   : ""));
+              (view.remaining_s ? "; about " + number_text(std::ceil(*view.remaining_s / 60.0), 3) +
+                                      " minutes to go"
+                                : ""));
       }
     }
     if (view.phase != last_ &&

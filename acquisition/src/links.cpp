@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <asio.hpp>
 #include <optional>
 
-#include <asio.hpp>
 #include <poll.h>
 #include <unistd.h>
 
@@ -234,10 +234,9 @@ class TcpClientLink final : public TcpLink {
       return name_ + ": " + error.message();
     }
     error = asio::error::timed_out;
-    asio::async_connect(socket_, found,
-                        [&error](const asio::error_code& result, const auto& /*endpoint*/) {
-                          error = result;
-                        });
+    asio::async_connect(
+        socket_, found,
+        [&error](const asio::error_code& result, const auto& /*endpoint*/) { error = result; });
     context_.restart();
     context_.run_for(std::max(patience, std::chrono::milliseconds(500)));
     if (!context_.stopped()) {  // nobody answers
@@ -271,8 +270,8 @@ class TcpServerLink final : public TcpLink {
     asio::error_code error;
     if (!acceptor_.is_open()) {
       asio::ip::tcp::resolver resolver(context_);
-      const auto found = resolver.resolve(place_.host, place_.port,
-                                          asio::ip::resolver_base::passive, error);
+      const auto found =
+          resolver.resolve(place_.host, place_.port, asio::ip::resolver_base::passive, error);
       if (!error) {
         const asio::ip::tcp::endpoint endpoint = found.begin()->endpoint();
         acceptor_.open(endpoint.protocol(), error);

@@ -85,9 +85,7 @@ class MqttLink final : public ByteLink {
     if (!connected_) {
       return unconnected();
     }
-    return {.state = LinkState::open,
-            .message = "",
-            .reopened = std::exchange(reopened_, false)};
+    return {.state = LinkState::open, .message = "", .reopened = std::exchange(reopened_, false)};
   }
 
  private:

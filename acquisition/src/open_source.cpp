@@ -34,8 +34,8 @@ std::unique_ptr<Source> open_simulation(const SourceAddress& address) {
   setup.seed = static_cast<std::uint64_t>(address.number_or("seed", 1.0, 0.0, largest));
   setup.noise_sd = address.number_or("noise", setup.noise_sd, 0.0, 1.0);
   setup.rate_hz = address.number_or("rate", setup.rate_hz, 1.0, 1e5);
-  setup.speed = address.text_or("speed", "1") == "max" ? 0.0
-                                                       : address.number_or("speed", 1.0, 1e-2, 1e4);
+  setup.speed =
+      address.text_or("speed", "1") == "max" ? 0.0 : address.number_or("speed", 1.0, 1e-2, 1e4);
   setup.error_rate = address.number_or("error", 0.0, 0.0, 1.0);
   setup.knock_rate = address.number_or("knock", 0.0, 0.0, 1.0);
   setup.placement_sd_rad = address.number_or("placement", setup.placement_sd_rad, 0.0, 0.1);
@@ -128,8 +128,8 @@ void check_options(const SourceAddress& address, const SourceKind& kind) {
   const std::vector<std::string_view> known(kind.options.begin(), kind.options.end());
   for (const auto& [name, value] : address.options) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      address.fail("unknown option '" + name + "'" + did_you_mean(name, known) +
-                   "; there are " + joined(kind.options));
+      address.fail("unknown option '" + name + "'" + did_you_mean(name, known) + "; there are " +
+                   joined(kind.options));
     }
   }
 }
@@ -141,8 +141,8 @@ std::vector<FoundSource> find_serial_ports() {
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator("/dev/serial/by-id", error)) {
     linked.push_back(std::filesystem::canonical(entry.path(), error));
-    found.push_back({.address = "serial:" + entry.path().string(),
-                     .description = linked.back().string()});
+    found.push_back(
+        {.address = "serial:" + entry.path().string(), .description = linked.back().string()});
   }
   for (const auto& entry : std::filesystem::directory_iterator("/dev", error)) {
     const std::string name = entry.path().filename().string();

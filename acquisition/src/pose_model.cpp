@@ -161,8 +161,8 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
       for (Eigen::Index j = 0; j < 3; ++j, ++row) {
         J(row, m + 3 * k + j) = 1.0 / sensitivity_sd;
         J(row, common) = -nominal_axes_(k, j) / sensitivity_sd;
-        r(row) = -(fit.response.sensitivity(k, j) - common_scale * nominal_axes_(k, j)) /
-                 sensitivity_sd;
+        r(row) =
+            -(fit.response.sensitivity(k, j) - common_scale * nominal_axes_(k, j)) / sensitivity_sd;
       }
     }
     for (Eigen::Index j = 0; j < 2; ++j, ++row) {
@@ -189,15 +189,14 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
     common_scale += step(common);
     fit.field_in_table = (home + magnitude * tangents * tilt).normalized() * magnitude;
   }
-  const Eigen::MatrixXd inverse = factor.triangularView<Eigen::Upper>().solve(
-      Eigen::MatrixXd::Identity(unknowns, unknowns));
+  const Eigen::MatrixXd inverse =
+      factor.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(unknowns, unknowns));
   // Readings that contradict each other say less.
   const double contradiction = n > 2 ? cost / static_cast<double>(n * m) : 1.0;
   fit.variance_factor = std::max(1.0, contradiction);
   fit.covariance = fit.variance_factor * (inverse * inverse.transpose());
-  const Eigen::Matrix3d in_table = tangents *
-                                   fit.covariance.block<2, 2>(tangent, tangent) *
-                                   tangents.transpose();
+  const Eigen::Matrix3d in_table =
+      tangents * fit.covariance.block<2, 2>(tangent, tangent) * tangents.transpose();
   fit.slope_u = in_table.diagonal().head<2>().cwiseMax(0.0).cwiseSqrt();
   return fit;
 }
@@ -220,10 +219,9 @@ std::optional<PoseJudgement> PoseModel::judge(const std::vector<PlacedReading>& 
   const Eigen::Index m = setup_.instrument.axis_count();
   const Eigen::Index unknowns = model->covariance.rows();
   const auto misfit_of = [&](const DesignPoint& point) {
-    const Eigen::Matrix3d R =
-        setup_.rotation_sensor_from_positioner *
-        setup_.positioner.rotation_table_from_positioner(point).transpose() *
-        reading.entry.level;
+    const Eigen::Matrix3d R = setup_.rotation_sensor_from_positioner *
+                              setup_.positioner.rotation_table_from_positioner(point).transpose() *
+                              reading.entry.level;
     const Eigen::Vector3d in_sensor = R * model->field_in_table;
     Eigen::MatrixXd J = Eigen::MatrixXd::Zero(m, unknowns);
     const Eigen::Matrix<double, Eigen::Dynamic, 2> by_tilt =
@@ -242,9 +240,8 @@ std::optional<PoseJudgement> PoseModel::judge(const std::vector<PlacedReading>& 
     const Eigen::VectorXd difference = reading.mean - model->response.at(in_sensor);
     return difference.dot(C.llt().solve(difference));
   };
-  PoseJudgement judgement{.best = reading.entry.point,
-                          .log_ratio = 0.0,
-                          .misfit = misfit_of(reading.entry.point)};
+  PoseJudgement judgement{
+      .best = reading.entry.point, .log_ratio = 0.0, .misfit = misfit_of(reading.entry.point)};
   judgement.best_misfit = judgement.misfit;
   for (const DesignEntry& entry : standard_design(24)) {
     const double misfit = misfit_of(entry.point);
@@ -257,8 +254,7 @@ std::optional<PoseJudgement> PoseModel::judge(const std::vector<PlacedReading>& 
   judgement.looks_like_another =
       judgement.log_ratio > telling_log_ratio && judgement.best_misfit < fitting_misfit;
   judgement.fits_none = !judgement.looks_like_another && known.size() >= readings_to_rely_on &&
-                        judgement.misfit > no_pose_misfit &&
-                        judgement.best_misfit > fitting_misfit;
+                        judgement.misfit > no_pose_misfit && judgement.best_misfit > fitting_misfit;
   return judgement;
 }
 

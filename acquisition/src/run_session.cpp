@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <optional>
+#include <thread>
 
 #include "axiscal/acquisition/session_face.hpp"
 #include "sample_clock.hpp"
@@ -60,9 +62,15 @@ void run_session(Session& session,
       session.idle(feed.silence_s());
     }
     session.set_source_alarms(feed.alarms());
-    if (feed.has_ended() && batch.size() == 0 && !said_ended) {
-      said_ended = true;
-      if (unattended) {
+    if (batch.size() == 0 && !feed.is_live()) {
+      std::this_thread::sleep_for(patience);
+    }
+    const bool nobody_answers =
+        unattended || std::none_of(faces.begin(), faces.end(),
+                                   [](const SessionFace* face) { return face->can_answer(); });
+    if (feed.has_ended() && batch.size() == 0) {
+      session.no_more_samples();
+      if (nobody_answers && !std::exchange(said_ended, true)) {
         session.command({.action = SessionAction::finish, .run = {}});
         session.command({.action = SessionAction::finish, .run = {}});
         if (!session.is_over()) {

@@ -40,8 +40,7 @@ void SampleClock::set_channels(const std::vector<Channel>& channels) {
   for (const Channel& channel : channels) {
     names.push_back(channel.name);
   }
-  if (const auto found =
-          find_time_column(address_.text, names, address_.text_or("time", ""))) {
+  if (const auto found = find_time_column(address_.text, names, address_.text_or("time", ""))) {
     column_ = found->position;
     seconds_ = found->seconds;
   }
@@ -62,8 +61,8 @@ void SampleClock::append(std::span<const double> values,
     }
     if (!started_) {
       offset_ = arrival_s - own;
-    } else if (own == last_own_ && std::equal(values.begin(), values.end(), last_values_.begin(),
-                                              last_values_.end())) {
+    } else if (own == last_own_ &&
+               std::equal(values.begin(), values.end(), last_values_.begin(), last_values_.end())) {
       ++report.duplicates;
       return;
     }

@@ -48,7 +48,7 @@ class SampleClock {
   SourceAddress address_;
   double rate_hz_ = 0.0;
   std::optional<std::size_t> column_;
-  double seconds_ = 1.0;   // per unit of the column
+  double seconds_ = 1.0;  // per unit of the column
   bool started_ = false;
   double offset_ = 0.0;    // session time less the source's
   double last_own_ = 0.0;  // the source's time of the last sample

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -20,12 +21,12 @@ namespace axiscal {
 namespace {
 
 constexpr std::size_t most_values_waiting = 1U << 20U;  // 8 MiB a source
-constexpr double shown_for_s = 3.0;       // a defect that is over
+constexpr double shown_for_s = 3.0;                     // a defect that is over
 constexpr double rate_window_s = 0.9;
 constexpr double rate_tolerance = 0.05;
 constexpr double no_sample_s = 1.0;
-constexpr double longest_wait_s = 1.0;    // for another source's next sample
-constexpr double longest_hold_s = 10.0;   // its last sample counts for so long
+constexpr double longest_wait_s = 1.0;   // for another source's next sample
+constexpr double longest_hold_s = 10.0;  // its last sample counts for so long
 
 // One source with what it has delivered and said.
 class Reader {
@@ -66,6 +67,9 @@ class Reader {
     append(batch, waiting_);
     waiting_.clear();
     room_.notify_all();
+    if (failure_ && batch.size() == 0) {
+      std::rethrow_exception(failure_);
+    }
   }
 
   [[nodiscard]] std::vector<Channel> channels() const {
@@ -123,9 +127,9 @@ class Reader {
                                 " lines or frames so far were no samples, and are left out"});
     }
     if (stepped_at_s_ > 0.0 && now - stepped_at_s_ < shown_for_s) {
-      alarms.push_back({.code = "clock",
-                        .text = source_->name() +
-                                ": its clock was set; the times go on without the jump"});
+      alarms.push_back(
+          {.code = "clock",
+           .text = source_->name() + ": its clock was set; the times go on without the jump"});
     }
     const double stated = source_->stated_rate_hz();
     if (is_live() && stated > 0.0 && rate_hz_ > 0.0 &&
@@ -147,7 +151,16 @@ class Reader {
         const std::lock_guard lock(mutex_);
         pass_request();
       }
-      const SourceReport report = source_->read(batch, patience);
+      SourceReport report;
+      try {
+        report = source_->read(batch, patience);
+      } catch (...) {
+        const std::lock_guard lock(mutex_);
+        failure_ = std::current_exception();
+        ended_ = true;
+        arrived_.notify_all();
+        return;
+      }
       std::unique_lock lock(mutex_);
       note(report, batch.size());
       // A reader that is late stops the source, never the memory.
@@ -215,6 +228,7 @@ class Reader {
   LinkState state_ = LinkState::waiting;
   std::string message_;
   bool ended_ = false;
+  std::exception_ptr failure_;
   SampleFeed::Counts counts_;
   double opened_s_ = 0.0;
   double last_sample_s_ = 0.0;
@@ -302,8 +316,7 @@ class SampleFeed::Impl {
     reader.take(batch, std::chrono::milliseconds(0));
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const std::span<const double> row = batch.row(i);
-      others_[s].samples.emplace_back(batch.time_s[i],
-                                      std::vector<double>(row.begin(), row.end()));
+      others_[s].samples.emplace_back(batch.time_s[i], std::vector<double>(row.begin(), row.end()));
     }
     while (others_[s].samples.size() > most_pending) {
       others_[s].samples.pop_front();
@@ -340,10 +353,9 @@ class SampleFeed::Impl {
     while (!pending_.empty()) {
       auto& [time_s, values] = pending_.front();
       for (std::size_t s = 1; s < readers_.size(); ++s) {
-        const bool later = !others_[s].samples.empty() &&
-                           others_[s].samples.back().first >= time_s;
-        const bool is_late = readers_.front()->is_live() &&
-                             session_seconds() - time_s > longest_wait_s;
+        const bool later = !others_[s].samples.empty() && others_[s].samples.back().first >= time_s;
+        const bool is_late =
+            readers_.front()->is_live() && session_seconds() - time_s > longest_wait_s;
         const bool may_come = !readers_[s]->has_ended() &&
                               (!readers_[s]->is_live() || others_[s].samples.empty() || !is_late);
         if (!later && may_come) {

@@ -82,7 +82,8 @@ class ScpiSource final : public Source {
     take_replies(batch, report);
     if (step_ != Step::connect && session_seconds() - asked_s_ > longest_answer_s) {
       report.message = name_ + ": no answer to " + asked_ + " for " +
-                       number_text(longest_answer_s) + " s";
+                       number_text(longest_answer_s) + " s; it is set up anew";
+      begin();
     }
     if (!complaint_.empty()) {
       report.message = complaint_;
@@ -99,6 +100,8 @@ class ScpiSource final : public Source {
       text += command + "\n";
     }
     complaint_.clear();
+    held_.clear();
+    errors_ = 0;
     if (link_->write(text)) {
       step_ = Step::errors;
       ask("SYST:ERR?");

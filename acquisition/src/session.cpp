@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "axis_columns.hpp"
 #include "axiscal/acquisition/pose_model.hpp"
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/forecast.hpp"
@@ -17,7 +18,6 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_unit.hpp"
-#include "axis_columns.hpp"
 #include "dwell_sums.hpp"
 #include "reading_list.hpp"
 
@@ -25,10 +25,12 @@ namespace axiscal {
 namespace {
 
 constexpr std::size_t fewest_samples = 10;
-constexpr double settle_parts = 0.4;        // of the window, left out after it became still
-constexpr double first_floor_age_s = 1.0;   // before a first reading the noise floor must stand
-constexpr double time_rounding_s = 1e-6;    // of times that were added up
-constexpr double telling_drift = 5.0;       // standard errors
+constexpr double settle_parts = 0.4;       // of the window, left out after it became still
+constexpr double first_floor_age_s = 3.0;  // before a first reading the noise floor must stand
+constexpr double laying_anew_s = 1.0;      // of motion; less is a bump
+constexpr double store_again_s = 0.5;
+constexpr double time_rounding_s = 1e-6;  // of times that were added up
+constexpr double telling_drift = 5.0;     // standard errors
 constexpr int most_drift_restarts = 5;
 constexpr double stuck_s = 0.8;
 constexpr double silent_s = 0.8;
@@ -36,6 +38,7 @@ constexpr std::size_t saturated_samples = 3;
 constexpr int most_retake_rounds = 2;
 constexpr double noisy_reading = 5.0;  // times the median of the scatter of readings
 constexpr std::size_t raw_samples_a_line = 256;
+constexpr std::size_t most_raw_waiting = 1U << 16U;
 
 struct ActionName {
   SessionAction action;
@@ -66,11 +69,13 @@ struct UnitMistake {
   double factor;
   std::string_view text;
 };
-constexpr double standard_gravity = 9.80665;
 constexpr std::array unit_mistakes = {
-    UnitMistake{standard_gravity, "m/s^2 for g"}, UnitMistake{1.0 / standard_gravity, "g for m/s^2"},
-    UnitMistake{1e3, "a thousandth of it"},       UnitMistake{1e-3, "a thousand of it"},
-    UnitMistake{deg_per_rad, "deg for rad"},      UnitMistake{rad_per_deg, "rad for deg"},
+    UnitMistake{standard_gravity, "m/s^2 for g"},
+    UnitMistake{1.0 / standard_gravity, "g for m/s^2"},
+    UnitMistake{1e3, "a thousandth of it"},
+    UnitMistake{1e-3, "a thousand of it"},
+    UnitMistake{deg_per_rad, "deg for rad"},
+    UnitMistake{rad_per_deg, "rad for deg"},
     UnitMistake{0.1, "Gauss for mT, or the like: a tenth"},
 };
 
@@ -129,7 +134,7 @@ std::optional<SessionAction> parse_action(std::string_view name) {
 }
 
 std::string_view phase_name(SessionPhase phase) {
-  constexpr std::array<std::string_view, 11> names = {"waiting",  "soaking", "laying",  "settling",
+  constexpr std::array<std::string_view, 11> names = {"waiting",  "soaking", "laying",   "settling",
                                                       "dwelling", "ready",   "question", "storing",
                                                       "paused",   "review",  "over"};
   return names[static_cast<std::size_t>(phase)];
@@ -145,14 +150,14 @@ class Session::Engine {
         m_(setup_.experiment.instrument.axis_count()),
         list_(setup_.sheet),
         stillness_(static_cast<std::size_t>(m_), setup_.stillness),
-        model_({.instrument = setup_.experiment.instrument,
-                .field = field_,
-                .positioner = setup_.experiment.positioner,
-                .rotation_sensor_from_positioner =
-                    setup_.experiment.rotation_sensor_from_positioner,
-                .direction_sd_rad = direction_sd(setup_.experiment, field_),
-                .nominal_sensitivity = nominal_,
-                .placement_sd_rad = setup_.placement_sd_rad}),
+        model_(
+            {.instrument = setup_.experiment.instrument,
+             .field = field_,
+             .positioner = setup_.experiment.positioner,
+             .rotation_sensor_from_positioner = setup_.experiment.rotation_sensor_from_positioner,
+             .direction_sd_rad = direction_sd(setup_.experiment, field_),
+             .nominal_sensitivity = nominal_,
+             .placement_sd_rad = setup_.placement_sd_rad}),
         dwell_(m_),
         x_(m_),
         saturated_(static_cast<std::size_t>(m_), 0) {
@@ -188,6 +193,9 @@ class Session::Engine {
       } catch (const DataError& error) {
         throw DataError(path, i + 1, error.what());
       }
+    }
+    if (!list_.readings().empty()) {
+      remember(list_.readings().back());
     }
     learn_from_readings();
     if (!list_.readings().empty()) {
@@ -236,7 +244,21 @@ class Session::Engine {
 
   void set_source_alarms(const std::vector<SessionAlarm>& alarms) { source_alarms_ = alarms; }
 
+  void no_more_samples() { samples_ended_ = true; }
+
   void command(const SessionCommand& command) {
+    const bool is_way_out = command.action == SessionAction::quit;
+    if (is_over()) {
+      return;
+    }
+    if (phase_ == SessionPhase::storing && !is_way_out) {
+      event("refused", "a reading is not stored yet: make room on the disk");
+      return;
+    }
+    if (phase_ == SessionPhase::paused && command.action != SessionAction::go_on && !is_way_out) {
+      event("refused", "paused: go on first");
+      return;
+    }
     switch (command.action) {
       case SessionAction::capture:
         capture_now();
@@ -262,15 +284,16 @@ class Session::Engine {
         }
         break;
       case SessionAction::skip:
-        if (wanted_) {
-          change(ReadingList::skipped(*wanted_), "skipped", wanted_row().entry.point.name());
+        if (wanted_ &&
+            change(ReadingList::skipped(*wanted_), "skipped", wanted_row().entry.point.name())) {
           moved_ = true;
           next_point();
         }
         break;
       case SessionAction::replicate:
-        change(ReadingList::replicate(), "replicate", "the whole design once more");
-        next_point();
+        if (change(ReadingList::replicate(), "replicate", "the whole design once more")) {
+          next_point();
+        }
         break;
       case SessionAction::pause:
         if (phase_ != SessionPhase::paused && phase_ != SessionPhase::over) {
@@ -297,6 +320,7 @@ class Session::Engine {
         break;
       case SessionAction::quit:
         quit_ = true;
+        flush_raw();
         phase_ = SessionPhase::over;
         event("quit", "stopped; go on with --resume " + journal_.path());
         break;
@@ -378,8 +402,7 @@ class Session::Engine {
              const std::string& text,
              std::optional<int> run = {},
              std::optional<DesignPoint> point = {}) {
-    events_.push_back(
-        {.kind = kind, .text = text, .time_s = now_s_, .run = run, .point = point});
+    events_.push_back({.kind = kind, .text = text, .time_s = now_s_, .run = run, .point = point});
   }
 
   // An empty text ends an alarm.
@@ -407,7 +430,7 @@ class Session::Engine {
     }
     raw_time_.push_back(now_s_);
     raw_values_.push_back(std::vector<double>(values.begin(), values.end()));
-    if (raw_time_.size() >= raw_samples_a_line) {
+    if (raw_time_.size() % raw_samples_a_line == 0) {
       flush_raw();
     }
   }
@@ -418,9 +441,16 @@ class Session::Engine {
     }
     const Json entry = {{"entry", "raw"},
                         {"channels", channel_names_},
-                        {"time", std::exchange(raw_time_, {})},
-                        {"values", std::exchange(raw_values_, {})}};
-    set_alarm("disk", journal_.append_later(entry.dump()));
+                        {"time", raw_time_},
+                        {"values", raw_values_}};
+    const std::string why = journal_.append_later(entry.dump());
+    if (phase_ != SessionPhase::storing) {
+      set_alarm("disk", why);
+    }
+    if (why.empty() || raw_time_.size() > most_raw_waiting) {  // memory is limited too
+      raw_time_.clear();
+      raw_values_.clear();
+    }
   }
 
   void take_temperature(std::span<const double> values) {
@@ -478,15 +508,17 @@ class Session::Engine {
     std::string stuck;
     for (std::size_t k = 0; k < static_cast<std::size_t>(m_); ++k) {
       const Stillness::Unchanged same = stillness_.unchanged(k);
-      if (was_seen_to_scatter_ && floor(static_cast<Eigen::Index>(k)) > 0.0 &&
-          scattered_[static_cast<Eigen::Index>(k)] && same.seconds >= stuck_s &&
-          same.samples >= fewest_samples) {
+      // Noise below the converter's step shows no change for long, and is well.
+      if (was_seen_to_scatter_ && scattered_[static_cast<Eigen::Index>(k)] &&
+          floor(static_cast<Eigen::Index>(k)) > stillness_.step()(static_cast<Eigen::Index>(k)) &&
+          same.seconds >= stuck_s && same.samples >= fewest_samples) {
         stuck += (stuck.empty() ? "" : ", ") + setup_.experiment.instrument.axes[k];
       }
     }
     set_alarm("stuck", stuck.empty() ? ""
-                                     : stuck + ": the same value to the last digit for a while; is "
-                                               "it stuck, or its converter?");
+                                     : stuck +
+                                           ": the same value to the last digit for a while; is "
+                                           "it stuck, or its converter?");
     is_stuck_ = !stuck.empty();
     look_at_unit();
   }
@@ -583,7 +615,8 @@ class Session::Engine {
         if (!stillness_.is_still()) {
           phase_ = SessionPhase::laying;
         } else if (now_s_ >= settled_s_ &&
-                   (!list_.readings().empty() || stillness_.floor_age_s() >= first_floor_age_s - time_rounding_s)) {
+                   (!list_.readings().empty() ||
+                    stillness_.floor_age_s() >= first_floor_age_s - time_rounding_s)) {
           begin_dwell();
         }
         break;
@@ -592,14 +625,26 @@ class Session::Engine {
         dwell();
         break;
       case SessionPhase::question:
-        if (!stillness_.is_still()) {
-          pending_.reset();
-          phase_ = SessionPhase::laying;
-          moved_ = true;
+        look_for_laying_anew();
+        break;
+      case SessionPhase::storing:
+        if (now_s_ - tried_to_store_s_ > store_again_s) {
+          store();
         }
         break;
       default:
         break;
+    }
+  }
+
+  // After a question: a bump is no new pose.
+  void look_for_laying_anew() {
+    if (!stillness_.is_ready() || stillness_.is_still()) {
+      moving_from_s_ = now_s_;
+    } else if (now_s_ - moving_from_s_ > laying_anew_s) {
+      pending_.reset();
+      phase_ = SessionPhase::laying;
+      moved_ = true;
     }
   }
 
@@ -671,8 +716,7 @@ class Session::Engine {
     }
     const Eigen::VectorXd difference = dwell_.mean() - *last_mean_;
     const double limit = 3.0 * setup_.placement_sd_rad * response_scale();
-    return (difference.array().abs() <=
-            stillness_.floor().array() * stillness_.factor() + limit)
+    return (difference.array().abs() <= stillness_.floor().array() * stillness_.factor() + limit)
         .all();
   }
 
@@ -685,8 +729,8 @@ class Session::Engine {
     }
     constexpr double clearly = 10.0;
     return ((stillness_.mean() - *last_mean_).array().abs() >
-            clearly * stillness_.floor().array() + 10.0 * setup_.placement_sd_rad *
-                                                       response_scale())
+            clearly * stillness_.floor().array() +
+                10.0 * setup_.placement_sd_rad * response_scale())
         .any();
   }
 
@@ -747,9 +791,8 @@ class Session::Engine {
     }
     pending_ = reading;
     judgement_ = model_.judge(
-        placed(), {.entry = reading.row.entry,
-                   .mean = reading.mean,
-                   .u = u_of(reading.sd, reading.samples)});
+        placed(),
+        {.entry = reading.row.entry, .mean = reading.mean, .u = u_of(reading.sd, reading.samples)});
     if (judgement_ && (judgement_->looks_like_another || judgement_->fits_none)) {
       // Laid anew and the same again: then the doubt is about a reading before.
       if (questioned_ == judgement_->best) {
@@ -759,9 +802,9 @@ class Session::Engine {
       }
       questioned_ = judgement_->best;
       phase_ = SessionPhase::question;
-      event("question", question_text(), {}, judgement_->looks_like_another
-                                                 ? std::optional(judgement_->best)
-                                                 : std::nullopt);
+      moving_from_s_ = now_s_;
+      event("question", question_text(), {},
+            judgement_->looks_like_another ? std::optional(judgement_->best) : std::nullopt);
       present_ = judgement_->looks_like_another ? std::optional(judgement_->best) : std::nullopt;
       return;
     }
@@ -796,6 +839,7 @@ class Session::Engine {
 
   // First to the disk, then to the eye.
   void store() {
+    tried_to_store_s_ = now_s_;
     flush_raw();
     const Json entry = ReadingList::captured(*pending_);
     const std::string why = journal_.append(entry.dump());
@@ -804,30 +848,36 @@ class Session::Engine {
         event("not_stored", run_text(pending_->run) + " is not stored yet: " + why);
       }
       phase_ = SessionPhase::storing;
-      set_alarm("disk", why + ": make room; the reading is kept and tried again, and those "
-                              "before it are safe");
+      set_alarm("disk", why +
+                            ": make room; the reading is kept and tried again, and those "
+                            "before it are safe");
       return;
     }
     set_alarm("disk", "");
     list_.apply(entry);
     const CapturedReading taken = *pending_;
-    present_ = taken.row.entry.point;
-    last_mean_ = taken.mean;
-    last_point_ = taken.row.entry.point;
-    moved_ = false;
-    soaked_at_ = taken.row.temperature ? taken.row.temperature : soaked_at_;
     phase_ = SessionPhase::laying;
     point_seconds_.push_back(now_s_ - asked_s_);
-    stillness_.learn(taken.sd);
-    was_seen_to_scatter_ = true;
-    scattered_ = scattered_.size() == 0 ? (taken.sd.array() > 0.0).eval()
-                                        : (scattered_ || (taken.sd.array() > 0.0)).eval();
+    remember(taken);
     event("captured",
           run_text(taken.run) + ": " + taken.row.entry.point.name() + ", " +
               std::to_string(taken.samples) + " samples",
           taken.run, taken.row.entry.point);
     learn_from_readings();
     next_point();
+  }
+
+  // The cube lies as at this reading until it is moved.
+  void remember(const CapturedReading& taken) {
+    present_ = taken.row.entry.point;
+    last_mean_ = taken.mean;
+    last_point_ = taken.row.entry.point;
+    moved_ = false;
+    soaked_at_ = taken.row.temperature ? taken.row.temperature : soaked_at_;
+    stillness_.learn(taken.sd);
+    was_seen_to_scatter_ = true;
+    scattered_ = scattered_.size() == 0 ? (taken.sd.array() > 0.0).eval()
+                                        : (scattered_ || (taken.sd.array() > 0.0)).eval();
   }
 
   // A change of the list that is no reading; without room on the disk nothing changes.
@@ -841,6 +891,7 @@ class Session::Engine {
       return false;
     }
     list_.apply(entry);
+    calibration_.reset();
     event(kind, text, run);
     return true;
   }
@@ -876,7 +927,7 @@ class Session::Engine {
     fit_ = model_.fit(placed());
     view_.slope.reset();
     view_.forecast_deg.reset();
-    if (fit_ && list_.readings().size() > 1) {
+    if (fit_ && list_.readings().size() > 1 && field_.kind == "gravity") {
       view_.slope = fit_->field_in_table.head<2>() / field_.magnitude;
       view_.slope_u = fit_->slope_u;
     }
@@ -897,10 +948,10 @@ class Session::Engine {
       if (suspects_.contains(reading.run) || insisted_.contains(reading.run)) {
         continue;
       }
-      const std::optional<PoseJudgement> judgement = model_.judge(
-          placed(reading.run), {.entry = reading.row.entry,
-                                .mean = reading.mean,
-                                .u = u_of(reading.sd, reading.samples)});
+      const std::optional<PoseJudgement> judgement =
+          model_.judge(placed(reading.run), {.entry = reading.row.entry,
+                                             .mean = reading.mean,
+                                             .u = u_of(reading.sd, reading.samples)});
       if (judgement && judgement->looks_like_another &&
           (!worst || judgement->log_ratio > worst->log_ratio)) {
         worst = judgement;
@@ -941,8 +992,7 @@ class Session::Engine {
     setup.method = list_.steps().size() % 2 == 0 ? Method::paired : Method::joint;
     try {
       const Forecast result = axiscal::forecast(setup);
-      view_.forecast_deg =
-          deg_per_rad * largest_angle_uncertainty(result, result.covariance());
+      view_.forecast_deg = deg_per_rad * largest_angle_uncertainty(result, result.covariance());
     } catch (const Error&) {
       view_.forecast_deg.reset();
     }
@@ -956,8 +1006,7 @@ class Session::Engine {
         now_s_ - soak_time_.front() >= setup_.soak_window_s) {
       const std::vector<double> times(soak_time_.begin(), soak_time_.end());
       const std::vector<double> temperatures(soak_temperature_.begin(), soak_temperature_.end());
-      soak_state_ =
-          soak_state(times, temperatures, setup_.soak_window_s, setup_.soak_tolerance);
+      soak_state_ = soak_state(times, temperatures, setup_.soak_window_s, setup_.soak_tolerance);
       soaked_ = soaked_ || (soak_state_.steady && is_nearest_level(*planned));
     }
     if (soaked_) {
@@ -969,8 +1018,8 @@ class Session::Engine {
 
   bool is_nearest_level(double planned) const {
     return std::none_of(list_.steps().begin(), list_.steps().end(), [&](const SessionStep& step) {
-      return step.row.temperature && std::abs(*step.row.temperature - *temperature_) <
-                                         std::abs(planned - *temperature_);
+      return step.row.temperature &&
+             std::abs(*step.row.temperature - *temperature_) < std::abs(planned - *temperature_);
     });
   }
 
@@ -978,8 +1027,11 @@ class Session::Engine {
 
   void finish() {
     if (phase_ == SessionPhase::review || (list_.is_finished() && !wanted_)) {
+      flush_raw();
+      std::optional<Calibration> calibration = calibration_;
       if (list_.is_finished() ||
           change(ReadingList::finished(), "finished", "the session is finished")) {
+        calibration_ = std::move(calibration);
         phase_ = SessionPhase::over;
       }
       return;
@@ -1014,7 +1066,7 @@ class Session::Engine {
     if (list_.is_finished()) {
       phase_ = SessionPhase::over;
     } else if (setup_.unattended) {
-      if (!suggested_.empty() && retake_rounds_ < most_retake_rounds) {
+      if (!suggested_.empty() && !samples_ended_ && retake_rounds_ < most_retake_rounds) {
         ++retake_rounds_;
         retake(suggested_, "retake");
       } else {
@@ -1027,7 +1079,7 @@ class Session::Engine {
   void suggest() {
     std::set<int> runs(suspects_.begin(), suspects_.end());
     if (calibration_) {
-      view_.result.push_back(calibration_->status == "ok"       ? "calibrated"
+      view_.result.push_back(calibration_->status == "ok"        ? "calibrated"
                              : calibration_->status == "refused" ? "refused"
                                                                  : "calibrated, with warnings");
       for (const CalibrationWarning& warning : calibration_->warnings) {
@@ -1079,11 +1131,11 @@ class Session::Engine {
         break;
       case SessionPhase::soaking:
         view_.headline = "Soak at " + number_text(*wanted_row().temperature);
-        view_.detail = !temperature_column_ ? "no temperature comes; go on when it is there"
-                       : soak_state_.remaining_s > 0.0
-                           ? "about " + number_text(soak_state_.remaining_s / 60.0, 2) +
-                                 " minutes to go"
-                           : "waiting until it is steady";
+        view_.detail =
+            !temperature_column_ ? "no temperature comes; go on when it is there"
+            : soak_state_.remaining_s > 0.0
+                ? "about " + number_text(soak_state_.remaining_s / 60.0, 2) + " minutes to go"
+                : "waiting until it is steady";
         break;
       case SessionPhase::laying:
       case SessionPhase::settling: {
@@ -1093,11 +1145,11 @@ class Session::Engine {
           words.emplace_back(turn_words(turn));
         }
         view_.detail = phase_ == SessionPhase::settling ? "let go; it is nearly still"
-                       : view_.lies_as_before ? "it lies as at the last reading: " +
-                                                    joined(words, ", then ")
-                       : !words.empty()                 ? joined(words, ", then ")
-                       : present_ ? "lift it, wipe its feet, and lay it down the same way"
-                                  : "";
+                       : view_.lies_as_before
+                           ? "it lies as at the last reading: " + joined(words, ", then ")
+                       : !words.empty() ? joined(words, ", then ")
+                       : present_       ? "lift it, wipe its feet, and lay it down the same way"
+                                        : "";
         if (wanted_row().entry.level != 1.0) {
           view_.detail += (view_.detail.empty() ? "" : "; ") + std::string("level ") +
                           number_text(wanted_row().entry.level);
@@ -1113,10 +1165,10 @@ class Session::Engine {
         break;
       case SessionPhase::question:
         view_.headline = question_text();
-        view_.looks_like = judgement_->looks_like_another ? std::optional(judgement_->best)
-                                                          : std::nullopt;
-        view_.detail = "lay it right: " + wanted_row().entry.point.name() +
-                       "; or accept it as it is";
+        view_.looks_like =
+            judgement_->looks_like_another ? std::optional(judgement_->best) : std::nullopt;
+        view_.detail =
+            "lay it right: " + wanted_row().entry.point.name() + "; or accept it as it is";
         break;
       case SessionPhase::storing:
         view_.headline = "The reading is not stored yet";
@@ -1164,12 +1216,15 @@ class Session::Engine {
 
   SessionPhase phase_ = SessionPhase::waiting;
   SessionPhase before_pause_ = SessionPhase::waiting;
-  std::optional<std::size_t> wanted_;    // step
+  std::optional<std::size_t> wanted_;  // step
   std::optional<DesignPoint> present_;
   std::optional<Eigen::VectorXd> last_mean_;  // of the reading that was taken last
   std::optional<DesignPoint> last_point_;
   bool said_as_before_ = false;
   bool moved_ = true;
+  double moving_from_s_ = 0.0;  // in a question
+  double tried_to_store_s_ = 0.0;
+  bool samples_ended_ = false;
   double settled_s_ = 0.0;
   double asked_s_ = 0.0;
   int drift_restarts_ = 0;
@@ -1219,6 +1274,9 @@ void Session::idle(double seconds) {
 }
 void Session::set_source_alarms(const std::vector<SessionAlarm>& alarms) {
   engine_->set_source_alarms(alarms);
+}
+void Session::no_more_samples() {
+  engine_->no_more_samples();
 }
 void Session::command(const SessionCommand& command) {
   engine_->command(command);

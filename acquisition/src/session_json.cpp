@@ -116,16 +116,16 @@ std::vector<SessionAction> possible_actions(const SessionView& view) {
     case SessionPhase::paused:
       return {Action::go_on, Action::quit};
     case SessionPhase::question:
-      return view.looks_like ? std::vector{Action::accept, Action::as_seen, Action::skip,
-                                           Action::pause, Action::quit}
-                             : std::vector{Action::accept, Action::skip, Action::pause,
-                                           Action::quit};
-    case SessionPhase::review:
-      return view.suspects.empty()
-                 ? std::vector{Action::finish, Action::replicate, Action::undo, Action::retake,
+      return view.looks_like
+                 ? std::vector{Action::accept, Action::as_seen, Action::skip, Action::pause,
                                Action::quit}
-                 : std::vector{Action::retake_suggested, Action::finish, Action::replicate,
-                               Action::undo, Action::retake, Action::quit};
+                 : std::vector{Action::accept, Action::skip, Action::pause, Action::quit};
+    case SessionPhase::review:
+      return view.suspects.empty() ? std::vector{Action::finish, Action::replicate, Action::undo,
+                                                 Action::retake, Action::quit}
+                                   : std::vector{Action::retake_suggested, Action::finish,
+                                                 Action::replicate,        Action::undo,
+                                                 Action::retake,           Action::quit};
     case SessionPhase::soaking:
       return {Action::go_on, Action::skip, Action::pause, Action::finish, Action::quit};
     default:

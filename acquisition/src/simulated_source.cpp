@@ -39,11 +39,10 @@ SimulatedSource::SimulatedSource(std::string name, const SimulationSetup& setup)
   truth_.sensitivity = SensitivityMatrix::Zero(3, 3);
   for (Eigen::Index k = 0; k < 3; ++k) {
     truth_.sensitivity.row(k) =
-        setup.sensitivity * (Eigen::Matrix3d::Identity().row(k) +
-                             normal_vector(random_, misalignment_sd).transpose());
+        setup.sensitivity *
+        (Eigen::Matrix3d::Identity().row(k) + normal_vector(random_, misalignment_sd).transpose());
   }
-  field_in_table_ = {setup.slope.x(), setup.slope.y(),
-                     std::sqrt(1.0 - setup.slope.squaredNorm())};
+  field_in_table_ = {setup.slope.x(), setup.slope.y(), std::sqrt(1.0 - setup.slope.squaredNorm())};
   to_ = Eigen::Quaterniond(Positioner().rotation_table_from_positioner(lies_));
   from_ = to_;
 }
@@ -67,9 +66,8 @@ void SimulatedSource::start_moving(const DesignPoint& point) {
   from_ = to_;
   const Eigen::Vector3d turn = normal_vector(random_, setup_.placement_sd_rad);
   const double angle = turn.norm();
-  const Eigen::Quaterniond jitter(
-      angle > 0.0 ? Eigen::AngleAxisd(angle, turn / angle)
-                  : Eigen::AngleAxisd(0.0, Eigen::Vector3d::UnitX()));
+  const Eigen::Quaterniond jitter(angle > 0.0 ? Eigen::AngleAxisd(angle, turn / angle)
+                                              : Eigen::AngleAxisd(0.0, Eigen::Vector3d::UnitX()));
   to_ = jitter * Eigen::Quaterniond(Positioner().rotation_table_from_positioner(point));
   lies_ = point;
   knock_at_s_ = random_.uniform() < setup_.knock_rate ? moves_until_s_ + 1.5 : -1.0;

@@ -13,7 +13,6 @@ namespace {
 constexpr std::size_t fewest_samples = 8;
 constexpr std::size_t most_samples = 1024;
 constexpr double time_rounding_s = 1e-6;
-constexpr std::size_t sums_anew = 4096;  // rounding errors are thrown out so often
 
 }  // namespace
 
@@ -77,7 +76,7 @@ void Stillness::add(double time_s, std::span<const double> values) {
   skipped_ = 0;
   Sample sample{.time_s = time_s,
                 .values = Eigen::Map<const Eigen::VectorXd>(values.data(), axes_)};
-  const bool anew = window_.empty() || ++since_sums_ >= sums_anew;
+  bool anew = window_.empty() || ++since_sums_ >= std::max(window_.size(), fewest_samples);
   window_.push_back(std::move(sample));
   while (window_.size() > fewest_samples &&
          window_.front().time_s < time_s - options_.window_s - time_rounding_s) {
@@ -93,9 +92,9 @@ void Stillness::add(double time_s, std::span<const double> values) {
     }
     window_ = std::move(half);
     stride_ *= 2;
-    since_sums_ = sums_anew;
+    anew = true;
   }
-  if (anew || since_sums_ >= sums_anew) {
+  if (anew) {
     since_sums_ = 0;
     reference_ = window_.back().values;
     sum_.setZero();
@@ -114,9 +113,8 @@ void Stillness::add(double time_s, std::span<const double> values) {
 }
 
 bool Stillness::is_ready() const {
-  return window_.size() >= fewest_samples &&
-         window_.back().time_s - window_.front().time_s >=
-             0.8 * options_.window_s - time_rounding_s;
+  return window_.size() >= fewest_samples && window_.back().time_s - window_.front().time_s >=
+                                                 0.8 * options_.window_s - time_rounding_s;
 }
 
 Eigen::VectorXd Stillness::variance() const {
@@ -149,7 +147,7 @@ void Stillness::learn(const Eigen::VectorXd& sd) {
     const double shown = std::max(sd(k), least);
     if (shown > 0.0 && (options_.noise_sd.size() == 0)) {
       // A louder rest does not raise the floor by more than a half.
-      floor_(k) = floor_known_ ? std::min(shown, 1.5 * floor_(k)) : shown;
+      floor_(k) = floor_(k) > 0.0 ? std::min(shown, 1.5 * floor_(k)) : shown;
     }
   }
   floor_known_ = true;
@@ -163,8 +161,8 @@ double Stillness::ratio() const {
   double largest = 0.0;
   for (Eigen::Index k = 0; k < axes_; ++k) {
     if (sd(k) > 0.0) {
-      largest = std::max(largest, floor_(k) > 0.0 ? sd(k) / floor_(k)
-                                                  : std::numeric_limits<double>::infinity());
+      largest = std::max(
+          largest, floor_(k) > 0.0 ? sd(k) / floor_(k) : std::numeric_limits<double>::infinity());
     }
   }
   return largest;

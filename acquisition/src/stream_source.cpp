@@ -20,23 +20,23 @@ SourceReport StreamSource::read(SampleBatch& batch, std::chrono::milliseconds pa
   if (link.reopened) {
     decoder_->restart(true);
   }
-  const bool ends_line = link_->has_messages() || link.state == LinkState::ended;
+  const bool ends_line =
+      decoder_->is_text() && (link_->has_messages() || link.state == LinkState::ended);
   if (ends_line && !bytes_.empty() && bytes_.back() != '\n') {
     bytes_ += '\n';
   } else if (link.state == LinkState::ended) {
     bytes_ = "\n";
   }
   const double arrival_s = session_seconds();
-  const DecoderSink sink{
-      .sample =
-          [&](std::span<const double> values) {
-            if (!clock_knows_channels_) {
-              clock_.set_channels(decoder_->channels());
-              clock_knows_channels_ = true;
-            }
-            clock_.append(values, arrival_s, batch, report);
-          },
-      .defect = [&] { ++report.defects; }};
+  const DecoderSink sink{.sample =
+                             [&](std::span<const double> values) {
+                               if (!clock_knows_channels_) {
+                                 clock_.set_channels(decoder_->channels());
+                                 clock_knows_channels_ = true;
+                               }
+                               clock_.append(values, arrival_s, batch, report);
+                             },
+                         .defect = [&] { ++report.defects; }};
   decoder_->decode(bytes_, sink);
   return report;
 }

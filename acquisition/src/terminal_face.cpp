@@ -117,8 +117,9 @@ class TerminalFace final : public SessionFace {
     actions_ = possible_actions(view);
     ::erase();
     if (LINES < fewest_lines || COLS < fewest_columns) {
-      put(0, 0, "This window is " + std::to_string(COLS) + " x " + std::to_string(LINES) +
-                    "; make it 80 x 24 or larger. The session goes on.");
+      put(0, 0,
+          "This window is " + std::to_string(COLS) + " x " + std::to_string(LINES) +
+              "; make it 80 x 24 or larger. The session goes on.");
       ::refresh();
       return;
     }
@@ -183,10 +184,10 @@ class TerminalFace final : public SessionFace {
   void draw(const SessionView& view) {
     const bool is_bad = view.phase == SessionPhase::question || view.phase == SessionPhase::storing;
     const int head = static_cast<int>(A_BOLD) |
-                     static_cast<int>(is_bad                                   ? COLOR_PAIR(bad)
-                                      : view.phase == SessionPhase::dwelling   ? COLOR_PAIR(warn)
-                                      : view.phase == SessionPhase::over       ? COLOR_PAIR(good)
-                                                                               : COLOR_PAIR(plain));
+                     static_cast<int>(is_bad                                 ? COLOR_PAIR(bad)
+                                      : view.phase == SessionPhase::dwelling ? COLOR_PAIR(warn)
+                                      : view.phase == SessionPhase::over     ? COLOR_PAIR(good)
+                                                                             : COLOR_PAIR(plain));
     put(0, 1, title_, static_cast<int>(A_REVERSE));
     const std::string count =
         std::to_string(view.done) + " done, " + std::to_string(view.left) + " to go";
@@ -254,8 +255,9 @@ class TerminalFace final : public SessionFace {
       reading += number_text(value, 6) + "  ";
     }
     put(10, column, "reading  " + reading);
-    put(11, column, "rate     " + number_text(view.rate_hz, 4) + " samples a second" +
-                        (view.automatic ? "" : "; on command"));
+    put(11, column,
+        "rate     " + number_text(view.rate_hz, 4) + " samples a second" +
+            (view.automatic ? "" : "; on command"));
     if (view.temperature) {
       put(12, column, "temperature " + number_text(*view.temperature, 5));
     }
@@ -282,7 +284,11 @@ class TerminalFace final : public SessionFace {
       const bool suspect = step.run && std::find(view.suspects.begin(), view.suspects.end(),
                                                  *step.run) != view.suspects.end();
       const bool is_next = !step.run && !step.skipped && std::exchange(next, false);
-      const char* const mark = suspect ? "?" : step.run ? "*" : step.skipped ? "-" : is_next ? ">" : ".";
+      const char* const mark = suspect        ? "?"
+                               : step.run     ? "*"
+                               : step.skipped ? "-"
+                               : is_next      ? ">"
+                                              : ".";
       if (column < COLS - 2) {
         put(17, column, mark,
             static_cast<int>(suspect    ? COLOR_PAIR(bad)
@@ -298,8 +304,7 @@ class TerminalFace final : public SessionFace {
     std::string more;
     for (const KeyBinding& binding : bindings) {
       if (std::find(actions_.begin(), actions_.end(), binding.action) != actions_.end()) {
-        std::string& line =
-            static_cast<int>(keys.size()) < COLS - 28 && more.empty() ? keys : more;
+        std::string& line = static_cast<int>(keys.size()) < COLS - 28 && more.empty() ? keys : more;
         line += (line.empty() ? "" : " | ") + std::string(binding.words);
       }
     }

@@ -64,6 +64,13 @@ bool same_key(const std::string& a, const std::string& b) {
   return difference == 0;
 }
 
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](char c) {
+    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  });
+  return text;
+}
+
 std::string cookie_value(const httplib::Request& request, const std::string& name) {
   const std::string header = request.get_header_value("Cookie");
   for (const std::string_view part : split(header, ';')) {
@@ -95,6 +102,11 @@ class WebFace final : public SessionFace {
       limit.rlim_cur = limit.rlim_max;
       ::setrlimit(RLIMIT_NOFILE, &limit);
     }
+    // Not the port of another session: the library's default would share it.
+    server_.set_socket_options([](socket_t socket) {
+      const int yes = 1;
+      ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    });
     server_.new_task_queue = [] { return new httplib::ThreadPool(threads); };
     server_.set_payload_max_length(longest_body);
     server_.set_read_timeout(timeout_s);
@@ -168,12 +180,10 @@ class WebFace final : public SessionFace {
     serve("/", acquire_page(), "text/html; charset=utf-8");
     serve("/acquire.css", acquire_style(), "text/css; charset=utf-8");
     serve("/acquire.js", acquire_script(), "text/javascript; charset=utf-8");
-    server_.Post("/login", [this](const Request& request, Response& response) {
-      login(request, response);
-    });
-    server_.Get("/events", [this](const Request& request, Response& response) {
-      stream(request, response);
-    });
+    server_.Post("/login",
+                 [this](const Request& request, Response& response) { login(request, response); });
+    server_.Get("/events",
+                [this](const Request& request, Response& response) { stream(request, response); });
     server_.Post("/control", [this](const Request& request, Response& response) {
       take_control(request, response);
     });
@@ -215,24 +225,32 @@ class WebFace final : public SessionFace {
 
   // Whether a request is for this server by its own name, from this page or no page.
   bool is_ours(const Request& request, Response& response) const {
-    const std::string host = request.get_header_value("Host");
+    const std::optional<int> length = parse_integer(request.get_header_value("Content-Length"));
+    const bool is_get = request.method == "GET" || request.method == "HEAD";
+    const bool has_short_body = request.method == "POST" && length && *length >= 0 &&
+                                *length <= static_cast<int>(longest_body);
+    if (!(is_get || has_short_body) || (is_get && length.value_or(0) != 0) ||
+        request.has_header("Transfer-Encoding") || request.has_header("Range")) {
+      refuse(response, 413, "no such request");
+      return false;
+    }
+    const std::string host = lower(request.get_header_value("Host"));
     std::array<char, 256> name{};
     ::gethostname(name.data(), name.size() - 1);
     const std::string port = ":" + std::to_string(port_);
     std::vector<std::string> names = {"127.0.0.1" + port, "localhost" + port};
     if (!is_loopback()) {
-      names.push_back(address_ + port);
-      names.push_back(std::string(name.data()) + port);
+      names.push_back(lower(address_) + port);
+      names.push_back(lower(name.data()) + port);
       // Reached at 0.0.0.0 by any of its addresses: a name that another site may bind is none.
-      if (address_ == "0.0.0.0" &&
-          host.find_first_not_of("0123456789.:") == std::string::npos) {
+      if (address_ == "0.0.0.0" && host.find_first_not_of("0123456789.:") == std::string::npos) {
         names.push_back(host);
       }
     }
     const std::string origin = request.get_header_value("Origin");
     const std::string site = request.get_header_value("Sec-Fetch-Site");
     const bool good_host = std::find(names.begin(), names.end(), host) != names.end();
-    const bool good_origin = origin.empty() || origin == "http://" + host;
+    const bool good_origin = origin.empty() || lower(origin) == "http://" + host;
     const bool good_site = site.empty() || site == "same-origin" || site == "none";
     if (!good_host || !good_origin || !good_site) {
       refuse(response, 403, "not for this server");
@@ -288,8 +306,8 @@ class WebFace final : public SessionFace {
       if (controller_.empty()) {
         controller_ = session;
       }
-      response.set_header("Set-Cookie", cookie_name() + "=" + session +
-                                            "; HttpOnly; SameSite=Strict; Path=/");
+      response.set_header("Set-Cookie",
+                          cookie_name() + "=" + session + "; HttpOnly; SameSite=Strict; Path=/");
       accept(response);
       if (!is_loopback()) {
         key_ = random_key();
@@ -382,8 +400,7 @@ class WebFace final : public SessionFace {
     if (stopping_ && watcher.version == version_) {
       return "";
     }
-    changed_.wait_for(lock, heartbeat,
-                      [&] { return stopping_ || watcher.version != version_; });
+    changed_.wait_for(lock, heartbeat, [&] { return stopping_ || watcher.version != version_; });
     watcher.sent = std::chrono::steady_clock::now();
     if (watcher.version == version_) {
       return stopping_ ? "" : ": still here\n\n";

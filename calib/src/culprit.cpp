@@ -16,6 +16,7 @@
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "axiscal/core/units.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "culprit_fit.hpp"
 #include "warnings.hpp"
@@ -973,7 +974,6 @@ class Search {
     return result;
   }
 
-  static constexpr double standard_gravity = 9.80665;
   static constexpr double sure = 200.0;
   static constexpr double repeated_point = 5.0;
 

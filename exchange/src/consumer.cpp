@@ -18,8 +18,6 @@
 namespace axiscal {
 namespace {
 
-constexpr double standard_gravity = 9.80665;  // m/s^2, what a driver makes of 1 g
-
 // The consumer's reading per the record's.
 double reading_factor_of(const Instrument& instrument,
                          const std::string& wanted,
@@ -166,12 +164,16 @@ Differences differences_of(const Calibration& calibration,
 
 }  // namespace
 
+void require_three_axes(const Calibration& calibration, std::string_view format) {
+  if (calibration.instrument.axis_count() != 3 || calibration.instrument.one_sided) {
+    throw RefusedError("format " + std::string(format) + " is for instruments of three axes");
+  }
+}
+
 Sensor sensor_of(const Calibration& calibration, std::string_view format) {
   const std::string& kind = calibration.instrument.kind;
   const std::string of_format = "format " + std::string(format);
-  if (calibration.instrument.axis_count() != 3 || calibration.instrument.one_sided) {
-    throw RefusedError(of_format + " is for instruments of three axes");
-  }
+  require_three_axes(calibration, format);
   if (kind == "accelerometer" || kind == "inclinometer") {
     return Sensor::accelerometer;
   }
@@ -325,20 +327,29 @@ std::string source_line(const Calibration& calibration) {
   return fit_for_comment(line);
 }
 
+std::vector<std::string> comment_of(const Calibration& calibration,
+                                    const std::vector<std::string>& lines,
+                                    const std::optional<ExportLoss>& loss) {
+  std::vector<std::string> comment = {source_line(calibration)};
+  if (calibration.status == "refused") {
+    comment.emplace_back("THIS CALIBRATION WAS REFUSED: do not rely on it.");
+  }
+  for (const std::string& line : lines) {
+    comment.push_back(fit_for_comment(line));
+  }
+  if (loss) {
+    comment.push_back("Not held: " + fit_for_comment(loss_text(*loss)) + ".");
+  }
+  return comment;
+}
+
 std::string comment_lines(const Calibration& calibration,
                           std::string_view mark,
                           const std::vector<std::string>& lines,
                           const std::optional<ExportLoss>& loss) {
-  const std::string start(mark);
-  std::string text = start + source_line(calibration) + "\n";
-  if (calibration.status == "refused") {
-    text += start + "THIS CALIBRATION WAS REFUSED: do not rely on it.\n";
-  }
-  for (const std::string& line : lines) {
-    text += start + fit_for_comment(line) + "\n";
-  }
-  if (loss) {
-    text += start + "Not held: " + fit_for_comment(loss_text(*loss)) + ".\n";
+  std::string text;
+  for (const std::string& line : comment_of(calibration, lines, loss)) {
+    text += std::string(mark) + line + "\n";
   }
   return text;
 }

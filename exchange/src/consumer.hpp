@@ -12,6 +12,9 @@ namespace axiscal {
 
 enum class Sensor { accelerometer, gyroscope, magnetometer };
 
+/// @throws RefusedError  for other than three axes, or one-sided ones; `format` is for the message.
+void require_three_axes(const Calibration& calibration, std::string_view format);
+
 /// @return which of the three an instrument is.
 /// @throws RefusedError  for another kind, other than three axes, or one-sided ones; `format` is
 /// for
@@ -66,7 +69,12 @@ std::optional<ExportLoss> accepted_loss(const Calibration& calibration,
 /// control characters.
 std::string source_line(const Calibration& calibration);
 
-/// The lines of a comment in a file that marks them by `mark`: source, formula, units, loss.
+/// What a file says of itself, line by line: source, whether it was refused, formula, units, loss.
+std::vector<std::string> comment_of(const Calibration& calibration,
+                                    const std::vector<std::string>& lines,
+                                    const std::optional<ExportLoss>& loss);
+
+/// The same as a comment in a file that marks them by `mark`.
 std::string comment_lines(const Calibration& calibration,
                           std::string_view mark,
                           const std::vector<std::string>& lines,

@@ -101,10 +101,13 @@ Exported export_px4(const Calibration& calibration, const ExportOptions& options
   return {.content = text, .loss = loss};
 }
 
-std::string ardupilot_group(int instance) {
+std::string ardupilot_group(int instance, std::string_view sensor) {
   const std::string number = std::to_string(instance + 1);
   // From the fourth on the parameters stand in groups of their own.
-  return instance == 0 ? "INS_ACC" : instance < 3 ? "INS_ACC" + number : "INS" + number + "_ACC";
+  const std::string name(sensor);
+  return instance == 0  ? "INS_" + name
+         : instance < 3 ? "INS_" + name + number
+                        : "INS" + number + "_" + name;
 }
 
 Exported export_ardupilot(const Calibration& calibration, const ExportOptions& options) {
@@ -114,8 +117,9 @@ Exported export_ardupilot(const Calibration& calibration, const ExportOptions& o
       nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "ardupilot", options);
   const bool is_compass = sensor == Sensor::magnetometer;
+  const bool is_gyroscope = sensor == Sensor::gyroscope;
   require_instance(options, is_compass ? 3 : 5, "ardupilot");
-  const std::string ins = ardupilot_group(options.instance);
+  const std::string ins = ardupilot_group(options.instance, is_gyroscope ? "GYR" : "ACC");
   const std::string number = options.instance == 0 ? "" : std::to_string(options.instance + 1);
   std::vector<Parameter> all;
   std::vector<std::string> lines;
@@ -128,9 +132,7 @@ Exported export_ardupilot(const Calibration& calibration, const ExportOptions& o
     lines = in_flight(sensor, "field = v - GYROFFS",
                       "in the sensor's own frame, before the board's rotation; kept where "
                       "INS_GYR_CAL is 0, else measured anew at each start");
-    std::string gyroscope = ins;
-    gyroscope.replace(gyroscope.find("ACC"), 3, "GYR");
-    add_axes(all, gyroscope + "OFFS_", "", model.bias);
+    add_axes(all, ins + "OFFS_", "", model.bias);
   } else {
     lines =
         in_flight(sensor,

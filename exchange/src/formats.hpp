@@ -21,6 +21,6 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
 
 /// @return what the names of ArduPilot's accelerometer n start with: "INS_ACC", "INS_ACC2",
 ///         "INS4_ACC"; the gyroscope's have GYR in it.
-std::string ardupilot_group(int instance);
+std::string ardupilot_group(int instance, std::string_view sensor);
 
 }  // namespace axiscal

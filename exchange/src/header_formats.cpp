@@ -15,8 +15,6 @@
 namespace axiscal {
 namespace {
 
-using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
-
 std::string upper(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](char c) {
     return static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
@@ -235,9 +233,7 @@ Exported header(const Calibration& calibration,
                 const ExportOptions& options,
                 bool is_cpp,
                 std::string_view format) {
-  if (calibration.instrument.axis_count() != 3 || calibration.instrument.one_sided) {
-    throw RefusedError("format " + std::string(format) + " is for instruments of three axes");
-  }
+  require_three_axes(calibration, format);
   const Dialect dialect{.is_cpp = is_cpp, .name = options.name};
   const ConsumerModel model = nearest_model(calibration, {}, MatrixShape::full, options);
   return options.numbers.type == HeaderNumbers::Type::fixed

@@ -15,6 +15,7 @@
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
+#include "axiscal/core/units.hpp"
 #include "axiscal/core/version.hpp"
 #include "formats.hpp"
 
@@ -153,7 +154,7 @@ Imported import_ardupilot(const Source& source) {
   const ParameterTable table = read_parameters(source, ", \t", 0, 1, 2);
   const int instance = source.options.instance;
   const std::string number = instance == 0 ? "" : std::to_string(instance + 1);
-  std::string ins = ardupilot_group(instance);
+  const std::string ins = ardupilot_group(instance, source.is("gyroscope") ? "GYR" : "ACC");
   Imported result;
   if (source.is("accelerometer")) {
     result.unit = result.field_unit = "m/s^2";
@@ -162,7 +163,6 @@ Imported import_ardupilot(const Source& source) {
         source, axes_of(source, table, ins + "SCAL_", "", 1.0).asDiagonal().toDenseMatrix());
   } else if (source.is("gyroscope")) {
     result.unit = result.field_unit = "rad/s";
-    ins.replace(ins.find("ACC"), 3, "GYR");
     result.bias = axes_of(source, table, ins + "OFFS_", "", std::nullopt);
   } else {
     result.unit = result.field_unit = "mG";
@@ -343,7 +343,7 @@ struct UsualField {
 };
 
 constexpr std::array usual_fields = {
-    UsualField{"accelerometer", "gravity", "m/s^2", 9.80665},
+    UsualField{"accelerometer", "gravity", "m/s^2", standard_gravity},
     UsualField{"accelerometer", "gravity", "g", 1.0},
     UsualField{"gyroscope", "induced_rotation", "rad/s", 1.0},
     UsualField{"gyroscope", "induced_rotation", "deg/s", 57.29577951308232},

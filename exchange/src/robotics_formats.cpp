@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // kalibr, ros, x-io: files of robotics software.
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/LU>
@@ -8,6 +9,7 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
 #include "consumer.hpp"
 #include "formats.hpp"
 
@@ -55,9 +57,10 @@ Exported export_kalibr(const Calibration& calibration, const ExportOptions& opti
   }
   const std::string unit = usual_unit(sensor, "");
   ConsumerModel model = nearest_model(calibration, {unit, unit}, MatrixShape::full, options);
-  const AlsoResponse* const gravity = sensor == Sensor::gyroscope && !calibration.also.empty()
-                                          ? &calibration.also.front()
-                                          : nullptr;
+  const auto also = std::find_if(calibration.also.begin(), calibration.also.end(),
+                                 [](const AlsoResponse& one) { return one.kind == "gravity"; });
+  const AlsoResponse* const gravity =
+      sensor == Sensor::gyroscope && also != calibration.also.end() ? &*also : nullptr;
   model.has_also = gravity != nullptr;
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "kalibr", options);
   const ScaleMisalignment split = scale_misalignment(model.inverse.inverse());
@@ -80,7 +83,6 @@ Exported export_kalibr(const Calibration& calibration, const ExportOptions& opti
   if (sensor == Sensor::gyroscope) {
     Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
     if (gravity != nullptr) {
-      constexpr double standard_gravity = 9.80665;
       const double per_unit = gravity->unit == "g" ? 1.0 / standard_gravity : 1.0;
       // Kalibr turns a into the gyroscope's frame first.
       A = model.reading_factor * per_unit * gravity->sensitivity * split.C.transpose();
@@ -150,18 +152,10 @@ Exported export_x_io(const Calibration& calibration, const ExportOptions& option
     json[name + "Sensitivity"] = vector(lengths);
     json[name + "Offset"] = vector(model.bias);
   }
-  std::vector<std::string> lines = {formula + ", v in " + calibration.instrument.unit +
-                                    ", matrices row by row"};
   // JSON has no comments.
-  Json comment = Json::array();
-  comment.push_back(source_line(calibration));
-  comment.push_back(lines.front());
-  if (calibration.status == "refused") {
-    comment.push_back("THIS CALIBRATION WAS REFUSED: do not rely on it.");
-  }
-  if (loss) {
-    comment.push_back("Not held: " + loss_text(*loss));
-  }
+  const Json comment = comment_of(
+      calibration, {formula + ", v in " + calibration.instrument.unit + ", matrices row by row"},
+      loss);
   json["comment"] = comment;
   return {.content = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", .loss = loss};
 }

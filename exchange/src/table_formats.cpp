@@ -10,6 +10,7 @@
 #include <Eigen/QR>
 
 #include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -69,17 +70,6 @@ std::vector<Coefficient> coefficients_of(const Calibration& calibration) {
     }
   }
   return all;
-}
-
-std::string cell(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) {
-    return text;
-  }
-  std::string quoted = "\"";
-  for (const char c : text) {
-    quoted += c == '"' ? "\"\"" : std::string(1, c);
-  }
-  return quoted + "\"";
 }
 
 // The arrays that matlab and numpy get, by name.
@@ -228,9 +218,9 @@ Exported export_csv(const Calibration& calibration, const ExportOptions&) {
   std::string text = comment_lines(calibration, "# ", lines, std::nullopt);
   text += "parameter,value,standard_error,unit\n";
   for (const Coefficient& one : coefficients_of(calibration)) {
-    text += cell(one.name) + "," + number_text(one.value) + "," +
+    text += csv_cell(one.name) + "," + number_text(one.value) + "," +
             (std::isfinite(one.standard_error) ? number_text(one.standard_error) : "") + "," +
-            cell(parameter_unit(calibration, one.name)) + "\n";
+            csv_cell(parameter_unit(calibration, one.name)) + "\n";
   }
   return {.content = text, .loss = std::nullopt};
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cairo/cairo-pdf.h>
 
+#include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 
@@ -35,10 +36,7 @@ std::string printable(const std::string& text) {
                                : lead >> 4U == 14 ? 3
                                : lead >> 3U == 30 ? 4
                                                   : 0;
-    bool valid = length > 0 && i + length <= text.size();
-    for (std::size_t k = 1; valid && k < length; ++k) {
-      valid = (static_cast<unsigned char>(text[i + k]) & 0xC0U) == 0x80U;
-    }
+    const bool valid = length > 0 && is_utf8(std::string_view(text).substr(i, length));
     if (!valid) {
       safe += '?';
       ++i;

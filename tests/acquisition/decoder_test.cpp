@@ -27,7 +27,8 @@ struct Decoded {
 Decoded decode(Decoder& decoder, const std::string& bytes, std::size_t piece = 7) {
   Decoded decoded;
   const DecoderSink sink{
-      .sample = [&](std::span<const double> v) { decoded.samples.emplace_back(v.begin(), v.end()); },
+      .sample =
+          [&](std::span<const double> v) { decoded.samples.emplace_back(v.begin(), v.end()); },
       .defect = [&] { ++decoded.defects; }};
   for (std::size_t at = 0; at < bytes.size(); at += piece) {
     decoder.decode(std::string_view(bytes).substr(at, piece), sink);
@@ -37,7 +38,8 @@ Decoded decode(Decoder& decoder, const std::string& bytes, std::size_t piece = 7
 
 TEST(Decoder, ReadsDelimitedLinesWithAHeaderAndUnits) {
   const auto decoder = make_decoder(address_of(""));
-  const Decoded decoded = decode(*decoder, "# a logger\r\ntime;x [V];y (V)\r\n0;1,5;-2\r\n1;2;3\r\n");
+  const Decoded decoded =
+      decode(*decoder, "# a logger\r\ntime;x [V];y (V)\r\n0;1,5;-2\r\n1;2;3\r\n");
   ASSERT_EQ(decoder->channels().size(), 3U);
   EXPECT_EQ(decoder->channels()[1].name, "x");
   EXPECT_EQ(decoder->channels()[1].unit, "V");
@@ -47,8 +49,7 @@ TEST(Decoder, ReadsDelimitedLinesWithAHeaderAndUnits) {
 TEST(Decoder, WithoutAHeaderItWantsTwoLinesThatAgree) {
   const auto decoder = make_decoder(address_of(""));
   const Decoded decoded = decode(*decoder, "0.5,3\n1,2,3\n4,5,6\n7,8\n9,10,11\n");
-  EXPECT_EQ(decoded.samples,
-            (std::vector<std::vector<double>>{{1, 2, 3}, {4, 5, 6}, {9, 10, 11}}));
+  EXPECT_EQ(decoded.samples, (std::vector<std::vector<double>>{{1, 2, 3}, {4, 5, 6}, {9, 10, 11}}));
   EXPECT_EQ(decoded.defects, 1);
   EXPECT_EQ(decoder->channels()[2].name, "c3");
 }
@@ -72,8 +73,9 @@ TEST(Decoder, LivesThroughGarbage) {
 
 TEST(Decoder, ReadsJsonLinesWithMembersAndLists) {
   const auto decoder = make_decoder(address_of("format=json"));
-  const Decoded decoded = decode(
-      *decoder, "{\"t\":1,\"acc\":{\"x\":2},\"gyro\":[3,4],\"id\":\"a\"}\n{\"t\":2,\"acc\":{\"x\":5}}\n{\"t\":\n");
+  const Decoded decoded = decode(*decoder,
+                                 "{\"t\":1,\"acc\":{\"x\":2},\"gyro\":[3,4],\"id\":\"a\"}\n{\"t\":"
+                                 "2,\"acc\":{\"x\":5}}\n{\"t\":\n");
   ASSERT_EQ(decoder->channels().size(), 4U);
   EXPECT_EQ(decoder->channels()[1].name, "acc.x");
   EXPECT_EQ(decoder->channels()[3].name, "gyro.1");
@@ -115,8 +117,9 @@ TEST(Decoder, ReadsBinaryFramesAndFindsThemAgainAfterABurst) {
   EXPECT_EQ(decoder->channels()[0].unit, "g");
   std::string wrong = frame_of(7, 7);
   wrong[3] = 1;
-  const Decoded decoded = decode(*decoder, frame_of(-4, 300) + "\xAA\x55\xAA" + wrong +
-                                               frame_of(0x55AA, 0) + frame_of(2, -2), 3);
+  const Decoded decoded =
+      decode(*decoder,
+             frame_of(-4, 300) + "\xAA\x55\xAA" + wrong + frame_of(0x55AA, 0) + frame_of(2, -2), 3);
   EXPECT_EQ(decoded.samples,
             (std::vector<std::vector<double>>{{-2, 301}, {0x55AA / 2.0, 1}, {1, -1}}));
   EXPECT_EQ(decoded.defects, 1);
@@ -127,16 +130,17 @@ TEST(Decoder, SaysWhereAFramesDescriptionIsWrong) {
   const auto complaint = [&](const std::string& rest) {
     const std::string path =
         folder.write("f.json", "{\"format\": \"axiscal-frames\", \"version\": 1, " + rest + "}");
-    return test::complaint_of<DataError>(
-        [&] { static_cast<void>(make_frame_decoder(path)); });
+    return test::complaint_of<DataError>([&] { static_cast<void>(make_frame_decoder(path)); });
   };
   EXPECT_NE(complaint(R"("length": 4, "sync": "A", "fields": [])").find("/sync"),
             std::string::npos);
   EXPECT_NE(complaint(R"("length": 4, "sync": "AA", "fields": [{"name": "x", "offset": 3, "type":
-                      "int16"}])").find("/fields/0/offset"),
+                      "int16"}])")
+                .find("/fields/0/offset"),
             std::string::npos);
   EXPECT_NE(complaint(R"("length": 4, "sync": "AA", "fields": [{"name": "x", "offset": 1, "type":
-                      "in16"}])").find("did you mean 'int16'"),
+                      "in16"}])")
+                .find("did you mean 'int16'"),
             std::string::npos);
   EXPECT_NE(complaint(R"("length": 4, "fields": [{"name": "x", "offset": 1, "type": "int16"}])")
                 .find("sync"),
@@ -149,17 +153,20 @@ TEST(Decoder, ChecksumsAgreeWithTheirPublishedCheckValues) {
     const char* type;
     std::string bytes;  // little end first
   };
-  const std::vector<Case> cases = {{"crc16_ccitt", "\xB1\x29"}, {"crc16_xmodem", "\xC3\x31"},
+  const std::vector<Case> cases = {{"crc16_ccitt", "\xB1\x29"},
+                                   {"crc16_xmodem", "\xC3\x31"},
                                    {"crc16_modbus", "\x37\x4B"},
                                    {"crc32", "\x26\x39\xF4\xCB"},
-                                   {"xor8", "\x31"}, {"sum8", "\xDD"}};
+                                   {"xor8", "\x31"},
+                                   {"sum8", "\xDD"}};
   const test::ScratchFolder folder;
   for (const Case& one : cases) {
     const std::string path = folder.write(
         "f.json", "{\"format\": \"axiscal-frames\", \"version\": 1, \"length\": " +
                       std::to_string(9 + one.bytes.size()) +
                       ", \"fields\": [{\"name\": \"x\", \"offset\": 0, \"type\": \"uint8\"}], "
-                      "\"checksum\": {\"type\": \"" + one.type + "\", \"offset\": 9}}");
+                      "\"checksum\": {\"type\": \"" +
+                      one.type + "\", \"offset\": 9}}");
     const auto decoder = make_frame_decoder(path);
     EXPECT_EQ(decode(*decoder, "123456789" + one.bytes).samples,
               (std::vector<std::vector<double>>{{49}}))

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fakes.hpp"
 
+#include <arpa/inet.h>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <stdexcept>
-
-#include <arpa/inet.h>
-#include <fcntl.h>
 #include <netinet/in.h>
+#include <stdexcept>
+#include <termios.h>
+
+#include <fcntl.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include "axiscal/acquisition/sample_feed.hpp"
@@ -26,9 +26,7 @@ class Tee final : public Source {
  public:
   explicit Tee(std::vector<std::vector<double>>& rows) : source_("sim:", setup()), rows_(rows) {}
 
-  [[nodiscard]] const std::vector<Channel>& channels() const override {
-    return source_.channels();
-  }
+  [[nodiscard]] const std::vector<Channel>& channels() const override { return source_.channels(); }
   [[nodiscard]] const std::string& name() const override { return source_.name(); }
   [[nodiscard]] bool is_live() const override { return false; }
   void request(const DesignEntry* entry, bool warned) override { source_.request(entry, warned); }

@@ -13,7 +13,7 @@ namespace axiscal::test {
 struct Recording {
   std::vector<std::vector<double>> rows;  ///< time, x, y, z
 
-  [[nodiscard]] std::string csv() const;           ///< with its header
+  [[nodiscard]] std::string csv() const;  ///< with its header
   [[nodiscard]] std::string csv_without_time() const;
 };
 

@@ -8,12 +8,11 @@
 #include <set>
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <gtest/gtest.h>
 
 #include "axiscal/acquisition/open_source.hpp"
 #include "axiscal/acquisition/sample_feed.hpp"
@@ -44,10 +43,10 @@ std::vector<std::string> lines() {
 class FaultTest : public testing::Test {
  protected:
   ProgramResult session(const std::string& address, const std::string& stdin_text = "") {
-    return run_axiscal({"acquire", "--connect", address, "--unattended", "--plain", "--name",
-                        name_, "--seed", "1", "--instrument", "accelerometer", "--field",
-                        "gravity", "--unit", "g"},
-                       {.stdin_text = stdin_text});
+    return run_axiscal(
+        {"acquire", "--connect", address, "--unattended", "--plain", "--name", name_, "--seed", "1",
+         "--instrument", "accelerometer", "--field", "gravity", "--unit", "g"},
+        {.stdin_text = stdin_text});
   }
 
   // The three axes of the twelve readings, one after another.
@@ -263,7 +262,8 @@ class Victim {
         return false;
       }
       pollfd one{.fd = output_, .events = POLLIN, .revents = 0};
-      const timespec time{.tv_sec = left.count() / 1000000, .tv_nsec = left.count() % 1000000 * 1000};
+      const timespec time{.tv_sec = left.count() / 1000000,
+                          .tv_nsec = left.count() % 1000000 * 1000};
       if (::ppoll(&one, 1, &time, nullptr) > 0 && !take()) {
         return false;
       }
@@ -342,8 +342,10 @@ TEST_F(FaultTest, KilledAtAnyMomentEveryReadingThatWasShownIsThere) {
     if (!std::filesystem::exists(journal)) {
       shown.clear();
       ++sessions;
-      arguments = {"acquire", "--connect", "sim:?speed=400&rate=50&seed=" + std::to_string(sessions),
-                   "--unattended", "--json", "--name", name_, "--raw"};
+      arguments = {
+          "acquire",      "--connect", "sim:?speed=400&rate=50&seed=" + std::to_string(sessions),
+          "--unattended", "--json",    "--name",
+          name_,          "--raw"};
     } else {
       arguments = {"acquire", "--resume", journal, "--unattended", "--json"};
     }
@@ -370,8 +372,8 @@ TEST_F(FaultTest, KilledAtAnyMomentEveryReadingThatWasShownIsThere) {
   }
   // And the last one is brought to its end.
   if (std::filesystem::exists(journal)) {
-    const ProgramResult result = run_axiscal({"acquire", "--resume", journal, "--unattended",
-                                              "--json"});
+    const ProgramResult result =
+        run_axiscal({"acquire", "--resume", journal, "--unattended", "--json"});
     if (read_file(journal).find('\n') != std::string::npos) {
       EXPECT_EQ(result.status, 0) << result.err;
       EXPECT_EQ(readings().size(), 36U);
@@ -381,25 +383,24 @@ TEST_F(FaultTest, KilledAtAnyMomentEveryReadingThatWasShownIsThere) {
 
 TEST_F(FaultTest, AFullDiskIsSaidAndTheSessionGoesOnLater) {
   constexpr rlim_t room = 3000;  // bytes: the head of the journal and two readings or three
-  Victim victim({"acquire", "--connect", "sim:?speed=400&rate=50", "--unattended", "--json",
-                 "--name", name_},
-                room);
+  Victim victim(
+      {"acquire", "--connect", "sim:?speed=400&rate=50", "--unattended", "--json", "--name", name_},
+      room);
   ASSERT_TRUE(victim.read(std::chrono::seconds(10), "is not stored yet")) << victim.text;
   victim.kill();
   const std::vector<int> shown = shown_runs(victim.text);
   EXPECT_FALSE(shown.empty());
   EXPECT_EQ(stored_runs(name_ + ".journal"), shown);
-  const ProgramResult result = run_axiscal(
-      {"acquire", "--resume", name_ + ".journal", "--connect", "sim:?speed=max&rate=50",
-       "--unattended", "--plain"});
+  const ProgramResult result = run_axiscal({"acquire", "--resume", name_ + ".journal", "--connect",
+                                            "sim:?speed=max&rate=50", "--unattended", "--plain"});
   EXPECT_EQ(result.status, 0) << result.err;
   EXPECT_EQ(readings().size(), 36U);
 }
 
 TEST_F(FaultTest, AQuitSessionIsResumedByItsJournalAlone) {
-  const ProgramResult first = run_axiscal({"acquire", "--connect", "sim:?speed=400&rate=50",
-                                           "--plain", "--name", name_},
-                                          {.stdin_text = "quit\n"});
+  const ProgramResult first =
+      run_axiscal({"acquire", "--connect", "sim:?speed=400&rate=50", "--plain", "--name", name_},
+                  {.stdin_text = "quit\n"});
   EXPECT_EQ(first.status, 1);
   EXPECT_NE(first.err.find("--resume " + name_ + ".journal"), std::string::npos) << first.err;
   const ProgramResult again =
@@ -446,10 +447,10 @@ TEST(AcquireCommand, ListsKindsAndSaysWhatIsMissing) {
   EXPECT_EQ(json["kinds"].size(), 10U);
   EXPECT_EQ(run_axiscal({"acquire"}).status, 2);
   EXPECT_EQ(run_axiscal({"acquire", "--connect", "serial:"}).status, 2);
-  const ProgramResult wrong = run_axiscal({"acquire", "--connect", "-", "--instrument",
-                                           "accelerometer", "--field", "gravity", "--unattended",
-                                           "--name", "/tmp/axiscal-wrong-channels"},
-                                          {.stdin_text = "a,b,c\n1,2,3\n"});
+  const ProgramResult wrong =
+      run_axiscal({"acquire", "--connect", "-", "--instrument", "accelerometer", "--field",
+                   "gravity", "--unattended", "--name", "/tmp/axiscal-wrong-channels"},
+                  {.stdin_text = "a,b,c\n1,2,3\n"});
   std::filesystem::remove("/tmp/axiscal-wrong-channels.journal");
   EXPECT_EQ(wrong.status, 2);
   EXPECT_NE(wrong.err.find("only a, b, c"), std::string::npos) << wrong.err;

@@ -34,9 +34,8 @@ std::vector<SessionCommand> RecordingFace::commands() {
 }
 
 std::size_t RecordingFace::count(const std::string& kind) const {
-  return static_cast<std::size_t>(
-      std::count_if(events.begin(), events.end(),
-                    [&](const SessionEvent& event) { return event.kind == kind; }));
+  return static_cast<std::size_t>(std::count_if(
+      events.begin(), events.end(), [&](const SessionEvent& event) { return event.kind == kind; }));
 }
 
 GuidedResult run_guided(SessionSetup setup,

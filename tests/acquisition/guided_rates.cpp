@@ -16,8 +16,9 @@ int main(int argc, char** argv) {
     double slope;
     double error_rate;
   };
-  std::printf("slope [mrad], error rate: mistakes, announced, left in the end, false questions, "
-              "sessions refused\n");
+  std::printf(
+      "slope [mrad], error rate: mistakes, announced, left in the end, false questions, "
+      "sessions refused\n");
   for (const Case& one : {Case{5e-3, 0.1}, Case{0.2e-3, 0.1}, Case{5e-3, 0.0}, Case{0.2e-3, 0.0}}) {
     std::size_t mistakes = 0;
     std::size_t announced = 0;
@@ -59,9 +60,9 @@ int main(int argc, char** argv) {
     }
     std::printf("%4.1f %4.2f: %zu, %.1f %%, (%zu missed on the same rest), %zu, %zu, %zu\n",
                 1e3 * one.slope, one.error_rate, mistakes,
-                mistakes == 0 ? 0.0
-                              : 100.0 * static_cast<double>(announced) /
-                                    static_cast<double>(mistakes),
+                mistakes == 0
+                    ? 0.0
+                    : 100.0 * static_cast<double>(announced) / static_cast<double>(mistakes),
                 same_rest, wrong_at_end, questions - announced, without);
   }
   return 0;

@@ -4,9 +4,8 @@
 #include <csignal>
 #include <fstream>
 
-#include <sys/resource.h>
-
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "axiscal/core/error.hpp"
 #include "matchers.hpp"
@@ -44,8 +43,9 @@ TEST(Journal, RefusesAFileThatIsThereAndASecondWriter) {
   const test::ScratchFolder folder;
   const std::string path = folder.path("a.journal");
   const Journal journal = Journal::create(path);
-  EXPECT_NE(test::complaint_of<OutputError>([&] { const Journal other = Journal::create(path); })
-                .find("--resume"),
+  EXPECT_NE(test::complaint_of<OutputError>([&] {
+              const Journal other = Journal::create(path);
+            }).find("--resume"),
             std::string::npos);
   std::vector<std::string> lines;
   EXPECT_NE(test::complaint_of<OutputError>([&] {

@@ -80,8 +80,7 @@ TEST(PoseModel, FromTheSecondFaceOnTellsAWrongFace) {
       continue;
     }
     for (const DesignEntry& lies : standard_design(24)) {
-      if (lies.point.rest() == entry.point.rest() ||
-          lies.point.rest() == sheet[0].point.rest()) {
+      if (lies.point.rest() == entry.point.rest() || lies.point.rest() == sheet[0].point.rest()) {
         continue;  // the same as before is seen by the session itself
       }
       const auto judgement = model.judge(known, bench.reading(entry.point, lies.point));

@@ -5,9 +5,8 @@
 #include <csignal>
 #include <filesystem>
 
-#include <sys/resource.h>
-
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "axiscal/acquisition/sample_feed.hpp"
 #include "axiscal/acquisition/session_json.hpp"
@@ -52,7 +51,8 @@ TEST(Session, TakesTwelvePointsAndCalibrates) {
   EXPECT_EQ(result.observations.samples->size(), 12);
 }
 
-// A part of the table of docs/acquire.md (axiscal_guided_rates): seeds are fixed, so are the numbers.
+// A part of the table of docs/acquire.md (axiscal_guided_rates): seeds are fixed, so are the
+// numbers.
 TEST(Session, TellsAnErringPersonBeforeTheReadingIsAccepted) {
   const ScratchFolder folder;
   struct Case {
@@ -131,7 +131,7 @@ class Hand {
   }
 
   // Lays the cube as asked and leaves it for a while.
-  void lay(double seconds = 3.0) {
+  void lay(double seconds = 6.0) {
     const std::optional<RunSheetRow> wanted = session_.view().wanted;
     ASSERT_TRUE(wanted);
     feed(1.0, Eigen::Vector3d::Zero(), 0.1);
@@ -271,6 +271,7 @@ TEST(Session, ATouchWithoutATurnIsNoNewReading) {
 TEST(Session, DriftBeginsTheReadingAnew) {
   Hand hand;
   const DesignPoint point = hand.session().view().steps.front().row.entry.point;
+  hand.lay();
   hand.feed(2.0, Eigen::Vector3d::Zero(), 0.1);
   for (int i = 0; i < 40; ++i) {
     hand.feed(0.1, Hand::reading_at(point) + Eigen::Vector3d::Constant(2e-4 * i));
@@ -282,7 +283,7 @@ TEST(Session, OnCommandItWaitsForIt) {
   SessionSetup setup = guided_setup();
   setup.automatic = false;
   Hand hand(setup);
-  hand.lay(4.0);
+  hand.lay();
   EXPECT_EQ(hand.session().view().phase, SessionPhase::ready);
   EXPECT_TRUE(hand.session().readings().empty());
   hand.ask(SessionAction::capture);

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Each source gets through a whole session of twelve points to the same readings as the same data
 // from a file.
+#include <arpa/inet.h>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-
-#include <arpa/inet.h>
 #include <netinet/in.h>
+
+#include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <gtest/gtest.h>
 
 #include "axiscal/acquisition/open_source.hpp"
 #include "axiscal/core/error.hpp"
@@ -46,9 +45,9 @@ class SourceTest : public testing::Test {
                                                  const std::vector<std::string>& more = {},
                                                  const std::string& stdin_text = "") {
     const std::string name = folder_.path("session-" + std::to_string(count_++));
-    std::vector<std::string> arguments = {"acquire", "--connect", address, "--unattended",
-                                          "--plain", "--name", name, "--seed", "1",
-                                          "--instrument", "accelerometer", "--field", "gravity"};
+    std::vector<std::string> arguments = {
+        "acquire", "--connect", address,        "--unattended",  "--plain", "--name", name,
+        "--seed",  "1",         "--instrument", "accelerometer", "--field", "gravity"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     if (std::find(more.begin(), more.end(), "--unit") == more.end()) {
       arguments.insert(arguments.end(), {"--unit", "g"});
@@ -71,8 +70,8 @@ class SourceTest : public testing::Test {
                        : std::vector<std::string>{cells[0][column("samples") - 3],
                                                   cells[0][column("samples") - 2],
                                                   cells[0][column("samples") - 1]};
-      for (const std::string& header : {std::string("run"), std::string("samples"), axes[0],
-                                        axes[1], axes[2]}) {
+      for (const std::string& header :
+           {std::string("run"), std::string("samples"), axes[0], axes[1], axes[2]}) {
         row.push_back(std::stod(cells[i][column(header)]));
       }
       readings.push_back(row);
@@ -217,8 +216,9 @@ TEST_F(SourceTest, LinuxIioOnTheNetwork) {
 
 TEST_F(SourceTest, MqttBroker) {
   const std::vector<SourceKind>& kinds = source_kinds();
-  if (std::none_of(kinds.begin(), kinds.end(),
-                   [](const SourceKind& kind) { return kind.scheme == "mqtt" && kind.available; })) {
+  if (std::none_of(kinds.begin(), kinds.end(), [](const SourceKind& kind) {
+        return kind.scheme == "mqtt" && kind.available;
+      })) {
     GTEST_SKIP() << "built without libmosquitto";
   }
   if (std::system("command -v mosquitto mosquitto_pub > /dev/null") != 0 &&
@@ -229,8 +229,9 @@ TEST_F(SourceTest, MqttBroker) {
   const pid_t broker = ::fork();
   if (broker == 0) {
     const std::string config = folder_.write(
-        "mosquitto.conf", "listener " + port + " 127.0.0.1\nallow_anonymous true\n"
-                          "max_queued_messages 0\nmax_inflight_messages 0\nlog_type none\n");
+        "mosquitto.conf", "listener " + port +
+                              " 127.0.0.1\nallow_anonymous true\n"
+                              "max_queued_messages 0\nmax_inflight_messages 0\nlog_type none\n");
     ::setenv("PATH", "/usr/sbin:/usr/bin:/bin", 1);
     ::execlp("mosquitto", "mosquitto", "-c", config.c_str(), nullptr);
     ::_exit(127);
@@ -269,8 +270,8 @@ TEST_F(SourceTest, TemperatureOfAnotherSource) {
                                     cells[0].begin());
   };
   for (std::size_t i = 1; i < cells.size(); ++i) {
-    // The second source's times begin 5 s earlier, and both files begin at 0: T = 20 + (t - 5) / 100
-    // in the middle of the dwell of one second.
+    // The second source's times begin 5 s earlier, and both files begin at 0: T = 20 + (t - 5) /
+    // 100 in the middle of the dwell of one second.
     const double middle = std::stod(cells[i].at(column("time"))) + 0.5;
     EXPECT_NEAR(std::stod(cells[i].at(column("temperature"))), 20.0 + 0.01 * (middle - 5.0), 1e-3);
   }

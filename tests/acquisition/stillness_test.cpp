@@ -12,12 +12,18 @@ namespace axiscal {
 namespace {
 
 // Samples of two axes for some seconds at a rate.
-void feed(Stillness& stillness, RandomStream& random, double& time_s, double seconds, double rate,
-          double sd, double offset = 0.0) {
+void feed(Stillness& stillness,
+          RandomStream& random,
+          double& time_s,
+          double seconds,
+          double rate,
+          double sd,
+          double offset = 0.0) {
   const auto count = static_cast<int>(seconds * rate);
   for (int i = 0; i < count; ++i) {
     time_s += 1.0 / rate;
-    const std::array<double, 2> values = {offset + sd * random.normal(), 5.0 + sd * random.normal()};
+    const std::array<double, 2> values = {offset + sd * random.normal(),
+                                          5.0 + sd * random.normal()};
     stillness.add(time_s, values);
   }
 }

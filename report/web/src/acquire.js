@@ -246,7 +246,10 @@ function setLink(text, lost) {
   at("link").classList.toggle("lost", lost);
 }
 
+let again = 0;
 function watch() {
+  clearTimeout(again);
+  source?.close();
   source = new EventSource("/events");
   source.addEventListener("open", () => setLink("connected", false));
   source.addEventListener("message", (event) => {
@@ -262,7 +265,7 @@ function watch() {
     } else if (source.readyState === EventSource.CLOSED) {
       // Refused, not lost: another try may do, the browser makes none.
       setLink("not connected: open the address that the terminal shows", true);
-      setTimeout(watch, 2000);
+      again = setTimeout(watch, 2000);
     } else {
       setLink("connection lost; trying again. The session goes on", true);
     }
@@ -273,7 +276,6 @@ function watch() {
 setInterval(() => {
   if (source && !finished && performance.now() - alive > 6000 && alive > 0 && !document.hidden) {
     setLink("nothing comes any more; trying again", true);
-    source.close();
     alive = performance.now();
     watch();
   }

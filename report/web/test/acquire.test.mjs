@@ -178,8 +178,10 @@ async function aSessionByClicks(browser) {
 async function largeEnough(browser) {
   const session = await start("large", "sim:?speed=5");
   const { page, context } = await open(browser, session, { viewport: { width: 1280, height: 900 } });
-  await doneIs(page, 1);
-  await phaseIs(page, "laying");
+  for (let i = 0; i < 400 && Number(await page.evaluate(() => document.body.dataset.done)) < 1; ++i) {
+    await pause(50);
+  }
+  assert.equal(await comes(page, ["laying"]), "laying");
   const sizes = await page.$$eval("#actions button", (all) => all.map((one) => one.getBoundingClientRect()).map((box) => [box.width, box.height]));
   assert.ok(sizes.every(([width, height]) => width >= 120 && height >= 64), JSON.stringify(sizes));
   const headline = await page.$eval("#headline", (one) => parseFloat(getComputedStyle(one).fontSize));

@@ -23,8 +23,8 @@ struct PoseModelSetup {
   double direction_sd_rad = 0.02;
   /// What the axes' sensitivities should be [unit per field unit]; nothing where it is not known.
   std::optional<double> nominal_sensitivity;
-  double misalignment_sd = 0.05;    ///< of the sensitivities, relative
-  double placement_sd_rad = 3e-5;   ///< how well a seat is taken again
+  double misalignment_sd = 0.05;   ///< of the sensitivities, relative
+  double placement_sd_rad = 3e-5;  ///< how well a seat is taken again
 };
 
 /// A reading that was taken at a known point.
@@ -42,7 +42,7 @@ struct PoseModelFit {
   /// How the field changes with the two tangents [field unit per rad].
   Eigen::Matrix<double, 3, 2> field_by_tangents = Eigen::Matrix<double, 3, 2>::Zero();
   double variance_factor = 1.0;  ///< by which the readings contradict each other; at least 1
-  Eigen::MatrixXd covariance;  ///< of bias (m), sensitivity by rows (3 m), two tangents, scale
+  Eigen::MatrixXd covariance;    ///< of bias (m), sensitivity by rows (3 m), two tangents, scale
 };
 
 /// How a reading suits the 24 ways to lay the cube.

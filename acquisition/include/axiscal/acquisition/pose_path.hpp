@@ -10,13 +10,13 @@ namespace axiscal {
 
 /// A turn of the cube as a person standing in front of the table makes it, the fence at the back.
 enum class CubeTurn {
-  tip_away,      ///< a quarter turn over its far edge, towards the fence
-  tip_towards,   ///< towards the person
+  tip_away,     ///< a quarter turn over its far edge, towards the fence
+  tip_towards,  ///< towards the person
   tip_left,
   tip_right,
-  turn_left,     ///< a quarter turn on its rest face, counter-clockwise seen from above
+  turn_left,  ///< a quarter turn on its rest face, counter-clockwise seen from above
   turn_right,
-  turn_round,    ///< half a turn on its rest face
+  turn_round,  ///< half a turn on its rest face
 };
 
 /// @return "tip it away from you", ...

@@ -26,6 +26,7 @@ class SampleFeed {
 
   /// Waits for samples, at most so long, and appends them.
   /// @throws DomainError  if a channel comes from two sources.
+  /// @throws Error        what a source throws.
   void read(SampleBatch& batch, std::chrono::milliseconds patience);
 
   /// @return the channels of all sources; empty until all are known.

@@ -35,11 +35,11 @@ struct SessionSetup {
   bool automatic = true;  ///< readings are taken when it is still; else on command
   /// Nobody answers: at the end what looks wrong is asked for again, twice at most.
   bool unattended = false;
-  bool keep_raw = false;                        ///< raw samples go to the journal too
+  bool keep_raw = false;  ///< raw samples go to the journal too
   std::string temperature_channel = "temperature";
-  double soak_window_s = 300.0;   ///< how far back to look, as soak_state()
-  double soak_tolerance = 0.1;    ///< largest change of the output in that time
-  double placement_sd_rad = 3e-5; ///< how well a seat is taken again
+  double soak_window_s = 300.0;    ///< how far back to look, as soak_state()
+  double soak_tolerance = 0.1;     ///< largest change of the output in that time
+  double placement_sd_rad = 3e-5;  ///< how well a seat is taken again
 };
 
 /// What the person can ask of a session.
@@ -54,9 +54,9 @@ enum class SessionAction {
   replicate,         ///< the whole design once more
   pause,
   go_on,
-  finish,            ///< end with what there is; at the end: it is good so
+  finish,  ///< end with what there is; at the end: it is good so
   toggle_automatic,
-  quit,              ///< stop; the journal can be resumed
+  quit,  ///< stop; the journal can be resumed
 };
 
 /// @return "capture", "accept", "as-seen", "retake", ...
@@ -78,7 +78,7 @@ enum class SessionPhase {
   question,  ///< it looks like another point
   storing,   ///< a reading cannot be stored yet
   paused,
-  review,    ///< all points are done: is it good so?
+  review,  ///< all points are done: is it good so?
   over,
 };
 
@@ -123,15 +123,15 @@ struct SessionStep {
 /// What a face of the session shows; refreshed with every sample.
 struct SessionView {
   SessionPhase phase = SessionPhase::waiting;
-  std::string headline;              ///< what to do now, one sentence
-  std::string detail;                ///< how, or why
+  std::string headline;  ///< what to do now, one sentence
+  std::string detail;    ///< how, or why
   std::optional<RunSheetRow> wanted;
   std::optional<DesignPoint> present;     ///< how the cube lies, as far as is known
   std::optional<DesignPoint> looks_like;  ///< in a question
   bool lies_as_before = false;            ///< it was touched, but lies as at the last reading
   std::vector<CubeTurn> turns;            ///< from the present pose to the wanted one
-  double stillness = 0.0;  ///< scatter over what counts as still; at most 1 is still
-  double progress = 0.0;   ///< of the dwell, 0 .. 1
+  double stillness = 0.0;                 ///< scatter over what counts as still; at most 1 is still
+  double progress = 0.0;                  ///< of the dwell, 0 .. 1
   double dwell_s = 0.0;
   double rate_hz = 0.0;
   bool automatic = true;
@@ -143,9 +143,9 @@ struct SessionView {
   std::optional<double> remaining_s;
   std::optional<Eigen::Vector2d> slope;  ///< of the table so far [rad]
   Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();
-  std::optional<double> forecast_deg;    ///< largest standard uncertainty of a direction at the end
+  std::optional<double> forecast_deg;  ///< largest standard uncertainty of a direction at the end
   std::vector<SessionAlarm> alarms;
-  std::vector<int> suspects;  ///< runs that look wrong by what came after them
+  std::vector<int> suspects;        ///< runs that look wrong by what came after them
   std::vector<std::string> result;  ///< at the end: verdict and warnings
 };
 
@@ -189,6 +189,9 @@ class Session {
   void set_source_alarms(const std::vector<SessionAlarm>& alarms);
 
   void command(const SessionCommand& command);
+
+  /// No sample will come any more: nothing can be taken again.
+  void no_more_samples();
 
   /// All points were asked for, or the person left.
   [[nodiscard]] bool is_over() const;

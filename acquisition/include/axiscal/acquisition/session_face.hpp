@@ -24,6 +24,9 @@ class SessionFace {
 
   /// @return what was asked for since the last time. Must not wait.
   virtual std::vector<SessionCommand> commands() = 0;
+
+  /// @return whether anything can still be asked for.
+  [[nodiscard]] virtual bool can_answer() const { return true; }
 };
 
 /// Lines of words on standard output, commands as words on standard input: for screen readers and

@@ -18,15 +18,15 @@ namespace axiscal {
 /// A simulated accelerometer in a cube, on a tilted table, in the hands of a simulated person.
 struct SimulationSetup {
   std::uint64_t seed = 1;
-  double noise_sd = 1e-4;      ///< of one sample [g]
+  double noise_sd = 1e-4;  ///< of one sample [g]
   double rate_hz = 100.0;
-  double speed = 0.0;          ///< times real time; 0: as fast as can be
+  double speed = 0.0;                    ///< times real time; 0: as fast as can be
   Eigen::Vector2d slope{0.003, -0.002};  ///< of the table [rad]
-  double error_rate = 0.0;     ///< how often the person lays the cube wrong
-  double knock_rate = 0.0;     ///< how often the table is knocked during a rest
-  double placement_sd_rad = 2e-5;  ///< how well a seat is taken again
-  double sensitivity = 1.0;    ///< about [unit per g]
-  std::optional<double> temperature;  ///< gives a channel of that name
+  double error_rate = 0.0;               ///< how often the person lays the cube wrong
+  double knock_rate = 0.0;               ///< how often the table is knocked during a rest
+  double placement_sd_rad = 2e-5;        ///< how well a seat is taken again
+  double sensitivity = 1.0;              ///< about [unit per g]
+  std::optional<double> temperature;     ///< gives a channel of that name
 };
 
 /// A mistake that the simulated person made.
@@ -72,7 +72,7 @@ class SimulatedSource final : public Source {
   Eigen::Quaterniond to_ = Eigen::Quaterniond::Identity();
   double moves_from_s_ = -1.0;
   double moves_until_s_ = -1.0;
-  double acts_at_s_ = -1.0;   // when the person does what was asked
+  double acts_at_s_ = -1.0;  // when the person does what was asked
   double knock_at_s_ = -1.0;
   bool lays_right_ = false;
 };

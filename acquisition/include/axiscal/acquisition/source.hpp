@@ -44,11 +44,11 @@ enum class LinkState {
 /// What a source says of itself after a read.
 struct SourceReport {
   LinkState state = LinkState::open;
-  std::string message;           ///< what is wrong and what to do; empty where nothing is
-  std::size_t defects = 0;       ///< since the last report: what came and was no sample
-  std::size_t duplicates = 0;    ///< since the last report: samples that came twice, left out
-  bool clock_stepped = false;    ///< the source's own clock jumped; times go on without the jump
-  std::size_t bytes = 0;         ///< since the last report: what came, samples or not
+  std::string message;         ///< what is wrong and what to do; empty where nothing is
+  std::size_t defects = 0;     ///< since the last report: what came and was no sample
+  std::size_t duplicates = 0;  ///< since the last report: samples that came twice, left out
+  bool clock_stepped = false;  ///< the source's own clock jumped; times go on without the jump
+  std::size_t bytes = 0;       ///< since the last report: what came, samples or not
 };
 
 /// Where samples come from: an instrument, a data system, a file. Users add their own.

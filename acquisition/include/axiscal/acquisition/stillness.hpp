@@ -57,6 +57,10 @@ class Stillness {
   /// @return the noise floor, m entries [unit]; 0 until something is known.
   [[nodiscard]] const Eigen::VectorXd& floor() const { return floor_; }
 
+  /// @return the smallest change of a value that was seen, m entries [unit]: no more than the step
+  ///         of its converter, where it has one; infinite until a value changes.
+  [[nodiscard]] const Eigen::VectorXd& step() const { return step_; }
+
   /// @return for how long the floor has not fallen by half; the first rest should not be taken
   ///         while it still falls [s].
   [[nodiscard]] double floor_age_s() const { return last_s_ - floor_fell_s_; }
@@ -83,7 +87,7 @@ class Stillness {
   StillnessOptions options_;
   Eigen::Index axes_;
   std::deque<Sample> window_;
-  std::size_t stride_ = 1;   // of what goes into the window, so that it stays small
+  std::size_t stride_ = 1;  // of what goes into the window, so that it stays small
   std::size_t skipped_ = 0;
   std::size_t since_sums_ = 0;
   Eigen::VectorXd reference_;  // the sums are about it

@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "commands.hpp"
+
+namespace axiscal::cli {
+
+int run(const AcquireCommand& /*command*/) {
+  throw UsageError("acquire: this build has no data collector (it was built without asio)");
+}
+
+}  // namespace axiscal::cli

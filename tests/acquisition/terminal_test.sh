@@ -1,0 +1,65 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# terminal_test.sh AXISCAL: a whole session by keys on a terminal of 80 x 24, by tmux. Exit status 77
+# where there is no tmux.
+set -euo pipefail
+axiscal=$1
+command -v tmux >/dev/null || { echo "skipped: no tmux"; exit 77; }
+work=$(mktemp -d)
+socket="axiscal-$$"
+screen() { tmux -L "$socket" capture-pane -p -t s; }
+press() { tmux -L "$socket" send-keys -t s "$1"; }
+clean_up() {
+  tmux -L "$socket" kill-server 2>/dev/null || true
+  rm -rf "$work"
+}
+trap clean_up EXIT
+fail() {
+  echo "$1"
+  screen || true
+  exit 1
+}
+# Waits for a text on the screen.
+await() {
+  for _ in $(seq 400); do
+    if screen | grep -qE "$1"; then return 0; fi
+    sleep 0.05
+  done
+  fail "never shown: $1"
+}
+
+cd "$work"
+tmux -L "$socket" -f /dev/null new-session -d -s s -x 80 -y 24 \
+  "'$axiscal' acquire --connect 'sim:?speed=20&seed=2' --manual --name keys; echo status \$?; sleep 60"
+await "Ready: take the reading"
+screen | grep -q "on the table: " || fail "no cube"
+[ "$(screen | awk '{ if (length($0) > 80) n++ } END { print n + 0 }')" = 0 ] || fail "wider than 80"
+press Space
+await "1 done, 11 to go"
+press u
+await "0 done, 12 to go"
+press p
+await "Paused"
+press g
+await "0 done, 12 to go"
+press s
+await "0 done, 11 to go"
+for done in $(seq 11); do
+  await "Ready: take the reading|All points are done"
+  press Space
+  await "$done done"
+done
+await "All points are done"
+press f
+await "status 0"
+[ -s keys.json ] && [ -s keys.csv ] && [ -s keys.html ] || fail "no files"
+
+# A small window says so, and ^C asks before it stops.
+tmux -L "$socket" -f /dev/null new-window -t s \
+  "'$axiscal' acquire --connect 'sim:?speed=5' --name small; echo status \$?; sleep 60"
+await "still|moving"
+press C-c
+await "press q once more"
+press q
+await "status 1"
+echo "ok"
