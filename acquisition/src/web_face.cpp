@@ -133,6 +133,11 @@ class WebFace final : public SessionFace {
       stopping_ = true;
     }
     changed_.notify_all();
+    // Browsers get the last view and a good end; but not for long.
+    constexpr int tries = 50;
+    for (int i = 0; i < tries && watchers_ > 0; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
     server_.stop();
     thread_.join();
   }
