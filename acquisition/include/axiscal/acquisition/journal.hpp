@@ -18,6 +18,7 @@ class Journal {
   [[nodiscard]] static Journal create(const std::string& path);
 
   /// Opens one to go on with it; nobody else may.
+  /// @param path   of the journal.
   /// @param lines  set to what it holds, without a last line that was not written whole.
   /// @throws DataError    if there is no such file.
   /// @throws OutputError  if it cannot be written, or another program has it open.

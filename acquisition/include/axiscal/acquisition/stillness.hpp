@@ -26,7 +26,8 @@ struct StillnessOptions {
 /// what that rest showed. In constant memory, whatever the rate.
 class Stillness {
  public:
-  /// @param axes  m.
+  /// @param axes     m.
+  /// @param options  window, noise, and what counts as still.
   /// @throws DomainError  if the window or factor is not positive, or noise_sd has not m entries.
   explicit Stillness(std::size_t axes, const StillnessOptions& options = {});
 
