@@ -333,15 +333,6 @@ std::vector<std::unique_ptr<SessionFace>> make_faces(const AcquireCommand& comma
   return faces;
 }
 
-// A reader that has gone away changes nothing of what the status says.
-void print(const std::string& text) {
-  try {
-    write_whole_file("-", text);
-  } catch (const ClosedPipe&) {
-    return;
-  }
-}
-
 // Writes the files of a session that has come to its end.
 Calibration write_files(const SessionSetup& setup, const Session& session, const Outputs& outputs) {
   const Observations observations = session.observations();
@@ -378,10 +369,11 @@ void print_result(const AcquireCommand& command,
                         {"record", outputs.record},
                         {"report", outputs.report},
                         {"journal", outputs.journal}};
-    print(files.dump() + "\n");
+    print_result_text(files.dump() + "\n");
   } else {
-    print("\n" + summary_text(calibration) + "\nreadings: " + outputs.observations + "\nrecord: " +
-          outputs.record + "\nreport: " + outputs.report + "\njournal: " + outputs.journal + "\n");
+    print_result_text("\n" + summary_text(calibration) + "\nreadings: " + outputs.observations +
+                      "\nrecord: " + outputs.record + "\nreport: " + outputs.report +
+                      "\njournal: " + outputs.journal + "\n");
   }
   for (const CalibrationWarning& warning : calibration.warnings) {
     print_remark("warning", warning.message);
@@ -531,8 +523,8 @@ int run_check(const AcquireCommand& command) {
     alarm = first_alarm;
     if (last_s - shown_s >= 1.0 && has_channels) {
       shown_s = last_s;
-      print(command.json ? health_json(watch.view(), calibration).dump() + "\n"
-                         : health_text(watch.view(), unit) + "\n");
+      print_result_text(command.json ? health_json(watch.view(), calibration).dump() + "\n"
+                                     : health_text(watch.view(), unit) + "\n");
     }
     if (feed.has_ended() || (feed.is_live() ? waited_s() : last_s - first_s) > patience_s) {
       break;
@@ -544,11 +536,12 @@ int run_check(const AcquireCommand& command) {
                                     : "no sample came" + (alarm.empty() ? "" : ": " + alarm));
   }
   if (command.json) {
-    print(health_json(view, calibration).dump() + "\n");
+    print_result_text(health_json(view, calibration).dump() + "\n");
   } else {
-    print(fmt::format("{}: {} readings at rest, residual RSS {:.3g} {}, expected {:.3g} (p = {})\n",
-                      view.check->drifted ? "drifted" : "no drift", view.readings, view.check->rss,
-                      unit, view.check->expected_rss, number_text(view.check->p_value, 2)));
+    print_result_text(
+        fmt::format("{}: {} readings at rest, residual RSS {:.3g} {}, expected {:.3g} (p = {})\n",
+                    view.check->drifted ? "drifted" : "no drift", view.readings, view.check->rss,
+                    unit, view.check->expected_rss, number_text(view.check->p_value, 2)));
   }
   return view.check->drifted ? 1 : 0;
 }

@@ -123,15 +123,6 @@ void align(const std::string& record,
   }
 }
 
-// A reader that has gone away changes nothing of what the status says.
-void print(const std::string& text) {
-  try {
-    write_whole_file("-", text);
-  } catch (const ClosedPipe&) {
-    return;
-  }
-}
-
 // The verdict of a unit in a line: what a factory's log wants.
 std::string verdict_line(const Calibration& calibration) {
   const Verdict& verdict = *calibration.verdict;
@@ -287,7 +278,7 @@ int run_batch(const CalibrateCommand& command,
   if (command.table && *command.table != "-") {
     write_whole_file(*command.table, table_of(units));
   }
-  print(command.table == "-" ? table_of(units) : text);
+  print_result_text(command.table == "-" ? table_of(units) : text);
   return good == units.size() ? 0 : 1;
 }
 
@@ -302,7 +293,7 @@ int deliver_records(const CalibrateCommand& command,
     write_whole_file("-", records_text(calibrations));
     outcome.stored_refused = true;
   } else if (command.output != "-") {
-    print(command.json ? records_text(calibrations) : outcome.text);
+    print_result_text(command.json ? records_text(calibrations) : outcome.text);
   }
   print_remarks(calibrations);
   for (const Calibration& calibration : calibrations) {

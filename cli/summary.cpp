@@ -9,7 +9,9 @@
 
 #include <fmt/format.h>
 
+#include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/instruments/polar_form.hpp"
 
@@ -407,6 +409,14 @@ class Summary {
 
 std::string summary_text(const Calibration& calibration) {
   return Summary(calibration).text();
+}
+
+void print_result_text(const std::string& text) {
+  try {
+    write_whole_file("-", text);
+  } catch (const ClosedPipe&) {
+    return;
+  }
 }
 
 void print_remark(const char* what, const std::string& text) {

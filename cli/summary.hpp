@@ -11,6 +11,9 @@ namespace axiscal::cli {
 /// A calibration for people: what was done, coefficients, levelness, quality; 80 columns.
 [[nodiscard]] std::string summary_text(const Calibration& calibration);
 
+/// Prints to stdout; a reader that has gone away changes nothing of what the status says.
+void print_result_text(const std::string& text);
+
 /// Prints a remark on stderr, wrapped to 80 columns.
 /// @param what  "note" or "warning".
 void print_remark(const char* what, const std::string& text);

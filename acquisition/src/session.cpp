@@ -2,7 +2,6 @@
 #include "axiscal/acquisition/session.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <deque>
 #include <limits>
@@ -17,9 +16,10 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
-#include "axiscal/field/field_unit.hpp"
 #include "dwell_sums.hpp"
+#include "expected_response.hpp"
 #include "reading_list.hpp"
+#include "session_words.hpp"
 
 namespace axiscal {
 namespace {
@@ -40,105 +40,11 @@ constexpr double noisy_reading = 5.0;  // times the median of the scatter of rea
 constexpr std::size_t raw_samples_a_line = 256;
 constexpr std::size_t most_raw_waiting = 1U << 16U;
 
-struct ActionName {
-  SessionAction action;
-  std::string_view name;
-};
-constexpr std::array action_names = {
-    ActionName{SessionAction::capture, "capture"},
-    ActionName{SessionAction::accept, "accept"},
-    ActionName{SessionAction::as_seen, "as-seen"},
-    ActionName{SessionAction::retake, "retake"},
-    ActionName{SessionAction::retake_suggested, "retake-suggested"},
-    ActionName{SessionAction::undo, "undo"},
-    ActionName{SessionAction::skip, "skip"},
-    ActionName{SessionAction::replicate, "replicate"},
-    ActionName{SessionAction::pause, "pause"},
-    ActionName{SessionAction::go_on, "go-on"},
-    ActionName{SessionAction::finish, "finish"},
-    ActionName{SessionAction::toggle_automatic, "automatic"},
-    ActionName{SessionAction::quit, "quit"},
-};
-
 std::string run_text(int run) {
   return "run " + std::to_string(run);
 }
 
-// Units that are mistaken for one another, and what that makes of a reading.
-struct UnitMistake {
-  double factor;
-  std::string_view text;
-};
-constexpr std::array unit_mistakes = {
-    UnitMistake{standard_gravity, "m/s^2 for g"},
-    UnitMistake{1.0 / standard_gravity, "g for m/s^2"},
-    UnitMistake{1e3, "a thousandth of it"},
-    UnitMistake{1e-3, "a thousand of it"},
-    UnitMistake{deg_per_rad, "deg for rad"},
-    UnitMistake{rad_per_deg, "rad for deg"},
-    UnitMistake{0.1, "Gauss for mT, or the like: a tenth"},
-};
-
-// What the axes should read per field unit, where the units say so.
-std::optional<double> sensitivity_by_units(const Experiment& experiment,
-                                           const FieldDescription& field) {
-  if (experiment.nominal_sensitivity) {
-    return experiment.nominal_sensitivity;
-  }
-  const std::string& unit = experiment.instrument.unit;
-  if (unit == "1" || unit.empty()) {
-    return {};
-  }
-  if (unit == field.unit) {
-    return 1.0;
-  }
-  if (field.unit == "g" && unit == "m/s^2") {
-    return standard_gravity;
-  }
-  if (field.unit == "m/s^2" && unit == "g") {
-    return 1.0 / standard_gravity;
-  }
-  try {
-    return factor_between(field.unit, unit);
-  } catch (const DomainError&) {
-    return {};
-  }
-}
-
-// A direction that nobody measured: the table's heading in a field that is not along its normal.
-double direction_sd(const Experiment& experiment, const FieldDescription& field) {
-  const bool along_normal =
-      !field.in_table || field.in_table->head<2>().norm() < 1e-3 * field.in_table->norm();
-  constexpr double off_level_rad = 0.02;
-  constexpr double local_field_rad = 0.15;  // iron near the table
-  constexpr double any_heading_rad = 0.35;
-  if (along_normal) {
-    return off_level_rad;
-  }
-  return experiment.fence_azimuth_rad ? local_field_rad : any_heading_rad;
-}
-
 }  // namespace
-
-std::string_view action_name(SessionAction action) {
-  return action_names[static_cast<std::size_t>(action)].name;
-}
-
-std::optional<SessionAction> parse_action(std::string_view name) {
-  for (const ActionName& one : action_names) {
-    if (one.name == name) {
-      return one.action;
-    }
-  }
-  return {};
-}
-
-std::string_view phase_name(SessionPhase phase) {
-  constexpr std::array<std::string_view, 11> names = {"waiting",  "soaking", "laying",   "settling",
-                                                      "dwelling", "ready",   "question", "storing",
-                                                      "paused",   "review",  "over"};
-  return names[static_cast<std::size_t>(phase)];
-}
 
 class Session::Engine {
  public:
@@ -146,7 +52,7 @@ class Session::Engine {
       : setup_(std::move(setup)),
         journal_(journal),
         field_(make_field_description(setup_.experiment)),
-        nominal_(sensitivity_by_units(setup_.experiment, field_)),
+        nominal_(expected_sensitivity(setup_.experiment, field_)),
         m_(setup_.experiment.instrument.axis_count()),
         list_(setup_.sheet),
         stillness_(static_cast<std::size_t>(m_), setup_.stillness),
@@ -155,7 +61,7 @@ class Session::Engine {
              .field = field_,
              .positioner = setup_.experiment.positioner,
              .rotation_sensor_from_positioner = setup_.experiment.rotation_sensor_from_positioner,
-             .direction_sd_rad = direction_sd(setup_.experiment, field_),
+             .direction_sd_rad = expected_direction_sd(setup_.experiment, field_),
              .nominal_sensitivity = nominal_,
              .placement_sd_rad = setup_.placement_sd_rad}),
         dwell_(m_),
@@ -340,7 +246,6 @@ class Session::Engine {
     view_.left = list_.left();
     view_.wanted.reset();
     view_.turns.clear();
-    view_.looks_like.reset();
     view_.present = present_;
     if (wanted_) {
       view_.wanted = wanted_row();
@@ -366,7 +271,13 @@ class Session::Engine {
       std::sort(sorted.begin(), sorted.end());
       view_.remaining_s = sorted[sorted.size() / 2] * static_cast<double>(view_.left);
     }
-    say_what_to_do();
+    view_.looks_like = phase_ == SessionPhase::question && judgement_->looks_like_another
+                           ? std::optional(judgement_->best)
+                           : std::nullopt;
+    say_what_to_do(view_, {.judgement = judgement_ ? &*judgement_ : nullptr,
+                           .soak_remaining_s = soak_state_.remaining_s,
+                           .has_temperature = temperature_column_.has_value(),
+                           .has_quit = quit_});
     return view_;
   }
 
@@ -534,16 +445,7 @@ class Session::Engine {
     }
     const double ratio =
         stillness_.mean().norm() / (std::abs(*nominal_) * field_.magnitude * level());
-    constexpr double near = 0.1;
-    std::string text;
-    for (const UnitMistake& mistake : unit_mistakes) {
-      if (std::abs(std::log(ratio / mistake.factor)) < near) {
-        text = "the readings are " + number_text(mistake.factor, 4) +
-               " times what they should be: " + std::string(mistake.text) +
-               "? Mend --unit, or the source";
-      }
-    }
-    set_alarm("unit", text);
+    set_alarm("unit", unit_mistake_text(ratio));
   }
 
   [[nodiscard]] double level() const {
@@ -803,24 +705,12 @@ class Session::Engine {
       questioned_ = judgement_->best;
       phase_ = SessionPhase::question;
       moving_from_s_ = now_s_;
-      event("question", question_text(), {},
+      event("question", question_text(*judgement_, reading.row.entry.point), {},
             judgement_->looks_like_another ? std::optional(judgement_->best) : std::nullopt);
       present_ = judgement_->looks_like_another ? std::optional(judgement_->best) : std::nullopt;
       return;
     }
     store();
-  }
-
-  std::string question_text() const {
-    const DesignPoint& stated = wanted_row().entry.point;
-    if (!judgement_->looks_like_another) {
-      return "this fits no pose: is there grit under a foot, does it touch the fence?";
-    }
-    const DesignPoint& best = judgement_->best;
-    return best.rest() == stated.rest()
-               ? "this looks turned: fence " + std::string(face_name(best.fence())) + ", not " +
-                     std::string(face_name(stated.fence()))
-               : "this looks like " + best.name() + ", not " + stated.name();
   }
 
   void take_as_seen() {
@@ -1114,78 +1004,6 @@ class Session::Engine {
       view_.result.push_back("take again: run " + joined(names));
     }
     view_.suspects = suggested_;
-  }
-
-  // ---- words
-
-  void say_what_to_do() {
-    view_.headline.clear();
-    view_.detail.clear();
-    const auto point_words = [](const DesignPoint& point) {
-      return "Face " + std::string(face_name(point.rest())) + " on the table, face " +
-             std::string(face_name(point.fence())) + " at the fence";
-    };
-    switch (phase_) {
-      case SessionPhase::waiting:
-        view_.headline = "Waiting for the first sample";
-        break;
-      case SessionPhase::soaking:
-        view_.headline = "Soak at " + number_text(*wanted_row().temperature);
-        view_.detail =
-            !temperature_column_ ? "no temperature comes; go on when it is there"
-            : soak_state_.remaining_s > 0.0
-                ? "about " + number_text(soak_state_.remaining_s / 60.0, 2) + " minutes to go"
-                : "waiting until it is steady";
-        break;
-      case SessionPhase::laying:
-      case SessionPhase::settling: {
-        view_.headline = point_words(wanted_row().entry.point);
-        std::vector<std::string> words;
-        for (const CubeTurn turn : view_.turns) {
-          words.emplace_back(turn_words(turn));
-        }
-        view_.detail = phase_ == SessionPhase::settling ? "let go; it is nearly still"
-                       : view_.lies_as_before
-                           ? "it lies as at the last reading: " + joined(words, ", then ")
-                       : !words.empty() ? joined(words, ", then ")
-                       : present_       ? "lift it, wipe its feet, and lay it down the same way"
-                                        : "";
-        if (wanted_row().entry.level != 1.0) {
-          view_.detail += (view_.detail.empty() ? "" : "; ") + std::string("level ") +
-                          number_text(wanted_row().entry.level);
-        }
-        break;
-      }
-      case SessionPhase::dwelling:
-        view_.headline = "Still: taking the reading";
-        view_.detail = "hands off";
-        break;
-      case SessionPhase::ready:
-        view_.headline = "Ready: take the reading";
-        break;
-      case SessionPhase::question:
-        view_.headline = question_text();
-        view_.looks_like =
-            judgement_->looks_like_another ? std::optional(judgement_->best) : std::nullopt;
-        view_.detail =
-            "lay it right: " + wanted_row().entry.point.name() + "; or accept it as it is";
-        break;
-      case SessionPhase::storing:
-        view_.headline = "The reading is not stored yet";
-        view_.detail = "leave the cube; make room on the disk";
-        break;
-      case SessionPhase::paused:
-        view_.headline = "Paused";
-        break;
-      case SessionPhase::review:
-        view_.headline = suggested_.empty() ? "All points are done" : "Some points look wrong";
-        view_.detail = joined(view_.result, "; ");
-        break;
-      case SessionPhase::over:
-        view_.headline = quit_ ? "Stopped" : "Done";
-        view_.detail = joined(view_.result, "; ");
-        break;
-    }
   }
 
   SessionSetup setup_;

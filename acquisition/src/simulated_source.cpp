@@ -15,7 +15,7 @@ constexpr double reaction_s = 0.8;
 constexpr double move_s = 2.0;
 constexpr double handling_sd = 0.05;  // of a cube in hands [g]
 constexpr double knock_g = 0.02;
-constexpr double impatience_s = 30.0;  // nothing was taken: it must lie wrong
+constexpr double impatience_s = 300.0;  // nothing was taken: it must lie wrong
 constexpr std::size_t samples_a_read = 50;
 
 Eigen::Vector3d normal_vector(RandomStream& random, double sd) {
@@ -27,7 +27,7 @@ Eigen::Vector3d normal_vector(RandomStream& random, double sd) {
 }  // namespace
 
 SimulatedSource::SimulatedSource(std::string name, const SimulationSetup& setup)
-    : name_(std::move(name)), setup_(setup), random_(setup.seed) {
+    : name_(std::move(name)), setup_(setup), random_(setup.seed), person_(setup.seed, 1) {
   const std::string unit = setup.sensitivity == 1.0 ? "g" : "V";
   channels_ = {{"time", "s"}, {"x", unit}, {"y", unit}, {"z", unit}};
   if (setup.temperature) {
@@ -70,17 +70,17 @@ void SimulatedSource::start_moving(const DesignPoint& point) {
                                               : Eigen::AngleAxisd(0.0, Eigen::Vector3d::UnitX()));
   to_ = jitter * Eigen::Quaterniond(Positioner().rotation_table_from_positioner(point));
   lies_ = point;
-  knock_at_s_ = random_.uniform() < setup_.knock_rate ? moves_until_s_ + 1.5 : -1.0;
+  knock_at_s_ = person_.uniform() < setup_.knock_rate ? moves_until_s_ + 1.5 : -1.0;
 }
 
 void SimulatedSource::sample(SampleBatch& batch) {
   if (acts_at_s_ >= 0.0 && time_s_ >= acts_at_s_) {
     acts_at_s_ = time_s_ + impatience_s;
     DesignPoint point = *wanted_;
-    if (!lays_right_ && random_.uniform() < setup_.error_rate) {
+    if (!lays_right_ && person_.uniform() < setup_.error_rate) {
       const std::vector<DesignEntry> all = standard_design(24);
       do {
-        point = all[random_.index(all.size())].point;
+        point = all[person_.index(all.size())].point;
       } while (point == *wanted_);
       mistakes_.push_back({.wanted = *wanted_, .laid = point});
     }

@@ -99,7 +99,7 @@ async function picture(page, name) {
 }
 
 async function aSessionByClicks(browser) {
-  const session = await start("clicks", "sim:?speed=12&seed=4&error=0.15", "--manual");
+  const session = await start("clicks", "sim:?speed=12&seed=2&error=0.15", "--manual");
   const mine = await open(browser, session, { viewport: { width: 1280, height: 900 } });
   const { page } = mine;
   assert.equal(new URL(page.url()).hash, "", "the key does not stay in the address");

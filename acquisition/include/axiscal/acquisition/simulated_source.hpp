@@ -59,7 +59,8 @@ class SimulatedSource final : public Source {
   std::string name_;
   SimulationSetup setup_;
   std::vector<Channel> channels_;
-  RandomStream random_;
+  RandomStream random_;  // of instrument and seats
+  RandomStream person_;  // errs alike, however many samples there were
   LinearResponse truth_;
   Eigen::Vector3d field_in_table_;
   std::vector<SimulatedMistake> mistakes_;

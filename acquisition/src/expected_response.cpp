@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "expected_response.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/field/field_unit.hpp"
+
+namespace axiscal {
+namespace {
+
+// Units that are mistaken for one another, and what that makes of a reading.
+struct UnitMistake {
+  double factor;
+  std::string_view text;
+};
+constexpr std::array unit_mistakes = {
+    UnitMistake{standard_gravity, "m/s^2 for g"},
+    UnitMistake{1.0 / standard_gravity, "g for m/s^2"},
+    UnitMistake{1e3, "a thousandth of it"},
+    UnitMistake{1e-3, "a thousand of it"},
+    UnitMistake{deg_per_rad, "deg for rad"},
+    UnitMistake{rad_per_deg, "rad for deg"},
+    UnitMistake{0.1, "Gauss for mT, or the like: a tenth"},
+};
+
+}  // namespace
+
+std::optional<double> expected_sensitivity(const Experiment& experiment,
+                                           const FieldDescription& field) {
+  if (experiment.nominal_sensitivity) {
+    return experiment.nominal_sensitivity;
+  }
+  const std::string& unit = experiment.instrument.unit;
+  if (unit == "1" || unit.empty()) {
+    return {};
+  }
+  if (unit == field.unit) {
+    return 1.0;
+  }
+  if (field.unit == "g" && unit == "m/s^2") {
+    return standard_gravity;
+  }
+  if (field.unit == "m/s^2" && unit == "g") {
+    return 1.0 / standard_gravity;
+  }
+  try {
+    return factor_between(field.unit, unit);
+  } catch (const DomainError&) {
+    return {};
+  }
+}
+
+double expected_direction_sd(const Experiment& experiment, const FieldDescription& field) {
+  const bool along_normal =
+      !field.in_table || field.in_table->head<2>().norm() < 1e-3 * field.in_table->norm();
+  constexpr double off_level_rad = 0.02;
+  constexpr double local_field_rad = 0.15;  // iron near the table
+  constexpr double any_heading_rad = 0.35;
+  if (along_normal) {
+    return off_level_rad;
+  }
+  return experiment.fence_azimuth_rad ? local_field_rad : any_heading_rad;
+}
+
+std::string unit_mistake_text(double ratio) {
+  constexpr double near = 0.1;
+  for (const UnitMistake& mistake : unit_mistakes) {
+    if (std::abs(std::log(ratio / mistake.factor)) < near) {
+      return "the readings are " + number_text(mistake.factor, 4) +
+             " times what they should be: " + std::string(mistake.text) +
+             "? Mend --unit, or the source";
+    }
+  }
+  return "";
+}
+
+}  // namespace axiscal

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session_words.hpp"
+
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+std::string laying_words(const SessionView& view) {
+  std::vector<std::string> words;
+  for (const CubeTurn turn : view.turns) {
+    words.emplace_back(turn_words(turn));
+  }
+  const std::string way = joined(words, ", then ");
+  std::string text = view.phase == SessionPhase::settling ? "let go; it is nearly still"
+                     : view.lies_as_before                ? "it lies as at the last reading: " + way
+                     : !way.empty()                       ? way
+                     : view.present ? "lift it, wipe its feet, and lay it down the same way"
+                                    : "";
+  if (view.wanted->entry.level != 1.0) {
+    text +=
+        (text.empty() ? "" : "; ") + std::string("level ") + number_text(view.wanted->entry.level);
+  }
+  return text;
+}
+
+std::string soaking_words(const SaidBesides& besides) {
+  if (!besides.has_temperature) {
+    return "no temperature comes; go on when it is there";
+  }
+  return besides.soak_remaining_s > 0.0
+             ? "about " + number_text(besides.soak_remaining_s / 60.0, 2) + " minutes to go"
+             : "waiting until it is steady";
+}
+
+}  // namespace
+
+std::string question_text(const PoseJudgement& judgement, const DesignPoint& stated) {
+  if (!judgement.looks_like_another) {
+    return "this fits no pose: is there grit under a foot, does it touch the fence?";
+  }
+  const DesignPoint& best = judgement.best;
+  return best.rest() == stated.rest()
+             ? "this looks turned: fence " + std::string(face_name(best.fence())) + ", not " +
+                   std::string(face_name(stated.fence()))
+             : "this looks like " + best.name() + ", not " + stated.name();
+}
+
+void say_what_to_do(SessionView& view, const SaidBesides& besides) {
+  view.headline.clear();
+  view.detail.clear();
+  switch (view.phase) {
+    case SessionPhase::waiting:
+      view.headline = "Waiting for the first sample";
+      break;
+    case SessionPhase::soaking:
+      view.headline = "Soak at " + number_text(*view.wanted->temperature);
+      view.detail = soaking_words(besides);
+      break;
+    case SessionPhase::laying:
+    case SessionPhase::settling:
+      view.headline = "Face " + std::string(face_name(view.wanted->entry.point.rest())) +
+                      " on the table, face " +
+                      std::string(face_name(view.wanted->entry.point.fence())) + " at the fence";
+      view.detail = laying_words(view);
+      break;
+    case SessionPhase::dwelling:
+      view.headline = "Still: taking the reading";
+      view.detail = "hands off";
+      break;
+    case SessionPhase::ready:
+      view.headline = "Ready: take the reading";
+      break;
+    case SessionPhase::question:
+      view.headline = question_text(*besides.judgement, view.wanted->entry.point);
+      view.detail = "lay it right: " + view.wanted->entry.point.name() + "; or accept it as it is";
+      break;
+    case SessionPhase::storing:
+      view.headline = "The reading is not stored yet";
+      view.detail = "leave the cube; make room on the disk";
+      break;
+    case SessionPhase::paused:
+      view.headline = "Paused";
+      break;
+    case SessionPhase::review:
+      view.headline = view.suspects.empty() ? "All points are done" : "Some points look wrong";
+      view.detail = joined(view.result, "; ");
+      break;
+    case SessionPhase::over:
+      view.headline = besides.has_quit ? "Stopped" : "Done";
+      view.detail = joined(view.result, "; ");
+      break;
+  }
+}
+
+}  // namespace axiscal
