@@ -63,9 +63,8 @@ class FileSource final : public Source {
     }
     const double now = is_live() ? (session_seconds() - started_) * speed_ : 0.0;
     while (next_ < ready_.size() && (!is_live() || ready_.time_s[next_] <= now)) {
-      const std::span<const double> row = ready_.row(next_);
-      batch.time_s.push_back(ready_.time_s[next_++]);
-      batch.values.insert(batch.values.end(), row.begin(), row.end());
+      batch.add(ready_.time_s[next_], ready_.row(next_));
+      ++next_;
       ++report.bytes;
     }
     return report;

@@ -57,8 +57,8 @@ class LineFace : public SessionFace {
       if (const std::optional<SessionCommand> command = parse_command(line)) {
         result.push_back(*command);
       } else if (!line.empty()) {
-        std::fprintf(stderr, "'%s' is no command; there are:%s\n", line.c_str(),
-                     words_.empty() ? " none just now" : words_.c_str());
+        std::fprintf(stderr, "'%s' is no command; there are: %s\n", line.c_str(),
+                     words_.empty() ? "none just now" : words_.c_str());
       }
     }
     return result;
@@ -66,11 +66,15 @@ class LineFace : public SessionFace {
 
  protected:
   void remember(const SessionView& view) {
-    words_.clear();
+    std::vector<std::string> names;
     for (const SessionAction action : possible_actions(view)) {
-      words_ += " " + std::string(action_name(action));
+      names.emplace_back(action_name(action));
     }
+    words_ = joined(names);
   }
+
+  // What can be asked for, as remembered.
+  [[nodiscard]] const std::string& words() const { return words_; }
 
   static void print(const std::string& line) { write_whole_file("-", line + "\n"); }
 
@@ -111,11 +115,7 @@ class PlainFace final : public LineFace {
     if (view.phase != last_ &&
         (view.phase == SessionPhase::question || view.phase == SessionPhase::review ||
          view.phase == SessionPhase::ready || view.phase == SessionPhase::soaking)) {
-      std::string words;
-      for (const SessionAction action : possible_actions(view)) {
-        words += (words.empty() ? "" : ", ") + std::string(action_name(action));
-      }
-      print("  commands: " + words);
+      print("  commands: " + words());
     }
     // Each when it comes; told again only after it was over.
     std::set<std::string> there;

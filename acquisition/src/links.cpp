@@ -92,6 +92,24 @@ std::string receive_from(Stream& stream,
   return error && !would_block(error) ? error.message() : "";
 }
 
+// PORT, on loopback, or ADDRESS:PORT.
+HostAndPort place_to_listen(SourceAddress address) {
+  if (address.place.find(':') == std::string::npos) {
+    address.place = "127.0.0.1:" + address.place;
+  }
+  return host_and_port(address);
+}
+
+template <typename Protocol>
+typename Protocol::endpoint endpoint_of(asio::io_context& context,
+                                        const HostAndPort& place,
+                                        asio::error_code& error) {
+  typename Protocol::resolver resolver(context);
+  const auto found =
+      resolver.resolve(place.host, place.port, asio::ip::resolver_base::passive, error);
+  return error ? typename Protocol::endpoint{} : found.begin()->endpoint();
+}
+
 class SerialLink final : public ReopenedLink {
  public:
   explicit SerialLink(const SourceAddress& address)
@@ -114,12 +132,6 @@ class SerialLink final : public ReopenedLink {
   }
 
   [[nodiscard]] bool joins_midway() const override { return true; }
-
-  bool write(std::string_view text) override {
-    asio::error_code error;
-    asio::write(port_, asio::buffer(text), error);
-    return !error;
-  }
 
  protected:
   [[nodiscard]] bool is_open() const override { return port_.is_open(); }
@@ -257,23 +269,15 @@ class TcpClientLink final : public TcpLink {
 
 class TcpServerLink final : public TcpLink {
  public:
-  explicit TcpServerLink(const SourceAddress& address) : TcpLink(address), acceptor_(context_) {
-    SourceAddress whole = address;
-    if (whole.place.find(':') == std::string::npos) {
-      whole.place = "127.0.0.1:" + whole.place;
-    }
-    place_ = host_and_port(whole);
-  }
+  explicit TcpServerLink(const SourceAddress& address)
+      : TcpLink(address), acceptor_(context_), place_(place_to_listen(address)) {}
 
  protected:
   std::string open(std::chrono::milliseconds patience) override {
     asio::error_code error;
     if (!acceptor_.is_open()) {
-      asio::ip::tcp::resolver resolver(context_);
-      const auto found =
-          resolver.resolve(place_.host, place_.port, asio::ip::resolver_base::passive, error);
+      const auto endpoint = endpoint_of<asio::ip::tcp>(context_, place_, error);
       if (!error) {
-        const asio::ip::tcp::endpoint endpoint = found.begin()->endpoint();
         acceptor_.open(endpoint.protocol(), error);
         acceptor_.set_option(asio::socket_base::reuse_address(true), error);
         acceptor_.bind(endpoint, error);
@@ -301,13 +305,8 @@ class TcpServerLink final : public TcpLink {
 
 class UdpLink final : public ReopenedLink {
  public:
-  explicit UdpLink(const SourceAddress& address) : name_(address.place), socket_(context_) {
-    SourceAddress whole = address;
-    if (whole.place.find(':') == std::string::npos) {
-      whole.place = "127.0.0.1:" + whole.place;
-    }
-    place_ = host_and_port(whole);
-  }
+  explicit UdpLink(const SourceAddress& address)
+      : name_(address.place), socket_(context_), place_(place_to_listen(address)) {}
 
   [[nodiscard]] bool has_messages() const override { return true; }
 
@@ -316,11 +315,8 @@ class UdpLink final : public ReopenedLink {
 
   std::string open(std::chrono::milliseconds /*patience*/) override {
     asio::error_code error;
-    asio::ip::udp::resolver resolver(context_);
-    const auto found =
-        resolver.resolve(place_.host, place_.port, asio::ip::resolver_base::passive, error);
+    const auto endpoint = endpoint_of<asio::ip::udp>(context_, place_, error);
     if (!error) {
-      const asio::ip::udp::endpoint endpoint = found.begin()->endpoint();
       socket_.open(endpoint.protocol(), error);
       if (!error) {
         // A burst must find room while a point is being written to the disk.

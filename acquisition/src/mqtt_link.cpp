@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <deque>
 #include <optional>
 #include <thread>
 
@@ -72,9 +73,13 @@ class MqttLink final : public ByteLink {
       }
       trying_ = true;
     }
-    const int error = mosquitto_loop(client_.get(), static_cast<int>(patience.count()), 1);
-    bytes += waiting_;
-    waiting_.clear();
+    const int wait_ms = waiting_.empty() ? static_cast<int>(patience.count()) : 0;
+    const int error = mosquitto_loop(client_.get(), wait_ms, 1);
+    if (!waiting_.empty()) {
+      bytes += waiting_.front();
+      waiting_bytes_ -= waiting_.front().size();
+      waiting_.pop_front();
+    }
     if (error != MOSQ_ERR_SUCCESS) {
       message_ = text_of(error);
       was_connected_ = was_connected_ || connected_;
@@ -103,11 +108,9 @@ class MqttLink final : public ByteLink {
 
   void take(const mosquitto_message& message) {
     const auto size = static_cast<std::size_t>(std::max(message.payloadlen, 0));
-    if (waiting_.size() + size < most_waiting) {
-      waiting_.append(static_cast<const char*>(message.payload), size);
-      if (!waiting_.ends_with('\n')) {
-        waiting_ += '\n';
-      }
+    if (waiting_bytes_ + size < most_waiting) {
+      waiting_.emplace_back(static_cast<const char*>(message.payload), size);
+      waiting_bytes_ += size;
     }
   }
 
@@ -130,7 +133,8 @@ class MqttLink final : public ByteLink {
   bool trying_ = false;
   double next_try_s_ = 0.0;
   std::string message_;
-  std::string waiting_;
+  std::deque<std::string> waiting_;  // messages
+  std::size_t waiting_bytes_ = 0;
 };
 
 }  // namespace

@@ -37,6 +37,21 @@ Eigen::Matrix<double, 3, 2> tangents_of(const Eigen::Vector3d& vector) {
   return tangents;
 }
 
+// Derivative of a reading by bias (m), sensitivity by rows (3 m), the two tangents, and the scale
+// that it does not depend on.
+// @param rotation  sensor from table, times the level.
+Eigen::MatrixXd derivative_of_reading(const PoseModelFit& fit, const Eigen::Matrix3d& rotation) {
+  const Eigen::Index m = fit.response.bias.size();
+  const Eigen::Vector3d in_sensor = rotation * fit.field_in_table;
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(m, 4 * m + 3);
+  J.leftCols(m).setIdentity();
+  J.middleCols<2>(4 * m) = fit.response.sensitivity * rotation * fit.field_by_tangents;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    J.block<1, 3>(k, m + 3 * k) = in_sensor.transpose();
+  }
+  return J;
+}
+
 }  // namespace
 
 PoseModel::PoseModel(PoseModelSetup setup)
@@ -52,6 +67,12 @@ PoseModel::PoseModel(PoseModelSetup setup)
 bool PoseModel::is_usable() const {
   return !setup_.instrument.one_sided && nominal_axes_.rowwise().norm().minCoeff() > 0.0 &&
          setup_.field.magnitude > 0.0;
+}
+
+// Sensor from table at a point, times the level.
+Eigen::Matrix3d PoseModel::rotation_at(const DesignEntry& entry) const {
+  return entry.level * setup_.rotation_sensor_from_positioner *
+         setup_.positioner.rotation_table_from_positioner(entry.point).transpose();
 }
 
 // How much the readings change by the field [unit]: by the differences between them, as biases may
@@ -111,6 +132,7 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
   const Eigen::Index common = 4 * m + 2;
   const double magnitude = setup_.field.magnitude;
   const double unit = scale / magnitude;
+  const double placement = setup_.placement_sd_rad * scale;
   const double expected_scale = setup_.nominal_sensitivity.value_or(0.0);
   PoseModelFit fit;
   fit.field_in_table = start.normalized() * magnitude;
@@ -125,7 +147,6 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
     const Eigen::Index rows = n * m + 4 * m + 3;
     Eigen::MatrixXd J = Eigen::MatrixXd::Zero(rows, unknowns);
     Eigen::VectorXd r = Eigen::VectorXd::Zero(rows);
-    const Eigen::Vector3d field = fit.field_in_table;
     const Eigen::Vector3d raw = home + magnitude * tangents * tilt;
     const Eigen::Matrix3d onto_sphere =
         magnitude / raw.norm() *
@@ -133,21 +154,12 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
     fit.field_by_tangents = onto_sphere * (magnitude * tangents);
     for (Eigen::Index i = 0; i < n; ++i) {
       const PlacedReading& reading = known[static_cast<std::size_t>(i)];
-      const Eigen::Matrix3d R =
-          setup_.rotation_sensor_from_positioner *
-          setup_.positioner.rotation_table_from_positioner(reading.entry.point).transpose() *
-          reading.entry.level;
-      const Eigen::Vector3d in_sensor = R * field;
-      const Eigen::Matrix<double, Eigen::Dynamic, 2> by_tilt =
-          fit.response.sensitivity * R * fit.field_by_tangents;
-      const Eigen::VectorXd difference = reading.mean - fit.response.at(in_sensor);
-      for (Eigen::Index k = 0; k < m; ++k) {
-        const double u = std::hypot(reading.u(k), setup_.placement_sd_rad * scale);
-        J(i * m + k, k) = 1.0 / u;
-        J.block<1, 3>(i * m + k, m + 3 * k) = in_sensor.transpose() / u;
-        J.block<1, 2>(i * m + k, tangent) = by_tilt.row(k) / u;
-        r(i * m + k) = difference(k) / u;
-      }
+      const Eigen::Matrix3d R = rotation_at(reading.entry);
+      const Eigen::VectorXd weight =
+          (reading.u.array().square() + placement * placement).rsqrt().matrix();
+      J.middleRows(i * m, m) = weight.asDiagonal() * derivative_of_reading(fit, R);
+      r.segment(i * m, m) =
+          weight.cwiseProduct(reading.mean - fit.response.at(R * fit.field_in_table));
     }
     // What is expected.
     Eigen::Index row = n * m;
@@ -216,28 +228,14 @@ std::optional<PoseJudgement> PoseModel::judge(const std::vector<PlacedReading>& 
   if (!model) {
     return {};
   }
-  const Eigen::Index m = setup_.instrument.axis_count();
-  const Eigen::Index unknowns = model->covariance.rows();
+  const double placement = setup_.placement_sd_rad * scale;
   const auto misfit_of = [&](const DesignPoint& point) {
-    const Eigen::Matrix3d R = setup_.rotation_sensor_from_positioner *
-                              setup_.positioner.rotation_table_from_positioner(point).transpose() *
-                              reading.entry.level;
-    const Eigen::Vector3d in_sensor = R * model->field_in_table;
-    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(m, unknowns);
-    const Eigen::Matrix<double, Eigen::Dynamic, 2> by_tilt =
-        model->response.sensitivity * R * model->field_by_tangents;
-    for (Eigen::Index k = 0; k < m; ++k) {
-      J(k, k) = 1.0;
-      J.block<1, 3>(k, m + 3 * k) = in_sensor.transpose();
-      J.block<1, 2>(k, 4 * m) = by_tilt.row(k);
-    }
+    const Eigen::Matrix3d R = rotation_at({.point = point, .level = reading.entry.level});
+    const Eigen::MatrixXd J = derivative_of_reading(*model, R);
     Eigen::MatrixXd C = J * model->covariance * J.transpose();
-    for (Eigen::Index k = 0; k < m; ++k) {
-      C(k, k) += model->variance_factor *
-                 (reading.u(k) * reading.u(k) +
-                  setup_.placement_sd_rad * setup_.placement_sd_rad * scale * scale);
-    }
-    const Eigen::VectorXd difference = reading.mean - model->response.at(in_sensor);
+    C.diagonal().array() +=
+        model->variance_factor * (reading.u.array().square() + placement * placement);
+    const Eigen::VectorXd difference = reading.mean - model->response.at(R * model->field_in_table);
     return difference.dot(C.llt().solve(difference));
   };
   PoseJudgement judgement{

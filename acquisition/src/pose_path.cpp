@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 
+#include "axiscal/positioner/facing.hpp"
 #include "axiscal/positioner/positioner.hpp"
 
 namespace axiscal {
@@ -38,16 +39,6 @@ Eigen::Vector3d turned(Eigen::Vector3d direction, const TurnDefinition& turn) {
     direction = turn.axis * turn.axis.dot(direction) + turn.axis.cross(direction);
   }
   return direction;
-}
-
-Face nearest_face(const Eigen::Vector3d& direction) {
-  Face nearest = Face::plus_x;
-  for (const Face face : all_faces) {
-    if (nominal_normal(face).dot(direction) > nominal_normal(nearest).dot(direction)) {
-      nearest = face;
-    }
-  }
-  return nearest;
 }
 
 }  // namespace

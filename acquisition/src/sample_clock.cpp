@@ -81,8 +81,7 @@ void SampleClock::append(std::span<const double> values,
   last_s_ = time_s;
   last_arrival_ = arrival_s;
   last_values_.assign(values.begin(), values.end());
-  batch.time_s.push_back(time_s);
-  batch.values.insert(batch.values.end(), values.begin(), values.end());
+  batch.add(time_s, values);
 }
 
 }  // namespace axiscal

@@ -57,14 +57,14 @@ class Reader {
       const SourceReport report = source_->read(one, patience);
       const std::lock_guard lock(mutex_);
       note(report, one.size());
-      append(batch, one);
+      batch.append(one);
       return;
     }
     std::unique_lock lock(mutex_);
     if (waiting_.time_s.empty() && patience.count() > 0) {
       arrived_.wait_for(lock, patience, [this] { return !waiting_.time_s.empty() || ended_; });
     }
-    append(batch, waiting_);
+    batch.append(waiting_);
     waiting_.clear();
     room_.notify_all();
     if (failure_ && batch.size() == 0) {
@@ -165,7 +165,7 @@ class Reader {
       note(report, batch.size());
       // A reader that is late stops the source, never the memory.
       room_.wait(lock, [this] { return stop_ || waiting_.values.size() < most_values_waiting; });
-      append(waiting_, batch);
+      waiting_.append(batch);
       arrived_.notify_all();
       if (report.state == LinkState::ended) {
         return;
@@ -177,11 +177,6 @@ class Reader {
     if (std::exchange(request_new_, false)) {
       source_->request(request_ ? &*request_ : nullptr, request_warned_);
     }
-  }
-
-  static void append(SampleBatch& to, const SampleBatch& from) {
-    to.time_s.insert(to.time_s.end(), from.time_s.begin(), from.time_s.end());
-    to.values.insert(to.values.end(), from.values.begin(), from.values.end());
   }
 
   void note(const SourceReport& report, std::size_t samples) {
@@ -266,14 +261,10 @@ class SampleFeed::Impl {
 
   void read(SampleBatch& batch, std::chrono::milliseconds patience) {
     if (readers_.size() == 1) {
-      if (channels_.empty()) {
-        SampleBatch first;
-        readers_.front()->take(first, patience);
-        channels_ = readers_.front()->channels();
-        move(first, batch);
-        return;
-      }
       readers_.front()->take(batch, patience);
+      if (channels_.empty()) {
+        channels_ = readers_.front()->channels();
+      }
       return;
     }
     SampleBatch first;
@@ -299,11 +290,6 @@ class SampleFeed::Impl {
 
  private:
   static constexpr std::size_t most_pending = 1U << 16U;
-
-  static void move(SampleBatch& from, SampleBatch& to) {
-    to.time_s.insert(to.time_s.end(), from.time_s.begin(), from.time_s.end());
-    to.values.insert(to.values.end(), from.values.begin(), from.values.end());
-  }
 
   void take_other(std::size_t s) {
     Reader& reader = *readers_[s];

@@ -12,6 +12,7 @@
 #include "axiscal/acquisition/pose_model.hpp"
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/forecast.hpp"
+#include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/calib/temperature.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -42,6 +43,13 @@ constexpr std::size_t most_raw_waiting = 1U << 16U;
 
 std::string run_text(int run) {
   return "run " + std::to_string(run);
+}
+
+// The upper one of two.
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 }  // namespace
@@ -114,7 +122,6 @@ class Session::Engine {
     const double gap = time_s - now_s_;
     const bool is_first = samples_++ == 0;
     now_s_ = time_s;
-    idle_s_ = 0.0;
     set_alarm("silent", "");
     keep_raw(values);
     take_temperature(values);
@@ -136,7 +143,6 @@ class Session::Engine {
   }
 
   void idle(double seconds) {
-    idle_s_ = seconds;
     const double period = stillness_.rate_hz() > 0.0 ? 1.0 / stillness_.rate_hz() : 0.0;
     if (samples_ > 0 && seconds > std::max(silent_s, 5.0 * period) &&
         phase_ != SessionPhase::review && phase_ != SessionPhase::over) {
@@ -202,10 +208,8 @@ class Session::Engine {
         }
         break;
       case SessionAction::pause:
-        if (phase_ != SessionPhase::paused && phase_ != SessionPhase::over) {
-          before_pause_ = std::exchange(phase_, SessionPhase::paused);
-          event("paused", "paused; nothing is taken");
-        }
+        before_pause_ = std::exchange(phase_, SessionPhase::paused);
+        event("paused", "paused; nothing is taken");
         break;
       case SessionAction::go_on:
         if (phase_ == SessionPhase::paused) {
@@ -244,15 +248,7 @@ class Session::Engine {
     view_.steps = list_.steps();
     view_.done = list_.readings().size();
     view_.left = list_.left();
-    view_.wanted.reset();
-    view_.turns.clear();
-    view_.present = present_;
-    if (wanted_) {
-      view_.wanted = wanted_row();
-      if (present_) {
-        view_.turns = fewest_turns(*present_, wanted_row().entry.point);
-      }
-    }
+    show_the_way();
     view_.stillness = stillness_.is_ready() ? stillness_.ratio() / stillness_.factor() : 0.0;
     view_.rate_hz = stillness_.rate_hz();
     view_.dwell_s = dwell_needed();
@@ -267,9 +263,7 @@ class Session::Engine {
     view_.alarms.insert(view_.alarms.end(), alarms_.begin(), alarms_.end());
     view_.remaining_s.reset();
     if (!point_seconds_.empty()) {
-      std::vector<double> sorted(point_seconds_.begin(), point_seconds_.end());
-      std::sort(sorted.begin(), sorted.end());
-      view_.remaining_s = sorted[sorted.size() / 2] * static_cast<double>(view_.left);
+      view_.remaining_s = median(point_seconds_) * static_cast<double>(view_.left);
     }
     view_.looks_like = phase_ == SessionPhase::question && judgement_->looks_like_another
                            ? std::optional(judgement_->best)
@@ -307,6 +301,22 @@ class Session::Engine {
   }
 
  private:
+  // A view is made many times a second, the way to the next pose searched once.
+  void show_the_way() {
+    const std::optional<RunSheetRow> wanted = wanted_ ? std::optional(wanted_row()) : std::nullopt;
+    const auto point_of = [](const std::optional<RunSheetRow>& row) {
+      return row ? std::optional(row->entry.point) : std::nullopt;
+    };
+    if (point_of(wanted) != point_of(view_.wanted) || present_ != view_.present) {
+      view_.turns.clear();
+      if (wanted && present_) {
+        view_.turns = fewest_turns(*present_, wanted->entry.point);
+      }
+    }
+    view_.wanted = wanted;
+    view_.present = present_;
+  }
+
   [[nodiscard]] const RunSheetRow& wanted_row() const { return list_.steps()[*wanted_].row; }
 
   void event(const std::string& kind,
@@ -371,7 +381,7 @@ class Session::Engine {
     temperature_ = values[*temperature_column_];
     temperature_sum_ += *temperature_;
     ++temperature_count_;
-    constexpr double spacing_s = 1.0;
+    constexpr double spacing_s = 1.0;  // of the temperatures that soaking looks at
     if (soak_time_.empty() || now_s_ - soak_time_.back() >= spacing_s) {
       soak_time_.push_back(now_s_);
       soak_temperature_.push_back(*temperature_);
@@ -379,6 +389,7 @@ class Session::Engine {
         soak_time_.pop_front();
         soak_temperature_.pop_front();
       }
+      soak_is_news_ = true;
     }
   }
 
@@ -389,8 +400,8 @@ class Session::Engine {
       return std::isinf(value) || (range && (value <= range->low || value >= range->high));
     };
     bool good = true;
-    std::string saturated;
-    std::string missing;
+    std::vector<std::string> saturated;
+    std::vector<std::string> missing;
     for (std::size_t k = 0; k < columns_.size(); ++k) {
       const double value = columns_[k].value(values);
       x_(static_cast<Eigen::Index>(k)) = value;
@@ -399,35 +410,36 @@ class Session::Engine {
       saturated_[k] = is_beyond ? saturated_[k] + 1 : 0;
       const std::string& axis = setup_.experiment.instrument.axes[k];
       if (saturated_[k] >= saturated_samples) {
-        saturated += (saturated.empty() ? "" : ", ") + axis;
+        saturated.push_back(axis);
       }
       if (std::isnan(value) && !is_beyond) {
-        missing += (missing.empty() ? "" : ", ") + axis;
+        missing.push_back(axis);
       }
       good = good && std::isfinite(value);
     }
     set_alarm("saturated", saturated.empty() ? ""
-                                             : saturated + ": at the end of its range; is the " +
+                                             : joined(saturated) +
+                                                   ": at the end of its range; is the "
                                                    "range set large enough?");
-    set_alarm("not_a_number", missing.empty() ? "" : missing + ": no number comes");
+    set_alarm("not_a_number", missing.empty() ? "" : joined(missing) + ": no number comes");
     is_saturated_ = !saturated.empty();
     return good;
   }
 
   void look_for_defects() {
     const Eigen::VectorXd& floor = stillness_.floor();
-    std::string stuck;
+    std::vector<std::string> stuck;
     for (std::size_t k = 0; k < static_cast<std::size_t>(m_); ++k) {
       const Stillness::Unchanged same = stillness_.unchanged(k);
       // Noise below the converter's step shows no change for long, and is well.
-      if (was_seen_to_scatter_ && scattered_[static_cast<Eigen::Index>(k)] &&
+      if (scattered_.size() > 0 && scattered_[static_cast<Eigen::Index>(k)] &&
           floor(static_cast<Eigen::Index>(k)) > stillness_.step()(static_cast<Eigen::Index>(k)) &&
           same.seconds >= stuck_s && same.samples >= fewest_samples) {
-        stuck += (stuck.empty() ? "" : ", ") + setup_.experiment.instrument.axes[k];
+        stuck.push_back(setup_.experiment.instrument.axes[k]);
       }
     }
     set_alarm("stuck", stuck.empty() ? ""
-                                     : stuck +
+                                     : joined(stuck) +
                                            ": the same value to the last digit for a while; is "
                                            "it stuck, or its converter?");
     is_stuck_ = !stuck.empty();
@@ -483,6 +495,7 @@ class Session::Engine {
       review();
       return;
     }
+    calibration_.reset();
     if (samples_ == 0) {
       phase_ = SessionPhase::waiting;
       return;
@@ -602,7 +615,8 @@ class Session::Engine {
     if (phase_ == SessionPhase::soaking) {
       soaked_ = true;
     } else if (phase_ == SessionPhase::question) {
-      command({.action = SessionAction::accept, .run = {}});
+      // Asked for twice, or before the doubt was seen: that is no answer.
+      event("refused", "answer first: accept it, or lay it anew");
     } else if ((phase_ == SessionPhase::dwelling || phase_ == SessionPhase::ready) &&
                dwell_.samples() >= fewest_samples) {
       complete();
@@ -665,13 +679,16 @@ class Session::Engine {
         .cwiseMax(std::numeric_limits<double>::min());
   }
 
+  PlacedReading placed(const CapturedReading& reading) const {
+    return {
+        .entry = reading.row.entry, .mean = reading.mean, .u = u_of(reading.sd, reading.samples)};
+  }
+
   std::vector<PlacedReading> placed(std::optional<int> without = {}) const {
     std::vector<PlacedReading> result;
     for (const CapturedReading& reading : list_.readings()) {
       if (reading.run != without && !suspects_.contains(reading.run)) {
-        result.push_back({.entry = reading.row.entry,
-                          .mean = reading.mean,
-                          .u = u_of(reading.sd, reading.samples)});
+        result.push_back(placed(reading));
       }
     }
     return result;
@@ -692,9 +709,7 @@ class Session::Engine {
       reading.temperature = temperature_sum_ / static_cast<double>(temperature_count_);
     }
     pending_ = reading;
-    judgement_ = model_.judge(
-        placed(),
-        {.entry = reading.row.entry, .mean = reading.mean, .u = u_of(reading.sd, reading.samples)});
+    judgement_ = model_.judge(placed(), placed(reading));
     if (judgement_ && (judgement_->looks_like_another || judgement_->fits_none)) {
       // Laid anew and the same again: then the doubt is about a reading before.
       if (questioned_ == judgement_->best) {
@@ -765,7 +780,6 @@ class Session::Engine {
     moved_ = false;
     soaked_at_ = taken.row.temperature ? taken.row.temperature : soaked_at_;
     stillness_.learn(taken.sd);
-    was_seen_to_scatter_ = true;
     scattered_ = scattered_.size() == 0 ? (taken.sd.array() > 0.0).eval()
                                         : (scattered_ || (taken.sd.array() > 0.0)).eval();
   }
@@ -781,7 +795,6 @@ class Session::Engine {
       return false;
     }
     list_.apply(entry);
-    calibration_.reset();
     event(kind, text, run);
     return true;
   }
@@ -803,8 +816,7 @@ class Session::Engine {
         moved_ = false;
       }
     }
-    if (some && phase_ != SessionPhase::paused) {
-      calibration_.reset();
+    if (some) {
       phase_ = SessionPhase::laying;
       learn_from_readings();
       next_point();
@@ -839,9 +851,7 @@ class Session::Engine {
         continue;
       }
       const std::optional<PoseJudgement> judgement =
-          model_.judge(placed(reading.run), {.entry = reading.row.entry,
-                                             .mean = reading.mean,
-                                             .u = u_of(reading.sd, reading.samples)});
+          model_.judge(placed(reading.run), placed(reading));
       if (judgement && judgement->looks_like_another &&
           (!worst || judgement->log_ratio > worst->log_ratio)) {
         worst = judgement;
@@ -856,6 +866,19 @@ class Session::Engine {
                 " by what came after it: take it again",
             worst_run, worst->best);
     }
+  }
+
+  // As calibrate() will choose it.
+  Method method_at_the_end() const {
+    std::vector<RunSheetRow> sheet;
+    for (const SessionStep& step : list_.steps()) {
+      if (!step.skipped) {
+        sheet.push_back(step.row);
+      }
+    }
+    Observations planned;
+    planned.readings = readings_of(sheet);
+    return setup_.experiment.method.value_or(choose_method(setup_.experiment, planned));
   }
 
   // The uncertainty that the end will have: noise as seen, the points done and still to be done.
@@ -879,7 +902,7 @@ class Session::Engine {
     noise = std::sqrt(noise / static_cast<double>(list_.readings().size()));
     setup.noise_sd = std::hypot(noise, setup_.placement_sd_rad * response_scale());
     setup.positioner = setup_.experiment.positioner;
-    setup.method = list_.steps().size() % 2 == 0 ? Method::paired : Method::joint;
+    setup.method = method_at_the_end();
     try {
       const Forecast result = axiscal::forecast(setup);
       view_.forecast_deg = deg_per_rad * largest_angle_uncertainty(result, result.covariance());
@@ -892,7 +915,7 @@ class Session::Engine {
 
   void soak() {
     const std::optional<double>& planned = wanted_row().temperature;
-    if (temperature_column_ && soak_time_.size() > 2 &&
+    if (std::exchange(soak_is_news_, false) && soak_time_.size() > 2 &&
         now_s_ - soak_time_.front() >= setup_.soak_window_s) {
       const std::vector<double> times(soak_time_.begin(), soak_time_.end());
       const std::vector<double> temperatures(soak_temperature_.begin(), soak_temperature_.end());
@@ -918,10 +941,8 @@ class Session::Engine {
   void finish() {
     if (phase_ == SessionPhase::review || (list_.is_finished() && !wanted_)) {
       flush_raw();
-      std::optional<Calibration> calibration = calibration_;
       if (list_.is_finished() ||
           change(ReadingList::finished(), "finished", "the session is finished")) {
-        calibration_ = std::move(calibration);
         phase_ = SessionPhase::over;
       }
       return;
@@ -983,10 +1004,7 @@ class Session::Engine {
     for (const CapturedReading& reading : list_.readings()) {
       scatter.push_back(reading.sd.norm());
     }
-    std::nth_element(scatter.begin(),
-                     scatter.begin() + static_cast<std::ptrdiff_t>(scatter.size() / 2),
-                     scatter.end());
-    const double usual = scatter[scatter.size() / 2];
+    const double usual = median(scatter);
     for (const CapturedReading& reading : list_.readings()) {
       if (usual > 0.0 && reading.sd.norm() > noisy_reading * usual) {
         runs.insert(reading.run);
@@ -1024,11 +1042,9 @@ class Session::Engine {
   std::vector<std::size_t> saturated_;  // how many samples on end
   bool is_saturated_ = false;
   bool is_stuck_ = false;
-  bool was_seen_to_scatter_ = false;
-  Eigen::Array<bool, Eigen::Dynamic, 1> scattered_;  // axes whose readings did
+  Eigen::Array<bool, Eigen::Dynamic, 1> scattered_;  // axes whose readings did; empty before one
   std::size_t samples_ = 0;
   double now_s_ = 0.0;
-  double idle_s_ = 0.0;
   std::vector<double> raw_time_;
   std::vector<std::vector<double>> raw_values_;
 
@@ -1048,7 +1064,7 @@ class Session::Engine {
   int drift_restarts_ = 0;
   std::optional<CapturedReading> pending_;
   std::optional<PoseJudgement> judgement_;
-  std::deque<double> point_seconds_;
+  std::vector<double> point_seconds_;
   bool quit_ = false;
 
   std::optional<double> temperature_;
@@ -1056,6 +1072,7 @@ class Session::Engine {
   std::size_t temperature_count_ = 0;
   std::deque<double> soak_time_;
   std::deque<double> soak_temperature_;
+  bool soak_is_news_ = false;
   SoakState soak_state_;
   bool soaked_ = false;
   std::optional<double> soaked_at_;

@@ -109,7 +109,10 @@ void Stillness::add(double time_s, std::span<const double> values) {
     sum_ += difference;
     sum_of_squares_ += difference.cwiseAbs2();
   }
-  update_floor();
+  if (is_ready()) {
+    sd_ = window_sd();
+    update_floor();
+  }
 }
 
 bool Stillness::is_ready() const {
@@ -117,16 +120,16 @@ bool Stillness::is_ready() const {
                                                  0.8 * options_.window_s - time_rounding_s;
 }
 
-Eigen::VectorXd Stillness::variance() const {
+Eigen::VectorXd Stillness::window_sd() const {
   const auto count = static_cast<double>(window_.size());
-  return ((sum_of_squares_ - sum_.cwiseAbs2() / count) / (count - 1.0)).cwiseMax(0.0);
+  return ((sum_of_squares_ - sum_.cwiseAbs2() / count) / (count - 1.0)).cwiseMax(0.0).cwiseSqrt();
 }
 
 void Stillness::update_floor() {
-  if (floor_known_ || !is_ready()) {
+  if (floor_known_) {
     return;
   }
-  Eigen::VectorXd sd = variance().cwiseSqrt();
+  Eigen::VectorXd sd = sd_;
   for (Eigen::Index k = 0; k < axes_; ++k) {
     // Values that stand on one step of the converter: as if rounded from anywhere within it.
     if (std::isfinite(step_(k))) {
@@ -157,12 +160,11 @@ double Stillness::ratio() const {
   if (!is_ready()) {
     return std::numeric_limits<double>::infinity();
   }
-  const Eigen::VectorXd sd = variance().cwiseSqrt();
   double largest = 0.0;
   for (Eigen::Index k = 0; k < axes_; ++k) {
-    if (sd(k) > 0.0) {
+    if (sd_(k) > 0.0) {
       largest = std::max(
-          largest, floor_(k) > 0.0 ? sd(k) / floor_(k) : std::numeric_limits<double>::infinity());
+          largest, floor_(k) > 0.0 ? sd_(k) / floor_(k) : std::numeric_limits<double>::infinity());
     }
   }
   return largest;

@@ -3,8 +3,6 @@
 
 namespace axiscal {
 
-void Source::request(const DesignEntry* /*entry*/, bool /*warned*/) {}
-
 StreamSource::StreamSource(const SourceAddress& address, std::unique_ptr<ByteLink> link)
     : name_(address.text),
       link_(std::move(link)),

@@ -9,7 +9,7 @@
 #include "axiscal/acquisition/session_json.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "axiscal/positioner/positioner.hpp"
+#include "axiscal/positioner/facing.hpp"
 
 #ifdef AXISCAL_NCURSES
 #define NCURSES_NOMACROS 1  // erase(), move() and the like are names of others too
@@ -47,24 +47,6 @@ constexpr std::array bindings = {
 };
 
 enum Pair : short { plain = 0, good = 1, warn = 2, bad = 3, rest = 4, fence = 5 };
-
-// The faces that one sees of a cube: from above, from the front, from the right.
-std::array<std::string, 3> seen_faces(const DesignPoint& point) {
-  static const Positioner cube;
-  const Eigen::Matrix3d& rotation = cube.rotation_table_from_positioner(point);
-  std::array<std::string, 3> names;
-  const std::array<Eigen::Vector3d, 3> directions = {
-      Eigen::Vector3d::UnitZ(), -Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitX()};
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const Eigen::Vector3d in_cube = rotation.transpose() * directions[i];
-    for (const Face face : all_faces) {
-      if (nominal_normal(face).dot(in_cube) > 0.5) {
-        names[i] = face_name(face);
-      }
-    }
-  }
-  return names;
-}
 
 std::string bar(double part, int width) {
   const int full = static_cast<int>(std::lround(std::clamp(part, 0.0, 1.0) * width));
@@ -220,17 +202,23 @@ class TerminalFace final : public SessionFace {
       }
       return;
     }
-    const std::array<std::string, 3> names = seen_faces(view.wanted->entry.point);
-    const std::string down(face_name(view.wanted->entry.point.rest()));
-    const std::string back(face_name(view.wanted->entry.point.fence()));
+    const DesignPoint& point = view.wanted->entry.point;
+    const auto name_towards = [&](const Eigen::Vector3d& direction_in_table) {
+      return std::string(face_name(face_towards(point, direction_in_table)));
+    };
+    const std::string above = name_towards(Eigen::Vector3d::UnitZ());
+    const std::string front = name_towards(-Eigen::Vector3d::UnitY());
+    const std::string right = name_towards(Eigen::Vector3d::UnitX());
+    const std::string down(face_name(point.rest()));
+    const std::string back(face_name(point.fence()));
     put(7, 3, "at the fence: " + back,
         static_cast<int>(A_BOLD) | static_cast<int>(COLOR_PAIR(fence)));
     put(8, 3, "========================");
     put(9, 6, "+---------+");
-    put(10, 5, "/   " + names[0] + "    /|");
+    put(10, 5, "/   " + above + "    /|");
     put(11, 4, "+---------+ |");
-    put(12, 4, "|         |" + names[2]);
-    put(13, 4, "|   " + names[1] + "    | +");
+    put(12, 4, "|         |" + right);
+    put(13, 4, "|   " + front + "    | +");
     put(14, 4, "|         |/");
     put(15, 4, "+---------+");
     put(16, 3, "on the table: " + down,

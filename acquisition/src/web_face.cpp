@@ -64,6 +64,12 @@ bool same_key(const std::string& a, const std::string& b) {
   return difference == 0;
 }
 
+std::string host_name() {
+  std::array<char, 256> name{};
+  ::gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](char c) {
     return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -220,9 +226,7 @@ class WebFace final : public SessionFace {
     if (options_.announce) {
       std::string host = address_;
       if (address_ == "0.0.0.0" || address_ == "::") {
-        std::array<char, 256> name{};
-        ::gethostname(name.data(), name.size() - 1);
-        host = name.data();
+        host = host_name();
       }
       options_.announce("http://" + host + ":" + std::to_string(port_) + "/#" + key_);
     }
@@ -240,13 +244,11 @@ class WebFace final : public SessionFace {
       return false;
     }
     const std::string host = lower(request.get_header_value("Host"));
-    std::array<char, 256> name{};
-    ::gethostname(name.data(), name.size() - 1);
     const std::string port = ":" + std::to_string(port_);
     std::vector<std::string> names = {"127.0.0.1" + port, "localhost" + port};
     if (!is_loopback()) {
       names.push_back(lower(address_) + port);
-      names.push_back(lower(name.data()) + port);
+      names.push_back(lower(host_name()) + port);
       // Reached at 0.0.0.0 by any of its addresses: a name that another site may bind is none.
       if (address_ == "0.0.0.0" && host.find_first_not_of("0123456789.:") == std::string::npos) {
         names.push_back(host);

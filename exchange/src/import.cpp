@@ -22,7 +22,6 @@
 namespace axiscal {
 namespace {
 
-constexpr std::array<std::string_view, 4> formats = {"ardupilot", "imucal", "kalibr", "px4"};
 constexpr std::array<std::string_view, 3> letters = {"X", "Y", "Z"};
 
 struct Source {
@@ -315,24 +314,28 @@ Imported import_kalibr(const Source& source) {
 }
 #endif
 
-Imported read_by_format(const Source& source, std::string_view format) {
-  if (format == "px4") {
-    return import_px4(source);
-  }
-  if (format == "ardupilot") {
-    return import_ardupilot(source);
-  }
-  if (format == "imucal") {
-    return import_imucal(source);
-  }
-  if (format == "kalibr") {
+struct Known {
+  std::string_view name;
+  Imported (*read)(const Source& source);
+};
+
+constexpr std::array known = {
+    Known{"ardupilot", import_ardupilot},
+    Known{"imucal", import_imucal},
 #ifdef AXISCAL_YAML
-    return import_kalibr(source);
-#else
-    throw DomainError("this build reads no YAML (yaml-cpp)");
+    Known{"kalibr", import_kalibr},
 #endif
+    Known{"px4", import_px4},
+};
+
+Imported read_by_format(const Source& source, std::string_view format) {
+  for (const Known& one : known) {
+    if (one.name == format) {
+      return one.read(source);
+    }
   }
-  throw DomainError("unknown format '" + std::string(format) + "'" + did_you_mean(format, formats));
+  throw DomainError("unknown format '" + std::string(format) + "'" +
+                    did_you_mean(format, import_formats()));
 }
 
 struct UsualField {
@@ -354,7 +357,13 @@ constexpr std::array usual_fields = {
 }  // namespace
 
 std::span<const std::string_view> import_formats() {
-  return formats;
+  static const auto names = [] {
+    std::array<std::string_view, known.size()> all;
+    std::transform(known.begin(), known.end(), all.begin(),
+                   [](const Known& one) { return one.name; });
+    return all;
+  }();
+  return names;
 }
 
 Calibration import_calibration(std::string_view text,

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "axiscal/core/number_text.hpp"
-#include "axiscal/positioner/positioner.hpp"
+#include "axiscal/positioner/facing.hpp"
 #include "html.hpp"
 
 namespace axiscal {
@@ -52,16 +52,9 @@ std::string label(const std::string& style, const Spot& at, const std::string& t
          text + "</text>";
 }
 
-// The face of the cube that looks along an axis of the table.
-std::string face_towards(const DesignPoint& point, const Eigen::Vector3d& direction_in_table) {
-  const Eigen::Vector3d normal =
-      Positioner().rotation_table_from_positioner(point).transpose() * direction_in_table;
-  for (const Face face : all_faces) {
-    if (nominal_normal(face).dot(normal) > 0.5) {
-      return std::string(face_name(face));
-    }
-  }
-  return "";
+// The name of the face that looks along an axis of the table.
+std::string name_towards(const DesignPoint& point, const Eigen::Vector3d& direction_in_table) {
+  return shown(std::string(face_name(face_towards(point, direction_in_table))));
 }
 
 constexpr const char* page_style = R"css(
@@ -114,11 +107,9 @@ std::string seat_svg(const DesignPoint& point) {
   const Spot top = seen(0.0, 0.0, 1.0);
   const Spot front = seen(0.0, -1.0, 0.0);
   const Spot side = seen(1.0, 0.0, 0.0);
-  svg += label("name", {top.x, top.y + 6.0}, shown(face_towards(point, Eigen::Vector3d::UnitZ())));
-  svg += label("name", {front.x, front.y + 6.0},
-               shown(face_towards(point, -Eigen::Vector3d::UnitY())));
-  svg +=
-      label("name", {side.x, side.y + 6.0}, shown(face_towards(point, Eigen::Vector3d::UnitX())));
+  svg += label("name", {top.x, top.y + 6.0}, name_towards(point, Eigen::Vector3d::UnitZ()));
+  svg += label("name", {front.x, front.y + 6.0}, name_towards(point, -Eigen::Vector3d::UnitY()));
+  svg += label("name", {side.x, side.y + 6.0}, name_towards(point, Eigen::Vector3d::UnitX()));
   svg += label("onfence", {seen(-0.1, 1.0, 1.55).x, 19.0}, shown(fence) + " at the fence");
   svg += label("onrest", {84.0, 183.0}, shown(rest) + " on the table");
   return svg + "</svg>";

@@ -253,6 +253,8 @@ TEST(Session, AWrongPoseIsQuestionedAndMayBeTakenForWhatItIs) {
   EXPECT_EQ(hand.session().view().looks_like->rest(), laid.rest());
   EXPECT_EQ(hand.session().readings().size(), 2U) << "not accepted yet";
   EXPECT_NE(hand.session().view().headline.find("looks like"), std::string::npos);
+  hand.ask(SessionAction::capture);
+  EXPECT_EQ(hand.session().readings().size(), 2U) << "a second press is no answer";
   hand.ask(SessionAction::accept);
   EXPECT_EQ(hand.session().readings().size(), 3U);
   EXPECT_EQ(hand.session().readings().back().row.entry.point, wanted.entry.point);

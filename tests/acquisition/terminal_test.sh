@@ -7,8 +7,10 @@ axiscal=$1
 command -v tmux >/dev/null || { echo "skipped: no tmux"; exit 77; }
 work=$(mktemp -d)
 socket="axiscal-$$"
-screen() { tmux -L "$socket" capture-pane -p -t s; }
-press() { tmux -L "$socket" send-keys -t s "$1"; }
+# Named whole: a bare "s" may be the beginning of a window's name, and those change by themselves.
+window=s:0
+screen() { tmux -L "$socket" capture-pane -p -t "$window"; }
+press() { tmux -L "$socket" send-keys -t "$window" "$1"; }
 clean_up() {
   tmux -L "$socket" kill-server 2>/dev/null || true
   rm -rf "$work"
@@ -19,10 +21,12 @@ fail() {
   screen || true
   exit 1
 }
+# A pipe into grep -q might fail for what it leaves unread.
+shows() { grep -qE "$1" <<<"$(screen)"; }
 # Waits for a text on the screen.
 await() {
   for _ in $(seq 400); do
-    if screen | grep -qE "$1"; then return 0; fi
+    if shows "$1"; then return 0; fi
     sleep 0.05
   done
   fail "never shown: $1"
@@ -34,7 +38,7 @@ take() {
     await "Ready: take the reading|All points are done"
     press Space
     for _ in $(seq 40); do
-      if screen | grep -q "$1 done"; then return 0; fi
+      if shows "$1 done"; then return 0; fi
       sleep 0.05
     done
   done
@@ -45,7 +49,7 @@ cd "$work"
 tmux -L "$socket" -f /dev/null new-session -d -s s -x 80 -y 24 \
   "'$axiscal' acquire --connect 'sim:?speed=20&seed=2' --manual --name keys; echo status \$?; sleep 60"
 await "Ready: take the reading"
-screen | grep -q "on the table: " || fail "no cube"
+shows "on the table: " || fail "no cube"
 [ "$(screen | awk '{ if (length($0) > 80) n++ } END { print n + 0 }')" = 0 ] || fail "wider than 80"
 take 1
 press u
@@ -64,12 +68,23 @@ press f
 await "status 0"
 [ -s keys.json ] && [ -s keys.csv ] && [ -s keys.html ] || fail "no files"
 
-# A small window says so, and ^C asks before it stops.
-tmux -L "$socket" -f /dev/null new-window -t s:1 \
+# ^C asks before it stops.
+window=s:1
+tmux -L "$socket" -f /dev/null new-window -t "$window" \
   "'$axiscal' acquire --connect 'sim:?speed=5' --name small; echo status \$?; sleep 60"
 await "still|moving"
 press C-c
 await "press q once more"
 press q
 await "status 1"
+
+# A window that is too small says so.
+window=s:2
+tmux -L "$socket" -f /dev/null new-window -t "$window" \
+  "'$axiscal' acquire --connect 'sim:?speed=5' --name tiny; echo status \$?; sleep 60"
+await "still|moving"
+tmux -L "$socket" resize-window -t "$window" -x 60 -y 20
+await "This window is 60 x 20"
+tmux -L "$socket" resize-window -t "$window" -x 80 -y 24
+await "still|moving"
 echo "ok"

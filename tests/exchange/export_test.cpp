@@ -190,23 +190,25 @@ TEST(ExportXIo, IsTheSameByFusionsFormula) {
       1.0, 1e-12);
 }
 
+// Three rows of three numbers under a key of an IMU's sensor.
+Eigen::Matrix3d yaml_matrix(const std::string& text, const std::string& key) {
+  std::size_t at = text.find("    " + key + ":\n");
+  Eigen::Matrix3d M;
+  for (int i = 0; i < 3; ++i) {
+    at = text.find('[', at) + 1;
+    const std::vector<double> row = parse_numbers(text.substr(at, text.find(']', at) - at)).value();
+    M.row(i) = Eigen::Map<const Eigen::RowVector3d>(row.data());
+  }
+  return M;
+}
+
 TEST(ExportKalibr, IsTheSameByKalibrsFormula) {
   for (const Calibration& calibration : {accelerometer_in("g", "m/s^2"), gyroscope()}) {
     const double factor = calibration.instrument.unit == "g" ? 9.80665 : 1.0;
     const std::string text = export_calibration(calibration, "kalibr").content;
-    const auto matrix = [&](const std::string& key) {
-      std::size_t at = text.find("    " + key + ":\n");
-      Eigen::Matrix3d M;
-      for (int i = 0; i < 3; ++i) {
-        at = text.find('[', at) + 1;
-        const std::vector<double> row =
-            parse_numbers(text.substr(at, text.find(']', at) - at)).value();
-        M.row(i) = Eigen::Map<const Eigen::RowVector3d>(row.data());
-      }
-      return M;
-    };
-    const Eigen::Matrix3d M = matrix("M");
-    const Eigen::Matrix3d C = matrix(calibration.instrument.kind == "gyroscope" ? "C_gyro_i" : "C");
+    const Eigen::Matrix3d M = yaml_matrix(text, "M");
+    const Eigen::Matrix3d C =
+        yaml_matrix(text, calibration.instrument.kind == "gyroscope" ? "C_gyro_i" : "C");
     EXPECT_EQ(M(0, 1), 0.0);
     EXPECT_EQ(M(0, 2), 0.0);
     EXPECT_EQ(M(1, 2), 0.0);
@@ -229,20 +231,9 @@ TEST(ExportKalibr, HoldsAGyroscopesAnswerToGravity) {
   calibration.also.push_back(gravity);
   EXPECT_THAT(export_calibration(calibration, "kalibr").content, HasSubstr("A C a"));
   // A C is what the record says.
-  const auto rows = [&](const std::string& text, const std::string& key) {
-    std::size_t at = text.find("    " + key + ":\n");
-    Eigen::Matrix3d M;
-    for (int i = 0; i < 3; ++i) {
-      at = text.find('[', at) + 1;
-      const std::vector<double> row =
-          parse_numbers(text.substr(at, text.find(']', at) - at)).value();
-      M.row(i) = Eigen::Map<const Eigen::RowVector3d>(row.data());
-    }
-    return M;
-  };
   const std::string text = export_calibration(calibration, "kalibr").content;
   const Eigen::Matrix3d expected({{1e-3, 2e-3, 3e-3}, {4e-3, 5e-3, 6e-3}, {7e-3, 8e-3, 9e-3}});
-  EXPECT_LT((rows(text, "A") * rows(text, "C_gyro_i") - expected).norm(), 1e-15);
+  EXPECT_LT((yaml_matrix(text, "A") * yaml_matrix(text, "C_gyro_i") - expected).norm(), 1e-15);
   EXPECT_THROW(static_cast<void>(export_calibration(calibration, "x-io")), RefusedError);
 }
 

@@ -3,18 +3,12 @@
 // node_modules. Exit status 77 where there is no Chromium.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { existsSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
-import { createRequire } from "node:module";
+import { mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
+import { inked, launch, listen } from "./browser.mjs";
 
 const [folder, axiscal] = process.argv.slice(2).map((argument) => resolve(argument));
-const browserPath = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find((path) => existsSync(path));
-if (!browserPath) {
-  console.log("skipped: no Chromium");
-  process.exit(77);
-}
-const { chromium } = createRequire(join(folder, "package.json"))("playwright-core");
 const scratch = mkdtempSync(join(tmpdir(), "axiscal-report-"));
 const path = (name) => join(scratch, name);
 const run = (...args) => execFileSync(axiscal, args, { cwd: scratch, stdio: ["ignore", "pipe", "pipe"] });
@@ -38,30 +32,12 @@ function makeReport() {
   run("report", "cal.json", "run.csv", "-o", "report.html");
 }
 
-// Shares of pixels that differ from the first one: 0 for an empty canvas.
-const inked = (canvas) => {
-  const copy = document.createElement("canvas");
-  [copy.width, copy.height] = [canvas.width, canvas.height];
-  const pen = copy.getContext("2d");
-  pen.drawImage(canvas, 0, 0);
-  const { data } = pen.getImageData(0, 0, copy.width, copy.height);
-  let other = 0;
-  for (let i = 4; i < data.length; i += 4) {
-    other += data[i] !== data[0] || data[i + 1] !== data[1] || data[i + 2] !== data[2] ? 1 : 0;
-  }
-  return other / (data.length / 4);
-};
-
 async function open(browser, options = {}) {
   const context = await browser.newContext(options);
   const page = await context.newPage();
-  const complaints = [];
-  const requests = [];
-  page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
-  page.on("pageerror", (error) => complaints.push(String(error)));
-  page.on("request", (request) => requests.push(request.url()));
+  const heard = listen(page);
   await page.goto(`file://${path("report.html")}`);
-  return { context, page, complaints, requests };
+  return { context, page, ...heard };
 }
 
 async function withScript(browser) {
@@ -161,7 +137,7 @@ async function withoutScript(browser) {
 }
 
 async function withoutWebGL() {
-  const browser = await launch(["--disable-gpu", "--disable-3d-apis"]);
+  const browser = await launch(folder, { webgl: false });
   const { page, complaints } = await open(browser);
   await page.waitForSelector("html[data-ready=yes]");
   assert.equal(await page.locator("#cube-view canvas").count(), 0);
@@ -170,19 +146,11 @@ async function withoutWebGL() {
   await browser.close();
 }
 
-function launch(more) {
-  return chromium.launch({
-    executablePath: browserPath,
-    args: ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
-      "--disable-component-update", "--disable-sync", ...more],
-  });
-}
-
 try {
+  const browser = await launch(folder);
   makeReport();
   assert.ok(statSync(path("report.html")).size < 1.5e6);
   assert.ok(!/(src|href)=["']?(https?:)?\/\//.test(readFileSync(path("report.html"), "utf8").split("<script")[0]));
-  const browser = await launch(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]);
   await withScript(browser);
   await contrast(browser);
   await withoutScript(browser);

@@ -81,6 +81,7 @@ class PoseModel {
                                                    const PlacedReading& reading) const;
 
  private:
+  [[nodiscard]] Eigen::Matrix3d rotation_at(const DesignEntry& entry) const;
   [[nodiscard]] double scale_of(const std::vector<PlacedReading>& readings) const;
   [[nodiscard]] std::optional<PoseModelFit> fit(const std::vector<PlacedReading>& known,
                                                 double scale) const;

@@ -78,7 +78,7 @@ class Stillness {
 
  private:
   void update_floor();
-  [[nodiscard]] Eigen::VectorXd variance() const;
+  [[nodiscard]] Eigen::VectorXd window_sd() const;
 
   struct Sample {
     double time_s;
@@ -94,6 +94,7 @@ class Stillness {
   Eigen::VectorXd reference_;  // the sums are about it
   Eigen::VectorXd sum_;
   Eigen::VectorXd sum_of_squares_;
+  Eigen::VectorXd sd_;  // of the window, where there is a whole one
   Eigen::VectorXd floor_;
   Eigen::VectorXd step_;  // smallest change of a value that was seen
   bool floor_known_ = false;

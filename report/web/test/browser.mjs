@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the tests of the pages share: a browser, and whether a canvas shows something.
+import { existsSync } from "node:fs";
+import { createRequire } from "node:module";
+import { join } from "node:path";
+
+const executablePath = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find((path) => existsSync(path));
+
+// FOLDER has node_modules. With { webgl: false } there is no 3-D at all. Exit status 77 without Chromium.
+export function launch(folder, { webgl = true } = {}) {
+  if (!executablePath) {
+    console.log("skipped: no Chromium");
+    process.exit(77);
+  }
+  const { chromium } = createRequire(join(folder, "package.json"))("playwright-core");
+  return chromium.launch({
+    executablePath,
+    args: ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
+      ...(webgl ? ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-gpu", "--disable-3d-apis"])],
+  });
+}
+
+// What a page complains of and asks for.
+export function listen(page) {
+  const heard = { complaints: [], requests: [] };
+  page.on("console", (message) => message.type() === "error" && heard.complaints.push(message.text()));
+  page.on("pageerror", (error) => heard.complaints.push(String(error)));
+  page.on("request", (request) => heard.requests.push(request.url()));
+  return heard;
+}
+
+// Share of pixels that differ from the first one: 0 for an empty canvas. To be evaluated in the page.
+export function inked(canvas) {
+  const copy = document.createElement("canvas");
+  [copy.width, copy.height] = [canvas.width, canvas.height];
+  const pen = copy.getContext("2d");
+  pen.drawImage(canvas, 0, 0);
+  const { data } = pen.getImageData(0, 0, copy.width, copy.height);
+  let other = 0;
+  for (let i = 4; i < data.length; i += 4) {
+    other += data[i] !== data[0] || data[i + 1] !== data[1] || data[i + 2] !== data[2] ? 1 : 0;
+  }
+  return other / (data.length / 4);
+}
