@@ -69,10 +69,11 @@ bool PoseModel::is_usable() const {
          setup_.field.magnitude > 0.0;
 }
 
-// Sensor from table at a point, times the level.
-Eigen::Matrix3d PoseModel::rotation_at(const DesignEntry& entry) const {
-  return entry.level * setup_.rotation_sensor_from_positioner *
-         setup_.positioner.rotation_table_from_positioner(entry.point).transpose();
+// Sensor from table of a reading as if at a point, times the level; on the field as it was at first.
+Eigen::Matrix3d PoseModel::rotation_at(const PlacedReading& reading,
+                                       const DesignPoint& point) const {
+  return reading.entry.level * setup_.rotation_sensor_from_positioner *
+         setup_.positioner.rotation_table_from_positioner(point).transpose() * reading.field_turn;
 }
 
 // How much the readings change by the field [unit]: by the differences between them, as biases may
@@ -154,7 +155,7 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
     fit.field_by_tangents = onto_sphere * (magnitude * tangents);
     for (Eigen::Index i = 0; i < n; ++i) {
       const PlacedReading& reading = known[static_cast<std::size_t>(i)];
-      const Eigen::Matrix3d R = rotation_at(reading.entry);
+      const Eigen::Matrix3d R = rotation_at(reading, reading.entry.point);
       const Eigen::VectorXd weight =
           (reading.u.array().square() + placement * placement).rsqrt().matrix();
       J.middleRows(i * m, m) = weight.asDiagonal() * derivative_of_reading(fit, R);
@@ -230,7 +231,7 @@ std::optional<PoseJudgement> PoseModel::judge(const std::vector<PlacedReading>& 
   }
   const double placement = setup_.placement_sd_rad * scale;
   const auto misfit_of = [&](const DesignPoint& point) {
-    const Eigen::Matrix3d R = rotation_at({.point = point, .level = reading.entry.level});
+    const Eigen::Matrix3d R = rotation_at(reading, point);
     const Eigen::MatrixXd J = derivative_of_reading(*model, R);
     Eigen::MatrixXd C = J * model->covariance * J.transpose();
     C.diagonal().array() +=

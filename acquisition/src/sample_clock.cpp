@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "axiscal/calib/moving_field.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/timestamp.hpp"
 #include "axiscal/logs/segment.hpp"
 
 namespace axiscal {
@@ -12,6 +15,12 @@ namespace {
 
 // A source's own clock that runs ahead of the arrivals by more than this was set.
 constexpr double longest_lead_s = 2.0;
+
+// Counting: how far it may stray from the arrivals, and how it comes back.
+constexpr double free_lag_s = 0.25;
+constexpr double pace_window_s = 2.0;
+constexpr double pull_back_s = 10.0;
+constexpr double largest_pull = 0.5;
 
 }  // namespace
 
@@ -46,13 +55,34 @@ void SampleClock::set_channels(const std::vector<Channel>& channels) {
   }
 }
 
+// Samples wait on their way, one after another or many at once; the one that came fastest tells.
+double SampleClock::counted(double arrival_s) {
+  if (!started_) {
+    pace_from_s_ = arrival_s;
+    return arrival_s;
+  }
+  const double time_s = last_s_ + pace_ / rate_hz_;
+  if (arrival_s == 0.0) {
+    return time_s;  // recorded
+  }
+  least_lag_s_ = std::min(least_lag_s_, arrival_s - time_s);
+  if (arrival_s - pace_from_s_ < pace_window_s) {
+    return time_s;
+  }
+  const double lag_s = std::exchange(least_lag_s_, std::numeric_limits<double>::infinity());
+  const double astray_s = lag_s - std::clamp(lag_s, -free_lag_s, free_lag_s);
+  pace_ = 1.0 + std::clamp(astray_s / pull_back_s, -largest_pull, largest_pull);
+  pace_from_s_ = arrival_s;
+  return lag_s > pace_window_s ? arrival_s : time_s;
+}
+
 void SampleClock::append(std::span<const double> values,
                          double arrival_s,
                          SampleBatch& batch,
                          SourceReport& report) {
   double time_s = std::max(arrival_s, last_s_);
   if (rate_hz_ > 0.0) {
-    time_s = started_ ? last_s_ + 1.0 / rate_hz_ : arrival_s;
+    time_s = counted(arrival_s);
   } else if (column_) {
     const double own = values[*column_] * seconds_;
     if (!std::isfinite(own)) {
@@ -76,6 +106,13 @@ void SampleClock::append(std::span<const double> values,
     }
     last_own_ = own;
     time_s = std::max(offset_ + own, last_s_);
+  }
+  if (!started_) {
+    if (arrival_s > 0.0) {
+      report.utc_at_zero = seconds_now() - session_seconds();
+    } else if (column_ && is_utc(last_own_)) {
+      report.utc_at_zero = last_own_;
+    }
   }
   started_ = true;
   last_s_ = time_s;

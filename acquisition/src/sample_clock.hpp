@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -17,6 +18,9 @@ namespace axiscal {
 
 /// Gives samples their times: by the source's own column of times, by counting at a stated rate, or
 /// as they arrive.
+///
+/// Counting follows the arrivals where it strays from them for long: nobody's clock is the same,
+/// and a cable may have been out.
 ///
 /// The source's own clock starts where the first sample arrives and may jump (set by a person or
 /// the network, started anew): the jump is left out.
@@ -45,6 +49,8 @@ class SampleClock {
   [[nodiscard]] bool keeps_time() const { return rate_hz_ > 0.0 || column_.has_value(); }
 
  private:
+  [[nodiscard]] double counted(double arrival_s);
+
   SourceAddress address_;
   double rate_hz_ = 0.0;
   std::optional<std::size_t> column_;
@@ -55,6 +61,9 @@ class SampleClock {
   double last_s_ = 0.0;
   double last_arrival_ = 0.0;
   double step_s_ = 0.0;  // the last step that was none
+  double pace_ = 1.0;    // of counting
+  double pace_from_s_ = 0.0;
+  double least_lag_s_ = std::numeric_limits<double>::infinity();  // since then
   std::vector<double> last_values_;
 };
 

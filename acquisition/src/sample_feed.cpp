@@ -82,6 +82,11 @@ class Reader {
     return ended_ && waiting_.time_s.empty();
   }
 
+  [[nodiscard]] std::optional<double> utc_at_zero() const {
+    const std::lock_guard lock(mutex_);
+    return utc_at_zero_;
+  }
+
   [[nodiscard]] double silence_s() const {
     const std::lock_guard lock(mutex_);
     return is_live() && counts_.samples > 0 ? session_seconds() - last_sample_s_ : 0.0;
@@ -188,6 +193,7 @@ class Reader {
     state_ = report.state;
     message_ = report.message;
     ended_ = ended_ || report.state == LinkState::ended;
+    utc_at_zero_ = report.utc_at_zero ? report.utc_at_zero : utc_at_zero_;
     counts_.samples += samples;
     counts_.defects += report.defects;
     counts_.duplicates += report.duplicates;
@@ -225,6 +231,7 @@ class Reader {
   bool ended_ = false;
   std::exception_ptr failure_;
   SampleFeed::Counts counts_;
+  std::optional<double> utc_at_zero_;
   double opened_s_ = 0.0;
   double last_sample_s_ = 0.0;
   std::size_t bytes_since_sample_ = 0;
@@ -348,11 +355,10 @@ class SampleFeed::Impl {
           return;
         }
       }
-      batch.time_s.push_back(time_s);
-      batch.values.insert(batch.values.end(), values.begin(), values.end());
       for (std::size_t s = 1; s < readers_.size(); ++s) {
-        append_at(time_s, others_[s], batch.values);
+        append_at(time_s, others_[s], values);
       }
+      batch.add(time_s, values);
       pending_.pop_front();
     }
   }
@@ -407,6 +413,10 @@ bool SampleFeed::has_ended() const {
 
 bool SampleFeed::is_live() const {
   return impl_->readers_.front()->is_live();
+}
+
+std::optional<double> SampleFeed::utc_at_zero() const {
+  return impl_->readers_.front()->utc_at_zero();
 }
 
 double SampleFeed::silence_s() const {

@@ -12,6 +12,7 @@
 #include "axiscal/acquisition/pose_model.hpp"
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/forecast.hpp"
+#include "axiscal/calib/moving_field.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/calib/temperature.hpp"
 #include "axiscal/core/error.hpp"
@@ -64,14 +65,7 @@ class Session::Engine {
         m_(setup_.experiment.instrument.axis_count()),
         list_(setup_.sheet),
         stillness_(static_cast<std::size_t>(m_), setup_.stillness),
-        model_(
-            {.instrument = setup_.experiment.instrument,
-             .field = field_,
-             .positioner = setup_.experiment.positioner,
-             .rotation_sensor_from_positioner = setup_.experiment.rotation_sensor_from_positioner,
-             .direction_sd_rad = expected_direction_sd(setup_.experiment, field_),
-             .nominal_sensitivity = nominal_,
-             .placement_sd_rad = setup_.placement_sd_rad}),
+        model_(pose_model_setup()),
         dwell_(m_),
         x_(m_),
         saturated_(static_cast<std::size_t>(m_), 0) {
@@ -81,7 +75,7 @@ class Session::Engine {
     view_.automatic = setup_.automatic;
   }
 
-  void set_channels(const std::vector<Channel>& channels) {
+  void set_channels(const std::vector<Channel>& channels, std::optional<double> utc_at_zero) {
     const Instrument& instrument = setup_.experiment.instrument;
     columns_ = find_axes(instrument, channels);
     for (std::size_t k = 0; k < columns_.size(); ++k) {
@@ -96,6 +90,10 @@ class Session::Engine {
     channel_names_.clear();
     for (const Channel& channel : channels) {
       channel_names_.push_back(channel.name);
+    }
+    utc_at_zero_ = utc_at_zero;
+    if (field_moves(setup_.experiment)) {
+      find_moving_field();
     }
     next_point();
   }
@@ -289,7 +287,7 @@ class Session::Engine {
                                  .point = reading.row.entry.point,
                                  .level = reading.row.entry.level,
                                  .temperature = reading.temperature,
-                                 .time_s = reading.start_s,
+                                 .time_s = 0.5 * (reading.start_s + reading.end_s),
                                  .field_in_sensor = {}});
       result.response.row(i) = reading.mean.transpose();
       result.response_sd->row(i) = reading.sd.transpose();
@@ -301,6 +299,36 @@ class Session::Engine {
   }
 
  private:
+  [[nodiscard]] PoseModelSetup pose_model_setup() const {
+    const Experiment& experiment = setup_.experiment;
+    return {.instrument = experiment.instrument,
+            .field = field_,
+            .positioner = experiment.positioner,
+            .rotation_sensor_from_positioner = experiment.rotation_sensor_from_positioner,
+            .direction_sd_rad = expected_direction_sd(experiment, field_),
+            .nominal_sensitivity = nominal_,
+            .placement_sd_rad = setup_.placement_sd_rad};
+  }
+
+  // The sun stands where it does when the first sample comes.
+  void find_moving_field() {
+    if (!utc_at_zero_) {
+      throw DomainError(
+          "the sun's place needs times in UTC: the recording's are of its own; state time=COLUMN "
+          "with seconds since 1970");
+    }
+    field_at_s_ = *utc_at_zero_ + now_s_;
+    static_cast<void>(turn_of_field(setup_.experiment, field_at_s_, field_at_s_));  // can it be?
+    field_ = make_field_description(setup_.experiment, field_at_s_);
+    model_ = PoseModel(pose_model_setup());
+    learn_from_readings();
+  }
+
+  // As it is kept: in UTC, where that is known.
+  [[nodiscard]] double shown_time(double time_s) const {
+    return utc_at_zero_.value_or(0.0) + time_s;
+  }
+
   // A view is made many times a second, the way to the next pose searched once.
   void show_the_way() {
     const std::optional<RunSheetRow> wanted = wanted_ ? std::optional(wanted_row()) : std::nullopt;
@@ -349,7 +377,7 @@ class Session::Engine {
     if (!setup_.keep_raw) {
       return;
     }
-    raw_time_.push_back(now_s_);
+    raw_time_.push_back(shown_time(now_s_));
     raw_values_.push_back(std::vector<double>(values.begin(), values.end()));
     if (raw_time_.size() % raw_samples_a_line == 0) {
       flush_raw();
@@ -584,7 +612,8 @@ class Session::Engine {
     if (dwell_.seconds() < dwell_needed() - time_rounding_s || dwell_.samples() < fewest_samples) {
       return;
     }
-    if (dwell_.drift() > telling_drift && drift_restarts_ < most_drift_restarts) {
+    const bool may_drift = field_moves(setup_.experiment);  // with the sun
+    if (!may_drift && dwell_.drift() > telling_drift && drift_restarts_ < most_drift_restarts) {
       ++drift_restarts_;
       event("drift", drift_restarts_ < most_drift_restarts
                          ? "it drifts: the reading begins anew"
@@ -680,8 +709,10 @@ class Session::Engine {
   }
 
   PlacedReading placed(const CapturedReading& reading) const {
-    return {
-        .entry = reading.row.entry, .mean = reading.mean, .u = u_of(reading.sd, reading.samples)};
+    return {.entry = reading.row.entry,
+            .mean = reading.mean,
+            .u = u_of(reading.sd, reading.samples),
+            .field_turn = turn_of_field(setup_.experiment, field_at_s_, reading.start_s)};
   }
 
   std::vector<PlacedReading> placed(std::optional<int> without = {}) const {
@@ -702,8 +733,8 @@ class Session::Engine {
                             .mean = dwell_.mean(),
                             .sd = dwell_.sd(),
                             .samples = dwell_.samples(),
-                            .start_s = dwell_.start_s(),
-                            .end_s = dwell_.end_s(),
+                            .start_s = shown_time(dwell_.start_s()),
+                            .end_s = shown_time(dwell_.end_s()),
                             .temperature = {}};
     if (temperature_count_ > 0) {
       reading.temperature = temperature_sum_ / static_cast<double>(temperature_count_);
@@ -1026,7 +1057,9 @@ class Session::Engine {
 
   SessionSetup setup_;
   Journal& journal_;
+  std::optional<double> utc_at_zero_;
   FieldDescription field_;
+  double field_at_s_ = 0.0;  // of a field that moves [s since 1970, UTC]
   std::optional<double> nominal_;
   Eigen::Index m_;
   ReadingList list_;
@@ -1095,8 +1128,9 @@ Session::Session(SessionSetup setup, Journal& journal)
     : engine_(std::make_unique<Engine>(std::move(setup), journal)) {}
 Session::~Session() = default;
 
-void Session::set_channels(const std::vector<Channel>& channels) {
-  engine_->set_channels(channels);
+void Session::set_channels(const std::vector<Channel>& channels,
+                           std::optional<double> utc_at_zero) {
+  engine_->set_channels(channels, utc_at_zero);
 }
 void Session::restore(const std::vector<std::string>& lines, const std::string& path) {
   engine_->restore(lines, path);

@@ -5,9 +5,9 @@
 #include <limits>
 #include <set>
 
+#include "axiscal/calib/moving_field.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "axiscal/core/rotation.hpp"
 
 namespace axiscal {
 namespace {
@@ -31,18 +31,6 @@ Eigen::MatrixXd weights_of(const Observations& observations, Weighting weighting
     return observations.response_sd->cwiseAbs2().cwiseInverse();
   }
   return Eigen::MatrixXd::Ones(n, m);
-}
-
-const FieldPart* sun_part(const FieldSetup& field) {
-  if (field.sun) {
-    return &field;
-  }
-  for (const FieldPart& part : field.others) {
-    if (part.sun) {
-      return &part;
-    }
-  }
-  return nullptr;
 }
 
 }  // namespace
@@ -119,8 +107,7 @@ void ReadingSource::find_range() {
 }
 
 void ReadingSource::find_sun_time() {
-  const FieldPart* const sun = sun_part(experiment_.field);
-  if (sun == nullptr || by_field_) {
+  if (!field_moves(experiment_) || by_field_) {
     return;
   }
   double sum = 0.0;
@@ -129,23 +116,14 @@ void ReadingSource::find_sun_time() {
     if (!reading.time_s) {
       return;  // the date of the experiment, if it has a time, counts for all
     }
-    constexpr double year_2000_s = 946684800.0;
-    if (*reading.time_s < year_2000_s) {
+    if (!is_utc(*reading.time_s)) {
       throw RefusedError("run " + std::to_string(reading.run) +
                          ": the sun's place needs the column 'time' as UTC (ISO 8601, or seconds "
                          "since 1970), not as seconds of the recording");
     }
     sum += *reading.time_s / static_cast<double>(rows_.size());
   }
-  if (!experiment_.fence_azimuth_rad) {
-    throw SetupError(
-        "the sun moves between the readings; how it does in the table needs --fence-azimuth, to a "
-        "few "
-        "degrees");
-  }
-  if (!experiment_.field.others.empty() || !experiment_.also.empty()) {
-    throw SetupError("field light by the sun goes with no other field");
-  }
+  static_cast<void>(turn_of_field(experiment_, sum, sum));  // whether it can be told
   sun_time_s_ = sum;
 }
 
@@ -167,10 +145,7 @@ Eigen::Matrix3d ReadingSource::rotation(const Reading& reading) const {
   if (!sun_time_s_) {
     return R;
   }
-  const FieldPart& sun = *sun_part(experiment_.field);
-  return R *
-         smallest_rotation(sun_in_table(experiment_, sun, *sun_time_s_),
-                           sun_in_table(experiment_, sun, reading.time_s.value_or(*sun_time_s_)));
+  return R * turn_of_field(experiment_, *sun_time_s_, reading.time_s.value_or(*sun_time_s_));
 }
 
 void ReadingSource::set_temperature(int order, std::optional<double> reference) {

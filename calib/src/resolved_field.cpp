@@ -467,12 +467,6 @@ FieldDescription describe_field(const Experiment& experiment,
   return field;
 }
 
-Eigen::Vector3d sun_in_table(const Experiment& experiment, const FieldPart& part, double time_s) {
-  return rotation_sloping_from_level(experiment.slope) *
-         rotation_table_from_enu(experiment.fence_azimuth_rad.value_or(0.0)) *
-         sun_position(*experiment.field.site, time_s, part.refraction).direction_in_enu;
-}
-
 FieldDescription make_field_description(const Experiment& experiment) {
   return describe_field(experiment, resolve_field(experiment));
 }

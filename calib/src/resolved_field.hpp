@@ -41,9 +41,4 @@ struct ResolvedPart {
 [[nodiscard]] FieldDescription describe_field(const Experiment& experiment,
                                               const std::vector<ResolvedPart>& parts);
 
-/// Direction to the sun in the table [unit vector].
-[[nodiscard]] Eigen::Vector3d sun_in_table(const Experiment& experiment,
-                                           const FieldPart& part,
-                                           double time_s);
-
 }  // namespace axiscal

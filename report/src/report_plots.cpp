@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <numbers>
 
 #include <Eigen/Eigenvalues>
@@ -211,15 +213,20 @@ std::vector<Plot> residual_plots(const Calibration& calibration, const Observati
     plots.push_back(std::move(faces));
   }
   if (observations != nullptr) {
+    std::map<int, double> time_of_run;
+    double first = std::numeric_limits<double>::infinity();
+    for (const Reading& reading : observations->readings) {
+      if (reading.time_s) {
+        time_of_run[reading.run] = *reading.time_s;
+        first = std::min(first, *reading.time_s);
+      }
+    }
     add("residuals-by-time", "Residuals against time",
-        "Residual of each reading against the time at which it was taken", "time [s]",
+        "Residual of each reading against the time at which it was taken",
+        "time since the first reading [s]",
         series_by_axis(calibration, [&](const ReadingResidual& r) -> std::optional<double> {
-          for (const Reading& reading : observations->readings) {
-            if (reading.run == r.run) {
-              return reading.time_s;
-            }
-          }
-          return std::nullopt;
+          const auto found = time_of_run.find(r.run);
+          return found == time_of_run.end() ? std::nullopt : std::optional(found->second - first);
         }));
   }
   add("residuals-by-temperature", "Residuals against temperature",

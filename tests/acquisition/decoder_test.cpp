@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "decoder.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
 #include <gtest/gtest.h>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/timestamp.hpp"
 #include "matchers.hpp"
 #include "program.hpp"
 #include "sample_clock.hpp"
@@ -195,6 +197,46 @@ TEST(SampleClock, LeavesOutJumpsAndWhatComesTwice) {
   ASSERT_EQ(batch.size(), 6U);
   for (std::size_t i = 0; i < batch.size(); ++i) {
     EXPECT_NEAR(batch.time_s[i], 5.0 + 0.1 * static_cast<double>(i), 1e-6);
+  }
+}
+
+// 100 samples a second are stated, 101 come, ten at a time, now and then late; a cable is out.
+TEST(SampleClock, CountsByTheStatedRateAndStaysWithTheArrivals) {
+  SampleClock clock(address_of("rate=100"));
+  SampleBatch batch;
+  SourceReport report;
+  const std::vector<double> row = {1.0};
+  double arrival = 0.0;
+  int n = 0;
+  const auto run = [&](double seconds, double rate_hz) {
+    for (const double until = arrival + seconds; arrival < until; ++n) {
+      arrival += n % 10 == 0 ? 10.0 / rate_hz : 0.0;
+      clock.append(row, arrival + (n / 10 % 50 == 7 ? 0.09 : 0.0), batch, report);
+    }
+  };
+  arrival = 3.0;
+  run(20.0, 100.0);
+  for (std::size_t i = 1; i < batch.size(); ++i) {
+    ASSERT_NEAR(batch.time_s[i] - batch.time_s[i - 1], 0.01, 1e-12) << "as stated, it is counted";
+  }
+  run(600.0, 101.0);
+  EXPECT_NEAR(batch.time_s.back(), arrival, 0.5);
+  arrival += 30.0;
+  run(10.0, 99.0);
+  EXPECT_NEAR(batch.time_s.back(), arrival, 0.5);
+  EXPECT_TRUE(std::is_sorted(batch.time_s.begin(), batch.time_s.end()));
+  EXPECT_NEAR(report.utc_at_zero.value(), seconds_now() - session_seconds(), 1.0);
+}
+
+TEST(SampleClock, OfARecordingTellsTheTimeOfTheDay) {
+  for (const double start : {1782028800.0, 12.0}) {
+    SampleClock clock(address_of("time=t"));
+    clock.set_channels({{"t", ""}});
+    SampleBatch batch;
+    SourceReport report;
+    clock.append(std::vector<double>{start}, 0.0, batch, report);
+    EXPECT_EQ(report.utc_at_zero, start > 1e9 ? std::optional(start) : std::nullopt);
+    EXPECT_EQ(batch.time_s.front(), 0.0);
   }
 }
 

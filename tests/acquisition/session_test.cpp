@@ -10,6 +10,10 @@
 
 #include "axiscal/acquisition/sample_feed.hpp"
 #include "axiscal/acquisition/session_json.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/field/sun.hpp"
 #include "guided.hpp"
 #include "matchers.hpp"
 
@@ -111,10 +115,10 @@ TEST(Session, AKnockBeginsTheReadingAnew) {
 // A session that is fed by hand: 100 samples a second of an accelerometer in g.
 class Hand {
  public:
-  explicit Hand(SessionSetup setup = guided_setup())
+  explicit Hand(SessionSetup setup = guided_setup(), std::optional<double> utc_at_zero = {})
       : journal_(Journal::create(folder_.path("hand.journal"))),
         session_((setup.unattended = false, std::move(setup)), journal_) {
-    session_.set_channels({{"x", ""}, {"y", ""}, {"z", ""}, {"temperature", ""}});
+    session_.set_channels({{"x", ""}, {"y", ""}, {"z", ""}, {"temperature", ""}}, utc_at_zero);
   }
 
   void feed(double seconds, const Eigen::Vector3d& value, double sd = 1e-4) {
@@ -142,6 +146,9 @@ class Hand {
     return Positioner().rotation_table_from_positioner(point).transpose() *
            Eigen::Vector3d(0.003, 0.001, 1.0);
   }
+
+  void let_pass(double seconds) { time_s_ += seconds; }
+  [[nodiscard]] double time_s() const { return time_s_; }
 
   [[nodiscard]] bool has_alarm(const std::string& code) {
     const std::vector<SessionAlarm>& alarms = session_.view().alarms;
@@ -268,6 +275,61 @@ TEST(Session, ATouchWithoutATurnIsNoNewReading) {
   hand.feed(4.0, Hand::reading_at(lies));
   EXPECT_EQ(hand.session().readings().size(), 1U);
   EXPECT_TRUE(hand.happened("as_before"));
+}
+
+// Two hours of sun, 30 degrees: a wrong pose is still told from a sun that moved.
+TEST(Session, KnowsWhereTheSunHasGone) {
+  const Site site{.latitude_deg = 48.0, .longitude_deg = 11.0};
+  constexpr double utc_at_zero = 1782028800.0;  // 2026-06-21 08:00 UTC
+  SessionSetup setup = guided_setup();
+  setup.experiment.instrument = {.kind = "optical"};
+  setup.experiment.field.kind = "light";
+  setup.experiment.field.sun = true;
+  setup.experiment.field.site = site;
+  setup.experiment.fence_azimuth_rad = 40.0 * rad_per_deg;
+  Hand hand(setup, utc_at_zero);
+  const LinearResponse truth{
+      .bias = Eigen::Vector3d(0.1, -0.2, 0.05),
+      .sensitivity = Eigen::Matrix3d({{2.0, 0.02, 0.0}, {-0.03, 2.1, 0.01}, {0.0, 0.04, 1.9}})};
+  const auto reading_at = [&](const DesignPoint& point) -> Eigen::Vector3d {
+    return truth.at(Positioner().rotation_table_from_positioner(point).transpose() *
+                    rotation_table_from_enu(40.0 * rad_per_deg) *
+                    sun_position(site, utc_at_zero + hand.time_s()).direction_in_enu);
+  };
+  const auto lay = [&](const DesignPoint& point) {
+    hand.feed(1.0, Eigen::Vector3d::Zero(), 0.3);
+    for (int i = 0; i < 80; ++i) {
+      hand.feed(0.1, reading_at(point));
+    }
+  };
+  for (std::size_t i = 0; i < 12; ++i) {
+    const DesignPoint wanted = hand.session().view().wanted->entry.point;
+    if (i == 7) {
+      lay({opposite(wanted.rest()), wanted.fence()});
+      ASSERT_EQ(hand.session().view().phase, SessionPhase::question);
+      EXPECT_EQ(hand.session().readings().size(), i);
+    }
+    lay(wanted);
+    ASSERT_EQ(hand.session().readings().size(), i + 1);
+    hand.let_pass(600.0);
+  }
+  ASSERT_TRUE(hand.session().calibration());
+  EXPECT_EQ(hand.session().calibration()->status, "ok");
+  EXPECT_MATRIX_NEAR(hand.session().calibration()->response.sensitivity, truth.sensitivity, 1e-3);
+  const std::optional<double> last = hand.session().observations().readings.back().time_s;
+  EXPECT_NEAR(last.value(), utc_at_zero + hand.time_s() - 606.0, 4.0);
+}
+
+TEST(Session, TheSunWantsTimesOfTheDay) {
+  SessionSetup setup = guided_setup();
+  setup.experiment.instrument = {.kind = "optical"};
+  setup.experiment.field.kind = "light";
+  setup.experiment.field.sun = true;
+  setup.experiment.field.site = Site{.latitude_deg = 48.0, .longitude_deg = 11.0};
+  EXPECT_THROW(Hand(setup, 1782028800.0), SetupError) << "the fence's azimuth";
+  setup.experiment.fence_azimuth_rad = 0.0;
+  EXPECT_THROW(Hand(setup, std::nullopt), DomainError) << "seconds of a recording";
+  EXPECT_THROW(Hand(setup, 1782000000.0), RefusedError) << "it is night";
 }
 
 TEST(Session, DriftBeginsTheReadingAnew) {

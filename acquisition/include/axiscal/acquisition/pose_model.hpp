@@ -32,6 +32,8 @@ struct PlacedReading {
   DesignEntry entry;
   Eigen::VectorXd mean;  ///< m entries [unit]
   Eigen::VectorXd u;     ///< its standard uncertainty from noise
+  /// How the field has turned in the table since the setup's, as turn_of_field().
+  Eigen::Matrix3d field_turn = Eigen::Matrix3d::Identity();
 };
 
 /// What the readings so far say of instrument and table.
@@ -81,7 +83,8 @@ class PoseModel {
                                                    const PlacedReading& reading) const;
 
  private:
-  [[nodiscard]] Eigen::Matrix3d rotation_at(const DesignEntry& entry) const;
+  [[nodiscard]] Eigen::Matrix3d rotation_at(const PlacedReading& reading,
+                                            const DesignPoint& point) const;
   [[nodiscard]] double scale_of(const std::vector<PlacedReading>& readings) const;
   [[nodiscard]] std::optional<PoseModelFit> fit(const std::vector<PlacedReading>& known,
                                                 double scale) const;

@@ -53,6 +53,8 @@ struct SourceReport {
   std::size_t duplicates = 0;  ///< since the last report: samples that came twice, left out
   bool clock_stepped = false;  ///< the source's own clock jumped; times go on without the jump
   std::size_t bytes = 0;       ///< since the last report: what came, samples or not
+  /// Of recorded samples: when the session's second 0 was [s since 1970, UTC], where they tell.
+  std::optional<double> utc_at_zero;
 };
 
 /// Where samples come from: an instrument, a data system, a file. Users add their own.

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/experiment.hpp"
+
+namespace axiscal {
+
+/// @return whether the field turns in the table while readings are taken, as the sun does.
+[[nodiscard]] bool field_moves(const Experiment& experiment);
+
+/// How the field turns in the table: the direction at one time becomes that at the other.
+///
+/// @param from_s, to_s  seconds since 1970-01-01, UTC.
+/// @return frame table; the identity where the field does not move.
+/// @throws SetupError  if it moves and the fence's azimuth is not stated, or it is not alone.
+[[nodiscard]] Eigen::Matrix3d turn_of_field(const Experiment& experiment,
+                                            double from_s,
+                                            double to_s);
+
+/// As make_field_description(), of a field that moves at a time.
+/// @param time_s  seconds since 1970-01-01, UTC.
+/// @throws RefusedError  if the sun is below the horizon.
+[[nodiscard]] FieldDescription make_field_description(const Experiment& experiment, double time_s);
+
+/// @return whether a time is one of UTC since 1970, and not one since a recording began: whether it
+///         is after the year 2000.
+[[nodiscard]] bool is_utc(double time_s);
+
+}  // namespace axiscal
