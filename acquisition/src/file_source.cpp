@@ -2,6 +2,7 @@
 #include "file_source.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <thread>
 
 #include "axiscal/logs/log_file.hpp"
@@ -54,14 +55,17 @@ class FileSource final : public Source {
       }
     }
     SourceReport report = std::exchange(report_, {});
-    const double due = started_ < 0.0 ? 0.0 : (session_seconds() - started_) * speed_;
-    started_ = started_ < 0.0 ? session_seconds() : started_;
+    if (!started_at_) {
+      started_at_ = session_seconds();
+      first_s_ = ready_.size() > 0 ? ready_.time_s.front() : 0.0;
+    }
+    const double due = first_s_ + (session_seconds() - *started_at_) * speed_;
     if (is_live() && next_ < ready_.size() && ready_.time_s[next_] > due) {
       std::this_thread::sleep_for(std::min(
           patience, std::chrono::milliseconds(
                         static_cast<int>(1000.0 * (ready_.time_s[next_] - due) / speed_ + 1.0))));
     }
-    const double now = is_live() ? (session_seconds() - started_) * speed_ : 0.0;
+    const double now = first_s_ + (session_seconds() - *started_at_) * speed_;
     while (next_ < ready_.size() && (!is_live() || ready_.time_s[next_] <= now)) {
       batch.add(ready_.time_s[next_], ready_.row(next_));
       ++next_;
@@ -81,7 +85,8 @@ class FileSource final : public Source {
   SampleBatch ready_;
   SourceReport report_;
   std::size_t next_ = 0;
-  double started_ = -1.0;
+  std::optional<double> started_at_;  // in session_seconds()
+  double first_s_ = 0.0;              // of the recording
 };
 
 }  // namespace

@@ -90,7 +90,10 @@ void SampleClock::append(std::span<const double> values,
       return;
     }
     if (!started_) {
-      offset_ = arrival_s - own;
+      // Recordings of one logger go together by their own times.
+      const bool keeps_own = arrival_s == 0.0 && !is_utc(own);
+      offset_ = keeps_own ? 0.0 : arrival_s - own;
+      last_s_ = offset_ + own;
     } else if (own == last_own_ &&
                std::equal(values.begin(), values.end(), last_values_.begin(), last_values_.end())) {
       ++report.duplicates;

@@ -22,8 +22,9 @@ namespace axiscal {
 /// Counting follows the arrivals where it strays from them for long: nobody's clock is the same,
 /// and a cable may have been out.
 ///
-/// The source's own clock starts where the first sample arrives and may jump (set by a person or
-/// the network, started anew): the jump is left out.
+/// The source's own clock starts where the first sample arrives (a recording's in UTC at 0, another
+/// one where it does) and may jump (set by a person or the network, started anew): the jump is left
+/// out.
 class SampleClock {
  public:
   /// Options: time (a column), rate (samples a second).

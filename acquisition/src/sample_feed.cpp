@@ -307,13 +307,23 @@ class SampleFeed::Impl {
     }
     SampleBatch batch;
     reader.take(batch, std::chrono::milliseconds(0));
+    const double shift_s = later_by(reader);
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const std::span<const double> row = batch.row(i);
-      others_[s].samples.emplace_back(batch.time_s[i], std::vector<double>(row.begin(), row.end()));
+      others_[s].samples.emplace_back(batch.time_s[i] + shift_s,
+                                      std::vector<double>(row.begin(), row.end()));
     }
     while (others_[s].samples.size() > most_pending) {
       others_[s].samples.pop_front();
     }
+  }
+
+  // Recordings in UTC began when they did.
+  [[nodiscard]] double later_by(const Reader& other) const {
+    const Reader& first = *readers_.front();
+    const std::optional<double> own = other.utc_at_zero();
+    const std::optional<double> pace = first.utc_at_zero();
+    return first.is_live() || other.is_live() || !own || !pace ? 0.0 : *own - *pace;
   }
 
   bool find_channels() {

@@ -3,25 +3,25 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <limits>
 #include <set>
 #include <utility>
 
 #include "axis_columns.hpp"
+#include "axis_intake.hpp"
 #include "axiscal/acquisition/pose_model.hpp"
 #include "axiscal/calib/calibrate.hpp"
-#include "axiscal/calib/forecast.hpp"
 #include "axiscal/calib/moving_field.hpp"
-#include "axiscal/calib/observations_csv.hpp"
-#include "axiscal/calib/temperature.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "dwell_sums.hpp"
 #include "expected_response.hpp"
+#include "raw_samples.hpp"
 #include "reading_list.hpp"
+#include "session_end.hpp"
 #include "session_words.hpp"
+#include "soak_watch.hpp"
 
 namespace axiscal {
 namespace {
@@ -36,22 +36,7 @@ constexpr double telling_drift = 5.0;     // standard errors
 constexpr int most_drift_restarts = 5;
 constexpr double stuck_s = 0.8;
 constexpr double silent_s = 0.8;
-constexpr std::size_t saturated_samples = 3;
 constexpr int most_retake_rounds = 2;
-constexpr double noisy_reading = 5.0;  // times the median of the scatter of readings
-constexpr std::size_t raw_samples_a_line = 256;
-constexpr std::size_t most_raw_waiting = 1U << 16U;
-
-std::string run_text(int run) {
-  return "run " + std::to_string(run);
-}
-
-// The upper one of two.
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -67,8 +52,8 @@ class Session::Engine {
         stillness_(static_cast<std::size_t>(m_), setup_.stillness),
         model_(pose_model_setup()),
         dwell_(m_),
-        x_(m_),
-        saturated_(static_cast<std::size_t>(m_), 0) {
+        axes_(setup_.experiment.instrument),
+        soak_(setup_.soak_window_s, setup_.soak_tolerance) {
     if (setup_.sheet.empty()) {
       throw DomainError("Session: the sheet has no points");
     }
@@ -76,21 +61,9 @@ class Session::Engine {
   }
 
   void set_channels(const std::vector<Channel>& channels, std::optional<double> utc_at_zero) {
-    const Instrument& instrument = setup_.experiment.instrument;
-    columns_ = find_axes(instrument, channels);
-    for (std::size_t k = 0; k < columns_.size(); ++k) {
-      const std::string& unit = channels[columns_[k].plus].unit;
-      if (!unit.empty() && unit != instrument.unit && instrument.unit != "1") {
-        stated_unit_ = "'" + instrument.axes[k] + "' comes in " + unit +
-                       ", but the readings are to be in " + instrument.unit +
-                       ": mend --unit, or the source";
-      }
-    }
+    axes_.set_channels(channels);
+    raw_.set_channels(channels);
     temperature_column_ = find_channel(channels, setup_.temperature_channel);
-    channel_names_.clear();
-    for (const Channel& channel : channels) {
-      channel_names_.push_back(channel.name);
-    }
     utc_at_zero_ = utc_at_zero;
     if (field_moves(setup_.experiment)) {
       find_moving_field();
@@ -121,9 +94,14 @@ class Session::Engine {
     const bool is_first = samples_++ == 0;
     now_s_ = time_s;
     set_alarm("silent", "");
-    keep_raw(values);
+    if (setup_.keep_raw && raw_.add(shown_time(time_s), values)) {
+      flush_raw();
+    }
     take_temperature(values);
-    if (!take_axes(values)) {
+    const bool is_good = axes_.take(values);
+    set_alarm("saturated", axes_.saturated_text());
+    set_alarm("not_a_number", axes_.missing_text());
+    if (!is_good) {
       interrupt("a sample without numbers");
       return;
     }
@@ -132,7 +110,7 @@ class Session::Engine {
       interrupt("no samples for " + number_text(gap, 2) + " s");
       stillness_.restart();
     }
-    stillness_.add(time_s, {x_.data(), static_cast<std::size_t>(m_)});
+    stillness_.add(time_s, {axes_.values().data(), static_cast<std::size_t>(m_)});
     look_for_defects();
     if (phase_ == SessionPhase::waiting) {
       next_point();
@@ -186,7 +164,7 @@ class Session::Engine {
         retake({command.run.value_or(list_.next_run() - 1)}, "retake");
         break;
       case SessionAction::retake_suggested:
-        retake(suggested_, "retake");
+        retake(view_.suspects, "retake");
         break;
       case SessionAction::undo:
         if (!list_.readings().empty()) {
@@ -256,18 +234,18 @@ class Session::Engine {
                                                                                          : 0.0;
     const Eigen::VectorXd mean = stillness_.mean();
     view_.reading.assign(mean.data(), mean.data() + mean.size());
-    view_.temperature = temperature_;
+    view_.temperature = soak_.temperature();
     view_.alarms = source_alarms_;
     view_.alarms.insert(view_.alarms.end(), alarms_.begin(), alarms_.end());
     view_.remaining_s.reset();
     if (!point_seconds_.empty()) {
-      view_.remaining_s = median(point_seconds_) * static_cast<double>(view_.left);
+      view_.remaining_s = upper_median(point_seconds_) * static_cast<double>(view_.left);
     }
     view_.looks_like = phase_ == SessionPhase::question && judgement_->looks_like_another
                            ? std::optional(judgement_->best)
                            : std::nullopt;
     say_what_to_do(view_, {.judgement = judgement_ ? &*judgement_ : nullptr,
-                           .soak_remaining_s = soak_state_.remaining_s,
+                           .soak_remaining_s = soak_.state().remaining_s,
                            .has_temperature = temperature_column_.has_value(),
                            .has_quit = quit_});
     return view_;
@@ -373,32 +351,13 @@ class Session::Engine {
 
   // ---- samples
 
-  void keep_raw(std::span<const double> values) {
-    if (!setup_.keep_raw) {
-      return;
-    }
-    raw_time_.push_back(shown_time(now_s_));
-    raw_values_.push_back(std::vector<double>(values.begin(), values.end()));
-    if (raw_time_.size() % raw_samples_a_line == 0) {
-      flush_raw();
-    }
-  }
-
   void flush_raw() {
-    if (raw_time_.empty()) {
+    if (raw_.is_empty()) {
       return;
     }
-    const Json entry = {{"entry", "raw"},
-                        {"channels", channel_names_},
-                        {"time", raw_time_},
-                        {"values", raw_values_}};
-    const std::string why = journal_.append_later(entry.dump());
+    const std::string why = raw_.flush(journal_);
     if (phase_ != SessionPhase::storing) {
       set_alarm("disk", why);
-    }
-    if (why.empty() || raw_time_.size() > most_raw_waiting) {  // memory is limited too
-      raw_time_.clear();
-      raw_values_.clear();
     }
   }
 
@@ -406,52 +365,9 @@ class Session::Engine {
     if (!temperature_column_ || !std::isfinite(values[*temperature_column_])) {
       return;
     }
-    temperature_ = values[*temperature_column_];
-    temperature_sum_ += *temperature_;
+    soak_.add(now_s_, values[*temperature_column_]);
+    temperature_sum_ += values[*temperature_column_];
     ++temperature_count_;
-    constexpr double spacing_s = 1.0;  // of the temperatures that soaking looks at
-    if (soak_time_.empty() || now_s_ - soak_time_.back() >= spacing_s) {
-      soak_time_.push_back(now_s_);
-      soak_temperature_.push_back(*temperature_);
-      while (soak_time_.front() < now_s_ - 2.0 * setup_.soak_window_s) {
-        soak_time_.pop_front();
-        soak_temperature_.pop_front();
-      }
-      soak_is_news_ = true;
-    }
-  }
-
-  // The axes of a sample; false where one is no number.
-  bool take_axes(std::span<const double> values) {
-    const std::optional<ReadingRange>& range = setup_.experiment.instrument.range;
-    const auto beyond = [&](double value) {
-      return std::isinf(value) || (range && (value <= range->low || value >= range->high));
-    };
-    bool good = true;
-    std::vector<std::string> saturated;
-    std::vector<std::string> missing;
-    for (std::size_t k = 0; k < columns_.size(); ++k) {
-      const double value = columns_[k].value(values);
-      x_(static_cast<Eigen::Index>(k)) = value;
-      const bool is_beyond = beyond(values[columns_[k].plus]) ||
-                             (columns_[k].minus && beyond(values[*columns_[k].minus]));
-      saturated_[k] = is_beyond ? saturated_[k] + 1 : 0;
-      const std::string& axis = setup_.experiment.instrument.axes[k];
-      if (saturated_[k] >= saturated_samples) {
-        saturated.push_back(axis);
-      }
-      if (std::isnan(value) && !is_beyond) {
-        missing.push_back(axis);
-      }
-      good = good && std::isfinite(value);
-    }
-    set_alarm("saturated", saturated.empty() ? ""
-                                             : joined(saturated) +
-                                                   ": at the end of its range; is the "
-                                                   "range set large enough?");
-    set_alarm("not_a_number", missing.empty() ? "" : joined(missing) + ": no number comes");
-    is_saturated_ = !saturated.empty();
-    return good;
   }
 
   void look_for_defects() {
@@ -476,8 +392,8 @@ class Session::Engine {
 
   // A still reading of all three axes has the field's length, in the unit that it should have.
   void look_at_unit() {
-    if (!stated_unit_.empty()) {
-      set_alarm("unit", stated_unit_);
+    if (!axes_.unit_text().empty()) {
+      set_alarm("unit", axes_.unit_text());
       return;
     }
     if (!nominal_ || m_ != 3 || !stillness_.is_still() || setup_.experiment.instrument.one_sided) {
@@ -549,7 +465,7 @@ class Session::Engine {
           moved_ = has_moved();
           view_.lies_as_before = view_.lies_as_before && !moved_;
         }
-        if (moved_ && stillness_.is_still() && !is_saturated_ && !is_stuck_) {
+        if (moved_ && stillness_.is_still() && !axes_.is_saturated() && !is_stuck_) {
           phase_ = SessionPhase::settling;
           settled_s_ = now_s_ + settle_parts * setup_.stillness.window_s - time_rounding_s;
         }
@@ -600,15 +516,15 @@ class Session::Engine {
   }
 
   void dwell() {
-    if (!stillness_.is_still() || is_saturated_ || is_stuck_) {
-      event("knock", is_saturated_ || is_stuck_ ? "the reading is broken off"
-                                                : "a knock: the reading begins anew");
+    if (!stillness_.is_still() || axes_.is_saturated() || is_stuck_) {
+      event("knock", axes_.is_saturated() || is_stuck_ ? "the reading is broken off"
+                                                       : "a knock: the reading begins anew");
       dwell_.clear();
       phase_ = SessionPhase::laying;
       moved_ = true;
       return;
     }
-    dwell_.add(now_s_, x_);
+    dwell_.add(now_s_, axes_.values());
     if (dwell_.seconds() < dwell_needed() - time_rounding_s || dwell_.samples() < fewest_samples) {
       return;
     }
@@ -830,7 +746,8 @@ class Session::Engine {
     return true;
   }
 
-  void retake(const std::vector<int>& runs, const std::string& why) {
+  // A copy of the runs: the view's own list of suspects changes on the way.
+  void retake(std::vector<int> runs, const std::string& why) {
     bool some = false;
     for (const int run : runs) {
       const CapturedReading* const reading = list_.find(run);
@@ -899,60 +816,29 @@ class Session::Engine {
     }
   }
 
-  // As calibrate() will choose it.
-  Method method_at_the_end() const {
-    std::vector<RunSheetRow> sheet;
-    for (const SessionStep& step : list_.steps()) {
-      if (!step.skipped) {
-        sheet.push_back(step.row);
-      }
-    }
-    Observations planned;
-    planned.readings = readings_of(sheet);
-    return setup_.experiment.method.value_or(choose_method(setup_.experiment, planned));
-  }
-
-  // The uncertainty that the end will have: noise as seen, the points done and still to be done.
   void forecast_end() {
     if (!fit_ || m_ < 3 || field_.kind != "gravity") {
       return;
     }
-    ForecastSetup setup;
-    setup.nominal.instrument = setup_.experiment.instrument;
-    setup.nominal.field = field_;
-    setup.nominal.response = fit_->response;
-    for (const SessionStep& step : list_.steps()) {
-      if (!step.skipped) {
-        setup.design.push_back(step.row.entry);
-      }
-    }
-    double noise = 0.0;
+    double variance = 0.0;
     for (const CapturedReading& reading : list_.readings()) {
-      noise += u_of(reading.sd, reading.samples).squaredNorm() / static_cast<double>(m_);
+      variance += u_of(reading.sd, reading.samples).squaredNorm() / static_cast<double>(m_);
     }
-    noise = std::sqrt(noise / static_cast<double>(list_.readings().size()));
-    setup.noise_sd = std::hypot(noise, setup_.placement_sd_rad * response_scale());
-    setup.positioner = setup_.experiment.positioner;
-    setup.method = method_at_the_end();
-    try {
-      const Forecast result = axiscal::forecast(setup);
-      view_.forecast_deg = deg_per_rad * largest_angle_uncertainty(result, result.covariance());
-    } catch (const Error&) {
-      view_.forecast_deg.reset();
-    }
+    variance /= static_cast<double>(list_.readings().size());
+    Calibration nominal;
+    nominal.instrument = setup_.experiment.instrument;
+    nominal.field = field_;
+    nominal.response = fit_->response;
+    view_.forecast_deg = expected_angle_u_deg(
+        setup_.experiment, list_.steps(), nominal,
+        std::hypot(std::sqrt(variance), setup_.placement_sd_rad * response_scale()));
   }
 
   // ---- temperature
 
   void soak() {
     const std::optional<double>& planned = wanted_row().temperature;
-    if (std::exchange(soak_is_news_, false) && soak_time_.size() > 2 &&
-        now_s_ - soak_time_.front() >= setup_.soak_window_s) {
-      const std::vector<double> times(soak_time_.begin(), soak_time_.end());
-      const std::vector<double> temperatures(soak_temperature_.begin(), soak_temperature_.end());
-      soak_state_ = soak_state(times, temperatures, setup_.soak_window_s, setup_.soak_tolerance);
-      soaked_ = soaked_ || (soak_state_.steady && is_nearest_level(*planned));
-    }
+    soaked_ = soaked_ || (temperature_column_ && soak_.look() && is_nearest_level(*planned));
     if (soaked_) {
       soaked_at_ = planned;
       phase_ = SessionPhase::laying;
@@ -961,9 +847,10 @@ class Session::Engine {
   }
 
   bool is_nearest_level(double planned) const {
+    const double now = soak_.temperature().value();
     return std::none_of(list_.steps().begin(), list_.steps().end(), [&](const SessionStep& step) {
       return step.row.temperature &&
-             std::abs(*step.row.temperature - *temperature_) < std::abs(planned - *temperature_);
+             std::abs(*step.row.temperature - now) < std::abs(planned - now);
     });
   }
 
@@ -995,64 +882,27 @@ class Session::Engine {
       return;
     }
     phase_ = SessionPhase::review;
-    view_.result.clear();
-    suggested_.clear();
     calibration_.reset();
+    std::string why_none;
     try {
       calibration_ = calibrate(setup_.experiment, observations());
     } catch (const Error& error) {
-      view_.result.push_back(std::string("no calibration: ") + error.what());
+      why_none = error.what();
     }
-    suggest();
+    const SessionReview result = review_of(calibration_, why_none, list_.readings(), suspects_);
+    view_.result = result.lines;
+    view_.suspects = result.again;
     event("review", joined(view_.result, "; "));
     if (list_.is_finished()) {
       phase_ = SessionPhase::over;
     } else if (setup_.unattended) {
-      if (!suggested_.empty() && !samples_ended_ && retake_rounds_ < most_retake_rounds) {
+      if (!view_.suspects.empty() && !samples_ended_ && retake_rounds_ < most_retake_rounds) {
         ++retake_rounds_;
-        retake(suggested_, "retake");
+        retake(view_.suspects, "retake");
       } else {
         finish();
       }
     }
-  }
-
-  // What to take again: what the culprit search names, and readings that were too noisy.
-  void suggest() {
-    std::set<int> runs(suspects_.begin(), suspects_.end());
-    if (calibration_) {
-      view_.result.push_back(calibration_->status == "ok"        ? "calibrated"
-                             : calibration_->status == "refused" ? "refused"
-                                                                 : "calibrated, with warnings");
-      for (const CalibrationWarning& warning : calibration_->warnings) {
-        view_.result.push_back(warning.message);
-      }
-      if (calibration_->suggestion) {
-        runs.insert(calibration_->suggestion->runs.begin(), calibration_->suggestion->runs.end());
-      }
-    }
-    std::vector<double> scatter;
-    for (const CapturedReading& reading : list_.readings()) {
-      scatter.push_back(reading.sd.norm());
-    }
-    const double usual = median(scatter);
-    for (const CapturedReading& reading : list_.readings()) {
-      if (usual > 0.0 && reading.sd.norm() > noisy_reading * usual) {
-        runs.insert(reading.run);
-        view_.result.push_back(run_text(reading.run) + " scatters " +
-                               number_text(reading.sd.norm() / usual, 2) +
-                               " times as much as the others");
-      }
-    }
-    suggested_.assign(runs.begin(), runs.end());
-    if (!suggested_.empty()) {
-      std::vector<std::string> names;
-      for (const int run : suggested_) {
-        names.push_back(std::to_string(run));
-      }
-      view_.result.push_back("take again: run " + joined(names));
-    }
-    view_.suspects = suggested_;
   }
 
   SessionSetup setup_;
@@ -1067,19 +917,12 @@ class Session::Engine {
   PoseModel model_;
   DwellSums dwell_;
 
-  std::vector<AxisColumns> columns_;
-  std::optional<std::size_t> temperature_column_;
-  std::vector<std::string> channel_names_;
-  std::string stated_unit_;
-  Eigen::VectorXd x_;
-  std::vector<std::size_t> saturated_;  // how many samples on end
-  bool is_saturated_ = false;
+  AxisIntake axes_;
+  RawSamples raw_;
   bool is_stuck_ = false;
   Eigen::Array<bool, Eigen::Dynamic, 1> scattered_;  // axes whose readings did; empty before one
   std::size_t samples_ = 0;
   double now_s_ = 0.0;
-  std::vector<double> raw_time_;
-  std::vector<std::vector<double>> raw_values_;
 
   SessionPhase phase_ = SessionPhase::waiting;
   SessionPhase before_pause_ = SessionPhase::waiting;
@@ -1100,13 +943,10 @@ class Session::Engine {
   std::vector<double> point_seconds_;
   bool quit_ = false;
 
-  std::optional<double> temperature_;
-  double temperature_sum_ = 0.0;
+  std::optional<std::size_t> temperature_column_;
+  double temperature_sum_ = 0.0;  // of the reading that is being taken
   std::size_t temperature_count_ = 0;
-  std::deque<double> soak_time_;
-  std::deque<double> soak_temperature_;
-  bool soak_is_news_ = false;
-  SoakState soak_state_;
+  SoakWatch soak_;
   bool soaked_ = false;
   std::optional<double> soaked_at_;
 
@@ -1114,7 +954,6 @@ class Session::Engine {
   std::optional<DesignPoint> questioned_;  // what this point was said to look like
   std::set<int> insisted_;                 // runs that a person says are right
   std::set<int> suspects_;
-  std::vector<int> suggested_;
   int retake_rounds_ = 0;
   std::optional<Calibration> calibration_;
 

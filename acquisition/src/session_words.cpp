@@ -35,6 +35,10 @@ std::string soaking_words(const SaidBesides& besides) {
 
 }  // namespace
 
+std::string run_text(int run) {
+  return "run " + std::to_string(run);
+}
+
 std::string question_text(const PoseJudgement& judgement, const DesignPoint& stated) {
   if (!judgement.looks_like_another) {
     return "this fits no pose: is there grit under a foot, does it touch the fence?";

@@ -16,6 +16,9 @@ struct SaidBesides {
   bool has_quit = false;
 };
 
+/// @return "run 7".
+[[nodiscard]] std::string run_text(int run);
+
 /// @return why a reading is in question.
 /// @param stated  the point that was asked for.
 [[nodiscard]] std::string question_text(const PoseJudgement& judgement, const DesignPoint& stated);

@@ -70,6 +70,21 @@ std::string host_name() {
   return name.data();
 }
 
+// An address of IPv6 has brackets where a port follows, and none where it is bound.
+std::string bare_address(const std::string& address) {
+  const bool has_brackets = address.starts_with('[') && address.ends_with(']');
+  return has_brackets ? address.substr(1, address.size() - 2) : address;
+}
+
+std::string in_url(const std::string& address) {
+  return address.find(':') == std::string::npos ? address : "[" + address + "]";
+}
+
+// A name may be bound to any address by its owner, an address by nobody.
+bool is_numeric(const std::string& host) {
+  return host.starts_with('[') || host.find_first_not_of("0123456789.:") == std::string::npos;
+}
+
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](char c) {
     return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -101,7 +116,8 @@ class PageServer : public httplib::Server {
 class WebFace final : public SessionFace {
  public:
   explicit WebFace(const WebOptions& options)
-      : options_(options), address_(options.address.empty() ? "127.0.0.1" : options.address) {
+      : options_(options),
+        address_(options.address.empty() ? "127.0.0.1" : bare_address(options.address)) {
     // Browsers by the hundred must leave file descriptors for the session's files.
     rlimit limit{};
     if (::getrlimit(RLIMIT_NOFILE, &limit) == 0) {
@@ -221,13 +237,11 @@ class WebFace final : public SessionFace {
   }
 
   [[nodiscard]] bool is_loopback() const { return options_.address.empty(); }
+  [[nodiscard]] bool is_any_address() const { return address_ == "0.0.0.0" || address_ == "::"; }
 
   void announce() {
     if (options_.announce) {
-      std::string host = address_;
-      if (address_ == "0.0.0.0" || address_ == "::") {
-        host = host_name();
-      }
+      const std::string host = is_any_address() ? host_name() : in_url(address_);
       options_.announce("http://" + host + ":" + std::to_string(port_) + "/#" + key_);
     }
   }
@@ -247,10 +261,9 @@ class WebFace final : public SessionFace {
     const std::string port = ":" + std::to_string(port_);
     std::vector<std::string> names = {"127.0.0.1" + port, "localhost" + port};
     if (!is_loopback()) {
-      names.push_back(lower(address_) + port);
+      names.push_back(lower(in_url(address_)) + port);
       names.push_back(lower(host_name()) + port);
-      // Reached at 0.0.0.0 by any of its addresses: a name that another site may bind is none.
-      if (address_ == "0.0.0.0" && host.find_first_not_of("0123456789.:") == std::string::npos) {
+      if (is_any_address() && is_numeric(host)) {
         names.push_back(host);
       }
     }

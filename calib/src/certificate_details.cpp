@@ -3,6 +3,8 @@
 
 #include <array>
 
+#include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
 
@@ -66,6 +68,15 @@ CertificateDetails read_certificate_details(const std::string& path) {
     }
   }
   return details;
+}
+
+void check_certifiable(const Calibration& calibration) {
+  if (calibration.status == "refused") {
+    throw RefusedError("this calibration was refused: there is no certificate of it");
+  }
+  if (!calibration.statistics || !states_uncertainty(calibration)) {
+    throw RefusedError("the record states no uncertainty: there is no certificate of such");
+  }
 }
 
 }  // namespace axiscal

@@ -217,11 +217,7 @@ void require_details(const Calibration& calibration, const CertificateDetails& d
   if (calibration.instrument.serial.empty()) {
     throw RefusedError("a digital calibration certificate needs the instrument's serial number");
   }
-  if (calibration.status == "refused" || !states_uncertainty(calibration)) {
-    throw RefusedError(
-        "there is no certificate of a calibration that was refused, or that states no "
-        "uncertainty");
-  }
+  check_certifiable(calibration);
 }
 
 }  // namespace

@@ -566,8 +566,9 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
       "'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
       escaped(title_of(calibration)) + "</title>\n<style>" + std::string(report_style()) +
-      std::string(plot_style()) + "</style>\n</head>\n<body>\n<header><h1>" +
-      escaped(title_of(calibration)) + "</h1>\n<p class=\"soft\">" +
+      std::string(seat_style()) + std::string(plot_style()) +
+      "</style>\n</head>\n<body>\n<header><h1>" + escaped(title_of(calibration)) +
+      "</h1>\n<p class=\"soft\">" +
       escaped(calibration.created.empty() ? "" : "calibrated " + calibration.created + ", ") +
       escaped(calibration.software) + "</p></header>\n<main>\n" + verdict_section(calibration) +
       "<nav aria-label=\"Contents\"><ul>" + links + "</ul></nav>\n" + body + "</main>\n";

@@ -255,12 +255,7 @@ std::vector<std::string> missing_details(const Calibration& calibration,
 }
 
 std::string certificate_pdf(const Calibration& calibration, const CertificateDetails& details) {
-  if (calibration.status == "refused") {
-    throw RefusedError("this calibration was refused: there is no certificate of it");
-  }
-  if (!calibration.statistics || !states_uncertainty(calibration)) {
-    throw RefusedError("the record states no uncertainty: there is no certificate of such");
-  }
+  check_certifiable(calibration);
 #ifdef AXISCAL_CAIRO
   const std::string header =
       "Calibration certificate " + or_not_stated(details.number) +

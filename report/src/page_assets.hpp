@@ -7,6 +7,7 @@
 namespace axiscal {
 
 std::string_view report_style();   ///< report.css
+std::string_view seat_style();     ///< seat.css
 std::string_view plot_style();     ///< uPlot's; empty without the script
 std::string_view report_script();  ///< bundled by esbuild; empty where this build has none
 

@@ -7,6 +7,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/positioner/facing.hpp"
 #include "html.hpp"
+#include "page_assets.hpp"
 
 namespace axiscal {
 namespace {
@@ -69,15 +70,6 @@ constexpr const char* page_style = R"css(
   .head { display: flex; justify-content: space-between; align-items: center; font-weight: 600; }
   .box { display: inline-block; width: 4.5mm; height: 4.5mm; border: 0.4mm solid #1a1a1a; }
   svg { display: block; width: 100%; height: auto; }
-  .table { fill: #eef1f4; stroke: #8a929a; }
-  .wall { fill: #d7dde3; stroke: #8a929a; }
-  .top, .front, .side { stroke: #1a1a1a; stroke-width: 1.2; stroke-linejoin: round; }
-  .top { fill: #ffffff; } .front { fill: #f6f2e8; } .side { fill: #e4ddcb; }
-  .rest { fill: none; stroke: #0b57b0; stroke-width: 5; stroke-linejoin: round; }
-  .fence { fill: none; stroke: #b04a00; stroke-width: 5; stroke-linejoin: round; }
-  .name { font: 600 19px system-ui, sans-serif; text-anchor: middle; fill: #1a1a1a; }
-  .onrest { font: 600 15px system-ui, sans-serif; text-anchor: middle; fill: #0b57b0; }
-  .onfence { font: 600 15px system-ui, sans-serif; text-anchor: middle; fill: #b04a00; }
   @page { size: auto; margin: 10mm; }
   @media print { body { margin: 0; } ol { grid-template-columns: repeat(4, 1fr); }
     * { print-color-adjust: exact; -webkit-print-color-adjust: exact; } }
@@ -123,8 +115,8 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet, const std::str
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
       "'unsafe-inline'\">\n<meta name=\"viewport\" content=\"width=device-width\">\n<title>" +
-      escaped(title) + "</title>\n<style>" + page_style + "</style>\n</head>\n<body>\n<h1>" +
-      escaped(title) +
+      escaped(title) + "</title>\n<style>" + page_style + std::string(seat_style()) +
+      "</style>\n</head>\n<body>\n<h1>" + escaped(title) +
       "</h1>\n<p>Lay the cube down as drawn, seen from the front with the fence behind it: the "
       "face "
       "named in blue on the table, the one named in orange pushed against the fence. Wipe feet, "

@@ -252,28 +252,35 @@ TEST_F(SourceTest, MqttBroker) {
 }
 
 TEST_F(SourceTest, TemperatureOfAnotherSource) {
-  std::string temperatures = "time,temperature\n";
-  for (double t = -5.0; t < recording().rows.back()[0] + 5.0; t += 0.5) {
-    temperatures += number_text(t) + "," + number_text(20.0 + 0.01 * t) + "\n";
-  }
-  const std::string log = folder_.write("log.csv", recording().csv());
-  const std::string other = folder_.write("temperature.csv", temperatures);
-  const std::string name = folder_.path("two");
-  const ProgramResult result =
-      run_axiscal({"acquire", "--connect", "file:" + log, "--connect", "file:" + other,
-                   "--unattended", "--plain", "--name", name, "--seed", "1", "--instrument",
-                   "accelerometer", "--field", "gravity", "--unit", "g"});
-  ASSERT_EQ(result.status, 0) << result.err;
-  const std::vector<std::vector<std::string>> cells = csv_cells(read_file(name + ".csv"));
-  const auto column = [&](const std::string& header) {
-    return static_cast<std::size_t>(std::find(cells[0].begin(), cells[0].end(), header) -
-                                    cells[0].begin());
-  };
-  for (std::size_t i = 1; i < cells.size(); ++i) {
-    // The second source's times begin 5 s earlier, and both files begin at 0: T = 20 + (t - 5) /
-    // 100 in the middle of the dwell of one second.
-    const double middle = std::stod(cells[i].at(column("time"))) + 0.5;
-    EXPECT_NEAR(std::stod(cells[i].at(column("temperature"))), 20.0 + 0.01 * (middle - 5.0), 1e-3);
+  // One logger's seconds, and the time of the day: the second recording begins 5 s earlier.
+  for (const double begin : {0.0, 1782028800.0}) {
+    std::string readings = "time,x,y,z\n";
+    for (const std::vector<double>& row : recording().rows) {
+      readings += number_text(begin + row[0]) + "," + number_text(row[1]) + "," +
+                  number_text(row[2]) + "," + number_text(row[3]) + "\n";
+    }
+    std::string temperatures = "time,temperature\n";
+    for (double t = -5.0; t < recording().rows.back()[0] + 5.0; t += 0.5) {
+      temperatures += number_text(begin + t) + "," + number_text(20.0 + 0.01 * t) + "\n";
+    }
+    const std::string log = folder_.write("log.csv", readings);
+    const std::string other = folder_.write("temperature.csv", temperatures);
+    const std::string name = folder_.path(begin > 0.0 ? "utc" : "own");
+    const ProgramResult result =
+        run_axiscal({"acquire", "--connect", "file:" + log, "--connect", "file:" + other,
+                     "--unattended", "--plain", "--name", name, "--seed", "1", "--instrument",
+                     "accelerometer", "--field", "gravity", "--unit", "g"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    const std::vector<std::vector<std::string>> cells = csv_cells(read_file(name + ".csv"));
+    const auto column = [&](const std::string& header) {
+      return static_cast<std::size_t>(std::find(cells[0].begin(), cells[0].end(), header) -
+                                      cells[0].begin());
+    };
+    ASSERT_EQ(cells.size(), 13U);
+    for (std::size_t i = 1; i < cells.size(); ++i) {
+      const double middle = std::stod(cells[i].at(column("time"))) - begin;
+      EXPECT_NEAR(std::stod(cells[i].at(column("temperature"))), 20.0 + 0.01 * middle, 1e-3);
+    }
   }
 }
 

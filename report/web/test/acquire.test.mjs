@@ -7,7 +7,7 @@ import { spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import http from "node:http";
 import net from "node:net";
-import { tmpdir } from "node:os";
+import { networkInterfaces, tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { inked, launch, listen } from "./browser.mjs";
 
@@ -37,9 +37,9 @@ async function start(name, source, ...more) {
 }
 
 const port = (session) => Number(new URL(session.url).port);
-function request(session, { method = "GET", path = "/", headers = {}, body = "" } = {}) {
+function request(session, { host = "127.0.0.1", method = "GET", path = "/", headers = {}, body = "" } = {}) {
   return new Promise((done) => {
-    const sent = http.request({ host: "127.0.0.1", port: port(session), method, path, headers }, (response) => {
+    const sent = http.request({ host, port: port(session), method, path, headers }, (response) => {
       let text = "";
       response.on("data", (data) => (text += data));
       response.on("end", () => done({ status: response.statusCode, text, headers: response.headers }));
@@ -264,6 +264,17 @@ async function theServerIsNotImpressed() {
   assert.equal(await session.over, 1, "stopped by the one who controls");
 }
 
+// At an address of IPv6: by its own name, and by no other.
+async function atAnotherAddress() {
+  const session = await start("six", "sim:?speed=5", "--listen", "::1");
+  const { hostname, host } = new URL(session.url);
+  assert.equal(hostname, "[::1]");
+  const answer = (Host) => request(session, { host: "::1", headers: { Host } });
+  assert.equal((await answer(host)).status, 200);
+  assert.equal((await answer(host.replace("::1", "::2"))).status, 403);
+  session.program.kill("SIGKILL");
+}
+
 const browser = await launch(folder);
 try {
   for (const test of [aSessionByClicks, largeEnough].filter(() => !process.env.ONLY_SERVER)) {
@@ -272,6 +283,10 @@ try {
   }
   await theServerIsNotImpressed();
   console.log("ok: theServerIsNotImpressed");
+  if (Object.values(networkInterfaces()).flat().some((one) => one.address === "::1")) {
+    await atAnotherAddress();
+    console.log("ok: atAnotherAddress");
+  }
 } finally {
   await browser.close();
   rmSync(scratch, { recursive: true, force: true });

@@ -173,8 +173,7 @@ class Session {
   /// @throws DomainError  if an axis is not among them; the message lists what there is. Or if the
   ///                      field is the sun's and the times are not in UTC.
   /// @throws SetupError, RefusedError  if the sun's place in the table cannot be told.
-  void set_channels(const std::vector<Channel>& channels,
-                    std::optional<double> utc_at_zero = {});
+  void set_channels(const std::vector<Channel>& channels, std::optional<double> utc_at_zero = {});
 
   /// Takes up what a journal holds, before the first sample.
   /// @param lines  of the journal, behind its first one.

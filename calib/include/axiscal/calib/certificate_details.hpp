@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "axiscal/calib/calibration.hpp"
+
 namespace axiscal {
 
 /// A name and an address, line by line.
@@ -42,5 +44,9 @@ struct CertificateDetails {
 /// "function"}]}`.
 /// @throws DataError  for another file, an unknown key, a value of the wrong kind.
 [[nodiscard]] CertificateDetails read_certificate_details(const std::string& path);
+
+/// @throws RefusedError  if a calibration may have no certificate: it was refused, or states no
+///                       uncertainty.
+void check_certifiable(const Calibration& calibration);
 
 }  // namespace axiscal

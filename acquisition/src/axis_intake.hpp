@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axis_columns.hpp"
+
+namespace axiscal {
+
+/// The axes of a live instrument among the channels of its source, and what is wrong with them.
+class AxisIntake {
+ public:
+  explicit AxisIntake(const Instrument& instrument);
+
+  /// @throws DomainError  as find_axes().
+  void set_channels(const std::vector<Channel>& channels);
+
+  /// Takes the axes of a sample.
+  /// @return false where one is no number.
+  bool take(std::span<const double> values);
+
+  /// @return m entries of the last sample.
+  [[nodiscard]] const Eigen::VectorXd& values() const { return values_; }
+
+  /// @return whether an axis has been at the end of its range for some samples.
+  [[nodiscard]] bool is_saturated() const { return !saturated_.empty(); }
+
+  /// What to tell of it; empty where all is well.
+  [[nodiscard]] std::string saturated_text() const;
+  [[nodiscard]] std::string missing_text() const;
+  [[nodiscard]] const std::string& unit_text() const { return unit_text_; }
+
+ private:
+  [[nodiscard]] bool is_beyond(double value) const;
+
+  Instrument instrument_;
+  std::vector<AxisColumns> columns_;
+  std::string unit_text_;
+  Eigen::VectorXd values_;
+  std::vector<std::size_t> beyond_;     // of each axis: how many samples on end
+  std::vector<std::string> saturated_;  // axes
+  std::vector<std::string> missing_;    // axes of the last sample
+};
+
+}  // namespace axiscal

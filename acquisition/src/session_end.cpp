@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session_end.hpp"
+
+#include <algorithm>
+
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/forecast.hpp"
+#include "axiscal/calib/observations_csv.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
+#include "session_words.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double noisy_reading = 5.0;  // times the median of the scatter of readings
+
+// As calibrate() will choose it.
+Method method_of(const Experiment& experiment, const std::vector<RunSheetRow>& sheet) {
+  Observations planned;
+  planned.readings = readings_of(sheet);
+  return experiment.method.value_or(choose_method(experiment, planned));
+}
+
+std::string verdict_text(const Calibration& calibration) {
+  return calibration.status == "ok"        ? "calibrated"
+         : calibration.status == "refused" ? "refused"
+                                           : "calibrated, with warnings";
+}
+
+}  // namespace
+
+std::optional<double> expected_angle_u_deg(const Experiment& experiment,
+                                           const std::vector<SessionStep>& steps,
+                                           const Calibration& nominal,
+                                           double noise_sd) {
+  ForecastSetup setup;
+  setup.nominal = nominal;
+  setup.noise_sd = noise_sd;
+  setup.positioner = experiment.positioner;
+  std::vector<RunSheetRow> sheet;
+  for (const SessionStep& step : steps) {
+    if (!step.skipped) {
+      setup.design.push_back(step.row.entry);
+      sheet.push_back(step.row);
+    }
+  }
+  setup.method = method_of(experiment, sheet);
+  try {
+    const Forecast result = forecast(setup);
+    return deg_per_rad * largest_angle_uncertainty(result, result.covariance());
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+double upper_median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+SessionReview review_of(const std::optional<Calibration>& calibration,
+                        const std::string& why_none,
+                        const std::vector<CapturedReading>& readings,
+                        const std::set<int>& suspects) {
+  SessionReview review;
+  std::set<int> runs = suspects;
+  if (calibration) {
+    review.lines.push_back(verdict_text(*calibration));
+    for (const CalibrationWarning& warning : calibration->warnings) {
+      review.lines.push_back(warning.message);
+    }
+    if (calibration->suggestion) {
+      runs.insert(calibration->suggestion->runs.begin(), calibration->suggestion->runs.end());
+    }
+  } else {
+    review.lines.push_back("no calibration: " + why_none);
+  }
+  std::vector<double> scatter;
+  for (const CapturedReading& reading : readings) {
+    scatter.push_back(reading.sd.norm());
+  }
+  const double usual = upper_median(scatter);
+  for (const CapturedReading& reading : readings) {
+    if (usual > 0.0 && reading.sd.norm() > noisy_reading * usual) {
+      runs.insert(reading.run);
+      review.lines.push_back(run_text(reading.run) + " scatters " +
+                             number_text(reading.sd.norm() / usual, 2) +
+                             " times as much as the others");
+    }
+  }
+  review.again.assign(runs.begin(), runs.end());
+  if (!runs.empty()) {
+    std::vector<std::string> names;
+    for (const int run : runs) {
+      names.push_back(std::to_string(run));
+    }
+    review.lines.push_back("take again: run " + joined(names));
+  }
+  return review;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "axiscal/acquisition/session.hpp"
+#include "axiscal/calib/calibration.hpp"
+
+namespace axiscal {
+
+/// The uncertainty that a session will end with, by the points done and still to be done.
+///
+/// @param nominal   what is known of instrument and field by now; three axes, gravity.
+/// @param noise_sd  of a reading, as seen so far [unit].
+/// @return expanded uncertainty of the worst angle [deg]; nothing where it cannot be told.
+[[nodiscard]] std::optional<double> expected_angle_u_deg(const Experiment& experiment,
+                                                         const std::vector<SessionStep>& steps,
+                                                         const Calibration& nominal,
+                                                         double noise_sd);
+
+/// @return the median; of an even number the upper one of the two in the middle.
+/// @param values  one or more.
+[[nodiscard]] double upper_median(std::vector<double> values);
+
+/// What a session came to, in words, and which runs to take again.
+struct SessionReview {
+  std::vector<std::string> lines;
+  std::vector<int> again;  ///< ascending
+};
+
+/// Suggests the runs that the culprit search names and those that were too noisy.
+///
+/// @param calibration  nothing where there is none; `why_none` says why.
+/// @param readings     one or more.
+/// @param suspects     runs that looked wrong on the way.
+[[nodiscard]] SessionReview review_of(const std::optional<Calibration>& calibration,
+                                      const std::string& why_none,
+                                      const std::vector<CapturedReading>& readings,
+                                      const std::set<int>& suspects);
+
+}  // namespace axiscal

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "axiscal/calib/temperature.hpp"
+
+namespace axiscal {
+
+/// Watches the temperature of a session: is it steady?
+class SoakWatch {
+ public:
+  SoakWatch(double window_s, double tolerance) : window_s_(window_s), tolerance_(tolerance) {}
+
+  void add(double time_s, double temperature);
+
+  /// @return the last one, where there is any.
+  [[nodiscard]] std::optional<double> temperature() const { return last_; }
+
+  /// Looks again where something new has come since.
+  /// @return whether it is steady over the window, as soak_state().
+  bool look();
+
+  /// @return what was seen then.
+  [[nodiscard]] const SoakState& state() const { return state_; }
+
+ private:
+  double window_s_;
+  double tolerance_;
+  std::optional<double> last_;
+  std::deque<double> time_s_;  // one a second
+  std::deque<double> temperature_;
+  bool is_news_ = false;
+  SoakState state_;
+};
+
+}  // namespace axiscal
