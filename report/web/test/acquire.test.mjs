@@ -15,12 +15,14 @@ const [folder, axiscal, pictures] = process.argv.slice(2).map((argument) => reso
 const scratch = mkdtempSync(join(tmpdir(), "axiscal-acquire-"));
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 
+const programs = [];
 // A session with a page; its address comes on stderr.
 async function start(name, source, ...more) {
   const program = spawn(axiscal, ["acquire", "--connect", source, "--web", "--json", "--name", join(scratch, name), ...more], {
     cwd: scratch,
     stdio: ["pipe", "pipe", "pipe"],
   });
+  programs.push(program);
   const session = { program, events: [], out: "", err: "", ended: null };
   session.over = new Promise((done) => program.on("close", (status) => done((session.ended = status))));
   program.stdout.on("data", (data) => {
@@ -193,7 +195,6 @@ async function largeEnough(browser) {
   const wide = await page.evaluate(() => document.documentElement.scrollWidth);
   assert.ok(wide <= 425, `${wide} px wide on a phone`);
   await context.close();
-  session.program.kill("SIGKILL");
 }
 
 async function theServerIsNotImpressed() {
@@ -272,7 +273,6 @@ async function atAnotherAddress() {
   const answer = (Host) => request(session, { host: "::1", headers: { Host } });
   assert.equal((await answer(host)).status, 200);
   assert.equal((await answer(host.replace("::1", "::2"))).status, 403);
-  session.program.kill("SIGKILL");
 }
 
 const browser = await launch(folder);
@@ -288,6 +288,7 @@ try {
     console.log("ok: atAnotherAddress");
   }
 } finally {
+  programs.forEach((program) => program.kill("SIGKILL"));
   await browser.close();
   rmSync(scratch, { recursive: true, force: true });
 }
