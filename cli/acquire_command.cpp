@@ -285,7 +285,7 @@ AcquireCommand resumed_command(const AcquireCommand& now, const std::string& hea
 
 bool reads_standard_input(const AcquireCommand& command) {
   return std::any_of(command.sources.begin(), command.sources.end(), [](const std::string& one) {
-    return one == "-" || one.starts_with("stdin:");
+    return one == "-" || one.starts_with("-?") || one.starts_with("stdin:");
   });
 }
 

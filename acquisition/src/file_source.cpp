@@ -2,7 +2,6 @@
 #include "file_source.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <thread>
 
 #include "axiscal/logs/log_file.hpp"
@@ -35,6 +34,7 @@ class FileSource final : public Source {
   [[nodiscard]] const std::vector<Channel>& channels() const override { return channels_; }
   [[nodiscard]] const std::string& name() const override { return name_; }
   [[nodiscard]] bool is_live() const override { return speed_ > 0.0; }
+  [[nodiscard]] bool is_recorded() const override { return true; }
   [[nodiscard]] double stated_rate_hz() const override { return clock_.rate_hz(); }
 
   SourceReport read(SampleBatch& batch, std::chrono::milliseconds patience) override {
@@ -55,17 +55,14 @@ class FileSource final : public Source {
       }
     }
     SourceReport report = std::exchange(report_, {});
-    if (!started_at_) {
-      started_at_ = session_seconds();
-      first_s_ = ready_.size() > 0 ? ready_.time_s.front() : 0.0;
-    }
-    const double due = first_s_ + (session_seconds() - *started_at_) * speed_;
+    const double due = started_ < 0.0 ? 0.0 : (session_seconds() - started_) * speed_;
+    started_ = started_ < 0.0 ? session_seconds() : started_;
     if (is_live() && next_ < ready_.size() && ready_.time_s[next_] > due) {
       std::this_thread::sleep_for(std::min(
           patience, std::chrono::milliseconds(
                         static_cast<int>(1000.0 * (ready_.time_s[next_] - due) / speed_ + 1.0))));
     }
-    const double now = first_s_ + (session_seconds() - *started_at_) * speed_;
+    const double now = is_live() ? (session_seconds() - started_) * speed_ : 0.0;
     while (next_ < ready_.size() && (!is_live() || ready_.time_s[next_] <= now)) {
       batch.add(ready_.time_s[next_], ready_.row(next_));
       ++next_;
@@ -85,8 +82,7 @@ class FileSource final : public Source {
   SampleBatch ready_;
   SourceReport report_;
   std::size_t next_ = 0;
-  std::optional<double> started_at_;  // in session_seconds()
-  double first_s_ = 0.0;              // of the recording
+  double started_ = -1.0;
 };
 
 }  // namespace

@@ -52,7 +52,7 @@ void run_session(Session& session,
     constexpr std::chrono::milliseconds patience{20};
     feed.read(batch, patience);
     if (!has_channels && !feed.channels().empty()) {
-      session.set_channels(feed.channels(), feed.utc_at_zero());
+      session.set_channels(feed.channels(), feed.time_at_zero());
       has_channels = true;
     }
     for (std::size_t i = 0; i < batch.size() && has_channels && !session.is_over(); ++i) {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "axiscal/calib/moving_field.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/logs/segment.hpp"
@@ -20,6 +19,7 @@ constexpr double longest_lead_s = 2.0;
 constexpr double free_lag_s = 0.25;
 constexpr double pace_window_s = 2.0;
 constexpr double pull_back_s = 10.0;
+constexpr double learn_pace = 0.2;
 constexpr double largest_pull = 0.5;
 
 }  // namespace
@@ -55,7 +55,8 @@ void SampleClock::set_channels(const std::vector<Channel>& channels) {
   }
 }
 
-// Samples wait on their way, one after another or many at once; the one that came fastest tells.
+// Samples wait on their way, one after another or many at once: late is where even the one that
+// came fastest is late, and ahead where even the slowest is.
 double SampleClock::counted(double arrival_s) {
   if (!started_) {
     pace_from_s_ = arrival_s;
@@ -65,15 +66,30 @@ double SampleClock::counted(double arrival_s) {
   if (arrival_s == 0.0) {
     return time_s;  // recorded
   }
-  least_lag_s_ = std::min(least_lag_s_, arrival_s - time_s);
-  if (arrival_s - pace_from_s_ < pace_window_s) {
-    return time_s;
+  const double lag_s = arrival_s - time_s;
+  if (lag_s > pace_window_s && arrival_s - last_arrival_ > pace_window_s) {
+    pace_ = known_pace_;
+    restart_pace(arrival_s);
+    return arrival_s;  // nothing came for a while
   }
-  const double lag_s = std::exchange(least_lag_s_, std::numeric_limits<double>::infinity());
-  const double astray_s = lag_s - std::clamp(lag_s, -free_lag_s, free_lag_s);
-  pace_ = 1.0 + std::clamp(astray_s / pull_back_s, -largest_pull, largest_pull);
+  least_lag_s_ = std::min(least_lag_s_, lag_s);
+  most_lag_s_ = std::max(most_lag_s_, lag_s);
+  if (arrival_s - pace_from_s_ >= pace_window_s) {
+    const double astray_s =
+        std::max(least_lag_s_ - free_lag_s, 0.0) + std::min(most_lag_s_ + free_lag_s, 0.0);
+    const double pull = std::clamp(astray_s / pull_back_s, -largest_pull, largest_pull);
+    known_pace_ =
+        std::clamp(known_pace_ + learn_pace * pull, 1.0 - largest_pull, 1.0 + largest_pull);
+    pace_ = known_pace_ + pull;
+    restart_pace(arrival_s);
+  }
+  return time_s;
+}
+
+void SampleClock::restart_pace(double arrival_s) {
   pace_from_s_ = arrival_s;
-  return lag_s > pace_window_s ? arrival_s : time_s;
+  least_lag_s_ = std::numeric_limits<double>::infinity();
+  most_lag_s_ = -std::numeric_limits<double>::infinity();
 }
 
 void SampleClock::append(std::span<const double> values,
@@ -90,10 +106,7 @@ void SampleClock::append(std::span<const double> values,
       return;
     }
     if (!started_) {
-      // Recordings of one logger go together by their own times.
-      const bool keeps_own = arrival_s == 0.0 && !is_utc(own);
-      offset_ = keeps_own ? 0.0 : arrival_s - own;
-      last_s_ = offset_ + own;
+      offset_ = arrival_s - own;
     } else if (own == last_own_ &&
                std::equal(values.begin(), values.end(), last_values_.begin(), last_values_.end())) {
       ++report.duplicates;
@@ -112,9 +125,9 @@ void SampleClock::append(std::span<const double> values,
   }
   if (!started_) {
     if (arrival_s > 0.0) {
-      report.utc_at_zero = seconds_now() - session_seconds();
-    } else if (column_ && is_utc(last_own_)) {
-      report.utc_at_zero = last_own_;
+      report.time_at_zero = seconds_now() - session_seconds();
+    } else if (column_) {
+      report.time_at_zero = last_own_;
     }
   }
   started_ = true;

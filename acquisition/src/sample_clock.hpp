@@ -19,12 +19,11 @@ namespace axiscal {
 /// Gives samples their times: by the source's own column of times, by counting at a stated rate, or
 /// as they arrive.
 ///
-/// Counting follows the arrivals where it strays from them for long: nobody's clock is the same,
+/// Counting follows the arrivals where it strays from them for long: no two clocks are the same,
 /// and a cable may have been out.
 ///
-/// The source's own clock starts where the first sample arrives (a recording's in UTC at 0, another
-/// one where it does) and may jump (set by a person or the network, started anew): the jump is left
-/// out.
+/// The source's own clock starts where the first sample arrives and may jump (set by a person or
+/// the network, started anew): the jump is left out.
 class SampleClock {
  public:
   /// Options: time (a column), rate (samples a second).
@@ -51,6 +50,7 @@ class SampleClock {
 
  private:
   [[nodiscard]] double counted(double arrival_s);
+  void restart_pace(double arrival_s);
 
   SourceAddress address_;
   double rate_hz_ = 0.0;
@@ -62,9 +62,11 @@ class SampleClock {
   double last_s_ = 0.0;
   double last_arrival_ = 0.0;
   double step_s_ = 0.0;  // the last step that was none
-  double pace_ = 1.0;    // of counting
+  double pace_ = 1.0;    // of counting: how long a step is, of the stated ones
+  double known_pace_ = 1.0;
   double pace_from_s_ = 0.0;
   double least_lag_s_ = std::numeric_limits<double>::infinity();  // since then
+  double most_lag_s_ = -std::numeric_limits<double>::infinity();
   std::vector<double> last_values_;
 };
 

@@ -12,6 +12,7 @@
 #include <optional>
 #include <thread>
 
+#include "axiscal/calib/moving_field.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/segment.hpp"
@@ -49,6 +50,8 @@ class Reader {
   Reader& operator=(const Reader&) = delete;
 
   [[nodiscard]] bool is_live() const { return source_->is_live(); }
+  [[nodiscard]] bool is_recorded() const { return source_->is_recorded(); }
+  [[nodiscard]] const std::string& name() const { return source_->name(); }
 
   // Moves what has come into a batch; of a source that is not live it reads the next.
   void take(SampleBatch& batch, std::chrono::milliseconds patience) {
@@ -82,9 +85,9 @@ class Reader {
     return ended_ && waiting_.time_s.empty();
   }
 
-  [[nodiscard]] std::optional<double> utc_at_zero() const {
+  [[nodiscard]] std::optional<double> time_at_zero() const {
     const std::lock_guard lock(mutex_);
-    return utc_at_zero_;
+    return time_at_zero_;
   }
 
   [[nodiscard]] double silence_s() const {
@@ -193,7 +196,7 @@ class Reader {
     state_ = report.state;
     message_ = report.message;
     ended_ = ended_ || report.state == LinkState::ended;
-    utc_at_zero_ = report.utc_at_zero ? report.utc_at_zero : utc_at_zero_;
+    time_at_zero_ = report.time_at_zero ? report.time_at_zero : time_at_zero_;
     counts_.samples += samples;
     counts_.defects += report.defects;
     counts_.duplicates += report.duplicates;
@@ -231,7 +234,7 @@ class Reader {
   bool ended_ = false;
   std::exception_ptr failure_;
   SampleFeed::Counts counts_;
-  std::optional<double> utc_at_zero_;
+  std::optional<double> time_at_zero_;
   double opened_s_ = 0.0;
   double last_sample_s_ = 0.0;
   std::size_t bytes_since_sample_ = 0;
@@ -246,10 +249,18 @@ class Reader {
   std::thread thread_;
 };
 
+// A sample that waits for those of the other sources.
+struct Pending {
+  double time_s;
+  double taken_at_s;  // session_seconds()
+  std::vector<double> values;
+};
+
 // The samples of another source that may still be needed.
 struct Neighbours {
   std::vector<std::size_t> taken;  // its channels that are not among the others already
   std::deque<std::pair<double, std::vector<double>>> samples;
+  bool is_apart = false;  // none of them was near the last sample of the first source
 };
 
 }  // namespace
@@ -274,12 +285,7 @@ class SampleFeed::Impl {
       }
       return;
     }
-    SampleBatch first;
-    readers_.front()->take(first, patience);
-    for (std::size_t i = 0; i < first.size(); ++i) {
-      const std::span<const double> row = first.row(i);
-      pending_.emplace_back(first.time_s[i], std::vector<double>(row.begin(), row.end()));
-    }
+    take_first(patience);
     for (std::size_t s = 1; s < readers_.size(); ++s) {
       take_other(s);
     }
@@ -292,38 +298,86 @@ class SampleFeed::Impl {
     join(batch);
   }
 
+  // With all that waited for another source.
+  [[nodiscard]] bool has_ended() const {
+    return readers_.front()->has_ended() && (pending_.empty() || channels_.empty());
+  }
+
+  void add_alarms(std::vector<SessionAlarm>& alarms) const {
+    for (std::size_t s = 0; s < readers_.size(); ++s) {
+      readers_[s]->add_alarms(alarms);
+      if (others_[s].is_apart) {
+        alarms.push_back({.code = "apart",
+                          .text = readers_[s]->name() + ": has no sample within " +
+                                  number_text(longest_hold_s) + " s of those of " +
+                                  readers_.front()->name() + ": are their clocks the same?"});
+      }
+    }
+  }
+
   std::vector<std::unique_ptr<Reader>> readers_;
   std::vector<Channel> channels_;
 
  private:
   static constexpr std::size_t most_pending = 1U << 16U;
 
-  void take_other(std::size_t s) {
-    Reader& reader = *readers_[s];
-    const bool behind = !others_[s].samples.empty() && !pending_.empty() &&
-                        others_[s].samples.back().first >= pending_.back().first;
-    if (!reader.is_live() && (behind || reader.has_ended())) {
+  void take_first(std::chrono::milliseconds patience) {
+    Reader& reader = *readers_.front();
+    if (reader.is_live() ? pending_.size() > most_pending : !pending_.empty()) {
       return;
     }
     SampleBatch batch;
-    reader.take(batch, std::chrono::milliseconds(0));
-    const double shift_s = later_by(reader);
+    reader.take(batch, patience);
+    const double now = session_seconds();
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const std::span<const double> row = batch.row(i);
-      others_[s].samples.emplace_back(batch.time_s[i] + shift_s,
-                                      std::vector<double>(row.begin(), row.end()));
-    }
-    while (others_[s].samples.size() > most_pending) {
-      others_[s].samples.pop_front();
+      pending_.push_back({.time_s = batch.time_s[i],
+                          .taken_at_s = now,
+                          .values = std::vector<double>(row.begin(), row.end())});
     }
   }
 
-  // Recordings in UTC began when they did.
+  // What a live source has delivered; a recording up to the last sample that waits for it.
+  void take_other(std::size_t s) {
+    Reader& reader = *readers_[s];
+    if (reader.is_live()) {
+      take_batch(s);
+      return;
+    }
+    constexpr int most_batches = 64;
+    for (int i = 0; i < most_batches && !reader.has_ended() && is_behind(others_[s]); ++i) {
+      take_batch(s);
+    }
+  }
+
+  [[nodiscard]] bool is_behind(const Neighbours& other) const {
+    return other.samples.empty() ||
+           (!pending_.empty() && other.samples.back().first < pending_.back().time_s);
+  }
+
+  void take_batch(std::size_t s) {
+    SampleBatch batch;
+    readers_[s]->take(batch, std::chrono::milliseconds(0));
+    const double shift_s = later_by(*readers_[s]);
+    auto& samples = others_[s].samples;
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      const std::span<const double> row = batch.row(i);
+      samples.emplace_back(batch.time_s[i] + shift_s, std::vector<double>(row.begin(), row.end()));
+    }
+    while (samples.size() > most_pending) {
+      samples.pop_front();
+    }
+  }
+
+  // Recordings by one clock go together by it; others are taken to have begun together.
   [[nodiscard]] double later_by(const Reader& other) const {
     const Reader& first = *readers_.front();
-    const std::optional<double> own = other.utc_at_zero();
-    const std::optional<double> pace = first.utc_at_zero();
-    return first.is_live() || other.is_live() || !own || !pace ? 0.0 : *own - *pace;
+    const std::optional<double> own = other.time_at_zero();
+    const std::optional<double> pace = first.time_at_zero();
+    return first.is_recorded() && other.is_recorded() && own && pace &&
+                   is_utc(*own) == is_utc(*pace)
+               ? *own - *pace
+               : 0.0;
   }
 
   bool find_channels() {
@@ -353,24 +407,31 @@ class SampleFeed::Impl {
   }
 
   void join(SampleBatch& batch) {
-    while (!pending_.empty()) {
-      auto& [time_s, values] = pending_.front();
+    for (; !pending_.empty(); pending_.pop_front()) {
+      Pending& next = pending_.front();
       for (std::size_t s = 1; s < readers_.size(); ++s) {
-        const bool later = !others_[s].samples.empty() && others_[s].samples.back().first >= time_s;
-        const bool is_late =
-            readers_.front()->is_live() && session_seconds() - time_s > longest_wait_s;
-        const bool may_come = !readers_[s]->has_ended() &&
-                              (!readers_[s]->is_live() || others_[s].samples.empty() || !is_late);
-        if (!later && may_come) {
+        if (may_still_come(s, next)) {
           return;
         }
       }
       for (std::size_t s = 1; s < readers_.size(); ++s) {
-        append_at(time_s, others_[s], values);
+        append_at(next.time_s, others_[s], next.values);
+        others_[s].is_apart = others_[s].is_apart && readers_[s]->is_recorded();
       }
-      batch.add(time_s, values);
-      pending_.pop_front();
+      batch.add(next.time_s, next.values);
     }
+  }
+
+  // Whether another source may still deliver what belongs to a sample; a live one is not waited for
+  // for long.
+  [[nodiscard]] bool may_still_come(std::size_t s, const Pending& sample) const {
+    const Reader& reader = *readers_[s];
+    const auto& samples = others_[s].samples;
+    if (reader.has_ended() || (!samples.empty() && samples.back().first >= sample.time_s)) {
+      return false;
+    }
+    return !reader.is_live() || samples.empty() ||
+           session_seconds() - sample.taken_at_s <= longest_wait_s;
   }
 
   static void append_at(double time_s, Neighbours& other, std::vector<double>& values) {
@@ -378,23 +439,25 @@ class SampleFeed::Impl {
     while (samples.size() > 1 && samples[1].first <= time_s) {
       samples.pop_front();
     }
+    const bool is_between = samples.size() > 1 && samples.front().first <= time_s;
+    other.is_apart = !is_between && (samples.empty() ||
+                                     std::abs(samples.front().first - time_s) >= longest_hold_s);
     for (const std::size_t c : other.taken) {
       double value = std::numeric_limits<double>::quiet_NaN();
-      if (!samples.empty() && std::abs(samples.front().first - time_s) < longest_hold_s) {
-        value = samples.front().second[c];
-      }
-      if (samples.size() > 1 && samples.front().first <= time_s) {
+      if (is_between) {
         const auto& [t0, before] = samples[0];
         const auto& [t1, after] = samples[1];
         const double part = t1 > t0 ? (time_s - t0) / (t1 - t0) : 0.0;
         value = before[c] + part * (after[c] - before[c]);
+      } else if (!other.is_apart) {
+        value = samples.front().second[c];
       }
       values.push_back(value);
     }
   }
 
   std::vector<Neighbours> others_;
-  std::deque<std::pair<double, std::vector<double>>> pending_;
+  std::deque<Pending> pending_;
 };
 
 SampleFeed::SampleFeed(std::vector<std::unique_ptr<Source>> sources)
@@ -411,22 +474,20 @@ const std::vector<Channel>& SampleFeed::channels() const {
 
 std::vector<SessionAlarm> SampleFeed::alarms() const {
   std::vector<SessionAlarm> alarms;
-  for (const std::unique_ptr<Reader>& reader : impl_->readers_) {
-    reader->add_alarms(alarms);
-  }
+  impl_->add_alarms(alarms);
   return alarms;
 }
 
 bool SampleFeed::has_ended() const {
-  return impl_->readers_.front()->has_ended();
+  return impl_->has_ended();
 }
 
 bool SampleFeed::is_live() const {
   return impl_->readers_.front()->is_live();
 }
 
-std::optional<double> SampleFeed::utc_at_zero() const {
-  return impl_->readers_.front()->utc_at_zero();
+std::optional<double> SampleFeed::time_at_zero() const {
+  return impl_->readers_.front()->time_at_zero();
 }
 
 double SampleFeed::silence_s() const {

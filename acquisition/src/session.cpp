@@ -7,6 +7,8 @@
 #include <set>
 #include <utility>
 
+#include <Eigen/Geometry>
+
 #include "axis_columns.hpp"
 #include "axis_intake.hpp"
 #include "axiscal/acquisition/pose_model.hpp"
@@ -60,13 +62,18 @@ class Session::Engine {
     view_.automatic = setup_.automatic;
   }
 
-  void set_channels(const std::vector<Channel>& channels, std::optional<double> utc_at_zero) {
+  void set_channels(const std::vector<Channel>& channels, std::optional<double> time_at_zero) {
     axes_.set_channels(channels);
     raw_.set_channels(channels);
     temperature_column_ = find_channel(channels, setup_.temperature_channel);
-    utc_at_zero_ = utc_at_zero;
+    time_at_zero_ = time_at_zero;
     if (field_moves(setup_.experiment)) {
-      find_moving_field();
+      static_cast<void>(turn_of_field(setup_.experiment, 0.0, 0.0));  // whether it can be told
+      if (!is_utc(time_at_zero_.value_or(0.0))) {
+        throw DomainError(
+            "the sun's place needs times in UTC, and the recording's are of its own: state "
+            "time=COLUMN with seconds since 1970");
+      }
     }
     next_point();
   }
@@ -82,7 +89,9 @@ class Session::Engine {
     if (!list_.readings().empty()) {
       remember(list_.readings().back());
     }
-    learn_from_readings();
+    if (!field_moves(setup_.experiment)) {  // else with the first sample
+      learn_from_readings();
+    }
     if (!list_.readings().empty()) {
       event("resumed", std::to_string(list_.readings().size()) + " readings are there, " +
                            std::to_string(list_.left()) + " to go");
@@ -93,6 +102,9 @@ class Session::Engine {
     const double gap = time_s - now_s_;
     const bool is_first = samples_++ == 0;
     now_s_ = time_s;
+    if (is_first && field_moves(setup_.experiment)) {
+      find_moving_field();
+    }
     set_alarm("silent", "");
     if (setup_.keep_raw && raw_.add(shown_time(time_s), values)) {
       flush_raw();
@@ -288,23 +300,28 @@ class Session::Engine {
             .placement_sd_rad = setup_.placement_sd_rad};
   }
 
-  // The sun stands where it does when the first sample comes.
+  // The model knows the sun as it stood at the first reading, or stands when the first sample
+  // comes.
   void find_moving_field() {
-    if (!utc_at_zero_) {
-      throw DomainError(
-          "the sun's place needs times in UTC: the recording's are of its own; state time=COLUMN "
-          "with seconds since 1970");
-    }
-    field_at_s_ = *utc_at_zero_ + now_s_;
-    static_cast<void>(turn_of_field(setup_.experiment, field_at_s_, field_at_s_));  // can it be?
+    field_at_s_ = list_.readings().empty() ? shown_time(now_s_) : list_.readings().front().start_s;
     field_ = make_field_description(setup_.experiment, field_at_s_);
     model_ = PoseModel(pose_model_setup());
     learn_from_readings();
   }
 
-  // As it is kept: in UTC, where that is known.
+  // How far the field may have turned by itself since the last reading [rad].
+  [[nodiscard]] double field_angle_since_last() const {
+    if (!field_moves(setup_.experiment) || list_.readings().empty()) {
+      return 0.0;
+    }
+    const Eigen::Matrix3d turn =
+        turn_of_field(setup_.experiment, list_.readings().back().start_s, shown_time(now_s_));
+    return Eigen::AngleAxisd(turn).angle();
+  }
+
+  // As it is kept: in UTC, or by the recording's clock.
   [[nodiscard]] double shown_time(double time_s) const {
-    return utc_at_zero_.value_or(0.0) + time_s;
+    return time_at_zero_.value_or(0.0) + time_s;
   }
 
   // A view is made many times a second, the way to the next pose searched once.
@@ -576,7 +593,8 @@ class Session::Engine {
       return false;
     }
     const Eigen::VectorXd difference = dwell_.mean() - *last_mean_;
-    const double limit = 3.0 * setup_.placement_sd_rad * response_scale();
+    const double limit = 3.0 * setup_.placement_sd_rad * response_scale() +
+                         field_angle_since_last() * last_mean_->norm();
     return (difference.array().abs() <= stillness_.floor().array() * stillness_.factor() + limit)
         .all();
   }
@@ -587,6 +605,9 @@ class Session::Engine {
     }
     if (!stillness_.is_still()) {
       return stillness_.is_ready();
+    }
+    if (field_moves(setup_.experiment)) {
+      return false;  // another mean may be the sun's doing
     }
     constexpr double clearly = 10.0;
     return ((stillness_.mean() - *last_mean_).array().abs() >
@@ -907,7 +928,7 @@ class Session::Engine {
 
   SessionSetup setup_;
   Journal& journal_;
-  std::optional<double> utc_at_zero_;
+  std::optional<double> time_at_zero_;
   FieldDescription field_;
   double field_at_s_ = 0.0;  // of a field that moves [s since 1970, UTC]
   std::optional<double> nominal_;
@@ -968,8 +989,8 @@ Session::Session(SessionSetup setup, Journal& journal)
 Session::~Session() = default;
 
 void Session::set_channels(const std::vector<Channel>& channels,
-                           std::optional<double> utc_at_zero) {
-  engine_->set_channels(channels, utc_at_zero);
+                           std::optional<double> time_at_zero) {
+  engine_->set_channels(channels, time_at_zero);
 }
 void Session::restore(const std::vector<std::string>& lines, const std::string& path) {
   engine_->restore(lines, path);

@@ -22,11 +22,13 @@ void SoakWatch::add(double time_s, double temperature) {
 }
 
 bool SoakWatch::look() {
-  if (std::exchange(is_news_, false) && time_s_.size() > 2 &&
-      time_s_.back() - time_s_.front() >= window_s_) {
-    const std::vector<double> times(time_s_.begin(), time_s_.end());
-    const std::vector<double> temperatures(temperature_.begin(), temperature_.end());
-    state_ = soak_state(times, temperatures, window_s_, tolerance_);
+  if (std::exchange(is_news_, false)) {
+    state_ = {};
+    if (time_s_.size() > 2 && time_s_.back() - time_s_.front() >= window_s_) {
+      const std::vector<double> times(time_s_.begin(), time_s_.end());
+      const std::vector<double> temperatures(temperature_.begin(), temperature_.end());
+      state_ = soak_state(times, temperatures, window_s_, tolerance_);
+    }
   }
   return state_.steady;
 }

@@ -70,10 +70,16 @@ std::string host_name() {
   return name.data();
 }
 
-// An address of IPv6 has brackets where a port follows, and none where it is bound.
+// An address without the brackets of IPv6 and as browsers write it: ::1 for 0:0:0:0:0:0:0:1.
 std::string bare_address(const std::string& address) {
   const bool has_brackets = address.starts_with('[') && address.ends_with(']');
-  return has_brackets ? address.substr(1, address.size() - 2) : address;
+  const std::string bare = has_brackets ? address.substr(1, address.size() - 2) : address;
+  in6_addr parsed{};
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  return ::inet_pton(AF_INET6, bare.c_str(), &parsed) == 1 &&
+                 ::inet_ntop(AF_INET6, &parsed, text.data(), text.size()) != nullptr
+             ? text.data()
+             : bare;
 }
 
 std::string in_url(const std::string& address) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // px4, ardupilot, betaflight: parameters of flight controllers.
-#include <array>
 #include <cmath>
 
 #include "axiscal/core/error.hpp"
@@ -16,15 +15,13 @@ struct Parameter {
   double value;
 };
 
-constexpr std::array<std::string_view, 3> letters = {"X", "Y", "Z"};
-
 // One parameter for each axis, PREFIX + letter + SUFFIX.
 void add_axes(std::vector<Parameter>& all,
               const std::string& prefix,
               const std::string& suffix,
               const Eigen::Vector3d& values) {
   for (int k = 0; k < 3; ++k) {
-    all.push_back({prefix + std::string(letters[static_cast<std::size_t>(k)]) + suffix, values(k)});
+    all.push_back({axis_parameter(prefix, k, suffix), values(k)});
   }
 }
 
@@ -99,6 +96,10 @@ Exported export_px4(const Calibration& calibration, const ExportOptions& options
     text += "1\t1\t" + parameter.name + "\t" + number_text(parameter.value) + "\t9\n";
   }
   return {.content = text, .loss = loss};
+}
+
+std::string axis_parameter(const std::string& prefix, int k, const std::string& suffix) {
+  return prefix + "XYZ"[k] + suffix;
 }
 
 std::string ardupilot_group(int instance, std::string_view sensor) {

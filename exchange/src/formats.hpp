@@ -19,6 +19,9 @@ Exported export_ardupilot(const Calibration& calibration, const ExportOptions& o
 Exported export_dcc(const Calibration& calibration, const ExportOptions& options);
 Exported export_betaflight(const Calibration& calibration, const ExportOptions& options);
 
+/// @return a flight controller's parameter of an axis k (0, 1, 2): PREFIX + X, Y or Z + SUFFIX.
+std::string axis_parameter(const std::string& prefix, int k, const std::string& suffix);
+
 /// @return what the names of ArduPilot's accelerometer n start with: "INS_ACC", "INS_ACC2",
 ///         "INS4_ACC"; the gyroscope's have GYR in it.
 std::string ardupilot_group(int instance, std::string_view sensor);

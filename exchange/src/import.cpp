@@ -22,8 +22,6 @@
 namespace axiscal {
 namespace {
 
-constexpr std::array<std::string_view, 3> letters = {"X", "Y", "Z"};
-
 struct Source {
   std::string_view text;
   const std::string& path;
@@ -101,7 +99,7 @@ Eigen::Vector3d axes_of(const Source& source,
   int found = 0;
   std::string missing;
   for (int k = 0; k < 3; ++k) {
-    const std::string name = prefix + std::string(letters[static_cast<std::size_t>(k)]) + suffix;
+    const std::string name = axis_parameter(prefix, k, suffix);
     const auto at = table.find(name);
     if (at != table.end()) {
       ++found;

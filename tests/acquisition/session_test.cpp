@@ -16,6 +16,7 @@
 #include "axiscal/field/sun.hpp"
 #include "guided.hpp"
 #include "matchers.hpp"
+#include "soak_watch.hpp"
 
 namespace axiscal::test {
 namespace {
@@ -115,10 +116,10 @@ TEST(Session, AKnockBeginsTheReadingAnew) {
 // A session that is fed by hand: 100 samples a second of an accelerometer in g.
 class Hand {
  public:
-  explicit Hand(SessionSetup setup = guided_setup(), std::optional<double> utc_at_zero = {})
+  explicit Hand(SessionSetup setup = guided_setup(), std::optional<double> time_at_zero = {})
       : journal_(Journal::create(folder_.path("hand.journal"))),
         session_((setup.unattended = false, std::move(setup)), journal_) {
-    session_.set_channels({{"x", ""}, {"y", ""}, {"z", ""}, {"temperature", ""}}, utc_at_zero);
+    session_.set_channels({{"x", ""}, {"y", ""}, {"z", ""}, {"temperature", ""}}, time_at_zero);
   }
 
   void feed(double seconds, const Eigen::Vector3d& value, double sd = 1e-4) {
@@ -162,6 +163,7 @@ class Hand {
   }
 
   Session& session() { return session_; }
+  [[nodiscard]] std::string journal_path() const { return folder_.path("hand.journal"); }
   void ask(SessionAction action, std::optional<int> run = {}) {
     session_.command({.action = action, .run = run});
     for (SessionEvent& event : session_.take_events()) {
@@ -280,21 +282,21 @@ TEST(Session, ATouchWithoutATurnIsNoNewReading) {
 // Two hours of sun, 30 degrees: a wrong pose is still told from a sun that moved.
 TEST(Session, KnowsWhereTheSunHasGone) {
   const Site site{.latitude_deg = 48.0, .longitude_deg = 11.0};
-  constexpr double utc_at_zero = 1782028800.0;  // 2026-06-21 08:00 UTC
+  constexpr double time_at_zero = 1782028800.0;  // 2026-06-21 08:00 UTC
   SessionSetup setup = guided_setup();
   setup.experiment.instrument = {.kind = "optical"};
   setup.experiment.field.kind = "light";
   setup.experiment.field.sun = true;
   setup.experiment.field.site = site;
   setup.experiment.fence_azimuth_rad = 40.0 * rad_per_deg;
-  Hand hand(setup, utc_at_zero);
+  Hand hand(setup, time_at_zero);
   const LinearResponse truth{
       .bias = Eigen::Vector3d(0.1, -0.2, 0.05),
       .sensitivity = Eigen::Matrix3d({{2.0, 0.02, 0.0}, {-0.03, 2.1, 0.01}, {0.0, 0.04, 1.9}})};
   const auto reading_at = [&](const DesignPoint& point) -> Eigen::Vector3d {
     return truth.at(Positioner().rotation_table_from_positioner(point).transpose() *
                     rotation_table_from_enu(40.0 * rad_per_deg) *
-                    sun_position(site, utc_at_zero + hand.time_s()).direction_in_enu);
+                    sun_position(site, time_at_zero + hand.time_s()).direction_in_enu);
   };
   const auto lay = [&](const DesignPoint& point) {
     hand.feed(1.0, Eigen::Vector3d::Zero(), 0.3);
@@ -311,13 +313,20 @@ TEST(Session, KnowsWhereTheSunHasGone) {
     }
     lay(wanted);
     ASSERT_EQ(hand.session().readings().size(), i + 1);
+    if (i == 3) {
+      // Left alone for five minutes it is not taken for another pose, though the sun moves on.
+      for (int second = 0; second < 300; ++second) {
+        hand.feed(1.0, reading_at(wanted));
+      }
+      ASSERT_EQ(hand.session().readings().size(), i + 1);
+    }
     hand.let_pass(600.0);
   }
   ASSERT_TRUE(hand.session().calibration());
   EXPECT_EQ(hand.session().calibration()->status, "ok");
   EXPECT_MATRIX_NEAR(hand.session().calibration()->response.sensitivity, truth.sensitivity, 1e-3);
   const std::optional<double> last = hand.session().observations().readings.back().time_s;
-  EXPECT_NEAR(last.value(), utc_at_zero + hand.time_s() - 606.0, 4.0);
+  EXPECT_NEAR(last.value(), time_at_zero + hand.time_s() - 606.0, 4.0);
 }
 
 TEST(Session, TheSunWantsTimesOfTheDay) {
@@ -329,7 +338,52 @@ TEST(Session, TheSunWantsTimesOfTheDay) {
   EXPECT_THROW(Hand(setup, 1782028800.0), SetupError) << "the fence's azimuth";
   setup.experiment.fence_azimuth_rad = 0.0;
   EXPECT_THROW(Hand(setup, std::nullopt), DomainError) << "seconds of a recording";
-  EXPECT_THROW(Hand(setup, 1782000000.0), RefusedError) << "it is night";
+  Hand at_night(setup, 1782000000.0);
+  EXPECT_THROW(at_night.feed(0.1, Eigen::Vector3d::Zero()), RefusedError);
+}
+
+TEST(Session, ASunSessionIsFinishedAtNight) {
+  const auto setup_of_sun = [] {
+    SessionSetup setup = guided_setup();
+    setup.unattended = false;
+    setup.experiment.instrument = {.kind = "optical"};
+    setup.experiment.field.kind = "light";
+    setup.experiment.field.sun = true;
+    setup.experiment.field.site = Site{.latitude_deg = 48.0, .longitude_deg = 11.0};
+    setup.experiment.fence_azimuth_rad = 0.0;
+    return setup;
+  };
+  const std::vector<Channel> channels = {{"x", ""}, {"y", ""}, {"z", ""}};
+  Hand hand(setup_of_sun(), 1782028800.0);
+  for (int i = 0; i < 12; ++i) {
+    const DesignPoint wanted = hand.session().view().wanted->entry.point;
+    hand.feed(1.0, Eigen::Vector3d::Zero(), 0.3);
+    hand.feed(8.0, Positioner().rotation_table_from_positioner(wanted).transpose() *
+                       Eigen::Vector3d(0.6, 0.0, 0.8));
+  }
+  ASSERT_EQ(hand.session().view().phase, SessionPhase::review);
+  const ScratchFolder folder;
+  const std::string path = folder.write("sun.journal", read_file(hand.journal_path()));
+  std::vector<std::string> lines;
+  Journal journal = Journal::open(path, lines);
+  lines.insert(lines.begin(), "");  // Hand's has no header
+  Session resumed(setup_of_sun(), journal);
+  resumed.restore(lines, path);
+  resumed.set_channels(channels, 1782075600.0);  // 21:00 UTC
+  EXPECT_NO_THROW(resumed.add(0.0, std::vector<double>{0.0, 0.0, 0.0}));
+  EXPECT_EQ(resumed.view().phase, SessionPhase::review);
+}
+
+// A logger that was off while the chamber warmed up: what was steady before says nothing.
+TEST(SoakWatch, ForgetsWhatWasBeforeAGap) {
+  SoakWatch soak(30.0, 0.1);
+  RandomStream random(1);
+  for (double t = 0.0; t < 40.0; t += 1.0) {
+    soak.add(t, 20.0 + 0.001 * random.normal());
+  }
+  EXPECT_TRUE(soak.look());
+  soak.add(140.0, 33.0);
+  EXPECT_FALSE(soak.look());
 }
 
 TEST(Session, DriftBeginsTheReadingAnew) {

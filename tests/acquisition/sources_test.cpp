@@ -174,7 +174,7 @@ TEST_F(SourceTest, NamedFieldsByAPattern) {
     text += "IMU t=" + number_text(row[0]) + " X: " + number_text(row[1]) +
             " Y: " + number_text(row[2]) + " Z: " + number_text(row[3]) + " ok\n";
   }
-  expect_same(readings_from("stdin:?pattern=t={time} X:{x} Y:{y} Z:{z} ok", {}, text), from_file(),
+  expect_same(readings_from("-?pattern=t={time} X:{x} Y:{y} Z:{z} ok", {}, text), from_file(),
               rounding);
 }
 
@@ -251,27 +251,34 @@ TEST_F(SourceTest, MqttBroker) {
   ::waitpid(broker, nullptr, 0);
 }
 
-TEST_F(SourceTest, TemperatureOfAnotherSource) {
-  // One logger's seconds, and the time of the day: the second recording begins 5 s earlier.
-  for (const double begin : {0.0, 1782028800.0}) {
+// Two recordings: readings from `begin` on, temperatures from another time on.
+class TwoRecordings : public SourceTest {
+ protected:
+  ProgramResult acquire(double begin,
+                        double temperatures_begin,
+                        const std::string& speed = "",
+                        double clocks_differ_by = 0.0) {
     std::string readings = "time,x,y,z\n";
     for (const std::vector<double>& row : recording().rows) {
       readings += number_text(begin + row[0]) + "," + number_text(row[1]) + "," +
                   number_text(row[2]) + "," + number_text(row[3]) + "\n";
     }
     std::string temperatures = "time,temperature\n";
-    for (double t = -5.0; t < recording().rows.back()[0] + 5.0; t += 0.5) {
-      temperatures += number_text(begin + t) + "," + number_text(20.0 + 0.01 * t) + "\n";
+    for (double t = temperatures_begin; t < begin + recording().rows.back()[0] + 5.0; t += 0.5) {
+      temperatures +=
+          number_text(t + clocks_differ_by) + "," + number_text(20.0 + 0.01 * (t - begin)) + "\n";
     }
-    const std::string log = folder_.write("log.csv", readings);
-    const std::string other = folder_.write("temperature.csv", temperatures);
-    const std::string name = folder_.path(begin > 0.0 ? "utc" : "own");
-    const ProgramResult result =
-        run_axiscal({"acquire", "--connect", "file:" + log, "--connect", "file:" + other,
-                     "--unattended", "--plain", "--name", name, "--seed", "1", "--instrument",
-                     "accelerometer", "--field", "gravity", "--unit", "g"});
-    ASSERT_EQ(result.status, 0) << result.err;
-    const std::vector<std::vector<std::string>> cells = csv_cells(read_file(name + ".csv"));
+    name_ = folder_.path("two" + std::to_string(++count_));
+    return run_axiscal({"acquire", "--connect",
+                        "file:" + folder_.write("log.csv", readings) + speed, "--connect",
+                        "file:" + folder_.write("temperature.csv", temperatures) + speed,
+                        "--unattended", "--plain", "--name", name_, "--seed", "1", "--instrument",
+                        "accelerometer", "--field", "gravity", "--unit", "g"});
+  }
+
+  // Whether each reading has the temperature of its own time.
+  void expect_temperatures(double begin) {
+    const std::vector<std::vector<std::string>> cells = csv_cells(read_file(name_ + ".csv"));
     const auto column = [&](const std::string& header) {
       return static_cast<std::size_t>(std::find(cells[0].begin(), cells[0].end(), header) -
                                       cells[0].begin());
@@ -282,6 +289,34 @@ TEST_F(SourceTest, TemperatureOfAnotherSource) {
       EXPECT_NEAR(std::stod(cells[i].at(column("temperature"))), 20.0 + 0.01 * middle, 1e-3);
     }
   }
+
+ private:
+  std::string name_;
+  int count_ = 0;
+};
+
+TEST_F(TwoRecordings, GoTogetherByTheirOwnTimes) {
+  struct Case {
+    double begin;
+    double earlier;
+    std::string speed;
+  };
+  constexpr double utc = 1782028800.0;
+  for (const Case& one : {Case{0.0, 5.0, ""}, Case{5000.0, 5.0, ""}, Case{utc, 5.0, ""},
+                          Case{utc, 4.0 * 3600.0, ""}, Case{utc, 5.0, "?speed=40"}}) {
+    SCOPED_TRACE(number_text(one.begin) + " " + number_text(one.earlier) + one.speed);
+    const ProgramResult result = acquire(one.begin, one.begin - one.earlier, one.speed);
+    ASSERT_EQ(result.status, 0) << result.err;
+    expect_temperatures(one.begin);
+  }
+}
+
+TEST_F(TwoRecordings, OfTwoClocksAreSaidToBeApart) {
+  const ProgramResult result = acquire(0.0, -5.0);
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_EQ(result.out.find("are their clocks the same"), std::string::npos);
+  const ProgramResult apart = acquire(5000.0, 4995.0, "", -1000.0);
+  EXPECT_NE(apart.out.find("are their clocks the same"), std::string::npos) << apart.out;
 }
 
 TEST(OpenSource, SaysWhatIsWrongWithAnAddress) {

@@ -81,7 +81,7 @@ await "status 1"
 # A window that is too small says so.
 window=s:2
 tmux -L "$socket" -f /dev/null new-window -t "$window" \
-  "'$axiscal' acquire --connect 'sim:?speed=5' --name tiny; echo status \$?; sleep 60"
+  "'$axiscal' acquire --connect 'sim:?speed=5' --manual --name tiny; echo status \$?; sleep 60"
 await "still|moving"
 tmux -L "$socket" resize-window -t "$window" -x 60 -y 20
 await "This window is 60 x 20"

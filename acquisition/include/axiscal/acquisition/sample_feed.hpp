@@ -42,9 +42,10 @@ class SampleFeed {
   /// @return whether samples come in their own time; else they wait for the reader.
   [[nodiscard]] bool is_live() const;
 
-  /// @return when the session's second 0 was [s since 1970, UTC]: by this machine's clock, or as
-  ///         the recording says; nothing where it does not, and before the channels are known.
-  [[nodiscard]] std::optional<double> utc_at_zero() const;
+  /// @return when the session's second 0 was: [s since 1970, UTC] by this machine's clock, or by
+  /// the
+  ///         recording's own; nothing where it has none, and before the channels are known.
+  [[nodiscard]] std::optional<double> time_at_zero() const;
 
   /// @return for how long nothing has come from the first source [s]; 0 where it is not live.
   [[nodiscard]] double silence_s() const;

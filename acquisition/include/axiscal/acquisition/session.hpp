@@ -108,7 +108,7 @@ struct CapturedReading {
   Eigen::VectorXd mean;
   Eigen::VectorXd sd;
   std::size_t samples = 0;
-  double start_s = 0.0;  ///< since 1970, UTC; of a source that does not tell, since its beginning
+  double start_s = 0.0;  ///< since 1970, UTC; of a recording by its own clock
   double end_s = 0.0;
   std::optional<double> temperature;
 };
@@ -169,11 +169,11 @@ class Session {
   Session& operator=(const Session&) = delete;
 
   /// @param channels  of the samples that will come.
-  /// @param utc_at_zero  second 0 of their times, since 1970 [s, UTC]; nothing where not known.
+  /// @param time_at_zero  when second 0 of their times was, as SampleFeed::time_at_zero().
   /// @throws DomainError  if an axis is not among them; the message lists what there is. Or if the
   ///                      field is the sun's and the times are not in UTC.
-  /// @throws SetupError, RefusedError  if the sun's place in the table cannot be told.
-  void set_channels(const std::vector<Channel>& channels, std::optional<double> utc_at_zero = {});
+  /// @throws SetupError   if how the sun moves in the table cannot be told.
+  void set_channels(const std::vector<Channel>& channels, std::optional<double> time_at_zero = {});
 
   /// Takes up what a journal holds, before the first sample.
   /// @param lines  of the journal, behind its first one.

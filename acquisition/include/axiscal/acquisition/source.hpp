@@ -53,8 +53,9 @@ struct SourceReport {
   std::size_t duplicates = 0;  ///< since the last report: samples that came twice, left out
   bool clock_stepped = false;  ///< the source's own clock jumped; times go on without the jump
   std::size_t bytes = 0;       ///< since the last report: what came, samples or not
-  /// Of recorded samples: when the session's second 0 was [s since 1970, UTC], where they tell.
-  std::optional<double> utc_at_zero;
+  /// When second 0 of the samples' times was, said once: of live samples in UTC [s since 1970], of
+  /// a recording by its own clock; nothing where it has none.
+  std::optional<double> time_at_zero;
 };
 
 /// Where samples come from: an instrument, a data system, a file. Users add their own.
@@ -79,6 +80,9 @@ class Source {
 
   /// @return false where the source waits for its reader: a file, a simulation as fast as can be.
   [[nodiscard]] virtual bool is_live() const { return true; }
+
+  /// @return true for what was taken before, at whatever speed it is replayed.
+  [[nodiscard]] virtual bool is_recorded() const { return false; }
 
   /// @return samples a second that the source should deliver; 0 where it is not stated.
   [[nodiscard]] virtual double stated_rate_hz() const { return 0.0; }
