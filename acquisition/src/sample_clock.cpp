@@ -21,6 +21,7 @@ constexpr double pace_window_s = 2.0;
 constexpr double pull_back_s = 10.0;
 constexpr double learn_pace = 0.2;
 constexpr double largest_pull = 0.5;
+constexpr double least_pace = 0.1;
 
 }  // namespace
 
@@ -80,7 +81,7 @@ double SampleClock::counted(double arrival_s) {
     const double pull = std::clamp(astray_s / pull_back_s, -largest_pull, largest_pull);
     known_pace_ =
         std::clamp(known_pace_ + learn_pace * pull, 1.0 - largest_pull, 1.0 + largest_pull);
-    pace_ = known_pace_ + pull;
+    pace_ = std::max(known_pace_ + pull, least_pace);
     restart_pace(arrival_s);
   }
   return time_s;

@@ -183,6 +183,7 @@ class Session {
 
   /// @param time_s  not decreasing.
   /// @param values  one for each channel.
+  /// @throws RefusedError  if the field is the sun's, and it is below the horizon at the first one.
   void add(double time_s, std::span<const double> values);
 
   /// Tells that nothing has come for so long, and tries again what could not be stored.

@@ -47,7 +47,7 @@ class SessionFace {
 /// A recording that ends before the session leaves it to the faces; where there is nobody to answer
 /// it is finished with what there is.
 /// @param unattended  nobody answers.
-/// @throws DomainError  as Session::set_channels(), SampleFeed::read().
+/// @throws Error  as Session::set_channels(), Session::add(), SampleFeed::read().
 void run_session(Session& session,
                  SampleFeed& feed,
                  const std::vector<SessionFace*>& faces,

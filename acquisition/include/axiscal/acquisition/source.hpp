@@ -27,7 +27,8 @@ struct SampleBatch {
     const std::size_t width = time_s.empty() ? 0 : values.size() / time_s.size();
     return {values.data() + i * width, width};
   }
-  /// @param sample  a value for each channel.
+  /// @param sample_time_s  not before that of the last one [s].
+  /// @param sample         a value for each channel.
   void add(double sample_time_s, std::span<const double> sample);
   /// @param later  of the same channels.
   void append(const SampleBatch& later);
