@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_unit.hpp"
@@ -38,20 +37,7 @@ std::optional<double> expected_sensitivity(const Experiment& experiment,
   if (unit == "1" || unit.empty()) {
     return {};
   }
-  if (unit == field.unit) {
-    return 1.0;
-  }
-  if (field.unit == "g" && unit == "m/s^2") {
-    return standard_gravity;
-  }
-  if (field.unit == "m/s^2" && unit == "g") {
-    return 1.0 / standard_gravity;
-  }
-  try {
-    return factor_between(field.unit, unit);
-  } catch (const DomainError&) {
-    return {};
-  }
+  return reading_factor_between(field.unit, unit);
 }
 
 double expected_direction_sd(const Experiment& experiment, const FieldDescription& field) {

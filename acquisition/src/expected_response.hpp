@@ -13,9 +13,8 @@ namespace axiscal {
 [[nodiscard]] std::optional<double> expected_sensitivity(const Experiment& experiment,
                                                          const FieldDescription& field);
 
-/// @return how far the field in the table may be from where it is expected [rad, 1 sd]: a table
-/// that
-///         is not level, a heading that nobody measured.
+/// @return how far the field in the table may be from where it is expected [rad, 1 sd]: by a table
+///         that is not level, a heading that nobody measured.
 [[nodiscard]] double expected_direction_sd(const Experiment& experiment,
                                            const FieldDescription& field);
 

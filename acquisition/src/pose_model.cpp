@@ -69,8 +69,7 @@ bool PoseModel::is_usable() const {
          setup_.field.magnitude > 0.0;
 }
 
-// Sensor from table of a reading as if at a point, times the level; on the field as it was at
-// first.
+// Sensor from table of a reading as if at a point, times the level; for the setup's field.
 Eigen::Matrix3d PoseModel::rotation_at(const PlacedReading& reading,
                                        const DesignPoint& point) const {
   return reading.entry.level * setup_.rotation_sensor_from_positioner *

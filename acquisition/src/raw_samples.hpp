@@ -18,8 +18,9 @@ class RawSamples {
   /// @return whether there are enough for a line.
   bool add(double time_s, std::span<const double> values);
 
-  /// Writes what is there; keeps it for the next time where that fails, up to a limit.
-  /// @return why it was not written; empty where it was, or nothing is there.
+  /// Writes what is there, one sample or more; keeps it for the next time where that fails, up to a
+  /// limit.
+  /// @return why it was not written; empty where it was.
   std::string flush(Journal& journal);
 
   [[nodiscard]] bool is_empty() const { return time_s_.empty(); }

@@ -12,9 +12,9 @@
 #include <optional>
 #include <thread>
 
-#include "axiscal/calib/moving_field.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/timestamp.hpp"
 #include "axiscal/logs/segment.hpp"
 #include "sample_clock.hpp"
 

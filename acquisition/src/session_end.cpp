@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session_end.hpp"
 
-#include <algorithm>
-
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/forecast.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/median.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "session_words.hpp"
@@ -53,12 +52,6 @@ std::optional<double> expected_angle_u_deg(const Experiment& experiment,
   } catch (const Error&) {
     return {};
   }
-}
-
-double upper_median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 SessionReview review_of(const std::optional<Calibration>& calibration,

@@ -21,10 +21,6 @@ namespace axiscal {
                                                          const Calibration& nominal,
                                                          double noise_sd);
 
-/// @return the median; of an even number the upper one of the two in the middle.
-/// @param values  one or more.
-[[nodiscard]] double upper_median(std::vector<double> values);
-
 /// What a session came to, in words, and which runs to take again.
 struct SessionReview {
   std::vector<std::string> lines;

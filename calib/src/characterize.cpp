@@ -14,6 +14,7 @@
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/median.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/version.hpp"
@@ -321,9 +322,7 @@ void warn_of_scatter(const std::vector<Reference>& references, Characterization&
                                         [&](const Reference& one) { return one.slot == own.slot; });
     double expected = scatter_of_record(reference->calibration);
     if (!others.empty()) {
-      const auto middle = others.begin() + static_cast<std::ptrdiff_t>(others.size() / 2);
-      std::nth_element(others.begin(), middle, others.end());
-      expected = std::fmax(expected, *middle);
+      expected = std::fmax(expected, upper_median(others));
     }
     if (own.residual_sd > suspicious * expected &&
         own.residual_sd > 1e-12 * reference->calibration.field.magnitude) {

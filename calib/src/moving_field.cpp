@@ -57,9 +57,4 @@ FieldDescription make_field_description(const Experiment& experiment, double tim
   return describe_field(experiment, resolve_field(experiment, time_s));
 }
 
-bool is_utc(double time_s) {
-  constexpr double year_2000_s = 946684800.0;
-  return time_s >= year_2000_s;
-}
-
 }  // namespace axiscal

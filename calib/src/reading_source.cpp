@@ -8,6 +8,7 @@
 #include "axiscal/calib/moving_field.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/timestamp.hpp"
 
 namespace axiscal {
 namespace {

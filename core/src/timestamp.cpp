@@ -66,6 +66,11 @@ double seconds_now() {
   return static_cast<double>(std::time(nullptr));
 }
 
+bool is_utc(double time_s) {
+  constexpr double year_2000_s = 946684800.0;
+  return time_s >= year_2000_s;
+}
+
 double decimal_year_of(double seconds) {
   constexpr double mean_year_s = 365.2425 * 86400.0;
   auto year = static_cast<int>(std::floor(1970.0 + seconds / mean_year_s));

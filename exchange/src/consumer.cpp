@@ -25,22 +25,16 @@ double reading_factor_of(const Instrument& instrument,
   if (options.reading_factor) {
     return *options.reading_factor;
   }
-  if (wanted.empty() || instrument.unit == wanted) {
+  if (wanted.empty()) {
     return 1.0;
   }
-  if (instrument.unit == "g" && wanted == "m/s^2") {
-    return standard_gravity;
-  }
-  if (instrument.unit == "m/s^2" && wanted == "g") {
-    return 1.0 / standard_gravity;
-  }
-  try {
-    return factor_between(instrument.unit, wanted);
-  } catch (const DomainError&) {
+  const std::optional<double> factor = reading_factor_between(instrument.unit, wanted);
+  if (!factor) {
     throw RefusedError("the readings are in '" + instrument.unit + "', and this format is for " +
                        wanted + "; say how many " + wanted + " its driver makes of 1 " +
                        instrument.unit + " (--reading-factor)");
   }
+  return *factor;
 }
 
 // The consumer's field per the record's.

@@ -347,7 +347,7 @@ constexpr std::array usual_fields = {
     UsualField{"accelerometer", "gravity", "m/s^2", standard_gravity},
     UsualField{"accelerometer", "gravity", "g", 1.0},
     UsualField{"gyroscope", "induced_rotation", "rad/s", 1.0},
-    UsualField{"gyroscope", "induced_rotation", "deg/s", 57.29577951308232},
+    UsualField{"gyroscope", "induced_rotation", "deg/s", deg_per_rad},
     UsualField{"magnetometer", "geomagnetic", "G", 0.5},
     UsualField{"magnetometer", "geomagnetic", "mG", 500.0},
 };

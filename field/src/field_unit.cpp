@@ -72,4 +72,18 @@ double factor_between(std::string_view from, std::string_view to) {
   return a->in_si / b->in_si;
 }
 
+std::optional<double> reading_factor_between(std::string_view from, std::string_view to) {
+  if (from == "g" && to == "m/s^2") {
+    return standard_gravity;
+  }
+  if (from == "m/s^2" && to == "g") {
+    return 1.0 / standard_gravity;
+  }
+  try {
+    return factor_between(from, to);
+  } catch (const DomainError&) {
+    return {};
+  }
+}
+
 }  // namespace axiscal

@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/median.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/positioner/positioner.hpp"
@@ -83,10 +84,8 @@ std::vector<std::optional<Face>> resting_faces(const Eigen::MatrixX3d& means) {
   // Of all six faces every reading has length 1. Where no axis was turned round, the middle is
   // wrong, and they are longer.
   const Eigen::MatrixX3d ups = rough_ups(means);
-  Eigen::VectorXd lengths = ups.rowwise().norm();
-  const auto median = lengths.begin() + lengths.size() / 2;
-  std::nth_element(lengths.begin(), median, lengths.end());
-  if (*median > 1.3) {
+  const Eigen::VectorXd lengths = ups.rowwise().norm();
+  if (upper_median({lengths.begin(), lengths.end()}) > 1.3) {
     throw RefusedError(
         "the rests do not show which face was down: they lack opposite faces; lay the cube on all "
         "six faces");

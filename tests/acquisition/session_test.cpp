@@ -279,24 +279,30 @@ TEST(Session, ATouchWithoutATurnIsNoNewReading) {
   EXPECT_TRUE(hand.happened("as_before"));
 }
 
-// Two hours of sun, 30 degrees: a wrong pose is still told from a sun that moved.
-TEST(Session, KnowsWhereTheSunHasGone) {
-  const Site site{.latitude_deg = 48.0, .longitude_deg = 11.0};
-  constexpr double time_at_zero = 1782028800.0;  // 2026-06-21 08:00 UTC
+constexpr Site sunny_site{.latitude_deg = 48.0, .longitude_deg = 11.0};
+
+SessionSetup sun_setup(std::optional<double> fence_azimuth_rad) {
   SessionSetup setup = guided_setup();
+  setup.unattended = false;
   setup.experiment.instrument = {.kind = "optical"};
   setup.experiment.field.kind = "light";
   setup.experiment.field.sun = true;
-  setup.experiment.field.site = site;
-  setup.experiment.fence_azimuth_rad = 40.0 * rad_per_deg;
-  Hand hand(setup, time_at_zero);
+  setup.experiment.field.site = sunny_site;
+  setup.experiment.fence_azimuth_rad = fence_azimuth_rad;
+  return setup;
+}
+
+// Two hours of sun, 30 degrees: a wrong pose is still told from a sun that moved.
+TEST(Session, KnowsWhereTheSunHasGone) {
+  constexpr double time_at_zero = 1782028800.0;  // 2026-06-21 08:00 UTC
+  Hand hand(sun_setup(40.0 * rad_per_deg), time_at_zero);
   const LinearResponse truth{
       .bias = Eigen::Vector3d(0.1, -0.2, 0.05),
       .sensitivity = Eigen::Matrix3d({{2.0, 0.02, 0.0}, {-0.03, 2.1, 0.01}, {0.0, 0.04, 1.9}})};
   const auto reading_at = [&](const DesignPoint& point) -> Eigen::Vector3d {
     return truth.at(Positioner().rotation_table_from_positioner(point).transpose() *
                     rotation_table_from_enu(40.0 * rad_per_deg) *
-                    sun_position(site, time_at_zero + hand.time_s()).direction_in_enu);
+                    sun_position(sunny_site, time_at_zero + hand.time_s()).direction_in_enu);
   };
   const auto lay = [&](const DesignPoint& point) {
     hand.feed(1.0, Eigen::Vector3d::Zero(), 0.3);
@@ -330,31 +336,15 @@ TEST(Session, KnowsWhereTheSunHasGone) {
 }
 
 TEST(Session, TheSunWantsTimesOfTheDay) {
-  SessionSetup setup = guided_setup();
-  setup.experiment.instrument = {.kind = "optical"};
-  setup.experiment.field.kind = "light";
-  setup.experiment.field.sun = true;
-  setup.experiment.field.site = Site{.latitude_deg = 48.0, .longitude_deg = 11.0};
-  EXPECT_THROW(Hand(setup, 1782028800.0), SetupError) << "the fence's azimuth";
-  setup.experiment.fence_azimuth_rad = 0.0;
-  EXPECT_THROW(Hand(setup, std::nullopt), DomainError) << "seconds of a recording";
-  Hand at_night(setup, 1782000000.0);
+  EXPECT_THROW(Hand(sun_setup({}), 1782028800.0), SetupError) << "the fence's azimuth";
+  EXPECT_THROW(Hand(sun_setup(0.0), std::nullopt), DomainError) << "seconds of a recording";
+  Hand at_night(sun_setup(0.0), 1782000000.0);
   EXPECT_THROW(at_night.feed(0.1, Eigen::Vector3d::Zero()), RefusedError);
 }
 
 TEST(Session, ASunSessionIsFinishedAtNight) {
-  const auto setup_of_sun = [] {
-    SessionSetup setup = guided_setup();
-    setup.unattended = false;
-    setup.experiment.instrument = {.kind = "optical"};
-    setup.experiment.field.kind = "light";
-    setup.experiment.field.sun = true;
-    setup.experiment.field.site = Site{.latitude_deg = 48.0, .longitude_deg = 11.0};
-    setup.experiment.fence_azimuth_rad = 0.0;
-    return setup;
-  };
   const std::vector<Channel> channels = {{"x", ""}, {"y", ""}, {"z", ""}};
-  Hand hand(setup_of_sun(), 1782028800.0);
+  Hand hand(sun_setup(0.0), 1782028800.0);
   for (int i = 0; i < 12; ++i) {
     const DesignPoint wanted = hand.session().view().wanted->entry.point;
     hand.feed(1.0, Eigen::Vector3d::Zero(), 0.3);
@@ -367,7 +357,7 @@ TEST(Session, ASunSessionIsFinishedAtNight) {
   std::vector<std::string> lines;
   Journal journal = Journal::open(path, lines);
   lines.insert(lines.begin(), "");  // Hand's has no header
-  Session resumed(setup_of_sun(), journal);
+  Session resumed(sun_setup(0.0), journal);
   resumed.restore(lines, path);
   resumed.set_channels(channels, 1782075600.0);  // 21:00 UTC
   EXPECT_NO_THROW(resumed.add(0.0, std::vector<double>{0.0, 0.0, 0.0}));

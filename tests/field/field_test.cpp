@@ -332,6 +332,10 @@ TEST(FactorBetween, ConvertsUnitsOfOneQuantity) {
   EXPECT_DOUBLE_EQ(factor_between("furlong", "furlong"), 1.0);
   EXPECT_THROW(static_cast<void>(factor_between("nT", "rad/s")), DomainError);
   EXPECT_THROW(static_cast<void>(factor_between("g", "m/s^2")), DomainError);
+  EXPECT_EQ(reading_factor_between("g", "m/s^2"), 9.80665);
+  EXPECT_EQ(reading_factor_between("m/s^2", "g"), 1.0 / 9.80665);
+  EXPECT_EQ(reading_factor_between("nT", "uT"), 1e-3);
+  EXPECT_EQ(reading_factor_between("nT", "V"), std::nullopt);
 }
 
 // ---- sun ----

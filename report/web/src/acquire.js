@@ -89,13 +89,19 @@ at("control").addEventListener("click", async () => {
   }
 });
 
-let shownActions = "";
+// Whether a part of the page is to show something else than it does.
+const shown = {};
+function isNews(part, what) {
+  const key = JSON.stringify(what);
+  const news = shown[part] !== key;
+  shown[part] = key;
+  return news;
+}
+
 function showActions(actions) {
-  const key = actions.join() + controls;
-  if (key === shownActions) {
+  if (!isNews("actions", [actions, controls])) {
     return;
   }
-  shownActions = key;
   const focused = document.activeElement?.dataset?.action;
   at("actions").replaceChildren(
     ...actions.map((action, index) => {
@@ -124,13 +130,10 @@ function showActions(actions) {
   at("actions").querySelector(`[data-action="${focused}"]`)?.focus();
 }
 
-let shownSteps = "";
 function showSteps(view) {
-  const key = JSON.stringify([view.steps, view.suspects]);
-  if (key === shownSteps) {
+  if (!isNews("steps", [view.steps, view.suspects])) {
     return;
   }
-  shownSteps = key;
   let next = true;
   at("steps").replaceChildren(
     ...view.steps.map((step) => {
@@ -172,13 +175,10 @@ function showRing(view) {
   at("ring").setAttribute("aria-label", at("ring-text").textContent);
 }
 
-let shownAlarms = "";
 function showAlarms(alarms) {
-  const key = JSON.stringify(alarms);
-  if (key === shownAlarms) {
+  if (!isNews("alarms", alarms)) {
     return;
   }
-  shownAlarms = key;
   at("alarms").replaceChildren(
     ...alarms.map((alarm) => {
       const line = document.createElement("p");
@@ -189,13 +189,10 @@ function showAlarms(alarms) {
   );
 }
 
-let shownResult = "";
 function showResult(lines) {
-  const key = lines.join("\n");
-  if (key === shownResult) {
+  if (!isNews("result", lines)) {
     return;
   }
-  shownResult = key;
   at("result").hidden = lines.length === 0;
   at("result-lines").replaceChildren(
     ...lines.map((text) => Object.assign(document.createElement("li"), { textContent: text })),

@@ -42,8 +42,7 @@ class SampleFeed {
   /// @return whether samples come in their own time; else they wait for the reader.
   [[nodiscard]] bool is_live() const;
 
-  /// @return when the session's second 0 was: [s since 1970, UTC] by this machine's clock, or by
-  /// the
+  /// @return when the session's second 0 was: [s since 1970, UTC] by this machine's clock, or by a
   ///         recording's own; nothing where it has none, and before the channels are known.
   [[nodiscard]] std::optional<double> time_at_zero() const;
 

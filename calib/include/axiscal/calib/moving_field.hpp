@@ -24,8 +24,4 @@ namespace axiscal {
 /// @throws RefusedError  if the sun is below the horizon.
 [[nodiscard]] FieldDescription make_field_description(const Experiment& experiment, double time_s);
 
-/// @return whether a time is one of UTC since 1970, and not one since a recording began: whether it
-///         is after the year 2000.
-[[nodiscard]] bool is_utc(double time_s);
-
 }  // namespace axiscal

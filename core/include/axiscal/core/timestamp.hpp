@@ -19,6 +19,10 @@ namespace axiscal {
 /// @return the present as seconds since 1970-01-01, UTC.
 [[nodiscard]] double seconds_now();
 
+/// @return whether a time is one since 1970, UTC, and not one since a recording began: whether it
+///         is after the year 2000.
+[[nodiscard]] bool is_utc(double time_s);
+
 /// @return the decimal year of a time: 2026.5 is in the middle of 2026.
 /// @param seconds  since 1970-01-01, UTC.
 [[nodiscard]] double decimal_year_of(double seconds);

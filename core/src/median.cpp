@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/core/median.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace axiscal {
+
+double upper_median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace axiscal
