@@ -661,9 +661,9 @@ Command parse_command_line(std::vector<std::string> arguments) {
   CLI::App* acquire_app =
       app.add_subcommand("acquire", "a live instrument -> observations, guided");
   acquire_app->footer(
-      "Examples: axiscal acquire --connect serial:/dev/ttyUSB0?names=x,y,z --instrument "
+      "Examples: axiscal acquire --connect 'serial:/dev/ttyUSB0?names=x,y,z' --instrument "
       "accelerometer --field gravity --unit V\n"
-      "          axiscal acquire --connect sim:?error=0.1   (no hardware: try it)\n"
+      "          axiscal acquire --connect 'sim:?error=0.1'   (no hardware: try it)\n"
       "          axiscal acquire --check cal.json --connect tcp://host:4000");
   const auto add_acquire = [acquire_app](const char* group, const char* name,
                                          std::optional<std::string>& value, const char* type,
