@@ -14,6 +14,7 @@
 #include "axiscal/acquisition/session_face.hpp"
 #include "axiscal/acquisition/web_face.hpp"
 #include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
@@ -29,8 +30,6 @@
 
 namespace axiscal::cli {
 namespace {
-
-constexpr std::string_view journal_format = "axiscal-journal";
 
 int list_sources(const AcquireCommand& command) {
   const std::vector<FoundSource> found = find_sources();
@@ -187,8 +186,11 @@ Outputs outputs_of(const AcquireCommand& command) {
     name = "axiscal-" + now;
   }
   const std::string journal = command.resume.value_or(command.journal.value_or(name + ".journal"));
-  if (!command.name && journal.ends_with(".journal")) {
-    name = journal.substr(0, journal.size() - std::string(".journal").size());
+  constexpr std::string_view ending = ".journal";
+  if (!command.name && journal.ends_with(ending)) {
+    name = journal.substr(0, journal.size() - ending.size());
+  } else if (command.resume) {
+    name = journal;
   }
   return {.journal = journal,
           .observations = command.output.value_or(name + ".csv"),
@@ -221,6 +223,9 @@ std::vector<RunSheetRow> sheet_of(const JsonValue& header) {
     if (!rest || !fence) {
       one.fail("is no point");
     }
+    if (axis_of(*rest) == axis_of(*fence)) {
+      one.fail("rest and fence must be faces on two axes");
+    }
     RunSheetRow row{.run = one.at("run").integer(),
                     .block = one.at("block").integer(),
                     .entry = {.point = {*rest, *fence}, .level = one.at("level").number()},
@@ -229,6 +234,9 @@ std::vector<RunSheetRow> sheet_of(const JsonValue& header) {
       row.temperature = temperature->number();
     }
     sheet.push_back(row);
+  }
+  if (sheet.empty()) {
+    header.at("sheet").fail("must have one point or more");
   }
   return sheet;
 }
@@ -252,10 +260,10 @@ Journal start_journal(const AcquireCommand& command,
   return journal;
 }
 
-// The command that a journal was begun with; what is said anew wins.
+// The command that a journal was begun with; what is said anew wins. Files are written beside the
+// journal, or where this call says.
 AcquireCommand resumed_command(const AcquireCommand& now, const std::string& header) {
   const JsonValue json = parse_json(header, *now.resume);
-  json.require_format(journal_format);
   const Command begun = parse_command_line(json.at("arguments").texts());
   const auto* const found = std::get_if<AcquireCommand>(&begun);
   if (found == nullptr) {
@@ -266,9 +274,11 @@ AcquireCommand resumed_command(const AcquireCommand& now, const std::string& hea
   if (!now.sources.empty()) {
     command.sources = now.sources;
   }
-  command.output = now.output ? now.output : command.output;
-  command.record = now.record ? now.record : command.record;
-  command.report = now.report ? now.report : command.report;
+  // Where files are written is never taken from a journal, which may be somebody else's.
+  command.name.reset();
+  command.output = now.output;
+  command.record = now.record;
+  command.report = now.report;
   command.plain = now.plain;
   command.json = now.json;
   command.web = now.web;
@@ -305,6 +315,27 @@ int port_of(const AcquireCommand& command) {
   return port;
 }
 
+// The fingerprint tells that the certificate, which no authority knows, is this session's.
+void announce_page(const std::string& url, const std::string& fingerprint) {
+  if (fingerprint.empty()) {
+    std::fprintf(stderr, "open in a browser: %s\n", url.c_str());
+    return;
+  }
+  std::fprintf(stderr,
+               "%sopen in a browser (once; the next one gets a new address): %s\n"
+               "the browser does not know the certificate; it is this session's if its SHA-256 is\n"
+               "  %s\n",
+               qr_code(url).c_str(), url.c_str(), fingerprint.c_str());
+}
+
+std::unique_ptr<SessionFace> web_face_of(const WebOptions& options) {
+  try {
+    return make_web_face(options);
+  } catch (const DomainError& error) {
+    throw UsageError(std::string("acquire: ") + error.what());
+  }
+}
+
 // On a terminal the whole of it, else lines; the page beside them.
 std::vector<std::unique_ptr<SessionFace>> make_faces(const AcquireCommand& command,
                                                      const SessionSetup& setup) {
@@ -313,15 +344,11 @@ std::vector<std::unique_ptr<SessionFace>> make_faces(const AcquireCommand& comma
   const bool has_terminal = ::isatty(STDIN_FILENO) == 1 && ::isatty(STDOUT_FILENO) == 1;
   if (command.web || command.listen) {
     // The address goes to stderr: it holds the key.
-    faces.push_back(make_web_face(
+    faces.push_back(web_face_of(
         {.title = title_of(setup),
          .address = command.listen.value_or(""),
          .port = port_of(command),
-         .announce = [with_code = command.listen.has_value()](const std::string& url) {
-           const std::string code = with_code ? qr_code(url) : "";
-           std::fprintf(stderr, "%sopen in a browser%s: %s\n", code.c_str(),
-                        with_code ? " (once; the next one gets a new address)" : "", url.c_str());
-         }}));
+         .announce = announce_page}));
   }
   if (command.json) {
     faces.push_back(make_json_face(has_commands));
@@ -380,14 +407,28 @@ void print_result(const AcquireCommand& command,
   }
 }
 
+// What would be refused at the end of a session is refused before it.
+void check_outputs(const Outputs& outputs) {
+  std::vector<std::filesystem::path> files = {std::filesystem::weakly_canonical(outputs.journal)};
+  for (const std::string& output : {outputs.observations, outputs.record, outputs.report}) {
+    if (output == "-") {
+      continue;
+    }
+    forbid_replacing_input(output);
+    std::filesystem::path file = std::filesystem::weakly_canonical(output);
+    if (std::find(files.begin(), files.end(), file) != files.end()) {
+      throw UsageError("acquire: journal, readings, record and report need files of their own; '" +
+                       output + "' would be two of them");
+    }
+    files.push_back(std::move(file));
+  }
+}
+
 int run_guided(AcquireCommand command) {
   std::vector<std::string> lines;
   std::optional<Journal> journal;
   if (command.resume) {
     journal.emplace(Journal::open(*command.resume, lines));
-    if (lines.empty()) {
-      throw DataError(*command.resume, "is no journal: it is empty");
-    }
     command = resumed_command(command, lines.front());
   }
   const Outputs outputs = outputs_of(command);
@@ -395,10 +436,8 @@ int run_guided(AcquireCommand command) {
   if (command.resume) {
     setup.sheet = sheet_of(parse_json(lines.front(), *command.resume));
   }
-  for (const std::string& output : {outputs.observations, outputs.record, outputs.report}) {
-    forbid_overwriting(output, outputs.journal);
-  }
   std::vector<std::unique_ptr<Source>> sources = open_sources(command);
+  check_outputs(outputs);
   if (!journal) {
     journal.emplace(start_journal(command, setup, outputs.journal));
   }

@@ -4,7 +4,7 @@
 namespace axiscal::cli {
 
 int run(const AcquireCommand& /*command*/) {
-  throw UsageError("acquire: this build has no data collector (it was built without asio)");
+  throw UsageError("acquire: this build has no data collector (AXISCAL_BUILD_ACQUISITION is off)");
 }
 
 }  // namespace axiscal::cli

@@ -150,13 +150,6 @@ void put_propagation(const std::string& record,
 }  // namespace
 
 int run(const ApplyCommand& command) {
-  forbid_overwriting(command.output, command.record);
-  if (command.attitude) {
-    forbid_overwriting(command.output, *command.attitude);
-  }
-  if (command.follow) {
-    forbid_overwriting(command.output, command.readings);  // it would read what it writes
-  }
   const Calibration calibration = read_unrefused(command.record, command.force);
   const Reducer reducer =
       make_reducer(command.record, calibration, reduction_options(command, calibration));

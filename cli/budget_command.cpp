@@ -240,7 +240,6 @@ Asked asked_of(const BudgetCommand& command, const Calibration& calibration) {
 }  // namespace
 
 int run(const BudgetCommand& command) {
-  forbid_overwriting(command.output, command.record);
   const Calibration calibration = read_calibration(command.record);
   if (parameter_uncertainties(calibration).empty()) {
     throw DataError(command.record, "/statistics",

@@ -10,6 +10,7 @@
 #include "axiscal/calib/reduction_csv.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/csv_reader.hpp"
+#include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/parallel.hpp"
@@ -56,11 +57,8 @@ std::string output_for(const std::string& pattern,
   return path;
 }
 
-void check_output(const std::string& output,
-                  const Experiment& experiment,
-                  const Run& run,
-                  const std::vector<std::string>& files,
-                  const std::optional<std::string>& positioner) {
+// What would be refused when it is written is refused before the work.
+void check_output(const std::string& output, const Experiment& experiment, const Run& run) {
   if (run.slots.size() > 1 && output != "-" && output.find(slot_place) == std::string::npos) {
     throw UsageError("-o: the run has " + std::to_string(run.slots.size()) +
                      " slots, one record each; the file's name must hold {slot}");
@@ -70,16 +68,7 @@ void check_output(const std::string& output,
   const std::string& serial =
       experiment.instrument.serial.empty() ? run.serial : experiment.instrument.serial;
   for (const std::string& slot : slots) {
-    const std::string path = output_for(output, slot, serial);
-    for (const std::string& input : experiment.observations) {
-      forbid_overwriting(path, input);
-    }
-    for (const std::string& input : files) {
-      forbid_overwriting(path, input);
-    }
-    if (positioner) {
-      forbid_overwriting(path, *positioner);
-    }
+    forbid_replacing_input(output_for(output, slot, serial));
   }
 }
 
@@ -100,22 +89,14 @@ std::string records_text(const std::vector<Calibration>& calibrations) {
 // Takes over the frame of the instrument that was recorded with it.
 void align(const std::string& record,
            const Calibration& companion,
-           const Experiment& experiment,
            const Run& run,
            std::vector<Calibration>& calibrations) {
   if (calibrations.size() != 1) {
     throw UsageError("--align: goes with one instrument, not with several slots");
   }
-  std::vector<Observations> parts;
-  for (const std::string& path : experiment.observations) {
-    const ObservationColumns columns{.axes = companion.instrument.axes,
-                                     .differences = companion.instrument.differences,
-                                     .range = companion.instrument.range};
-    parts.push_back(read_observations_file(path, columns).table.observations);
-  }
   try {
-    align_with_companion(calibrations.front(), run.observations, companion, concatenate(parts),
-                         record);
+    align_with_companion(calibrations.front(), run.observations, companion,
+                         run.observations_beside, record);
   } catch (const SetupError&) {
     throw;
   } catch (const DomainError& error) {
@@ -260,7 +241,15 @@ int run_batch(const CalibrateCommand& command,
   std::vector<Unit> units;
   std::string text;
   std::size_t good = 0;
-  const std::vector<Run> runs = split_by_serial(run);
+  const std::vector<Run> runs = split_by_serial(run, experiment.instrument.serial);
+  if (command.output) {
+    for (const Run& unit : runs) {
+      check_output(*command.output, experiment, unit);
+    }
+  }
+  if (command.table) {
+    forbid_replacing_input(*command.table);
+  }
   units.resize(runs.size());
   for_each_in_parallel(runs.size(), [&](std::size_t i) {
     units[i] = calibrate_unit(command, experiment, runs[i], limits);
@@ -319,35 +308,28 @@ int run(const CalibrateCommand& command) {
   const std::optional<Limits> limits =
       experiment.limits.empty() ? std::nullopt : std::optional(read_limits(experiment.limits));
   std::optional<Calibration> companion;
-  std::vector<std::string> columns_of_companion;
+  std::optional<ObservationColumns> beside;
   if (command.align) {
     companion = read_calibration(*command.align);
     if (companion->status == "refused") {
       throw RefusedError(*command.align + ": this calibration was refused");
     }
-    for (const ReadingColumn& column : reading_columns(companion->instrument)) {
-      columns_of_companion.push_back(column.plus);
-      columns_of_companion.push_back(column.minus);
-    }
+    beside = {.axes = companion->instrument.axes,
+              .differences = companion->instrument.differences,
+              .range = companion->instrument.range};
   }
-  const Run run = read_run(experiment, columns_of_companion, Units::several);
+  const Run run = read_run(experiment, Units::several, beside);
   experiment.slot = slot_of(experiment, run);
   if (has_several_units(run) || command.table) {
     return run_batch(command, experiment, run, limits);
   }
   if (command.output) {
-    check_output(*command.output, experiment, run, command.experiment.files,
-                 command.experiment.positioner);
-    for (const std::string& input : {command.align.value_or(""), experiment.limits}) {
-      if (!input.empty()) {
-        forbid_overwriting(*command.output, input);
-      }
-    }
+    check_output(*command.output, experiment, run);
   }
   std::vector<Calibration> calibrations = calibrate_run(
       experiment, run, command.experiment.assembly.value_or(""), command.accept_suggestion);
   if (companion) {
-    align(*command.align, *companion, experiment, run, calibrations);
+    align(*command.align, *companion, run, calibrations);
   }
   apply_limits(limits, experiment.limits, calibrations);
   return deliver_records(command, calibrations);

@@ -51,9 +51,6 @@ std::vector<ReferenceFiles> reference_files(const CharacterizeCommand& command) 
     }
     files.push_back({.record = text.substr(0, parting), .observations = text.substr(parting + 1)});
     part_slot(files.back());
-    for (const std::string& input : {files.back().record, files.back().observations}) {
-      forbid_overwriting(command.output, input);
-    }
   }
   return files;
 }
@@ -258,9 +255,6 @@ CharacterizeOptions options_of(const CharacterizeCommand& command) {
 int run(const CharacterizeCommand& command) {
   if (command.output == "-" && command.json) {
     throw UsageError("-o -: standard output cannot hold both the positioner and --json");
-  }
-  if (command.drawing) {
-    forbid_overwriting(command.output, *command.drawing);
   }
   const std::vector<ReferenceFiles> files = reference_files(command);
   const CharacterizeOptions options = options_of(command);

@@ -36,18 +36,6 @@ Json json_of(const std::vector<ParameterChange>& changes, bool with_e_n) {
   return list;
 }
 
-Json json_of(const Verdict& verdict) {
-  Json json = {{"passed", verdict.passed}, {"rule", verdict.rule}, {"limits", Json::array()}};
-  for (const LimitVerdict& one : verdict.limits) {
-    json["limits"].push_back({{"parameter", one.parameter},
-                              {"value", one.value},
-                              {"u", one.u},
-                              {"guard_band", one.guard_band},
-                              {"passed", one.passed}});
-  }
-  return json;
-}
-
 std::string check_json(const DriftCheck& check, const std::optional<Verdict>& verdict) {
   Json json = {{"drifted", check.drifted},
                {"p_value", check.p_value},
@@ -58,7 +46,7 @@ std::string check_json(const DriftCheck& check, const std::optional<Verdict>& ve
                {"pitch_error_u_deg", check.pitch_error_u_deg},
                {"notes", check.notes}};
   if (verdict) {
-    json["verdict"] = json_of(*verdict);
+    json["verdict"] = Json::parse(verdict_json(*verdict));
   }
   return json_text(json);
 }
@@ -179,8 +167,6 @@ int run(const CheckCommand& command) {
     throw UsageError(
         "check: needs a RECORD, and observations or another record to hold against it");
   }
-  forbid_overwriting(command.output, command.record);
-  forbid_overwriting(command.output, *command.other);
   double alpha = 0.01;
   if (command.alpha) {
     alpha = number_of("--alpha", *command.alpha);

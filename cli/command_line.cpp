@@ -725,7 +725,7 @@ Command parse_command_line(std::vector<std::string> arguments) {
   acquire_app->add_flag("--web", acquire.web, "a page for the browser, on loopback")->group("Face");
   add_acquire("Face", "--port", acquire.port, "N", "of the page; 8712, or the next free one");
   add_acquire("Face", "--listen", acquire.listen, "ADDRESS",
-              "serve the page at this address too, by a one-time token (QR code)");
+              "serve the page at this address, encrypted, by one-time keys (QR code)");
 
   ReportCommand report;
   CLI::App* report_app = app.add_subcommand("report", "calibration record -> a report to look at");

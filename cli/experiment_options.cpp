@@ -27,7 +27,14 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
   } catch (const DomainError& error) {
     throw UsageError(std::string("--instrument: ") + error.what());
   }
-  instrument.serial = options.serial.value_or(instrument.serial);
+  if (options.serial) {
+    try {
+      check_serial(*options.serial);
+    } catch (const DomainError& error) {
+      throw UsageError(std::string("--serial: ") + error.what());
+    }
+    instrument.serial = *options.serial;
+  }
   instrument.unit = options.unit.value_or(instrument.unit);
   if (options.axes) {
     std::vector<std::string> texts;

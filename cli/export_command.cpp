@@ -33,7 +33,6 @@ ExportOptions options_of(const ExportCommand& command) {
     options.instance = whole_number_of("--instance", *command.instance, 0);
   }
   if (command.laboratory) {
-    forbid_overwriting(command.output, *command.laboratory);
     options.laboratory = read_certificate_details(*command.laboratory);
   }
   options.name = command.name.value_or(options.name);
@@ -72,7 +71,6 @@ int run(const ExportCommand& command) {
   if (command.record.empty() || !command.format) {
     throw UsageError("export: needs a RECORD and --format NAME; --list names the formats");
   }
-  forbid_overwriting(command.output, command.record);
   if (command.output == "-" && !is_text(*command.format) && isatty(STDOUT_FILENO) != 0) {
     throw UsageError("export: " + *command.format + " is no text; give -o FILE");
   }

@@ -12,7 +12,6 @@ int run(const ImportCommand& command) {
   if (!command.format) {
     throw UsageError("import: needs --format px4, ardupilot, kalibr or imucal");
   }
-  forbid_overwriting(command.output, command.file);
   ImportOptions options;
   options.kind = command.instrument.value_or(options.kind);
   if (command.instance) {

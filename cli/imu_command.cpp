@@ -75,9 +75,6 @@ int run_imu(const CalibrateCommand& command) {
         "--accept-suggestion; check the records afterwards");
   }
   ImuOptions options = options_of(command);
-  if (command.output) {
-    forbid_overwriting(*command.output, *command.imu);
-  }
   const RecordedLog log = record_log(*command.imu, command.rests.log);
   const auto take_if_there = [&](const std::optional<std::string>& option,
                                  const std::vector<std::string>& usual,
@@ -104,7 +101,6 @@ int run_imu(const CalibrateCommand& command) {
     record.inputs = {digest};
     record.notes.insert(record.notes.end(), imu.notes.begin(), imu.notes.end());
   }
-  print_remarks_of(imu.rests, {}, imu.seats ? &*imu.seats : nullptr);
   return deliver_records(command, records, rests_text(imu) + "\n");
 }
 

@@ -4,11 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <filesystem>
 
 #include <sha2.h>
 #include <sys/types.h>
-#include <system_error>
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/error.hpp"
@@ -17,8 +15,51 @@
 
 namespace axiscal::cli {
 
+namespace {
+
+CsvReader csv_reader_of_text(const std::string& text, const std::string& path) {
+  return {[rest = std::string_view(text)](char* buffer, std::size_t size) mutable {
+            const std::size_t count = rest.copy(buffer, size);
+            rest.remove_prefix(count);
+            return count;
+          },
+          path};
+}
+
+std::string sha256_of_text(const std::string& text) {
+  std::array<char, SHA256_DIGEST_STRING_LENGTH> digest{};
+  return SHA256Data(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(),
+                    digest.data());
+}
+
+// Two instruments in one file, which may be a pipe: it is read once and held.
+ObservationsFile read_two_instruments(const std::string& path,
+                                      const ObservationColumns& columns,
+                                      const ObservationColumns& beside) {
+  const std::string text = read_whole_file(path);
+  CsvReader csv = csv_reader_of_text(text, path);
+  CsvReader csv_beside = csv_reader_of_text(text, path);
+  ObservationsFile result{.table = read_observations(csv, columns),
+                          .beside = read_observations(csv_beside, beside).observations,
+                          .sha256 = sha256_of_text(text)};
+  std::erase_if(result.table.ignored_columns, [&](const std::string& name) {
+    return std::any_of(beside.differences.begin(), beside.differences.end(),
+                       [&](const DifferentialAxis& axis) {
+                         return axis.plus == name || axis.minus == name;
+                       }) ||
+           std::find(beside.axes.begin(), beside.axes.end(), name) != beside.axes.end();
+  });
+  return result;
+}
+
+}  // namespace
+
 ObservationsFile read_observations_file(const std::string& path,
-                                        const ObservationColumns& columns) {
+                                        const ObservationColumns& columns,
+                                        const std::optional<ObservationColumns>& beside) {
+  if (beside) {
+    return read_two_instruments(path, columns, *beside);
+  }
   InputFile file(path);
   SHA2_CTX digest;
   SHA256Init(&digest);
@@ -29,7 +70,7 @@ ObservationsFile read_observations_file(const std::string& path,
         return count;
       },
       path);
-  ObservationsFile result{.table = read_observations(csv, columns), .sha256 = {}};
+  ObservationsFile result{.table = read_observations(csv, columns)};
   std::array<char, SHA256_DIGEST_STRING_LENGTH> text{};
   result.sha256 = SHA256End(&digest, text.data());
   return result;
@@ -55,14 +96,6 @@ std::string sha256_of_file(const std::string& path) {
 CsvReader csv_reader_of(InputFile& file, CsvReader::Quotes quotes) {
   return {[&file](char* buffer, std::size_t size) { return file.read(buffer, size); }, file.path(),
           quotes};
-}
-
-void forbid_overwriting(const std::string& output, const std::string& input) {
-  std::error_code none;
-  if (output != "-" && input != "-" && std::filesystem::is_regular_file(output, none) &&
-      std::filesystem::equivalent(output, input, none)) {
-    throw UsageError("-o: '" + output + "' is an input and would be overwritten");
-  }
 }
 
 double number_of(std::string_view option, const std::string& text) {
@@ -140,7 +173,7 @@ Method method_of_option(const std::string& text) {
   const std::optional<Method> method = parse_method(text);
   if (!method) {
     throw UsageError("--method: '" + text +
-                     "' is not known to this version; it knows paired, joint, known, magnitude");
+                     "' is not known to this version; it knows paired, joint, known, magnitude, bias");
   }
   return *method;
 }

@@ -24,12 +24,16 @@ namespace axiscal::cli {
 /// A table of observations and the SHA-256 of its file.
 struct ObservationsFile {
   ObservationsTable table;
+  Observations beside;  ///< of the columns asked for beside them; else empty
   std::string sha256;
 };
 
+/// @param beside  columns of another instrument in the same rows.
 /// @throws DataError  as read_observations().
-[[nodiscard]] ObservationsFile read_observations_file(const std::string& path,
-                                                      const ObservationColumns& columns);
+[[nodiscard]] ObservationsFile read_observations_file(
+    const std::string& path,
+    const ObservationColumns& columns,
+    const std::optional<ObservationColumns>& beside = {});
 
 /// @return the SHA-256 of a file's bytes; empty for standard input, which is read once only.
 [[nodiscard]] std::string sha256_of_file(const std::string& path);
@@ -41,10 +45,6 @@ struct ObservationsFile {
 /// @return a record that a result may rest on.
 /// @throws RefusedError  if its calibration was refused, and `force` is not set.
 [[nodiscard]] Calibration read_unrefused(const std::string& record, bool force);
-
-/// Refuses an output that would overwrite an input.
-/// @throws UsageError  if both are one file.
-void forbid_overwriting(const std::string& output, const std::string& input);
 
 /// @return the best design of so many points where `--design optimal:N` asks for it, else nothing.
 [[nodiscard]] std::optional<OptimalDesign> optimal_design_of(const SheetOptions& options);

@@ -230,9 +230,6 @@ std::string text_of(const Slope& slope,
 }  // namespace
 
 int run(const LevelCommand& command) {
-  for (const std::string& input : command.experiment.files) {
-    forbid_overwriting(command.output, input);
-  }
   Surface surface;
   // Usage first: the readings may be minutes of work, a missing option none.
   if (command.adjusters) {

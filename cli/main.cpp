@@ -10,6 +10,7 @@
 
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "command_line.hpp"
 #include "commands.hpp"
@@ -67,12 +68,15 @@ int run_command(const axiscal::cli::Command& command) {
 int main(int argc, char** argv) {
   open_missing_standard_files();
   set_signals();
+  const axiscal::InputProtection no_input_is_overwritten;
   try {
     return run_command(
         axiscal::cli::parse_command_line(std::vector<std::string>(argv + 1, argv + argc)));
   } catch (const axiscal::cli::UsageError& error) {
     return fail(wrong_usage, std::string("axiscal: ") + error.what());
   } catch (const axiscal::SetupError& error) {
+    return fail(wrong_usage, std::string("axiscal: ") + error.what());
+  } catch (const axiscal::InputOverwriteError& error) {
     return fail(wrong_usage, std::string("axiscal: ") + error.what());
   } catch (const axiscal::DataError& error) {
     return fail(bad_input, error.what());

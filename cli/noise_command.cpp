@@ -16,8 +16,13 @@
 namespace axiscal::cli {
 namespace {
 
+void warn(LogNoise& noise, const std::string& message) {
+  noise.warnings.push_back(message);
+  print_remark("warning", message);
+}
+
 // Missing numbers take the value before them; the Allan deviation needs even spacing.
-void fill_missing(const std::string& name, std::vector<double>& samples) {
+void fill_missing(const std::string& name, std::vector<double>& samples, LogNoise& noise) {
   std::size_t missing = 0;
   double last = 0.0;
   for (const double value : samples) {
@@ -34,15 +39,16 @@ void fill_missing(const std::string& name, std::vector<double>& samples) {
     last = value;
   }
   if (missing > 0) {
-    print_remark("warning", "column '" + name + "': " + std::to_string(missing) +
-                                " cells are no numbers; each counts as the one before it");
+    warn(noise, "column '" + name + "': " + std::to_string(missing) +
+                    " cells are no numbers; each counts as the one before it");
   }
 }
 
 // The rate of the times, and warnings where they are not even.
 double rate_of(const RecordedLog& log,
                const LogOptions& options,
-               const std::optional<TimeColumn>& time) {
+               const std::optional<TimeColumn>& time,
+               LogNoise& noise) {
   if (options.rate) {
     return positive_of("--rate", *options.rate);
   }
@@ -51,20 +57,24 @@ double rate_of(const RecordedLog& log,
                     "has no column of times; name it with --time COLUMN, or give --rate HZ");
   }
   const std::vector<double>& times = log.samples[time->position];
-  const double duration = (times.back() - times.front()) * time->seconds;
+  const TimeUnit unit = settle_time_unit(log.name, *time, times);
+  if (!unit.remark.empty()) {
+    warn(noise, unit.remark);
+  }
+  const double duration = (times.back() - times.front()) * unit.seconds;
   const double mean_step = duration / static_cast<double>(times.size() - 1);
   if (!(mean_step > 0.0)) {
     throw DataError(log.name, "the times do not increase; give --rate HZ instead");
   }
   std::size_t gaps = 0;
   for (std::size_t i = 1; i < times.size(); ++i) {
-    const double step = (times[i] - times[i - 1]) * time->seconds;
+    const double step = (times[i] - times[i - 1]) * unit.seconds;
     gaps += step > 5.0 * mean_step || step < 0.0 ? 1U : 0U;
   }
   if (gaps > 0) {
-    print_remark("warning", std::to_string(gaps) +
-                                " gaps or steps back in the times: the samples are taken as evenly "
-                                "spaced all the same");
+    warn(noise, std::to_string(gaps) +
+                    " gaps or steps back in the times: the samples are taken as evenly spaced all "
+                    "the same");
   }
   return 1.0 / mean_step;
 }
@@ -80,8 +90,10 @@ std::string noise_text(const LogNoise& noise) {
       text += c.value > 0.0
                   ? fmt::format("  {:<17}{:>12.5g}  ({:.4g} to {:.4g}) {}\n", noise_name(c.kind),
                                 c.value, c.low, c.high, noise_unit(c.kind))
-                  : fmt::format("  {:<17}{:>12}  (below {:.2g} {})\n", noise_name(c.kind),
-                                "not seen", c.high, noise_unit(c.kind));
+              : std::isfinite(c.high)
+                  ? fmt::format("  {:<17}{:>12}  (below {:.2g} {})\n", noise_name(c.kind),
+                                "not seen", c.high, noise_unit(c.kind))
+                  : fmt::format("  {:<17}{:>12}\n", noise_name(c.kind), "not determined");
     }
     text += fmt::format("  dwell {:.3g} s a design point: {:.4g} of a mean; {}\n",
                         one.dwell.sensible_s, one.dwell.sensible_deviation,
@@ -101,7 +113,6 @@ std::string noise_text(const LogNoise& noise) {
 }  // namespace
 
 int run(const NoiseCommand& command) {
-  forbid_overwriting(command.output, command.log);
   RecordedLog log = record_log(command.log, command.options);
   for (const std::string& note : log.notes) {
     print_remark("note", note);
@@ -112,7 +123,9 @@ int run(const NoiseCommand& command) {
   }
   const std::optional<TimeColumn> time =
       find_time_column(log.name, log.columns, command.options.time.value_or(""));
-  const double rate_hz = rate_of(log, command.options, time);
+  LogNoise noise{.samples = n};
+  const double rate_hz = rate_of(log, command.options, time, noise);
+  noise.rate_hz = rate_hz;
   std::vector<std::string> columns;
   if (command.columns) {
     columns = names_of(*command.columns);
@@ -124,14 +137,13 @@ int run(const NoiseCommand& command) {
     }
   }
   const std::vector<std::size_t> lengths = command.all_taus ? decade_lengths(n) : octave_lengths(n);
-  LogNoise noise{.rate_hz = rate_hz, .samples = n};
   for (const std::string& column : columns) {
     std::vector<double>& samples = log.samples[need_column(log.name, log.columns, column)];
-    fill_missing(column, samples);
+    fill_missing(column, samples, noise);
     ColumnNoise one{.name = column, .curve = allan_deviation(samples, rate_hz, lengths)};
     if (std::all_of(one.curve.begin(), one.curve.end(),
                     [](const AllanPoint& point) { return point.deviation <= 0.0; })) {
-      print_remark("warning", "column '" + column + "' does not vary; it has no noise to speak of");
+      warn(noise, "column '" + column + "' does not vary; it has no noise to speak of");
       continue;
     }
     one.model = fit_noise(one.curve);

@@ -181,14 +181,6 @@ void check_outputs(const PlanCommand& command) {
   if (command.trials && !command.tolerances) {
     throw UsageError("--trials: goes with --tolerances");
   }
-  for (const std::string& output : {command.output.value_or("-"), command.page.value_or("-")}) {
-    for (const std::optional<std::string>& input :
-         {command.experiment, command.positioner, std::optional(command.sheet.design)}) {
-      if (input) {
-        forbid_overwriting(output, *input);
-      }
-    }
-  }
 }
 
 // The replicates that the wanted uncertainty needs.

@@ -48,7 +48,6 @@ Observations readings_for(const Calibration& calibration, const std::string& pat
 int write_certificate(const ReportCommand& command, const Calibration& calibration) {
   CertificateDetails details;
   if (command.laboratory) {
-    forbid_overwriting(command.output, *command.laboratory);
     details = read_certificate_details(*command.laboratory);
   }
   write_whole_file(command.output, certificate_pdf(calibration, details));
@@ -67,7 +66,6 @@ int run(const ReportCommand& command) {
       !command.output.starts_with("/dev/")) {
     throw UsageError("report: -o must end in .html or .pdf, not '" + command.output + "'");
   }
-  forbid_overwriting(command.output, command.record);
   const Calibration calibration = read_calibration(command.record);
   if (command.output.ends_with(".pdf")) {
     return write_certificate(command, calibration);
@@ -78,7 +76,6 @@ int run(const ReportCommand& command) {
   ReportOptions options;
   std::optional<Observations> observations;
   if (command.observations) {
-    forbid_overwriting(command.output, *command.observations);
     observations = readings_for(calibration, *command.observations);
     options.observations = &*observations;
   }

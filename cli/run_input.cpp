@@ -62,8 +62,8 @@ std::vector<Mount> mounts_of_assembly(const std::string& assembly,
 }
 
 Run read_run(const Experiment& experiment,
-             const std::vector<std::string>& used_elsewhere,
-             Units units) {
+             Units units,
+             const std::optional<ObservationColumns>& beside) {
   if (experiment.observations.empty()) {
     throw UsageError(
         "no observations are named, neither on the command line nor by the experiment");
@@ -71,8 +71,14 @@ Run read_run(const Experiment& experiment,
   const ObservationColumns columns = needed_columns(experiment, units);
   Run run;
   std::vector<Observations> parts;
+  std::vector<Observations> parts_beside;
   for (const std::string& path : experiment.observations) {
-    ObservationsFile file = read_observations_file(path, columns);
+    ObservationsFile file = read_observations_file(path, columns, beside);
+    if (!parts.empty() && run.serials.empty() != file.table.serials.empty()) {
+      throw DataError(path, run.serials.empty()
+                                ? "column 'serial' is there, but not in the files before it"
+                                : "column 'serial' is missing, which the files before it have");
+    }
     if (units == Units::one && !run.serial.empty() && !file.table.serial.empty() &&
         run.serial != file.table.serial) {
       throw DataError(path, "column 'serial': '" + file.table.serial +
@@ -86,18 +92,21 @@ Run read_run(const Experiment& experiment,
     run.slots = file.table.slots;
     run.serial = file.table.serial.empty() ? run.serial : file.table.serial;
     run.inputs.push_back({.path = path, .sha256 = file.sha256});
-    std::vector<std::string> ignored = file.table.ignored_columns;
-    std::erase_if(ignored, [&](const std::string& name) {
-      return std::find(used_elsewhere.begin(), used_elsewhere.end(), name) != used_elsewhere.end();
-    });
+    const std::vector<std::string>& ignored = file.table.ignored_columns;
     if (!ignored.empty()) {
       run.notes.push_back(path + ": " + (ignored.size() == 1 ? "column " : "columns ") +
                           joined(ignored) + (ignored.size() == 1 ? " was" : " were") + " ignored");
     }
     run.serials.insert(run.serials.end(), file.table.serials.begin(), file.table.serials.end());
     parts.push_back(std::move(file.table.observations));
+    if (beside) {
+      parts_beside.push_back(std::move(file.beside));
+    }
   }
   run.observations = concatenate(parts);
+  if (beside) {
+    run.observations_beside = concatenate(parts_beside);
+  }
   return run;
 }
 
@@ -106,7 +115,12 @@ bool has_several_units(const Run& run) {
                      [&](const std::string& serial) { return serial != run.serials.front(); });
 }
 
-std::vector<Run> split_by_serial(const Run& run) {
+std::vector<Run> split_by_serial(const Run& run, const std::string& stated_serial) {
+  if (run.serials.empty()) {
+    Run only = run;
+    only.serial = stated_serial;
+    return {only};
+  }
   // Thousands of units in one file: each row is looked at once.
   std::vector<std::string> serials;  // in the order of the file
   std::unordered_map<std::string, std::vector<std::size_t>> rows;

@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/calib/observations_csv.hpp"
 
 namespace axiscal::cli {
 
 /// What the files of a run say, and remarks on them.
 struct Run {
   Observations observations;
+  Observations observations_beside;  ///< of the columns asked for beside them; else empty
   std::vector<InputFileDigest> inputs;
   std::vector<std::string> notes;
   std::string serial;                ///< of the first reading
@@ -23,12 +26,12 @@ struct Run {
 /// Whether the readings may be of more than one unit under test.
 enum class Units { one, several };
 
-/// Reads the experiment's observations; several files are blocks.
+/// Reads the experiment's observations, each file once; several files are blocks.
+/// @param beside  columns of another instrument that was recorded together, read in the same pass.
 /// @throws DataError  for their content.
-/// @param used_elsewhere  columns that are no remark, as something else reads them.
 [[nodiscard]] Run read_run(const Experiment& experiment,
-                           const std::vector<std::string>& used_elsewhere = {},
-                           Units units = Units::one);
+                           Units units = Units::one,
+                           const std::optional<ObservationColumns>& beside = {});
 
 /// The mounts of an assembly's slots.
 /// @param assembly  "parallel", "single", "triple": as the cube; "h", "h:y": see h_shaped_mounts().
@@ -52,8 +55,9 @@ enum class Units { one, several };
 /// @return whether the readings are of more than one unit under test.
 [[nodiscard]] bool has_several_units(const Run& run);
 
-/// @return the readings of each unit, in the order in which they first come.
-[[nodiscard]] std::vector<Run> split_by_serial(const Run& run);
+/// @return the readings of each unit, in the order in which they first come; without a column
+///         `serial` all are of one unit, of the serial that was stated.
+[[nodiscard]] std::vector<Run> split_by_serial(const Run& run, const std::string& stated_serial);
 
 /// Prints notes and warnings to standard error, each record's under its slot.
 void print_remarks(const std::vector<Calibration>& calibrations);

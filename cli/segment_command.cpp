@@ -50,7 +50,6 @@ std::string segmentation_json(const Segmentation& rests, const SeatLabels* label
 }  // namespace
 
 int run(const SegmentCommand& command) {
-  forbid_overwriting(command.output, command.log);
   const std::vector<std::string> columns =
       names_of(command.rests.columns.value_or(command.rests.accelerometer.value_or("x,y,z")));
   ImuOptions options = imu_options_of(command.rests, columns);

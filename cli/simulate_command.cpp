@@ -42,7 +42,6 @@ std::vector<Truth> read_truths(const SimulateCommand& command) {
         throw UsageError("--truth: slot '" + truth.slot + "' is there twice");
       }
     }
-    forbid_overwriting(command.output, truth.path);
     truths.push_back(std::move(truth));
   }
   return truths;
@@ -89,10 +88,6 @@ SimulationOptions simulation_options(const SimulateCommand& command) {
 }  // namespace
 
 int run(const SimulateCommand& command) {
-  if (command.positioner) {
-    forbid_overwriting(command.output, *command.positioner);
-  }
-  forbid_overwriting(command.output, command.sheet.design);
   SimulationOptions options = simulation_options(command);
   std::vector<Truth> truths = read_truths(command);
   const std::vector<RunSheetRow> sheet = make_sheet(command.sheet);
@@ -100,6 +95,9 @@ int run(const SimulateCommand& command) {
   for (Truth& truth : truths) {
     truth.calibration = read_calibration(truth.path);
     put_field_of_site(truth.calibration.field);
+    if (command.slope) {
+      truth.calibration = on_level_table(std::move(truth.calibration));
+    }
     slots.push_back(truth.slot);
   }
   if (command.positioner) {

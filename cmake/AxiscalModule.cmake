@@ -12,6 +12,7 @@ function(axiscal_add_module name)
   target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_compile_options(${target} PRIVATE ${AXISCAL_WARNINGS})
+  axiscal_harden(${target})
   target_link_libraries(${target} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
   foreach(dependency IN LISTS arg_HEADER_ONLY_PRIVATE)
     target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:${dependency}>)
@@ -21,7 +22,6 @@ function(axiscal_add_module name)
     PROPERTIES EXPORT_NAME ${name}
                VERSION ${PROJECT_VERSION}
                SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
-               POSITION_INDEPENDENT_CODE ON
                VERIFY_INTERFACE_HEADER_SETS ON)
   set_property(GLOBAL APPEND PROPERTY AXISCAL_MODULES ${target})
 endfunction()

@@ -12,6 +12,8 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
+#include "axiscal/core/input_protection.hpp"
+#include "axiscal/core/json_document.hpp"
 
 namespace axiscal {
 namespace {
@@ -32,9 +34,13 @@ void sync_folder(const std::string& path) {
 
 void lock(const std::string& path, int descriptor) {
   if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-    ::close(descriptor);
     throw OutputError(path + ": another session is writing this journal");
   }
+}
+
+// What the last line may lack no other file may lose.
+void check_first_line(const std::string& path, std::string_view line) {
+  parse_json(line, path).require_format(journal_format);
 }
 
 }  // namespace
@@ -61,32 +67,45 @@ Journal Journal::create(const std::string& path) {
                                             path + ", or choose another name by --journal"
                                       : path + ": cannot be made: " + reason());
   }
+  Journal journal(path, descriptor, 0);
   lock(path, descriptor);
+  protect_input(descriptor);
   sync_folder(path);
-  return {path, descriptor, 0};
+  return journal;
 }
 
 Journal Journal::open(const std::string& path, std::vector<std::string>& lines) {
+  if (std::error_code none; std::filesystem::exists(path, none) &&
+                            !std::filesystem::is_regular_file(path, none)) {
+    throw DataError(path, "is no journal: not a regular file");
+  }
   static_cast<void>(InputFile(path));  // says what is wrong with it
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   if (descriptor < 0) {
     throw OutputError(path + ": cannot be written: " + reason());
   }
+  Journal journal(path, descriptor, 0);
   lock(path, descriptor);
-  const std::string text = read_whole_file(path);
   lines.clear();
-  std::size_t whole = 0;
-  for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', whole)) {
-    lines.push_back(text.substr(whole, end - whole));
-    whole = end + 1;
+  bool is_cut = false;
+  for_each_line(path, [&](std::string_view line, bool is_whole) {
+    is_cut = !is_whole;
+    if (is_whole) {
+      if (lines.empty()) {
+        check_first_line(path, line);
+      }
+      lines.emplace_back(line);
+      journal.size_ += static_cast<long long>(line.size()) + 1;
+    }
+  });
+  // A file whose first line is not whole is no journal of ours, and is left as it is.
+  if (lines.empty()) {
+    throw DataError(path, "is no journal: its first line is missing, or not whole");
   }
-  const auto size = static_cast<long long>(whole);
-  if (whole < text.size() && ::ftruncate(descriptor, size) != 0) {
-    const std::string why = reason();
-    ::close(descriptor);
-    throw OutputError(path + ": its last line is not whole and cannot be cut off: " + why);
+  if (is_cut && ::ftruncate(descriptor, journal.size_) != 0) {
+    throw OutputError(path + ": its last line is not whole and cannot be cut off: " + reason());
   }
-  return {path, descriptor, size};
+  return journal;
 }
 
 std::string Journal::append(std::string_view line) {

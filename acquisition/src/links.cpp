@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <asio.hpp>
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/serial_port.hpp>
+#include <boost/asio/write.hpp>
 #include <optional>
+#include <thread>
 
 #include <poll.h>
 #include <unistd.h>
@@ -12,6 +18,7 @@
 namespace axiscal {
 namespace {
 
+namespace asio = boost::asio;
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds retry_after{1};
 constexpr std::size_t most_bytes = 1U << 16U;
@@ -22,7 +29,7 @@ bool wait_readable(int descriptor, std::chrono::milliseconds patience) {
   return ::poll(&one, 1, static_cast<int>(patience.count())) > 0;
 }
 
-bool would_block(const asio::error_code& error) {
+bool would_block(const boost::system::error_code& error) {
   return error == asio::error::would_block || error == asio::error::try_again;
 }
 
@@ -87,7 +94,7 @@ std::string receive_from(Stream& stream,
   if (!wait_readable(stream.native_handle(), patience)) {
     return "";
   }
-  asio::error_code error;
+  boost::system::error_code error;
   count = stream.read_some(asio::buffer(data, size), error);
   return error && !would_block(error) ? error.message() : "";
 }
@@ -103,7 +110,7 @@ HostAndPort place_to_listen(SourceAddress address) {
 template <typename Protocol>
 typename Protocol::endpoint endpoint_of(asio::io_context& context,
                                         const HostAndPort& place,
-                                        asio::error_code& error) {
+                                        boost::system::error_code& error) {
   typename Protocol::resolver resolver(context);
   const auto found =
       resolver.resolve(place.host, place.port, asio::ip::resolver_base::passive, error);
@@ -138,7 +145,7 @@ class SerialLink final : public ReopenedLink {
 
   std::string open(std::chrono::milliseconds /*patience*/) override {
     using Port = asio::serial_port_base;
-    asio::error_code error;
+    boost::system::error_code error;
     const auto failed = [&](const std::string& what) {
       return path_ + ": " + what + error.message() +
              (error == asio::error::access_denied
@@ -175,7 +182,7 @@ class SerialLink final : public ReopenedLink {
   }
 
   void close() override {
-    asio::error_code ignored;
+    boost::system::error_code ignored;
     port_.close(ignored);
   }
 
@@ -206,8 +213,8 @@ class TcpLink : public ReopenedLink {
     if (!socket_.is_open()) {
       return false;
     }
-    asio::error_code error;
-    asio::write(socket_, asio::buffer(text), error);
+    boost::system::error_code error;
+    asio::write(socket_, asio::buffer(text.data(), text.size()), error);
     return !error;
   }
 
@@ -215,7 +222,7 @@ class TcpLink : public ReopenedLink {
   [[nodiscard]] bool is_open() const override { return socket_.is_open(); }
 
   void close() override {
-    asio::error_code ignored;
+    boost::system::error_code ignored;
     socket_.close(ignored);
   }
 
@@ -239,7 +246,7 @@ class TcpClientLink final : public TcpLink {
 
  protected:
   std::string open(std::chrono::milliseconds patience) override {
-    asio::error_code error;
+    boost::system::error_code error;
     asio::ip::tcp::resolver resolver(context_);
     const auto found = resolver.resolve(place_.host, place_.port, error);
     if (error) {
@@ -248,7 +255,7 @@ class TcpClientLink final : public TcpLink {
     error = asio::error::timed_out;
     asio::async_connect(
         socket_, found,
-        [&error](const asio::error_code& result, const auto& /*endpoint*/) { error = result; });
+        [&error](const boost::system::error_code& result, const auto& /*endpoint*/) { error = result; });
     context_.restart();
     context_.run_for(std::max(patience, std::chrono::milliseconds(500)));
     if (!context_.stopped()) {  // nobody answers
@@ -274,7 +281,7 @@ class TcpServerLink final : public TcpLink {
 
  protected:
   std::string open(std::chrono::milliseconds patience) override {
-    asio::error_code error;
+    boost::system::error_code error;
     if (!acceptor_.is_open()) {
       const auto endpoint = endpoint_of<asio::ip::tcp>(context_, place_, error);
       if (!error) {
@@ -314,13 +321,13 @@ class UdpLink final : public ReopenedLink {
   [[nodiscard]] bool is_open() const override { return socket_.is_open(); }
 
   std::string open(std::chrono::milliseconds /*patience*/) override {
-    asio::error_code error;
+    boost::system::error_code error;
     const auto endpoint = endpoint_of<asio::ip::udp>(context_, place_, error);
     if (!error) {
       socket_.open(endpoint.protocol(), error);
       if (!error) {
         // A burst must find room while a point is being written to the disk.
-        asio::error_code ignored;
+        boost::system::error_code ignored;
         socket_.set_option(asio::socket_base::receive_buffer_size(4 << 20), ignored);
         socket_.bind(endpoint, error);
       }
@@ -329,7 +336,7 @@ class UdpLink final : public ReopenedLink {
   }
 
   void close() override {
-    asio::error_code ignored;
+    boost::system::error_code ignored;
     socket_.close(ignored);
   }
 
@@ -340,7 +347,7 @@ class UdpLink final : public ReopenedLink {
     if (!wait_readable(socket_.native_handle(), patience)) {
       return "";
     }
-    asio::error_code error;
+    boost::system::error_code error;
     count = socket_.receive(asio::buffer(data, size), 0, error);
     return error && !would_block(error) ? name_ + ": " + error.message() : "";
   }

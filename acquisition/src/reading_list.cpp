@@ -81,9 +81,14 @@ void ReadingList::apply(const JsonValue& entry) {
                             .mean = entry.at("mean").vector(),
                             .sd = {},
                             .temperature = {}};
-    reading.row.entry.point = {face_of(entry.at("rest")), face_of(entry.at("fence"))};
+    const Face rest = face_of(entry.at("rest"));
+    const Face fence = face_of(entry.at("fence"));
+    if (axis_of(rest) == axis_of(fence)) {
+      entry.at("fence").fail("lies on one axis with the rest face");
+    }
+    reading.row.entry.point = {rest, fence};
     reading.sd = entry.at("sd").vector(reading.mean.size());
-    reading.samples = static_cast<std::size_t>(entry.at("samples").integer());
+    reading.samples = entry.at("samples").count();
     reading.start_s = entry.at("start").number();
     reading.end_s = entry.at("end").number();
     if (const std::optional<JsonValue> temperature = entry.find("temperature")) {
@@ -109,7 +114,7 @@ void ReadingList::apply(const JsonValue& entry) {
     finished_ = false;
   } else if (kind == "skipped") {
     steps_[step_of()].skipped = true;
-  } else if (kind == "replicate") {
+  } else if (kind == "replicate" && !steps_.empty()) {
     const int block = steps_.back().row.block + 1;
     const std::size_t first = steps_.size() - replicate_size_;
     for (std::size_t i = 0; i < replicate_size_; ++i) {

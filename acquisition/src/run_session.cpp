@@ -35,6 +35,37 @@ class Asking {
   bool warned_ = false;
 };
 
+// A session that waits for an answer and has nobody to give it (standard input is closed, say).
+class Unanswered {
+ public:
+  // Whether it has waited for so long that it is to end.
+  bool is_over(const SessionView& view, bool nobody_answers) {
+    const bool waits = view.phase == SessionPhase::question ||
+                       view.phase == SessionPhase::review || view.phase == SessionPhase::ready ||
+                       view.phase == SessionPhase::paused;
+    if (!nobody_answers || !waits || view.phase != phase_) {
+      phase_ = view.phase;
+      since_s_ = session_seconds();
+      return false;
+    }
+    constexpr double patience_s = 3.0;
+    return session_seconds() - since_s_ > patience_s;
+  }
+
+ private:
+  SessionPhase phase_ = SessionPhase::waiting;
+  double since_s_ = 0.0;
+};
+
+// Ends a session with what there is: a calibration where one follows, else it can be resumed.
+void end(Session& session) {
+  session.command({.action = SessionAction::finish, .run = {}});
+  session.command({.action = SessionAction::finish, .run = {}});
+  if (!session.is_over()) {
+    session.command({.action = SessionAction::quit, .run = {}});
+  }
+}
+
 }  // namespace
 
 void run_session(Session& session,
@@ -43,6 +74,7 @@ void run_session(Session& session,
                  bool unattended) {
   SampleBatch batch;
   Asking asking;
+  Unanswered unanswered;
   std::vector<SessionEvent> unseen;
   bool has_channels = false;
   bool said_ended = false;
@@ -71,11 +103,14 @@ void run_session(Session& session,
     if (feed.has_ended() && batch.size() == 0) {
       session.no_more_samples();
       if (nobody_answers && !std::exchange(said_ended, true)) {
-        session.command({.action = SessionAction::finish, .run = {}});
-        session.command({.action = SessionAction::finish, .run = {}});
-        if (!session.is_over()) {
-          session.command({.action = SessionAction::quit, .run = {}});
-        }
+        end(session);
+      }
+    }
+    if (unanswered.is_over(session.view(), nobody_answers && !unattended)) {
+      if (session.view().phase == SessionPhase::review) {
+        end(session);
+      } else {
+        session.command({.action = SessionAction::quit, .run = {}});
       }
     }
     for (SessionFace* const face : faces) {

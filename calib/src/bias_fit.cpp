@@ -107,9 +107,13 @@ Constant what_constant_is(const Experiment& experiment,
         "temperature is new");
     return Constant::from_record;
   }
-  calibration.notes.emplace_back(
-      "the biases hold the field's part in the pose in which the instrument lay; give --from and "
-      "the columns rest and fence to take it out");
+  calibration.warnings.push_back(
+      {.code = "field_in_bias",
+       .runs = {},
+       .message = "the biases hold the field's part in the pose in which the instrument lay (of an "
+                  "accelerometer gravity), and are no biases yet; to take it out give the record "
+                  "that has the sensitivity, --from RECORD.json, and the columns rest and fence"});
+  calibration.status = "warning";
   return Constant::as_read;
 }
 

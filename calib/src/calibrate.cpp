@@ -64,19 +64,45 @@ bool has_labels(const Observations& observations) {
                      [](const Reading& reading) { return reading.point.has_value(); });
 }
 
+// The runs whose opposite was not taken.
 // @param soak  number of the soak level of each reading; empty: all of one.
-bool every_reading_has_its_opposite(const Observations& observations,
-                                    const std::vector<int>& soak) {
+std::vector<int> runs_without_opposite(const Observations& observations,
+                                       const std::vector<int>& soak) {
   using Key = std::tuple<int, double, int, DesignPoint>;
   std::set<Key> there;
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
     const Reading& reading = observations.readings[i];
     there.emplace(reading.block, reading.level, soak.empty() ? 0 : soak[i], *reading.point);
   }
-  return std::all_of(there.begin(), there.end(), [&](const Key& key) {
-    const auto& [block, level, at, point] = key;
-    return there.contains({block, level, at, point.turned_round()});
-  });
+  std::vector<int> runs;
+  for (std::size_t i = 0; i < observations.readings.size(); ++i) {
+    const Reading& reading = observations.readings[i];
+    if (!there.contains({reading.block, reading.level, soak.empty() ? 0 : soak[i],
+                         reading.point->turned_round()})) {
+      runs.push_back(reading.run);
+    }
+  }
+  return runs;
+}
+
+// Why readings of a field along the normal cannot be paired; empty where they can.
+std::string why_not_paired(const Experiment& experiment, const Observations& observations) {
+  std::vector<int> soak;
+  if (experiment.temperature.order > 0 || experiment.temperature.automatic) {
+    std::vector<double> temperatures;
+    for (const Reading& reading : observations.readings) {
+      temperatures.push_back(reading.temperature.value_or(0.0));
+    }
+    soak = soak_levels(temperatures);
+    if (soak.empty()) {
+      return "opposite readings were not taken at one temperature";
+    }
+  }
+  const std::vector<int> runs = runs_without_opposite(observations, soak);
+  return runs.empty() ? ""
+                      : name_of_runs(runs) + (runs.size() == 1 ? " has" : " have") +
+                            " no opposite reading (the same rest face, the fence face turned by 180 "
+                            "degrees)";
 }
 
 bool lies_along_normal(const Experiment& experiment) {
@@ -551,6 +577,40 @@ void compare_polar_fit(const ReadingSet& set,
   }
 }
 
+// What the method was chosen by, where the usual one could not be.
+void note_choice_of_method(const Experiment& experiment,
+                           const Observations& used,
+                           Method method,
+                           Calibration& calibration) {
+  if (!experiment.method && method == Method::joint && has_labels(used) &&
+      lies_along_normal(experiment)) {
+    calibration.notes.push_back("method joint instead of paired: " +
+                                why_not_paired(experiment, used) +
+                                "; take what is missing, or state --method joint");
+  }
+}
+
+// A magnitude that nobody stated comes from the length of a vector that may be a direction only.
+void say_what_length_means(const Experiment& experiment, Calibration& calibration) {
+  const FieldSetup& field = experiment.field;
+  if (!field.in_table || field.magnitude || field.custom || !field.others.empty()) {
+    return;
+  }
+  const double length = field.in_table->norm();
+  const bool is_one_g = field.kind == "gravity" && calibration.field.unit == "g";
+  const std::string what = "the field's magnitude is taken as the length of the vector that was "
+                           "stated (in_table, --field-table), " +
+                           number_text(length, 5) + " " + calibration.field.unit;
+  if (is_one_g && std::abs(length - 1.0) > 1e-6) {
+    calibration.warnings.push_back(
+        {.code = "field_length",
+         .runs = {},
+         .message = what + ", and not as 1 g; if it is a direction only, state --field-magnitude 1"});
+  } else if (length != 1.0) {
+    calibration.notes.push_back(what);
+  }
+}
+
 // A mistake in the whole run fits as well as no mistake; only what is expected shows it.
 void warn_of_other_sensitivity(double nominal, Calibration& calibration) {
   constexpr double far_off = 0.3;
@@ -622,18 +682,7 @@ Method choose_method(const Experiment& experiment, const Observations& observati
   if (!lies_along_normal(experiment)) {
     return Method::joint;
   }
-  std::vector<int> soak;
-  if (experiment.temperature.order > 0 || experiment.temperature.automatic) {
-    std::vector<double> temperatures;
-    for (const Reading& reading : observations.readings) {
-      temperatures.push_back(reading.temperature.value_or(0.0));
-    }
-    soak = soak_levels(temperatures);
-    if (soak.empty()) {
-      return Method::joint;  // opposite readings were not taken at one temperature
-    }
-  }
-  return every_reading_has_its_opposite(observations, soak) ? Method::paired : Method::joint;
+  return why_not_paired(experiment, observations).empty() ? Method::paired : Method::joint;
 }
 
 Calibration calibrate(const Experiment& experiment, const Observations& observations) {
@@ -673,6 +722,7 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   calibration.slot = experiment.slot;
   calibration.level_by_block = experiment.level_by == LevelBy::block;
   calibration.left_out = experiment.leave_out;
+  note_choice_of_method(experiment, used, method, calibration);
   if (method == Method::known && !by_field) {
     check_known_magnitude(calibration.field);
   }
@@ -771,6 +821,7 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   estimate.saturated = find_saturated(fitted, experiment.instrument.one_sided);
   calibration.warnings =
       find_warnings(calibration, estimate, std::move(unpaired_runs), searched, culprit);
+  say_what_length_means(experiment, calibration);
   if (experiment.nominal_sensitivity) {
     warn_of_other_sensitivity(*experiment.nominal_sensitivity, calibration);
   }

@@ -342,6 +342,14 @@ Json json_of(const Verdict& verdict) {
   return json;
 }
 
+}  // namespace
+
+std::string verdict_json(const Verdict& verdict) {
+  return json_text(json_of(verdict));
+}
+
+namespace {
+
 // A correction that was made; the file holds what was corrected, not how.
 Json json_of(const Correction& correction) {
   return {{"code", correction.code}, {"runs", correction.runs}, {"message", correction.message}};
@@ -770,7 +778,9 @@ CalibrationWarning warning_of(const JsonValue& json) {
 
 }  // namespace
 
-std::string calibration_json(const Calibration& calibration) {
+namespace {
+
+std::string text_of_record(const Calibration& calibration) {
   Json json = {{"format", "axiscal-calibration"},
                {"version", 1},
                {"created", calibration.created},
@@ -861,6 +871,21 @@ std::string calibration_json(const Calibration& calibration) {
   }
   json["notes"] = calibration.notes;
   return json_text(json);
+}
+
+}  // namespace
+
+std::string calibration_json(const Calibration& calibration) {
+  std::string text = text_of_record(calibration);
+  // Nothing is stored that could not be read again.
+  constexpr std::string_view name = "the record";
+  try {
+    static_cast<void>(parse_calibration(text, std::string(name)));
+  } catch (const DataError& error) {
+    throw DomainError(std::string("it would make a record that cannot be read back: ") +
+                      (error.what() + name.size() + 2));
+  }
+  return text;
 }
 
 Calibration parse_calibration(std::string_view text, const std::string& path) {

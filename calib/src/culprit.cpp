@@ -41,6 +41,11 @@ constexpr double drift_range = 0.04;
 // Explanations within this of the best are reported too.
 constexpr double as_likely = 3.0;
 
+// Up to so many readings each is left out by a fit of its own, and the table moved after each. Of more,
+// those that count most to first order: the time stays linear in the readings.
+constexpr std::size_t each_is_fitted = 200;
+constexpr std::size_t fitted_of_many = 48;
+
 std::vector<std::size_t> first_of(const std::vector<std::size_t>& order, std::size_t count) {
   return {order.begin(),
           order.begin() + static_cast<std::ptrdiff_t>(std::min(count, order.size()))};
@@ -184,11 +189,57 @@ class Search {
     return first_of(all, most);
   }
 
+  // What the table moved after each reading takes from the sum of squares, to first order; by cut.
+  // The columns of one cut are those of the next and one reading more, so their products with the
+  // basis and the residuals are running sums.
+  [[nodiscard]] std::vector<double> drops_with_table_moved(const HypothesisFit& fit) const {
+    std::vector<double> drops(count(), 0.0);
+    const Eigen::VectorXd residuals = fit.residuals.reshaped();
+    const Eigen::VectorXd along = fit.basis.transpose() * residuals;
+    Eigen::MatrixXd in_basis = Eigen::MatrixXd::Zero(fit.basis.cols(), 2);
+    Eigen::Matrix2d ZtZ = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d Zte = Eigen::Vector2d::Zero();
+    for (std::size_t cut = count() - 1; cut > 0; --cut) {
+      const std::size_t i = order_[cut];
+      const auto row = static_cast<Eigen::Index>(i);
+      const Eigen::MatrixXd Z = table_rows(i, fit.fields, fit.coefficients);
+      for (Eigen::Index k = 0; k < m(); ++k) {
+        const Eigen::RowVector2d z = std::sqrt(set_.weights(row, k)) / fitter_.scale()(k) * Z.row(k);
+        in_basis += fit.basis.row(n() * k + row).transpose() * z;
+        ZtZ += z.transpose() * z;
+        Zte += z.transpose() * residuals(n() * k + row);
+      }
+      const Eigen::Matrix2d left = ZtZ - in_basis.transpose() * in_basis;
+      const Eigen::LDLT<Eigen::Matrix2d> ldlt(left);
+      const Eigen::Vector2d c = Zte - in_basis.transpose() * along;
+      const double size = ZtZ.diagonal().maxCoeff();
+      drops[cut] = ldlt.vectorD().minCoeff() > 1e-9 * size ? c.dot(ldlt.solve(c)) : 0.0;
+    }
+    return drops;
+  }
+
+  // The cuts that are fitted: all, or of many those that count most.
+  [[nodiscard]] std::vector<std::size_t> cuts() const {
+    std::vector<std::size_t> all;
+    for (std::size_t cut = 1; cut < count() && !fitter_.known_field(); ++cut) {
+      all.push_back(cut);
+    }
+    if (all.size() > each_is_fitted) {
+      const std::vector<double> drops = drops_with_table_moved(plain_);
+      std::stable_sort(all.begin(), all.end(),
+                       [&](std::size_t a, std::size_t b) { return drops[a] > drops[b]; });
+      all.resize(fitted_of_many);
+      std::sort(all.begin(), all.end());
+    }
+    return all;
+  }
+
   // Columns of the classes that add some: table moved, drift, extremes.
   [[nodiscard]] double added_p(const HypothesisFit& fit) const {
     double moved = 0.0;
-    for (std::size_t cut = 1; cut < count() && !fitter_.known_field(); ++cut) {
-      moved = std::max(moved, drop_with(fit, table_columns(cut, fit.fields, fit.coefficients)));
+    if (!fitter_.known_field()) {
+      const std::vector<double> drops = drops_with_table_moved(fit);
+      moved = *std::max_element(drops.begin(), drops.end());
     }
     double shifted = 0.0;
     for (Eigen::Index k = 0; k < m(); ++k) {
@@ -244,19 +295,36 @@ class Search {
   }
 
   void delete_each() {
-    deletions_.clear();
-    for (std::size_t i = 0; i < count(); ++i) {
-      deletions_.push_back(fitter_.fit(set_, {i}));
-    }
+    deletions_.assign(count(), {});
     by_deletion_.resize(count());
     std::iota(by_deletion_.begin(), by_deletion_.end(), std::size_t{0});
-    std::stable_sort(by_deletion_.begin(), by_deletion_.end(), [&](std::size_t a, std::size_t b) {
-      return left_without(a) < left_without(b);
-    });
-  }
-
-  [[nodiscard]] double left_without(std::size_t i) const {
-    return deletions_[i].fitted ? deletions_[i].total() : std::numeric_limits<double>::infinity();
+    std::vector<double> left(count());  // without each
+    std::vector<std::size_t> fitted = by_deletion_;
+    const auto sort_by_left = [&](std::vector<std::size_t>& readings) {
+      std::stable_sort(readings.begin(), readings.end(),
+                       [&](std::size_t a, std::size_t b) { return left[a] < left[b]; });
+    };
+    if (count() > each_is_fitted) {
+      for (std::size_t i = 0; i < count(); ++i) {
+        left[i] = plain_.total() - drop_without(plain_, {i});
+      }
+      sort_by_left(fitted);
+      fitted.resize(fitted_of_many);
+    }
+    for (const std::size_t i : fitted) {
+      deletions_[i] = fitter_.fit(set_, {i});
+      deletions_[i].forget_readings();
+      left[i] = deletions_[i].fitted ? deletions_[i].total()
+                                     : std::numeric_limits<double>::infinity();
+    }
+    // Behind those that were fitted: the others are judged to first order only.
+    sort_by_left(fitted);
+    std::vector<bool> is_fitted(count(), false);
+    for (const std::size_t i : fitted) {
+      is_fitted[i] = true;
+    }
+    std::erase_if(by_deletion_, [&](std::size_t i) { return is_fitted[i]; });
+    by_deletion_.insert(by_deletion_.begin(), fitted.begin(), fitted.end());
   }
 
   // Two readings deleted: all pairs where they are few, else of those that count most.
@@ -276,6 +344,7 @@ class Search {
     for (std::size_t a = 0; a < candidates.size(); ++a) {
       for (std::size_t b = a + 1; b < candidates.size(); ++b) {
         HypothesisFit fit = fitter_.fit(set_, {candidates[a], candidates[b]});
+        fit.forget_readings();
         if (fit.fitted && (!best_pair_.fitted || fit.total() < best_pair_.total())) {
           best_pair_ = std::move(fit);
           pair_ = {candidates[a], candidates[b]};
@@ -361,7 +430,7 @@ class Search {
     delete_pairs();
     constexpr double rare = 100.0;  // two independent mistakes
     consider(best_pair_, rare * 0.5 * readings * (readings - 1.0), true);
-    for (std::size_t cut = 1; cut < count() && !fitter_.known_field(); ++cut) {
+    for (const std::size_t cut : cuts()) {
       consider(table_moved(cut), 0.3 * (readings - 1.0), true);
     }
     consider(drifted(), 1.0, false);
@@ -391,16 +460,23 @@ class Search {
     Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(n() * m(), 2);
     for (std::size_t at = cut; at < count(); ++at) {
       const std::size_t i = order_[at];
-      const auto row = static_cast<Eigen::Index>(i);
-      const Eigen::Vector3d& field = fields[set_.level_of(row)];
-      const Eigen::Matrix<double, 3, 2> change = set_.readings[i].level * field.norm() *
-                                                 set_.rotation_sensor_from_table[i] *
-                                                 tangents_of(field);
+      const Eigen::MatrixXd rows = table_rows(i, fields, coefficients);
       for (Eigen::Index k = 0; k < m(); ++k) {
-        Z.row(n() * k + row) = coefficients.col(k).segment<3>(1).transpose() * change;
+        Z.row(n() * k + static_cast<Eigen::Index>(i)) = rows.row(k);
       }
     }
     return Z;
+  }
+
+  // The rows of one reading in them, one for each axis.
+  [[nodiscard]] Eigen::MatrixXd table_rows(std::size_t i,
+                                           const std::vector<Eigen::Vector3d>& fields,
+                                           const Eigen::MatrixXd& coefficients) const {
+    const Eigen::Vector3d& field = fields[set_.level_of(static_cast<Eigen::Index>(i))];
+    const Eigen::Matrix<double, 3, 2> change = set_.readings[i].level * field.norm() *
+                                               set_.rotation_sensor_from_table[i] *
+                                               tangents_of(field);
+    return coefficients.middleRows<3>(1).transpose() * change;
   }
 
   [[nodiscard]] Eigen::MatrixXd drift_columns() const {
@@ -523,6 +599,7 @@ class Search {
                             .fit = std::move(fit),
                             .correction = std::move(correction),
                             .words = std::move(words)};
+    explanation.fit.forget_readings();
     explanations_.push_back(std::move(explanation));
   }
 
@@ -582,14 +659,7 @@ class Search {
       } catch (const std::exception&) {
         continue;  // the cube cannot lie so
       }
-      const Eigen::MatrixXd base = field_design(moved, without.fields);
-      double distance = 0.0;
-      for (Eigen::Index k = 0; k < m(); ++k) {
-        const double expected =
-            moved.with_temperature(base, k).row(0).dot(without.coefficients.col(k).transpose());
-        distance += std::pow((set_.response(row, k) - expected) / fitter_.scale()(k), 2);
-      }
-      poses.emplace_back(distance, entry.point);
+      poses.emplace_back(distance_squared(moved, without, set_.response.row(row)), entry.point);
     }
     std::stable_sort(poses.begin(), poses.end(),
                      [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -651,19 +721,40 @@ class Search {
     return one;
   }
 
+  // How far a response lies from what the other readings say, in the scale of its axes, squared.
+  [[nodiscard]] double distance_squared(const ReadingSet& one,
+                                        const HypothesisFit& without,
+                                        const Eigen::VectorXd& response) const {
+    const Eigen::MatrixXd base = field_design(one, without.fields);
+    double distance = 0.0;
+    for (Eigen::Index k = 0; k < m(); ++k) {
+      const double expected =
+          one.with_temperature(base, k).row(0).dot(without.coefficients.col(k).transpose());
+      distance += std::pow((response(k) - expected) / fitter_.scale()(k), 2);
+    }
+    return distance;
+  }
+
   void try_value(std::size_t i,
                  const Eigen::VectorXd& value,
                  double alternatives,
                  const std::string& code,
                  const std::string& words) {
-    // Worth a fit only where it comes near to what the other readings say.
-    const auto row = static_cast<Eigen::Index>(i);
-    ReadingSet set = set_;
-    set.response.row(row) = value;
     const HypothesisFit& without = deletions_[i];
     if (!without.fitted) {
       return;
     }
+    const auto row = static_cast<Eigen::Index>(i);
+    // Of many readings only what comes near to what the others say is worth a fit.
+    if (count() > each_is_fitted) {
+      const ReadingSet one = one_reading(i);
+      const Eigen::VectorXd stated = set_.response.row(row);
+      if (distance_squared(one, without, value) > 0.25 * distance_squared(one, without, stated)) {
+        return;
+      }
+    }
+    ReadingSet set = set_;
+    set.response.row(row) = value;
     Correction correction = about(code, {i});
     correction.responses = {{run_of(i), value}};
     add(fitter_.fit(set), {}, alternatives, std::move(correction), words);
@@ -753,7 +844,8 @@ class Search {
   // A value repeated to the last digit in another pose tells nothing of its reading.
   void explain_by_repeat(std::size_t i) {
     const auto row = static_cast<Eigen::Index>(i);
-    for (std::size_t j = 0; j < count() && m() > 1; ++j) {
+    std::size_t said = 0;
+    for (std::size_t j = 0; j < count() && m() > 1 && said < most_said; ++j) {
       const auto other = static_cast<Eigen::Index>(j);
       if (i == j || *set_.readings[i].point == *set_.readings[j].point ||
           set_.response.row(row) != set_.response.row(other)) {
@@ -761,8 +853,8 @@ class Search {
       }
       Correction correction = about("stuck", {i});
       correction.leave_out = correction.runs;
-      HypothesisFit fit = fitter_.fit(set_, {i});
-      add(std::move(fit), {}, static_cast<double>(n()), std::move(correction),
+      ++said;
+      add(deletions_[i], {}, static_cast<double>(n()), std::move(correction),
           "without it: it repeats run " + std::to_string(run_of(j)) + " to the last digit");
       // Nothing else makes all digits the same.
       if (!explanations_.empty() && explanations_.back().correction.code == "stuck") {
@@ -830,9 +922,7 @@ class Search {
     if (fitter_.known_field()) {
       return;
     }
-    for (std::size_t cut = 1; cut < count(); ++cut) {
-      std::vector<std::size_t> behind(order_.begin() + static_cast<std::ptrdiff_t>(cut),
-                                      order_.end());
+    for (const std::size_t cut : cuts()) {
       Correction correction = about("table_moved", {order_[cut - 1], order_[cut]});
       add(table_moved(cut), {angle_range_rad, angle_range_rad}, static_cast<double>(n() - 1),
           std::move(correction), "with the table moved between them");
@@ -932,7 +1022,6 @@ class Search {
     if (!(times_better(best.fit) > clearly_better)) {
       return std::nullopt;
     }
-    constexpr std::size_t most_said = 3;
     Culprit result;
     std::set<std::vector<int>> seen_outliers;
     for (const Explanation& explanation : explanations_) {
@@ -974,6 +1063,7 @@ class Search {
     return result;
   }
 
+  static constexpr std::size_t most_said = 3;
   static constexpr double sure = 200.0;
   static constexpr double repeated_point = 5.0;
 
@@ -981,7 +1071,7 @@ class Search {
   HypothesisFitter fitter_;
   std::vector<std::size_t> order_;  // of the readings, as they were taken
   HypothesisFit plain_;
-  std::vector<HypothesisFit> deletions_;
+  std::vector<HypothesisFit> deletions_;  // of each reading; not fitted where it counts too little
   std::vector<std::size_t> by_deletion_;  // positions, the one that mends most first
   HypothesisFit best_pair_;
   std::array<std::size_t, 2> pair_{};

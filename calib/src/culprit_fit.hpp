@@ -23,6 +23,12 @@ struct HypothesisFit {
   Eigen::MatrixXd residuals;           // n x m, weighted
   Eigen::MatrixXd basis;  // (n m) x parameters, orthonormal: basis basis^T is the hat matrix
 
+  /// Frees what is kept for each reading; the sums, the fields and the coefficients stay.
+  void forget_readings() {
+    residuals.resize(0, 0);
+    basis.resize(0, 0);
+  }
+
   [[nodiscard]] double total() const { return rss.sum(); }
   [[nodiscard]] double dof() const { return degrees_of_freedom.sum(); }
 };

@@ -54,7 +54,10 @@ void read_instrument(const JsonValue& json, Instrument& instrument) {
     instrument.kind = kind.text();
     kind.check([&] { static_cast<void>(find_instrument_kind(instrument.kind)); });
   });
-  with(json, "serial", [&](const JsonValue& serial) { instrument.serial = serial.text(); });
+  with(json, "serial", [&](const JsonValue& serial) {
+    instrument.serial = serial.text();
+    serial.check([&] { check_serial(instrument.serial); });
+  });
   with(json, "axes",
        [&](const JsonValue& axes) { axes.check([&] { set_axes(instrument, axes.texts()); }); });
   with(json, "unit", [&](const JsonValue& unit) { instrument.unit = unit.text(); });
@@ -167,16 +170,22 @@ void read_field(const JsonValue& json, FieldSetup& field) {
   }
 }
 
-void read_also(const JsonValue& json, std::vector<FieldPart>& also) {
+void read_one_also(const JsonValue& json, std::vector<FieldPart>& also) {
   if (json.is_text()) {
     json.check([&] { check_field_kind(json.text()); });
     also.emplace_back().kind = json.text();
-  } else if (json.is_array()) {
-    for (const JsonValue& one : json.elements()) {
-      read_also(one, also);
-    }
   } else {
     read_field_part(json, also.emplace_back());
+  }
+}
+
+void read_also(const JsonValue& json, std::vector<FieldPart>& also) {
+  if (!json.is_array()) {
+    read_one_also(json, also);
+    return;
+  }
+  for (const JsonValue& one : json.elements()) {
+    read_one_also(one, also);
   }
 }
 

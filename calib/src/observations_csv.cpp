@@ -360,6 +360,13 @@ ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& as
                                         "': one unit at a time is taken here; give each its own "
                                         "file");
       }
+      if (row == 1 || serial != result.serials.back()) {
+        try {
+          check_serial(serial);
+        } catch (const DomainError& error) {
+          table.fail(*columns.serial, error.what());
+        }
+      }
       result.serials.emplace_back(serial);
       result.serial = result.serials.front();
     }

@@ -10,6 +10,44 @@
 
 namespace axiscal {
 
+Calibration on_level_table(Calibration truth) {
+  FieldDescription& field = truth.field;
+  // What gravity, or else a turntable's axis, says of the table's slope.
+  const Eigen::Vector3d* up = nullptr;
+  if (field.parts.empty() && field.in_table &&
+      (field.kind == "gravity" || field.kind == "induced_rotation")) {
+    up = &*field.in_table;
+  }
+  for (const FieldPartDescription& part : field.parts) {
+    up = part.kind == "gravity" ? &part.in_table : up;
+  }
+  for (const AlsoResponse& also : truth.also) {
+    up = also.kind == "gravity" ? &also.in_table : up;
+  }
+  if (up == nullptr) {
+    return truth;  // its slope is not known from the record
+  }
+  const Eigen::Vector3d direction = (up->z() < 0.0 ? -1.0 : 1.0) * up->normalized();
+  constexpr double least_height = 0.1;  // a field in the table's plane tells no slope
+  if (direction.z() < least_height) {
+    return truth;
+  }
+  const Eigen::Matrix3d level_from_sloping =
+      rotation_sloping_from_level({direction.x(), direction.y()}).transpose();
+  if (field.in_table && field.parts.empty()) {
+    field.in_table = level_from_sloping * *field.in_table;
+  }
+  for (FieldPartDescription& part : field.parts) {
+    if (!part.set_by_level) {
+      part.in_table = level_from_sloping * part.in_table;
+    }
+  }
+  for (AlsoResponse& also : truth.also) {
+    also.in_table = level_from_sloping * also.in_table;
+  }
+  return truth;
+}
+
 Observations simulate(const Calibration& truth,
                       const std::vector<RunSheetRow>& sheet,
                       const SimulationOptions& options) {

@@ -25,6 +25,7 @@ namespace axiscal {
 namespace {
 
 constexpr int most_rounds = 50;
+constexpr double most_revolutions_by_hand = 20.0;  // from rest to rest
 
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
@@ -304,6 +305,40 @@ void require_determined(const Eigen::MatrixXd& J, std::size_t turns) {
   }
 }
 
+// The angle that the instrument is turned by from rest to rest, there and back counted both.
+double revolutions_of(const GyroscopeTurn& turn, const TurnFit& fit) {
+  double angle_rad = 0.0;
+  for (std::size_t i = 1; i < turn.time_s.size(); ++i) {
+    const Eigen::Vector3d reading(turn.readings[0][i], turn.readings[1][i], turn.readings[2][i]);
+    angle_rad += (fit.inverse * (reading - fit.response.bias)).norm() *
+                 (turn.time_s[i] - turn.time_s[i - 1]);
+  }
+  return angle_rad / (2.0 * std::numbers::pi);
+}
+
+// Whole revolutions look alike from rest to rest: a scale, or times, that are off by far fit too.
+void check_revolutions(std::span<const GyroscopeTurn> turns,
+                       const TurnFitOptions& options,
+                       TurnFit& fit) {
+  std::size_t worst = 0;
+  for (std::size_t t = 0; t < turns.size(); ++t) {
+    const double revolutions = revolutions_of(turns[t], fit);
+    if (revolutions > fit.most_revolutions) {
+      fit.most_revolutions = revolutions;
+      worst = t;
+    }
+  }
+  if (fit.most_revolutions > most_revolutions_by_hand && !options.rate_per_unit) {
+    const std::span<const double> time_s = turns[worst].time_s;
+    throw RefusedError(
+        "turn " + std::to_string(worst + 1) + " of the gyroscope would be " +
+        number_text(fit.most_revolutions, 3) + " revolutions in " +
+        number_text(time_s.back() - time_s.front(), 3) +
+        " s, and no hand turns so: are the times in another unit (name the column t_ms, t_us, ...), "
+        "or are rests missing? If it was a motor, state the gyroscope's scale: --gyroscope-scale");
+  }
+}
+
 }  // namespace
 
 TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
@@ -382,6 +417,7 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
     }
   }
   fit.covariance = T * of_unknowns * T.transpose();
+  check_revolutions(turns, options, fit);
   return fit;
 }
 
@@ -414,6 +450,14 @@ Calibration turn_calibration(const TurnFit& fit,
     record.warnings.push_back({.code = "not_converged",
                                .message = "the fit of the turns had not come to rest after 50 "
                                           "rounds; is the gyroscope saturated in the turns?"});
+    record.status = "warning";
+  }
+  if (fit.most_revolutions > most_revolutions_by_hand) {
+    record.warnings.push_back({.code = "many_revolutions",
+                               .message = "a turn between two rests has " +
+                                          number_text(fit.most_revolutions, 3) +
+                                          " revolutions by the stated scale; are scale and times "
+                                          "right?"});
     record.status = "warning";
   }
   return record;

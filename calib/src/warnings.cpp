@@ -313,8 +313,10 @@ class Finder {
       if (tests[k].p_value * static_cast<double>(tests.size()) < false_lack_of_fit) {
         add("lack_of_fit", {},
             "axis " + axis_name(static_cast<Eigen::Index>(k)) +
-                ": the readings are further from the model than their repeats allow (F = " +
-                rounded(tests[k].f, 3) + ", p = " + rounded(tests[k].p_value, 2) +
+                ": the readings are further from the model than their repeats allow (" +
+                (std::isfinite(tests[k].f)
+                     ? "F = " + rounded(tests[k].f, 3) + ", p = " + rounded(tests[k].p_value, 2)
+                     : std::string("which agree to the last digit")) +
                 "); the cube's faces, its seating or the axis's linearity limit this run, and the "
                 "standard errors include it");
         return;

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/input_protection.hpp"
 
 namespace axiscal {
 
@@ -26,6 +27,7 @@ InputFile::InputFile(std::string path) : path_(std::move(path)) {
     }
     throw DataError(path_, "is a directory, not a file");
   }
+  protect_input(descriptor_);
 }
 
 InputFile::~InputFile() {
@@ -52,9 +54,38 @@ std::string read_whole_file(const std::string& path) {
   std::vector<char> block(1U << 16U);
   for (std::size_t count = file.read(block.data(), block.size()); count > 0;
        count = file.read(block.data(), block.size())) {
+    if (content.size() + count > largest_whole_file) {
+      throw DataError(path, "is larger than 256 MiB, the most that is read of such a file");
+    }
     content.append(block.data(), count);
   }
   return content;
+}
+
+void for_each_line(const std::string& path,
+                   const std::function<void(std::string_view line, bool is_whole)>& take) {
+  InputFile file(path);
+  std::string line;  // what has been read of it
+  std::size_t number = 1;
+  std::vector<char> block(1U << 16U);
+  for (std::size_t count = file.read(block.data(), block.size()); count > 0;
+       count = file.read(block.data(), block.size())) {
+    std::string_view rest(block.data(), count);
+    for (std::size_t end = rest.find('\n'); end != std::string_view::npos; end = rest.find('\n')) {
+      line += rest.substr(0, end);
+      take(line, true);
+      line.clear();
+      rest.remove_prefix(end + 1);
+      ++number;
+    }
+    line += rest;
+    if (line.size() > longest_line) {
+      throw DataError(path, number, "a line of more than 1 MiB: is this a text file?");
+    }
+  }
+  if (!line.empty()) {
+    take(line, false);
+  }
 }
 
 }  // namespace axiscal

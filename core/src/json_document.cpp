@@ -122,6 +122,15 @@ int JsonValue::integer() const {
   return static_cast<int>(value);
 }
 
+std::size_t JsonValue::count() const {
+  const double value = number();
+  constexpr double most = 9007199254740992.0;  // 2^53: each whole number up to it is a double
+  if (value != std::floor(value) || value < 0.0 || value > most) {
+    fail("must be a whole number, 0 or more");
+  }
+  return static_cast<std::size_t>(value);
+}
+
 bool JsonValue::boolean() const {
   if (!value_->is_boolean()) {
     fail("must be true or false");

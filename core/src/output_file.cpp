@@ -4,17 +4,23 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
+#include <mutex>
+#include <set>
 #include <utility>
 
 #include <climits>
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/input_protection.hpp"
+#include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
 namespace {
@@ -45,11 +51,76 @@ std::string followed(std::filesystem::path path) {
   return path.string();
 }
 
+// A temporary file is called after the process that writes it, which holds a lock on it as well.
+constexpr std::string_view temporary_prefix = ".axiscal-";
+
+std::string temporary_name(int attempt) {
+  return std::string(temporary_prefix) + std::to_string(::getpid()) + "-" + std::to_string(attempt);
+}
+
+// The process in the name of a temporary file; 0 where it is none of ours.
+pid_t process_in(std::string_view name) {
+  if (!name.starts_with(temporary_prefix)) {
+    return 0;
+  }
+  const std::string_view rest = name.substr(temporary_prefix.size());
+  const std::size_t parting = rest.find('-');
+  if (parting == std::string_view::npos) {
+    return 0;
+  }
+  const std::optional<int> process = parse_integer(rest.substr(0, parting));
+  const std::optional<int> attempt = parse_integer(rest.substr(parting + 1));
+  return process && attempt && *process > 0 ? *process : 0;
+}
+
+// Whether a killed run left the file: the process in its name is gone, it is ours, and nobody holds
+// its lock (a process of another container that shares the folder would).
+bool is_orphan(const std::filesystem::path& path) {
+  const pid_t process = process_in(path.filename().string());
+  if (process == 0 || ::kill(process, 0) == 0 || errno != ESRCH) {
+    return false;
+  }
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) {
+    return false;
+  }
+  struct stat status {};
+  const bool orphan = ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) &&
+                      status.st_uid == ::geteuid() && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+  ::close(descriptor);
+  return orphan;
+}
+
+// Removes what killed runs left in a folder, once for each folder.
+void remove_orphans(const std::filesystem::path& folder) {
+  static std::mutex mutex;
+  static std::set<std::string> seen;
+  {
+    const std::lock_guard lock(mutex);
+    if (!seen.insert(folder.string()).second) {
+      return;
+    }
+  }
+  std::error_code none;
+  for (std::filesystem::directory_iterator entry(folder, none), end; !none && entry != end;
+       entry.increment(none)) {
+    if (is_orphan(entry->path())) {
+      ::unlink(entry->path().c_str());
+    }
+  }
+}
+
+// A file without a name can be given one through here.
+std::string link_of(int descriptor) {
+  return "/proc/self/fd/" + std::to_string(descriptor);
+}
+
 }  // namespace
 
 OutputFile::OutputFile(std::string path, Mode mode) : path_(std::move(path)) {
   if (path_ == "-") {
     descriptor_ = STDOUT_FILENO;
+    forbid_replacing_input(descriptor_, "standard output");
     return;
   }
   struct stat status {};
@@ -58,6 +129,7 @@ OutputFile::OutputFile(std::string path, Mode mode) : path_(std::move(path)) {
     errno = EISDIR;
     fail("cannot be written");
   }
+  forbid_replacing_input(path_);
   if (mode == Mode::direct || (exists && !S_ISREG(status.st_mode))) {
     descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (descriptor_ < 0) {
@@ -65,39 +137,82 @@ OutputFile::OutputFile(std::string path, Mode mode) : path_(std::move(path)) {
     }
     return;
   }
-  const std::string target = followed(path_);
-  if (std::error_code none; std::filesystem::is_symlink(target, none)) {
+  target_ = followed(path_);
+  if (target_.empty()) {
+    errno = ENOENT;
+    fail("cannot be written");
+  }
+  if (std::error_code none; std::filesystem::is_symlink(target_, none)) {
     errno = ELOOP;
     fail("cannot be written");
   }
-  open_beside(target);
+  open_unnamed();
+  if (descriptor_ < 0) {
+    open_beside();
+  }
   if (exists && ::fchmod(descriptor_, status.st_mode & 07777U) != 0) {
+    const int reason = errno;
+    discard();
+    errno = reason;
     fail("cannot be written with the permissions of the earlier file");
   }
 }
 
-void OutputFile::open_beside(const std::string& target) {
-  // Announced first, so that a signal finds it; created so that the usual permissions hold.
+std::filesystem::path OutputFile::folder() const {
+  const std::filesystem::path parent = std::filesystem::path(target_).parent_path();
+  return parent.empty() ? "." : parent;
+}
+
+// A file without a name is gone with the process that writes it, however that ends.
+void OutputFile::open_unnamed() {
+  remove_orphans(folder());
+#ifdef O_TMPFILE
+  descriptor_ = ::open(folder().c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+  if (descriptor_ >= 0 && ::access(link_of(descriptor_).c_str(), F_OK) != 0) {
+    ::close(descriptor_);  // without /proc it could not be given a name
+    descriptor_ = -1;
+  }
+#endif
+}
+
+// Makes a file of a temporary name: `make` is given the path and says whether it is made, with errno
+// as open() sets it. Announced first, so that a signal finds it.
+template <typename Make>
+bool OutputFile::make_temporary(const Make& make) {
   for (int attempt = 0; attempt < 1000; ++attempt) {
-    const std::string name =
-        ".axiscal-" + std::to_string(::getpid()) + "-" + std::to_string(attempt);
-    temporary_ = (std::filesystem::path(target).parent_path() / name).string();
+    temporary_ = (folder() / temporary_name(attempt)).string();
     announce_unfinished(temporary_);
-    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (descriptor_ >= 0) {
-      target_ = target;
-      return;
+    if (make(temporary_)) {
+      return true;
     }
+    const int reason = errno;
     withdraw_unfinished(temporary_);
-    if (errno != EEXIST) {
-      break;
+    temporary_.clear();
+    errno = reason;
+    if (reason != EEXIST) {
+      return false;
     }
   }
-  temporary_.clear();
-  fail(errno == ENOENT ? "cannot be written: is its folder there?" : "cannot be written");
+  return false;
+}
+
+void OutputFile::open_beside() {
+  // Created so that the usual permissions hold.
+  const bool made = make_temporary([&](const std::string& name) {
+    descriptor_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    return descriptor_ >= 0;
+  });
+  if (!made) {
+    fail(errno == ENOENT ? "cannot be written: is its folder there?" : "cannot be written");
+  }
+  ::flock(descriptor_, LOCK_EX | LOCK_NB);
 }
 
 OutputFile::~OutputFile() {
+  discard();
+}
+
+void OutputFile::discard() noexcept {
   if (path_ != "-" && descriptor_ >= 0) {
     ::close(descriptor_);
   }
@@ -131,7 +246,7 @@ void OutputFile::write(std::string_view text) {
 #ifdef SYNC_FILE_RANGE_WRITE
   // The disk starts on large files while we still compute, so that commit() waits less.
   constexpr std::size_t large = 8U << 20U;
-  if (!temporary_.empty() && written_ - handed_to_disk_ >= large) {
+  if (!target_.empty() && written_ - handed_to_disk_ >= large) {
     ::sync_file_range(descriptor_, static_cast<off64_t>(handed_to_disk_),
                       static_cast<off64_t>(written_ - handed_to_disk_), SYNC_FILE_RANGE_WRITE);
     handed_to_disk_ = written_;
@@ -140,17 +255,30 @@ void OutputFile::write(std::string_view text) {
 }
 
 void OutputFile::commit() {
-  if (temporary_.empty()) {
+  if (target_.empty()) {
     return;
   }
   if (::fsync(descriptor_) != 0) {
     fail("cannot be written to the disk");
+  }
+  forbid_replacing_input(target_);  // it may have been read since
+  if (temporary_.empty()) {
+    ::flock(descriptor_, LOCK_EX | LOCK_NB);
+    const bool named = make_temporary([&](const std::string& name) {
+      return ::linkat(AT_FDCWD, link_of(descriptor_).c_str(), AT_FDCWD, name.c_str(),
+                      AT_SYMLINK_FOLLOW) == 0;
+    });
+    if (!named) {
+      fail("cannot be put into its place");
+    }
   }
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
     fail("cannot be put into its place");
   }
   withdraw_unfinished(temporary_);
   temporary_.clear();
+  target_.clear();
+  protect_output(descriptor_);
 }
 
 void write_whole_file(const std::string& path, std::string_view content) {

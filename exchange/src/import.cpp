@@ -11,6 +11,7 @@
 #include <yaml-cpp/yaml.h>
 #endif
 
+#include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -40,11 +41,14 @@ struct Imported {
 };
 
 Eigen::Matrix3d inverted(const Source& source, const Eigen::Matrix3d& M) {
-  if (!M.allFinite() || !(std::abs(M.determinant()) > 0.0)) {
+  const Eigen::Matrix3d inverse = M.inverse();
+  if (!M.allFinite() || !(std::abs(M.determinant()) > 0.0) || !inverse.allFinite() ||
+      inverse.isZero(0.0)) {
     throw DataError(source.path,
-                    "its matrix cannot be inverted: a scale factor is 0, or no number");
+                    "its matrix cannot be inverted: a scale factor is 0, no number, or far too "
+                    "large or small");
   }
-  return M.inverse();
+  return inverse;
 }
 
 // ---- parameters of flight controllers ----
@@ -254,13 +258,24 @@ Imported import_imucal(const Source& source) {
 // ---- Kalibr ----
 
 #ifdef AXISCAL_YAML
+// A number that can be stored: YAML knows .nan and .inf as well.
+double yaml_number(const Source& source, const YAML::Node& node, const std::string& key) {
+  const double number = node.as<double>();
+  if (!std::isfinite(number)) {
+    throw DataError(source.path, static_cast<std::size_t>(std::max(node.Mark().line, 0)) + 1,
+                    key + ": must be a finite number");
+  }
+  return number;
+}
+
 Eigen::Matrix3d yaml_matrix(const Source& source, const YAML::Node& of, const std::string& key) {
   const YAML::Node node = of[key];
   Eigen::Matrix3d M;
   try {
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t j = 0; j < 3; ++j) {
-        M(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = node[i][j].as<double>();
+        M(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+            yaml_number(source, node[i][j], key);
       }
     }
   } catch (const YAML::Exception&) {
@@ -269,21 +284,16 @@ Eigen::Matrix3d yaml_matrix(const Source& source, const YAML::Node& of, const st
   return M;
 }
 
-Imported import_kalibr(const Source& source) {
-  YAML::Node root;
-  try {
-    root = YAML::Load(std::string(source.text));
-  } catch (const YAML::Exception& error) {
-    throw DataError(source.path, static_cast<std::size_t>(std::max(error.mark.line, 0)) + 1,
-                    "no YAML: " + error.msg);
-  }
+Imported read_kalibr(const Source& source) {
+  const YAML::Node root = YAML::Load(std::string(source.text));
   const std::string imu = "imu" + std::to_string(source.options.instance);
   const std::string sensor = source.is("gyroscope") ? "gyroscopes" : "accelerometers";
   if (source.is("magnetometer")) {
     throw DataError(source.path, "Kalibr calibrates no magnetometer");
   }
-  if (!root.IsMap() || !root[imu] || !root[imu].IsMap() || !root[imu][sensor]) {
-    throw DataError(source.path, "it has no " + imu + " with " + sensor);
+  if (!root.IsMap() || !root[imu] || !root[imu].IsMap() || !root[imu][sensor] ||
+      !root[imu][sensor].IsMap()) {
+    throw DataError(source.path, "it has no " + imu + " with " + sensor + ": M, C, ...");
   }
   const YAML::Node node = root[imu][sensor];
   Imported result;
@@ -296,7 +306,7 @@ Imported import_kalibr(const Source& source) {
   if (const YAML::Node bias = node["bias"]) {
     try {
       for (std::size_t k = 0; k < 3; ++k) {
-        result.bias(static_cast<Eigen::Index>(k)) = bias[k].as<double>();
+        result.bias(static_cast<Eigen::Index>(k)) = yaml_number(source, bias[k], "bias");
       }
     } catch (const YAML::Exception&) {
       throw DataError(source.path, "bias: three numbers are needed");
@@ -309,6 +319,20 @@ Imported import_kalibr(const Source& source) {
   }
   static_cast<void>(inverted(source, result.sensitivity));
   return result;
+}
+
+Imported import_kalibr(const Source& source) {
+  const auto fail = [&](const char* what, const YAML::Exception& error) -> DataError {
+    return {source.path, static_cast<std::size_t>(std::max(error.mark.line, 0)) + 1,
+            what + error.msg};
+  };
+  try {
+    return read_kalibr(source);
+  } catch (const YAML::ParserException& error) {
+    throw fail("no YAML: ", error);
+  } catch (const YAML::Exception& error) {
+    throw fail("no calibration of Kalibr: ", error);
+  }
 }
 #endif
 
@@ -400,6 +424,11 @@ Calibration import_calibration(std::string_view text,
   calibration.notes.insert(calibration.notes.begin(),
                            "imported from " + path + " (" + std::string(format) +
                                "): coefficients only, without uncertainty");
+  try {
+    static_cast<void>(calibration_json(calibration));  // what cannot be stored is not imported
+  } catch (const DomainError& error) {
+    throw DataError(path, error.what());
+  }
   return calibration;
 }
 

@@ -5,9 +5,30 @@
 #include <string>
 #include <string_view>
 
+#include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
 
 namespace axiscal {
+
+void check_serial(std::string_view serial) {
+  constexpr std::size_t longest = 200;  // bytes; a file's name has 255
+  if (serial.size() > longest) {
+    throw DomainError("the serial number has " + std::to_string(serial.size()) +
+                      " bytes, more than 200");
+  }
+  if (!is_utf8(serial)) {
+    throw DomainError("the serial number is not UTF-8 text");
+  }
+  for (std::size_t i = 0; i < serial.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(serial[i]);
+    // U+0080 to U+009F are control characters too: C2 80 to C2 9F in UTF-8.
+    const bool second = byte == 0xC2 && static_cast<unsigned char>(serial[i + 1]) < 0xA0;
+    if (byte < 0x20 || byte == 0x7F || second) {
+      throw DomainError("the serial number holds a control character, at byte " +
+                        std::to_string(i + 1));
+    }
+  }
+}
 
 std::optional<int> nominal_axis(const Instrument& instrument, Eigen::Index axis) {
   const std::string& name = instrument.axes[static_cast<std::size_t>(axis)];

@@ -91,7 +91,10 @@ struct ByteSource::Reader {
 
   void unpack() {
     unpacker.reset(archive_read_new());
-    archive_read_support_filter_all(unpacker.get());
+    // These only: others of libarchive's run programs, or nest.
+    archive_read_support_filter_bzip2(unpacker.get());
+    archive_read_support_filter_xz(unpacker.get());
+    archive_read_support_filter_zstd(unpacker.get());
     archive_read_support_format_raw(unpacker.get());
     archive_entry* entry = nullptr;
     if (archive_read_open(unpacker.get(), this, nullptr, next_packed, nullptr) != ARCHIVE_OK ||

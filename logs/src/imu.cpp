@@ -172,13 +172,15 @@ class TurnSource {
   void make_times(const RecordedLog& log, const SegmentOptions& options) {
     const std::optional<TimeColumn> column =
         options.rate_hz ? std::nullopt : find_time_column(log.name, log.columns, options.time);
-    if (column && column->seconds == 1.0) {
+    const double seconds =
+        column ? settle_time_unit(log.name, *column, log.samples[column->position]).seconds : 1.0;
+    if (column && seconds == 1.0) {
       time_s_ = log.samples[column->position];
       return;
     }
     owned_times_.resize(log.samples.front().size());
     for (std::size_t i = 0; i < owned_times_.size(); ++i) {
-      owned_times_[i] = column ? log.samples[column->position][i] * column->seconds
+      owned_times_[i] = column ? log.samples[column->position][i] * seconds
                                : static_cast<double>(i) / rate_hz_;
     }
     time_s_ = owned_times_;
@@ -346,10 +348,32 @@ class ImuCalibrator {
       calibrate_magnetometer();
     }
     result_.notes.insert(result_.notes.end(), log_.notes.begin(), log_.notes.end());
+    result_.notes.insert(result_.notes.end(), result_.rests.notes.begin(),
+                         result_.rests.notes.end());
+    warn(result_.accelerometer);
+    for (std::optional<Calibration>* one : {&result_.gyroscope, &result_.magnetometer}) {
+      if (*one) {
+        warn(**one);
+      }
+    }
     return std::move(result_);
   }
 
  private:
+  // What is to be looked at in the log is so in each record of it.
+  void warn(Calibration& record) const {
+    const auto add = [&](const char* code, const std::vector<std::string>& messages) {
+      for (const std::string& message : messages) {
+        record.warnings.push_back({.code = code, .message = message});
+        record.status = record.status == "ok" ? "warning" : record.status;
+      }
+    };
+    add("log", result_.rests.warnings);
+    if (result_.seats) {
+      add("seat", result_.seats->messages);
+    }
+  }
+
   void find_rests() {
     SegmentOptions segment_options = options_.segment;
     if (segment_options.columns.empty()) {

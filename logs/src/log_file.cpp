@@ -96,8 +96,10 @@ LogFile::LogFile(const std::string& path, const LogFormat& format) : path_(path)
   const std::string_view start = bytes.peek(128);
   if (start.starts_with("\x93NUMPY")) {
     source_ = open_npy_log(std::move(bytes), format.names);
+  } else if (start.starts_with("MATLAB 7.3 ")) {
+    source_ = open_mat73_log(path);
   } else if (start.starts_with("MATLAB ")) {
-    source_ = open_mat_log(path);
+    source_ = open_mat_log(std::move(bytes));
   } else {
     const std::string compression = bytes.compression();
     source_ = open_text_log(std::move(bytes), format.names);

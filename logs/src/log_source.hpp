@@ -27,7 +27,8 @@ class LogFile::Source {
                                                              const std::vector<std::string>& names);
 [[nodiscard]] std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,
                                                             const std::vector<std::string>& names);
-[[nodiscard]] std::unique_ptr<LogFile::Source> open_mat_log(const std::string& path);
+[[nodiscard]] std::unique_ptr<LogFile::Source> open_mat_log(ByteSource bytes);
+[[nodiscard]] std::unique_ptr<LogFile::Source> open_mat73_log(const std::string& path);
 
 /// A log that is in memory.
 class LogInMemory : public LogFile::Source {

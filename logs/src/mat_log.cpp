@@ -1,147 +1,360 @@
 // SPDX-License-Identifier: Apache-2.0
-// MATLAB's .mat files through matio: every numeric vector or matrix of the usual number of rows.
+// MATLAB's .mat files of version 5 (level 5 MAT-file format, The MathWorks): every numeric vector or
+// matrix of the usual number of rows. Read by ourselves, as matio believes the sizes that a damaged file
+// states; here each size is held against the element around it and memory grows with the bytes that come.
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cstdint>
-#include <map>
-#include <memory>
+#include <cstring>
+#include <optional>
+#include <utility>
 
-#ifdef AXISCAL_MATIO
-#include <matio.h>
+#ifdef AXISCAL_ZLIB
+#include <zlib.h>
 #endif
 
 #include "axiscal/core/error.hpp"
 #include "log_source.hpp"
+#include "series_tables.hpp"
 
 namespace axiscal {
-
-#ifdef AXISCAL_MATIO
 namespace {
 
-struct CloseFile {
-  void operator()(mat_t* file) const { Mat_Close(file); }
-};
-struct FreeVariable {
-  void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
+enum : std::uint32_t { matrix_element = 14, compressed_element = 15 };
+enum : std::uint32_t { struct_class = 2, first_numeric_class = 6, last_numeric_class = 15 };
+
+constexpr std::size_t piece = 1U << 16U;
+constexpr int deepest = 16;  // structures within structures
+
+// Bytes, as they are in the file or unpacked.
+class Bytes {
+ public:
+  virtual ~Bytes() = default;
+  // At most `size` bytes; 0 at the end.
+  virtual std::size_t read(char* buffer, std::size_t size) = 0;
 };
 
-template <typename Number>
-std::vector<double> doubles_of(const matvar_t& variable, std::size_t count) {
-  const auto* const data = static_cast<const Number*>(variable.data);
-  return std::vector<double>(data, data + count);
-}
+class FileBytes final : public Bytes {
+ public:
+  explicit FileBytes(ByteSource& source) : source_(source) {}
+  std::size_t read(char* buffer, std::size_t size) override { return source_.read(buffer, size); }
 
-// Empty for what is no array of real numbers.
-std::vector<double> values_of(const matvar_t& variable, std::size_t count) {
-  if (variable.isComplex != 0 || variable.data == nullptr) {
-    return {};
+ private:
+  ByteSource& source_;
+};
+
+#ifdef AXISCAL_ZLIB
+class InflatedBytes final : public Bytes {
+ public:
+  // @param size  of the packed bytes.
+  InflatedBytes(Bytes& packed, std::size_t size) : packed_(packed), left_(size) {
+    inflateInit(&stream_);
   }
-  switch (variable.class_type) {
-    case MAT_C_DOUBLE:
-      return doubles_of<double>(variable, count);
-    case MAT_C_SINGLE:
-      return doubles_of<float>(variable, count);
-    case MAT_C_INT64:
-      return doubles_of<std::int64_t>(variable, count);
-    case MAT_C_UINT64:
-      return doubles_of<std::uint64_t>(variable, count);
-    case MAT_C_INT32:
-      return doubles_of<std::int32_t>(variable, count);
-    case MAT_C_UINT32:
-      return doubles_of<std::uint32_t>(variable, count);
-    case MAT_C_INT16:
-      return doubles_of<std::int16_t>(variable, count);
-    case MAT_C_UINT16:
-      return doubles_of<std::uint16_t>(variable, count);
-    case MAT_C_INT8:
-      return doubles_of<std::int8_t>(variable, count);
-    case MAT_C_UINT8:
-      return doubles_of<std::uint8_t>(variable, count);
-    default:
-      return {};
-  }
-}
+  InflatedBytes(const InflatedBytes&) = delete;
+  InflatedBytes& operator=(const InflatedBytes&) = delete;
+  ~InflatedBytes() override { inflateEnd(&stream_); }
 
-struct Table {
-  std::vector<std::string> names;
-  LogBlock data;
-};
-
-// A variable's columns; a row vector is one column.
-void add_variable(const matvar_t& variable,
-                  const std::string& name,
-                  std::map<std::size_t, Table>& tables) {
-  if (variable.class_type == MAT_C_STRUCT) {
-    const unsigned fields = Mat_VarGetNumberOfFields(const_cast<matvar_t*>(&variable));
-    const char* const* const names = Mat_VarGetStructFieldnames(&variable);
-    for (unsigned f = 0; f < fields; ++f) {
-      const matvar_t* const field =
-          Mat_VarGetStructFieldByIndex(const_cast<matvar_t*>(&variable), f, 0);
-      if (field != nullptr) {
-        add_variable(*field, name + "." + names[f], tables);
+  std::size_t read(char* buffer, std::size_t size) override {
+    stream_.next_out = reinterpret_cast<Bytef*>(buffer);
+    stream_.avail_out = static_cast<uInt>(std::min(size, piece));
+    const uInt wanted = stream_.avail_out;
+    while (stream_.avail_out == wanted && !ended_) {
+      if (stream_.avail_in == 0) {
+        const std::size_t count = packed_.read(in_.data(), std::min(left_, in_.size()));
+        if (count == 0) {
+          break;
+        }
+        left_ -= count;
+        stream_.next_in = reinterpret_cast<Bytef*>(in_.data());
+        stream_.avail_in = static_cast<uInt>(count);
+      }
+      const int status = inflate(&stream_, Z_NO_FLUSH);
+      ended_ = status == Z_STREAM_END;
+      if (status != Z_OK && status != Z_STREAM_END && status != Z_BUF_ERROR) {
+        break;  // what was to come is missing, and is said to be
       }
     }
-    return;
+    return wanted - stream_.avail_out;
   }
-  if (variable.rank != 2) {
-    return;
-  }
-  std::size_t rows = variable.dims[0];
-  std::size_t columns = variable.dims[1];
-  const std::vector<double> values = values_of(variable, rows * columns);
-  if (values.empty()) {
-    return;
-  }
-  if (rows < columns) {
-    std::swap(rows, columns);  // a series along the second dimension
-  }
-  const bool transposed = variable.dims[0] != rows;
-  Table& table = tables[rows];
-  for (std::size_t c = 0; c < columns; ++c) {
-    table.names.push_back(columns == 1 ? name : name + "_" + std::to_string(c + 1));
-    std::vector<double>& column = table.data.emplace_back(rows);
-    for (std::size_t r = 0; r < rows; ++r) {
-      column[r] = transposed ? values[r * columns + c] : values[c * rows + r];
+
+  // The packed bytes that nobody wanted.
+  void skip_rest() {
+    while (left_ > 0) {
+      const std::size_t count = packed_.read(in_.data(), std::min(left_, in_.size()));
+      if (count == 0) {
+        return;
+      }
+      left_ -= count;
     }
   }
+
+ private:
+  Bytes& packed_;
+  std::size_t left_;
+  z_stream stream_{};
+  bool ended_ = false;
+  std::vector<char> in_ = std::vector<char>(piece);
+};
+#endif
+
+struct Tag {
+  std::uint32_t type = 0;
+  std::size_t size = 0;               // of the data
+  std::optional<std::string> inside;  // the data of a small element
+};
+
+// Bytes of a number of that type of data; 0 where it is none.
+std::size_t size_of_type(std::uint32_t type) {
+  constexpr std::array<std::size_t, 14> sizes = {0, 1, 1, 2, 2, 4, 4, 4, 0, 8, 0, 0, 8, 8};
+  return type < sizes.size() ? sizes[type] : 0;
 }
+
+class MatReader {
+ public:
+  explicit MatReader(ByteSource source) : source_(std::move(source)), file_(source_) {}
+
+  std::unique_ptr<LogFile::Source> read() {
+    constexpr std::size_t header_size = 128;
+    const std::string header = read_exactly(file_, header_size);
+    const std::string_view order = std::string_view(header).substr(126, 2);
+    if (order != "IM" && order != "MI") {
+      fail("its header states no order of bytes");
+    }
+    swapped_ = (order == "IM") != (std::endian::native == std::endian::little);
+    for (;;) {
+      std::array<char, 8> start{};
+      const std::size_t count = file_.read(start.data(), 1);
+      if (count == 0) {
+        break;
+      }
+      const std::string rest = read_exactly(file_, 7);
+      std::copy(rest.begin(), rest.end(), start.begin() + 1);
+      read_element(number<std::uint32_t>(start.data()), number<std::uint32_t>(&start[4]));
+    }
+    return std::move(tables_).largest(source_.path());
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& why) const {
+    throw DataError(source_.path(), "the .mat file is damaged or cut short: " + why);
+  }
+
+  void read_element(std::uint32_t type, std::size_t size) {
+    if (type == matrix_element) {
+      read_matrix(file_, size, "", 0);
+    } else if (type == compressed_element) {
+      read_compressed(size);
+    } else {
+      skip(file_, size);
+    }
+  }
+
+  void read_compressed(std::size_t size) {
+#ifdef AXISCAL_ZLIB
+    InflatedBytes bytes(file_, size);
+    const std::string start = read_exactly(bytes, 8);
+    if (number<std::uint32_t>(start.data()) == matrix_element) {
+      read_matrix(bytes, number<std::uint32_t>(start.data() + 4), "", 0);
+    }
+    bytes.skip_rest();
+#else
+    static_cast<void>(size);
+    throw DataError(source_.path(),
+                    "its variables are compressed, and this axiscal was built without zlib");
+#endif
+  }
+
+  // The memory grows with what is there, not with what is asked for.
+  std::string read_exactly(Bytes& bytes, std::size_t size) const {
+    std::string text;
+    while (text.size() < size) {
+      const std::size_t filled = text.size();
+      text.resize(std::min(size, filled + piece));
+      const std::size_t count = bytes.read(text.data() + filled, text.size() - filled);
+      if (count == 0) {
+        fail("an element of " + std::to_string(size) + " bytes has " + std::to_string(filled));
+      }
+      text.resize(filled + count);
+    }
+    return text;
+  }
+
+  void skip(Bytes& bytes, std::size_t size) const {
+    std::array<char, 4096> buffer{};
+    while (size > 0) {
+      const std::size_t count = bytes.read(buffer.data(), std::min(size, buffer.size()));
+      if (count == 0) {
+        fail("an element is not whole");
+      }
+      size -= count;
+    }
+  }
+
+  template <typename Number>
+  [[nodiscard]] Number number(const char* bytes) const {
+    std::array<char, sizeof(Number)> own{};
+    std::copy_n(bytes, sizeof(Number), own.begin());
+    if (swapped_) {
+      std::reverse(own.begin(), own.end());
+    }
+    return std::bit_cast<Number>(own);
+  }
+
+  [[nodiscard]] double value(const char* bytes, std::uint32_t type) const {
+    switch (type) {
+      case 1:
+        return number<std::int8_t>(bytes);
+      case 2:
+        return number<std::uint8_t>(bytes);
+      case 3:
+        return number<std::int16_t>(bytes);
+      case 4:
+        return number<std::uint16_t>(bytes);
+      case 5:
+        return number<std::int32_t>(bytes);
+      case 6:
+        return number<std::uint32_t>(bytes);
+      case 7:
+        return static_cast<double>(number<float>(bytes));
+      case 9:
+        return number<double>(bytes);
+      case 12:
+        return static_cast<double>(number<std::int64_t>(bytes));
+      default:
+        return static_cast<double>(number<std::uint64_t>(bytes));
+    }
+  }
+
+  // A part of an element that has `left` bytes.
+  Tag read_tag(Bytes& bytes, std::size_t& left) const {
+    if (left < 8) {
+      fail("an element ends within its parts");
+    }
+    const std::string start = read_exactly(bytes, 8);
+    left -= 8;
+    const auto first = number<std::uint32_t>(start.data());
+    if ((first >> 16U) != 0) {  // small: the data are in the tag
+      Tag tag{.type = first & 0xFFFFU, .size = first >> 16U};
+      if (tag.size > 4) {
+        fail("a small element has " + std::to_string(tag.size) + " bytes");
+      }
+      tag.inside = start.substr(4, tag.size);
+      return tag;
+    }
+    Tag tag{.type = first, .size = number<std::uint32_t>(start.data() + 4)};
+    if (tag.size > left) {
+      fail("a part of " + std::to_string(tag.size) + " bytes is in an element that has " +
+           std::to_string(left) + " left");
+    }
+    return tag;
+  }
+
+  // The data of a part; parts begin at multiples of 8 bytes.
+  std::string read_data(Bytes& bytes, const Tag& tag, std::size_t& left) const {
+    if (tag.inside) {
+      return *tag.inside;
+    }
+    std::string data = read_exactly(bytes, tag.size);
+    left -= tag.size;
+    const std::size_t padding = std::min((8 - tag.size % 8) % 8, left);
+    skip(bytes, padding);
+    left -= padding;
+    return data;
+  }
+
+  std::string read_part(Bytes& bytes, std::size_t& left) const {
+    const Tag tag = read_tag(bytes, left);
+    return read_data(bytes, tag, left);
+  }
+
+  void read_matrix(Bytes& bytes, std::size_t left, const std::string& outer, int depth) {
+    const std::string flags = read_part(bytes, left);
+    if (flags.size() < 8) {
+      fail("a variable has no flags");
+    }
+    const auto all_flags = number<std::uint32_t>(flags.data());
+    const std::uint32_t kind = all_flags & 0xFFU;
+    const bool is_complex = (all_flags & 0x0800U) != 0;
+    const bool is_numeric = kind >= first_numeric_class && kind <= last_numeric_class;
+    if (kind != struct_class && !is_numeric) {
+      skip(bytes, left);  // text, cells, objects; some have other parts
+      return;
+    }
+    const std::string sizes = read_part(bytes, left);
+    const std::string own_name = read_part(bytes, left);
+    if (sizes.size() % 4 != 0) {
+      fail("a variable has no sizes");
+    }
+    const std::string name = outer.empty() ? own_name : outer;
+    std::vector<std::int32_t> dimensions;
+    for (std::size_t i = 0; i < sizes.size(); i += 4) {
+      dimensions.push_back(number<std::int32_t>(sizes.data() + i));
+    }
+    const bool is_table = dimensions.size() == 2 && dimensions[0] > 0 && dimensions[1] > 0;
+    if (kind == struct_class && dimensions == std::vector<std::int32_t>{1, 1}) {
+      read_fields(bytes, left, name, depth);
+    } else if (is_numeric && is_table && !is_complex) {
+      read_numbers(bytes, left, name, static_cast<std::size_t>(dimensions[0]),
+                   static_cast<std::size_t>(dimensions[1]));
+    }
+    skip(bytes, left);
+  }
+
+  void read_fields(Bytes& bytes, std::size_t& left, const std::string& name, int depth) {
+    const std::string length = read_part(bytes, left);
+    const std::string names = read_part(bytes, left);
+    if (length.size() < 4) {
+      fail("a structure states no length of its fields' names");
+    }
+    const auto longest = number<std::int32_t>(length.data());
+    if (longest < 1 || names.size() % static_cast<std::size_t>(longest) != 0 || depth >= deepest) {
+      fail("a structure's fields are not understood");
+    }
+    const auto step = static_cast<std::size_t>(longest);
+    for (std::size_t at = 0; at < names.size(); at += step) {
+      const std::string field = names.substr(at, step).c_str();  // up to the first NUL
+      const Tag tag = read_tag(bytes, left);
+      if (tag.inside || tag.type != matrix_element) {
+        fail("a structure's field is no variable");
+      }
+      if (tag.size > 0) {
+        read_matrix(bytes, tag.size, name + "." + field, depth + 1);
+        left -= tag.size;
+      }
+    }
+  }
+
+  void read_numbers(Bytes& bytes,
+                    std::size_t& left,
+                    const std::string& name,
+                    std::size_t rows,
+                    std::size_t columns) {
+    const Tag tag = read_tag(bytes, left);
+    const std::size_t width = size_of_type(tag.type);
+    // Products of two positive 32-bit numbers do not overflow.
+    if (width == 0 || tag.size % width != 0 || tag.size / width != rows * columns) {
+      fail("variable '" + name + "' is " + std::to_string(rows) + " x " + std::to_string(columns) +
+           ", but has " + std::to_string(tag.size) + " bytes of numbers");
+    }
+    const std::string data = read_data(bytes, tag, left);
+    std::vector<double> values(rows * columns);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      values[i] = value(data.data() + i * width, tag.type);
+    }
+    tables_.add(name, rows, columns, values);
+  }
+
+  ByteSource source_;
+  FileBytes file_;
+  bool swapped_ = false;
+  SeriesTables tables_;
+};
 
 }  // namespace
 
-std::unique_ptr<LogFile::Source> open_mat_log(const std::string& path) {
-  if (path == "-") {
-    throw DataError(path, "a .mat file cannot be read from standard input; give its name");
-  }
-  const std::unique_ptr<mat_t, CloseFile> file(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
-  if (!file) {
-    throw DataError(path, "the .mat file is damaged");
-  }
-  std::map<std::size_t, Table> tables;  // by number of rows
-  for (;;) {
-    const std::unique_ptr<matvar_t, FreeVariable> variable(Mat_VarReadNext(file.get()));
-    if (!variable) {
-      break;
-    }
-    if (variable->name != nullptr) {
-      add_variable(*variable, variable->name, tables);
-    }
-  }
-  // The table is what has the most numbers.
-  const Table* best = nullptr;
-  std::size_t most = 0;
-  for (const auto& [rows, table] : tables) {
-    if (rows * table.data.size() > most && rows > 1) {
-      most = rows * table.data.size();
-      best = &table;
-    }
-  }
-  if (best == nullptr) {
-    throw DataError(path, "the .mat file holds no column of numbers");
-  }
-  return std::make_unique<LogInMemory>(best->names, best->data);
+std::unique_ptr<LogFile::Source> open_mat_log(ByteSource bytes) {
+  return MatReader(std::move(bytes)).read();
 }
-#else
-std::unique_ptr<LogFile::Source> open_mat_log(const std::string& path) {
-  throw DataError(path, "is a .mat file, and this axiscal was built without matio; save it as CSV");
-}
-#endif
 
 }  // namespace axiscal

@@ -50,6 +50,7 @@ std::string noise_json(const LogNoise& noise) {
                                    {"sensible_deviation", one.dwell.sensible_deviation}}},
                                  {"allan_deviation", curve}};
   }
+  json["warnings"] = noise.warnings;
   return json_text(json);
 }
 
@@ -57,14 +58,14 @@ LogNoise parse_noise(std::string_view text, const std::string& path) {
   const JsonValue json = parse_json(text, path);
   json.require_format("axiscal-noise");
   LogNoise noise{.rate_hz = json.at("rate_hz").number(),
-                 .samples = static_cast<std::size_t>(json.at("samples").number())};
+                 .samples = json.at("samples").count()};
   const JsonValue columns = json.at("columns");
   for (const std::string& name : columns.keys()) {
     const JsonValue column = columns.at(name);
     ColumnNoise one{.name = name};
     for (const JsonValue& point : column.at("allan_deviation").elements()) {
       one.curve.push_back({.tau_s = point.at("tau").number(),
-                           .samples = static_cast<std::size_t>(point.at("samples").number()),
+                           .samples = point.at("samples").count(),
                            .deviation = point.at("deviation").number(),
                            .low = point.at("low").number(),
                            .high = point.at("high").number()});
@@ -83,6 +84,9 @@ LogNoise parse_noise(std::string_view text, const std::string& path) {
                  .sensible_s = dwell.at("sensible_s").number(),
                  .sensible_deviation = dwell.at("sensible_deviation").number()};
     noise.columns.push_back(std::move(one));
+  }
+  if (const auto warnings = json.find("warnings")) {
+    noise.warnings = warnings->texts();
   }
   if (noise.columns.empty()) {
     columns.fail("must have one column or more");

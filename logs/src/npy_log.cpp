@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <utility>
@@ -13,6 +14,9 @@
 
 namespace axiscal {
 namespace {
+
+// Whatever has more is no log.
+constexpr std::size_t most_columns = 10000;
 
 struct NpyType {
   char kind = 'f';       // i, u, f, b
@@ -123,15 +127,23 @@ class NpyHeader {
       names.emplace_back(name);
       types.push_back(type_of(type));
     }
+    if (types.empty()) {
+      fail("has records without fields");
+    }
     columns = types.size();
   }
 
   void read_shape(std::string_view shape) {
+    const std::size_t end = shape.find(')');
+    if (!shape.starts_with('(') || end == std::string_view::npos) {
+      fail("has no shape");
+    }
     std::vector<std::size_t> sizes;
-    for (const std::string_view part : split(shape.substr(1, shape.find(')') - 1), ',')) {
+    for (const std::string_view part : split(shape.substr(1, end - 1), ',')) {
       if (!trimmed(part).empty()) {
         const std::optional<double> size = parse_number(trimmed(part));
-        if (!size || *size < 0.0) {
+        constexpr double most = 1e15;  // numbers; no disk holds more
+        if (!size || !(*size >= 0.0 && *size <= most) || *size != std::floor(*size)) {
           fail("has no shape");
         }
         sizes.push_back(static_cast<std::size_t>(*size));
@@ -143,6 +155,9 @@ class NpyHeader {
     rows = sizes[0];
     if (sizes.size() == 2) {
       columns = sizes[1];
+    }
+    if (columns > most_columns) {
+      fail("has " + std::to_string(columns) + " columns, more than 10000");
     }
   }
 
@@ -169,7 +184,10 @@ class NpyLog : public LogFile::Source {
   void select(const std::vector<std::size_t>& selected) override { selected_ = selected; }
 
   std::size_t read(LogBlock& block, std::size_t most) override {
-    const std::size_t wanted = std::min(most, header_.rows - done_);
+    // What the header claims is believed only as far as there are bytes.
+    constexpr std::size_t block_size = 1U << 20U;
+    const std::size_t wanted =
+        std::min({most, header_.rows - done_, std::max<std::size_t>(block_size / row_size_, 1)});
     raw_.resize(wanted * row_size_);
     const std::size_t got = fill(raw_) / row_size_;
     if (got < wanted) {
@@ -213,15 +231,18 @@ class NpyLog : public LogFile::Source {
   std::vector<char> raw_;
 };
 
+// The memory grows with what is there, not with what is asked for.
 std::string read_exactly(ByteSource& bytes, std::size_t size) {
-  std::string text(size, '\0');
-  std::size_t filled = 0;
-  while (filled < size) {
-    const std::size_t count = bytes.read(text.data() + filled, size - filled);
+  constexpr std::size_t piece = 1U << 16U;
+  std::string text;
+  while (text.size() < size) {
+    const std::size_t filled = text.size();
+    text.resize(std::min(size, filled + piece));
+    const std::size_t count = bytes.read(text.data() + filled, text.size() - filled);
     if (count == 0) {
       throw DataError(bytes.path(), "the .npy file is cut short");
     }
-    filled += count;
+    text.resize(filled + count);
   }
   return text;
 }
@@ -251,9 +272,10 @@ std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,
   if (!header.fortran_order || header.columns == 1) {
     return std::make_unique<NpyLog>(std::move(bytes), std::move(header), std::move(columns));
   }
-  LogBlock data(header.columns, std::vector<double>(header.rows));
+  LogBlock data(header.columns);
   for (std::vector<double>& column : data) {
     const std::string raw = read_exactly(bytes, header.rows * header.types[0].size);
+    column.resize(header.rows);
     for (std::size_t row = 0; row < header.rows; ++row) {
       column[row] = value_at(&raw[row * header.types[0].size], header.types[0]);
     }

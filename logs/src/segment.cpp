@@ -20,33 +20,18 @@ std::string counted(std::size_t count, const char* one, const char* many) {
 // Times of the samples, and where they do not go on as they should.
 class Clock {
  public:
-  Clock(const std::string& path, const SegmentOptions& options, double seconds)
-      : path_(path),
-        rate_hz_(options.rate_hz.value_or(0.0)),
-        seconds_(seconds),
-        window_s_(options.window_s) {}
+  Clock(const std::string& path, const SegmentOptions& options)
+      : path_(path), rate_hz_(options.rate_hz.value_or(0.0)), window_s_(options.window_s) {}
 
   // Learns the usual step from the first block.
-  void learn(const std::vector<double>& times) {
+  // @param seconds  per unit of the times.
+  void learn(const std::vector<double>& times, double seconds) {
+    seconds_ = seconds;
     if (rate_hz_ > 0.0) {
       step_ = 1.0 / rate_hz_;
       return;
     }
-    // The mean step, without gaps: logs that come in bursts have many short steps and few long
-    // ones.
-    step_ = std::numeric_limits<double>::infinity();
-    for (int round = 0; round < 3; ++round) {
-      double sum = 0.0;
-      double count = 0.0;
-      for (std::size_t i = 1; i < times.size(); ++i) {
-        const double step = (times[i] - times[i - 1]) * seconds_;
-        if (step >= 0.0 && step <= 20.0 * step_) {
-          sum += step;
-          count += 1.0;
-        }
-      }
-      step_ = sum / count;
-    }
+    step_ = usual_step(times) * seconds_;
     if (!(step_ > 0.0)) {
       throw DataError(path_, "the times never increase; give --rate HZ instead of --time");
     }
@@ -94,7 +79,7 @@ class Clock {
  private:
   const std::string& path_;
   double rate_hz_;
-  double seconds_;
+  double seconds_ = 1.0;
   double window_s_;
   double step_ = 0.0;
   double longest_step_ = 0.0;  // a longer one is a gap
@@ -265,41 +250,6 @@ double largest_spread(const std::vector<StaticInterval>& intervals,
 
 }  // namespace
 
-std::optional<TimeColumn> find_time_column(const std::string& path,
-                                           const std::vector<std::string>& columns,
-                                           const std::string& name) {
-  struct Suffix {
-    const char* text;
-    double seconds;
-  };
-  const std::vector<Suffix> suffixes = {{"", 1.0},     {"_s", 1.0},   {"_sec", 1.0},
-                                        {"_ms", 1e-3}, {"_us", 1e-6}, {"_ns", 1e-9}};
-  const auto unit_of = [&](const std::string& column) -> std::optional<double> {
-    std::string lower = column;
-    std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) {
-      return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-    });
-    for (const char* stem : {"time", "t", "timestamp", "time_stamp"}) {
-      for (const Suffix& suffix : suffixes) {
-        if (lower == std::string(stem) + suffix.text) {
-          return suffix.seconds;
-        }
-      }
-    }
-    return std::nullopt;
-  };
-  if (!name.empty()) {
-    return TimeColumn{.position = need_column(path, columns, name),
-                      .seconds = unit_of(name).value_or(1.0)};
-  }
-  for (std::size_t c = 0; c < columns.size(); ++c) {
-    if (const std::optional<double> seconds = unit_of(columns[c])) {
-      return TimeColumn{.position = c, .seconds = *seconds};
-    }
-  }
-  return std::nullopt;
-}
-
 Segmentation segment(LogFile& log, const SegmentOptions& options, const ThresholdChoice& choose) {
   const std::optional<TimeColumn> found =
       find_time_column(log.path(), log.columns(), options.rate_hz ? "" : options.time);
@@ -341,7 +291,7 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
   }
   log.select(selected);
 
-  Clock clock(log.path(), options, clock_column.seconds);
+  Clock clock(log.path(), options);
   Repair repair(options, result.detection, result.columns.size());
   std::optional<StaticDetector> detector;
   LogBlock block;
@@ -354,7 +304,14 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
       block.pop_back();
     }
     if (!detector) {
-      clock.learn(times);
+      TimeUnit unit;
+      if (has_times) {
+        unit = settle_time_unit(log.path(), clock_column, times);
+      }
+      if (!unit.remark.empty()) {
+        result.warnings.push_back(unit.remark);
+      }
+      clock.learn(times, unit.seconds);
       const auto in_samples = [&](double seconds) {
         return static_cast<std::size_t>(std::lround(std::max(0.0, seconds) * clock.rate_hz()));
       };

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
 #include <set>
 
 #include <nlohmann/json.hpp>
@@ -41,9 +44,14 @@ std::string bullets(const std::vector<std::string>& lines) {
   if (lines.empty()) {
     return "";
   }
+  constexpr std::size_t most = 100;
   std::string html = "<ul>";
-  for (const std::string& line : lines) {
-    html += "<li>" + escaped(line) + "</li>";
+  for (std::size_t i = 0; i < std::min(lines.size(), most); ++i) {
+    html += "<li>" + escaped(lines[i]) + "</li>";
+  }
+  if (lines.size() > most) {
+    html += "<li>" + std::to_string(lines.size() - most) +
+            " more of these are in the record</li>";
   }
   return html + "</ul>\n";
 }
@@ -227,6 +235,78 @@ std::set<int> suspects(const Calibration& calibration) {
   return runs;
 }
 
+// Which readings the cube is turned to: all, or of many the first of each seat and those that are named.
+std::vector<bool> readings_of_cube(const Calibration& calibration) {
+  const std::vector<ReadingResidual>& all = calibration.residuals;
+  const bool few = all.size() <= rows_of_page;
+  const std::set<int> named = suspects(calibration);
+  std::set<DesignPoint> seen;
+  std::vector<bool> chosen(all.size(), false);
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    chosen[i] = all[i].point && count < rows_of_page &&
+                (few || named.contains(all[i].run) || !seen.contains(*all[i].point));
+    if (chosen[i]) {
+      seen.insert(*all[i].point);
+      ++count;
+    }
+  }
+  return chosen;
+}
+
+// One reading's row; of many readings without buttons and without digits that nobody sees.
+std::string reading_row(const Calibration& calibration,
+                        const ReadingResidual& residual,
+                        const Observations* observations,
+                        Eigen::Index row,
+                        bool named,
+                        std::optional<std::size_t> button) {
+  const bool short_form = !button && calibration.residuals.size() > rows_of_page;
+  const std::string run = std::to_string(residual.run);
+  std::string html = short_form ? "<tr><th>" : "<tr><th scope=\"row\">";
+  html += button ? "<button type=\"button\" aria-pressed=\"false\" data-reading=\"" +
+                       std::to_string(*button) + "\">" + run + "</button>"
+                 : run;
+  html += short_form ? "" : "</th>";
+  const auto add = [&](const Cell& cell) {
+    html += short_form || cell.value.empty() ? "<td>" : "<td data-value=\"" + cell.value + "\">";
+    html += escaped(cell.text) + (short_form ? "" : "</td>");
+  };
+  const Cell none{"\u2013", ""};
+  add(residual.point ? Cell{std::string(face_name(residual.point->rest())), ""} : none);
+  add(residual.point ? Cell{std::string(face_name(residual.point->fence())), ""} : none);
+  const Eigen::Index m = calibration.instrument.axis_count();
+  for (Eigen::Index k = 0; k < m && observations != nullptr; ++k) {
+    add(row >= 0 && k < observations->response.cols() ? number_cell(observations->response(row, k), 7)
+                                                      : none);
+  }
+  for (Eigen::Index k = 0; k < m; ++k) {
+    add(k < residual.response.size() ? number_cell(residual.response(k), 3) : none);
+  }
+  html += named ? "<td class=\"suspect\">" : "<td>";
+  html += !residual.used ? "left out" : named ? "look at it" : "used";
+  return html + (short_form ? "" : "</td></tr>");
+}
+
+// Of many readings those that are named and those with the largest residuals come first.
+std::vector<std::size_t> by_importance(const Calibration& calibration, const std::set<int>& named) {
+  const std::vector<ReadingResidual>& all = calibration.residuals;
+  std::vector<double> size(all.size(), 0.0);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (Eigen::Index k = 0; k < all[i].response.size(); ++k) {
+      const double sd = calibration.statistics ? calibration.statistics->residual_sd(k) : 1.0;
+      const double own = std::abs(all[i].response(k)) / (sd > 0.0 ? sd : 1.0);
+      size[i] = std::isfinite(own) ? std::max(size[i], own) : size[i];
+    }
+    size[i] = named.contains(all[i].run) ? std::numeric_limits<double>::infinity() : size[i];
+  }
+  std::vector<std::size_t> order(all.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return size[a] > size[b]; });
+  return order;
+}
+
 std::string readings_table(const Calibration& calibration, const Observations* observations) {
   const Instrument& instrument = calibration.instrument;
   std::vector<std::string> head = {"run", "rest", "fence"};
@@ -240,60 +320,61 @@ std::string readings_table(const Calibration& calibration, const Observations* o
   }
   head.emplace_back("state");
   const std::set<int> named = suspects(calibration);
-  std::string html = "<table data-copy><caption>Readings</caption><thead><tr>";
-  for (const std::string& name : head) {
-    html += "<th scope=\"col\">" + escaped(name) + "</th>";
+  std::map<int, Eigen::Index> row_of_run;
+  for (std::size_t i = 0; observations != nullptr && i < observations->readings.size(); ++i) {
+    row_of_run[observations->readings[i].run] = static_cast<Eigen::Index>(i);
   }
-  html += "</tr></thead><tbody>";
+  const std::vector<ReadingResidual>& all = calibration.residuals;
+  const std::vector<bool> in_cube = readings_of_cube(calibration);
+  std::vector<std::string> rows;
   std::size_t seat = 0;
-  for (const ReadingResidual& residual : calibration.residuals) {
-    const std::string run = std::to_string(residual.run);
-    html += "<tr><th scope=\"row\">";
-    html += residual.point ? "<button type=\"button\" aria-pressed=\"false\" data-reading=\"" +
-                                 std::to_string(seat++) + "\">" + run + "</button>"
-                           : run;
-    html += "</th>";
-    const auto add = [&](const Cell& cell) {
-      html += "<td" + (cell.value.empty() ? "" : " data-value=\"" + cell.value + "\"") + ">" +
-              escaped(cell.text) + "</td>";
-    };
-    add({residual.point ? std::string(face_name(residual.point->rest())) : "\u2013", ""});
-    add({residual.point ? std::string(face_name(residual.point->fence())) : "\u2013", ""});
-    if (observations != nullptr) {
-      Eigen::Index row = -1;
-      for (std::size_t i = 0; i < observations->readings.size(); ++i) {
-        row = observations->readings[i].run == residual.run ? static_cast<Eigen::Index>(i) : row;
-      }
-      for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
-        add(row >= 0 && k < observations->response.cols()
-                ? number_cell(observations->response(row, k), 7)
-                : Cell{"\u2013", ""});
-      }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto found = row_of_run.find(all[i].run);
+    const Eigen::Index row = found == row_of_run.end() ? -1 : found->second;
+    std::optional<std::size_t> button;
+    if (in_cube[i]) {
+      button = seat++;
     }
-    for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
-      add(k < residual.response.size() ? number_cell(residual.response(k), 3) : Cell{"\u2013", ""});
-    }
-    const bool suspect = named.contains(residual.run);
-    html += "<td" + std::string(suspect ? " class=\"suspect\"" : "") + ">" +
-            (!residual.used ? "left out"
-             : suspect      ? "look at it"
-                            : "used") +
-            "</td></tr>";
+    rows.push_back(reading_row(calibration, all[i], observations, row, named.contains(all[i].run),
+                               button));
   }
-  return html + "</tbody></table>\n";
+  constexpr std::size_t most_bytes = 1U << 20U;
+  std::size_t bytes = 0;
+  std::vector<std::size_t> listed;
+  for (const std::size_t i : by_importance(calibration, named)) {
+    bytes += rows[i].size();
+    if (bytes > most_bytes) {
+      break;
+    }
+    listed.push_back(i);
+  }
+  std::sort(listed.begin(), listed.end());
+  std::vector<std::string> shown;
+  for (const std::size_t i : listed) {
+    shown.push_back(std::move(rows[i]));
+  }
+  const std::string remark =
+      shown.size() < all.size()
+          ? paragraph(std::to_string(shown.size()) + " of " + std::to_string(all.size()) +
+                      " readings are listed: those that are named above and those with the largest "
+                      "residuals. All are in the record.")
+          : "";
+  return remark + paged_table("Readings", head, shown);
 }
 
 Json cube_json(const Calibration& calibration) {
   const Positioner cube;
+  const std::vector<bool> in_cube = readings_of_cube(calibration);
   Json readings = Json::array();
-  for (const ReadingResidual& residual : calibration.residuals) {
-    if (!residual.point) {
+  for (std::size_t i = 0; i < calibration.residuals.size(); ++i) {
+    const ReadingResidual& residual = calibration.residuals[i];
+    if (!in_cube[i]) {
       continue;
     }
     const Eigen::Matrix3d R = cube.rotation_table_from_positioner(*residual.point);
     Json rotation = Json::array();
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      rotation.push_back({R(i, 0), R(i, 1), R(i, 2)});
+    for (Eigen::Index row = 0; row < 3; ++row) {
+      rotation.push_back({R(row, 0), R(row, 1), R(row, 2)});
     }
     readings.push_back(
         {{"text", words_of(calibration, residual)}, {"rotation_table_from_positioner", rotation}});
@@ -437,6 +518,12 @@ std::string figures(const std::vector<Plot>& plots) {
   return html.empty() ? "" : "<div class=\"plots\">" + html + "</div>\n";
 }
 
+std::vector<Plot> all_thinned(std::vector<Plot> plots) {
+  std::transform(plots.begin(), plots.end(), plots.begin(),
+                 [](Plot& plot) { return thinned(std::move(plot)); });
+  return plots;
+}
+
 // Microradians as people say them: 2994, 12, 0.8.
 std::string micro_text(double radians) {
   const double micro = 1e6 * radians;
@@ -460,7 +547,7 @@ std::string adjusters_table(const BlockLevelness& now, const Surface& table) {
 }
 
 std::string levelness_section(const Calibration& calibration, const std::optional<Surface>& table) {
-  const std::vector<Plot> plots = levelness_plots(calibration);
+  const std::vector<Plot> plots = all_thinned(levelness_plots(calibration));
   if (plots.empty()) {
     return "";
   }
@@ -517,12 +604,14 @@ std::string within_script(const Json& json) {
 }  // namespace
 
 std::string calibration_report(const Calibration& calibration, const ReportOptions& options) {
-  const std::vector<Plot> residuals = residual_plots(calibration, options.observations);
+  const std::vector<Plot> residuals =
+      all_thinned(residual_plots(calibration, options.observations));
   const std::vector<Plot> temperature = temperature_plots(calibration);
-  const std::vector<Plot> orientations = calibration.method == "magnitude"
-                                             ? orientation_plots(calibration, options.observations)
-                                             : std::vector<Plot>();
-  const std::vector<Plot> turns = turn_plots(calibration);
+  const std::vector<Plot> orientations =
+      calibration.method == "magnitude"
+          ? all_thinned(orientation_plots(calibration, options.observations))
+          : std::vector<Plot>();
+  const std::vector<Plot> turns = all_thinned(turn_plots(calibration));
   const std::vector<Plot> noise =
       options.noise != nullptr ? noise_plots(*options.noise) : std::vector<Plot>();
   const auto unit = std::find_if(

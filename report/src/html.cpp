@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "html.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "axiscal/core/number_text.hpp"
 
@@ -44,9 +46,11 @@ Cell number_cell(double value, int digits) {
   return {text, number_text(value)};
 }
 
-std::string html_table(std::string_view caption,
-                       const std::vector<std::string>& head,
-                       const std::vector<std::vector<Cell>>& rows) {
+namespace {
+
+std::string table_of(std::string_view caption,
+                     const std::vector<std::string>& head,
+                     std::span<const std::string> rows) {
   std::string html = "<table data-copy>";
   if (!caption.empty()) {
     html += "<caption>" + escaped(caption) + "</caption>";
@@ -56,8 +60,38 @@ std::string html_table(std::string_view caption,
     html += "<th scope=\"col\">" + escaped(name) + "</th>";
   }
   html += "</tr></thead><tbody>";
+  for (const std::string& row : rows) {
+    html += row;
+  }
+  return html + "</tbody></table>\n";
+}
+
+}  // namespace
+
+std::string paged_table(std::string_view caption,
+                        const std::vector<std::string>& head,
+                        const std::vector<std::string>& rows) {
+  const std::span<const std::string> all(rows);
+  if (rows.size() <= rows_of_page) {
+    return table_of(caption, head, all);
+  }
+  std::string html;
+  for (std::size_t first = 0; first < rows.size(); first += rows_of_page) {
+    const std::size_t count = std::min(rows_of_page, rows.size() - first);
+    html += "<details><summary>" + (caption.empty() ? "Rows" : escaped(caption) + ", rows") + " " +
+            std::to_string(first + 1) + " to " + std::to_string(first + count) + " of " +
+            std::to_string(rows.size()) + "</summary>" +
+            table_of("", head, all.subspan(first, count)) + "</details>\n";
+  }
+  return html;
+}
+
+std::string html_table(std::string_view caption,
+                       const std::vector<std::string>& head,
+                       const std::vector<std::vector<Cell>>& rows) {
+  std::vector<std::string> written;
   for (const std::vector<Cell>& row : rows) {
-    html += "<tr>";
+    std::string html = "<tr>";
     for (std::size_t i = 0; i < row.size(); ++i) {
       const std::string tag = i == 0 ? "th" : "td";
       html += "<" + tag + (i == 0 ? " scope=\"row\"" : "");
@@ -66,9 +100,9 @@ std::string html_table(std::string_view caption,
       }
       html += ">" + escaped(row[i].text) + "</" + tag + ">";
     }
-    html += "</tr>";
+    written.push_back(html + "</tr>");
   }
-  return html + "</tbody></table>\n";
+  return paged_table(caption, head, written);
 }
 
 }  // namespace axiscal

@@ -20,6 +20,15 @@ struct Cell {
 /// @return a number to so many digits, with all of them behind it; "-" for NaN.
 Cell number_cell(double value, int digits = 5);
 
+/// Tables have so many rows; those of more are folded, a page of so many each.
+inline constexpr std::size_t rows_of_page = 200;
+
+/// A table that can be copied, of rows that are written already ("<tr>...").
+/// @param caption  may be empty.
+std::string paged_table(std::string_view caption,
+                        const std::vector<std::string>& head,
+                        const std::vector<std::string>& rows);
+
 /// A table that can be copied.
 /// @param caption  may be empty.
 std::string html_table(std::string_view caption,

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <set>
 
 #include "axiscal/core/number_text.hpp"
 #include "html.hpp"
@@ -282,6 +284,57 @@ std::string table_of(const Plot& plot) {
 }
 
 }  // namespace
+
+Plot thinned(Plot plot) {
+  constexpr std::size_t most = 800;
+  constexpr std::size_t kept_of_stretch = 4;
+  std::size_t points = 0;
+  std::size_t groups = 0;
+  const auto is_thinned = [](const PlotSeries& series) {
+    return !series.line && series.high.empty();
+  };
+  for (const PlotSeries& series : plot.series) {
+    points += is_thinned(series) ? series.x.size() : 0;
+    groups += is_thinned(series) ? 1U : 0U;
+  }
+  if (points <= most) {
+    return plot;
+  }
+  const std::size_t stretches = std::max<std::size_t>(most / (kept_of_stretch * groups), 1);
+  std::size_t drawn_points = 0;
+  for (PlotSeries& series : plot.series) {
+    const std::size_t n = series.x.size();
+    if (!is_thinned(series) || n <= kept_of_stretch * stretches) {
+      drawn_points += is_thinned(series) ? n : 0;
+      continue;
+    }
+    std::vector<std::size_t> order(n);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return series.x[a] < series.x[b]; });
+    PlotSeries kept{.name = series.name};
+    for (std::size_t s = 0; s < stretches; ++s) {
+      const std::size_t first = s * n / stretches;
+      const std::size_t end = (s + 1) * n / stretches;
+      std::set<std::size_t> chosen = {first, first + (end - first) / 2};
+      const auto by_y = [&](std::size_t a, std::size_t b) { return series.y[a] < series.y[b]; };
+      const auto [low, high] =
+          std::minmax_element(order.begin() + static_cast<std::ptrdiff_t>(first),
+                              order.begin() + static_cast<std::ptrdiff_t>(end), by_y);
+      chosen.insert(static_cast<std::size_t>(low - order.begin()));
+      chosen.insert(static_cast<std::size_t>(high - order.begin()));
+      for (const std::size_t at : chosen) {
+        kept.x.push_back(series.x[order[at]]);
+        kept.y.push_back(series.y[order[at]]);
+      }
+    }
+    drawn_points += kept.x.size();
+    series = std::move(kept);
+  }
+  plot.title += " (" + std::to_string(drawn_points) + " of " + std::to_string(points) +
+                " points: of each stretch the lowest, the highest and two others)";
+  return plot;
+}
 
 std::string figure_of(const Plot& plot) {
   const Scales at(plot);

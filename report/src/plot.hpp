@@ -42,6 +42,10 @@ struct HeatMap {
   std::vector<std::vector<double>> values;  ///< by y, by x
 };
 
+/// @return a plot with at most some hundred points in all: of more, those of each stretch along x that are
+///         lowest and highest and two others, so that no extreme is lost. The title says how many.
+[[nodiscard]] Plot thinned(Plot plot);
+
 /// @return a figure: title, drawing, room for the script's plot, data table.
 std::string figure_of(const Plot& plot);
 std::string figure_of(const BarPlot& plot);

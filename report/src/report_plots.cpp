@@ -100,6 +100,19 @@ Plot normal_plot(const Calibration& calibration) {
   return plot;
 }
 
+// How many parameters an axis's regression has: the sum of its leverages, the mean over the axes.
+double parameters_of_axis(const std::vector<RegressionRow>& rows) {
+  double sum = 0.0;
+  Eigen::Index axes = 0;
+  for (const RegressionRow& row : rows) {
+    axes = std::max(axes, row.leverage.size());
+    for (const double leverage : row.leverage) {
+      sum += std::isfinite(leverage) ? leverage : 0.0;
+    }
+  }
+  return axes > 0 ? sum / static_cast<double>(axes) : 0.0;
+}
+
 Plot leverage_plot(const Calibration& calibration) {
   Plot plot{.id = "leverage",
             .title = "Leverage and studentised residuals, with Cook's distances 0.5 and 1",
@@ -121,7 +134,7 @@ Plot leverage_plot(const Calibration& calibration) {
     }
     plot.series.push_back(std::move(series));
   }
-  constexpr double parameters = 4.0;
+  const double parameters = parameters_of_axis(rows);
   const double nu = calibration.statistics->degrees_of_freedom.minCoeff();
   for (const double distance : {0.5, 1.0}) {
     PlotSeries curve{.name = "Cook's distance " + number_text(distance), .line = true};

@@ -14,29 +14,45 @@
 namespace axiscal {
 namespace {
 
+const std::string first = R"({"entry":"session","format":"axiscal-journal","version":1})";
+
 TEST(Journal, KeepsLinesAndOpensAgain) {
   const test::ScratchFolder folder;
   const std::string path = folder.path("a.journal");
   {
     Journal journal = Journal::create(path);
-    EXPECT_EQ(journal.append("one"), "");
+    EXPECT_EQ(journal.append(first), "");
     EXPECT_EQ(journal.append_later("two"), "");
   }
   std::vector<std::string> lines;
   Journal journal = Journal::open(path, lines);
-  EXPECT_EQ(lines, (std::vector<std::string>{"one", "two"}));
+  EXPECT_EQ(lines, (std::vector<std::string>{first, "two"}));
   EXPECT_EQ(journal.append("three"), "");
-  EXPECT_EQ(test::read_file(path), "one\ntwo\nthree\n");
+  EXPECT_EQ(test::read_file(path), first + "\ntwo\nthree\n");
+}
+
+// What is no journal loses nothing by being taken for one.
+TEST(Journal, LeavesOtherFilesAsTheyAre) {
+  const test::ScratchFolder folder;
+  for (const std::string text : {"notes\nwithout an end", "", "{\"format\":\"axiscal-journal\"",
+                                 "{\"format\":\"axiscal-limits\",\"version\":1}\nx"}) {
+    const std::string path = folder.write("notes.txt", text);
+    std::vector<std::string> lines;
+    EXPECT_THROW(static_cast<void>(Journal::open(path, lines)), DataError) << text;
+    EXPECT_EQ(test::read_file(path), text);
+  }
+  std::vector<std::string> lines;
+  EXPECT_THROW(static_cast<void>(Journal::open("/dev/zero", lines)), DataError);
 }
 
 TEST(Journal, CutsOffALineThatWasNotWrittenWhole) {
   const test::ScratchFolder folder;
-  const std::string path = folder.write("a.journal", "one\ntwo\n{\"entry\":\"capt");
+  const std::string path = folder.write("a.journal", first + "\ntwo\n{\"entry\":\"capt");
   std::vector<std::string> lines;
   Journal journal = Journal::open(path, lines);
   EXPECT_EQ(lines.size(), 2U);
   EXPECT_EQ(journal.append("three"), "");
-  EXPECT_EQ(test::read_file(path), "one\ntwo\nthree\n");
+  EXPECT_EQ(test::read_file(path), first + "\ntwo\nthree\n");
 }
 
 TEST(Journal, RefusesAFileThatIsThereAndASecondWriter) {

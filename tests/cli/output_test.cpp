@@ -13,6 +13,17 @@ namespace {
 
 using testing::HasSubstr;
 
+// Observations with a column that says of which unit they are.
+std::string with_serial(const std::string& observations, const std::string& serial) {
+  std::string text;
+  for (std::size_t from = 0; from < observations.size();) {
+    const std::size_t end = observations.find('\n', from);
+    text += observations.substr(from, end - from) + (from == 0 ? ",serial" : "," + serial) + "\n";
+    from = end + 1;
+  }
+  return text;
+}
+
 class Output : public testing::Test {
  protected:
   std::vector<std::string> calibrate_to(const std::string& output) const {
@@ -74,12 +85,95 @@ TEST_F(Output, ALinkIsFollowed) {
   EXPECT_EQ(read_json(target)["status"], "ok");
 }
 
-TEST_F(Output, CanReplaceItsOwnInput) {
+// Each input of each command named as an output, by its name and by a link to it.
+TEST_F(Output, NoInputIsOverwritten) {
   const std::string record = folder_.path("cal.json");
   ASSERT_EQ(run_axiscal(calibrate_to(record)).status, 0);
   const std::string readings = folder_.write("in.csv", "x,y,z\n0,0,2.5\n");
-  EXPECT_EQ(run_axiscal({"apply", record, readings, "-o", readings}).status, 0);
-  EXPECT_EQ(csv_cells(read_file(readings))[0].size(), 11U);
+  const std::string limits = folder_.write(
+      "limits.json",
+      R"({"format": "axiscal-limits", "version": 1, "rule": "simple",
+          "limits": [{"parameter": "x.bias", "low": -9, "high": 9}]})");
+  const std::string unit = folder_.write("r.csv", with_serial(read_file(run_), "r"));
+  const std::string experiment = folder_.write(
+      "exp.json",
+      R"({"format": "axiscal-experiment", "version": 1, "observations": "run.csv",
+          "instrument": {"kind": "accelerometer"}, "field": {"kind": "gravity"}})");
+  const std::vector<std::string> as = {"--instrument", "accelerometer", "--field", "gravity"};
+  const auto calibrate = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "calibrate");
+    words.insert(words.end(), as.begin(), as.end());
+    return words;
+  };
+  const std::string sheet = folder_.write("sheet.csv", "rest,fence\n+X,+Y\n");
+  const std::vector<std::pair<std::string, std::vector<std::string>>> calls = {
+      {run_, calibrate({run_, "--table", run_})},
+      {run_, calibrate({run_, "-o", run_})},
+      {unit, calibrate({unit, "-o", folder_.path("{serial}.csv")})},
+      {limits, calibrate({run_, "--limits", limits, "--table", limits})},
+      {limits, calibrate({run_, "--limits", limits, "-o", limits})},
+      {experiment, {"calibrate", experiment, "-o", experiment}},
+      {run_, {"calibrate", experiment, "-o", run_}},
+      {record, {"apply", record, readings, "-o", record}},
+      {readings, {"apply", record, readings, "-o", readings}},
+      {readings, {"apply", record, readings, "--follow", "-o", readings}},
+      {record, {"check", record, run_, "-o", record}},
+      {run_, {"check", record, run_, "-o", run_}},
+      {record, {"export", record, "--format", "csv", "-o", record}},
+      {record, {"simulate", "--truth", record, "-o", record}},
+      {sheet, {"simulate", "--truth", record, "--design", sheet, "-o", sheet}},
+      {sheet, {"plan", "--design", sheet, "-o", sheet}},
+      {record, {"budget", record, "-o", record}},
+      {readings, {"noise", readings, "--rate", "100", "-o", readings}},
+  };
+  for (const auto& [input, words] : calls) {
+    const std::string before = read_file(input);
+    const std::size_t files = folder_.file_count();
+    const ProgramResult result = run_axiscal(words);
+    const std::string call = testing::PrintToString(words);
+    if (words.front() != "noise") {  // which finds too few samples first
+      EXPECT_EQ(result.status, 2) << call << result.err;
+      EXPECT_THAT(result.err, HasSubstr("is an input and would be overwritten")) << call;
+    }
+    EXPECT_EQ(read_file(input), before) << call;
+    EXPECT_EQ(folder_.file_count(), files) << call;
+  }
+  // Standard output that is the input, which would be read for ever.
+  const std::string appended =
+      "'" + command_path() + "' apply '" + record + "' '" + readings + "' >> '" + readings + "' 2>&1";
+  EXPECT_EQ(WEXITSTATUS(std::system(appended.c_str())), 2);
+  EXPECT_THAT(read_file(readings), testing::StartsWith("x,y,z\n0,0,2.5\n"));
+}
+
+TEST_F(Output, ARunDoesNotOverwriteWhatItWrote) {
+  const std::string unit = folder_.write("units.csv", with_serial(read_file(run_), "t"));
+  const ProgramResult result =
+      run_axiscal({"calibrate", unit, "--instrument", "accelerometer", "--field", "gravity", "-o",
+                   folder_.path("{serial}.json"), "--table", folder_.path("t.json")});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.err, HasSubstr("was written just now"));
+  EXPECT_EQ(read_json(folder_.path("t.json"))["status"], "ok");
+}
+
+TEST_F(Output, SerialsThatAreNoNamesAreRefusedBeforeTheFirstFile) {
+  const std::string good = with_serial(read_file(run_), "good");
+  const std::string bad = with_serial(read_file(run_), "\x1b[2Jbad");
+  const std::string two =
+      folder_.write("two.csv", good + bad.substr(bad.find('\n') + 1));
+  const std::vector<std::string> as = {"--instrument", "accelerometer", "--field", "gravity", "-o",
+                                       folder_.path("{serial}.json")};
+  const auto calibrated = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "calibrate");
+    words.insert(words.end(), as.begin(), as.end());
+    return run_axiscal(words);
+  };
+  const ProgramResult result = calibrated({two});
+  EXPECT_EQ(result.status, 3);
+  EXPECT_THAT(result.err, HasSubstr("two.csv:14: column 'serial': the serial number holds a control"));
+  EXPECT_EQ(folder_.file_count(), 2U) << "no record of the good one either";
+  EXPECT_EQ(calibrated({run_, "--serial", std::string(201, 's')}).status, 2);
+  EXPECT_EQ(calibrated({run_, "--serial", "a\xC2\x85z"}).status, 2) << "U+0085, a new line";
+  EXPECT_EQ(calibrated({run_, "--serial", std::string(199, 's')}).status, 0);
 }
 
 TEST_F(Output, AClosedStandardOutputIsNotMixedIntoTheRecord) {

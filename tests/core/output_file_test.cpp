@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/core/output_file.hpp"
 
+#include <csignal>
 #include <filesystem>
 
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
+#include "axiscal/core/input_protection.hpp"
 #include "matchers.hpp"
 #include "program.hpp"
 
@@ -65,6 +72,89 @@ TEST(OutputFile, RefusesALoopOfLinksAndTakesLongNames) {
 TEST(OutputFile, WritesToDevicesDirectly) {
   write_whole_file("/dev/null", "x");
   EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+}
+
+TEST(OutputFile, LeavesNothingWhenItsProcessIsKilled) {
+  const ScratchFolder folder;
+  const std::string path = folder.write("a.txt", "old");
+  const pid_t child = ::fork();
+  if (child == 0) {
+    OutputFile file(path);
+    file.write("half of the ne");
+    ::raise(SIGKILL);
+  }
+  ::waitpid(child, nullptr, 0);
+  EXPECT_EQ(read_file(path), "old");
+  EXPECT_EQ(folder.file_count(), 1U) << "a file without a name is gone with its process";
+}
+
+TEST(OutputFile, RemovesWhatKilledRunsLeft) {
+  // A process that was: its number is free as long as no other took it.
+  const pid_t gone = ::fork();
+  if (gone == 0) {
+    ::_exit(0);
+  }
+  ::waitpid(gone, nullptr, 0);
+  const ScratchFolder folder;
+  const std::string orphan = folder.write(".axiscal-" + std::to_string(gone) + "-0", "left");
+  const std::string alive = folder.write(".axiscal-" + std::to_string(::getppid()) + "-0", "");
+  const std::string foreign = folder.write(".axiscal-notes", "the user's");
+  const std::string locked = folder.write(".axiscal-" + std::to_string(gone) + "-1", "");
+  const int held = ::open(locked.c_str(), O_RDONLY);
+  ASSERT_EQ(::flock(held, LOCK_EX | LOCK_NB), 0);
+  write_whole_file(folder.path("a.txt"), "new");
+  EXPECT_FALSE(std::filesystem::exists(orphan));
+  EXPECT_TRUE(std::filesystem::exists(alive)) << "its process lives";
+  EXPECT_TRUE(std::filesystem::exists(foreign)) << "none of ours";
+  EXPECT_TRUE(std::filesystem::exists(locked)) << "somebody writes it, in another container say";
+  ::close(held);
+}
+
+TEST(InputProtection, KeepsWhatWasReadAndWhatWasWritten) {
+  const ScratchFolder folder;
+  const std::string input = folder.write("in.txt", "input");
+  std::filesystem::create_symlink("in.txt", folder.path("link.txt"));
+  std::filesystem::create_hard_link(input, folder.path("twin.txt"));
+  {
+    const InputProtection protection;
+    EXPECT_EQ(read_whole_file(folder.path("link.txt")), "input");
+    for (const char* name : {"in.txt", "link.txt", "twin.txt"}) {
+      EXPECT_THROW(write_whole_file(folder.path(name), "x"), InputOverwriteError) << name;
+      EXPECT_THROW(OutputFile(folder.path(name), OutputFile::Mode::direct), InputOverwriteError);
+      EXPECT_THROW(forbid_replacing_input(folder.path(name)), InputOverwriteError);
+    }
+    EXPECT_EQ(read_file(input), "input");
+    write_whole_file(folder.path("out.txt"), "one");
+    EXPECT_THROW(write_whole_file(folder.path("out.txt"), "two"), InputOverwriteError);
+    EXPECT_EQ(read_file(folder.path("out.txt")), "one");
+    // Read while it is being written: commit() looks again.
+    folder.write("late.txt", "late");
+    OutputFile late(folder.path("late.txt"));
+    late.write("x");
+    EXPECT_EQ(read_whole_file(folder.path("late.txt")), "late");
+    EXPECT_THROW(late.commit(), InputOverwriteError);
+  }
+  write_whole_file(input, "changed");
+  EXPECT_EQ(read_file(input), "changed") << "a library's user may write what was read";
+}
+
+TEST(InputFile, HasLimits) {
+  const std::string endless = "/dev/zero";
+  EXPECT_THAT(test::complaint_of<DataError>([&] {
+                static_cast<void>(read_whole_file(endless));
+              }),
+              testing::HasSubstr("256 MiB"));
+  EXPECT_THAT(test::complaint_of<DataError>([&] {
+                for_each_line(endless, [](std::string_view, bool) {});
+              }),
+              testing::HasSubstr("/dev/zero:1: a line of more than 1 MiB"));
+  const ScratchFolder folder;
+  std::vector<std::pair<std::string, bool>> lines;
+  for_each_line(folder.write("a", "one\n\nthr"), [&](std::string_view line, bool whole) {
+    lines.emplace_back(line, whole);
+  });
+  EXPECT_EQ(lines, (std::vector<std::pair<std::string, bool>>{
+                       {"one", true}, {"", true}, {"thr", false}}));
 }
 
 TEST(InputFile, RefusesWhatCannotBeRead) {

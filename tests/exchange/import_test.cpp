@@ -91,9 +91,38 @@ TEST(Import, SaysWhatIsWrongAndWhere) {
   expect_bad("imu0: [1, 2", "kalibr", "no YAML");
   expect_bad("imu0:\n  accelerometers:\n    M: 3\n", "kalibr", "M: three rows");
   expect_bad("imu0: {}\n", "kalibr", "it has no imu0 with accelerometers");
+  expect_bad("imu0:\n  accelerometers: 5\n", "kalibr", "it has no imu0 with accelerometers");
   EXPECT_THROW(static_cast<void>(import_calibration("", "f", "kalib")), DomainError);
   EXPECT_THROW(static_cast<void>(import_calibration("", "f", "px4", {.kind = "optical"})),
                DomainError);
+}
+
+// What is no number is not stored as one.
+TEST(Import, TakesFiniteNumbersOnly) {
+  const std::string kalibr = "imu0:\n  accelerometers:\n    M: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n";
+  for (const char* const bias : {".nan", ".inf", "-.inf", "1e999"}) {
+    expect_bad(kalibr + "    bias: [0, " + bias + ", 0]\n", "kalibr", "bias: ");
+  }
+  expect_bad("imu0:\n  accelerometers:\n    M: [[1, 0, 0], [0, .nan, 0], [0, 0, 1]]\n", "kalibr",
+             "their.file:3: M: must be a finite number");
+  const std::string offsets =
+      "1\t1\tCAL_ACC0_XOFF\t0\t9\n1\t1\tCAL_ACC0_YOFF\t0\t9\n1\t1\tCAL_ACC0_ZOFF\t0\t9\n";
+  const auto scales = [](const std::string& one) {
+    std::string text;
+    for (const char* const axis : {"X", "Y", "Z"}) {
+      text += std::string("1\t1\tCAL_ACC0_") + axis + "SCALE\t" + one + "\t9\n";
+    }
+    return text;
+  };
+  for (const char* const scale : {"1e200", "1e-200", "0"}) {
+    expect_bad(offsets + scales(scale), "px4", "cannot be inverted");
+  }
+  expect_bad(offsets + scales("1e999"), "px4", "no parameter with a number");
+  // What a record's reader refuses is not imported: gravity is in g or m/s^2.
+  expect_bad(R"({"acc_unit": "foot", "K_a": [[1,0,0],[0,1,0],[0,0,1]],
+                 "R_a": [[1,0,0],[0,1,0],[0,0,1]], "b_a": [0,0,0]})",
+             "imucal", "cannot be read back: /field/unit: gravity is in g or m/s^2",
+             {.magnitude = 32.0});
 }
 
 // ArduPilot takes a diagonal of 0 as 1, and multiplies by COMPASS_SCALE where it is not 0.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <numeric>
 
 #include <gmock/gmock.h>
 
@@ -16,7 +17,10 @@
 #include <matio.h>
 #endif
 
+#include "allocations.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/random.hpp"
+#include "data.hpp"
 #include "matchers.hpp"
 #include "program.hpp"
 
@@ -236,6 +240,29 @@ TEST_F(LogFiles, OfNumPySayWhatIsWrong) {
   EXPECT_THAT(complaint("\x93NUMPY\1"), HasSubstr("cut short"));
 }
 
+// Dimensions are believed only as far as there are bytes.
+TEST_F(LogFiles, OfNumPyClaimNoMoreThanTheyHave) {
+  const std::string data = bytes_of<double>({1, 2, 3});
+  for (const char* const order : {"False", "True"}) {
+    for (const char* const shape : {"(300000000, 3)", "(2, 9999)", "(1000000000000,)"}) {
+      const std::string header = "{'descr': '<f8', 'fortran_order': " + std::string(order) +
+                                 ", 'shape': " + shape + ", }";
+      test::forget_largest_allocation();
+      EXPECT_THAT(complaint(npy(header, data)), HasSubstr("cut short")) << header;
+      EXPECT_LT(test::largest_allocation(), std::size_t{8} << 20U) << header;
+    }
+  }
+  const auto with = [](const std::string& descr, const std::string& rest) {
+    return npy("{'descr': " + descr + ", 'fortran_order': False, " + rest, "");
+  };
+  EXPECT_THAT(complaint(with("'<f8'", "'shape': (2, 4000000000), }")), HasSubstr("more than 10000"));
+  EXPECT_THAT(complaint(with("[]", "'shape': (2,), }")), HasSubstr("without fields"));
+  for (const char* const shape : {"'shape':", "'shape': (", "'shape': 5", "'shape': (1.5,)",
+                                  "'shape': (1e300,)", "'shape': (-1,)", "'shape': (nan,)"}) {
+    EXPECT_THAT(complaint(with("'<f8'", shape)), HasSubstr("has no shape")) << shape;
+  }
+}
+
 // ---- compressed ----
 
 #ifdef AXISCAL_LIBARCHIVE
@@ -309,6 +336,90 @@ TEST_F(LogFiles, OfMatlabAreRead) {
     EXPECT_THAT(all[log.need("acc_2")], ElementsAre(5, 6, 7, 8));
     EXPECT_THAT(all[log.need("t")], ElementsAre(0, 1, 2, 3));
   }
+}
+#endif
+
+// A file of one 3 x 2 array of doubles, put together by the format's description.
+std::string mat5(std::uint32_t rows, std::uint32_t columns, std::uint32_t data_bytes) {
+  const auto u32 = [](std::uint32_t value) { return bytes_of<std::uint32_t>({value}); };
+  const std::string array = u32(6) + u32(8) + u32(6) + u32(0) +                // flags: double
+                            u32(5) + u32(8) + u32(rows) + u32(columns) +       // dimensions
+                            u32((1U << 16U) | 1U) + std::string("x\0\0\0", 4) +  // name
+                            u32(9) + u32(data_bytes) + bytes_of<double>({1, 2, 3, 4, 5, 6});
+  std::string header = "MATLAB 5.0 MAT-file, by hand";
+  header.resize(124, ' ');
+  return header + std::string("\0\1IM", 4) + u32(14) +
+         u32(static_cast<std::uint32_t>(array.size())) + array;
+}
+
+TEST_F(LogFiles, OfMatlabClaimNoMoreThanTheyHave) {
+  EXPECT_THAT(read(mat5(3, 2, 48)), ElementsAre(ElementsAre(1, 2, 3), ElementsAre(4, 5, 6)));
+  const std::string good = mat5(3, 2, 48);
+  for (std::size_t size = 128; size < good.size(); ++size) {
+    EXPECT_THAT(complaint(good.substr(0, size)),
+                testing::AnyOf(HasSubstr("damaged or cut short"), HasSubstr("no column of numbers")))
+        << size;
+  }
+  test::forget_largest_allocation();
+  EXPECT_THAT(complaint(mat5(300000000, 2, 48)), HasSubstr("300000000 x 2, but has 48 bytes"));
+  EXPECT_THAT(complaint(mat5(300000000, 2, 0xFFFFFFF0U)), HasSubstr("damaged or cut short"));
+  EXPECT_LT(test::largest_allocation(), std::size_t{8} << 20U);
+  EXPECT_THAT(complaint(mat5(0xFFFFFFFFU, 2, 48)), HasSubstr("no column of numbers"));
+}
+
+// Values decoded by scipy: shared/data, SOURCE.md of the folders.
+TEST_F(LogFiles, OfMatlabAreThoseThatWerePublished) {
+  struct Published {
+    const char* file;
+    std::array<double, 3> means;
+  };
+  const std::array<Published, 3> all = {
+      {{"log_matlab5/x_forward_accel_compressed.mat", {-0.00664517958, -0.001543511949, -1.034533964}},
+       {"log_matlab5/x_forward_gyro_plain.mat", {4.531263542, 0.04646244341, 1.12164047}},
+       {"log_matlab73/x_forward_mpu6050_accelerometer.mat",
+        {-0.00664517958, -0.001543511949, -1.034533964}}}};
+  for (const Published& one : all) {
+    const std::optional<std::string> path = test::data_file(one.file);
+    if (!path) {
+      GTEST_SKIP() << "no " << one.file << " in AXISCAL_DATA_DIR";
+    }
+    LogFile log(*path);
+    const LogBlock block = read_log(log);
+    ASSERT_EQ(block.size(), 4U);
+    ASSERT_EQ(block[0].size(), 12243U);
+    EXPECT_NEAR(block[0].back(), 123.1997713, 1e-7);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double mean =
+          std::accumulate(block[k + 1].begin(), block[k + 1].end(), 0.0) / 12243.0;
+      EXPECT_NEAR(mean, one.means[k], 1e-9 * std::max(1.0, std::abs(one.means[k]))) << one.file;
+    }
+  }
+}
+
+#ifdef AXISCAL_MATIO
+// Damaged in many places: an answer or an error, and this process goes on.
+TEST_F(LogFiles, OfMatlab73ThatAreDamagedDoNoHarm) {
+  const std::optional<std::string> path =
+      test::data_file("log_matlab73/x_forward_mpu6050_temperature.mat");
+  if (!path) {
+    GTEST_SKIP() << "no log_matlab73 in AXISCAL_DATA_DIR";
+  }
+  const std::string good = test::read_file(*path);
+  EXPECT_THAT(complaint(good.substr(0, good.size() / 2)), HasSubstr("damaged"));
+  RandomStream random(3);
+  int errors = 0;
+  for (int trial = 0; trial < 40; ++trial) {
+    std::string bad = good;
+    for (int k = 0; k < 20; ++k) {
+      bad[512 + random.index(4096)] = static_cast<char>(random.index(256));
+    }
+    try {
+      read(bad);
+    } catch (const DataError&) {
+      ++errors;
+    }
+  }
+  EXPECT_GT(errors, 20);
 }
 #endif
 

@@ -7,10 +7,14 @@
 
 namespace {
 std::atomic<std::size_t> count = 0;
+std::atomic<std::size_t> largest = 0;
 }  // namespace
 
 void* operator new(std::size_t size) {
   ++count;
+  if (size > largest) {
+    largest = size;
+  }
   if (void* memory = std::malloc(size)) {
     return memory;
   }
@@ -28,6 +32,14 @@ namespace axiscal::test {
 
 std::size_t allocation_count() {
   return count;
+}
+
+void forget_largest_allocation() {
+  largest = 0;
+}
+
+std::size_t largest_allocation() {
+  return largest;
 }
 
 }  // namespace axiscal::test

@@ -9,4 +9,8 @@ namespace axiscal::test {
 ///         its `operator new` replaced by a counting one.
 [[nodiscard]] std::size_t allocation_count();
 
+/// @return the largest single piece of memory [bytes] since forget_largest_allocation().
+[[nodiscard]] std::size_t largest_allocation();
+void forget_largest_allocation();
+
 }  // namespace axiscal::test

@@ -6,6 +6,7 @@ import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import http from "node:http";
+import https from "node:https";
 import net from "node:net";
 import { networkInterfaces, tmpdir } from "node:os";
 import { join, resolve } from "node:path";
@@ -32,8 +33,8 @@ async function start(name, source, ...more) {
     session.events.push(...lines.filter(Boolean).map((line) => JSON.parse(line)));
   });
   program.stderr.on("data", (data) => (session.err += data));
-  assert.ok(await comesTrue(() => /http:\S+/.test(session.err)), session.err);
-  session.url = session.err.match(/http:\S+/)[0];
+  assert.ok(await comesTrue(() => /https?:\S+#\w+/.test(session.err)), session.err);
+  session.url = session.err.match(/https?:\S+/)[0];
   session.count = (kind) => session.events.filter((event) => event.event === kind).length;
   return session;
 }
@@ -41,10 +42,12 @@ async function start(name, source, ...more) {
 const port = (session) => Number(new URL(session.url).port);
 function request(session, { host = "127.0.0.1", method = "GET", path = "/", headers = {}, body = "" } = {}) {
   return new Promise((done) => {
-    const sent = http.request({ host, port: port(session), method, path, headers }, (response) => {
+    const by = session.url.startsWith("https:") ? https : http;
+    const sent = by.request({ host, port: port(session), method, path, headers, rejectUnauthorized: false }, (response) => {
       let text = "";
+      const certificate = response.socket.getPeerCertificate?.();
       response.on("data", (data) => (text += data));
-      response.on("end", () => done({ status: response.statusCode, text, headers: response.headers }));
+      response.on("end", () => done({ status: response.statusCode, text, headers: response.headers, certificate }));
     });
     sent.on("error", (error) => done({ status: 0, text: String(error) }));
     sent.end(body);
@@ -266,14 +269,22 @@ async function theServerIsNotImpressed() {
   assert.equal(await session.over, 1, "stopped by the one who controls");
 }
 
-// At an address of IPv6: by its own name, and by no other.
-async function atAnotherAddress() {
+// At an address of IPv6: encrypted, by its own name, and by no other; in a browser that was told to take
+// the certificate, as its user is asked to.
+async function atAnotherAddress(browser) {
   const session = await start("six", "sim:?speed=5", "--listen", "::1");
   const { hostname, host } = new URL(session.url);
   assert.equal(hostname, "[::1]");
   const answer = (Host) => request(session, { host: "::1", headers: { Host } });
-  assert.equal((await answer(host)).status, 200);
+  const mine = await answer(host);
+  assert.equal(mine.status, 200);
+  assert.ok(session.err.includes(mine.certificate.fingerprint256), "the terminal shows the fingerprint");
   assert.equal((await answer(host.replace("::1", "::2"))).status, 403);
+  const { page, context } = await open(browser, session, { ignoreHTTPSErrors: true });
+  await page.waitForSelector("#link:text-is('connected')");
+  assert.ok((await context.cookies(session.url)).every((cookie) => cookie.secure && cookie.httpOnly));
+  assert.ok(await comesTrue(() => session.err.match(/https:\S+/g).length === 2), "a new key for the next one");
+  await context.close();
 }
 
 const browser = await launch(folder);
@@ -285,7 +296,7 @@ try {
   await theServerIsNotImpressed();
   console.log("ok: theServerIsNotImpressed");
   if (Object.values(networkInterfaces()).flat().some((one) => one.address === "::1")) {
-    await atAnotherAddress();
+    await atAnotherAddress(browser);
     console.log("ok: atAnotherAddress");
   }
 } finally {

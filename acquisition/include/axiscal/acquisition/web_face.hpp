@@ -14,17 +14,19 @@ struct WebOptions {
   std::string address;  ///< to listen at; empty: loopback only
   int port = 0;         ///< 0: 8712 or the next free one
   /// Called with the page's address when it can be opened, and with a new one when a one-time key
-  /// was used. May be called from another thread.
-  std::function<void(const std::string& url)> announce;
+  /// was used; and with the SHA-256 of the certificate that browsers will show, empty on loopback.
+  /// May be called from another thread.
+  std::function<void(const std::string& url, const std::string& fingerprint)> announce;
 };
 
 /// The session as a page in browsers: a small server in this program.
 ///
 /// Several may watch, one controls: the first, or who takes it over. Who has not the key from the
-/// address sees nothing; on other addresses than loopback a key opens one browser only. Requests
-/// for another host, from another site, too long or too slow are turned away, and no request ever
-/// waits for the session or the session for it.
-/// @throws DomainError  where this build has no page or no server.
+/// address sees nothing. On loopback it is plain HTTP; at other addresses always TLS, with a
+/// certificate made for the session, and a key opens one browser only. Requests for another host, from
+/// another site, too long or too slow are turned away, and no request ever waits for the session or the
+/// session for it.
+/// @throws DomainError  where this build has no page, no server, or no TLS for another address.
 /// @throws OutputError  if the address cannot be listened at.
 [[nodiscard]] std::unique_ptr<SessionFace> make_web_face(const WebOptions& options);
 

@@ -9,7 +9,11 @@
 namespace axiscal {
 
 /// @return the record as JSON (CONTRACT section 4); NaN is written as null.
+/// @throws DomainError  if parse_calibration() would refuse it: a coefficient that is no number, ...
 [[nodiscard]] std::string calibration_json(const Calibration& calibration);
+
+/// @return a verdict as it stands in a record.
+[[nodiscard]] std::string verdict_json(const Verdict& verdict);
 
 /// Reads a record. What calibration_json() wrote comes back so that it is written the same again.
 ///

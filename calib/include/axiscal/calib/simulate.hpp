@@ -25,6 +25,11 @@ struct SimulationOptions {
   std::uint32_t stream = 0;     ///< of the seed: each instrument of an assembly has its own
 };
 
+/// @return the truth with its table level: the slope that gravity has in its table, or else the axis of
+///         its turntable, is taken out of all fields that are not made on the table. As given where
+///         its fields do not tell the slope.
+[[nodiscard]] Calibration on_level_table(Calibration truth);
+
 /// Observations of a known truth: v_i = b + S R_sp R_i f_table + noise.
 ///
 /// The field in the table is the truth's `in_table` (without one, its magnitude along the normal),

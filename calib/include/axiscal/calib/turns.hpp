@@ -49,6 +49,7 @@ struct TurnFit {
   double degrees_of_freedom = 0.0;
   double residual_sd_rad = 0.0;            ///< of one component of a turn's attitude error
   std::vector<Eigen::Vector3d> residuals;  ///< attitude error of each turn [rad], frame before
+  double most_revolutions = 0.0;  ///< that one turn makes by the fit, there and back counted both
   int rounds = 0;
   bool has_rotations = false;  ///< whether all three components of each turn counted
 };
@@ -68,7 +69,8 @@ struct TurnFit {
 ///                         bias within it, as its error shows in their residuals too (METHOD 8).
 /// @throws RefusedError, RankDeficientError  for too few turns, turns about too few axes (the
 /// message
-///         names what stays open), or where no scale fits (the message says how far off it is).
+///         names what stays open), or where no scale fits (the message says how far off it is), or one that
+///         makes more than 20 revolutions of a turn, unless it was stated (rate_per_unit).
 /// @par Source
 /// METHOD section 4, turns; D. Tedaldi, A. Pretto, E. Menegatti, ICRA 2014.
 [[nodiscard]] TurnFit fit_turns(std::span<const GyroscopeTurn> turns,

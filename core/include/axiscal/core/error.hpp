@@ -46,6 +46,12 @@ class ClosedPipe : public OutputError {
   using OutputError::OutputError;
 };
 
+/// An output that would replace a file which was read as an input (see InputProtection).
+class InputOverwriteError : public Error {
+ public:
+  using Error::Error;
+};
+
 /// Readings that were understood but from which no result follows: too few, no opposites, ...
 class RefusedError : public Error {
  public:

@@ -2,9 +2,17 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
+#include <string_view>
 
 namespace axiscal {
+
+/// The most that is read of a file that must be held whole: a record, an experiment, a journal's line.
+inline constexpr std::size_t largest_whole_file = 256U << 20U;
+
+/// A line longer than this is an error: whatever it is, it is not text of readings.
+inline constexpr std::size_t longest_line = 1U << 20U;
 
 /// A file, pipe or device opened for reading; the path `-` is standard input.
 class InputFile {
@@ -29,7 +37,16 @@ class InputFile {
 };
 
 /// @return the whole content of a file; `-` is standard input.
-/// @throws DataError  as InputFile.
+/// @throws DataError  as InputFile; or if it is larger than largest_whole_file.
 [[nodiscard]] std::string read_whole_file(const std::string& path);
+
+/// Reads a text file line by line, in constant memory.
+///
+/// @param path  of the file.
+/// @param take  is given each line without its end, and whether that end was there: of the last line
+///              it may be missing.
+/// @throws DataError  as InputFile; or if a line is longer than longest_line.
+void for_each_line(const std::string& path,
+                   const std::function<void(std::string_view line, bool is_whole)>& take);
 
 }  // namespace axiscal

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -9,9 +10,12 @@ namespace axiscal {
 
 /// A file that is replaced whole or left as it was.
 ///
-/// A regular file is written beside its place under a temporary name; commit() flushes it to the
-/// disk and renames it. A link is followed. Without commit() nothing changes. What is no regular
-/// file (`/dev/null`, a pipe) and the path `-`, standard output, are written to directly.
+/// A regular file is written beside its place, without a name where the system can (O_TMPFILE), else
+/// under a temporary one; commit() flushes it to the disk and renames it. A link is followed. Without
+/// commit() nothing changes. What is no regular file (`/dev/null`, a pipe) and the path `-`, standard
+/// output, are written to directly. Temporary files of runs that were killed are removed from the
+/// folder: they are known by their name and by the process in it, which is gone. While an
+/// InputProtection lives, no file that was read as an input is replaced.
 class OutputFile {
  public:
   enum class Mode {
@@ -19,7 +23,8 @@ class OutputFile {
     direct,         ///< the file itself is emptied and written as we go, for endless output
   };
 
-  /// @throws OutputError  if the folder is missing or cannot be written to.
+  /// @throws OutputError          if the folder is missing or cannot be written to.
+  /// @throws InputOverwriteError  as forbid_replacing_input().
   explicit OutputFile(std::string path, Mode mode = Mode::replace_whole);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
@@ -29,23 +34,29 @@ class OutputFile {
   void write(std::string_view text);
 
   /// Puts the file into its place; nothing can be written after it.
-  /// @throws OutputError  as write().
+  /// @throws OutputError          as write().
+  /// @throws InputOverwriteError  as forbid_replacing_input().
   void commit();
 
  private:
   [[noreturn]] void fail(std::string_view action) const;
-  void open_beside(const std::string& target);
+  void discard() noexcept;
+  [[nodiscard]] std::filesystem::path folder() const;
+  void open_unnamed();
+  void open_beside();
+  template <typename Make>
+  bool make_temporary(const Make& make);
 
   std::string path_;
-  std::string target_;     // path_ with links followed; empty when written to directly
-  std::string temporary_;  // beside target_; empty when there is none
+  std::string target_;     // path_ with links followed; empty when written to directly, or done
+  std::string temporary_;  // beside target_; empty while it has no name
   int descriptor_ = -1;
   std::size_t written_ = 0;
   std::size_t handed_to_disk_ = 0;
 };
 
 /// Writes a file at one go, whole or not at all.
-/// @throws OutputError  as OutputFile.
+/// @throws OutputError, InputOverwriteError  as OutputFile.
 void write_whole_file(const std::string& path, std::string_view content);
 
 /// Removes the temporary files of unfinished OutputFiles; may be called from a signal handler.

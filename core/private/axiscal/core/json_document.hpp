@@ -37,6 +37,7 @@ class JsonValue {
   [[nodiscard]] double number() const;
   [[nodiscard]] double number_or_nan() const;  ///< null is NaN
   [[nodiscard]] int integer() const;
+  [[nodiscard]] std::size_t count() const;
   [[nodiscard]] bool boolean() const;
   [[nodiscard]] std::string text() const;
   [[nodiscard]] bool is_array() const { return value_->is_array(); }

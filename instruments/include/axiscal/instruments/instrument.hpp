@@ -39,7 +39,7 @@ struct DifferentialAxis {
 /// What an instrument is called and how it speaks.
 struct Instrument {
   std::string kind;                                 ///< name of an InstrumentKind
-  std::string serial;                               ///< any text; may be empty
+  std::string serial;                               ///< as check_serial(); may be empty
   std::vector<std::string> axes = {"x", "y", "z"};  ///< names of the response columns, one or more
   std::string unit = "1";                           ///< of the readings, any text
   AxisConvention convention = AxisConvention::forward_left_up;
@@ -57,6 +57,10 @@ void set_axes(Instrument& instrument, const std::vector<std::string>& texts);
 
 /// @throws DomainError  unless there is an axis and each has a name of its own.
 void check_axes(const Instrument& instrument);
+
+/// @throws DomainError  if a serial number is longer than 200 bytes, holds a control character or is
+///                      not UTF-8: it becomes part of files' names and of lines on a screen.
+void check_serial(std::string_view serial);
 
 /// The component of the field that an axis is meant to sense.
 ///

@@ -22,6 +22,7 @@ struct LogNoise {
   double rate_hz = 0.0;
   std::size_t samples = 0;
   std::vector<ColumnNoise> columns;
+  std::vector<std::string> warnings;  ///< what should be looked at in the log
 };
 
 /// @return the unit of a coefficient, "unit" standing for that of the samples: "unit/sqrt(Hz)".

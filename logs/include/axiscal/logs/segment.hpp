@@ -11,6 +11,7 @@
 #include "axiscal/logs/log_file.hpp"
 #include "axiscal/logs/seats.hpp"
 #include "axiscal/logs/static_detector.hpp"
+#include "axiscal/logs/time_column.hpp"
 
 namespace axiscal {
 
@@ -50,20 +51,6 @@ struct Segmentation {
 using ThresholdChoice =
     std::function<std::size_t(const std::vector<IntervalSet>& sets, const Segmentation& so_far)>;
 
-/// A column of times by its name: time, t, timestamp, with _s, _ms, _us, _ns or so.
-struct TimeColumn {
-  std::size_t position = 0;
-  double seconds = 1.0;  ///< per unit of the column
-};
-
-/// @param path  of the log, for messages.
-/// @param name  of the column; empty: the first that is called so.
-/// @return nothing where there is none and no name was given.
-/// @throws DataError  if the named column is not there.
-[[nodiscard]] std::optional<TimeColumn> find_time_column(const std::string& path,
-                                                         const std::vector<std::string>& columns,
-                                                         const std::string& name);
-
 /// Finds the rests of a log, in constant memory, whatever its length.
 ///
 /// Times that decrease and gaps (more than five times the mean step and a quarter of the window)
@@ -71,7 +58,7 @@ struct TimeColumn {
 /// In other columns a missing number counts as the one before it.
 ///
 /// @throws DataError     for a missing column or a log that has neither times nor a rate; for times
-///                       that never increase.
+///                       that never increase, or as settle_time_unit().
 /// @throws RefusedError  if there is no rest; it says how quiet the quietest second was.
 [[nodiscard]] Segmentation segment(LogFile& log,
                                    const SegmentOptions& options,

@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "web_page.hpp"
+
+#ifdef AXISCAL_WEB
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <random>
+#include <utility>
+
+#include <arpa/inet.h>
+#include <unistd.h>
+
+#include "axiscal/acquisition/session_json.hpp"
+#include "axiscal/core/json_document.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "page_assets.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::size_t most_sessions = 64;
+constexpr std::size_t most_events = 64;
+constexpr std::size_t most_commands = 64;
+
+std::string random_key() {
+  std::random_device device;
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string key;
+  for (int i = 0; i < 8; ++i) {
+    unsigned bits = device();
+    for (int j = 0; j < 4; ++j, bits >>= 4U) {
+      key += digits[bits & 15U];
+    }
+  }
+  return key;
+}
+
+// Takes as long for a wrong key as for the right one.
+bool same_key(const std::string& a, const std::string& b) {
+  unsigned difference = a.size() == b.size() ? 0U : 1U;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    difference |= static_cast<unsigned>(a[i] == b[i] ? 0 : 1);
+  }
+  return difference == 0;
+}
+
+std::string in_url(const std::string& address) {
+  return address.find(':') == std::string::npos ? address : "[" + address + "]";
+}
+
+// A name may be bound to any address by its owner, an address by nobody.
+bool is_numeric(const std::string& host) {
+  return host.starts_with('[') || host.find_first_not_of("0123456789.:") == std::string::npos;
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](char c) {
+    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  });
+  return text;
+}
+
+std::string cookie_value(const WebRequest& request, const std::string& name) {
+  const std::string header = request.header("Cookie");
+  for (const std::string_view part : split(header, ';')) {
+    const std::string_view one = trimmed(part);
+    if (one.starts_with(name + "=")) {
+      return std::string(one.substr(name.size() + 1));
+    }
+  }
+  return "";
+}
+
+// Posts are made by the page's script only: a form of another site cannot set this header.
+bool is_by_script(const WebRequest& request) {
+  return request.has_header("X-Axiscal") &&
+         request.header("Content-Type").starts_with("application/json");
+}
+
+std::string text_of(const WebRequest& request, const char* key) {
+  const Json json = Json::parse(request.body, nullptr, false);
+  return json.is_object() && json.contains(key) && json[key].is_string()
+             ? json[key].get<std::string>()
+             : "";
+}
+
+WebAnswer content(std::string_view text, const char* type) {
+  return {.type = type, .body = std::string(text)};
+}
+
+}  // namespace
+
+std::string bare_address(const std::string& address) {
+  const bool has_brackets = address.starts_with('[') && address.ends_with(']');
+  const std::string bare = has_brackets ? address.substr(1, address.size() - 2) : address;
+  in6_addr parsed{};
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  return ::inet_pton(AF_INET6, bare.c_str(), &parsed) == 1 &&
+                 ::inet_ntop(AF_INET6, &parsed, text.data(), text.size()) != nullptr
+             ? text.data()
+             : bare;
+}
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  ::gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
+bool is_any_address(const std::string& address) {
+  return address == "0.0.0.0" || address == "::";
+}
+
+WebPage::WebPage(WebPlace place) : place_(std::move(place)), key_(random_key()) {}
+
+std::string WebPage::url() const {
+  const std::string host =
+      is_any_address(place_.address) ? host_name() : in_url(place_.address);
+  return place_.scheme + "://" + host + ":" + std::to_string(place_.port) + "/#" + key_;
+}
+
+void WebPage::announce() const {
+  std::string text;
+  {
+    const std::lock_guard lock(mutex_);
+    text = url();
+  }
+  if (place_.announce) {
+    place_.announce(text);
+  }
+}
+
+// Whether a request is for this server by its own name, from this page or no page.
+std::optional<WebAnswer> WebPage::refused_at_once(const WebRequest& request) const {
+  const std::optional<int> length = parse_integer(request.header("Content-Length"));
+  const bool is_get = request.method == "GET" || request.method == "HEAD";
+  const bool has_short_body = request.method == "POST" && length && *length >= 0 &&
+                              *length <= static_cast<int>(longest_request_body);
+  if (!(is_get || has_short_body) || (is_get && length.value_or(0) != 0) ||
+      request.has_header("Transfer-Encoding") || request.has_header("Range")) {
+    return refusal(413, "no such request");
+  }
+  const std::string host = lower(request.header("Host"));
+  const std::string port = ":" + std::to_string(place_.port);
+  std::vector<std::string> names = {"127.0.0.1" + port, "localhost" + port};
+  if (!place_.is_loopback) {
+    names.push_back(lower(in_url(place_.address)) + port);
+    names.push_back(lower(host_name()) + port);
+    if (is_any_address(place_.address) && is_numeric(host)) {
+      names.push_back(host);
+    }
+  }
+  const std::string origin = request.header("Origin");
+  const std::string site = request.header("Sec-Fetch-Site");
+  const bool good_host = std::find(names.begin(), names.end(), host) != names.end();
+  const bool good_origin = origin.empty() || lower(origin) == place_.scheme + "://" + host;
+  const bool good_site = site.empty() || site == "same-origin" || site == "none";
+  if (!good_host || !good_origin || !good_site) {
+    return refusal(403, "not for this server");
+  }
+  return std::nullopt;
+}
+
+WebAnswer WebPage::answer(const WebRequest& request) {
+  if (const std::optional<WebAnswer> refused = refused_at_once(request)) {
+    return *refused;
+  }
+  const std::string path = request.target.substr(0, request.target.find('?'));
+  if (request.method == "POST") {
+    return path == "/login"     ? login(request)
+           : path == "/control" ? take_control(request)
+           : path == "/command" ? take_command(request)
+                                : refusal(404, "no such page");
+  }
+  return path == "/"              ? content(acquire_page(), "text/html; charset=utf-8")
+         : path == "/acquire.css" ? content(acquire_style(), "text/css; charset=utf-8")
+         : path == "/acquire.js"  ? content(acquire_script(), "text/javascript; charset=utf-8")
+         : path == "/events" && request.method == "GET" ? stream(request)
+                                                        : refusal(404, "no such page");
+}
+
+std::string WebPage::cookie_name() const {
+  return "axiscal-" + std::to_string(place_.port);
+}
+
+// The session of a browser that has the key; empty for another. Under the lock.
+std::string WebPage::session_of(const WebRequest& request) const {
+  const std::string value = cookie_value(request, cookie_name());
+  const auto found = std::find_if(sessions_.begin(), sessions_.end(),
+                                  [&](const std::string& one) { return same_key(one, value); });
+  return found == sessions_.end() ? "" : *found;
+}
+
+WebAnswer WebPage::login(const WebRequest& request) {
+  const std::string key = text_of(request, "key");
+  WebAnswer accepted;
+  bool used = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!is_by_script(request) || !same_key(key, key_)) {
+      return refusal(403, "wrong key: open the address that the terminal shows");
+    }
+    const std::string session = random_key();
+    sessions_.push_back(session);
+    if (sessions_.size() > most_sessions) {
+      sessions_.pop_front();
+    }
+    if (controller_.empty()) {
+      controller_ = session;
+    }
+    accepted.headers.emplace_back(
+        "Set-Cookie", cookie_name() + "=" + session + "; HttpOnly; SameSite=Strict; Path=/" +
+                          (place_.scheme == "https" ? "; Secure" : ""));
+    if (!place_.is_loopback) {
+      key_ = random_key();
+      used = true;
+    }
+  }
+  if (used) {
+    announce();
+  }
+  return accepted;
+}
+
+WebAnswer WebPage::take_control(const WebRequest& request) {
+  const std::lock_guard lock(mutex_);
+  const std::string session = session_of(request);
+  if (session.empty() || !is_by_script(request)) {
+    return refusal(403, "no key");
+  }
+  controller_ = session;
+  ++version_;
+  return {};
+}
+
+WebAnswer WebPage::take_command(const WebRequest& request) {
+  const std::optional<SessionCommand> command = parse_command(text_of(request, "command"));
+  const std::lock_guard lock(mutex_);
+  const std::string session = session_of(request);
+  if (session.empty() || !is_by_script(request)) {
+    return refusal(403, "no key");
+  }
+  if (session != controller_) {
+    return refusal(409, "another browser controls; take control first");
+  }
+  if (!command) {
+    return refusal(400, "no such command");
+  }
+  if (commands_.size() >= most_commands) {
+    return refusal(429, "too many commands");
+  }
+  commands_.push_back(*command);
+  return {};
+}
+
+WebAnswer WebPage::stream(const WebRequest& request) const {
+  const std::lock_guard lock(mutex_);
+  const std::string session = session_of(request);
+  if (session.empty()) {
+    return refusal(403, "no key: open the address that the terminal shows");
+  }
+  // What happened before is no news to a browser that was there: it says what it saw last.
+  const std::optional<int> seen = parse_integer(request.header("Last-Event-ID"));
+  const std::size_t last = seen ? static_cast<std::size_t>(std::max(*seen, 0)) : last_event_;
+  return {.type = "text/event-stream",
+          .body = "",
+          .is_stream = true,
+          .session = session,
+          .last_event = std::min(last, last_event_)};
+}
+
+WebPage::Watcher WebPage::watcher_for(const WebAnswer& answer) const {
+  return {.session = answer.session, .event = answer.last_event};
+}
+
+std::string WebPage::news_for(Watcher& watcher) const {
+  const std::lock_guard lock(mutex_);
+  if (watcher.version == version_) {
+    return "";
+  }
+  watcher.version = version_;
+  std::string events;
+  for (const auto& [id, event] : events_) {
+    if (id > watcher.event) {
+      events += (events.empty() ? "" : ",") + event;
+    }
+  }
+  watcher.event = last_event_;
+  return "id: " + std::to_string(last_event_) + "\ndata: {\"title\":" +
+         Json(place_.title).dump(-1, ' ', false, Json::error_handler_t::replace) +
+         ",\"controls\":" + (watcher.session == controller_ ? "true" : "false") +
+         ",\"events\":[" + events + "],\"view\":" + view_ + "}\n\n";
+}
+
+void WebPage::show(const SessionView& view, const std::vector<SessionEvent>& events) {
+  std::string text = view_json(view);
+  const std::lock_guard lock(mutex_);
+  view_ = std::move(text);
+  ++version_;
+  for (const SessionEvent& event : events) {
+    events_.emplace_back(++last_event_, event_json(event));
+    if (events_.size() > most_events) {
+      events_.pop_front();
+    }
+  }
+}
+
+std::vector<SessionCommand> WebPage::commands() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(commands_, {});
+}
+
+}  // namespace axiscal
+#endif

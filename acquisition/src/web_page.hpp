@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "axiscal/acquisition/session.hpp"
+#include "web_request.hpp"
+
+namespace axiscal {
+
+/// Where a page is served and what it is called there.
+struct WebPlace {
+  std::string title;    ///< of the session
+  std::string scheme;   ///< "http" or "https"
+  std::string address;  ///< listened at, without brackets
+  int port = 0;
+  bool is_loopback = true;  ///< nobody but this machine
+  /// Called with the page's address, key included: when it can be opened first, and when a one-time key
+  /// was used. May be called from another thread.
+  std::function<void(const std::string& url)> announce;
+};
+
+/// The session's page apart from the network: which request gets what, who controls, what is new.
+///
+/// Its functions may be called from several threads; none waits for anything but the others.
+class WebPage {
+ public:
+  explicit WebPage(WebPlace place);
+
+  /// Says where the page is.
+  void announce() const;
+
+  /// What a request gets. Requests for another host, from another site or without the key get nothing.
+  [[nodiscard]] WebAnswer answer(const WebRequest& request);
+
+  /// How far a browser that watches has seen.
+  struct Watcher {
+    std::string session;
+    std::size_t event = 0;
+    std::size_t version = 0;
+  };
+
+  /// @return a watcher for an answer that is a stream.
+  [[nodiscard]] Watcher watcher_for(const WebAnswer& answer) const;
+
+  /// @return the event stream's next message for a browser; empty where nothing is new to it.
+  [[nodiscard]] std::string news_for(Watcher& watcher) const;
+
+  /// Takes a view of the session and what happened, for all browsers.
+  void show(const SessionView& view, const std::vector<SessionEvent>& events);
+
+  /// @return what the browser that controls has asked for since the last time.
+  [[nodiscard]] std::vector<SessionCommand> commands();
+
+ private:
+  [[nodiscard]] std::string url() const;
+  [[nodiscard]] std::optional<WebAnswer> refused_at_once(const WebRequest& request) const;
+  [[nodiscard]] std::string cookie_name() const;
+  [[nodiscard]] std::string session_of(const WebRequest& request) const;
+  [[nodiscard]] WebAnswer login(const WebRequest& request);
+  [[nodiscard]] WebAnswer take_control(const WebRequest& request);
+  [[nodiscard]] WebAnswer take_command(const WebRequest& request);
+  [[nodiscard]] WebAnswer stream(const WebRequest& request) const;
+
+  WebPlace place_;
+  mutable std::mutex mutex_;
+  std::string key_;
+  std::deque<std::string> sessions_;
+  std::string controller_;
+  std::string view_ = "null";
+  std::size_t version_ = 1;
+  std::deque<std::pair<std::size_t, std::string>> events_;
+  std::size_t last_event_ = 0;
+  std::vector<SessionCommand> commands_;
+};
+
+/// @return an address without the brackets of IPv6 and as browsers write it: ::1 for 0:0:0:0:0:0:0:1.
+[[nodiscard]] std::string bare_address(const std::string& address);
+
+/// @return the name of this machine.
+[[nodiscard]] std::string host_name();
+
+/// @return whether an address stands for all of this machine's.
+[[nodiscard]] bool is_any_address(const std::string& address);
+
+}  // namespace axiscal

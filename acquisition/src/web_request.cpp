@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "web_request.hpp"
+
+#ifdef AXISCAL_WEB
+#include <boost/asio/buffer.hpp>
+#include <boost/beast/core/string.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/string_body.hpp>
+
+namespace axiscal {
+
+namespace http = boost::beast::http;
+
+namespace {
+
+bool same_name(std::string_view a, std::string_view b) {
+  return boost::beast::iequals(boost::beast::string_view(a.data(), a.size()),
+                               boost::beast::string_view(b.data(), b.size()));
+}
+
+std::string text_of(boost::beast::string_view text) {
+  return {text.data(), text.size()};
+}
+
+}  // namespace
+
+std::string WebRequest::header(std::string_view name) const {
+  for (const auto& [own, value] : headers) {
+    if (same_name(own, name)) {
+      return value;
+    }
+  }
+  return "";
+}
+
+bool WebRequest::has_header(std::string_view name) const {
+  for (const auto& [own, value] : headers) {
+    if (same_name(own, name)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+WebAnswer refusal(int status, std::string_view why) {
+  return {.status = status, .body = "{\"error\":\"" + std::string(why) + "\"}"};
+}
+
+struct RequestReader::Parser {
+  http::request_parser<http::string_body> request;
+  std::string bytes;  // not yet understood, as a line that is not whole
+};
+
+RequestReader::RequestReader() : parser_(std::make_unique<Parser>()) {
+  parser_->request.eager(true);
+  parser_->request.header_limit(longest_request_head);
+  parser_->request.body_limit(longest_request_body);
+}
+
+RequestReader::~RequestReader() = default;
+RequestReader::RequestReader(RequestReader&&) noexcept = default;
+RequestReader& RequestReader::operator=(RequestReader&&) noexcept = default;
+
+RequestReader::State RequestReader::add(std::string_view bytes) {
+  std::string& all = parser_->bytes;
+  all += bytes;
+  boost::beast::error_code error;
+  while (!all.empty() && !parser_->request.is_done()) {
+    const std::size_t used = parser_->request.put(boost::asio::buffer(all), error);
+    all.erase(0, used);
+    if (error == http::error::need_more) {
+      // The parser's own limit on the head counts only what it has looked through.
+      return all.size() > longest_request_head ? State::too_long : State::needs_more;
+    }
+    if (error) {
+      return error == http::error::header_limit || error == http::error::body_limit
+                 ? State::too_long
+                 : State::malformed;
+    }
+    if (used == 0) {
+      break;
+    }
+  }
+  return parser_->request.is_done() ? State::complete : State::needs_more;
+}
+
+WebRequest RequestReader::take() {
+  const http::request<http::string_body> message = parser_->request.release();
+  WebRequest request{.method = text_of(message.method_string()),
+                     .target = text_of(message.target()),
+                     .headers = {},
+                     .body = message.body(),
+                     .keeps_alive = message.keep_alive()};
+  for (const auto& field : message) {
+    request.headers.emplace_back(text_of(field.name_string()), text_of(field.value()));
+  }
+  return request;
+}
+
+bool RequestReader::has_more() const {
+  return !parser_->bytes.empty();
+}
+
+}  // namespace axiscal
+#endif

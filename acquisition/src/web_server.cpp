@@ -1,0 +1,555 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "web_server.hpp"
+
+#ifdef AXISCAL_WEB
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/v6_only.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <list>
+#include <optional>
+#include <thread>
+#include <type_traits>
+#include <utility>
+
+#ifdef AXISCAL_OPENSSL
+#include <boost/asio/ssl/context.hpp>
+#include <boost/beast/ssl/ssl_stream.hpp>
+#endif
+
+#include "axiscal/core/error.hpp"
+
+namespace axiscal {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+using Clock = std::chrono::steady_clock;
+using ErrorCode = boost::system::error_code;
+using Tcp = asio::ip::tcp;
+
+constexpr std::size_t most_of_one_address = 32;
+constexpr std::size_t most_connections = 512;
+constexpr std::size_t most_watchers = 16;
+constexpr std::size_t most_requests = 100;  // on one connection
+constexpr std::chrono::seconds request_deadline{5};
+constexpr std::chrono::seconds answer_deadline{20};
+constexpr std::chrono::seconds event_deadline{5};
+constexpr std::chrono::seconds goodbye_deadline{1};
+constexpr std::chrono::milliseconds spacing{80};  // of what is sent to a browser
+constexpr std::chrono::seconds heartbeat{2};
+
+const char* reason_of(int status) {
+  switch (status) {
+    case 200:
+      return "OK";
+    case 400:
+      return "Bad Request";
+    case 403:
+      return "Forbidden";
+    case 404:
+      return "Not Found";
+    case 409:
+      return "Conflict";
+    case 413:
+      return "Payload Too Large";
+    case 429:
+      return "Too Many Requests";
+    case 431:
+      return "Request Header Fields Too Large";
+    default:
+      return "Service Unavailable";
+  }
+}
+
+std::string head_of(const WebAnswer& answer, bool keeps_alive) {
+  std::string head = "HTTP/1.1 " + std::to_string(answer.status) + " " + reason_of(answer.status) +
+                     "\r\nContent-Type: " + answer.type + "\r\n";
+  head += answer.is_stream ? std::string("Transfer-Encoding: chunked\r\n")
+                           : "Content-Length: " + std::to_string(answer.body.size()) + "\r\n";
+  for (const auto& [name, value] : answer.headers) {
+    head += name + ": " + value + "\r\n";
+  }
+  head +=
+      "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; "
+      "connect-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'none'; "
+      "form-action 'none'\r\n"
+      "X-Content-Type-Options: nosniff\r\n"
+      "Referrer-Policy: no-referrer\r\n"
+      "Cross-Origin-Resource-Policy: same-origin\r\n"
+      "Cache-Control: no-store\r\n";
+  return head + "Connection: " + (keeps_alive ? "keep-alive" : "close") + "\r\n\r\n";
+}
+
+// A part of a body whose length is not known beforehand.
+std::string chunk_of(const std::string& text) {
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string size;
+  for (std::size_t rest = text.size(); rest > 0; rest /= 16) {
+    size.insert(size.begin(), digits[rest % 16]);
+  }
+  return (size.empty() ? "0" : size) + "\r\n" + text + "\r\n";
+}
+
+// Who connects: an address of IPv4, or the network of one of IPv6 that one customer has.
+std::string network_of(const asio::ip::address& address) {
+  if (address.is_v4()) {
+    return address.to_string();
+  }
+  const asio::ip::address_v6 six = address.to_v6();
+  if (six.is_v4_mapped()) {
+    return asio::ip::make_address_v4(asio::ip::v4_mapped, six).to_string();
+  }
+  const auto bytes = six.to_bytes();
+  return {bytes.begin(), bytes.begin() + 8};
+}
+
+// One client. All of its functions run in the server's thread.
+class Connection {
+ public:
+  explicit Connection(std::string network) : network_(std::move(network)) {}
+  virtual ~Connection() = default;
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+
+  virtual void start() = 0;
+  virtual void close() = 0;
+  // Something is new, or the server ends.
+  virtual void wake() = 0;
+
+  [[nodiscard]] const std::string& network() const { return network_; }
+  [[nodiscard]] bool watches() const { return watches_; }
+
+ protected:
+  bool watches_ = false;
+
+ private:
+  std::string network_;
+};
+
+// What connections share.
+struct Shared {
+  WebPage* page = nullptr;
+  std::list<std::shared_ptr<Connection>> connections;  // in the order of their coming
+  std::atomic<std::size_t> watchers = 0;
+  bool stopping = false;
+
+  void remove(const Connection* connection) {
+    connections.remove_if([&](const std::shared_ptr<Connection>& one) {
+      return one.get() == connection;
+    });
+  }
+
+  void wake_all() {
+    const std::list<std::shared_ptr<Connection>> all = connections;  // some may close
+    for (const std::shared_ptr<Connection>& one : all) {
+      one->wake();
+    }
+  }
+
+  // Makes room for one more of a network; false where there is none to be had.
+  bool make_room(const std::string& network) {
+    const auto count_of = [&](const std::string& name) {
+      return static_cast<std::size_t>(std::count_if(
+          connections.begin(), connections.end(),
+          [&](const std::shared_ptr<Connection>& one) { return one->network() == name; }));
+    };
+    if (count_of(network) >= most_of_one_address) {
+      return close_oldest(network);
+    }
+    if (connections.size() < most_connections) {
+      return true;
+    }
+    std::string largest;
+    std::size_t most = 0;
+    for (const std::shared_ptr<Connection>& one : connections) {
+      const std::size_t count = count_of(one->network());
+      if (count > most) {
+        most = count;
+        largest = one->network();
+      }
+    }
+    return close_oldest(largest);
+  }
+
+  bool close_oldest(const std::string& network) {
+    const auto found = std::find_if(connections.begin(), connections.end(),
+                                    [&](const std::shared_ptr<Connection>& one) {
+                                      return one->network() == network && !one->watches();
+                                    });
+    if (found == connections.end()) {
+      return false;
+    }
+    const std::shared_ptr<Connection> oldest = *found;  // close() takes it out of the list
+    oldest->close();
+    return true;
+  }
+};
+
+template <typename Stream>
+class StreamConnection final : public Connection,
+                               public std::enable_shared_from_this<StreamConnection<Stream>> {
+ public:
+  StreamConnection(Stream stream, std::string network, Shared& shared)
+      : Connection(std::move(network)),
+        stream_(std::move(stream)),
+        timer_(stream_.get_executor()),
+        shared_(shared) {}
+
+  void start() override {
+    socket().expires_after(request_deadline);
+    if constexpr (std::is_same_v<Stream, beast::tcp_stream>) {
+      read();
+    } else {
+      stream_.async_handshake(Stream::server, [self = this->shared_from_this()](ErrorCode error) {
+        error ? self->close() : self->read();
+      });
+    }
+  }
+
+  void close() override {
+    if (std::exchange(closed_, true)) {
+      return;
+    }
+    if (watches_) {
+      --shared_.watchers;
+    }
+    timer_.cancel();
+    socket().close();
+    shared_.remove(this);
+  }
+
+  void wake() override {
+    if (watches_ && !writing_ && !closed_) {
+      pump();
+    }
+  }
+
+ private:
+  beast::tcp_stream& socket() { return beast::get_lowest_layer(stream_); }
+
+  // One deadline for the whole request: it is set where the waiting for it begins.
+  void read() {
+    stream_.async_read_some(
+        asio::buffer(bytes_), [self = this->shared_from_this()](ErrorCode error, std::size_t count) {
+          error ? self->close() : self->take({self->bytes_.data(), count});
+        });
+  }
+
+  void take(std::string_view bytes) {
+    switch (reader_.add(bytes)) {
+      case RequestReader::State::needs_more:
+        read();
+        return;
+      case RequestReader::State::malformed:
+        answer(refusal(400, "no request"), false, true);
+        return;
+      case RequestReader::State::too_long:
+        answer(refusal(431, "too long"), false, true);
+        return;
+      case RequestReader::State::complete:
+        break;
+    }
+    const bool has_more = reader_.has_more();
+    const WebRequest request = reader_.take();
+    const WebAnswer found = shared_.page->answer(request);
+    if (request.method == "POST") {
+      shared_.wake_all();  // another browser may control now
+    }
+    if (found.is_stream) {
+      watch(found);
+      return;
+    }
+    const bool keeps_alive = request.keeps_alive && !has_more && found.status == 200 &&
+                             ++requests_ < most_requests && !shared_.stopping;
+    answer(found, keeps_alive, request.method != "HEAD");
+  }
+
+  void answer(const WebAnswer& what, bool keeps_alive, bool with_body) {
+    out_ = head_of(what, keeps_alive);
+    if (with_body) {
+      out_ += what.body;
+    }
+    socket().expires_after(answer_deadline);
+    asio::async_write(stream_, asio::buffer(out_),
+                      [self = this->shared_from_this(), keeps_alive](ErrorCode error, std::size_t) {
+                        if (error) {
+                          self->close();
+                        } else if (keeps_alive) {
+                          self->reader_ = RequestReader();
+                          self->socket().expires_after(request_deadline);
+                          self->read();
+                        } else {
+                          self->say_goodbye();
+                        }
+                      });
+  }
+
+  // What the client still sends is read for a moment, else it would lose the answer.
+  void say_goodbye() {
+    socket().expires_after(goodbye_deadline);
+    if constexpr (std::is_same_v<Stream, beast::tcp_stream>) {
+      ErrorCode ignored;
+      socket().socket().shutdown(Tcp::socket::shutdown_send, ignored);
+      drain(0);
+    } else {
+      stream_.async_shutdown([self = this->shared_from_this()](ErrorCode) { self->close(); });
+    }
+  }
+
+  void drain(std::size_t drained) {
+    constexpr std::size_t most = 1U << 18U;
+    socket().async_read_some(asio::buffer(bytes_), [self = this->shared_from_this(), drained](
+                                                       ErrorCode error, std::size_t count) {
+      error || drained + count > most ? self->close() : self->drain(drained + count);
+    });
+  }
+
+  // ---- a browser that watches ----
+
+  void watch(const WebAnswer& stream) {
+    if (shared_.watchers >= most_watchers) {
+      answer(refusal(503, "too many browsers watch"), false, true);
+      return;
+    }
+    ++shared_.watchers;
+    watches_ = true;
+    watcher_ = shared_.page->watcher_for(stream);
+    send(head_of(stream, false));
+  }
+
+  void send(std::string text) {
+    out_ = std::move(text);
+    writing_ = true;
+    timer_.cancel();
+    socket().expires_after(event_deadline);
+    asio::async_write(stream_, asio::buffer(out_),
+                      [self = this->shared_from_this()](ErrorCode error, std::size_t) {
+                        self->writing_ = false;
+                        self->sent_ = Clock::now();
+                        if (error || self->ended_) {
+                          self->close();
+                        } else {
+                          self->socket().expires_never();
+                          self->pump();
+                        }
+                      });
+  }
+
+  // Sends what is new, not too often; now and then that we are still here.
+  void pump() {
+    const Clock::time_point now = Clock::now();
+    if (now < sent_ + spacing && !shared_.stopping) {
+      wait_until(sent_ + spacing);
+      return;
+    }
+    const std::string news = shared_.page->news_for(watcher_);
+    if (!news.empty()) {
+      send(chunk_of(news));
+    } else if (shared_.stopping) {
+      ended_ = true;
+      send(chunk_of(""));
+    } else if (now >= sent_ + heartbeat) {
+      send(chunk_of(": still here\n\n"));
+    } else {
+      wait_until(sent_ + heartbeat);
+    }
+  }
+
+  void wait_until(Clock::time_point time) {
+    timer_.expires_at(time);
+    timer_.async_wait([self = this->shared_from_this()](ErrorCode error) {
+      if (!error) {
+        self->wake();
+      }
+    });
+  }
+
+  Stream stream_;
+  asio::steady_timer timer_;
+  Shared& shared_;
+  RequestReader reader_;
+  std::array<char, 4096> bytes_{};
+  std::string out_;
+  std::size_t requests_ = 0;
+  bool closed_ = false;
+  bool writing_ = false;
+  bool ended_ = false;
+  WebPage::Watcher watcher_;
+  Clock::time_point sent_;
+};
+
+}  // namespace
+
+class WebServer::Listener {
+ public:
+  explicit Listener(const WebListening& listening) : acceptor_(context_), pause_(context_) {
+    if (listening.certificate != nullptr) {
+      use_tls(*listening.certificate);
+    }
+    bind(listening);
+  }
+
+  ~Listener() {
+    asio::post(context_, [this] {
+      shared_.stopping = true;
+      ErrorCode ignored;
+      acceptor_.close(ignored);
+      shared_.wake_all();
+    });
+    // Browsers get the last view and a good end; but not for long.
+    constexpr int tries = 50;
+    for (int i = 0; i < tries && shared_.watchers > 0; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    context_.stop();
+    if (thread_.joinable()) {
+      thread_.join();
+    }
+    shared_.connections.clear();  // before what they run in
+  }
+
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+
+  [[nodiscard]] int port() const { return port_; }
+
+  void start(WebPage& page) {
+    shared_.page = &page;
+    accept();
+    thread_ = std::thread([this] {
+      for (bool done = false; !done;) {
+        try {
+          context_.run();
+          done = true;
+        } catch (const std::exception&) {
+          // Memory ran out for one client, say; the others go on.
+        }
+      }
+    });
+  }
+
+  void publish() {
+    asio::post(context_, [this] { shared_.wake_all(); });
+  }
+
+ private:
+  void bind(const WebListening& listening) {
+    ErrorCode error;
+    Tcp::resolver resolver(context_);
+    const auto found = resolver.resolve(listening.address, "0", Tcp::resolver::passive, error);
+    for (port_ = listening.first_port;
+         !error && port_ < listening.first_port + listening.ports_tried; ++port_) {
+      const Tcp::endpoint endpoint(found.begin()->endpoint().address(),
+                                   static_cast<unsigned short>(port_));
+      ErrorCode failed;
+      acceptor_.open(endpoint.protocol(), failed);
+      if (endpoint.address().is_v6()) {
+        acceptor_.set_option(asio::ip::v6_only(false), failed);
+      }
+      acceptor_.set_option(Tcp::acceptor::reuse_address(true), failed);
+      acceptor_.bind(endpoint, failed);
+      if (!failed) {
+        constexpr int waiting = 256;
+        acceptor_.listen(waiting, failed);
+      }
+      if (!failed) {
+        return;
+      }
+      acceptor_.close(failed);
+    }
+    throw OutputError("the page cannot be served at " + listening.address + ", port " +
+                      std::to_string(listening.first_port) +
+                      ": it is taken, or not an address of this machine");
+  }
+
+  void accept() {
+    acceptor_.async_accept([this](ErrorCode error, Tcp::socket socket) {
+      if (shared_.stopping) {
+        return;
+      }
+      if (error) {  // no descriptor is left, say
+        constexpr std::chrono::milliseconds moment{100};
+        pause_.expires_after(moment);
+        pause_.async_wait([this](ErrorCode) { accept(); });
+        return;
+      }
+      take(std::move(socket));
+      accept();
+    });
+  }
+
+  void take(Tcp::socket socket) {
+    ErrorCode error;
+    const Tcp::endpoint client = socket.remote_endpoint(error);
+    const std::string network = error ? "" : network_of(client.address());
+    if (error || !shared_.make_room(network)) {
+      return;
+    }
+    socket.set_option(Tcp::no_delay(true), error);
+    std::shared_ptr<Connection> connection;
+#ifdef AXISCAL_OPENSSL
+    if (tls_) {
+      using Tls = beast::ssl_stream<beast::tcp_stream>;
+      connection = std::make_shared<StreamConnection<Tls>>(
+          Tls(beast::tcp_stream(std::move(socket)), *tls_), network, shared_);
+    }
+#endif
+    if (!connection) {
+      connection = std::make_shared<StreamConnection<beast::tcp_stream>>(
+          beast::tcp_stream(std::move(socket)), network, shared_);
+    }
+    shared_.connections.push_back(connection);
+    connection->start();
+  }
+
+#ifdef AXISCAL_OPENSSL
+  void use_tls(const WebCertificate& certificate) {
+    tls_.emplace(asio::ssl::context::tls_server);
+    tls_->set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_sslv2 |
+                      asio::ssl::context::no_sslv3 | asio::ssl::context::no_tlsv1 |
+                      asio::ssl::context::no_tlsv1_1 | asio::ssl::context::no_compression);
+    SSL_CTX_set_options(tls_->native_handle(), SSL_OP_NO_RENEGOTIATION);
+    tls_->use_certificate_chain(asio::buffer(certificate.certificate_pem));
+    tls_->use_private_key(asio::buffer(certificate.key_pem), asio::ssl::context::pem);
+  }
+
+  std::optional<asio::ssl::context> tls_;
+#else
+  void use_tls(const WebCertificate& /*certificate*/) {}
+#endif
+
+  Shared shared_;
+  asio::io_context context_{1};
+  Tcp::acceptor acceptor_;
+  asio::steady_timer pause_;
+  int port_ = 0;
+  std::thread thread_;
+};
+
+WebServer::WebServer(const WebListening& listening)
+    : listener_(std::make_unique<Listener>(listening)) {}
+
+WebServer::~WebServer() = default;
+
+int WebServer::port() const {
+  return listener_->port();
+}
+
+void WebServer::start(WebPage& page) {
+  listener_->start(page);
+}
+
+void WebServer::publish() {
+  listener_->publish();
+}
+
+}  // namespace axiscal
+#endif

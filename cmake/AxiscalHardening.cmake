@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+# axiscal_harden(TARGET)
+#
+# Builds a target as distributions build theirs: position independent, stack protector, fortified
+# functions of the C library, control-flow protection (x86-64), and a command whose relocations are
+# read-only before it starts. A sanitizer's build goes without: it has checks of its own.
+option(AXISCAL_HARDENING "Stack protector, FORTIFY, control-flow protection, full RELRO" ON)
+
+include(CheckCXXCompilerFlag)
+include(CheckPIESupported)
+check_pie_supported(LANGUAGES CXX)
+check_cxx_compiler_flag(-fstack-protector-strong AXISCAL_HAS_STACK_PROTECTOR)
+check_cxx_compiler_flag(-fcf-protection=full AXISCAL_HAS_CF_PROTECTION)
+
+function(axiscal_harden target)
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  if(NOT AXISCAL_HARDENING OR CMAKE_CXX_FLAGS MATCHES "-fsanitize")
+    return()
+  endif()
+  if(AXISCAL_HAS_STACK_PROTECTOR)
+    target_compile_options(${target} PRIVATE -fstack-protector-strong)
+  endif()
+  if(AXISCAL_HAS_CF_PROTECTION)
+    target_compile_options(${target} PRIVATE -fcf-protection=full)
+  endif()
+  # It needs an optimising compiler; some define it themselves.
+  target_compile_options(${target}
+                         PRIVATE $<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=2>)
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL "EXECUTABLE" AND CMAKE_SYSTEM_NAME STREQUAL "Linux")
+    target_link_options(${target} PRIVATE -Wl,-z,relro,-z,now)
+  endif()
+endfunction()

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/logs/time_column.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/logs/log_file.hpp"
+
+namespace axiscal {
+namespace {
+
+struct Unit {
+  const char* suffix;
+  const char* words;
+  double seconds;
+};
+
+constexpr std::array<Unit, 4> units = {{{"s", "seconds", 1.0},
+                                        {"ms", "milliseconds", 1e-3},
+                                        {"us", "microseconds", 1e-6},
+                                        {"ns", "nanoseconds", 1e-9}}};
+
+constexpr double lowest_rate_hz = 0.5;
+constexpr double highest_rate_hz = 1e6;
+// What is taken for granted of a unit that nobody stated.
+constexpr double highest_usual_rate_hz = 32768.0;
+
+// Whether a time is of our days, counted from 1970: the years 1998 to 2103.
+bool is_since_1970(double time_s) {
+  return time_s > 9e8 && time_s < 4.2e9;
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) {
+    return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  });
+  return text;
+}
+
+// "time", "t_us", "Timestamp_ms", ...: the unit that the name states, and whether it is one of times.
+struct Named {
+  bool is_time = false;
+  std::optional<double> seconds;
+};
+
+Named named(const std::string& column) {
+  struct Suffix {
+    const char* text;
+    std::optional<double> seconds;
+  };
+  static const std::array<Suffix, 9> suffixes = {{{"", std::nullopt},
+                                                  {"_s", 1.0},
+                                                  {"_sec", 1.0},
+                                                  {"_ms", 1e-3},
+                                                  {"_msec", 1e-3},
+                                                  {"_us", 1e-6},
+                                                  {"_usec", 1e-6},
+                                                  {"_ns", 1e-9},
+                                                  {"_nsec", 1e-9}}};
+  const std::string name = lower(column);
+  for (const char* stem : {"time", "t", "timestamp", "time_stamp"}) {
+    for (const Suffix& suffix : suffixes) {
+      if (name == std::string(stem) + suffix.text) {
+        return {.is_time = true, .seconds = suffix.seconds};
+      }
+    }
+  }
+  return {};
+}
+
+TimeColumn column_at(std::size_t position, const std::string& name) {
+  const Named what = named(name);
+  return {.position = position,
+          .seconds = what.seconds.value_or(1.0),
+          .unit_is_stated = what.seconds.has_value(),
+          .name = name};
+}
+
+std::string rate_text(double step, const Unit& unit) {
+  return "as " + std::string(unit.words) + " " + number_text(1.0 / (step * unit.seconds), 3) +
+         " Hz";
+}
+
+}  // namespace
+
+std::optional<TimeColumn> find_time_column(const std::string& path,
+                                           const std::vector<std::string>& columns,
+                                           const std::string& name) {
+  if (!name.empty()) {
+    return column_at(need_column(path, columns, name), name);
+  }
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    if (named(columns[c]).is_time) {
+      return column_at(c, columns[c]);
+    }
+  }
+  return std::nullopt;
+}
+
+double usual_step(std::span<const double> times) {
+  double usual = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < 3; ++round) {
+    double sum = 0.0;
+    double count = 0.0;
+    for (std::size_t i = 1; i < times.size(); ++i) {
+      const double step = times[i] - times[i - 1];
+      if (step >= 0.0 && step <= 20.0 * usual) {
+        sum += step;
+        count += 1.0;
+      }
+    }
+    usual = sum / count;
+  }
+  return usual > 0.0 ? usual : std::numeric_limits<double>::quiet_NaN();
+}
+
+TimeUnit settle_time_unit(const std::string& path,
+                          const TimeColumn& column,
+                          std::span<const double> times) {
+  times = times.first(std::min(times.size(), times_that_settle_the_unit));
+  const double step = usual_step(times);
+  if (!(step > 0.0 && std::isfinite(step))) {
+    return {.seconds = column.seconds};  // whoever uses the times says so
+  }
+  const auto rate_hz = [&](double seconds) { return 1.0 / (step * seconds); };
+  const auto is_rate = [&](double seconds, double highest) {
+    return rate_hz(seconds) >= lowest_rate_hz && rate_hz(seconds) <= highest;
+  };
+  const std::string head = "column '" + column.name + "': ";
+  const std::string advice =
+      "; name the column " + lower(column.name) + "_ms, " + lower(column.name) +
+      "_us, ... as they are (in its header, or by --map), or give --rate HZ";
+  if (column.unit_is_stated) {
+    return {.seconds = column.seconds,
+            .remark = is_rate(column.seconds, highest_rate_hz)
+                          ? ""
+                          : head + "by the unit that its name states the rate is " +
+                                number_text(rate_hz(column.seconds), 3) + " Hz; is it the right one?"};
+  }
+  const auto first = std::find_if(times.begin(), times.end(), [](double t) { return std::isfinite(t); });
+  std::vector<Unit> possible;
+  std::optional<Unit> since_1970;
+  for (const Unit& unit : units) {
+    if (is_rate(unit.seconds, highest_usual_rate_hz)) {
+      possible.push_back(unit);
+      if (is_since_1970(*first * unit.seconds)) {
+        since_1970 = unit;
+      }
+    }
+  }
+  const bool seconds_fit = is_rate(1.0, highest_rate_hz);
+  const auto taken = [&](const Unit& unit, const std::string& why) -> TimeUnit {
+    if (unit.seconds == 1.0) {
+      return {};
+    }
+    return {.seconds = unit.seconds,
+            .remark = head + "the times are taken as " + unit.words + ", " +
+                      number_text(rate_hz(unit.seconds), 3) + " Hz: " + why + advice};
+  };
+  if (since_1970) {
+    return taken(*since_1970, "so they are times since 1970");
+  }
+  if (seconds_fit) {
+    return {};
+  }
+  if (possible.size() == 1) {
+    return taken(possible.front(), rate_text(step, units.front()) + " would be no rate of such a log");
+  }
+  std::string rates;
+  for (const Unit& unit : units) {
+    rates += (rates.empty() ? "" : ", ") + rate_text(step, unit);
+  }
+  throw DataError(path, head + "the unit of the times is not clear from their rate: " + rates + advice);
+}
+
+}  // namespace axiscal

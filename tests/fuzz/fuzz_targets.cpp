@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every reader of what comes from outside, for libFuzzer: whatever the bytes are, a reader answers or
+// throws an error of ours. One program; the target is the end of the name that it is called by
+// (fuzz_record), and `axiscal_fuzz --list` names them. Run by scripts/fuzz.sh.
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "axiscal/acquisition/journal.hpp"
+#include "axiscal/acquisition/session.hpp"
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/certificate_details.hpp"
+#include "axiscal/calib/experiment_json.hpp"
+#include "axiscal/calib/limits.hpp"
+#include "axiscal/calib/observations_csv.hpp"
+#include "axiscal/calib/reduction_csv.hpp"
+#include "axiscal/calib/study.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/exchange/import.hpp"
+#include "axiscal/logs/log_file.hpp"
+#include "axiscal/logs/noise_json.hpp"
+#include "axiscal/logs/segment.hpp"
+#include "axiscal/positioner/positioner_json.hpp"
+#include "decoder.hpp"
+#include "web_page.hpp"
+#include "web_request.hpp"
+
+namespace {
+
+using namespace axiscal;  // NOLINT(google-build-using-namespace): one file of calls
+
+// The bytes as a file that readers open by its path.
+class File {
+ public:
+  explicit File(std::string_view bytes) : descriptor_(::memfd_create("fuzz", MFD_CLOEXEC)) {
+    while (!bytes.empty()) {
+      const ssize_t count = ::write(descriptor_, bytes.data(), bytes.size());
+      if (count <= 0) {
+        std::abort();
+      }
+      bytes.remove_prefix(static_cast<std::size_t>(count));
+    }
+  }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+  ~File() { ::close(descriptor_); }
+
+  [[nodiscard]] std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+
+ private:
+  int descriptor_;
+};
+
+CsvReader csv_of(std::string_view bytes) {
+  return {[rest = bytes](char* buffer, std::size_t size) mutable {
+            const std::size_t count = rest.copy(buffer, size);
+            rest.remove_prefix(count);
+            return count;
+          },
+          "input.csv"};
+}
+
+void expect_that_it_can_be_read_back(const Calibration& calibration) {
+  static_cast<void>(parse_calibration(calibration_json(calibration), "record"));
+}
+
+void observations(std::string_view bytes) {
+  CsvReader csv = csv_of(bytes);
+  static_cast<void>(read_observations(csv, {}));
+}
+
+void calibrated(std::string_view bytes) {
+  CsvReader csv = csv_of(bytes);
+  const Observations readings = read_observations(csv, {}).observations;
+  if (readings.size() > 60) {
+    return;
+  }
+  Experiment experiment;
+  experiment.instrument.kind = "accelerometer";
+  experiment.field.kind = "gravity";
+  const Calibration calibration = calibrate(experiment, readings);
+  // What the fit cannot state is refused by its writer, with an error of ours.
+  const std::string text = calibration_json(calibration);
+  static_cast<void>(parse_calibration(text, "record"));
+}
+
+void sheet(std::string_view bytes) {
+  CsvReader csv = csv_of(bytes);
+  static_cast<void>(run_sheet_csv(read_run_sheet(csv)));
+}
+
+void record(std::string_view bytes) {
+  expect_that_it_can_be_read_back(parse_calibration(bytes, "record.json"));
+}
+
+void experiment(std::string_view bytes) {
+  // Other files that it names are no part of this.
+  for (const std::string_view key : {"\"positioner\"", "\"from\""}) {
+    if (bytes.find(key) != std::string_view::npos) {
+      return;
+    }
+  }
+  const Experiment made = parse_experiment(bytes, "experiment.json");
+  static_cast<void>(make_field_description(made));
+}
+
+void positioner(std::string_view bytes) {
+  const Positioner made = parse_positioner(bytes, "cube.json");
+  static_cast<void>(parse_positioner(positioner_json(made), "again"));
+}
+
+void limits(std::string_view bytes) {
+  static_cast<void>(parse_limits(bytes, "limits.json"));
+}
+
+void laboratory(std::string_view bytes) {
+  static_cast<void>(read_certificate_details(File(bytes).path()));
+}
+
+void mapping(std::string_view bytes) {
+  static_cast<void>(read_log_format(File(bytes).path()));
+}
+
+// All formats: which one it is, is seen from its first bytes.
+void log_of(std::string_view bytes) {
+  const File file(bytes);
+  LogFile log(file.path());
+  LogBlock block;
+  while (log.read(block, 4096) > 0) {
+  }
+}
+
+void log_with_start(std::string_view start, std::string_view bytes) {
+  log_of(std::string(start) + std::string(bytes));
+}
+
+void npy(std::string_view bytes) {
+  log_with_start("\x93NUMPY", bytes);
+}
+
+void mat(std::string_view bytes) {
+  log_with_start("MATLAB 5.0 ", bytes);
+}
+
+void mat73(std::string_view bytes) {
+  log_with_start("MATLAB 7.3 ", bytes);
+}
+
+void gzip(std::string_view bytes) {
+  log_with_start("\x1f\x8b", bytes);
+}
+
+void segmented(std::string_view bytes) {
+  const File file(bytes);
+  LogFile log(file.path());
+  if (log.columns().size() >= 4) {
+    static_cast<void>(segment(log, {.columns = {log.columns()[1]}}));
+  }
+}
+
+void imported(std::string_view bytes, const char* format) {
+  for (const char* const kind : {"accelerometer", "gyroscope", "magnetometer"}) {
+    try {
+      expect_that_it_can_be_read_back(import_calibration(bytes, "file", format, {.kind = kind}));
+    } catch (const Error&) {
+    }
+  }
+}
+
+void px4(std::string_view bytes) {
+  imported(bytes, "px4");
+}
+void ardupilot(std::string_view bytes) {
+  imported(bytes, "ardupilot");
+}
+void kalibr(std::string_view bytes) {
+  imported(bytes, "kalibr");
+}
+void imucal(std::string_view bytes) {
+  imported(bytes, "imucal");
+}
+
+void decode(Decoder& decoder, std::string_view bytes) {
+  const DecoderSink sink{.sample = [](std::span<const double>) {}, .defect = [] {}};
+  constexpr std::size_t piece = 31;
+  for (std::size_t at = 0; at < bytes.size(); at += piece) {
+    decoder.decode(bytes.substr(at, piece), sink);
+  }
+  decoder.restart(true);
+  decoder.decode(bytes, sink);
+}
+
+void decode_as(const std::string& options, std::string_view bytes) {
+  decode(*make_decoder(parse_source_address("stdin:?" + options, {"stdin"})), bytes);
+}
+
+void stream(std::string_view bytes) {
+  decode_as("", bytes);
+}
+void json_stream(std::string_view bytes) {
+  decode_as("format=json", bytes);
+}
+void pattern_stream(std::string_view bytes) {
+  decode_as("pattern=x=(?<x>[^;]*);y=(?<y>[^;]*)", bytes);
+}
+
+// The description of frames, and then frames.
+void frames(std::string_view bytes) {
+  const std::size_t parting = bytes.find('\n');
+  const File description(bytes.substr(0, parting));
+  const auto decoder = make_frame_decoder(description.path());
+  if (parting != std::string_view::npos) {
+    decode(*decoder, bytes.substr(parting + 1));
+  }
+}
+
+SessionSetup setup() {
+  SessionSetup made;
+  made.experiment.instrument.kind = "accelerometer";
+  made.experiment.field.kind = "gravity";
+  int run = 1;
+  for (const DesignEntry& entry : standard_design(12)) {
+    made.sheet.push_back({.run = run++, .block = 1, .entry = entry, .temperature = {}});
+  }
+  return made;
+}
+
+void journal(std::string_view bytes) {
+  const File file(bytes);
+  std::vector<std::string> lines;
+  Journal opened = Journal::open(file.path(), lines);
+  static const SessionSetup begun = setup();
+  Session session(begun, opened);
+  session.restore(lines, file.path());
+  static_cast<void>(session.observations());
+}
+
+void http(std::string_view bytes) {
+  static WebPage page({.title = "fuzz",
+                       .scheme = "http",
+                       .address = "127.0.0.1",
+                       .port = 8712,
+                       .is_loopback = true,
+                       .announce = {}});
+  RequestReader reader;
+  constexpr std::size_t piece = 61;
+  for (std::size_t at = 0; at < bytes.size(); at += piece) {
+    const RequestReader::State state = reader.add(bytes.substr(at, piece));
+    if (state == RequestReader::State::complete) {
+      const WebAnswer answer = page.answer(reader.take());
+      if (answer.is_stream) {
+        std::abort();  // nobody has the key
+      }
+      return;
+    }
+    if (state != RequestReader::State::needs_more) {
+      return;
+    }
+  }
+}
+
+Calibration usual_record() {
+  Calibration calibration;
+  calibration.instrument.kind = "accelerometer";
+  calibration.field.kind = "gravity";
+  calibration.field.unit = "g";
+  calibration.field.magnitude = 1.0;
+  calibration.response = {.bias = Eigen::Vector3d(0.1, 0.2, 0.3),
+                          .sensitivity = Eigen::Matrix3d::Identity()};
+  return calibration;
+}
+
+void readings(std::string_view bytes) {
+  static const Calibration calibration = usual_record();
+  static const Reducer reducer(calibration);
+  CsvReader csv = csv_of(bytes);
+  static_cast<void>(reduce_csv(csv, reading_columns(calibration.instrument), reducer, {},
+                               [](std::string_view) {}));
+}
+
+void noise(std::string_view bytes) {
+  static_cast<void>(parse_noise(noise_json(parse_noise(bytes, "noise.json")), "again"));
+}
+
+void study(std::string_view bytes) {
+  static_cast<void>(parse_study(bytes, "study.json"));
+}
+
+struct Target {
+  const char* name;
+  void (*run)(std::string_view bytes);
+};
+
+constexpr std::array targets = {
+    Target{"observations", observations},
+    Target{"calibrate", calibrated},
+    Target{"sheet", sheet},
+    Target{"record", record},
+    Target{"experiment", experiment},
+    Target{"positioner", positioner},
+    Target{"limits", limits},
+    Target{"laboratory", laboratory},
+    Target{"mapping", mapping},
+    Target{"log", log_of},
+    Target{"npy", npy},
+    Target{"mat", mat},
+    Target{"mat73", mat73},
+    Target{"gzip", gzip},
+    Target{"segment", segmented},
+    Target{"px4", px4},
+    Target{"ardupilot", ardupilot},
+    Target{"kalibr", kalibr},
+    Target{"imucal", imucal},
+    Target{"stream", stream},
+    Target{"json_stream", json_stream},
+    Target{"pattern_stream", pattern_stream},
+    Target{"frames", frames},
+    Target{"journal", journal},
+    Target{"http", http},
+    Target{"readings", readings},
+    Target{"noise", noise},
+    Target{"study", study},
+};
+
+const Target* chosen = nullptr;
+
+}  // namespace
+
+extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
+  if (*argc > 1 && std::strcmp((*argv)[1], "--list") == 0) {
+    for (const Target& target : targets) {
+      std::printf("%s\n", target.name);
+    }
+    std::exit(0);
+  }
+  const std::string name = (*argv)[0];
+  for (const Target& target : targets) {
+    if (name.ends_with(std::string("fuzz_") + target.name)) {
+      chosen = &target;
+    }
+  }
+  if (chosen == nullptr) {
+    std::fprintf(stderr, "call it by a name that ends in fuzz_TARGET (a link); --list has them\n");
+    std::exit(2);
+  }
+  return 0;
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  try {
+    chosen->run({reinterpret_cast<const char*>(data), size});
+  } catch (const axiscal::Error&) {
+    // What an error of ours says is all that is asked; any other ends the program.
+  }
+  return 0;
+}
