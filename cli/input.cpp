@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <filesystem>
+#include <system_error>
 
 #include <sha2.h>
 #include <sys/types.h>
@@ -87,7 +89,9 @@ Calibration read_unrefused(const std::string& record, bool force) {
 
 std::string sha256_of_file(const std::string& path) {
   std::array<char, SHA256_DIGEST_STRING_LENGTH> text{};
-  if (path == "-" || SHA256File(path.c_str(), text.data()) == nullptr) {
+  std::error_code none;  // a pipe would be waited for: it was read once
+  if (path == "-" || !std::filesystem::is_regular_file(path, none) ||
+      SHA256File(path.c_str(), text.data()) == nullptr) {
     return "";
   }
   return text.data();

@@ -35,7 +35,8 @@ struct ObservationsFile {
     const ObservationColumns& columns,
     const std::optional<ObservationColumns>& beside = {});
 
-/// @return the SHA-256 of a file's bytes; empty for standard input, which is read once only.
+/// @return the SHA-256 of a file's bytes; empty for standard input and pipes,
+///         which are read once only.
 [[nodiscard]] std::string sha256_of_file(const std::string& path);
 
 /// A reader of an open file; the file must outlive it.

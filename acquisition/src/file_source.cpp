@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <thread>
+#include <utility>
 
 #include "axiscal/logs/log_file.hpp"
 #include "sample_clock.hpp"
@@ -43,6 +44,9 @@ class FileSource final : public Source {
       ready_.clear();
       report_ = {};
       const std::size_t count = log_.read(block_, most_samples);
+      if (!std::exchange(begun_, true) && count > 0) {
+        clock_.check_unit(name_, block_);
+      }
       for (std::size_t i = 0; i < count; ++i) {
         row_.clear();
         for (const std::vector<double>& column : block_) {
@@ -83,6 +87,7 @@ class FileSource final : public Source {
   SourceReport report_;
   std::size_t next_ = 0;
   double started_ = -1.0;
+  bool begun_ = false;
 };
 
 }  // namespace

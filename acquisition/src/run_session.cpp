@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <thread>
 
@@ -41,20 +42,29 @@ class Unanswered {
   // Whether it has waited for so long that it is to end.
   bool is_over(const SessionView& view, bool nobody_answers) {
     const bool waits = view.phase == SessionPhase::question ||
-                       view.phase == SessionPhase::review || view.phase == SessionPhase::ready ||
-                       view.phase == SessionPhase::paused;
-    if (!nobody_answers || !waits || view.phase != phase_) {
-      phase_ = view.phase;
-      since_s_ = session_seconds();
+                       view.phase == SessionPhase::review || view.phase == SessionPhase::paused ||
+                       (view.phase == SessionPhase::ready && !view.automatic);
+    // A knock makes a reading on command begin anew; it is the same question then.
+    const bool same = view.automatic ? view.phase == phase_ : view.done == done_;
+    if (!nobody_answers || !same) {
+      since_s_ = never;
+    }
+    phase_ = view.phase;
+    done_ = view.done;
+    if (!waits) {
       return false;
     }
+    const double now_s = session_seconds();
+    since_s_ = std::min(since_s_, now_s);
     constexpr double patience_s = 3.0;
-    return session_seconds() - since_s_ > patience_s;
+    return nobody_answers && now_s - since_s_ > patience_s;
   }
 
  private:
   SessionPhase phase_ = SessionPhase::waiting;
-  double since_s_ = 0.0;
+  std::size_t done_ = 0;
+  static constexpr double never = std::numeric_limits<double>::infinity();
+  double since_s_ = never;
 };
 
 // Ends a session with what there is: a calibration where one follows, else it can be resumed.

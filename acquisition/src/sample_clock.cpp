@@ -7,7 +7,6 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/timestamp.hpp"
-#include "axiscal/logs/segment.hpp"
 
 namespace axiscal {
 namespace {
@@ -50,9 +49,17 @@ void SampleClock::set_channels(const std::vector<Channel>& channels) {
   for (const Channel& channel : channels) {
     names.push_back(channel.name);
   }
-  if (const auto found = find_time_column(address_.text, names, address_.text_or("time", ""))) {
-    column_ = found->position;
-    seconds_ = found->seconds;
+  column_ = find_time_column(address_.text, names, address_.text_or("time", ""));
+}
+
+void SampleClock::check_unit(const std::string& path,
+                             const std::vector<std::vector<double>>& block) const {
+  if (!column_ || rate_hz_ > 0.0) {
+    return;
+  }
+  const TimeUnit unit = settle_time_unit(path, *column_, block[column_->position]);
+  if (unit.seconds != column_->seconds) {
+    throw DataError(path, unit.remark);
   }
 }
 
@@ -101,7 +108,7 @@ void SampleClock::append(std::span<const double> values,
   if (rate_hz_ > 0.0) {
     time_s = counted(arrival_s);
   } else if (column_) {
-    const double own = values[*column_] * seconds_;
+    const double own = values[column_->position] * column_->seconds;
     if (!std::isfinite(own)) {
       ++report.defects;
       return;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "axiscal/acquisition/source.hpp"
+#include "axiscal/logs/time_column.hpp"
 #include "source_address.hpp"
 
 namespace axiscal {
@@ -36,6 +37,12 @@ class SampleClock {
   /// @throws DomainError  if a stated column of times is not among them.
   void set_channels(const std::vector<Channel>& channels);
 
+  /// Holds a recording's times against the rate that their unit gives.
+  /// @param path   of the recording.
+  /// @param block  its first samples, a column for each channel.
+  /// @throws DataError  where they are in another unit than the column's name says.
+  void check_unit(const std::string& path, const std::vector<std::vector<double>>& block) const;
+
   /// Appends a sample with its time, unless it is the last one again.
   /// @param arrival_s  session_seconds() when it came; 0 for what was recorded.
   void append(std::span<const double> values,
@@ -54,8 +61,7 @@ class SampleClock {
 
   SourceAddress address_;
   double rate_hz_ = 0.0;
-  std::optional<std::size_t> column_;
-  double seconds_ = 1.0;  // per unit of the column
+  std::optional<TimeColumn> column_;
   bool started_ = false;
   double offset_ = 0.0;    // session time less the source's
   double last_own_ = 0.0;  // the source's time of the last sample

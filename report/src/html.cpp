@@ -75,15 +75,16 @@ std::string paged_table(std::string_view caption,
   if (rows.size() <= rows_of_page) {
     return table_of(caption, head, all);
   }
-  std::string html;
+  const std::string what = caption.empty() ? "Table" : escaped(caption);
+  std::string html = "<details><summary>" + what + ": " + std::to_string(rows.size()) +
+                     " rows, on pages of " + std::to_string(rows_of_page) + "</summary>\n";
   for (std::size_t first = 0; first < rows.size(); first += rows_of_page) {
     const std::size_t count = std::min(rows_of_page, rows.size() - first);
-    html += "<details><summary>" + (caption.empty() ? "Rows" : escaped(caption) + ", rows") + " " +
-            std::to_string(first + 1) + " to " + std::to_string(first + count) + " of " +
-            std::to_string(rows.size()) + "</summary>" +
+    html += "<details><summary>Rows " + std::to_string(first + 1) + " to " +
+            std::to_string(first + count) + "</summary>" +
             table_of("", head, all.subspan(first, count)) + "</details>\n";
   }
-  return html;
+  return html + "</details>\n";
 }
 
 std::string html_table(std::string_view caption,

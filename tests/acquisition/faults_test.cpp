@@ -415,6 +415,52 @@ TEST_F(FaultTest, AQuitSessionIsResumedByItsJournalAlone) {
   EXPECT_EQ(record["inputs"][0]["sha256"].get<std::string>().size(), 64U);
 }
 
+// A journal may be somebody else's: it does not say where files are written.
+TEST_F(FaultTest, AJournalWritesNoFilesElsewhere) {
+  const std::string victim = folder_.write("victim.txt", "precious");
+  const ProgramResult first =
+      run_axiscal({"acquire", "--connect", "sim:?speed=400&rate=50", "--plain", "--name", name_,
+                   "-o", victim, "--record", victim + "2", "--report", victim + "3.html"},
+                  {.stdin_text = "quit\n"});
+  EXPECT_EQ(first.status, 1) << first.err;
+  const ProgramResult second =
+      run_axiscal({"acquire", "--resume", name_ + ".journal", "--unattended", "--plain"});
+  EXPECT_EQ(second.status, 0) << second.err;
+  EXPECT_EQ(read_file(victim), "precious");
+  EXPECT_FALSE(std::filesystem::exists(victim + "2"));
+  EXPECT_EQ(readings().size(), 36U) << "they are beside the journal";
+}
+
+// Nobody can answer, as standard input is closed: a session ends by itself, and can be resumed.
+TEST_F(FaultTest, AQuestionToNobodyEndsTheSession) {
+  const std::string command = "'" + command_path() + "' acquire --connect 'sim:?speed=100&rate=50' ";
+  EXPECT_EQ(WEXITSTATUS(std::system((command + "--manual --plain --name '" + name_ +
+                                     "' <&- >/dev/null 2>&1")
+                                        .c_str())),
+            1);
+  EXPECT_EQ(WEXITSTATUS(std::system(("'" + command_path() + "' acquire --resume '" + name_ +
+                                     ".journal' --plain <&- >/dev/null 2>&1")
+                                        .c_str())),
+            1);
+}
+
+// What is read is not written to.
+TEST_F(FaultTest, ASessionOverwritesNoRecording) {
+  const std::string log = folder_.write("log.csv", recording().csv());
+  const std::vector<std::string> start = {"acquire", "--connect", "file:" + log, "--unattended",
+                                          "--plain", "--instrument", "accelerometer", "--field",
+                                          "gravity", "--name", name_};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), start.begin(), start.end());
+    return run_axiscal(more).status;
+  };
+  EXPECT_EQ(with({"-o", log}), 2);
+  EXPECT_EQ(with({"--report", log}), 2);
+  EXPECT_EQ(with({"-o", name_ + ".x", "--record", name_ + ".x"}), 2);
+  EXPECT_EQ(read_file(log), recording().csv());
+  EXPECT_EQ(folder_.file_count(), 1U) << "no journal of a session that did not begin";
+}
+
 TEST_F(FaultTest, AnInstalledInstrumentIsCheckedWhereItIs) {
   EXPECT_EQ(session("file:" + folder_.write("log.csv", recording().csv())).status, 0);
   // A log of one pose, and the same with an instrument whose bias has moved by 5 mg.

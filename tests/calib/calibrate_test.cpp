@@ -456,6 +456,51 @@ TEST(Calibrate, TakesAUsersOwnField) {
   EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-12);
 }
 
+TEST(Calibrate, RefusesAMagnitudeBesideAUsersOwnField) {
+  Calibration truth = accelerometer_truth();
+  const Observations observations = observe(truth, {});
+  Experiment experiment;
+  experiment.instrument = truth.instrument;
+  experiment.field.custom = std::make_shared<Centrifuge>();
+  experiment.field.magnitude = 2.0 * Centrifuge().magnitude();
+  EXPECT_THAT(test::complaint_of<SetupError>(
+                  [&] { static_cast<void>(calibrate(experiment, observations)); }),
+              testing::HasSubstr("leave one of them out"));
+}
+
+TEST(Calibrate, SaysWhatItTookForTheMagnitude) {
+  const Calibration truth = accelerometer_truth();
+  const Observations observations = observe(truth, {.noise_sd = 1e-4});
+  Experiment experiment = experiment_for(truth);
+  experiment.method = Method::joint;
+  experiment.field.magnitude.reset();
+  experiment.field.in_table = Eigen::Vector3d(0.0, 0.1, 0.93);
+  const Calibration doubtful = calibrate(experiment, observations);
+  EXPECT_EQ(doubtful.warnings.front().code, "field_length");
+  EXPECT_THAT(doubtful.warnings.front().message, testing::HasSubstr("--field-magnitude 1"));
+  experiment.field.magnitude = 1.0;
+  EXPECT_TRUE(calibrate(experiment, observations).warnings.empty());
+}
+
+TEST(Calibrate, SaysWhyItIsJointInsteadOfPaired) {
+  const Calibration truth = accelerometer_truth();
+  Observations observations = observe(truth, {.noise_sd = 1e-4});
+  Experiment experiment = experiment_for(truth);
+  experiment.field.in_table.reset();
+  EXPECT_EQ(calibrate(experiment, observations).method, "paired");
+  const DesignPoint lost = *observations.readings.back().point;
+  observations.readings.pop_back();
+  observations.response.conservativeResize(11, Eigen::NoChange);
+  const Calibration joint = calibrate(experiment, observations);
+  EXPECT_EQ(joint.method, "joint");
+  const auto opposite = std::find_if(
+      observations.readings.begin(), observations.readings.end(),
+      [&](const Reading& reading) { return reading.point == lost.turned_round(); });
+  EXPECT_THAT(joint.notes,
+              testing::Contains(testing::HasSubstr("method joint instead of paired: run " +
+                                                   std::to_string(opposite->run) + " has no opposite")));
+}
+
 TEST(Calibrate, UsesAMeasuredCube) {
   std::array<Eigen::Vector3d, 6> normals;
   for (const Face face : all_faces) {

@@ -58,6 +58,41 @@ INSTANTIATE_TEST_SUITE_P(Rates,
                                          MistakeCase{Mistake::drift, 20, 38},
                                          MistakeCase{Mistake::saturation, 15, 38}));
 
+// Of many readings those that count most are left out by a fit of their own: what is found stays, in
+// bounded memory.
+TEST(Culprit, IsFoundAmongManyReadings) {
+  const Calibration truth = accelerometer_truth();
+  const Observations good =
+      observe(truth, {.replicates = 25, .slope = {0.003, -0.002}, .noise_sd = noise, .seed = 5});
+  ASSERT_GT(good.readings.size(), 200U);
+  Experiment experiment = experiment_for(truth);
+  experiment.field.in_table.reset();
+  EXPECT_TRUE(calibrate(experiment, good).warnings.empty());
+  const auto first_code = [&](const Observations& observations) {
+    const Calibration result = calibrate(experiment, observations);
+    return result.warnings.empty() ? std::string("none")
+                                   : result.warnings.front().code + " " +
+                                         std::to_string(result.warnings.front().runs.front());
+  };
+  Observations bad = good;
+  bad.response(100, 1) += 0.7;
+  EXPECT_EQ(first_code(bad), "outlier " + std::to_string(good.readings[100].run));
+  bad = good;
+  bad.readings[150].point = DesignPoint(Face::plus_x, Face::plus_y) == *bad.readings[150].point
+                                ? DesignPoint(Face::minus_z, Face::plus_x)
+                                : DesignPoint(Face::plus_x, Face::plus_y);
+  EXPECT_EQ(first_code(bad), "wrong_pose " + std::to_string(good.readings[150].run));
+  bad = good;
+  bad.response.row(60) *= 9.80665;
+  EXPECT_EQ(first_code(bad), "unit_factor " + std::to_string(good.readings[60].run));
+  // The table moved by 20 sigma after reading 200 of 300.
+  bad = observe(truth, {.replicates = 25, .slope = {0.003, -0.002}, .noise_sd = noise, .seed = 5});
+  const Observations moved =
+      observe(truth, {.replicates = 25, .slope = {0.005, -0.002}, .noise_sd = noise, .seed = 5});
+  bad.response.bottomRows(100) = moved.response.bottomRows(100);
+  EXPECT_THAT(first_code(bad), testing::StartsWith("table_moved"));
+}
+
 TEST(Culprit, GoodRunsHaveNone) {
   RandomStream random(23);
   int alarms = 0;

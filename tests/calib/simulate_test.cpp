@@ -51,6 +51,20 @@ TEST(Simulate, TurnsTheFieldWithTheFence) {
                      truth.response.at(Eigen::Vector3d(-0.6, 0.0, 0.8)), 1e-15);
 }
 
+// What comes out of a calibration goes in again with another slope, which is then the whole slope.
+TEST(OnLevelTable, TakesTheTruthsOwnSlopeOut) {
+  Calibration truth = accelerometer_truth();
+  truth.field.in_table = Eigen::Vector3d(0.02, -0.03, 0.0).array() + 0.0;
+  truth.field.in_table->z() = std::sqrt(1.0 - truth.field.in_table->head<2>().squaredNorm());
+  EXPECT_MATRIX_NEAR(*on_level_table(truth).field.in_table, Eigen::Vector3d::UnitZ(), 1e-15);
+  const std::vector<RunSheetRow> sheet = {{.entry = {.point = {Face::minus_z, Face::plus_y}}}};
+  const Observations observed = simulate(on_level_table(truth), sheet, {.slope = {0.001, 0.0}});
+  EXPECT_MATRIX_NEAR(observed.response.row(0).transpose(),
+                     truth.response.at(Eigen::Vector3d(0.001, 0.0, std::sqrt(1.0 - 1e-6))), 1e-15);
+  truth.field.kind = "geomagnetic";  // whose slope is not known from it
+  EXPECT_EQ(on_level_table(truth).field.in_table, truth.field.in_table);
+}
+
 TEST(Simulate, RejectsBadOptions) {
   const Calibration truth = accelerometer_truth();
   EXPECT_THROW(static_cast<void>(observe(truth, {.noise_sd = -1.0})), DomainError);

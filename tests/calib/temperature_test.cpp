@@ -304,6 +304,13 @@ TEST(BiasMethod, TakesTheSensitivityFromARecordAndTheFieldOut) {
   const Calibration moved = calibrate(experiment, unlabelled);
   EXPECT_MATRIX_NEAR(moved.response.bias, truth.response.bias, 1e-15);
   EXPECT_MATRIX_NEAR(moved.temperature->bias, truth.temperature->bias, 1e-13);
+  EXPECT_EQ(moved.status, "ok");
+  // And without a record gravity is in them: that is no good record, and it says so.
+  experiment.from = nullptr;
+  const Calibration with_gravity = calibrate(experiment, observations);
+  EXPECT_EQ(with_gravity.status, "warning");
+  ASSERT_EQ(with_gravity.warnings.size(), 1U);
+  EXPECT_EQ(with_gravity.warnings.front().code, "field_in_bias");
 }
 
 // imu_thermal_tofupilot: numpy.polyfit of degree 3 over all 8400 samples, digits of its SOURCE.md.

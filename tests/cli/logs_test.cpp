@@ -105,6 +105,33 @@ TEST_F(LogCommands, ReadPipesAndRates) {
   EXPECT_EQ(csv_cells(result.out).size(), 13U);
 }
 
+// Times in microseconds under a name that does not say so: the unit is seen and the record says it, or
+// the log is refused.
+TEST_F(LogCommands, TimesInAnotherUnitGiveNoWrongScale) {
+  RecordedLog log = simulate_imu_log(some_imu(), attitudes_of(sheet_));
+  for (double& t : log.samples[0]) {
+    t *= 1e6;
+  }
+  const auto calibrated = [&](const std::string& name) {
+    return run_axiscal({"calibrate", "--imu", folder_.write(name, csv_of(log)), "--gyroscope",
+                        "gx,gy,gz", "--cube", "-o", folder_.path("us-{slot}.json")});
+  };
+  const ProgramResult result = calibrated("us.csv");
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json gyroscope = read_json(folder_.path("us-gyroscope.json"));
+  EXPECT_NEAR(gyroscope["coefficients"]["sensitivity"][1][1].get<double>(), 57.3, 0.1);
+  EXPECT_EQ(gyroscope["status"], "warning");
+  EXPECT_EQ(gyroscope["warnings"][0]["code"], "log");
+  EXPECT_THAT(gyroscope["warnings"][0]["message"].get<std::string>(),
+              HasSubstr("the times are taken as microseconds, 100 Hz"));
+  for (double& t : log.samples[0]) {
+    t *= 0.1;  // 1000 Hz in microseconds, or 1 Hz in milliseconds
+  }
+  const ProgramResult unclear = calibrated("unclear.csv");
+  EXPECT_EQ(unclear.status, 3);
+  EXPECT_THAT(unclear.err, HasSubstr("the unit of the times is not clear"));
+}
+
 TEST_F(LogCommands, ImuGivesARecordForEachInstrument) {
   const ProgramResult result =
       run_axiscal({"calibrate", "--imu", log_path_, "--gyroscope", "gx,gy,gz", "--cube", "--unit",

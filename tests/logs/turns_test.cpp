@@ -154,6 +154,35 @@ TEST(FitTurns, TakesOutTheRotationOfTheEarth) {
   EXPECT_GT(without.residual_sd_rad, 5e-4);
 }
 
+// Times in another unit: a scale fits by whole revolutions that nobody turned.
+TEST(FitTurns, RefusesRevolutionsThatNoHandMakes) {
+  Turning turning = turn_by_hand(14, 0.5, false, 3);
+  const LinearResponse truth = some_gyroscope();
+  EXPECT_LT(fit_turns(turning.turns, truth.bias, Eigen::Matrix3d::Zero()).most_revolutions, 2.0);
+  // Turns of the same ends with 40 revolutions more in each, at a stated scale and without.
+  std::vector<std::vector<double>> owned;
+  owned.reserve(3 * turning.turns.size());
+  for (GyroscopeTurn& turn : turning.turns) {
+    const double duration_s = turn.time_s.back() - turn.time_s.front();
+    const Eigen::Vector3d rate =
+        truth.sensitivity * (2.0 * std::numbers::pi * 40.0 / duration_s * Eigen::Vector3d::UnitZ());
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      owned.emplace_back(turn.readings[axis].begin(), turn.readings[axis].end());
+      for (double& value : owned.back()) {
+        value += rate(static_cast<Eigen::Index>(axis));
+      }
+      turn.readings[axis] = owned.back();
+    }
+  }
+  try {
+    const TurnFit fit = fit_turns(turning.turns, truth.bias, Eigen::Matrix3d::Zero());
+    ADD_FAILURE() << fit.most_revolutions << " revolutions were taken";
+  } catch (const RefusedError& error) {
+    EXPECT_THAT(error.what(), testing::AnyOf(HasSubstr("no hand turns so"),
+                                             HasSubstr("no scale of the gyroscope fits")));
+  }
+}
+
 TEST(FitTurns, SaysWhatIsMissing) {
   const Turning few = turn_by_hand(4, 0.0, false, 3);
   EXPECT_THAT(test::complaint_of<RefusedError>(

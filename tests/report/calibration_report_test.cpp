@@ -6,6 +6,7 @@
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/units.hpp"
+#include "report_plots.hpp"
 #include "scenario.hpp"
 
 namespace axiscal::test {
@@ -46,6 +47,58 @@ TEST(CalibrationReport, ShowsWhatThereIs) {
   EXPECT_EQ(count_of(page, "<svg class=\"drawn\""), count_of(page, "<details><summary>Data"));
   EXPECT_EQ(count_of(page, "<svg class=\"drawn\""),
             count_of(page.substr(0, page.find("<script")), "role=\"img\" aria-label") - 12U);
+}
+
+// Thousands of readings: a page that opens, with nothing left out in silence.
+TEST(CalibrationReport, OfManyReadingsStaysSmall) {
+  const Calibration truth = accelerometer_truth();
+  Observations observations = observe(
+      truth, {.replicates = 1600, .slope = {0.003, -0.002}, .noise_sd = 1e-4, .seed = 2});
+  observations.response(7777, 1) += 5e-3;
+  Experiment experiment = experiment_for(truth);
+  experiment.search_for_mistakes = false;
+  const Calibration calibration = calibrate(experiment, observations);
+  ReportOptions options;
+  options.observations = &observations;
+  const std::string page = calibration_report(calibration, options);
+  EXPECT_LT(page.size(), 3U << 20U);
+  EXPECT_THAT(page, HasSubstr("of 19200 readings are listed"));
+  EXPECT_THAT(page, HasSubstr("<summary>Rows 201 to 400</summary>"));
+  EXPECT_THAT(page, HasSubstr("of 57600 points: of each stretch the lowest, the highest"));
+  EXPECT_THAT(page, HasSubstr(">7778<td>")) << "the largest residual is listed";
+  EXPECT_EQ(count_of(page, "data-reading="), 12U) << "the cube is turned to each seat once";
+}
+
+TEST(CalibrationReport, CooksContoursCountTheFitsParameters) {
+  const auto contour = [](const Calibration& calibration) {
+    for (const Plot& plot : residual_plots(calibration, nullptr)) {
+      if (plot.id == "leverage") {
+        return plot.series.back();
+      }
+    }
+    return PlotSeries{};
+  };
+  Calibration calibration = calibrated();
+  double parameters = 0.0;
+  for (const RegressionRow& row : calibration.statistics->rows) {
+    parameters += row.leverage.sum() / 3.0;
+  }
+  EXPECT_NEAR(parameters, 4.0, 0.1);
+  // A contour's distance by its definition, from the studentised residual and the leverage.
+  for (const double more : {1.0, 2.0}) {
+    for (RegressionRow& row : calibration.statistics->rows) {
+      row.leverage *= more;
+    }
+    const PlotSeries curve = contour(calibration);
+    const double nu = calibration.statistics->degrees_of_freedom.minCoeff();
+    for (std::size_t i = 0; i < curve.x.size(); ++i) {
+      if (std::isfinite(curve.y[i])) {
+        const double t2 = curve.y[i] * curve.y[i];
+        const double r2 = t2 * nu / (nu - 1.0 + t2);
+        EXPECT_NEAR(r2 * curve.x[i] / ((1.0 - curve.x[i]) * parameters * more), 1.0, 1e-6);
+      }
+    }
+  }
 }
 
 TEST(CalibrationReport, TextIsShownAsTyped) {
