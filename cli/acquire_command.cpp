@@ -344,11 +344,10 @@ std::vector<std::unique_ptr<SessionFace>> make_faces(const AcquireCommand& comma
   const bool has_terminal = ::isatty(STDIN_FILENO) == 1 && ::isatty(STDOUT_FILENO) == 1;
   if (command.web || command.listen) {
     // The address goes to stderr: it holds the key.
-    faces.push_back(web_face_of(
-        {.title = title_of(setup),
-         .address = command.listen.value_or(""),
-         .port = port_of(command),
-         .announce = announce_page}));
+    faces.push_back(web_face_of({.title = title_of(setup),
+                                 .address = command.listen.value_or(""),
+                                 .port = port_of(command),
+                                 .announce = announce_page}));
   }
   if (command.json) {
     faces.push_back(make_json_face(has_commands));

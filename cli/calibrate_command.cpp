@@ -95,8 +95,8 @@ void align(const std::string& record,
     throw UsageError("--align: goes with one instrument, not with several slots");
   }
   try {
-    align_with_companion(calibrations.front(), run.observations, companion,
-                         run.observations_beside, record);
+    align_with_companion(calibrations.front(), run.observations, companion, run.observations_beside,
+                         record);
   } catch (const SetupError&) {
     throw;
   } catch (const DomainError& error) {
@@ -243,8 +243,10 @@ int run_batch(const CalibrateCommand& command,
   std::size_t good = 0;
   const std::vector<Run> runs = split_by_serial(run, experiment.instrument.serial);
   if (command.output) {
+    Experiment of_units = experiment;
+    of_units.instrument.serial.clear();  // each has its own
     for (const Run& unit : runs) {
-      check_output(*command.output, experiment, unit);
+      check_output(*command.output, of_units, unit);
     }
   }
   if (command.table) {

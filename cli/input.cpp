@@ -5,10 +5,10 @@
 #include <array>
 #include <charconv>
 #include <filesystem>
-#include <system_error>
 
 #include <sha2.h>
 #include <sys/types.h>
+#include <system_error>
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/error.hpp"
@@ -30,8 +30,7 @@ CsvReader csv_reader_of_text(const std::string& text, const std::string& path) {
 
 std::string sha256_of_text(const std::string& text) {
   std::array<char, SHA256_DIGEST_STRING_LENGTH> digest{};
-  return SHA256Data(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(),
-                    digest.data());
+  return SHA256Data(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(), digest.data());
 }
 
 // Two instruments in one file, which may be a pipe: it is read once and held.
@@ -176,8 +175,9 @@ Eigen::Vector2d slope_of_option(const std::string& text) {
 Method method_of_option(const std::string& text) {
   const std::optional<Method> method = parse_method(text);
   if (!method) {
-    throw UsageError("--method: '" + text +
-                     "' is not known to this version; it knows paired, joint, known, magnitude, bias");
+    throw UsageError(
+        "--method: '" + text +
+        "' is not known to this version; it knows paired, joint, known, magnitude, bias");
   }
   return *method;
 }

@@ -14,7 +14,7 @@ check_cxx_compiler_flag(-fcf-protection=full AXISCAL_HAS_CF_PROTECTION)
 
 function(axiscal_harden target)
   set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-  if(NOT AXISCAL_HARDENING OR CMAKE_CXX_FLAGS MATCHES "-fsanitize")
+  if(NOT AXISCAL_HARDENING OR AXISCAL_BUILD_FUZZ OR CMAKE_CXX_FLAGS MATCHES "-fsanitize")
     return()
   endif()
   if(AXISCAL_HAS_STACK_PROTECTOR)

@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The long look before a change is handed in: format, g++, clang, sanitizers, each public header
-# alone, Doxygen, and clang-tidy on what changed against origin/main (--all: on everything). Needs
+# The long look before a change is handed in: format, g++, clang, address, undefined-behaviour and thread
+# sanitizers, the gates (hostile clients, short fuzzing), each public header alone, Doxygen, and clang-tidy on what changed against origin/main (--all: on everything). Needs
 # clang, clang-format, clang-tidy and doxygen beside what dependencies.sh installs.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 scripts/format.sh --check
-for preset in dev clang sanitize; do
+for preset in dev clang sanitize thread; do
   cmake --workflow --preset "$preset"
 done
+scripts/gates.sh
 cmake --build --preset dev --target all_verify_interface_header_sets
 doxygen docs/Doxyfile
 

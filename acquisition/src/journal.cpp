@@ -75,8 +75,8 @@ Journal Journal::create(const std::string& path) {
 }
 
 Journal Journal::open(const std::string& path, std::vector<std::string>& lines) {
-  if (std::error_code none; std::filesystem::exists(path, none) &&
-                            !std::filesystem::is_regular_file(path, none)) {
+  if (std::error_code none;
+      std::filesystem::exists(path, none) && !std::filesystem::is_regular_file(path, none)) {
     throw DataError(path, "is no journal: not a regular file");
   }
   static_cast<void>(InputFile(path));  // says what is wrong with it

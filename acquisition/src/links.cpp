@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <optional>
+#include <thread>
+
 #include <boost/asio/connect.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/serial_port.hpp>
 #include <boost/asio/write.hpp>
-#include <optional>
-#include <thread>
-
 #include <poll.h>
 #include <unistd.h>
 
@@ -253,9 +253,9 @@ class TcpClientLink final : public TcpLink {
       return name_ + ": " + error.message();
     }
     error = asio::error::timed_out;
-    asio::async_connect(
-        socket_, found,
-        [&error](const boost::system::error_code& result, const auto& /*endpoint*/) { error = result; });
+    asio::async_connect(socket_, found,
+                        [&error](const boost::system::error_code& result,
+                                 const auto& /*endpoint*/) { error = result; });
     context_.restart();
     context_.run_for(std::max(patience, std::chrono::milliseconds(500)));
     if (!context_.stopped()) {  // nobody answers

@@ -41,8 +41,8 @@ class Unanswered {
  public:
   // Whether it has waited for so long that it is to end.
   bool is_over(const SessionView& view, bool nobody_answers) {
-    const bool waits = view.phase == SessionPhase::question ||
-                       view.phase == SessionPhase::review || view.phase == SessionPhase::paused ||
+    const bool waits = view.phase == SessionPhase::question || view.phase == SessionPhase::review ||
+                       view.phase == SessionPhase::paused ||
                        (view.phase == SessionPhase::ready && !view.automatic);
     // A knock makes a reading on command begin anew; it is the same question then.
     const bool same = view.automatic ? view.phase == phase_ : view.done == done_;

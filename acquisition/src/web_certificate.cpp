@@ -121,12 +121,12 @@ WebCertificate make_certificate(const std::vector<std::string>& names) {
   add_extension(certificate.get(), NID_basic_constraints, "critical,CA:FALSE");
   add_extension(certificate.get(), NID_ext_key_usage, "serverAuth");
   must(X509_sign(certificate.get(), key.get(), EVP_sha256()) > 0);
-  return {.certificate_pem =
-              pem_of([&](BIO* to) { return PEM_write_bio_X509(to, certificate.get()); }),
-          .key_pem = pem_of([&](BIO* to) {
-            return PEM_write_bio_PrivateKey(to, key.get(), nullptr, nullptr, 0, nullptr, nullptr);
-          }),
-          .fingerprint = fingerprint_of(certificate.get())};
+  return {
+      .certificate_pem = pem_of([&](BIO* to) { return PEM_write_bio_X509(to, certificate.get()); }),
+      .key_pem = pem_of([&](BIO* to) {
+        return PEM_write_bio_PrivateKey(to, key.get(), nullptr, nullptr, 0, nullptr, nullptr);
+      }),
+      .fingerprint = fingerprint_of(certificate.get())};
 }
 
 #else

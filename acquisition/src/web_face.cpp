@@ -29,9 +29,9 @@ std::vector<std::string> names_of(const std::string& address) {
   std::vector<std::string> names;
   for (const std::string& name : {is_any_address(address) ? host_name() : address, host_name(),
                                   std::string("localhost"), std::string("127.0.0.1")}) {
-    const bool is_name =
-        !name.empty() && name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                                "0123456789.:-") == std::string::npos;
+    const bool is_name = !name.empty() && name.find_first_not_of(
+                                              "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                              "0123456789.:-") == std::string::npos;
     if (is_name && std::find(names.begin(), names.end(), name) == names.end()) {
       names.push_back(name);
     }
@@ -55,9 +55,9 @@ class WebFace final : public SessionFace {
         certificate_(options.address.empty() ? WebCertificate{}
                                              : make_certificate(names_of(address_))),
         server_(WebListening{.address = address_,
-                 .first_port = options.port > 0 ? options.port : usual_port,
-                 .ports_tried = options.port > 0 ? 1 : ports_tried,
-                 .certificate = options.address.empty() ? nullptr : &certificate_}),
+                             .first_port = options.port > 0 ? options.port : usual_port,
+                             .ports_tried = options.port > 0 ? 1 : ports_tried,
+                             .certificate = options.address.empty() ? nullptr : &certificate_}),
         page_({.title = options.title,
                .scheme = options.address.empty() ? "http" : "https",
                .address = address_,

@@ -3,12 +3,12 @@
 
 #ifdef AXISCAL_WEB
 #include <algorithm>
+#include <arpa/inet.h>
 #include <array>
 #include <cctype>
 #include <random>
 #include <utility>
 
-#include <arpa/inet.h>
 #include <unistd.h>
 
 #include "axiscal/acquisition/session_json.hpp"
@@ -115,8 +115,7 @@ bool is_any_address(const std::string& address) {
 WebPage::WebPage(WebPlace place) : place_(std::move(place)), key_(random_key()) {}
 
 std::string WebPage::url() const {
-  const std::string host =
-      is_any_address(place_.address) ? host_name() : in_url(place_.address);
+  const std::string host = is_any_address(place_.address) ? host_name() : in_url(place_.address);
   return place_.scheme + "://" + host + ":" + std::to_string(place_.port) + "/#" + key_;
 }
 
@@ -209,9 +208,9 @@ WebAnswer WebPage::login(const WebRequest& request) {
     if (controller_.empty()) {
       controller_ = session;
     }
-    accepted.headers.emplace_back(
-        "Set-Cookie", cookie_name() + "=" + session + "; HttpOnly; SameSite=Strict; Path=/" +
-                          (place_.scheme == "https" ? "; Secure" : ""));
+    accepted.headers.emplace_back("Set-Cookie", cookie_name() + "=" + session +
+                                                    "; HttpOnly; SameSite=Strict; Path=/" +
+                                                    (place_.scheme == "https" ? "; Secure" : ""));
     if (!place_.is_loopback) {
       key_ = random_key();
       used = true;
@@ -289,8 +288,8 @@ std::string WebPage::news_for(Watcher& watcher) const {
   watcher.event = last_event_;
   return "id: " + std::to_string(last_event_) + "\ndata: {\"title\":" +
          Json(place_.title).dump(-1, ' ', false, Json::error_handler_t::replace) +
-         ",\"controls\":" + (watcher.session == controller_ ? "true" : "false") +
-         ",\"events\":[" + events + "],\"view\":" + view_ + "}\n\n";
+         ",\"controls\":" + (watcher.session == controller_ ? "true" : "false") + ",\"events\":[" +
+         events + "],\"view\":" + view_ + "}\n\n";
 }
 
 void WebPage::show(const SessionView& view, const std::vector<SessionEvent>& events) {

@@ -21,8 +21,8 @@ struct WebPlace {
   std::string address;  ///< listened at, without brackets
   int port = 0;
   bool is_loopback = true;  ///< nobody but this machine
-  /// Called with the page's address, key included: when it can be opened first, and when a one-time key
-  /// was used. May be called from another thread.
+  /// Called with the page's address, key included: when it can be opened first, and when a one-time
+  /// key was used. May be called from another thread.
   std::function<void(const std::string& url)> announce;
 };
 
@@ -36,7 +36,8 @@ class WebPage {
   /// Says where the page is.
   void announce() const;
 
-  /// What a request gets. Requests for another host, from another site or without the key get nothing.
+  /// What a request gets. Requests for another host, from another site or without the key get
+  /// nothing.
   [[nodiscard]] WebAnswer answer(const WebRequest& request);
 
   /// How far a browser that watches has seen.
@@ -80,7 +81,8 @@ class WebPage {
   std::vector<SessionCommand> commands_;
 };
 
-/// @return an address without the brackets of IPv6 and as browsers write it: ::1 for 0:0:0:0:0:0:0:1.
+/// @return an address without the brackets of IPv6 and as browsers write it: ::1 for
+/// 0:0:0:0:0:0:0:1.
 [[nodiscard]] std::string bare_address(const std::string& address);
 
 /// @return the name of this machine.

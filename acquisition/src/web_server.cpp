@@ -6,6 +6,12 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <list>
+#include <optional>
+#include <thread>
+#include <type_traits>
+#include <utility>
+
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/v6_only.hpp>
@@ -13,11 +19,6 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
-#include <list>
-#include <optional>
-#include <thread>
-#include <type_traits>
-#include <utility>
 
 #ifdef AXISCAL_OPENSSL
 #include <boost/asio/ssl/context.hpp>
@@ -142,9 +143,8 @@ struct Shared {
   bool stopping = false;
 
   void remove(const Connection* connection) {
-    connections.remove_if([&](const std::shared_ptr<Connection>& one) {
-      return one.get() == connection;
-    });
+    connections.remove_if(
+        [&](const std::shared_ptr<Connection>& one) { return one.get() == connection; });
   }
 
   void wake_all() {
@@ -237,10 +237,10 @@ class StreamConnection final : public Connection,
 
   // One deadline for the whole request: it is set where the waiting for it begins.
   void read() {
-    stream_.async_read_some(
-        asio::buffer(bytes_), [self = this->shared_from_this()](ErrorCode error, std::size_t count) {
-          error ? self->close() : self->take({self->bytes_.data(), count});
-        });
+    stream_.async_read_some(asio::buffer(bytes_),
+                            [self = this->shared_from_this()](ErrorCode error, std::size_t count) {
+                              error ? self->close() : self->take({self->bytes_.data(), count});
+                            });
   }
 
   void take(std::string_view bytes) {

@@ -19,10 +19,10 @@ struct WebListening {
 
 /// Serves a page: HTTP/1.1 by Boost.Beast, in one thread of its own that nobody waits for.
 ///
-/// A request must be there whole, TLS's greeting included, within five seconds; its head and body have
-/// limits (web_request.hpp). A network address has 32 connections, all together 512: where one more
-/// comes, the oldest of that address, or of the address that has most, gives way to it, unless it is a
-/// browser that watches. So whoever comes anew is answered, however many others hold on.
+/// A request must be there whole, TLS's greeting included, within five seconds; its head and body
+/// have limits (web_request.hpp). A network address has 32 connections, all together 512: where one
+/// more comes, the oldest of that address, or of the address that has most, gives way to it, unless
+/// it is a browser that watches. So whoever comes anew is answered, however many others hold on.
 class WebServer {
  public:
   /// Takes a port. Nobody is answered yet.

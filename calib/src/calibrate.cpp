@@ -99,10 +99,11 @@ std::string why_not_paired(const Experiment& experiment, const Observations& obs
     }
   }
   const std::vector<int> runs = runs_without_opposite(observations, soak);
-  return runs.empty() ? ""
-                      : name_of_runs(runs) + (runs.size() == 1 ? " has" : " have") +
-                            " no opposite reading (the same rest face, the fence face turned by 180 "
-                            "degrees)";
+  return runs.empty()
+             ? ""
+             : name_of_runs(runs) + (runs.size() == 1 ? " has" : " have") +
+                   " no opposite reading (the same rest face, the fence face turned by 180 "
+                   "degrees)";
 }
 
 bool lies_along_normal(const Experiment& experiment) {
@@ -584,9 +585,9 @@ void note_choice_of_method(const Experiment& experiment,
                            Calibration& calibration) {
   if (!experiment.method && method == Method::joint && has_labels(used) &&
       lies_along_normal(experiment)) {
-    calibration.notes.push_back("method joint instead of paired: " +
-                                why_not_paired(experiment, used) +
-                                "; take what is missing, or state --method joint");
+    calibration.notes.push_back(
+        "method joint instead of paired: " + why_not_paired(experiment, used) +
+        "; take what is missing, or state --method joint");
   }
 }
 
@@ -598,14 +599,16 @@ void say_what_length_means(const Experiment& experiment, Calibration& calibratio
   }
   const double length = field.in_table->norm();
   const bool is_one_g = field.kind == "gravity" && calibration.field.unit == "g";
-  const std::string what = "the field's magnitude is taken as the length of the vector that was "
-                           "stated (in_table, --field-table), " +
-                           number_text(length, 5) + " " + calibration.field.unit;
+  const std::string what =
+      "the field's magnitude is taken as the length of the vector that was "
+      "stated (in_table, --field-table), " +
+      number_text(length, 5) + " " + calibration.field.unit;
   if (is_one_g && std::abs(length - 1.0) > 1e-6) {
     calibration.warnings.push_back(
         {.code = "field_length",
          .runs = {},
-         .message = what + ", and not as 1 g; if it is a direction only, state --field-magnitude 1"});
+         .message =
+             what + ", and not as 1 g; if it is a direction only, state --field-magnitude 1"});
   } else if (length != 1.0) {
     calibration.notes.push_back(what);
   }

@@ -153,10 +153,11 @@ Json json_of(const TemperatureResponse& temperature) {
   Json json = {{"reference", temperature.reference},
                {"range", {temperature.low, temperature.high}},
                {"bias", json_from_matrix(temperature.bias)},
-               {"scale", json_from_matrix(temperature.scale)},
-               {"standard_error",
-                {{"bias", json_from_matrix(temperature.bias_se)},
-                 {"scale", json_from_matrix(temperature.scale_se)}}}};
+               {"scale", json_from_matrix(temperature.scale)}};
+  if (temperature.bias_se.rows() == temperature.bias.rows()) {  // else nobody knows them
+    json["standard_error"] = {{"bias", json_from_matrix(temperature.bias_se)},
+                              {"scale", json_from_matrix(temperature.scale_se)}};
+  }
   for (const TemperatureOrderTrial& trial : temperature.trials) {
     json["orders"].push_back({{"order", trial.order},
                               {"aicc", trial.aicc},

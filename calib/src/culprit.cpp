@@ -41,8 +41,8 @@ constexpr double drift_range = 0.04;
 // Explanations within this of the best are reported too.
 constexpr double as_likely = 3.0;
 
-// Up to so many readings each is left out by a fit of its own, and the table moved after each. Of more,
-// those that count most to first order: the time stays linear in the readings.
+// Up to so many readings each is left out by a fit of its own, and the table moved after each. Of
+// more, those that count most to first order: the time stays linear in the readings.
 constexpr std::size_t each_is_fitted = 200;
 constexpr std::size_t fitted_of_many = 48;
 
@@ -204,7 +204,8 @@ class Search {
       const auto row = static_cast<Eigen::Index>(i);
       const Eigen::MatrixXd Z = table_rows(i, fit.fields, fit.coefficients);
       for (Eigen::Index k = 0; k < m(); ++k) {
-        const Eigen::RowVector2d z = std::sqrt(set_.weights(row, k)) / fitter_.scale()(k) * Z.row(k);
+        const Eigen::RowVector2d z =
+            std::sqrt(set_.weights(row, k)) / fitter_.scale()(k) * Z.row(k);
         in_basis += fit.basis.row(n() * k + row).transpose() * z;
         ZtZ += z.transpose() * z;
         Zte += z.transpose() * residuals(n() * k + row);
@@ -314,8 +315,8 @@ class Search {
     for (const std::size_t i : fitted) {
       deletions_[i] = fitter_.fit(set_, {i});
       deletions_[i].forget_readings();
-      left[i] = deletions_[i].fitted ? deletions_[i].total()
-                                     : std::numeric_limits<double>::infinity();
+      left[i] =
+          deletions_[i].fitted ? deletions_[i].total() : std::numeric_limits<double>::infinity();
     }
     // Behind those that were fitted: the others are judged to first order only.
     sort_by_left(fitted);

@@ -83,12 +83,13 @@ class Resolver {
 
   void resolve_own() {
     const ReferenceField& own = *given_.custom;
-    if (given_.magnitude &&
-        !(std::abs(*given_.magnitude / own.magnitude() - 1.0) <= 1e-9)) {
-      throw SetupError("field " + std::string(own.kind()) + ": a field of one's own states its "
-                       "magnitude itself, " + number_text(own.magnitude()) + " " +
-                       std::string(own.unit()) + "; another one, " +
-                       number_text(*given_.magnitude) + ", is stated beside it: leave one of them out");
+    if (given_.magnitude && !(std::abs(*given_.magnitude / own.magnitude() - 1.0) <= 1e-9)) {
+      throw SetupError("field " + std::string(own.kind()) +
+                       ": a field of one's own states its "
+                       "magnitude itself, " +
+                       number_text(own.magnitude()) + " " + std::string(own.unit()) +
+                       "; another one, " + number_text(*given_.magnitude) +
+                       ", is stated beside it: leave one of them out");
     }
     part_.part.kind = own.kind();
     part_.unit = own.unit();

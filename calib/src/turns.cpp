@@ -334,7 +334,8 @@ void check_revolutions(std::span<const GyroscopeTurn> turns,
         "turn " + std::to_string(worst + 1) + " of the gyroscope would be " +
         number_text(fit.most_revolutions, 3) + " revolutions in " +
         number_text(time_s.back() - time_s.front(), 3) +
-        " s, and no hand turns so: are the times in another unit (name the column t_ms, t_us, ...), "
+        " s, and no hand turns so: are the times in another unit (name the column t_ms, t_us, "
+        "...), "
         "or are rests missing? If it was a motor, state the gyroscope's scale: --gyroscope-scale");
   }
 }

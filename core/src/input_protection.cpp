@@ -43,9 +43,10 @@ void forbid(const struct stat& status, const std::string& name) {
   const std::lock_guard lock(all.mutex);
   const auto found = all.files.find({status.st_dev, status.st_ino});
   if (S_ISREG(status.st_mode) && found != all.files.end()) {
-    throw InputOverwriteError(name + (found->second == Use::read
-                                          ? ": is an input and would be overwritten"
-                                          : ": was written just now and would be overwritten") +
+    throw InputOverwriteError(name +
+                              (found->second == Use::read
+                                   ? ": is an input and would be overwritten"
+                                   : ": was written just now and would be overwritten") +
                               "; name another file for the output");
   }
 }

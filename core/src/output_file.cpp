@@ -175,8 +175,8 @@ void OutputFile::open_unnamed() {
 #endif
 }
 
-// Makes a file of a temporary name: `make` is given the path and says whether it is made, with errno
-// as open() sets it. Announced first, so that a signal finds it.
+// Makes a file of a temporary name: `make` is given the path and says whether it is made, with
+// errno as open() sets it. Announced first, so that a signal finds it.
 template <typename Make>
 bool OutputFile::make_temporary(const Make& make) {
   for (int attempt = 0; attempt < 1000; ++attempt) {

@@ -180,8 +180,8 @@ class TurnSource {
     }
     owned_times_.resize(log.samples.front().size());
     for (std::size_t i = 0; i < owned_times_.size(); ++i) {
-      owned_times_[i] = column ? log.samples[column->position][i] * seconds
-                               : static_cast<double>(i) / rate_hz_;
+      owned_times_[i] =
+          column ? log.samples[column->position][i] * seconds : static_cast<double>(i) / rate_hz_;
     }
     time_s_ = owned_times_;
   }

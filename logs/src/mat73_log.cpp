@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// MATLAB's .mat files of version 7.3, which are HDF5, through matio. Neither is safe with damaged files
-// (a failed allocation is not looked at, sizes are believed), so they run in a process of their own: what
-// happens there is an answer or none, and its memory is in proportion to the file.
+// MATLAB's .mat files of version 7.3, which are HDF5, through matio. Neither is safe with damaged
+// files (a failed allocation is not looked at, sizes are believed), so they run in a process of
+// their own: what happens there is an answer or none, and its memory is in proportion to the file.
 #include "axiscal/core/error.hpp"
 #include "log_source.hpp"
 
@@ -12,11 +12,11 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <matio.h>
 #include <optional>
 #include <string_view>
 
 #include <fcntl.h>
-#include <matio.h>
 #include <poll.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -291,9 +291,10 @@ std::unique_ptr<LogFile::Source> open_mat73_log(const std::string& path) {
 }
 #else
 std::unique_ptr<LogFile::Source> open_mat73_log(const std::string& path) {
-  throw DataError(path,
-                  "is a .mat file of version 7.3, and this axiscal was built without matio; save it "
-                  "with -v7, or as CSV");
+  throw DataError(
+      path,
+      "is a .mat file of version 7.3, and this axiscal was built without matio; save it "
+      "with -v7, or as CSV");
 }
 #endif
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// MATLAB's .mat files of version 5 (level 5 MAT-file format, The MathWorks): every numeric vector or
-// matrix of the usual number of rows. Read by ourselves, as matio believes the sizes that a damaged file
-// states; here each size is held against the element around it and memory grows with the bytes that come.
+// MATLAB's .mat files of version 5 (level 5 MAT-file format, The MathWorks): every numeric vector
+// or matrix of the usual number of rows. Read by ourselves, as matio believes the sizes that a
+// damaged file states; here each size is held against the element around it and memory grows with
+// the bytes that come.
 #include <algorithm>
 #include <array>
 #include <bit>

@@ -57,8 +57,7 @@ std::string noise_json(const LogNoise& noise) {
 LogNoise parse_noise(std::string_view text, const std::string& path) {
   const JsonValue json = parse_json(text, path);
   json.require_format("axiscal-noise");
-  LogNoise noise{.rate_hz = json.at("rate_hz").number(),
-                 .samples = json.at("samples").count()};
+  LogNoise noise{.rate_hz = json.at("rate_hz").number(), .samples = json.at("samples").count()};
   const JsonValue columns = json.at("columns");
   for (const std::string& name : columns.keys()) {
     const JsonValue column = columns.at(name);

@@ -41,7 +41,8 @@ std::string lower(std::string text) {
   return text;
 }
 
-// "time", "t_us", "Timestamp_ms", ...: the unit that the name states, and whether it is one of times.
+// "time", "t_us", "Timestamp_ms", ...: the unit that the name states, and whether it is one of
+// times.
 struct Named {
   bool is_time = false;
   std::optional<double> seconds;
@@ -131,17 +132,19 @@ TimeUnit settle_time_unit(const std::string& path,
     return rate_hz(seconds) >= lowest_rate_hz && rate_hz(seconds) <= highest;
   };
   const std::string head = "column '" + column.name + "': ";
-  const std::string advice =
-      "; name the column " + lower(column.name) + "_ms, " + lower(column.name) +
-      "_us, ... as they are (in its header, or by --map), or give --rate HZ";
+  const std::string advice = "; name the column " + lower(column.name) + "_ms, " +
+                             lower(column.name) +
+                             "_us, ... as they are (in its header, or by --map), or give --rate HZ";
   if (column.unit_is_stated) {
     return {.seconds = column.seconds,
             .remark = is_rate(column.seconds, highest_rate_hz)
                           ? ""
                           : head + "by the unit that its name states the rate is " +
-                                number_text(rate_hz(column.seconds), 3) + " Hz; is it the right one?"};
+                                number_text(rate_hz(column.seconds), 3) +
+                                " Hz; is it the right one?"};
   }
-  const auto first = std::find_if(times.begin(), times.end(), [](double t) { return std::isfinite(t); });
+  const auto first =
+      std::find_if(times.begin(), times.end(), [](double t) { return std::isfinite(t); });
   std::vector<Unit> possible;
   std::optional<Unit> since_1970;
   for (const Unit& unit : units) {
@@ -168,13 +171,15 @@ TimeUnit settle_time_unit(const std::string& path,
     return {};
   }
   if (possible.size() == 1) {
-    return taken(possible.front(), rate_text(step, units.front()) + " would be no rate of such a log");
+    return taken(possible.front(),
+                 rate_text(step, units.front()) + " would be no rate of such a log");
   }
   std::string rates;
   for (const Unit& unit : units) {
     rates += (rates.empty() ? "" : ", ") + rate_text(step, unit);
   }
-  throw DataError(path, head + "the unit of the times is not clear from their rate: " + rates + advice);
+  throw DataError(path,
+                  head + "the unit of the times is not clear from their rate: " + rates + advice);
 }
 
 }  // namespace axiscal

@@ -50,8 +50,7 @@ std::string bullets(const std::vector<std::string>& lines) {
     html += "<li>" + escaped(lines[i]) + "</li>";
   }
   if (lines.size() > most) {
-    html += "<li>" + std::to_string(lines.size() - most) +
-            " more of these are in the record</li>";
+    html += "<li>" + std::to_string(lines.size() - most) + " more of these are in the record</li>";
   }
   return html + "</ul>\n";
 }
@@ -235,7 +234,8 @@ std::set<int> suspects(const Calibration& calibration) {
   return runs;
 }
 
-// Which readings the cube is turned to: all, or of many the first of each seat and those that are named.
+// Which readings the cube is turned to: all, or of many the first of each seat and those that are
+// named.
 std::vector<bool> readings_of_cube(const Calibration& calibration) {
   const std::vector<ReadingResidual>& all = calibration.residuals;
   const bool few = all.size() <= rows_of_page;
@@ -277,8 +277,9 @@ std::string reading_row(const Calibration& calibration,
   add(residual.point ? Cell{std::string(face_name(residual.point->fence())), ""} : none);
   const Eigen::Index m = calibration.instrument.axis_count();
   for (Eigen::Index k = 0; k < m && observations != nullptr; ++k) {
-    add(row >= 0 && k < observations->response.cols() ? number_cell(observations->response(row, k), 7)
-                                                      : none);
+    add(row >= 0 && k < observations->response.cols()
+            ? number_cell(observations->response(row, k), 7)
+            : none);
   }
   for (Eigen::Index k = 0; k < m; ++k) {
     add(k < residual.response.size() ? number_cell(residual.response(k), 3) : none);
@@ -335,8 +336,8 @@ std::string readings_table(const Calibration& calibration, const Observations* o
     if (in_cube[i]) {
       button = seat++;
     }
-    rows.push_back(reading_row(calibration, all[i], observations, row, named.contains(all[i].run),
-                               button));
+    rows.push_back(
+        reading_row(calibration, all[i], observations, row, named.contains(all[i].run), button));
   }
   constexpr std::size_t most_bytes = 1U << 20U;
   std::size_t bytes = 0;

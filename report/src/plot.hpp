@@ -42,7 +42,8 @@ struct HeatMap {
   std::vector<std::vector<double>> values;  ///< by y, by x
 };
 
-/// @return a plot with at most some hundred points in all: of more, those of each stretch along x that are
+/// @return a plot with at most some hundred points in all: of more, those of each stretch along x
+/// that are
 ///         lowest and highest and two others, so that no extreme is lost. The title says how many.
 [[nodiscard]] Plot thinned(Plot plot);
 

@@ -433,10 +433,10 @@ TEST_F(FaultTest, AJournalWritesNoFilesElsewhere) {
 
 // Nobody can answer, as standard input is closed: a session ends by itself, and can be resumed.
 TEST_F(FaultTest, AQuestionToNobodyEndsTheSession) {
-  const std::string command = "'" + command_path() + "' acquire --connect 'sim:?speed=100&rate=50' ";
-  EXPECT_EQ(WEXITSTATUS(std::system((command + "--manual --plain --name '" + name_ +
-                                     "' <&- >/dev/null 2>&1")
-                                        .c_str())),
+  const std::string command =
+      "'" + command_path() + "' acquire --connect 'sim:?speed=100&rate=50' ";
+  EXPECT_EQ(WEXITSTATUS(std::system(
+                (command + "--manual --plain --name '" + name_ + "' <&- >/dev/null 2>&1").c_str())),
             1);
   EXPECT_EQ(WEXITSTATUS(std::system(("'" + command_path() + "' acquire --resume '" + name_ +
                                      ".journal' --plain <&- >/dev/null 2>&1")
@@ -447,9 +447,9 @@ TEST_F(FaultTest, AQuestionToNobodyEndsTheSession) {
 // What is read is not written to.
 TEST_F(FaultTest, ASessionOverwritesNoRecording) {
   const std::string log = folder_.write("log.csv", recording().csv());
-  const std::vector<std::string> start = {"acquire", "--connect", "file:" + log, "--unattended",
-                                          "--plain", "--instrument", "accelerometer", "--field",
-                                          "gravity", "--name", name_};
+  const std::vector<std::string> start = {
+      "acquire",       "--connect", "file:" + log, "--unattended", "--plain", "--instrument",
+      "accelerometer", "--field",   "gravity",     "--name",       name_};
   const auto with = [&](std::vector<std::string> more) {
     more.insert(more.begin(), start.begin(), start.end());
     return run_axiscal(more).status;

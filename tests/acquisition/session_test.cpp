@@ -342,6 +342,9 @@ TEST(Session, TheSunWantsTimesOfTheDay) {
   EXPECT_THROW(at_night.feed(0.1, Eigen::Vector3d::Zero()), RefusedError);
 }
 
+// What the command begins a journal with, as far as it is looked at here; Hand's has none.
+const std::string journal_head = R"({"entry":"session","format":"axiscal-journal","version":1})";
+
 TEST(Session, ASunSessionIsFinishedAtNight) {
   const std::vector<Channel> channels = {{"x", ""}, {"y", ""}, {"z", ""}};
   Hand hand(sun_setup(0.0), 1782028800.0);
@@ -353,10 +356,10 @@ TEST(Session, ASunSessionIsFinishedAtNight) {
   }
   ASSERT_EQ(hand.session().view().phase, SessionPhase::review);
   const ScratchFolder folder;
-  const std::string path = folder.write("sun.journal", read_file(hand.journal_path()));
+  const std::string path =
+      folder.write("sun.journal", journal_head + "\n" + read_file(hand.journal_path()));
   std::vector<std::string> lines;
   Journal journal = Journal::open(path, lines);
-  lines.insert(lines.begin(), "");  // Hand's has no header
   Session resumed(sun_setup(0.0), journal);
   resumed.restore(lines, path);
   resumed.set_channels(channels, 1782075600.0);  // 21:00 UTC
@@ -463,7 +466,7 @@ TEST(Session, AJournalReadAgainGivesTheSameReadings) {
   std::vector<CapturedReading> before;
   {
     Journal journal = Journal::create(path);
-    ASSERT_EQ(journal.append("{\"entry\":\"session\"}"), "");
+    ASSERT_EQ(journal.append(journal_head), "");
     Session session(setup, journal);
     std::vector<std::unique_ptr<Source>> sources;
     sources.push_back(std::make_unique<SimulatedSource>("sim:", simulation_of(1)));

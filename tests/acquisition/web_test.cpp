@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page's server, apart from the network and on it.
+#include <arpa/inet.h>
 #include <chrono>
+#include <netinet/in.h>
 #include <string>
 
-#include <arpa/inet.h>
 #include <gmock/gmock.h>
-#include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -31,9 +31,9 @@ std::string lines(const std::vector<std::string>& all) {
 }
 
 TEST(RequestReader, TakesBytesAsTheyCome) {
-  const std::string whole =
-      lines({"POST /login?a=b HTTP/1.1", "Host: 127.0.0.1:8712", "content-length: 4", "X-Axiscal: 1"}) +
-      "{\"a\"";
+  const std::string whole = lines({"POST /login?a=b HTTP/1.1", "Host: 127.0.0.1:8712",
+                                   "content-length: 4", "X-Axiscal: 1"}) +
+                            "{\"a\"";
   for (const std::size_t piece : {std::size_t{1}, std::size_t{7}, whole.size()}) {
     RequestReader reader;
     RequestReader::State state = RequestReader::State::needs_more;
@@ -110,13 +110,15 @@ TEST(WebPage, TellsOnlyWhoHasTheKey) {
   ASSERT_EQ(urls.size(), 1U);
   const std::string key = urls.front().substr(urls.front().find('#') + 1);
   EXPECT_EQ(key.size(), 32U);
-  WebRequest events{.method = "GET", .target = "/events", .headers = {{"Host", "127.0.0.1:8712"}}, .body = ""};
+  WebRequest events{
+      .method = "GET", .target = "/events", .headers = {{"Host", "127.0.0.1:8712"}}, .body = ""};
   EXPECT_EQ(page.answer(events).status, 403);
   EXPECT_EQ(page.answer(post("/login", "{\"key\":\"0\"}")).status, 403);
   const WebAnswer entered = page.answer(post("/login", "{\"key\":\"" + key + "\"}"));
   ASSERT_EQ(entered.status, 200);
   EXPECT_THAT(entered.headers.front().second, HasSubstr("HttpOnly; SameSite=Strict"));
-  const std::string cookie = entered.headers.front().second.substr(0, entered.headers.front().second.find(';'));
+  const std::string cookie =
+      entered.headers.front().second.substr(0, entered.headers.front().second.find(';'));
   events.headers.emplace_back("Cookie", "other=1; " + cookie);
   const WebAnswer stream = page.answer(events);
   EXPECT_TRUE(stream.is_stream);
@@ -128,11 +130,11 @@ TEST(WebPage, TellsOnlyWhoHasTheKey) {
   command.headers.emplace_back("Cookie", cookie);
   EXPECT_EQ(page.answer(command).status, 200);
   EXPECT_EQ(page.commands().size(), 1U);
-  for (const auto& [name, value] : std::vector<std::pair<std::string, std::string>>{
-           {"Origin", "http://evil.example"},
-           {"Sec-Fetch-Site", "cross-site"},
-           {"Transfer-Encoding", "chunked"},
-           {"Range", "bytes=0-1"}}) {
+  for (const auto& [name, value] :
+       std::vector<std::pair<std::string, std::string>>{{"Origin", "http://evil.example"},
+                                                        {"Sec-Fetch-Site", "cross-site"},
+                                                        {"Transfer-Encoding", "chunked"},
+                                                        {"Range", "bytes=0-1"}}) {
     WebRequest bad = command;
     bad.headers.emplace_back(name, value);
     EXPECT_GE(page.answer(bad).status, 403) << name;
@@ -147,7 +149,8 @@ TEST(WebPage, TellsOnlyWhoHasTheKey) {
 class Client {
  public:
   // @param own  the address that it comes from.
-  Client(int port, const std::string& own = "127.0.0.1") : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+  Client(int port, const std::string& own = "127.0.0.1")
+      : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
     sockaddr_in from{};
     from.sin_family = AF_INET;
     ::inet_pton(AF_INET, own.c_str(), &from.sin_addr);
@@ -171,7 +174,8 @@ class Client {
   }
 
   // What comes until `wanted` does, the connection ends, or the time is over.
-  [[nodiscard]] std::string receive(const std::string& wanted, std::chrono::milliseconds patience) const {
+  [[nodiscard]] std::string receive(const std::string& wanted,
+                                    std::chrono::milliseconds patience) const {
     const auto end = std::chrono::steady_clock::now() + patience;
     std::string text;
     while (text.find(wanted) == std::string::npos) {
@@ -210,8 +214,8 @@ class ServerTest : public testing::Test {
   }
 
   [[nodiscard]] std::string get(const std::string& target, const std::string& cookie = "") const {
-    return lines({"GET " + target + " HTTP/1.1", "Host: 127.0.0.1:" + std::to_string(server_.port()),
-                  "Cookie: " + cookie});
+    return lines({"GET " + target + " HTTP/1.1",
+                  "Host: 127.0.0.1:" + std::to_string(server_.port()), "Cookie: " + cookie});
   }
 
   std::string login() {
@@ -283,7 +287,8 @@ TEST_F(ServerTest, AnswersWhoComesAnewWhateverOthersHold) {
   view.headline = "still watched";
   page_->show(view, {});
   server_.publish();
-  EXPECT_THAT(watcher.receive("still watched", std::chrono::seconds(10)), HasSubstr("still watched"));
+  EXPECT_THAT(watcher.receive("still watched", std::chrono::seconds(10)),
+              HasSubstr("still watched"));
 }
 
 TEST_F(ServerTest, GivesARequestFiveSeconds) {

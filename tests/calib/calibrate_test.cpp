@@ -493,12 +493,13 @@ TEST(Calibrate, SaysWhyItIsJointInsteadOfPaired) {
   observations.response.conservativeResize(11, Eigen::NoChange);
   const Calibration joint = calibrate(experiment, observations);
   EXPECT_EQ(joint.method, "joint");
-  const auto opposite = std::find_if(
-      observations.readings.begin(), observations.readings.end(),
-      [&](const Reading& reading) { return reading.point == lost.turned_round(); });
-  EXPECT_THAT(joint.notes,
-              testing::Contains(testing::HasSubstr("method joint instead of paired: run " +
-                                                   std::to_string(opposite->run) + " has no opposite")));
+  const auto opposite =
+      std::find_if(observations.readings.begin(), observations.readings.end(),
+                   [&](const Reading& reading) { return reading.point == lost.turned_round(); });
+  EXPECT_THAT(
+      joint.notes,
+      testing::Contains(testing::HasSubstr("method joint instead of paired: run " +
+                                           std::to_string(opposite->run) + " has no opposite")));
 }
 
 TEST(Calibrate, UsesAMeasuredCube) {

@@ -58,8 +58,8 @@ INSTANTIATE_TEST_SUITE_P(Rates,
                                          MistakeCase{Mistake::drift, 20, 38},
                                          MistakeCase{Mistake::saturation, 15, 38}));
 
-// Of many readings those that count most are left out by a fit of their own: what is found stays, in
-// bounded memory.
+// Of many readings those that count most are left out by a fit of their own: what is found stays,
+// in bounded memory.
 TEST(Culprit, IsFoundAmongManyReadings) {
   const Calibration truth = accelerometer_truth();
   const Observations good =

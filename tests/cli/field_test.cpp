@@ -129,11 +129,10 @@ TEST(MagnitudeMethod, GivesATiltCompensatedCompass) {
                    "--align", acc, "-o", mag});
   ASSERT_EQ(result.status, 0) << result.err;
   // From a pipe as well, which is read once.
-  const ProgramResult piped =
-      run_axiscal({"calibrate", "-", "--instrument", "magnetometer", "--axes", "mx,my,mz", "--unit",
-                   "uT", "--field", "geomagnetic", "--field-unit", "uT", "--field-magnitude", "48",
-                   "--align", acc},
-                  {.stdin_text = made.log});
+  const ProgramResult piped = run_axiscal(
+      {"calibrate", "-", "--instrument", "magnetometer", "--axes", "mx,my,mz", "--unit", "uT",
+       "--field", "geomagnetic", "--field-unit", "uT", "--field-magnitude", "48", "--align", acc},
+      {.stdin_text = made.log});
   EXPECT_EQ(piped.status, 0) << piped.err;
   EXPECT_THAT(piped.out, HasSubstr("aligned with"));
   EXPECT_THAT(result.out, HasSubstr("hard iron"));

@@ -105,8 +105,8 @@ TEST_F(LogCommands, ReadPipesAndRates) {
   EXPECT_EQ(csv_cells(result.out).size(), 13U);
 }
 
-// Times in microseconds under a name that does not say so: the unit is seen and the record says it, or
-// the log is refused.
+// Times in microseconds under a name that does not say so: the unit is seen and the record says it,
+// or the log is refused.
 TEST_F(LogCommands, TimesInAnotherUnitGiveNoWrongScale) {
   RecordedLog log = simulate_imu_log(some_imu(), attitudes_of(sheet_));
   for (double& t : log.samples[0]) {

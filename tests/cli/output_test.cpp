@@ -90,14 +90,14 @@ TEST_F(Output, NoInputIsOverwritten) {
   const std::string record = folder_.path("cal.json");
   ASSERT_EQ(run_axiscal(calibrate_to(record)).status, 0);
   const std::string readings = folder_.write("in.csv", "x,y,z\n0,0,2.5\n");
-  const std::string limits = folder_.write(
-      "limits.json",
-      R"({"format": "axiscal-limits", "version": 1, "rule": "simple",
+  const std::string limits =
+      folder_.write("limits.json",
+                    R"({"format": "axiscal-limits", "version": 1, "rule": "simple",
           "limits": [{"parameter": "x.bias", "low": -9, "high": 9}]})");
   const std::string unit = folder_.write("r.csv", with_serial(read_file(run_), "r"));
-  const std::string experiment = folder_.write(
-      "exp.json",
-      R"({"format": "axiscal-experiment", "version": 1, "observations": "run.csv",
+  const std::string experiment =
+      folder_.write("exp.json",
+                    R"({"format": "axiscal-experiment", "version": 1, "observations": "run.csv",
           "instrument": {"kind": "accelerometer"}, "field": {"kind": "gravity"}})");
   const std::vector<std::string> as = {"--instrument", "accelerometer", "--field", "gravity"};
   const auto calibrate = [&](std::vector<std::string> words) {
@@ -139,8 +139,8 @@ TEST_F(Output, NoInputIsOverwritten) {
     EXPECT_EQ(folder_.file_count(), files) << call;
   }
   // Standard output that is the input, which would be read for ever.
-  const std::string appended =
-      "'" + command_path() + "' apply '" + record + "' '" + readings + "' >> '" + readings + "' 2>&1";
+  const std::string appended = "'" + command_path() + "' apply '" + record + "' '" + readings +
+                               "' >> '" + readings + "' 2>&1";
   EXPECT_EQ(WEXITSTATUS(std::system(appended.c_str())), 2);
   EXPECT_THAT(read_file(readings), testing::StartsWith("x,y,z\n0,0,2.5\n"));
 }
@@ -158,10 +158,9 @@ TEST_F(Output, ARunDoesNotOverwriteWhatItWrote) {
 TEST_F(Output, SerialsThatAreNoNamesAreRefusedBeforeTheFirstFile) {
   const std::string good = with_serial(read_file(run_), "good");
   const std::string bad = with_serial(read_file(run_), "\x1b[2Jbad");
-  const std::string two =
-      folder_.write("two.csv", good + bad.substr(bad.find('\n') + 1));
-  const std::vector<std::string> as = {"--instrument", "accelerometer", "--field", "gravity", "-o",
-                                       folder_.path("{serial}.json")};
+  const std::string two = folder_.write("two.csv", good + bad.substr(bad.find('\n') + 1));
+  const std::vector<std::string> as = {
+      "--instrument", "accelerometer", "--field", "gravity", "-o", folder_.path("{serial}.json")};
   const auto calibrated = [&](std::vector<std::string> words) {
     words.insert(words.begin(), "calibrate");
     words.insert(words.end(), as.begin(), as.end());
@@ -169,7 +168,8 @@ TEST_F(Output, SerialsThatAreNoNamesAreRefusedBeforeTheFirstFile) {
   };
   const ProgramResult result = calibrated({two});
   EXPECT_EQ(result.status, 3);
-  EXPECT_THAT(result.err, HasSubstr("two.csv:14: column 'serial': the serial number holds a control"));
+  EXPECT_THAT(result.err,
+              HasSubstr("two.csv:14: column 'serial': the serial number holds a control"));
   EXPECT_EQ(folder_.file_count(), 2U) << "no record of the good one either";
   EXPECT_EQ(calibrated({run_, "--serial", std::string(201, 's')}).status, 2);
   EXPECT_EQ(calibrated({run_, "--serial", "a\xC2\x85z"}).status, 2) << "U+0085, a new line";

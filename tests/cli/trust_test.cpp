@@ -152,14 +152,14 @@ TEST_F(TrustCommands, LimitsGiveAVerdictForEachUnitAndABatch) {
 
 // A batch without a column of serials is one unit; a check's verdict is the record's.
 TEST_F(TrustCommands, ATableOfOneUnitAndOneVerdict) {
-  const std::string run = folder_.write(
-      "one.csv", observations_text(accelerometer_truth(), {.noise_sd = 1e-4}));
-  const std::string limits = folder_.write(
-      "limits.json",
-      R"({"format": "axiscal-limits", "version": 1, "rule": "guarded",
+  const std::string run =
+      folder_.write("one.csv", observations_text(accelerometer_truth(), {.noise_sd = 1e-4}));
+  const std::string limits =
+      folder_.write("limits.json",
+                    R"({"format": "axiscal-limits", "version": 1, "rule": "guarded",
           "limits": [{"parameter": "x.bias", "low": -9, "high": 9}]})");
-  const std::vector<std::string> as = {"--instrument", "accelerometer", "--field", "gravity",
-                                       "--limits", limits};
+  const std::vector<std::string> as = {"--instrument", "accelerometer", "--field",
+                                       "gravity",      "--limits",      limits};
   const auto calibrated = [&](std::vector<std::string> words) {
     words.insert(words.begin(), {"calibrate", run});
     words.insert(words.end(), as.begin(), as.end());
@@ -170,8 +170,8 @@ TEST_F(TrustCommands, ATableOfOneUnitAndOneVerdict) {
   EXPECT_THAT(table.out, testing::HasSubstr("yield: 1 of 1 units (100.0 %)"));
   EXPECT_EQ(csv_cells(read_file(folder_.path("t.csv")))[1][0], "QA-1");
   ASSERT_EQ(calibrated({"-o", folder_.path("one.json")}).status, 0);
-  const ProgramResult check = run_axiscal(
-      {"check", folder_.path("one.json"), run, "--limits", limits, "--json"});
+  const ProgramResult check =
+      run_axiscal({"check", folder_.path("one.json"), run, "--limits", limits, "--json"});
   const nlohmann::json mine = nlohmann::json::parse(check.out)["verdict"]["limits"][0];
   const nlohmann::json records = read_json(folder_.path("one.json"))["verdict"]["limits"][0];
   for (const auto& [key, value] : records.items()) {

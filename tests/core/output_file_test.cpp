@@ -140,21 +140,17 @@ TEST(InputProtection, KeepsWhatWasReadAndWhatWasWritten) {
 
 TEST(InputFile, HasLimits) {
   const std::string endless = "/dev/zero";
-  EXPECT_THAT(test::complaint_of<DataError>([&] {
-                static_cast<void>(read_whole_file(endless));
-              }),
+  EXPECT_THAT(test::complaint_of<DataError>([&] { static_cast<void>(read_whole_file(endless)); }),
               testing::HasSubstr("256 MiB"));
-  EXPECT_THAT(test::complaint_of<DataError>([&] {
-                for_each_line(endless, [](std::string_view, bool) {});
-              }),
-              testing::HasSubstr("/dev/zero:1: a line of more than 1 MiB"));
+  EXPECT_THAT(
+      test::complaint_of<DataError>([&] { for_each_line(endless, [](std::string_view, bool) {}); }),
+      testing::HasSubstr("/dev/zero:1: a line of more than 1 MiB"));
   const ScratchFolder folder;
   std::vector<std::pair<std::string, bool>> lines;
-  for_each_line(folder.write("a", "one\n\nthr"), [&](std::string_view line, bool whole) {
-    lines.emplace_back(line, whole);
-  });
-  EXPECT_EQ(lines, (std::vector<std::pair<std::string, bool>>{
-                       {"one", true}, {"", true}, {"thr", false}}));
+  for_each_line(folder.write("a", "one\n\nthr"),
+                [&](std::string_view line, bool whole) { lines.emplace_back(line, whole); });
+  EXPECT_EQ(lines,
+            (std::vector<std::pair<std::string, bool>>{{"one", true}, {"", true}, {"thr", false}}));
 }
 
 TEST(InputFile, RefusesWhatCannotBeRead) {

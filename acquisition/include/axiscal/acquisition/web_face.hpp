@@ -23,9 +23,9 @@ struct WebOptions {
 ///
 /// Several may watch, one controls: the first, or who takes it over. Who has not the key from the
 /// address sees nothing. On loopback it is plain HTTP; at other addresses always TLS, with a
-/// certificate made for the session, and a key opens one browser only. Requests for another host, from
-/// another site, too long or too slow are turned away, and no request ever waits for the session or the
-/// session for it.
+/// certificate made for the session, and a key opens one browser only. Requests for another host,
+/// from another site, too long or too slow are turned away, and no request ever waits for the
+/// session or the session for it.
 /// @throws DomainError  where this build has no page, no server, or no TLS for another address.
 /// @throws OutputError  if the address cannot be listened at.
 [[nodiscard]] std::unique_ptr<SessionFace> make_web_face(const WebOptions& options);

@@ -9,7 +9,8 @@
 namespace axiscal {
 
 /// @return the record as JSON (CONTRACT section 4); NaN is written as null.
-/// @throws DomainError  if parse_calibration() would refuse it: a coefficient that is no number, ...
+/// @throws DomainError  if parse_calibration() would refuse it: a coefficient that is no number,
+/// ...
 [[nodiscard]] std::string calibration_json(const Calibration& calibration);
 
 /// @return a verdict as it stands in a record.

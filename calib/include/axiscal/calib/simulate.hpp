@@ -25,7 +25,8 @@ struct SimulationOptions {
   std::uint32_t stream = 0;     ///< of the seed: each instrument of an assembly has its own
 };
 
-/// @return the truth with its table level: the slope that gravity has in its table, or else the axis of
+/// @return the truth with its table level: the slope that gravity has in its table, or else the
+/// axis of
 ///         its turntable, is taken out of all fields that are not made on the table. As given where
 ///         its fields do not tell the slope.
 [[nodiscard]] Calibration on_level_table(Calibration truth);

@@ -69,8 +69,8 @@ struct TurnFit {
 ///                         bias within it, as its error shows in their residuals too (METHOD 8).
 /// @throws RefusedError, RankDeficientError  for too few turns, turns about too few axes (the
 /// message
-///         names what stays open), or where no scale fits (the message says how far off it is), or one that
-///         makes more than 20 revolutions of a turn, unless it was stated (rate_per_unit).
+///         names what stays open), or where no scale fits (the message says how far off it is), or
+///         one that makes more than 20 revolutions of a turn, unless it was stated (rate_per_unit).
 /// @par Source
 /// METHOD section 4, turns; D. Tedaldi, A. Pretto, E. Menegatti, ICRA 2014.
 [[nodiscard]] TurnFit fit_turns(std::span<const GyroscopeTurn> turns,

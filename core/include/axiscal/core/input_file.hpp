@@ -8,7 +8,8 @@
 
 namespace axiscal {
 
-/// The most that is read of a file that must be held whole: a record, an experiment, a journal's line.
+/// The most that is read of a file that must be held whole: a record, an experiment, a journal's
+/// line.
 inline constexpr std::size_t largest_whole_file = 256U << 20U;
 
 /// A line longer than this is an error: whatever it is, it is not text of readings.
@@ -43,7 +44,8 @@ class InputFile {
 /// Reads a text file line by line, in constant memory.
 ///
 /// @param path  of the file.
-/// @param take  is given each line without its end, and whether that end was there: of the last line
+/// @param take  is given each line without its end, and whether that end was there: of the last
+/// line
 ///              it may be missing.
 /// @throws DataError  as InputFile; or if a line is longer than longest_line.
 void for_each_line(const std::string& path,

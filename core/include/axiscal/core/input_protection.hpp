@@ -7,11 +7,11 @@ namespace axiscal {
 
 /// While one lives, no OutputFile replaces a file that InputFile has opened, or that was written.
 ///
-/// A program that reads and writes files makes one in main(). From then on each regular file that is
-/// opened for reading is known by device and inode, whatever name or link it was opened by, and so
-/// is each file that an OutputFile has put into its place: to replace either throws InputOverwriteError
-/// and changes nothing. Without one nothing is remembered: a library's user may read a file, change
-/// what was in it and write it again.
+/// A program that reads and writes files makes one in main(). From then on each regular file that
+/// is opened for reading is known by device and inode, whatever name or link it was opened by, and
+/// so is each file that an OutputFile has put into its place: to replace either throws
+/// InputOverwriteError and changes nothing. Without one nothing is remembered: a library's user may
+/// read a file, change what was in it and write it again.
 class InputProtection {
  public:
   InputProtection();

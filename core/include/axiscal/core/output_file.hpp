@@ -10,12 +10,12 @@ namespace axiscal {
 
 /// A file that is replaced whole or left as it was.
 ///
-/// A regular file is written beside its place, without a name where the system can (O_TMPFILE), else
-/// under a temporary one; commit() flushes it to the disk and renames it. A link is followed. Without
-/// commit() nothing changes. What is no regular file (`/dev/null`, a pipe) and the path `-`, standard
-/// output, are written to directly. Temporary files of runs that were killed are removed from the
-/// folder: they are known by their name and by the process in it, which is gone. While an
-/// InputProtection lives, no file that was read as an input is replaced.
+/// A regular file is written beside its place, without a name where the system can (O_TMPFILE),
+/// else under a temporary one; commit() flushes it to the disk and renames it. A link is followed.
+/// Without commit() nothing changes. What is no regular file (`/dev/null`, a pipe) and the path
+/// `-`, standard output, are written to directly. Temporary files of runs that were killed are
+/// removed from the folder: they are known by their name and by the process in it, which is gone.
+/// While an InputProtection lives, no file that was read as an input is replaced.
 class OutputFile {
  public:
   enum class Mode {

@@ -58,7 +58,8 @@ void set_axes(Instrument& instrument, const std::vector<std::string>& texts);
 /// @throws DomainError  unless there is an axis and each has a name of its own.
 void check_axes(const Instrument& instrument);
 
-/// @throws DomainError  if a serial number is longer than 200 bytes, holds a control character or is
+/// @throws DomainError  if a serial number is longer than 200 bytes, holds a control character or
+/// is
 ///                      not UTF-8: it becomes part of files' names and of lines on a screen.
 void check_serial(std::string_view serial);
 

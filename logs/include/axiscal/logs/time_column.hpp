@@ -25,8 +25,8 @@ struct TimeColumn {
                                                          const std::vector<std::string>& columns,
                                                          const std::string& name);
 
-/// The mean step of times, without gaps: logs that come in bursts have many short steps and few long
-/// ones.
+/// The mean step of times, without gaps: logs that come in bursts have many short steps and few
+/// long ones.
 /// @return NaN where they never increase.
 [[nodiscard]] double usual_step(std::span<const double> times);
 
@@ -38,8 +38,9 @@ struct TimeUnit {
 
 /// Settles the unit of a log's times by the rate that it gives.
 ///
-/// Inertial logs have 0.5 Hz to 1 MHz. Where the column's name states no unit and seconds give another
-/// rate, or where the times are seconds since 1970 in another unit only, that unit is taken and said.
+/// Inertial logs have 0.5 Hz to 1 MHz. Where the column's name states no unit and seconds give
+/// another rate, or where the times are seconds since 1970 in another unit only, that unit is taken
+/// and said.
 ///
 /// @param times  the first thousands.
 /// @throws DataError  where several units are possible, or none: the message has the rate of each.
