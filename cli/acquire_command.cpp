@@ -275,7 +275,7 @@ AcquireCommand resumed_command(const AcquireCommand& now, const std::string& hea
     command.sources = now.sources;
   }
   // Where files are written is never taken from a journal, which may be somebody else's.
-  command.name.reset();
+  command.name = now.name;
   command.output = now.output;
   command.record = now.record;
   command.report = now.report;
@@ -410,8 +410,10 @@ void print_result(const AcquireCommand& command,
 void check_outputs(const Outputs& outputs) {
   std::vector<std::filesystem::path> files = {std::filesystem::weakly_canonical(outputs.journal)};
   for (const std::string& output : {outputs.observations, outputs.record, outputs.report}) {
-    if (output == "-") {
-      continue;
+    std::error_code none;
+    if (output == "-" || (std::filesystem::exists(output, none) &&
+                          !std::filesystem::is_regular_file(output, none))) {
+      continue;  // a device or a pipe takes all of them
     }
     forbid_replacing_input(output);
     std::filesystem::path file = std::filesystem::weakly_canonical(output);

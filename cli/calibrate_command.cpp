@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -223,6 +225,31 @@ std::string table_of(const std::vector<Unit>& units) {
   return text;
 }
 
+// Each unit's record and the table need files of their own, none of them an input: seen before the
+// work.
+void check_outputs(const CalibrateCommand& command, const std::vector<Run>& units) {
+  if (command.output && units.size() > 1 &&
+      command.output->find(serial_place) == std::string::npos) {
+    throw UsageError("-o: the readings are of " + std::to_string(units.size()) +
+                     " units, one record each; the file's name must hold {serial}");
+  }
+  std::set<std::filesystem::path> files;
+  const auto add = [&](const std::string& path) {
+    forbid_replacing_input(path);
+    if (path != "-" && !files.insert(std::filesystem::weakly_canonical(path)).second) {
+      throw UsageError("'" + path + "' would be written twice: by -o and --table, or by two units");
+    }
+  };
+  if (command.table) {
+    add(*command.table);
+  }
+  for (const Run& unit : units) {
+    if (command.output) {
+      add(output_for(*command.output, "", unit.serial));
+    }
+  }
+}
+
 // Many units in one run: a line each, the yield, and why the others failed.
 int run_batch(const CalibrateCommand& command,
               const Experiment& experiment,
@@ -242,23 +269,19 @@ int run_batch(const CalibrateCommand& command,
   std::string text;
   std::size_t good = 0;
   const std::vector<Run> runs = split_by_serial(run, experiment.instrument.serial);
-  if (command.output) {
-    Experiment of_units = experiment;
-    of_units.instrument.serial.clear();  // each has its own
-    for (const Run& unit : runs) {
-      check_output(*command.output, of_units, unit);
-    }
-  }
-  if (command.table) {
-    forbid_replacing_input(*command.table);
-  }
+  check_outputs(command, runs);
   units.resize(runs.size());
   for_each_in_parallel(runs.size(), [&](std::size_t i) {
     units[i] = calibrate_unit(command, experiment, runs[i], limits);
   });
-  for (const Unit& unit : units) {
+  for (Unit& unit : units) {
     if (unit.calibration) {
-      static_cast<void>(store(command, {*unit.calibration}));
+      try {
+        static_cast<void>(store(command, {*unit.calibration}));
+      } catch (const DomainError& error) {  // a record that nobody could read again
+        unit.result = "error";
+        unit.reason = error.what();
+      }
     }
     good += unit.result == "pass" || unit.result == "ok" || unit.result == "warning" ? 1U : 0U;
     text += (unit.serial.empty() ? std::string("(no serial)") : unit.serial) + ": " + unit.result +

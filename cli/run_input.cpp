@@ -72,13 +72,10 @@ Run read_run(const Experiment& experiment,
   Run run;
   std::vector<Observations> parts;
   std::vector<Observations> parts_beside;
+  std::string without_serial;  // a file without that column
   for (const std::string& path : experiment.observations) {
     ObservationsFile file = read_observations_file(path, columns, beside);
-    if (!parts.empty() && run.serials.empty() != file.table.serials.empty()) {
-      throw DataError(path, run.serials.empty()
-                                ? "column 'serial' is there, but not in the files before it"
-                                : "column 'serial' is missing, which the files before it have");
-    }
+    without_serial = file.table.serials.empty() ? path : without_serial;
     if (units == Units::one && !run.serial.empty() && !file.table.serial.empty() &&
         run.serial != file.table.serial) {
       throw DataError(path, "column 'serial': '" + file.table.serial +
@@ -103,6 +100,13 @@ Run read_run(const Experiment& experiment,
       parts_beside.push_back(std::move(file.beside));
     }
   }
+  if (!without_serial.empty() && has_several_units(run)) {
+    throw DataError(without_serial,
+                    "column 'serial' is missing: of which of the units are these readings?");
+  }
+  if (!without_serial.empty()) {
+    run.serials.clear();  // all are of the one unit
+  }
   run.observations = concatenate(parts);
   if (beside) {
     run.observations_beside = concatenate(parts_beside);
@@ -118,7 +122,7 @@ bool has_several_units(const Run& run) {
 std::vector<Run> split_by_serial(const Run& run, const std::string& stated_serial) {
   if (run.serials.empty()) {
     Run only = run;
-    only.serial = stated_serial;
+    only.serial = stated_serial.empty() ? run.serial : stated_serial;
     return {only};
   }
   // Thousands of units in one file: each row is looked at once.

@@ -26,6 +26,11 @@ function(axiscal_add_module name)
   set_property(GLOBAL APPEND PROPERTY AXISCAL_MODULES ${target})
 endfunction()
 
+# axiscal_compile_fast(TARGET): code that is not waited for when it runs need not be when it is compiled.
+function(axiscal_compile_fast target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+endfunction()
+
 # axiscal_use_library(TARGET LIBRARY HEADER DEFINITION)
 #
 # Links a library that has no CMake package and that only this target's sources see, by its name, and

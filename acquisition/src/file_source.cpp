@@ -44,7 +44,8 @@ class FileSource final : public Source {
       ready_.clear();
       report_ = {};
       const std::size_t count = log_.read(block_, most_samples);
-      if (!std::exchange(begun_, true) && count > 0) {
+      if (!begun_ && count > 1) {
+        begun_ = true;
         clock_.check_unit(name_, block_);
       }
       for (std::size_t i = 0; i < count; ++i) {

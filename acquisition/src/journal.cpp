@@ -38,6 +38,9 @@ void lock(const std::string& path, int descriptor) {
   }
 }
 
+// Samples of a moment when the disk was full are one line.
+constexpr std::size_t longest_entry = 64U << 20U;
+
 // What the last line may lack no other file may lose.
 void check_first_line(const std::string& path, std::string_view line) {
   parse_json(line, path).require_format(journal_format);
@@ -88,16 +91,19 @@ Journal Journal::open(const std::string& path, std::vector<std::string>& lines) 
   lock(path, descriptor);
   lines.clear();
   bool is_cut = false;
-  for_each_line(path, [&](std::string_view line, bool is_whole) {
-    is_cut = !is_whole;
-    if (is_whole) {
-      if (lines.empty()) {
-        check_first_line(path, line);
-      }
-      lines.emplace_back(line);
-      journal.size_ += static_cast<long long>(line.size()) + 1;
-    }
-  });
+  for_each_line(
+      path,
+      [&](std::string_view line, bool is_whole) {
+        is_cut = !is_whole;
+        if (is_whole) {
+          if (lines.empty()) {
+            check_first_line(path, line);
+          }
+          lines.emplace_back(line);
+          journal.size_ += static_cast<long long>(line.size()) + 1;
+        }
+      },
+      longest_entry);
   // A file whose first line is not whole is no journal of ours, and is left as it is.
   if (lines.empty()) {
     throw DataError(path, "is no journal: its first line is missing, or not whole");

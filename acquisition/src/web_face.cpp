@@ -70,8 +70,8 @@ class WebFace final : public SessionFace {
                  }
                }}) {
     raise_descriptor_limit();
-    server_->start(page_);
     page_.announce();
+    server_->start(page_);
   }
 
   ~WebFace() override { server_.reset(); }  // it answers with the page

@@ -150,6 +150,13 @@ std::optional<WebAnswer> WebPage::refused_at_once(const WebRequest& request) con
       names.push_back(host);
     }
   }
+  // Browsers leave out the port that is usual.
+  const int usual_port = place_.scheme == "https" ? 443 : 80;
+  if (place_.port == usual_port) {
+    for (std::size_t i = 0, count = names.size(); i < count; ++i) {
+      names.push_back(names[i].substr(0, names[i].rfind(':')));
+    }
+  }
   const std::string origin = request.header("Origin");
   const std::string site = request.header("Sec-Fetch-Site");
   const bool good_host = std::find(names.begin(), names.end(), host) != names.end();

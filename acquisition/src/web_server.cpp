@@ -228,7 +228,11 @@ class StreamConnection final : public Connection,
 
   void wake() override {
     if (watches_ && !writing_ && !closed_) {
-      pump();
+      try {
+        pump();
+      } catch (const std::exception&) {
+        close();
+      }
     }
   }
 
@@ -243,7 +247,19 @@ class StreamConnection final : public Connection,
                             });
   }
 
+  // An error while one client is served, as memory ran out, ends this client.
   void take(std::string_view bytes) {
+    if (closed_) {
+      return;
+    }
+    try {
+      understand(bytes);
+    } catch (const std::exception&) {
+      close();
+    }
+  }
+
+  void understand(std::string_view bytes) {
     switch (reader_.add(bytes)) {
       case RequestReader::State::needs_more:
         read();
@@ -280,7 +296,7 @@ class StreamConnection final : public Connection,
     socket().expires_after(answer_deadline);
     asio::async_write(stream_, asio::buffer(out_),
                       [self = this->shared_from_this(), keeps_alive](ErrorCode error, std::size_t) {
-                        if (error) {
+                        if (error || self->closed_) {
                           self->close();
                         } else if (keeps_alive) {
                           self->reader_ = RequestReader();
@@ -338,7 +354,7 @@ class StreamConnection final : public Connection,
                           self->close();
                         } else {
                           self->socket().expires_never();
-                          self->pump();
+                          self->wake();
                         }
                       });
   }
@@ -481,8 +497,12 @@ class WebServer::Listener {
         pause_.async_wait([this](ErrorCode) { accept(); });
         return;
       }
-      take(std::move(socket));
       accept();
+      try {
+        take(std::move(socket));
+      } catch (const std::exception&) {
+        // No memory for one more: it is gone, and the next may come.
+      }
     });
   }
 

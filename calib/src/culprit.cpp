@@ -366,8 +366,10 @@ class Search {
     fitter_ = HypothesisFitter(clean.fields, fitter_.known_field(),
                                fitter_.scale().cwiseProduct(own / own.maxCoeff()));
     plain_ = fitter_.fit(set_);
-    delete_each();
-    delete_pairs();
+    if (plain_.fitted) {
+      delete_each();
+      delete_pairs();
+    }
   }
 
   // A noisy axis looks like a mistake in a few of its readings. What may be that counts less: where

@@ -63,7 +63,8 @@ std::string read_whole_file(const std::string& path) {
 }
 
 void for_each_line(const std::string& path,
-                   const std::function<void(std::string_view line, bool is_whole)>& take) {
+                   const std::function<void(std::string_view line, bool is_whole)>& take,
+                   std::size_t longest) {
   InputFile file(path);
   std::string line;  // what has been read of it
   std::size_t number = 1;
@@ -79,8 +80,10 @@ void for_each_line(const std::string& path,
       ++number;
     }
     line += rest;
-    if (line.size() > longest_line) {
-      throw DataError(path, number, "a line of more than 1 MiB: is this a text file?");
+    if (line.size() > longest) {
+      throw DataError(
+          path, number,
+          "a line of more than " + std::to_string(longest >> 20U) + " MiB: is this a text file?");
     }
   }
   if (!line.empty()) {

@@ -197,15 +197,24 @@ bool OutputFile::make_temporary(const Make& make) {
 }
 
 void OutputFile::open_beside() {
-  // Created so that the usual permissions hold.
+  // Created so that the usual permissions hold. Until it is locked another container's program may
+  // take it for an orphan: then another name is tried.
   const bool made = make_temporary([&](const std::string& name) {
     descriptor_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    return descriptor_ >= 0;
+    if (descriptor_ < 0) {
+      return false;
+    }
+    ::flock(descriptor_, LOCK_EX | LOCK_NB);
+    if (::access(name.c_str(), F_OK) != 0) {
+      ::close(std::exchange(descriptor_, -1));
+      errno = EEXIST;
+      return false;
+    }
+    return true;
   });
   if (!made) {
     fail(errno == ENOENT ? "cannot be written: is its folder there?" : "cannot be written");
   }
-  ::flock(descriptor_, LOCK_EX | LOCK_NB);
 }
 
 OutputFile::~OutputFile() {

@@ -17,7 +17,7 @@
 #include <string_view>
 
 #include <fcntl.h>
-#include <poll.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -99,6 +99,17 @@ void add_variable(const matvar_t& variable, const std::string& name, SeriesTable
   }
 }
 
+// Whether a variable of numbers has none, though its sizes say that there are.
+bool is_lost(const matvar_t& variable) {
+  const bool is_numeric =
+      variable.class_type >= MAT_C_DOUBLE && variable.class_type <= MAT_C_UINT64;
+  std::size_t size = 1;
+  for (int d = 0; d < variable.rank; ++d) {
+    size *= variable.dims[d];
+  }
+  return is_numeric && size > 0 && variable.data == nullptr;
+}
+
 void append_bytes(std::string& text, const void* bytes, std::size_t size) {
   text.append(static_cast<const char*>(bytes), size);
 }
@@ -114,14 +125,18 @@ std::string answer_of(const std::string& path) {
     return "0the .mat file is damaged";
   }
   SeriesTables tables;
-  for (;;) {
-    const std::unique_ptr<matvar_t, FreeVariable> variable(Mat_VarReadNext(file.get()));
-    if (!variable) {
-      break;
+  std::size_t count = 0;
+  char* const* const names = Mat_GetDir(file.get(), &count);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (names[i] == nullptr) {
+      continue;
     }
-    if (variable->name != nullptr) {
-      add_variable(*variable, variable->name, tables);
+    // What the file lists must be there; matio says of neither that it is missing.
+    const std::unique_ptr<matvar_t, FreeVariable> variable(Mat_VarRead(file.get(), names[i]));
+    if (!variable || is_lost(*variable)) {
+      return std::string("0the .mat file is damaged: variable '") + names[i] + "' cannot be read";
     }
+    add_variable(*variable, names[i], tables);
   }
   SeriesTables::Table table;
   try {
@@ -159,7 +174,12 @@ std::size_t address_space() {
          static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 }
 
-[[noreturn]] void answer_and_exit(const std::string& path, int descriptor, std::size_t file_size) {
+// @param memory  that it may have [bytes of address space]; @param seconds  of the processor.
+[[noreturn]] void answer_and_exit(const std::string& path,
+                                  int descriptor,
+                                  rlim_t memory,
+                                  rlim_t seconds) try {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody else wants the answer
   // Nobody is to hear of what goes wrong here but by our silence.
   for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGTERM, SIGINT, SIGPIPE}) {
     std::signal(signal, SIG_DFL);
@@ -168,20 +188,14 @@ std::size_t address_space() {
   ::dup2(nowhere, STDOUT_FILENO);
   ::dup2(nowhere, STDERR_FILENO);
   if (!has_shadow_memory) {
-    constexpr std::size_t basis = 256U << 20U;
-    constexpr std::size_t by_packing = 64;  // numbers are packed, and held twice
-    const rlimit memory{address_space() + basis + by_packing * file_size,
-                        address_space() + basis + by_packing * file_size};
-    ::setrlimit(RLIMIT_AS, &memory);
+    const rlimit space{memory, memory};
+    ::setrlimit(RLIMIT_AS, &space);
   }
+  const rlimit time{seconds, seconds};
+  ::setrlimit(RLIMIT_CPU, &time);
   const rlimit no_core{0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
-  std::string text;
-  try {
-    text = answer_of(path);
-  } catch (const std::exception&) {
-    ::_exit(1);
-  }
+  const std::string text = answer_of(path);
   for (std::string_view rest = text; !rest.empty();) {
     const ssize_t count = ::write(descriptor, rest.data(), rest.size());
     if (count <= 0) {
@@ -190,30 +204,36 @@ std::size_t address_space() {
     rest.remove_prefix(static_cast<std::size_t>(count));
   }
   ::_exit(0);
+} catch (...) {
+  ::_exit(1);
 }
 
-// Runs it; nothing where it died, or took longer than any good file does.
+// Runs it; nothing where it died, as it took more memory or time than any good file does.
 std::optional<std::string> ask_another_process(const std::string& path, std::size_t file_size) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
     throw DataError(path, std::string("cannot be read: ") + std::strerror(errno));
   }
+  constexpr std::size_t basis = 256U << 20U;
+  constexpr std::size_t by_packing = 200;  // numbers are packed, and held several times
+  const rlim_t memory = address_space() + basis + by_packing * file_size;
+  constexpr rlim_t basis_s = 60;
+  constexpr std::size_t bytes_a_second = 1U << 20U;
+  const rlim_t seconds = basis_s + file_size / bytes_a_second;
   const pid_t child = ::fork();
   if (child == 0) {
-    answer_and_exit(path, ends[1], file_size);
+    ::close(ends[0]);
+    answer_and_exit(path, ends[1], memory, seconds);
   }
   ::close(ends[1]);
-  constexpr int patience_ms = 60000;
   std::string text;
   std::vector<char> block(1U << 16U);
   bool whole = child > 0;
   while (whole) {
-    pollfd waiting{.fd = ends[0], .events = POLLIN, .revents = 0};
-    const int ready = ::poll(&waiting, 1, patience_ms);
-    if (ready < 0 && errno == EINTR) {
+    const ssize_t count = ::read(ends[0], block.data(), block.size());
+    if (count < 0 && errno == EINTR) {
       continue;
     }
-    const ssize_t count = ready > 0 ? ::read(ends[0], block.data(), block.size()) : -1;
     if (count <= 0) {
       whole = count == 0;
       break;

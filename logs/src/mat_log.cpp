@@ -8,6 +8,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -143,6 +144,7 @@ class MatReader {
 
   void read_element(std::uint32_t type, std::size_t size) {
     if (type == matrix_element) {
+      most_bytes_ = std::numeric_limits<std::size_t>::max();  // there are no more than in the file
       read_matrix(file_, size, "", 0);
     } else if (type == compressed_element) {
       read_compressed(size);
@@ -153,6 +155,9 @@ class MatReader {
 
   void read_compressed(std::size_t size) {
 #ifdef AXISCAL_ZLIB
+    constexpr std::size_t basis = 64U << 20U;
+    constexpr std::size_t by_packing = 200;  // numbers of a log are not packed closer
+    most_bytes_ = basis + by_packing * size;
     InflatedBytes bytes(file_, size);
     const std::string start = read_exactly(bytes, 8);
     if (number<std::uint32_t>(start.data()) == matrix_element) {
@@ -292,9 +297,16 @@ class MatReader {
     for (std::size_t i = 0; i < sizes.size(); i += 4) {
       dimensions.push_back(number<std::int32_t>(sizes.data() + i));
     }
-    const bool is_table = dimensions.size() == 2 && dimensions[0] > 0 && dimensions[1] > 0;
-    if (kind == struct_class && dimensions == std::vector<std::int32_t>{1, 1}) {
-      read_fields(bytes, left, name, depth);
+    const bool has_elements = std::all_of(dimensions.begin(), dimensions.end(),
+                                          [](std::int32_t size) { return size > 0; });
+    const bool is_table = dimensions.size() == 2 && has_elements;
+    // MATLAB's own data about objects have no name.
+    if (name.empty()) {
+      skip(bytes, left);
+      return;
+    }
+    if (kind == struct_class && has_elements && depth < deepest) {
+      read_fields(bytes, left, name, depth);  // of the first element, where there are several
     } else if (is_numeric && is_table && !is_complex) {
       read_numbers(bytes, left, name, static_cast<std::size_t>(dimensions[0]),
                    static_cast<std::size_t>(dimensions[1]));
@@ -309,7 +321,10 @@ class MatReader {
       fail("a structure states no length of its fields' names");
     }
     const auto longest = number<std::int32_t>(length.data());
-    if (longest < 1 || names.size() % static_cast<std::size_t>(longest) != 0 || depth >= deepest) {
+    if (names.empty()) {
+      return;  // a structure without fields
+    }
+    if (longest < 1 || names.size() % static_cast<std::size_t>(longest) != 0) {
       fail("a structure's fields are not understood");
     }
     const auto step = static_cast<std::size_t>(longest);
@@ -338,6 +353,9 @@ class MatReader {
       fail("variable '" + name + "' is " + std::to_string(rows) + " x " + std::to_string(columns) +
            ", but has " + std::to_string(tag.size) + " bytes of numbers");
     }
+    if (rows * columns > most_bytes_ / sizeof(double)) {
+      fail("variable '" + name + "' is far larger than the file");
+    }
     const std::string data = read_data(bytes, tag, left);
     std::vector<double> values(rows * columns);
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -349,6 +367,7 @@ class MatReader {
   ByteSource source_;
   FileBytes file_;
   bool swapped_ = false;
+  std::size_t most_bytes_ = 0;  // of an element's numbers
   SeriesTables tables_;
 };
 

@@ -132,8 +132,8 @@ TimeUnit settle_time_unit(const std::string& path,
     return rate_hz(seconds) >= lowest_rate_hz && rate_hz(seconds) <= highest;
   };
   const std::string head = "column '" + column.name + "': ";
-  const std::string advice = "; name the column " + lower(column.name) + "_ms, " +
-                             lower(column.name) +
+  const std::string advice = "; name the column " + lower(column.name) + "_s, " +
+                             lower(column.name) + "_ms, " + lower(column.name) +
                              "_us, ... as they are (in its header, or by --map), or give --rate HZ";
   if (column.unit_is_stated) {
     return {.seconds = column.seconds,
@@ -150,9 +150,11 @@ TimeUnit settle_time_unit(const std::string& path,
   for (const Unit& unit : units) {
     if (is_rate(unit.seconds, highest_usual_rate_hz)) {
       possible.push_back(unit);
-      if (is_since_1970(*first * unit.seconds)) {
-        since_1970 = unit;
-      }
+    }
+    // A count of seconds since 1970 stays one however slow the log is.
+    const bool may_be = unit.seconds == 1.0 || is_rate(unit.seconds, highest_usual_rate_hz);
+    if (may_be && is_since_1970(*first * unit.seconds) && !since_1970) {
+      since_1970 = unit;
     }
   }
   const bool seconds_fit = is_rate(1.0, highest_rate_hz);

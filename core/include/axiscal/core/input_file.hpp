@@ -47,8 +47,10 @@ class InputFile {
 /// @param take  is given each line without its end, and whether that end was there: of the last
 /// line
 ///              it may be missing.
-/// @throws DataError  as InputFile; or if a line is longer than longest_line.
+/// @param longest  that a line may be [bytes].
+/// @throws DataError  as InputFile; or if a line is longer.
 void for_each_line(const std::string& path,
-                   const std::function<void(std::string_view line, bool is_whole)>& take);
+                   const std::function<void(std::string_view line, bool is_whole)>& take,
+                   std::size_t longest = longest_line);
 
 }  // namespace axiscal
