@@ -38,7 +38,7 @@ run_target() {
   local corpus=build/fuzz/corpus/$target
   mkdir -p "$corpus" "tests/fuzz/corpus/$target"
   ln -sf "$program" "build/fuzz/fuzz_$target"
-  "build/fuzz/fuzz_$target" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=1024 -max_len=8192 \
+  ASAN_OPTIONS=quarantine_size_mb=32 "build/fuzz/fuzz_$target" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=1024 -max_len=8192 \
     -print_final_stats=1 -artifact_prefix="build/fuzz/found/$target-" "$corpus" \
     "tests/fuzz/corpus/$target" >"$logs/$target.log" 2>&1 ||
     { echo "$target" >>"$logs/failed"; tail -n 40 "$logs/$target.log"; }

@@ -29,9 +29,9 @@ constexpr double highest_rate_hz = 1e6;
 // What is taken for granted of a unit that nobody stated.
 constexpr double highest_usual_rate_hz = 32768.0;
 
-// Whether a time is of our days, counted from 1970: the years 1998 to 2103.
+// Whether a time is of our days, counted from 1970: the years 2001 to 2039.
 bool is_since_1970(double time_s) {
-  return time_s > 9e8 && time_s < 4.2e9;
+  return time_s > 1e9 && time_s < 2.2e9;
 }
 
 std::string lower(std::string text) {
@@ -151,8 +151,10 @@ TimeUnit settle_time_unit(const std::string& path,
     if (is_rate(unit.seconds, highest_usual_rate_hz)) {
       possible.push_back(unit);
     }
-    // A count of seconds since 1970 stays one however slow the log is.
-    const bool may_be = unit.seconds == 1.0 || is_rate(unit.seconds, highest_usual_rate_hz);
+    // A count of seconds since 1970 stays one in a log of a reading in some minutes.
+    constexpr double slowest_rate_hz = 2e-3;
+    const bool may_be = (unit.seconds == 1.0 && rate_hz(1.0) >= slowest_rate_hz) ||
+                        is_rate(unit.seconds, highest_usual_rate_hz);
     if (may_be && is_since_1970(*first * unit.seconds) && !since_1970) {
       since_1970 = unit;
     }

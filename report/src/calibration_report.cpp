@@ -289,8 +289,11 @@ std::string reading_row(const Calibration& calibration,
   return html + (short_form ? "" : "</td></tr>");
 }
 
-// Of many readings those that are named and those with the largest residuals come first.
-std::vector<std::size_t> by_importance(const Calibration& calibration, const std::set<int>& named) {
+// Of many readings those that are named or shown by the cube come first, then the largest
+// residuals.
+std::vector<std::size_t> by_importance(const Calibration& calibration,
+                                       const std::set<int>& named,
+                                       const std::vector<bool>& in_cube) {
   const std::vector<ReadingResidual>& all = calibration.residuals;
   std::vector<double> size(all.size(), 0.0);
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -299,7 +302,8 @@ std::vector<std::size_t> by_importance(const Calibration& calibration, const std
       const double own = std::abs(all[i].response(k)) / (sd > 0.0 ? sd : 1.0);
       size[i] = std::isfinite(own) ? std::max(size[i], own) : size[i];
     }
-    size[i] = named.contains(all[i].run) ? std::numeric_limits<double>::infinity() : size[i];
+    const bool is_shown = in_cube[i] || named.contains(all[i].run);
+    size[i] = is_shown ? std::numeric_limits<double>::infinity() : size[i];
   }
   std::vector<std::size_t> order(all.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -342,7 +346,7 @@ std::string readings_table(const Calibration& calibration, const Observations* o
   constexpr std::size_t most_bytes = 1U << 20U;
   std::size_t bytes = 0;
   std::vector<std::size_t> listed;
-  for (const std::size_t i : by_importance(calibration, named)) {
+  for (const std::size_t i : by_importance(calibration, named, in_cube)) {
     bytes += rows[i].size();
     if (bytes > most_bytes) {
       break;

@@ -55,6 +55,7 @@ TEST(TimeUnit, OfInertialLogsIsSeenFromTheRate) {
     EXPECT_EQ(settled("time", times(rate_hz, 1.0, 5.0)).remark, "");
   }
   EXPECT_EQ(settled("time", times(100.0, 1.0, 1.79e9)).remark, "") << "seconds since 1970";
+  EXPECT_EQ(settled("time", times(0.1, 1.0, 1.79e9)).seconds, 1.0) << "slow, since 1970";
 }
 
 TEST(TimeUnit, ThatIsNotClearIsRefused) {
