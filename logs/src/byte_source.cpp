@@ -41,6 +41,22 @@ std::string compression_of(std::string_view start) {
 
 }  // namespace
 
+std::string read_up_to(std::size_t size,
+                       const std::function<std::size_t(char* buffer, std::size_t size)>& read) {
+  constexpr std::size_t piece = 1U << 16U;
+  std::string text;
+  while (text.size() < size) {
+    const std::size_t filled = text.size();
+    text.resize(std::min(size, filled + piece));
+    const std::size_t count = read(text.data() + filled, text.size() - filled);
+    text.resize(filled + count);
+    if (count == 0) {
+      break;
+    }
+  }
+  return text;
+}
+
 // The file, and behind it the unpacker.
 struct ByteSource::Reader {
   explicit Reader(const std::string& path) : file(path) {}

@@ -2,12 +2,19 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace axiscal {
+
+/// @param read  gives the next bytes, at most so many; 0 at the end.
+/// @return the next `size` bytes, or fewer where the end comes first. The memory grows with what is
+///         there, not with what is asked for.
+[[nodiscard]] std::string read_up_to(
+    std::size_t size, const std::function<std::size_t(char* buffer, std::size_t size)>& read);
 
 /// The bytes of a file, unpacked where it is compressed.
 class ByteSource {

@@ -171,17 +171,11 @@ class MatReader {
 #endif
   }
 
-  // The memory grows with what is there, not with what is asked for.
   std::string read_exactly(Bytes& bytes, std::size_t size) const {
-    std::string text;
-    while (text.size() < size) {
-      const std::size_t filled = text.size();
-      text.resize(std::min(size, filled + piece));
-      const std::size_t count = bytes.read(text.data() + filled, text.size() - filled);
-      if (count == 0) {
-        fail("an element of " + std::to_string(size) + " bytes has " + std::to_string(filled));
-      }
-      text.resize(filled + count);
+    std::string text =
+        read_up_to(size, [&](char* buffer, std::size_t most) { return bytes.read(buffer, most); });
+    if (text.size() < size) {
+      fail("an element of " + std::to_string(size) + " bytes has " + std::to_string(text.size()));
     }
     return text;
   }

@@ -231,18 +231,11 @@ class NpyLog : public LogFile::Source {
   std::vector<char> raw_;
 };
 
-// The memory grows with what is there, not with what is asked for.
 std::string read_exactly(ByteSource& bytes, std::size_t size) {
-  constexpr std::size_t piece = 1U << 16U;
-  std::string text;
-  while (text.size() < size) {
-    const std::size_t filled = text.size();
-    text.resize(std::min(size, filled + piece));
-    const std::size_t count = bytes.read(text.data() + filled, text.size() - filled);
-    if (count == 0) {
-      throw DataError(bytes.path(), "the .npy file is cut short");
-    }
-    text.resize(filled + count);
+  std::string text =
+      read_up_to(size, [&](char* buffer, std::size_t most) { return bytes.read(buffer, most); });
+  if (text.size() < size) {
+    throw DataError(bytes.path(), "the .npy file is cut short");
   }
   return text;
 }
