@@ -133,7 +133,7 @@ std::string bash_completion(const ProgramDefinition& program) {
 }
 
 // Within single quotes of a shell.
-std::string quoted(const std::string& text) {
+std::string shell_quoted(const std::string& text) {
   std::string safe = "'";
   for (const char c : text) {
     safe += c == '\'' ? std::string("'\\''") : std::string(1, c);
@@ -154,7 +154,7 @@ std::string zsh_completion(const ProgramDefinition& program) {
                      program.name +
                      "() {\n  if (( CURRENT == 2 )); then\n    local -a subcommands=(\n";
   for (const SubcommandDefinition& subcommand : program.subcommands) {
-    text += "      " + quoted(subcommand.name + ":" + subcommand.help) + "\n";
+    text += "      " + shell_quoted(subcommand.name + ":" + subcommand.help) + "\n";
   }
   text +=
       "    )\n    _describe subcommand subcommands\n    return\n  fi\n  local "
@@ -173,7 +173,7 @@ std::string zsh_completion(const ProgramDefinition& program) {
           entry += ":" + within_brackets(option.type) +
                    (choices.empty() ? ":_files" : ":(" + joined(choices, " ") + ")");
         }
-        text += "        " + quoted(entry) + " \\\n";
+        text += "        " + shell_quoted(entry) + " \\\n";
       }
     }
     text += "        '*:file:_files' ;;\n";
@@ -186,9 +186,9 @@ std::string fish_completion(const ProgramDefinition& program) {
   std::string text = "# fish completion for " + program.name + "; made from its own definitions\n";
   for (const SubcommandDefinition& subcommand : program.subcommands) {
     text += start + " -n __fish_use_subcommand -f -a " + subcommand.name + " -d " +
-            quoted(subcommand.help) + "\n";
+            shell_quoted(subcommand.help) + "\n";
     const std::string within =
-        start + " -n " + quoted("__fish_seen_subcommand_from " + subcommand.name);
+        start + " -n " + shell_quoted("__fish_seen_subcommand_from " + subcommand.name);
     for (const OptionDefinition& option : subcommand.options) {
       if (option.is_argument) {
         continue;
@@ -199,8 +199,8 @@ std::string fish_completion(const ProgramDefinition& program) {
       }
       const std::vector<std::string> choices = choices_of(option);
       text += option.type.empty() ? "" : " -r";
-      text += choices.empty() ? "" : " -f -a " + quoted(joined(choices, " "));
-      text += " -d " + quoted(option.help) + "\n";
+      text += choices.empty() ? "" : " -f -a " + shell_quoted(joined(choices, " "));
+      text += " -d " + shell_quoted(option.help) + "\n";
     }
   }
   return text;

@@ -44,7 +44,7 @@ struct Slope {
   }
 };
 
-bool is_record(const std::string& path) {
+bool is_calibration_record(const std::string& path) {
   return path.ends_with(".json") &&
          parse_json(read_whole_file(path), path).text_or("format") == "axiscal-calibration";
 }
@@ -88,7 +88,7 @@ struct Measured {
 
 Measured measure(const LevelCommand& command, Surface& surface) {
   const std::vector<std::string>& files = command.experiment.files;
-  if (files.size() == 1 && is_record(files.front())) {
+  if (files.size() == 1 && is_calibration_record(files.front())) {
     forbid_options_of_calibrate(command.experiment);
     if (command.experiment.positioner) {
       surface = read_positioner(*command.experiment.positioner).surface();
@@ -178,7 +178,7 @@ std::string level_json(const Slope& slope,
   return json_text(json);
 }
 
-std::string micro(double value) {
+std::string micro_text(double value) {
   if (!std::isfinite(value)) {
     return "unknown";
   }
@@ -196,16 +196,18 @@ std::string text_of(const Slope& slope,
       fmt::format(
           "The table is level to {} +- {} urad{} (slope {}, {} urad along x and y, standard "
           "errors {}, {}); it rises towards {} and {}.",
-          micro(slope.size()), micro(slope.size_error()),
-          slope.of_last_block ? " in the last block" : "", micro(slope.value.x()),
-          micro(slope.value.y()), micro(slope.standard_error.x()), micro(slope.standard_error.y()),
-          rises(slope.value.x(), 'x'), rises(slope.value.y(), 'y')),
+          micro_text(slope.size()), micro_text(slope.size_error()),
+          slope.of_last_block ? " in the last block" : "", micro_text(slope.value.x()),
+          micro_text(slope.value.y()), micro_text(slope.standard_error.x()),
+          micro_text(slope.standard_error.y()), rises(slope.value.x(), 'x'),
+          rises(slope.value.y(), 'y')),
       80);
   text += fmt::format("\n\n  {:>10}{:>10}{:>16}{:>8}{:>10}\n", "x [mm]", "y [mm]", "raise by [um]",
                       "+-", "turns");
   for (const AdjusterMove& move : moves) {
     text += fmt::format("  {:>10.4g}{:>10.4g}{:>16}{:>8}{:>10}\n", 1e3 * move.position_m.x(),
-                        1e3 * move.position_m.y(), micro(move.raise_m), micro(move.uncertainty_m),
+                        1e3 * move.position_m.y(), micro_text(move.raise_m),
+                        micro_text(move.uncertainty_m),
                         move.turns ? fmt::format("{:.3f}", *move.turns) : "-");
   }
   text +=
@@ -220,7 +222,7 @@ std::string text_of(const Slope& slope,
     text +=
         wrapped(fmt::format("The fence stands by itself: once the table is level it leans by {} "
                             "urad instead of {}; write that into the positioner's file.",
-                            micro(lean), micro(surface.fence_lean_rad)),
+                            micro_text(lean), micro_text(surface.fence_lean_rad)),
                 80) +
         "\n";
   }

@@ -7,6 +7,12 @@
 
 namespace axiscal {
 
+/// A reading of fewer samples says too little of its own scatter.
+inline constexpr std::size_t fewest_samples_of_dwell = 10;
+
+/// Times that were added up compare equal within this.
+inline constexpr double time_rounding_s = 1e-6;
+
 /// Sums over the samples of one reading, in constant memory: mean, scatter, trend.
 class DwellSums {
  public:

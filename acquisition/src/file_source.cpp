@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t most_samples = 512;
+constexpr std::size_t most_samples_at_once = 512;
 
 // A recording, replayed: as fast as it is read, or at a multiple of the speed it was taken at.
 class FileSource final : public Source {
@@ -43,7 +43,7 @@ class FileSource final : public Source {
       next_ = 0;
       ready_.clear();
       report_ = {};
-      const std::size_t count = log_.read(block_, most_samples);
+      const std::size_t count = log_.read(block_, most_samples_at_once);
       if (!begun_ && count > 1) {
         begun_ = true;
         clock_.check_unit(name_, block_);

@@ -10,7 +10,6 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t fewest_samples = 10;
 constexpr std::size_t most_readings = 1000;  // the last ones count, so that it can watch for years
 
 }  // namespace
@@ -53,7 +52,7 @@ class HealthWatch::Impl {
       return;
     }
     dwell_.add(time_s, x_);
-    if (dwell_.seconds() >= setup_.dwell_s && dwell_.samples() >= fewest_samples) {
+    if (dwell_.seconds() >= setup_.dwell_s && dwell_.samples() >= fewest_samples_of_dwell) {
       stillness_.learn(dwell_.sd());
       means_.push_back({.mean = dwell_.mean(), .temperature = temperature_});
       if (means_.size() > most_readings) {

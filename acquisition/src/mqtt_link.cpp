@@ -18,8 +18,8 @@ namespace axiscal {
 namespace {
 
 constexpr int keep_alive_s = 10;
-constexpr double retry_after_s = 1.0;
-constexpr std::size_t most_waiting = 1U << 22U;
+constexpr double connect_again_after_s = 1.0;
+constexpr std::size_t most_waiting_bytes = 1U << 22U;
 
 struct ClientDeleter {
   void operator()(mosquitto* client) const { mosquitto_destroy(client); }
@@ -64,7 +64,7 @@ class MqttLink final : public ByteLink {
         std::this_thread::sleep_for(patience);
         return unconnected();
       }
-      next_try_s_ = now + retry_after_s;
+      next_try_s_ = now + connect_again_after_s;
       const int error = mosquitto_connect(client_.get(), server_.host.c_str(),
                                           std::stoi(server_.port), keep_alive_s);
       if (error != MOSQ_ERR_SUCCESS) {
@@ -85,7 +85,7 @@ class MqttLink final : public ByteLink {
       was_connected_ = was_connected_ || connected_;
       connected_ = false;
       trying_ = false;
-      next_try_s_ = session_seconds() + retry_after_s;
+      next_try_s_ = session_seconds() + connect_again_after_s;
     }
     if (!connected_) {
       return unconnected();
@@ -108,7 +108,7 @@ class MqttLink final : public ByteLink {
 
   void take(const mosquitto_message& message) {
     const auto size = static_cast<std::size_t>(std::max(message.payloadlen, 0));
-    if (waiting_bytes_ + size < most_waiting) {
+    if (waiting_bytes_ + size < most_waiting_bytes) {
       waiting_.emplace_back(static_cast<const char*>(message.payload), size);
       waiting_bytes_ += size;
     }

@@ -7,7 +7,7 @@ namespace axiscal {
 namespace {
 
 constexpr std::size_t samples_a_line = 256;
-constexpr std::size_t most_waiting = 1U << 16U;
+constexpr std::size_t most_waiting_samples = 1U << 16U;
 
 }  // namespace
 
@@ -28,7 +28,7 @@ std::string RawSamples::flush(Journal& journal) {
   const Json entry = {
       {"entry", "raw"}, {"channels", channels_}, {"time", time_s_}, {"values", values_}};
   std::string why = journal.append_later(entry.dump());
-  if (why.empty() || time_s_.size() > most_waiting) {  // memory is limited too
+  if (why.empty() || time_s_.size() > most_waiting_samples) {  // memory is limited too
     time_s_.clear();
     values_.clear();
   }

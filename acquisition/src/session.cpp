@@ -29,13 +29,11 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t fewest_samples = 10;
 constexpr double settle_parts = 0.4;       // of the window, left out after it became still
 constexpr double first_floor_age_s = 3.0;  // before a first reading the noise floor must stand
 constexpr double laying_anew_s = 1.0;      // of motion; less is a bump
 constexpr double store_again_s = 0.5;
-constexpr double time_rounding_s = 1e-6;  // of times that were added up
-constexpr double telling_drift = 5.0;     // standard errors
+constexpr double telling_drift = 5.0;  // standard errors
 constexpr int most_drift_restarts = 5;
 constexpr double stuck_s = 0.8;
 constexpr double silent_s = 0.8;
@@ -396,7 +394,7 @@ class Session::Engine {
       // Noise below the converter's step shows no change for long, and is well.
       if (scattered_.size() > 0 && scattered_[static_cast<Eigen::Index>(k)] &&
           floor(static_cast<Eigen::Index>(k)) > stillness_.step()(static_cast<Eigen::Index>(k)) &&
-          same.seconds >= stuck_s && same.samples >= fewest_samples) {
+          same.seconds >= stuck_s && same.samples >= fewest_samples_of_dwell) {
         stuck.push_back(setup_.experiment.instrument.axes[k]);
       }
     }
@@ -543,7 +541,8 @@ class Session::Engine {
       return;
     }
     dwell_.add(now_s_, axes_.values());
-    if (dwell_.seconds() < dwell_needed() - time_rounding_s || dwell_.samples() < fewest_samples) {
+    if (dwell_.seconds() < dwell_needed() - time_rounding_s ||
+        dwell_.samples() < fewest_samples_of_dwell) {
       return;
     }
     const bool may_drift = field_moves(setup_.experiment);  // with the sun
@@ -581,7 +580,7 @@ class Session::Engine {
       // Asked for twice, or before the doubt was seen: that is no answer.
       event("refused", "answer first: accept it, or lay it anew");
     } else if ((phase_ == SessionPhase::dwelling || phase_ == SessionPhase::ready) &&
-               dwell_.samples() >= fewest_samples) {
+               dwell_.samples() >= fewest_samples_of_dwell) {
       complete();
     } else if (phase_ == SessionPhase::laying && stillness_.is_still()) {
       moved_ = true;  // the person says that it lies as it should

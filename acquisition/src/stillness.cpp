@@ -6,13 +6,13 @@
 #include <limits>
 
 #include "axiscal/core/error.hpp"
+#include "dwell_sums.hpp"
 
 namespace axiscal {
 namespace {
 
-constexpr std::size_t fewest_samples = 8;
-constexpr std::size_t most_samples = 1024;
-constexpr double time_rounding_s = 1e-6;
+constexpr std::size_t fewest_samples_at_rest = 8;
+constexpr std::size_t most_samples_at_rest = 1024;
 
 }  // namespace
 
@@ -76,16 +76,16 @@ void Stillness::add(double time_s, std::span<const double> values) {
   skipped_ = 0;
   Sample sample{.time_s = time_s,
                 .values = Eigen::Map<const Eigen::VectorXd>(values.data(), axes_)};
-  bool anew = window_.empty() || ++since_sums_ >= std::max(window_.size(), fewest_samples);
+  bool anew = window_.empty() || ++since_sums_ >= std::max(window_.size(), fewest_samples_at_rest);
   window_.push_back(std::move(sample));
-  while (window_.size() > fewest_samples &&
+  while (window_.size() > fewest_samples_at_rest &&
          window_.front().time_s < time_s - options_.window_s - time_rounding_s) {
     const Eigen::VectorXd gone = window_.front().values - reference_;
     sum_ -= gone;
     sum_of_squares_ -= gone.cwiseAbs2();
     window_.pop_front();
   }
-  if (window_.size() > most_samples) {  // every second one will do
+  if (window_.size() > most_samples_at_rest) {  // every second one will do
     std::deque<Sample> half;
     for (std::size_t i = 0; i < window_.size(); i += 2) {
       half.push_back(std::move(window_[i]));
@@ -116,8 +116,9 @@ void Stillness::add(double time_s, std::span<const double> values) {
 }
 
 bool Stillness::is_ready() const {
-  return window_.size() >= fewest_samples && window_.back().time_s - window_.front().time_s >=
-                                                 0.8 * options_.window_s - time_rounding_s;
+  return window_.size() >= fewest_samples_at_rest &&
+         window_.back().time_s - window_.front().time_s >=
+             0.8 * options_.window_s - time_rounding_s;
 }
 
 Eigen::VectorXd Stillness::window_sd() const {

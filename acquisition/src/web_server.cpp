@@ -44,7 +44,7 @@ constexpr std::chrono::seconds request_deadline{5};
 constexpr std::chrono::seconds answer_deadline{20};
 constexpr std::chrono::seconds event_deadline{5};
 constexpr std::chrono::seconds goodbye_deadline{1};
-constexpr std::chrono::milliseconds spacing{80};  // of what is sent to a browser
+constexpr std::chrono::milliseconds event_spacing{80};  // of what is sent to a browser
 constexpr std::chrono::seconds heartbeat{2};
 
 const char* reason_of(int status) {
@@ -362,8 +362,8 @@ class StreamConnection final : public Connection,
   // Sends what is new, not too often; now and then that we are still here.
   void pump() {
     const Clock::time_point now = Clock::now();
-    if (now < sent_ + spacing && !shared_.stopping) {
-      wait_until(sent_ + spacing);
+    if (now < sent_ + event_spacing && !shared_.stopping) {
+      wait_until(sent_ + event_spacing);
       return;
     }
     const std::string news = shared_.page->news_for(watcher_);

@@ -16,7 +16,7 @@
 namespace axiscal {
 namespace {
 
-constexpr double mistake_below = 0.001;
+constexpr double disagreement_below = 0.001;
 constexpr double rounding_rad = 1e-12;  // slopes that differ by less are the same
 
 // A mean of slopes with its variances (the two components are independent).
@@ -162,7 +162,7 @@ CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots) {
   // Of two slots both tests are the same one.
   const double tests = slots.size() == 2 ? 1.0 : static_cast<double>(slots.size());
   combined.p_value = std::min(1.0, tests * smallest);
-  combined.consistent = !(combined.p_value < mistake_below);
+  combined.consistent = !(combined.p_value < disagreement_below);
   if (combined.consistent || slots.size() == 2) {
     combined.suspect.clear();
   }

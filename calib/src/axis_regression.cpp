@@ -11,12 +11,11 @@
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/robust.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
 namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 // Reweights until the weights stay, then states the covariance of the robust estimate.
 void make_robust(AxisRegression& axis,

@@ -3,19 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "estimation.hpp"
 #include "temperature_fit.hpp"
 
 namespace axiscal {
 namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 // What the constant of the polynomial is.
 enum class Constant {

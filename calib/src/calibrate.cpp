@@ -13,6 +13,7 @@
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/timestamp.hpp"
@@ -227,7 +228,6 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
                                           const Positioner& positioner,
                                           const Calibration& calibration,
                                           const AxisMask& used) {
-  constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
   const LinearResponse& response = calibration.response;
   const bool by_magnitude = fields.empty() && !source.by_field();
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> inverse(response.sensitivity);

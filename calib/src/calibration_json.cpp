@@ -9,13 +9,12 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/instruments/polar_form.hpp"
 
 namespace axiscal {
 namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 // ---- writing ----
 

@@ -15,6 +15,7 @@
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/median.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/version.hpp"
@@ -23,8 +24,7 @@
 namespace axiscal {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-constexpr double mistake_below = 0.005;
+constexpr double misfit_below = 0.005;
 constexpr double same_orientation_rad = 0.1;
 
 void check(const std::vector<Reference>& references) {
@@ -249,7 +249,7 @@ void compare_instruments(const std::vector<SolidReference>& references,
   const bool two = slot_of_instrument.size() == 2;
   const double tests = two ? 1.0 : static_cast<double>(slot_of_instrument.size());
   result.p_value = std::min(1.0, tests * smallest);
-  result.consistent = !(result.p_value < mistake_below);
+  result.consistent = !(result.p_value < misfit_below);
   if (result.consistent || two) {
     result.suspect.clear();
   }

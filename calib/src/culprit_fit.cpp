@@ -8,6 +8,7 @@
 #include <Eigen/QR>
 
 #include "axiscal/core/rotation.hpp"
+#include "minimum_norm.hpp"
 
 namespace axiscal {
 namespace {
@@ -87,9 +88,8 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     if (!has_coefficients) {
       for (Eigen::Index k = 0; k < m; ++k) {
         const Eigen::VectorXd w = root.col(k) / scale_(k);
-        result.coefficients.col(k) = (w.asDiagonal() * X[static_cast<std::size_t>(k)])
-                                         .colPivHouseholderQr()
-                                         .solve(w.cwiseProduct(set.response.col(k)));
+        result.coefficients.col(k) = minimum_norm_solution(
+            w.asDiagonal() * X[static_cast<std::size_t>(k)], w.cwiseProduct(set.response.col(k)));
       }
       has_coefficients = true;
     }

@@ -2,17 +2,16 @@
 #include "axiscal/calib/distributions.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 
+#include "axiscal/core/not_a_number.hpp"
+
 namespace axiscal {
 namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 // With next to no degrees of freedom quantiles overflow: infinity is then the answer, no exception.
 // Doubles stay doubles: long doubles give no digit that is shown and take three times as long.

@@ -3,11 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/intrinsic.hpp"
@@ -15,15 +13,15 @@
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
 #include "estimation.hpp"
+#include "minimum_norm.hpp"
 
 namespace axiscal {
 namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 bool states_covariance(const Calibration& calibration) {
   return calibration.statistics && calibration.statistics->covariance.size() > 0 &&
@@ -163,8 +161,7 @@ WorstAngle worst_angle(const Calibration& used, const Calibration& now) {
     worst.error_deg = not_a_number;
     return worst;
   }
-  const Eigen::MatrixXd inverse =
-      used.response.sensitivity.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd inverse = pseudo_inverse(used.response.sensitivity);
   const bool has_pitch = find_instrument_kind(used.instrument.kind).has_axis_elevation;
   constexpr double highest_rad = 80.0 * rad_per_deg;
   constexpr int directions = 1200;
@@ -296,8 +293,7 @@ DriftCheck check_drift(const Calibration& old_record,
   check.pitch_error_u_deg = not_a_number;
   if (m >= 3) {
     // Where the error is largest, what both covariances leave open of it.
-    const Eigen::MatrixXd inverse =
-        old.response.sensitivity.completeOrthogonalDecomposition().pseudoInverse();
+    const Eigen::MatrixXd inverse = pseudo_inverse(old.response.sensitivity);
     const Eigen::Vector3d f = worst.field / worst.field.norm();
     const Eigen::Vector3d across =
         (Eigen::Vector3d::UnitX() - f.x() * f).squaredNorm() > 1e-9

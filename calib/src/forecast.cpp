@@ -5,7 +5,6 @@
 #include <limits>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/error.hpp"
@@ -14,6 +13,7 @@
 #include "design_advice.hpp"
 #include "estimation.hpp"
 #include "joint_fit.hpp"
+#include "minimum_norm.hpp"
 
 namespace axiscal {
 namespace {
@@ -71,10 +71,6 @@ Eigen::MatrixXd for_each_axis(const Eigen::MatrixXd& one, Eigen::Index m) {
     all.block(4 * k, one.cols() * k, 4, one.cols()) = one;
   }
   return all;
-}
-
-Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& X) {
-  return X.completeOrthogonalDecomposition().pseudoInverse();
 }
 
 LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
@@ -216,11 +212,10 @@ Eigen::Matrix3d field_covariance(const Forecast& forecast,
 }
 
 Eigen::MatrixXd inverse_of(const Forecast& forecast) {
-  const auto decomposition = forecast.response.sensitivity.completeOrthogonalDecomposition();
-  if (decomposition.rank() < 3) {
+  if (rank_of(forecast.response.sensitivity) < 3) {
     throw DomainError("forecast: fewer than three axes give angles of each axis only");
   }
-  return decomposition.pseudoInverse();
+  return pseudo_inverse(forecast.response.sensitivity);
 }
 
 }  // namespace

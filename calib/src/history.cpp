@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <map>
 
 #include "axiscal/calib/calibration_json.hpp"
@@ -14,6 +13,7 @@
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/json_document.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "estimation.hpp"
@@ -21,7 +21,6 @@
 namespace axiscal {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double seconds_per_year = 365.2425 * 86400.0;
 
 struct Entry {

@@ -7,13 +7,13 @@
 #include <Eigen/SVD>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "double_double.hpp"
 
 namespace axiscal {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 // Pivots below this, relative to the largest, count as zero; Filip's polynomial, the hardest that

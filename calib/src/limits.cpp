@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "axiscal/calib/drift_check.hpp"
 #include "axiscal/calib/intrinsic.hpp"
@@ -13,6 +12,7 @@
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/nearest_name.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
@@ -20,8 +20,6 @@
 
 namespace axiscal {
 namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 struct Measured {
   std::string name;

@@ -23,13 +23,14 @@
 #include "axiscal/core/rotation.hpp"
 #include "design_advice.hpp"
 #include "joint_fit.hpp"
+#include "minimum_norm.hpp"
 
 namespace axiscal {
 namespace {
 
 constexpr Eigen::Index parameter_count = 9;  // b, and six entries of A = S^-1
 
-using Parameters = Eigen::Matrix<double, parameter_count, 1>;
+using EllipsoidParameters = Eigen::Matrix<double, parameter_count, 1>;
 
 // Where the six entries stand: on and above the diagonal.
 constexpr std::array<std::array<int, 2>, 6> entries = {
@@ -52,7 +53,7 @@ struct Cloud {
   [[nodiscard]] Eigen::Index size() const { return v.rows(); }
 };
 
-Ellipsoid moved(const Ellipsoid& from, const Parameters& step, MagnitudeShape shape) {
+Ellipsoid moved(const Ellipsoid& from, const EllipsoidParameters& step, MagnitudeShape shape) {
   Ellipsoid to = from;
   to.b += step.head<3>();
   for (std::size_t e = 0; e < entries.size(); ++e) {
@@ -126,36 +127,35 @@ double cost_at(const Cloud& cloud, const Ellipsoid& at, const Eigen::VectorXd& s
 
 // The step that the linearised problem asks for. Far from the solution J^T J leads the way; the
 // last steps, which the result rests on, are by QR.
-Parameters step_of(const Linearised& linear, double damping, bool by_qr) {
+EllipsoidParameters step_of(const Linearised& linear, double damping, bool by_qr) {
   using Square = Eigen::Matrix<double, parameter_count, parameter_count>;
   if (!by_qr) {
     Square N = Square::Zero();
     N.selfadjointView<Eigen::Lower>().rankUpdate(linear.jacobian.transpose());
-    const Parameters per_length = N.diagonal().cwiseSqrt().cwiseInverse();
+    const EllipsoidParameters per_length = N.diagonal().cwiseSqrt().cwiseInverse();
     N = per_length.asDiagonal() * N * per_length.asDiagonal();
     N.diagonal().array() += damping;
     const Eigen::LLT<Square, Eigen::Lower> cholesky(N);
     constexpr double smallest_pivot = 1e-5;
     if (cholesky.info() == Eigen::Success &&
         cholesky.matrixLLT().diagonal().minCoeff() > smallest_pivot) {
-      const Parameters gradient = linear.jacobian.transpose() * linear.deviation;
+      const EllipsoidParameters gradient = linear.jacobian.transpose() * linear.deviation;
       return -per_length.cwiseProduct(cholesky.solve(per_length.cwiseProduct(gradient)));
     }
   }
   const Eigen::Index n = linear.jacobian.rows();
   if (damping == 0.0) {
-    const Eigen::ColPivHouseholderQR<Eigen::Matrix<double, Eigen::Dynamic, parameter_count>> qr(
-        linear.jacobian);
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(linear.jacobian);
     if (qr.rank() == parameter_count) {
-      return qr.solve(-linear.deviation);
+      return qr.solve(Eigen::VectorXd(-linear.deviation));
     }
   }
   Eigen::MatrixXd J(n + parameter_count, parameter_count);
-  const Parameters lengths = linear.jacobian.colwise().norm().transpose();
+  const EllipsoidParameters lengths = linear.jacobian.colwise().norm().transpose();
   J << linear.jacobian, (std::sqrt(damping) * lengths).asDiagonal().toDenseMatrix();
   Eigen::VectorXd r = Eigen::VectorXd::Zero(J.rows());
   r.head(n) = -linear.deviation;
-  return J.completeOrthogonalDecomposition().solve(r);
+  return minimum_norm_solution(J, r);
 }
 
 // Gauss-Newton, damped when the cost rises; the weights are fixed within a step. `robust` weights
@@ -178,7 +178,7 @@ Ellipsoid converged(const Cloud& cloud, Ellipsoid at, const Eigen::VectorXd& rob
     bool better = false;
     const double moved_before = moved_by;
     for (int attempt = 0; attempt < 30 && !better; ++attempt) {
-      const Parameters step = step_of(linear, damping, by_qr);
+      const EllipsoidParameters step = step_of(linear, damping, by_qr);
       const Ellipsoid next = moved(at, step, cloud.shape);
       better = step.allFinite() && next.A.determinant() > 0.0 &&
                cost_at(cloud, next, scale) <= (1.0 + 1e-12) * cost;
@@ -224,7 +224,7 @@ Eigen::Matrix<double, columns, 1> roughly_solved(
     const Unknowns projected = A.transpose() * b;
     return per_length.cwiseProduct(cholesky.solve(per_length.cwiseProduct(projected)));
   }
-  return A.completeOrthogonalDecomposition().solve(b);
+  return minimum_norm_solution(A, b);
 }
 
 // The quadric through the readings by linear least squares, if it is an ellipsoid; else a sphere.
@@ -355,7 +355,7 @@ Eigen::MatrixXd noise_of(const Cloud& cloud, RandomStream& random) {
 }
 
 // Mean of refits to readings made from the fit, less the fit: the estimate's bias of order sigma^2.
-Parameters bias_by_bootstrap(const Cloud& all, const Fit& fit) {
+EllipsoidParameters bias_by_bootstrap(const Cloud& all, const Fit& fit) {
   constexpr int pairs = 40;
   // The bias does not depend on how often the same directions are taken; so many are enough.
   constexpr Eigen::Index most_rows = 2000;
@@ -367,7 +367,7 @@ Parameters bias_by_bootstrap(const Cloud& all, const Fit& fit) {
   const Eigen::MatrixXd exact = on_the_ellipsoid(cloud, fit.at);
   RandomStream random(1, 0);
   Cloud made = cloud;
-  Parameters sum = Parameters::Zero();
+  EllipsoidParameters sum = EllipsoidParameters::Zero();
   for (int t = 0; t < pairs; ++t) {
     // Noise of either sign: what is odd in it cancels, and the bias of order sigma^2 is left.
     const Eigen::MatrixXd noise = fit.sd * noise_of(cloud, random);
@@ -466,7 +466,7 @@ Estimate estimate_magnitude(const ReadingSet& set,
   Fit fit = fit_cloud(cloud, set.robust);
   require_open_nothing(set, fit.linear);
   const Eigen::VectorXd se = fit.sd * fit.unscaled_covariance.diagonal().cwiseSqrt();
-  const Parameters bias = bias_by_bootstrap(cloud, fit);
+  const EllipsoidParameters bias = bias_by_bootstrap(cloud, fit);
   const double bias_in_se = (bias.array().abs() / se.array().max(1e-300)).maxCoeff();
   constexpr double worth_correcting = 0.1;  // standard errors
   constexpr double rounding = 1e-12;        // of the field: no noise, and no bias by it

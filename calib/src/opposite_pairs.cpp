@@ -3,19 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <tuple>
 
 #include <Eigen/QR>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/core/not_a_number.hpp"
 
 namespace axiscal {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-constexpr double mistake_below = 0.005;  // probability below which estimates disagree
+constexpr double unlevel_below = 0.005;  // probability below which estimates disagree
 // What is seen only through cross-axis terms is no estimate of a face.
 constexpr double smallest_pivot_of_a_face = 0.2;
 
@@ -186,7 +185,7 @@ void test_consistency(const ReadingSet& set,
     return;
   }
   levelness.p_value = std::min(1.0, tests * smallest);
-  levelness.consistent = !(levelness.p_value < mistake_below);
+  levelness.consistent = !(levelness.p_value < unlevel_below);
   if (!levelness.consistent) {
     levelness.suspect = LevelnessEstimate{.point = suspect->pair->point,
                                           .block = suspect->pair->block,

@@ -15,6 +15,7 @@
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/positioner/design.hpp"
+#include "minimum_norm.hpp"
 
 namespace axiscal {
 namespace {
@@ -49,7 +50,7 @@ AngleFit fit_angle(const Eigen::MatrixXd& f, const Eigen::MatrixXd& g, const Eig
   fit.rss = residuals(fit).squaredNorm();
   for (int round = 0; round < 100; ++round) {
     const Eigen::MatrixXd J = angle_jacobian(f * fit.R.transpose(), g);
-    Eigen::VectorXd step = J.completeOrthogonalDecomposition().solve(-residuals(fit));
+    Eigen::VectorXd step = minimum_norm_solution(J, -residuals(fit));
     step *= std::min(1.0, 0.5 / std::max(step.head<3>().norm(), 1e-300));
     bool better = false;
     for (int halving = 0; halving < 20 && !better; ++halving) {

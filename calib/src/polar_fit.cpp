@@ -5,17 +5,16 @@
 #include <limits>
 #include <numbers>
 
-#include <Eigen/QR>
-
 #include "axiscal/core/error.hpp"
+#include "minimum_norm.hpp"
 
 namespace axiscal {
 namespace {
 
 // Bias, sensitivity, coning angle, azimuth.
-using Parameters = Eigen::Vector4d;
+using PolarParameters = Eigen::Vector4d;
 
-Eigen::Vector3d row_of(const Parameters& p, int axis, AxisConvention convention) {
+Eigen::Vector3d row_of(const PolarParameters& p, int axis, AxisConvention convention) {
   return sensitivity_from_polar(
       {.sensitivity = p(1), .coning_angle_rad = p(2), .azimuth_rad = p(3)}, axis, convention);
 }
@@ -37,8 +36,8 @@ PolarFit fit_polar_form(const Eigen::Matrix<double, Eigen::Dynamic, 3>& field_in
   const double slope = (along.array() - along.mean()).matrix().dot(response) / spread;
   const Eigen::Vector3d straight =
       sensitivity_from_polar({.sensitivity = 1.0}, nominal_axis, convention);
-  Parameters p(response.mean(), slope / straight(nominal_axis), 1e-3, 0.5);
-  const auto residuals = [&](const Parameters& at) -> Eigen::VectorXd {
+  PolarParameters p(response.mean(), slope / straight(nominal_axis), 1e-3, 0.5);
+  const auto residuals = [&](const PolarParameters& at) -> Eigen::VectorXd {
     return response - (field_in_sensor * row_of(at, nominal_axis, convention)).eval() -
            Eigen::VectorXd::Constant(n, at(0));
   };
@@ -51,13 +50,13 @@ PolarFit fit_polar_form(const Eigen::Matrix<double, Eigen::Dynamic, 3>& field_in
     J.setZero();
     J.col(0).head(n).setOnes();
     // The row is linear in s, and its changes with the angles are rows of other angles.
-    Parameters unit = p;
+    PolarParameters unit = p;
     unit(1) = 1.0;
     J.col(1).head(n) = field_in_sensor * row_of(unit, nominal_axis, convention);
-    Parameters turned = p;
+    PolarParameters turned = p;
     turned(2) += 0.5 * std::numbers::pi;  // d/dOmega of (cos, sin)
     J.col(2).head(n) = field_in_sensor * row_of(turned, nominal_axis, convention);
-    Parameters flat = p;
+    PolarParameters flat = p;
     flat(2) = 0.5 * std::numbers::pi;
     flat(3) += 0.5 * std::numbers::pi;
     J.col(3).head(n) = std::sin(p(2)) * (field_in_sensor * row_of(flat, nominal_axis, convention));
@@ -67,8 +66,8 @@ PolarFit fit_polar_form(const Eigen::Matrix<double, Eigen::Dynamic, 3>& field_in
     }
     Eigen::VectorXd b = Eigen::VectorXd::Zero(n + 4);
     b.head(n) = r;
-    const Parameters step = J.colPivHouseholderQr().solve(b);
-    const Parameters next = p + step;
+    const PolarParameters step = minimum_norm_solution(J, b);
+    const PolarParameters next = p + step;
     const Eigen::VectorXd left = residuals(next);
     if (left.squaredNorm() <= r.squaredNorm() * (1.0 + 1e-14)) {
       const double change = (length.asDiagonal() * step).norm();

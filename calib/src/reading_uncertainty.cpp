@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/core/units.hpp"
 #include "covariance_root.hpp"
@@ -15,7 +16,6 @@
 namespace axiscal {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* field_magnitude_source = "field magnitude";
 
 // What a reading says, as one vector: components, residual, derived values.

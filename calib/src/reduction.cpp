@@ -6,10 +6,10 @@
 #include <cstdint>
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/field/field_unit.hpp"
+#include "minimum_norm.hpp"
 
 namespace axiscal {
 namespace {
@@ -166,13 +166,13 @@ Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options
   one_sided_ = calibration.instrument.one_sided;
   temperature_ = calibration.temperature;
   const Eigen::VectorXd weights = row_weights(calibration);
-  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr(weights.asDiagonal() * S);
-  if (m >= 3 && qr.rank() < 3) {
+  const Eigen::MatrixXd weighted = weights.asDiagonal() * S;
+  if (m >= 3 && rank_of(weighted) < 3) {
     throw DomainError(
         "Reducer: the axes' sensitivities lie in one plane, so that readings do not determine the "
         "field");
   }
-  const Eigen::MatrixXd inverse = qr.solve(Eigen::MatrixXd(weights.asDiagonal()));
+  const Eigen::MatrixXd inverse = pseudo_inverse(weighted) * weights.asDiagonal();
   for (Eigen::Index k = 0; k < m; ++k) {
     inverse_.emplace_back(factor_ * inverse.col(k));
     length_[static_cast<std::size_t>(k)] /= factor_;

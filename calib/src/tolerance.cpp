@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <Eigen/SVD>
 
 #include "axiscal/calib/calibrate.hpp"
@@ -13,6 +12,7 @@
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "minimum_norm.hpp"
 
 namespace axiscal {
 namespace {
@@ -58,7 +58,7 @@ Sums squares_of(const RelativeErrors& errors, const SensitivityMatrix& sensitivi
   for (Eigen::Index k = 0; k < errors.rows(); ++k) {
     scaled.row(k) = errors.row(k) * sensitivity.row(k).norm();
   }
-  const Eigen::MatrixXd inverse = sensitivity.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd inverse = pseudo_inverse(sensitivity);
   const Eigen::Vector3d e = inverse * scaled.col(0) / F;
   const Eigen::Matrix3d E = inverse * scaled.rightCols<3>();
   const double across = 2.0 / 3.0 * e.squaredNorm() + E.squaredNorm() / 3.0 -
@@ -76,8 +76,7 @@ CalibrationErrors errors_from(const Sums& sums, double count) {
 
 // The largest angle over attitudes between the field and what calibrated readings say of it.
 double worst_angle(const LinearResponse& found, const LinearResponse& truth, double F) {
-  const Eigen::MatrixXd inverse =
-      found.sensitivity.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd inverse = pseudo_inverse(found.sensitivity);
   const Eigen::Vector3d e = inverse * (truth.bias - found.bias);
   const Eigen::Matrix3d E = inverse * (truth.sensitivity - found.sensitivity);
   constexpr int directions = 200;

@@ -11,6 +11,7 @@
 #include <Eigen/QR>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/timestamp.hpp"
@@ -20,11 +21,12 @@
 #include "covariance_root.hpp"
 #include "design_advice.hpp"
 #include "estimation.hpp"
+#include "minimum_norm.hpp"
 
 namespace axiscal {
 namespace {
 
-constexpr int most_rounds = 50;
+constexpr int most_turn_rounds = 50;
 constexpr double most_revolutions_by_hand = 20.0;  // from rest to rest
 
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
@@ -138,7 +140,7 @@ Candidate converged(std::span<const GyroscopeTurn> turns,
   TurnSet set(turns, bias);
   Candidate at{.B = start, .bias = bias, .state = set.at(start)};
   double damping = 0.0;
-  for (at.rounds = 1; at.rounds <= most_rounds; ++at.rounds) {
+  for (at.rounds = 1; at.rounds <= most_turn_rounds; ++at.rounds) {
     const Eigen::MatrixXd J = at.state.jacobian.leftCols(unknowns);
     const Eigen::VectorXd lengths = J.colwise().norm().cwiseMax(1e-300);
     bool better = false;
@@ -149,8 +151,7 @@ Candidate converged(std::span<const GyroscopeTurn> turns,
           std::sqrt(damping) * Eigen::MatrixXd::Identity(unknowns, unknowns);
       Eigen::VectorXd r = Eigen::VectorXd::Zero(A.rows());
       r.head(J.rows()) = -at.state.residuals;
-      const Eigen::VectorXd step =
-          A.completeOrthogonalDecomposition().solve(r).cwiseQuotient(lengths);
+      const Eigen::VectorXd step = minimum_norm_solution(A, r).cwiseQuotient(lengths);
       Candidate next{.B = at.B, .bias = at.bias, .rounds = at.rounds};
       next.B += Eigen::Map<const RowMajor3>(step.data());
       if (fit_bias) {
@@ -258,10 +259,9 @@ WeighedStep weigh_bias(const TurnSet::State& state,
     A.bottomRightCorner<3, 3>().setIdentity();
     Eigen::Matrix<double, 15, 1> b = Eigen::Matrix<double, 15, 1>::Zero();
     b.head<12>() = turned.head<12>() / result.sd;
-    const Eigen::Matrix<double, 12, 15> pseudo_inverse =
-        A.completeOrthogonalDecomposition().pseudoInverse();
-    const Eigen::Matrix<double, 12, 1> step = pseudo_inverse * b;
-    const Eigen::Matrix<double, 12, 12> covariance = pseudo_inverse * pseudo_inverse.transpose();
+    const Eigen::Matrix<double, 12, 15> inverse = pseudo_inverse(A);
+    const Eigen::Matrix<double, 12, 1> step = inverse * b;
+    const Eigen::Matrix<double, 12, 12> covariance = inverse * inverse.transpose();
     const double used = (covariance * (A.topRows<12>().transpose() * A.topRows<12>())).trace();
     const double rss =
         beyond / (result.sd * result.sd) + (b.head<12>() - A.topRows<12>() * step).squaredNorm();
@@ -391,11 +391,10 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
     // Columns scaled to length 1: rad/s per count are small numbers.
     const Eigen::MatrixXd J = found.state.jacobian.leftCols(unknowns);
     const Eigen::VectorXd per_length = J.colwise().norm().cwiseInverse();
-    const Eigen::MatrixXd pseudo_inverse =
-        per_length.asDiagonal() *
-        (J * per_length.asDiagonal()).completeOrthogonalDecomposition().pseudoInverse();
+    const Eigen::MatrixXd inverse =
+        per_length.asDiagonal() * pseudo_inverse(J * per_length.asDiagonal());
     of_unknowns.topLeftCorner(unknowns, unknowns) =
-        fit.residual_sd_rad * fit.residual_sd_rad * pseudo_inverse * pseudo_inverse.transpose();
+        fit.residual_sd_rad * fit.residual_sd_rad * inverse * inverse.transpose();
   }
   fit.rounds = found.rounds;
   fit.inverse = found.B;
@@ -425,7 +424,6 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
 Calibration turn_calibration(const TurnFit& fit,
                              const Instrument& instrument,
                              const Eigen::Vector3d& rest_sd) {
-  constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
   Calibration record;
   record.created = timestamp_now();
   record.software = software_name();
@@ -447,7 +445,7 @@ Calibration turn_calibration(const TurnFit& fit,
       (fit.has_rotations ? " between known seats" : " between rests, by the accelerometer") +
       ": attitude errors of " + number_text(fit.residual_sd_rad * deg_per_rad, 3) +
       " degrees (standard deviation of a component)");
-  if (fit.rounds >= most_rounds) {
+  if (fit.rounds >= most_turn_rounds) {
     record.warnings.push_back({.code = "not_converged",
                                .message = "the fit of the turns had not come to rest after 50 "
                                           "rounds; is the gyroscope saturated in the turns?"});

@@ -8,13 +8,13 @@
 #include <Eigen/Geometry>
 
 #include "axiscal/calib/least_squares.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/rotation.hpp"
 
 namespace axiscal {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 class BudgetMaker {
  public:

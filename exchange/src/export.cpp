@@ -17,60 +17,65 @@ namespace {
 using Writer = Exported (*)(const Calibration&, const ExportOptions&);
 
 // The formats with what writes them, by name.
-struct Known {
+struct KnownExport {
   ExportFormat format;
   Writer write;
 };
 
-constexpr std::array known = {
-    Known{ExportFormat{
-              "ardupilot", "ArduPilot parameters (.param): INS_ACC*, INS_GYR*, COMPASS_*",
-              "accelerometer (v - INS_ACCOFFS) * INS_ACCSCAL; gyroscope v - INS_GYROFFS; compass "
-              "M (v + COMPASS_OFS), M of COMPASS_DIA and COMPASS_ODI"},
-          export_ardupilot},
-    Known{ExportFormat{"betaflight", "Betaflight's command line: acc_calibration, mag_calibration",
-                       "v - calibration, in counts"},
-          export_betaflight},
-    Known{ExportFormat{"c-header",
-                       "C99: coefficients and a function that applies them, with temperature",
-                       "inverse ((v - bias(t)) / scale(t))"},
-          export_c_header},
-    Known{ExportFormat{"cpp-header", "C++17, constexpr: the same",
-                       "inverse ((v - bias(t)) / scale(t))"},
-          export_cpp_header},
-    Known{ExportFormat{"csv", "a table: every coefficient with its standard error and unit",
-                       "v = bias(t) + scale(t) S f"},
-          export_csv},
+constexpr std::array known_exports = {
+    KnownExport{
+        ExportFormat{
+            "ardupilot", "ArduPilot parameters (.param): INS_ACC*, INS_GYR*, COMPASS_*",
+            "accelerometer (v - INS_ACCOFFS) * INS_ACCSCAL; gyroscope v - INS_GYROFFS; compass "
+            "M (v + COMPASS_OFS), M of COMPASS_DIA and COMPASS_ODI"},
+        export_ardupilot},
+    KnownExport{
+        ExportFormat{"betaflight", "Betaflight's command line: acc_calibration, mag_calibration",
+                     "v - calibration, in counts"},
+        export_betaflight},
+    KnownExport{ExportFormat{"c-header",
+                             "C99: coefficients and a function that applies them, with temperature",
+                             "inverse ((v - bias(t)) / scale(t))"},
+                export_c_header},
+    KnownExport{ExportFormat{"cpp-header", "C++17, constexpr: the same",
+                             "inverse ((v - bias(t)) / scale(t))"},
+                export_cpp_header},
+    KnownExport{ExportFormat{"csv", "a table: every coefficient with its standard error and unit",
+                             "v = bias(t) + scale(t) S f"},
+                export_csv},
 #ifdef AXISCAL_PUGIXML
-    Known{ExportFormat{"dcc",
-                       "Digital Calibration Certificate (PTB's XML schema 3), with --laboratory",
-                       "v = bias(t) + scale(t) S f"},
-          export_dcc},
+    KnownExport{
+        ExportFormat{"dcc",
+                     "Digital Calibration Certificate (PTB's XML schema 3), with --laboratory",
+                     "v = bias(t) + scale(t) S f"},
+        export_dcc},
 #endif
-    Known{ExportFormat{"kalibr", "Kalibr's imu.yaml, model scale-misalignment: M, C, A",
-                       "v = M C f + bias; gyroscope v = M C w + A C a + bias"},
-          export_kalibr},
+    KnownExport{ExportFormat{"kalibr", "Kalibr's imu.yaml, model scale-misalignment: M, C, A",
+                             "v = M C f + bias; gyroscope v = M C w + A C a + bias"},
+                export_kalibr},
 #ifdef AXISCAL_MATIO
-    Known{ExportFormat{"matlab", "MATLAB (.mat, v5): bias, sensitivity, inverse, covariance, ...",
-                       "v = bias(t) + scale(t) S f", false},
-          export_matlab},
+    KnownExport{
+        ExportFormat{"matlab", "MATLAB (.mat, v5): bias, sensitivity, inverse, covariance, ...",
+                     "v = bias(t) + scale(t) S f", false},
+        export_matlab},
 #endif
 #ifdef AXISCAL_LIBARCHIVE
-    Known{ExportFormat{"numpy", "NumPy (.npz): bias, sensitivity, inverse, covariance, ...",
-                       "v = bias(t) + scale(t) S f", false},
-          export_numpy},
+    KnownExport{ExportFormat{"numpy", "NumPy (.npz): bias, sensitivity, inverse, covariance, ...",
+                             "v = bias(t) + scale(t) S f", false},
+                export_numpy},
 #endif
-    Known{ExportFormat{
-              "px4", "PX4 parameters (.params): CAL_ACC*, CAL_GYRO*, CAL_MAG*",
-              "accelerometer (v - OFF) * SCALE; gyroscope v - OFF; magnetometer M (v - OFF), M "
-              "of SCALE and ODIAG"},
-          export_px4},
-    Known{ExportFormat{"ros", "ROS imu_calib (YAML): SM, bias", "SM v - bias"}, export_ros},
-    Known{ExportFormat{
-              "x-io", "x-IMU3 and x-io's Fusion (JSON): misalignment, sensitivity, offset",
-              "misalignment diag(sensitivity) (v - offset); magnetometer softIronMatrix (v - "
-              "hardIronOffset)"},
-          export_x_io},
+    KnownExport{
+        ExportFormat{
+            "px4", "PX4 parameters (.params): CAL_ACC*, CAL_GYRO*, CAL_MAG*",
+            "accelerometer (v - OFF) * SCALE; gyroscope v - OFF; magnetometer M (v - OFF), M "
+            "of SCALE and ODIAG"},
+        export_px4},
+    KnownExport{ExportFormat{"ros", "ROS imu_calib (YAML): SM, bias", "SM v - bias"}, export_ros},
+    KnownExport{ExportFormat{
+                    "x-io", "x-IMU3 and x-io's Fusion (JSON): misalignment, sensitivity, offset",
+                    "misalignment diag(sensitivity) (v - offset); magnetometer softIronMatrix (v - "
+                    "hardIronOffset)"},
+                export_x_io},
 };
 
 void require_identifier(const std::string& name) {
@@ -96,8 +101,8 @@ void require_identifier(const std::string& name) {
 std::span<const ExportFormat> export_formats() {
   static const std::vector<ExportFormat> all = [] {
     std::vector<ExportFormat> formats;
-    std::transform(known.begin(), known.end(), std::back_inserter(formats),
-                   [](const Known& one) { return one.format; });
+    std::transform(known_exports.begin(), known_exports.end(), std::back_inserter(formats),
+                   [](const KnownExport& one) { return one.format; });
     return formats;
   }();
   return all;
@@ -138,7 +143,7 @@ Exported export_calibration(const Calibration& calibration,
     throw DomainError("the reading factor must be a number other than 0");
   }
   std::vector<std::string_view> names;
-  for (const Known& one : known) {
+  for (const KnownExport& one : known_exports) {
     if (one.format.name == format) {
       return one.write(calibration, options);
     }

@@ -336,22 +336,22 @@ Imported import_kalibr(const Source& source) {
 }
 #endif
 
-struct Known {
+struct KnownImport {
   std::string_view name;
   Imported (*read)(const Source& source);
 };
 
-constexpr std::array known = {
-    Known{"ardupilot", import_ardupilot},
-    Known{"imucal", import_imucal},
+constexpr std::array known_imports = {
+    KnownImport{"ardupilot", import_ardupilot},
+    KnownImport{"imucal", import_imucal},
 #ifdef AXISCAL_YAML
-    Known{"kalibr", import_kalibr},
+    KnownImport{"kalibr", import_kalibr},
 #endif
-    Known{"px4", import_px4},
+    KnownImport{"px4", import_px4},
 };
 
 Imported read_by_format(const Source& source, std::string_view format) {
-  for (const Known& one : known) {
+  for (const KnownImport& one : known_imports) {
     if (one.name == format) {
       return one.read(source);
     }
@@ -380,9 +380,9 @@ constexpr std::array usual_fields = {
 
 std::span<const std::string_view> import_formats() {
   static const auto names = [] {
-    std::array<std::string_view, known.size()> all;
-    std::transform(known.begin(), known.end(), all.begin(),
-                   [](const Known& one) { return one.name; });
+    std::array<std::string_view, known_imports.size()> all;
+    std::transform(known_imports.begin(), known_imports.end(), all.begin(),
+                   [](const KnownImport& one) { return one.name; });
     return all;
   }();
   return names;

@@ -12,7 +12,7 @@ namespace axiscal {
 namespace {
 
 constexpr double largest_turn_rad = 0.3;
-constexpr double touching_m = 1e-12;  // what is nearer to the fence touches it
+constexpr double touching_fence_m = 1e-12;  // what is nearer to the fence touches it
 constexpr double same_turn_rad = 1e-9;
 
 // A pair of feet at the fence, the third clear, and the push between them.
@@ -37,7 +37,7 @@ class Push {
     for (const auto& [i, j, third] : {std::array{0, 1, 2}, {1, 2, 0}, {2, 0, 1}}) {
       for (const double turn : turns_at_which_both_touch(i, j)) {
         const double distance = reach(i, turn);
-        const bool is_clear = reach(third, turn) <= distance + touching_m;
+        const bool is_clear = reach(third, turn) <= distance + touching_fence_m;
         const bool holds = along(i, turn) * along(j, turn) <= 0.0;
         if (is_clear && holds) {
           stable.push_back({.contacts = {i, j}, .turn_rad = turn, .distance_m = distance});
@@ -104,7 +104,7 @@ Seat seat_at_fence(const Eigen::Matrix3d& rotation_table_from_positioner,
   // Feet that all touch at once give one seat by any pair; then the smaller turn, then the order.
   const StablePair& best =
       *std::min_element(stable.begin(), stable.end(), [](const StablePair& a, const StablePair& b) {
-        return std::abs(a.distance_m - b.distance_m) > touching_m
+        return std::abs(a.distance_m - b.distance_m) > touching_fence_m
                    ? a.distance_m < b.distance_m
                    : std::abs(a.turn_rad) < std::abs(b.turn_rad) - same_turn_rad;
       });

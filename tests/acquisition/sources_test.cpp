@@ -21,7 +21,7 @@
 namespace axiscal::test {
 namespace {
 
-const Recording& recording() {
+const Recording& sources_recording() {
   static const Recording one = record_session(1);
   return one;
 }
@@ -29,13 +29,13 @@ const Recording& recording() {
 std::string lines_of(const std::string& format) {
   if (format == "json") {
     std::string text;
-    for (const std::vector<double>& row : recording().rows) {
+    for (const std::vector<double>& row : sources_recording().rows) {
       text += "{\"time\":" + number_text(row[0]) + ",\"acc\":{\"x\":" + number_text(row[1]) +
               ",\"y\":" + number_text(row[2]) + ",\"z\":" + number_text(row[3]) + "}}\n";
     }
     return text;
   }
-  return recording().csv();
+  return sources_recording().csv();
 }
 
 class SourceTest : public testing::Test {
@@ -94,12 +94,12 @@ class SourceTest : public testing::Test {
   }
 
   std::vector<std::vector<double>> from_file() {
-    return readings_from("file:" + folder_.write("log.csv", recording().csv()));
+    return readings_from("file:" + folder_.write("log.csv", sources_recording().csv()));
   }
 
   std::vector<std::vector<double>> from_file_by_rate() {
-    return readings_from("file:" + folder_.write("plain.csv", recording().csv_without_time()) +
-                         "?rate=50");
+    return readings_from(
+        "file:" + folder_.write("plain.csv", sources_recording().csv_without_time()) + "?rate=50");
   }
 
   ScratchFolder folder_;
@@ -110,20 +110,20 @@ constexpr double rounding = 1e-12;  // [g]: the same numbers by another way
 
 TEST_F(SourceTest, SerialPort) {
   const PseudoPort port;
-  std::thread feeder([&] { port.master.write(recording().csv()); });
+  std::thread feeder([&] { port.master.write(sources_recording().csv()); });
   expect_same(readings_from("serial:" + port.path + "?baud=230400"), from_file(), rounding);
   feeder.join();
 }
 
 TEST_F(SourceTest, TcpClient) {
   const FakeServer server(
-      [](Descriptor& connection, int /*number*/) { connection.write(recording().csv()); });
+      [](Descriptor& connection, int /*number*/) { connection.write(sources_recording().csv()); });
   expect_same(readings_from("tcp://127.0.0.1:" + server.port()), from_file(), rounding);
 }
 
 TEST_F(SourceTest, TcpServer) {
   const int port = free_port();
-  std::thread feeder([&] { connect_to(port).write(recording().csv()); });
+  std::thread feeder([&] { connect_to(port).write(sources_recording().csv()); });
   expect_same(readings_from("tcp-listen:" + std::to_string(port)), from_file(), rounding);
   feeder.join();
 }
@@ -165,12 +165,12 @@ TEST_F(SourceTest, UdpInJsonLines) {
 }
 
 TEST_F(SourceTest, StandardInput) {
-  expect_same(readings_from("-", {}, recording().csv()), from_file(), rounding);
+  expect_same(readings_from("-", {}, sources_recording().csv()), from_file(), rounding);
 }
 
 TEST_F(SourceTest, NamedFieldsByAPattern) {
   std::string text = "booting...\n";
-  for (const std::vector<double>& row : recording().rows) {
+  for (const std::vector<double>& row : sources_recording().rows) {
     text += "IMU t=" + number_text(row[0]) + " X: " + number_text(row[1]) +
             " Y: " + number_text(row[2]) + " Z: " + number_text(row[3]) + " ok\n";
   }
@@ -180,7 +180,7 @@ TEST_F(SourceTest, NamedFieldsByAPattern) {
 
 TEST_F(SourceTest, ScpiScannerWithAResistor) {
   std::vector<std::string> readings;
-  for (const std::vector<double>& row : recording().rows) {
+  for (const std::vector<double>& row : sources_recording().rows) {
     // 50 ohms: what is read is the voltage.
     readings.push_back(number_text(50.0 * row[1]) + "," + number_text(50.0 * row[2]) + "," +
                        number_text(50.0 * row[3]));
@@ -206,7 +206,7 @@ TEST_F(SourceTest, LinuxIioOnTheNetwork) {
     GTEST_SKIP() << "built without libiio";
   }
   constexpr double scale = 1e-9;
-  const FakeServer server(fake_iiod(recording(), scale));
+  const FakeServer server(fake_iiod(sources_recording(), scale));
   const std::vector<std::vector<double>> found =
       readings_from("iio:ip:127.0.0.1:" + server.port() +
                         "?device=adxl355&channels=accel_x,accel_y,accel_z&names=x,y,z&rate=50",
@@ -259,12 +259,13 @@ class TwoRecordings : public SourceTest {
                         const std::string& speed = "",
                         double clocks_differ_by = 0.0) {
     std::string readings = "time,x,y,z\n";
-    for (const std::vector<double>& row : recording().rows) {
+    for (const std::vector<double>& row : sources_recording().rows) {
       readings += number_text(begin + row[0]) + "," + number_text(row[1]) + "," +
                   number_text(row[2]) + "," + number_text(row[3]) + "\n";
     }
     std::string temperatures = "time,temperature\n";
-    for (double t = temperatures_begin; t < begin + recording().rows.back()[0] + 5.0; t += 0.5) {
+    for (double t = temperatures_begin; t < begin + sources_recording().rows.back()[0] + 5.0;
+         t += 0.5) {
       temperatures +=
           number_text(t + clocks_differ_by) + "," + number_text(20.0 + 0.01 * (t - begin)) + "\n";
     }

@@ -28,13 +28,13 @@ struct Tally {
   [[nodiscard]] double efficiency() const { return all / squares; }
 };
 
-struct CoverageCase {
+struct MethodCase {
   Method method;
   int points;
   int replicates;
 };
 
-class Coverage : public testing::TestWithParam<CoverageCase> {};
+class Coverage : public testing::TestWithParam<MethodCase> {};
 
 TEST_P(Coverage, IsAsStatedAndTheBoundIsReached) {
   const auto [method, points, replicates] = GetParam();
@@ -95,15 +95,15 @@ TEST_P(Coverage, IsAsStatedAndTheBoundIsReached) {
 
 INSTANTIATE_TEST_SUITE_P(Designs,
                          Coverage,
-                         testing::Values(CoverageCase{Method::paired, 12, 1},
-                                         CoverageCase{Method::paired, 12, 3},
-                                         CoverageCase{Method::paired, 24, 1},
-                                         CoverageCase{Method::joint, 12, 1},
-                                         CoverageCase{Method::joint, 12, 3},
-                                         CoverageCase{Method::joint, 24, 1},
-                                         CoverageCase{Method::known, 6, 1},
-                                         CoverageCase{Method::known, 12, 1}),
-                         [](const testing::TestParamInfo<CoverageCase>& test_case) {
+                         testing::Values(MethodCase{Method::paired, 12, 1},
+                                         MethodCase{Method::paired, 12, 3},
+                                         MethodCase{Method::paired, 24, 1},
+                                         MethodCase{Method::joint, 12, 1},
+                                         MethodCase{Method::joint, 12, 3},
+                                         MethodCase{Method::joint, 24, 1},
+                                         MethodCase{Method::known, 6, 1},
+                                         MethodCase{Method::known, 12, 1}),
+                         [](const testing::TestParamInfo<MethodCase>& test_case) {
                            return std::string(method_name(test_case.param.method)) +
                                   std::to_string(test_case.param.points) + "x" +
                                   std::to_string(test_case.param.replicates);

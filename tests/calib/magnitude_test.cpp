@@ -217,16 +217,16 @@ TEST(OrientationQuality, NamesTheGap) {
 
 // ---- two instruments ----
 
-struct Pair {
+struct CompanionPair {
   Eigen::MatrixXd fields;
   Eigen::MatrixXd companion;
 };
 
 // Fields at an angle of 90 degrees plus the dip, in random attitudes, the one turned against the
 // other.
-Pair recorded_together(const Eigen::Matrix3d& R, double dip_deg, int count, double noise) {
+CompanionPair recorded_together(const Eigen::Matrix3d& R, double dip_deg, int count, double noise) {
   RandomStream random(8, 0);
-  Pair pair{.fields = Eigen::MatrixXd(count, 3), .companion = Eigen::MatrixXd(count, 3)};
+  CompanionPair pair{.fields = Eigen::MatrixXd(count, 3), .companion = Eigen::MatrixXd(count, 3)};
   const double dip_rad = dip_deg * rad_per_deg;
   for (int i = 0; i < count; ++i) {
     const auto draw = [&] {
@@ -247,7 +247,7 @@ TEST(Align, FindsAnyRotationByTheConstantAngle) {
        {Eigen::Vector3d(0.02, -0.01, 0.03), Eigen::Vector3d(0.0, 0.0, 1.6),
         Eigen::Vector3d(2.0, 2.0, -0.5)}) {
     const Eigen::Matrix3d R = rotation_by(turn);
-    const Pair pair = recorded_together(R, 50.0, 40, 1e-3);
+    const CompanionPair pair = recorded_together(R, 50.0, 40, 1e-3);
     const Alignment alignment = align_by_constant_angle(pair.fields, pair.companion);
     EXPECT_NEAR(alignment.angle_rad * deg_per_rad, 140.0, 0.1);
     const Eigen::Matrix3d error = alignment.rotation_companion_from_sensor * R.transpose();
@@ -262,7 +262,7 @@ TEST(Align, FindsAnyRotationByTheConstantAngle) {
 TEST(Align, IsAsGoodAtAnyDip) {
   // Near a pole the angle hardly changes with the rotation, but with the noise neither.
   const auto aligned = [](double dip_deg) {
-    const Pair pair = recorded_together(Eigen::Matrix3d::Identity(), dip_deg, 60, 1e-3);
+    const CompanionPair pair = recorded_together(Eigen::Matrix3d::Identity(), dip_deg, 60, 1e-3);
     return align_by_constant_angle(pair.fields, pair.companion);
   };
   const double at_equator = aligned(0.0).standard_error_rad.norm();

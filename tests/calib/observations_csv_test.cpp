@@ -28,7 +28,7 @@ ObservationsTable read(const std::string& text, const ObservationColumns& column
   return read_observations(csv, columns);
 }
 
-std::string complaint(const std::string& text, const ObservationColumns& columns = {}) {
+std::string csv_complaint(const std::string& text, const ObservationColumns& columns = {}) {
   try {
     static_cast<void>(read(text, columns));
   } catch (const DataError& error) {
@@ -75,7 +75,9 @@ TEST(ReadObservations, TakesWhatSpreadsheetsMake) {
 
 TEST(ReadObservations, SaysWhatIsWrongWhere) {
   const std::string header = "rest,fence,x,y,z\n";
-  const auto row = [&](const std::string& text) { return complaint(header + "#\n" + text + "\n"); };
+  const auto row = [&](const std::string& text) {
+    return csv_complaint(header + "#\n" + text + "\n");
+  };
   EXPECT_THAT(row("+W,+Y,1,2,3"), HasSubstr("run.csv:3: column 'rest': '+W' is not a face"));
   EXPECT_THAT(row("+X,-X,1,2,3"), HasSubstr("run.csv:3: column 'fence': '-X' lies on one axis"));
   for (const char* cell : {"abc", "nan", "inf", "1e999", "1.2V", "\"1,5\""}) {
@@ -91,27 +93,29 @@ TEST(ReadObservations, SaysWhatIsWrongWhere) {
   EXPECT_THAT(row("+X,\"+Y,1,2,3"), HasSubstr("run.csv:3: a quote is opened"));
   EXPECT_THAT(row(std::string("+X,+Y,1,2,\0", 11)), HasSubstr("run.csv:3: a NUL byte"));
   EXPECT_THAT(row("+X,+Y,1,2,\xE9"), HasSubstr("run.csv:3: not UTF-8"));
-  EXPECT_THAT(complaint(header), HasSubstr("run.csv:1: only a header"));
-  EXPECT_THAT(complaint("rest,x,y,z\n"), HasSubstr("run.csv:1: column 'fence': is missing"));
-  EXPECT_THAT(complaint("fence,x,y,z\n"), HasSubstr("column 'rest': is missing"));
-  EXPECT_THAT(complaint("rest,fence,x,y\n"), HasSubstr("run.csv:1: column 'z': is missing"));
-  EXPECT_THAT(complaint("fx,x,y,z\n1,1,2,3\n"), HasSubstr("column 'fy': is missing"));
-  EXPECT_THAT(complaint("rest;fence;x;y;z\n"), HasSubstr("parted by commas"));
-  EXPECT_THAT(complaint("rest,fence,X,y,z\n"), HasSubstr("did you mean 'X'?"));
-  EXPECT_THAT(complaint("run,rest,fence,x,y,z\n1.5,+X,+Y,1,2,3\n"), HasSubstr("column 'run'"));
-  EXPECT_THAT(complaint("time,rest,fence,x,y,z\nnoon,+X,+Y,1,2,3\n"), HasSubstr("column 'time'"));
-  EXPECT_THAT(complaint("samples,rest,fence,x,y,z\n0,+X,+Y,1,2,3\n"),
+  EXPECT_THAT(csv_complaint(header), HasSubstr("run.csv:1: only a header"));
+  EXPECT_THAT(csv_complaint("rest,x,y,z\n"), HasSubstr("run.csv:1: column 'fence': is missing"));
+  EXPECT_THAT(csv_complaint("fence,x,y,z\n"), HasSubstr("column 'rest': is missing"));
+  EXPECT_THAT(csv_complaint("rest,fence,x,y\n"), HasSubstr("run.csv:1: column 'z': is missing"));
+  EXPECT_THAT(csv_complaint("fx,x,y,z\n1,1,2,3\n"), HasSubstr("column 'fy': is missing"));
+  EXPECT_THAT(csv_complaint("rest;fence;x;y;z\n"), HasSubstr("parted by commas"));
+  EXPECT_THAT(csv_complaint("rest,fence,X,y,z\n"), HasSubstr("did you mean 'X'?"));
+  EXPECT_THAT(csv_complaint("run,rest,fence,x,y,z\n1.5,+X,+Y,1,2,3\n"), HasSubstr("column 'run'"));
+  EXPECT_THAT(csv_complaint("time,rest,fence,x,y,z\nnoon,+X,+Y,1,2,3\n"),
+              HasSubstr("column 'time'"));
+  EXPECT_THAT(csv_complaint("samples,rest,fence,x,y,z\n0,+X,+Y,1,2,3\n"),
               HasSubstr("column 'samples': '0' must be greater than 0"));
-  EXPECT_THAT(complaint("serial,rest,fence,x,y,z\nA,+X,+Y,1,2,3\nB,+X,+Y,1,2,3\n"),
+  EXPECT_THAT(csv_complaint("serial,rest,fence,x,y,z\nA,+X,+Y,1,2,3\nB,+X,+Y,1,2,3\n"),
               HasSubstr("run.csv:3: column 'serial': 'B' follows 'A'"));
 }
 
 TEST(ReadObservations, NeedsTheColumnsThatAreAskedFor) {
   const std::string fields = "fx,fy,fz,x,y,z\n0,0,1,1,2,3\n";
-  EXPECT_THAT(complaint(fields, {.needs_labels = true}), HasSubstr("column 'rest': is missing"));
-  EXPECT_THAT(complaint(fields, {.needs_samples = true}), HasSubstr("column 'samples'"));
-  EXPECT_THAT(complaint(fields, {.needs_sd = true}), HasSubstr("column 'x_sd'"));
-  EXPECT_THAT(complaint("fx,fy,fz,x,x_sd\n0,0,1,1,0\n", {.axes = {"x"}, .needs_sd = true}),
+  EXPECT_THAT(csv_complaint(fields, {.needs_labels = true}),
+              HasSubstr("column 'rest': is missing"));
+  EXPECT_THAT(csv_complaint(fields, {.needs_samples = true}), HasSubstr("column 'samples'"));
+  EXPECT_THAT(csv_complaint(fields, {.needs_sd = true}), HasSubstr("column 'x_sd'"));
+  EXPECT_THAT(csv_complaint("fx,fy,fz,x,x_sd\n0,0,1,1,0\n", {.axes = {"x"}, .needs_sd = true}),
               HasSubstr("column 'x_sd': '0' must be greater than 0"));
 }
 

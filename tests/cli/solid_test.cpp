@@ -29,7 +29,7 @@ void prepare(const std::vector<std::string>& arguments) {
   EXPECT_EQ(result.status, 0) << result.err;
 }
 
-const char* truth_text() {
+const char* solid_truth_text() {
   return R"({"format":"axiscal-calibration","version":1,
     "instrument":{"kind":"accelerometer","axes":["x","y","z"],"unit":"V"},
     "field":{"kind":"gravity","unit":"g","magnitude":1.0},
@@ -44,7 +44,7 @@ Positioner rough_cube() {
 }
 
 double worst_error(const json& record) {
-  const json truth = json::parse(truth_text())["coefficients"];
+  const json truth = json::parse(solid_truth_text())["coefficients"];
   double worst = 0.0;
   for (std::size_t k = 0; k < 3; ++k) {
     worst = std::max(worst, std::abs(record["coefficients"]["bias"][k].get<double>() -
@@ -61,7 +61,7 @@ double worst_error(const json& record) {
 
 TEST(SolidCommand, SimulateAndCalibrateUseTheSameSeats) {
   const ScratchFolder folder;
-  const std::string truth = folder.write("truth.json", truth_text());
+  const std::string truth = folder.write("truth.json", solid_truth_text());
   const std::string cube = folder.write("cube.json", positioner_json(rough_cube()));
   const std::string run = folder.path("run.csv");
   for (const char* design : {"12", "24"}) {
@@ -131,7 +131,7 @@ const char* three_screws = "0.1,0;-0.1,0.08;-0.1,-0.08";
 
 TEST(LevelCommand, LevelsATableInOneGo) {
   const ScratchFolder folder;
-  const std::string truth = folder.write("truth.json", truth_text());
+  const std::string truth = folder.write("truth.json", solid_truth_text());
   const std::string run = folder.path("run.csv");
   prepare({"simulate", "--truth", truth, "--slope", "0.004,-0.003", "--noise", "1e-5", "-o", run});
   const std::string record = folder.path("cal.json");
@@ -167,7 +167,7 @@ TEST(LevelCommand, LevelsATableInOneGo) {
 
 TEST(LevelCommand, TakesTheScrewsOfAPositionerAndTheLastBlock) {
   const ScratchFolder folder;
-  const std::string truth = folder.write("truth.json", truth_text());
+  const std::string truth = folder.write("truth.json", solid_truth_text());
   PositionerDescription description = Positioner(feet_of_frame({})).description();
   description.surface = {.kind = SurfaceKind::separate,
                          .fence_lean_rad = 0.001,
@@ -208,7 +208,7 @@ TEST(LevelCommand, SaysWhatIsMissing) {
       with({"level", six, "--method", "known", "--adjusters", three_screws}, accelerometer));
   EXPECT_EQ(refused.status, 1);
   EXPECT_THAT(refused.err, HasSubstr("turned round"));
-  const std::string truth = folder.write("truth.json", truth_text());
+  const std::string truth = folder.write("truth.json", solid_truth_text());
   EXPECT_EQ(run_axiscal({"level", truth, "--adjusters", three_screws}).status, 1);
   EXPECT_EQ(run_axiscal({"level", folder.path("none.json"), "--adjusters", three_screws}).status,
             3);
@@ -218,7 +218,7 @@ TEST(LevelCommand, SaysWhatIsMissing) {
 
 TEST(CalibrateCommand, GivesEachBlockItsLevelnessOnRequest) {
   const ScratchFolder folder;
-  const std::string truth = folder.write("truth.json", truth_text());
+  const std::string truth = folder.write("truth.json", solid_truth_text());
   for (const auto& [name, slope] : {std::pair{"a.csv", "0.02,0"}, {"b.csv", "-0.01,0.015"}}) {
     prepare({"simulate", "--truth", truth, "--slope", slope, "-o", folder.path(name)});
   }
@@ -249,7 +249,7 @@ TEST(CalibrateCommand, GivesEachBlockItsLevelnessOnRequest) {
 
 TEST(CalibrateCommand, WritesARecordForEachSlot) {
   const ScratchFolder folder;
-  const std::string truth = folder.write("truth.json", truth_text());
+  const std::string truth = folder.write("truth.json", solid_truth_text());
   const std::string run = folder.path("run.csv");
   ASSERT_EQ(run_axiscal({"simulate", "--truth", "L=" + truth, "--truth", "R=" + truth, "--assembly",
                          "h", "--slope", "0.001,0.002", "--noise", "1e-5", "-o", run})
@@ -284,7 +284,7 @@ TEST(CalibrateCommand, WritesARecordForEachSlot) {
 
 TEST(CalibrateCommand, TakesTheMountsOfAPositioner) {
   const ScratchFolder folder;
-  const std::string truth = folder.write("truth.json", truth_text());
+  const std::string truth = folder.write("truth.json", solid_truth_text());
   const std::string cube = folder.write(
       "cube.json", positioner_json(rough_cube().with_mounts(h_shaped_mounts("L", "R"))));
   const std::string run = folder.path("run.csv");
@@ -316,7 +316,7 @@ TEST(CalibrateCommand, NamesTheColumnThatASlotLacks) {
 
 struct Laboratory {
   ScratchFolder folder;
-  std::string truth = folder.write("truth.json", truth_text());
+  std::string truth = folder.write("truth.json", solid_truth_text());
   std::string cube = folder.write("new.json", positioner_json(Positioner(rough_cube().normals())));
 
   // An instrument's record and its readings in the new cube, as --reference wants them.

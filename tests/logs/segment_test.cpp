@@ -2,11 +2,11 @@
 #include "axiscal/logs/segment.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include <gmock/gmock.h>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/logs/simulate_log.hpp"
 #include "axiscal/logs/static_detector.hpp"
@@ -19,8 +19,6 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 ImuSimulation plain_imu() {
   return {.accelerometer = {.bias = Eigen::Vector3d(0.02, -0.01, 0.03),

@@ -14,7 +14,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-Calibration calibrated() {
+Calibration certified() {
   Calibration truth = accelerometer_truth();
   truth.instrument.serial = "A-17";
   return calibrate(experiment_for(truth), observe(truth, {.replicates = 2, .noise_sd = 1e-4}));
@@ -52,7 +52,7 @@ class Certificate : public testing::Test {
 };
 
 TEST_F(Certificate, SaysWhatTheStandardAsks) {
-  Calibration calibration = calibrated();
+  Calibration calibration = certified();
   calibration.verdict = Verdict{.passed = true,
                                 .rule = "guarded",
                                 .limits = {{.parameter = "x.bias", .value = 0.01, .high = 0.1}}};
@@ -80,7 +80,7 @@ TEST_F(Certificate, SaysWhatTheStandardAsks) {
 
 // U to two digits, the value to the same place.
 TEST_F(Certificate, RoundsTheValueToItsUncertainty) {
-  Calibration calibration = calibrated();
+  Calibration calibration = certified();
   calibration.response.bias(0) = 0.0120001;
   calibration.uncertainty.reset();
   calibration.statistics->covariance.setIdentity();
@@ -94,7 +94,7 @@ TEST_F(Certificate, RoundsTheValueToItsUncertainty) {
 }
 
 TEST_F(Certificate, AnyTextIsPrinted) {
-  Calibration calibration = calibrated();
+  Calibration calibration = certified();
   calibration.instrument.serial = "bad \xff utf-8 \x01 " + std::string(300, 'w');
   CertificateDetails bare;
   bare.remarks = {std::string(5000, 'a')};
@@ -105,14 +105,14 @@ TEST_F(Certificate, AnyTextIsPrinted) {
 }
 
 TEST_F(Certificate, ThereIsNoneOfWhatWasRefused) {
-  Calibration refused = calibrated();
+  Calibration refused = certified();
   refused.status = "refused";
   EXPECT_THROW(static_cast<void>(certificate_pdf(refused, details())), RefusedError);
   Calibration bare = accelerometer_truth();
   bare.statistics.reset();
   EXPECT_THROW(static_cast<void>(certificate_pdf(bare, details())), RefusedError);
   // Four readings for four coefficients: no degrees of freedom, no uncertainty.
-  Calibration exact = calibrated();
+  Calibration exact = certified();
   exact.statistics->degrees_of_freedom.setZero();
   EXPECT_THROW(static_cast<void>(certificate_pdf(exact, details())), RefusedError);
 }
@@ -128,10 +128,10 @@ TEST(CertificateDetailsFile, IsReadAndChecked) {
   EXPECT_EQ(read.number, "7");
   EXPECT_EQ(read.laboratory.address.size(), 2U);
   EXPECT_EQ(read.authorised.front().second, "head");
-  const std::vector<std::string> missing = missing_details(calibrated(), read);
+  const std::vector<std::string> missing = missing_details(certified(), read);
   EXPECT_THAT(missing, testing::Contains("customer (name)"));
   EXPECT_THAT(missing, Not(testing::Contains("number")));
-  EXPECT_TRUE(missing_details(calibrated(), details()).empty());
+  EXPECT_TRUE(missing_details(certified(), details()).empty());
   const std::string wrong = folder.write(
       "wrong.json", R"({"format": "axiscal-laboratory", "version": 1, "custommer": {}})");
   try {

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "axiscal/core/not_a_number.hpp"
 #include "kinds.hpp"
 
 namespace axiscal {
 namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 // b and S as one vector, axis by axis, and back.
 Eigen::VectorXd parameters_of(const LinearResponse& response) {
