@@ -22,20 +22,20 @@
 namespace axiscal::cli {
 namespace {
 
-constexpr std::array<std::string_view, 4> names = {"gravity", "geomagnetic", "earth_rotation",
-                                                   "sun"};
+constexpr std::array<std::string_view, 4> field_names = {"gravity", "geomagnetic", "earth_rotation",
+                                                         "sun"};
 
 std::set<std::string_view> wanted_fields(const FieldCommand& command) {
-  std::set<std::string_view> wanted(names.begin(), names.end());
+  std::set<std::string_view> wanted(field_names.begin(), field_names.end());
   if (!command.only) {
     return wanted;
   }
   wanted.clear();
   for (const std::string_view name : split(*command.only, ',')) {
-    const auto* const known = std::find(names.begin(), names.end(), name);
-    if (known == names.end()) {
+    const auto* const known = std::find(field_names.begin(), field_names.end(), name);
+    if (known == field_names.end()) {
       throw UsageError("--only: unknown field '" + std::string(name) + "'" +
-                       did_you_mean(name, names) +
+                       did_you_mean(name, field_names) +
                        "; the fields are gravity, geomagnetic, earth_rotation, sun");
     }
     wanted.insert(*known);

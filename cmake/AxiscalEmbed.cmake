@@ -12,13 +12,9 @@ file(WRITE "${OUTPUT}" "// Made from ${INPUT}; do not edit.
 #include \"${HEADER}\"
 
 namespace axiscal {
-namespace {
-
-constexpr unsigned char bytes[] = {${bytes}0};
-
-}  // namespace
 
 std::string_view ${FUNCTION}() {
+  static constexpr unsigned char bytes[] = {${bytes}0};
   return {reinterpret_cast<const char*>(bytes), sizeof bytes - 1};
 }
 

@@ -15,7 +15,7 @@
 namespace axiscal {
 namespace {
 
-Eigen::Index rank_of(const Eigen::MatrixXd& matrix) {
+Eigen::Index rank_for_advice(const Eigen::MatrixXd& matrix) {
   Eigen::VectorXd scale = matrix.colwise().norm();
   scale = (scale.array() > 0.0).select(scale.cwiseInverse(), 1.0);
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(matrix * scale.asDiagonal());
@@ -37,7 +37,7 @@ std::string points_to_add(const Eigen::MatrixXd& design,
                           const RowsForPoint& rows_for,
                           bool levels_help) {
   Eigen::MatrixXd extended = design;
-  Eigen::Index rank = rank_of(extended);
+  Eigen::Index rank = rank_for_advice(extended);
   std::vector<std::string> names;
   const std::vector<double> levels =
       levels_help ? std::vector<double>{1.0, -1.0, 0.0} : std::vector<double>{1.0};
@@ -54,7 +54,7 @@ std::string points_to_add(const Eigen::MatrixXd& design,
       }
       Eigen::MatrixXd longer(extended.rows() + rows.rows(), design.cols());
       longer << extended, rows;
-      const Eigen::Index longer_rank = rank_of(longer);
+      const Eigen::Index longer_rank = rank_for_advice(longer);
       if (longer_rank > rank) {
         rank = longer_rank;
         extended = std::move(longer);

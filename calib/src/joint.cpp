@@ -22,17 +22,6 @@
 namespace axiscal {
 namespace {
 
-Eigen::VectorXd scatter(const ReadingSet& set,
-                        const JointState& state,
-                        const Eigen::VectorXd& degrees_of_freedom) {
-  Eigen::VectorXd sigma(set.axis_count());
-  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const double rss = state.axes[static_cast<std::size_t>(k)].residuals.squaredNorm();
-    sigma(k) = std::max(std::sqrt(rss / degrees_of_freedom(k)), set.rounding(k));
-  }
-  return sigma;
-}
-
 struct Solution {
   JointState state;
   Eigen::VectorXd sigma;
@@ -52,7 +41,7 @@ double pooled_scatter(const ReadingSet& set, const JointState& state, double dof
   return std::max(std::sqrt(rss / dof), set.rounding());
 }
 
-// The axes' noise is not known: weights are iterated from equal ones.
+// The axes' noise is not known: it is what fits the residuals best, directions and noise in turn.
 Solution solve(const ReadingSet& set,
                const JointFit& fit,
                const std::vector<Eigen::Vector3d>& start) {
@@ -61,23 +50,35 @@ Solution solve(const ReadingSet& set,
   const DirectionShares unscaled = fit.shares(state, sigma);
   sigma.setConstant(pooled_scatter(set, state, unscaled.degrees_of_freedom.sum()));
   const DirectionShares shares = fit.shares(state, sigma);
-  Solution equal{.state = std::move(state), .sigma = sigma, .shares = shares};
+  const Solution equal{.state = std::move(state), .sigma = sigma, .shares = shares};
+  // With so little to go by an axis could get all the weight just for fitting by chance.
+  constexpr double fewest_degrees_of_freedom = 1.0;
+  if (shares.degrees_of_freedom.minCoeff() < fewest_degrees_of_freedom) {
+    return equal;
+  }
   Solution solution = equal;
   solution.weights_are_estimated = true;
-  for (int round = 0; round < 30; ++round) {
-    // With so little to go by an axis could get all the weight just for fitting by chance.
-    if (solution.shares.degrees_of_freedom.minCoeff() < 1.0) {
+  Eigen::VectorXd smallest(set.axis_count());
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    smallest(k) = set.rounding(k);
+  }
+  constexpr int most_rounds = 30;
+  for (int round = 0; round < most_rounds; ++round) {
+    Reweighting next = fit.reweighted(solution.state, solution.sigma, smallest);
+    if (next.degrees_of_freedom.minCoeff() < fewest_degrees_of_freedom) {
       return equal;
     }
-    const Eigen::VectorXd next = scatter(set, solution.state, solution.shares.degrees_of_freedom);
-    const double change = ((next - solution.sigma).array() / next.array()).abs().maxCoeff();
-    solution.sigma = next;
-    solution.state = fit.converged(solution.state.fields, solution.sigma);
-    solution.shares = fit.shares(solution.state, solution.sigma);
-    if (change < 1e-12) {
+    const double change = (next.sigma.array() / solution.sigma.array()).log().abs().maxCoeff();
+    solution.sigma = std::move(next.sigma);
+    std::optional<JointState> moved = fit.advanced(solution.state, solution.sigma, next.step);
+    if (moved) {
+      solution.state = std::move(*moved);
+    }
+    if (!moved || (change < 1e-12 && next.step.norm() < 1e-12)) {
       break;
     }
   }
+  solution.shares = fit.shares(solution.state, solution.sigma);
   return solution;
 }
 

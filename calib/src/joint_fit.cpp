@@ -5,6 +5,8 @@
 #include <cmath>
 #include <iterator>
 
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <Eigen/SVD>
 
 #include "axiscal/core/rotation.hpp"
@@ -33,6 +35,106 @@ std::vector<Eigen::Index> used_rows(const ReadingSet& set,
                [&](Eigen::Index i) { return set.weights(i, axis) > 0.0; });
   return used;
 }
+
+// An axis' part in a linearised problem, in as many rows as it has columns: the residuals are
+// y - P z, and the rest of them no z changes.
+struct LinearisedAxis {
+  LinearisedAxis(const Eigen::MatrixXd& changes, const Eigen::VectorXd& residuals, double to_spare)
+      : left(to_spare) {
+    Eigen::MatrixXd both(changes.rows(), changes.cols() + 1);
+    both << changes, residuals;
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(both);
+    const Eigen::Index rows = std::min(both.rows(), both.cols());
+    const Eigen::MatrixXd R = qr.matrixQR().topRows(rows).triangularView<Eigen::Upper>();
+    P = R.leftCols(changes.cols());
+    y = R.rightCols<1>();
+  }
+
+  Eigen::MatrixXd P;
+  Eigen::VectorXd y;
+  double left;  // readings less coefficients
+};
+
+// A linearised problem at given variances: -2 ln of the likelihood of what the coefficients leave
+// is sum_k (N_k u_k + RSS_k e^-u_k) + ln det sum_k P_k^T P_k e^-u_k, u_k = ln sigma_k^2. Its
+// gradient is nu_k - RSS_k e^-u_k, so that it is least where sigma_k^2 = RSS_k / nu_k.
+struct NoiseFit {
+  NoiseFit(const std::vector<LinearisedAxis>& axes, const Eigen::VectorXd& at) : log_variance(at) {
+    const auto m = static_cast<Eigen::Index>(axes.size());
+    const Eigen::Index columns = axes.front().P.cols();
+    const Eigen::VectorXd weight = (-log_variance.array()).exp();
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(columns, columns);
+    Eigen::VectorXd c = Eigen::VectorXd::Zero(columns);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const LinearisedAxis& axis = axes[static_cast<std::size_t>(k)];
+      information.push_back(weight(k) * axis.P.transpose() * axis.P);
+      A += information.back();
+      c += weight(k) * axis.P.transpose() * axis.y;
+    }
+    const Eigen::LLT<Eigen::MatrixXd> cholesky(A);
+    covariance = cholesky.solve(Eigen::MatrixXd::Identity(columns, columns));
+    z = cholesky.solve(c);
+    misfit = 2.0 * cholesky.matrixLLT().diagonal().array().log().sum();
+    degrees_of_freedom.resize(m);
+    squares.resize(m);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const LinearisedAxis& axis = axes[static_cast<std::size_t>(k)];
+      const Eigen::VectorXd rest = axis.y - axis.P * z;
+      gradients.push_back(weight(k) * axis.P.transpose() * rest);
+      squares(k) = weight(k) * rest.squaredNorm();
+      degrees_of_freedom(k) =
+          axis.left - covariance.cwiseProduct(information[static_cast<std::size_t>(k)]).sum();
+      misfit += axis.left * log_variance(k) + squares(k);
+    }
+  }
+
+  // Towards the least misfit among variances that are not below the lowest.
+  [[nodiscard]] Eigen::VectorXd newton_step(const Eigen::VectorXd& lowest) const {
+    const auto m = log_variance.size();
+    const Eigen::VectorXd gradient = degrees_of_freedom - squares;
+    std::vector<Eigen::Index> open;
+    for (Eigen::Index k = 0; k < m; ++k) {
+      if (log_variance(k) > lowest(k) || gradient(k) < 0.0) {
+        open.push_back(k);
+      }
+    }
+    const auto count = static_cast<Eigen::Index>(open.size());
+    Eigen::MatrixXd H(count, count);
+    Eigen::VectorXd g(count);
+    for (Eigen::Index a = 0; a < count; ++a) {
+      const auto k = static_cast<std::size_t>(open[static_cast<std::size_t>(a)]);
+      const auto own = static_cast<Eigen::Index>(k);
+      const Eigen::MatrixXd CA = covariance * information[k];
+      g(a) = gradient(own);
+      for (Eigen::Index b = 0; b < count; ++b) {
+        const auto l = static_cast<std::size_t>(open[static_cast<std::size_t>(b)]);
+        H(a, b) = -(CA * covariance).cwiseProduct(information[l]).sum() -
+                  2.0 * gradients[k].dot(covariance * gradients[l]);
+      }
+      H(a, a) += CA.trace() + squares(own);
+    }
+    const Eigen::LLT<Eigen::MatrixXd> cholesky(H);
+    const Eigen::VectorXd newton = cholesky.solve(g);
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(m);
+    for (Eigen::Index a = 0; a < count; ++a) {
+      const Eigen::Index k = open[static_cast<std::size_t>(a)];
+      // Where the likelihood is not convex: what sigma_k^2 = RSS_k / nu_k asks for, at least by its
+      // sign.
+      step(k) = cholesky.info() == Eigen::Success ? -newton(a) : -g(a) / std::max(squares(k), 1.0);
+    }
+    constexpr double longest_step = 2.0;
+    return step * std::min(1.0, longest_step / std::max(step.cwiseAbs().maxCoeff(), 1e-300));
+  }
+
+  Eigen::VectorXd log_variance;              // u, m
+  Eigen::VectorXd z;                         // the step
+  double misfit = 0.0;                       // -2 ln of the likelihood, but for a constant
+  Eigen::VectorXd degrees_of_freedom;        // nu, m
+  Eigen::VectorXd squares;                   // RSS_k / sigma_k^2, m
+  Eigen::MatrixXd covariance;                // of z
+  std::vector<Eigen::MatrixXd> information;  // P_k^T P_k / sigma_k^2
+  std::vector<Eigen::VectorXd> gradients;    // P_k^T (y_k - P_k z) / sigma_k^2
+};
 
 }  // namespace
 
@@ -126,13 +228,17 @@ JointState JointFit::at(const std::vector<Eigen::Vector3d>& fields) const {
   return state;
 }
 
-double JointFit::cost(const JointState& state, const Eigen::VectorXd& sigma) {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < state.axes.size(); ++k) {
-    const double s = sigma(static_cast<Eigen::Index>(k));
-    sum += state.axes[k].residuals.squaredNorm() / (s * s);
+double JointFit::cost(const JointState& state, const Eigen::VectorXd& sigma) const {
+  return residuals(state, sigma).squaredNorm();
+}
+
+Eigen::VectorXd JointFit::residuals(const JointState& state, const Eigen::VectorXd& sigma) const {
+  Eigen::VectorXd all(set_.size() * set_.axis_count());
+  for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+    all.segment(k * set_.size(), set_.size()) =
+        state.axes[static_cast<std::size_t>(k)].residuals / sigma(k);
   }
-  return sum;
+  return all;
 }
 
 Eigen::MatrixXd JointFit::stacked(const JointState& state,
@@ -146,55 +252,92 @@ Eigen::MatrixXd JointFit::stacked(const JointState& state,
   return all;
 }
 
+Eigen::MatrixXd JointFit::open_basis(const JointState& state, const Eigen::VectorXd& sigma) const {
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(stacked(state, sigma, &JointAxis::projected),
+                                              Eigen::ComputeThinV);
+  const double whole = stacked(state, sigma, &JointAxis::tangents).norm();
+  const Eigen::VectorXd& singular = svd.singularValues();
+  // They are sorted: a direction that b and S take up comes last, and stays where it is.
+  const Eigen::Index open = (singular.array() > confounded_below * whole).count();
+  return svd.matrixV().leftCols(open) * singular.head(open).cwiseInverse().asDiagonal();
+}
+
+std::optional<JointState> JointFit::advanced(const JointState& state,
+                                             const Eigen::VectorXd& sigma,
+                                             Eigen::VectorXd& step) const {
+  constexpr double longest_step_rad = 0.5;
+  step *= std::min(1.0, longest_step_rad / std::max(step.norm(), 1e-300));
+  const double current = cost(state, sigma);
+  for (int halving = 0; halving < 12; ++halving) {
+    std::vector<Eigen::Vector3d> fields;
+    for (std::size_t s = 0; s < state.fields.size(); ++s) {
+      const Eigen::VectorXd own = step.segment(state.first_direction(s), state.tangents[s].cols());
+      const double F = state.fields[s].norm() * (own.size() > 2 ? std::exp(own(2)) : 1.0);
+      fields.emplace_back(
+          F * (state.fields[s].normalized() + state.tangents[s].leftCols<2>() * own.head<2>())
+                  .normalized());
+    }
+    JointState next = at(fields);
+    // Near the minimum the cost's own rounding must not stop the last steps.
+    if (cost(next, sigma) <= (1.0 + 1e-12) * current) {
+      return next;
+    }
+    step *= 0.5;
+  }
+  return std::nullopt;
+}
+
 JointState JointFit::converged(const std::vector<Eigen::Vector3d>& fields,
                                const Eigen::VectorXd& sigma,
                                int most_rounds) const {
   JointState state = at(fields);
-  double current = cost(state, sigma);
   for (int round = 0; round < most_rounds; ++round) {
-    const Eigen::MatrixXd J = stacked(state, sigma, &JointAxis::projected);
-    Eigen::VectorXd r(J.rows());
-    for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
-      r.segment(k * set_.size(), set_.size()) =
-          state.axes[static_cast<std::size_t>(k)].residuals / sigma(k);
+    const Eigen::MatrixXd basis = open_basis(state, sigma);
+    const Eigen::MatrixXd J = stacked(state, sigma, &JointAxis::projected) * basis;
+    Eigen::VectorXd step = basis * (J.transpose() * residuals(state, sigma));
+    std::optional<JointState> next = advanced(state, sigma, step);
+    if (next) {
+      state = std::move(*next);
     }
-    // A direction that b and S take up stays where it is.
-    Eigen::JacobiSVD<Eigen::MatrixXd> svd(J, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    const double whole = stacked(state, sigma, &JointAxis::tangents).norm();
-    if (!(svd.singularValues()(0) > confounded_below * whole)) {
-      break;
-    }
-    svd.setThreshold(confounded_below * whole / svd.singularValues()(0));
-    Eigen::VectorXd step = svd.solve(r);
-    constexpr double longest_step_rad = 0.5;
-    step *= std::min(1.0, longest_step_rad / std::max(step.norm(), 1e-300));
-    bool better = false;
-    for (int halving = 0; halving < 12 && !better; ++halving) {
-      std::vector<Eigen::Vector3d> next_fields;
-      for (std::size_t s = 0; s < state.fields.size(); ++s) {
-        const Eigen::VectorXd own =
-            step.segment(state.first_direction(s), state.tangents[s].cols());
-        const double F = state.fields[s].norm() * (own.size() > 2 ? std::exp(own(2)) : 1.0);
-        next_fields.emplace_back(
-            F * (state.fields[s].normalized() + state.tangents[s].leftCols<2>() * own.head<2>())
-                    .normalized());
-      }
-      JointState next = at(next_fields);
-      const double next_cost = cost(next, sigma);
-      // Near the minimum the cost's own rounding must not stop the last steps.
-      better = next_cost <= (1.0 + 1e-12) * current;
-      if (better) {
-        state = std::move(next);
-        current = next_cost;
-      } else {
-        step *= 0.5;
-      }
-    }
-    if (!better || step.norm() < 1e-14) {
+    if (!next || step.norm() < 1e-14) {
       break;
     }
   }
   return state;
+}
+
+Reweighting JointFit::reweighted(const JointState& state,
+                                 const Eigen::VectorXd& sigma,
+                                 const Eigen::VectorXd& smallest) const {
+  const Eigen::MatrixXd basis = open_basis(state, sigma);
+  std::vector<LinearisedAxis> axes;
+  for (const JointAxis& axis : state.axes) {
+    axes.emplace_back(axis.projected * basis, axis.residuals,
+                      static_cast<double>(axis.design->observations() - axis.X.cols()));
+  }
+  const Eigen::VectorXd lowest = 2.0 * smallest.array().log();
+  NoiseFit best(axes, (2.0 * sigma.array().log()).max(lowest.array()).matrix());
+  constexpr int most_rounds = 100;
+  for (int round = 0; round < most_rounds; ++round) {
+    Eigen::VectorXd step = best.newton_step(lowest);
+    bool better = false;
+    for (int halving = 0; halving < 30 && !better; ++halving) {
+      NoiseFit next(axes, (best.log_variance + step).cwiseMax(lowest));
+      // As for the directions: rounding of the likelihood must not stop the last steps.
+      better = next.misfit <= best.misfit + 1e-13 * std::abs(best.misfit);
+      if (better) {
+        best = std::move(next);
+      } else {
+        step *= 0.5;
+      }
+    }
+    if (!better || step.cwiseAbs().maxCoeff() < 1e-13) {
+      break;
+    }
+  }
+  return {.sigma = (0.5 * best.log_variance.array()).exp(),
+          .step = basis * best.z,
+          .degrees_of_freedom = best.degrees_of_freedom};
 }
 
 DirectionShares JointFit::shares(const JointState& state, const Eigen::VectorXd& sigma) const {

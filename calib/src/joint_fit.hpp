@@ -49,6 +49,14 @@ struct DirectionShares {
       degrees_of_freedom;  // per axis: readings less p, less its share in the directions
 };
 
+/// The axes' noise where the readings say all there is to know of it, and the step of the
+/// directions that goes with it.
+struct Reweighting {
+  Eigen::VectorXd sigma;               ///< m standard deviations
+  Eigen::VectorXd step;                ///< of the tangents [rad], D
+  Eigen::VectorXd degrees_of_freedom;  ///< m, at sigma
+};
+
 /// What a sum at a level changes with one of its parts; 3 x 3.
 [[nodiscard]] Eigen::Matrix3d change_with_field(const std::vector<FieldPartDescription>& parts,
                                                 double level,
@@ -75,6 +83,26 @@ class JointFit {
   /// b and S fitted for given fields.
   [[nodiscard]] JointState at(const std::vector<Eigen::Vector3d>& fields) const;
 
+  /// The fixed point sigma_k^2 = RSS_k / nu_k of a linearised problem, in which the residuals of
+  /// each axis are linear in the step: the likelihood of what the coefficients leave (REML), by
+  /// Newton's method in the logarithms of the variances.
+  ///
+  /// @param sigma     m standard deviations to begin with.
+  /// @param smallest  m, below which none is taken: what rounding leaves.
+  /// @par Source
+  /// Patterson & Thompson, Biometrika 58 (1971) 545-554; Searle, Casella & McCulloch, Variance
+  /// Components (1992), sec. 6.6.
+  [[nodiscard]] Reweighting reweighted(const JointState& state,
+                                       const Eigen::VectorXd& sigma,
+                                       const Eigen::VectorXd& smallest) const;
+
+  /// The state that a step leads to; the step is halved until the cost does not rise.
+  /// @param step  D; becomes what was gone.
+  /// @return nothing where no part of it helps.
+  [[nodiscard]] std::optional<JointState> advanced(const JointState& state,
+                                                   const Eigen::VectorXd& sigma,
+                                                   Eigen::VectorXd& step) const;
+
   /// Gauss-Newton in the tangents, b and S projected out.
   /// @param sigma  standard deviation of each axis.
   [[nodiscard]] JointState converged(const std::vector<Eigen::Vector3d>& fields,
@@ -88,7 +116,15 @@ class JointFit {
                                          const Eigen::VectorXd& sigma) const;
 
  private:
-  [[nodiscard]] static double cost(const JointState& state, const Eigen::VectorXd& sigma);
+  // All residuals below each other, each axis in units of its sigma; and the sum of their squares.
+  [[nodiscard]] Eigen::VectorXd residuals(const JointState& state,
+                                          const Eigen::VectorXd& sigma) const;
+  [[nodiscard]] double cost(const JointState& state, const Eigen::VectorXd& sigma) const;
+
+  // The directions that are not confounded with b and S, as orthonormal changes of the residuals:
+  // the step is basis * z.
+  [[nodiscard]] Eigen::MatrixXd open_basis(const JointState& state,
+                                           const Eigen::VectorXd& sigma) const;
 
   // All tangents below each other, each axis in units of its sigma.
   [[nodiscard]] Eigen::MatrixXd stacked(const JointState& state,

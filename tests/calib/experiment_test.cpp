@@ -27,7 +27,7 @@ json whole_experiment() {
     "temperature": {"order": 0}})");
 }
 
-std::string complaint(const json& experiment) {
+std::string experiment_complaint(const json& experiment) {
   return test::complaint_of<DataError>(
       [&] { static_cast<void>(parse_experiment(experiment.dump(), "dir/e.json")); });
 }
@@ -52,17 +52,19 @@ TEST(ParseExperiment, ReadsEverything) {
 TEST(ParseExperiment, SuggestsTheNearKey) {
   json file = whole_experiment();
   file["feild"] = 1;
-  EXPECT_THAT(complaint(file), HasSubstr("dir/e.json: /feild: unknown key; did you mean 'field'?"));
+  EXPECT_THAT(experiment_complaint(file),
+              HasSubstr("dir/e.json: /feild: unknown key; did you mean 'field'?"));
   file = whole_experiment();
   file["instrument"]["axis"] = json::array();
-  EXPECT_THAT(complaint(file), HasSubstr("/instrument/axis: unknown key; did you mean 'axes'?"));
+  EXPECT_THAT(experiment_complaint(file),
+              HasSubstr("/instrument/axis: unknown key; did you mean 'axes'?"));
 }
 
 TEST(ParseExperiment, RefusesWrongValues) {
   const auto changed = [](const char* pointer, const json& value) {
     json file = whole_experiment();
     file[json::json_pointer(pointer)] = value;
-    return complaint(file);
+    return experiment_complaint(file);
   };
   EXPECT_THAT(changed("/version", 3), HasSubstr("/version"));
   EXPECT_THAT(changed("/instrument/kind", "compass"), HasSubstr("/instrument/kind"));
@@ -92,7 +94,7 @@ TEST(ParseExperiment, TakesTheLimitsRelativeToItself) {
   file["limits"] = "l.json";
   EXPECT_EQ(parse_experiment(file.dump(), "dir/e.json").limits, "dir/l.json");
   file["limits"] = 3;
-  EXPECT_THAT(complaint(file), HasSubstr("/limits"));
+  EXPECT_THAT(experiment_complaint(file), HasSubstr("/limits"));
 }
 
 TEST(MakeFieldDescription, FindsTheMagnitude) {

@@ -205,8 +205,8 @@ TEST(Temperature, ReductionOfFourAxesWeighsThemByTheirScale) {
   FitStatistics& statistics = truth.statistics.emplace();
   statistics.residual_sd = Eigen::Vector4d(1.0, 2.0, 1.5, 0.5);
   const double t = 40.0;
-  const Eigen::Vector4d noise(0.01, -0.02, 0.015, 0.01);
-  const Eigen::VectorXd v = response_at(truth, {0.3, 0.5, 0.8}, t) + noise;
+  const Eigen::Vector4d errors(0.01, -0.02, 0.015, 0.01);
+  const Eigen::VectorXd v = response_at(truth, {0.3, 0.5, 0.8}, t) + errors;
   const ReducedReading reduced =
       Reducer(truth).reduce(std::array{v(0), v(1), v(2), v(3)}, nullptr, t);
   // The same by the normal equations of v - b(t) = scale S f.

@@ -76,9 +76,9 @@ TEST_F(ExchangeCommands, AnImportedCalibrationIsChecked) {
   const ProgramResult checked = run_axiscal({"check", old, run, "--json"});
   // The cross-axis term that PX4 does not hold stands out.
   EXPECT_EQ(checked.status, 1) << checked.err;
-  const nlohmann::json json = nlohmann::json::parse(checked.out);
-  EXPECT_TRUE(json["drifted"]);
-  for (const nlohmann::json& change : json["changes"]) {
+  const nlohmann::json verdict = nlohmann::json::parse(checked.out);
+  EXPECT_TRUE(verdict["drifted"]);
+  for (const nlohmann::json& change : verdict["changes"]) {
     if (change["parameter"] == "x.sensitivity.y") {
       EXPECT_NEAR(change["new"].get<double>(), 0.02, 1e-3);
       EXPECT_NEAR(change["old"].get<double>(), 0.0, 1e-12);

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "axiscal/positioner/positioner.hpp"
+#include "scenario.hpp"
+
+namespace axiscal {
+namespace {
+
+using test::accelerometer_truth;
+using test::experiment_for;
+using test::observe;
+
+// What is left of a joint fit's equations at its result, from the readings by hand.
+struct LeftOfEquations {
+  double noise = 0.0;     // of sigma_k^2 nu_k = RSS_k, relative
+  double freedom = 0.0;   // of nu_k = n - 4 - 2 p_k
+  double gradient = 0.0;  // of each unknown's normal equation, in standard errors of the unknown
+};
+
+LeftOfEquations left_of_equations(const Calibration& found, const Observations& observations) {
+  const auto n = static_cast<Eigen::Index>(observations.readings.size());
+  const Eigen::Vector3d field = *found.field.in_table;
+  const Eigen::Matrix<double, 3, 2> tangents = field.norm() * tangents_of(field);
+  const FitStatistics& statistics = *found.statistics;
+  const Eigen::ArrayXd information = found.response.sensitivity.rowwise().squaredNorm().array() /
+                                     statistics.residual_sd.array().square();
+  const Eigen::ArrayXd p = information / information.sum();
+  const Positioner cube;
+  LeftOfEquations left;
+  Eigen::Vector2d along_tangents = Eigen::Vector2d::Zero();
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const Eigen::RowVector3d S = found.response.sensitivity.row(k);
+    const double sd = statistics.residual_sd(k);
+    double rss = 0.0;
+    Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const DesignPoint& point = *observations.readings[static_cast<std::size_t>(i)].point;
+      const Eigen::Matrix3d R = cube.rotation_table_from_positioner(point).transpose();
+      const double r = observations.response(i, k) - found.response.bias(k) - S * R * field;
+      rss += r * r;
+      gradient(0) += r;
+      gradient.tail<3>() += r * (R * field);
+      along_tangents += r / (sd * sd) * (S * R * tangents).transpose();
+    }
+    const double nu = statistics.degrees_of_freedom(k);
+    left.noise = std::max(left.noise, std::abs(rss / (nu * sd * sd) - 1.0));
+    left.freedom =
+        std::max(left.freedom, std::abs(nu - (static_cast<double>(n) - 4.0 - 2.0 * p(k))));
+    left.gradient =
+        std::max({left.gradient, std::abs(gradient(0)) * statistics.bias_se(k) / (sd * sd),
+                  (gradient.tail<3>().transpose().cwiseAbs().array() *
+                   statistics.sensitivity_se.row(k).array())
+                          .maxCoeff() /
+                      (sd * sd)});
+  }
+  const double tangent_se = 1.0 / std::sqrt(static_cast<double>(n) / 3.0 * information.sum());
+  left.gradient = std::max(left.gradient, along_tangents.cwiseAbs().maxCoeff() * tangent_se);
+  return left;
+}
+
+// The noise of the axes, which weighs them, and the fit are each other's fixed point. Weights that
+// were taken in turn with fits stopped short of it in 16 of 1,000 runs, by up to 10 % of the sd.
+TEST(JointFit, SettlesNoiseAndDirectionTogether) {
+  const Calibration truth = accelerometer_truth();
+  Experiment experiment = experiment_for(truth);
+  experiment.method = Method::joint;
+  for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
+    const Observations observations =
+        observe(truth, {.slope = {0.01, -0.004}, .noise_sd = 1e-3, .seed = seed});
+    const LeftOfEquations left =
+        left_of_equations(calibrate(experiment, observations), observations);
+    EXPECT_LT(left.noise, 1e-9) << "seed " << seed;
+    EXPECT_LT(left.gradient, 1e-9) << "seed " << seed;
+    EXPECT_LT(left.freedom, 1e-3) << "seed " << seed;  // the slope's square parts it from nominal
+  }
+}
+
+}  // namespace
+}  // namespace axiscal
