@@ -401,7 +401,9 @@ void put_fields(FieldDescription& field, const std::vector<Eigen::Vector3d>& fie
   }
   for (std::size_t p = 0; p < fields.size(); ++p) {
     field.parts[p].in_table = fields[p];
-    field.parts[p].magnitude = fields[p].norm();
+    if (field.parts[p].free_length) {
+      field.parts[p].magnitude = fields[p].norm();
+    }
   }
   field.in_table = field.at_level(1.0);
   field.magnitude = field.in_table->norm();
