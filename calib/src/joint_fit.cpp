@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
@@ -56,8 +57,10 @@ struct LinearisedAxis {
 };
 
 // A linearised problem at given variances: -2 ln of the likelihood of what the coefficients leave
-// is sum_k (N_k u_k + RSS_k e^-u_k) + ln det sum_k P_k^T P_k e^-u_k, u_k = ln sigma_k^2. Its
-// gradient is nu_k - RSS_k e^-u_k, so that it is least where sigma_k^2 = RSS_k / nu_k.
+// is sum_k (N_k u_k + RSS_k e^-u_k) + ln det sum_k P_k^T P_k e^-u_k, u_k = ln sigma_k^2,
+// N_k the readings less the coefficients. Its gradient is nu_k - RSS_k e^-u_k, so that it is least
+// where sigma_k^2 = RSS_k / nu_k. Of variances at which the sum of the P_k^T P_k has no root it is
+// not a number, and so never less than another.
 struct NoiseFit {
   NoiseFit(const std::vector<LinearisedAxis>& axes, const Eigen::VectorXd& at) : log_variance(at) {
     const auto m = static_cast<Eigen::Index>(axes.size());
@@ -105,10 +108,11 @@ struct NoiseFit {
       const auto k = static_cast<std::size_t>(open[static_cast<std::size_t>(a)]);
       const auto own = static_cast<Eigen::Index>(k);
       const Eigen::MatrixXd CA = covariance * information[k];
+      const Eigen::MatrixXd CAC = CA * covariance;
       g(a) = gradient(own);
       for (Eigen::Index b = 0; b < count; ++b) {
         const auto l = static_cast<std::size_t>(open[static_cast<std::size_t>(b)]);
-        H(a, b) = -(CA * covariance).cwiseProduct(information[l]).sum() -
+        H(a, b) = -CAC.cwiseProduct(information[l]).sum() -
                   2.0 * gradients[k].dot(covariance * gradients[l]);
       }
       H(a, a) += CA.trace() + squares(own);
@@ -315,6 +319,9 @@ Reweighting JointFit::reweighted(const JointState& state,
     axes.emplace_back(axis.projected * basis, axis.residuals,
                       static_cast<double>(axis.design->observations() - axis.X.cols()));
   }
+  const double readings =
+      std::accumulate(axes.begin(), axes.end(), 0.0,
+                      [](double sum, const LinearisedAxis& axis) { return sum + axis.left; });
   const Eigen::VectorXd lowest = 2.0 * smallest.array().log();
   NoiseFit best(axes, (2.0 * sigma.array().log()).max(lowest.array()).matrix());
   constexpr int most_rounds = 100;
@@ -324,7 +331,7 @@ Reweighting JointFit::reweighted(const JointState& state,
     for (int halving = 0; halving < 30 && !better; ++halving) {
       NoiseFit next(axes, (best.log_variance + step).cwiseMax(lowest));
       // As for the directions: rounding of the likelihood must not stop the last steps.
-      better = next.misfit <= best.misfit + 1e-13 * std::abs(best.misfit);
+      better = next.misfit <= best.misfit + 1e-13 * (readings + std::abs(best.misfit));
       if (better) {
         best = std::move(next);
       } else {
@@ -336,18 +343,12 @@ Reweighting JointFit::reweighted(const JointState& state,
     }
   }
   return {.sigma = (0.5 * best.log_variance.array()).exp(),
-          .step = basis * best.z,
           .degrees_of_freedom = best.degrees_of_freedom};
 }
 
 DirectionShares JointFit::shares(const JointState& state, const Eigen::VectorXd& sigma) const {
   const Eigen::MatrixXd T = stacked(state, sigma, &JointAxis::projected);
-  const double whole = stacked(state, sigma, &JointAxis::tangents).norm();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(T, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const Eigen::VectorXd& singular = svd.singularValues();
-  const Eigen::VectorXd inverse =
-      (singular.array() > confounded_below * whole).select(singular.cwiseInverse(), 0.0);
-  const Eigen::MatrixXd root = svd.matrixV() * inverse.asDiagonal();
+  const Eigen::MatrixXd root = open_basis(state, sigma);
   DirectionShares shares{.covariance = root * root.transpose(),
                          .degrees_of_freedom = Eigen::VectorXd(set_.axis_count())};
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {

@@ -96,13 +96,6 @@ class JointFit {
                                        const Eigen::VectorXd& sigma,
                                        const Eigen::VectorXd& smallest) const;
 
-  /// The state that a step leads to; the step is halved until the cost does not rise.
-  /// @param step  D; becomes what was gone.
-  /// @return nothing where no part of it helps.
-  [[nodiscard]] std::optional<JointState> advanced(const JointState& state,
-                                                   const Eigen::VectorXd& sigma,
-                                                   Eigen::VectorXd& step) const;
-
   /// Gauss-Newton in the tangents, b and S projected out.
   /// @param sigma  standard deviation of each axis.
   [[nodiscard]] JointState converged(const std::vector<Eigen::Vector3d>& fields,
@@ -120,6 +113,12 @@ class JointFit {
   [[nodiscard]] Eigen::VectorXd residuals(const JointState& state,
                                           const Eigen::VectorXd& sigma) const;
   [[nodiscard]] double cost(const JointState& state, const Eigen::VectorXd& sigma) const;
+
+  // The state that a step of the tangents leads to, halved until the cost does not rise; nothing
+  // where no part of it helps. On return `step` is the one that was taken.
+  [[nodiscard]] std::optional<JointState> advanced(const JointState& state,
+                                                   const Eigen::VectorXd& sigma,
+                                                   Eigen::VectorXd& step) const;
 
   // The directions that are not confounded with b and S, as orthonormal changes of the residuals:
   // the step is basis * z.

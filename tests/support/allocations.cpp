@@ -10,12 +10,16 @@ std::atomic<std::size_t> count = 0;
 std::atomic<std::size_t> largest = 0;
 }  // namespace
 
-void* operator new(std::size_t size) {
+void* operator new(std::size_t size, const std::nothrow_t& /*no throw*/) noexcept {
   ++count;
   if (size > largest) {
     largest = size;
   }
-  if (void* memory = std::malloc(size)) {
+  return std::malloc(size);
+}
+
+void* operator new(std::size_t size) {
+  if (void* memory = operator new(size, std::nothrow)) {
     return memory;
   }
   throw std::bad_alloc();
