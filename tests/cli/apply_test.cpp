@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "allocations.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "matchers.hpp"
@@ -183,9 +184,9 @@ TEST_F(ApplyCommand, FollowsAPipeLineByLine) {
 }
 
 TEST_F(ApplyCommand, NeedsLittleMemoryWhateverTheSize) {
-#ifdef __SANITIZE_ADDRESS__
-  GTEST_SKIP() << "the address sanitizer takes memory of its own";
-#endif
+  if (under_address_sanitizer) {
+    GTEST_SKIP() << "the address sanitizer takes memory of its own";
+  }
   std::string table = "x,y,z\n";
   for (int i = 0; i < 200000; ++i) {
     table += "0.1,0.2,2.5\n0.3,-0.2,-2.5\n";

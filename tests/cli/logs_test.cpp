@@ -157,8 +157,9 @@ TEST_F(LogCommands, NoiseAndThePlanThatUsesIt) {
   RandomStream random(3);
   std::string text = "t,x,y\n";
   for (int i = 0; i < 20000; ++i) {
-    text += number_text(0.01 * i) + "," + number_text(0.1 * random.normal()) + "," +
-            number_text(0.2 * random.normal()) + "\n";
+    const double x = 0.1 * random.normal();
+    const double y = 0.2 * random.normal();
+    text += number_text(0.01 * i) + "," + number_text(x) + "," + number_text(y) + "\n";
   }
   const std::string rest = folder_.write("rest.csv", text);
   const ProgramResult shown = run_axiscal({"noise", rest});
@@ -168,12 +169,13 @@ TEST_F(LogCommands, NoiseAndThePlanThatUsesIt) {
   const std::string noise = folder_.path("noise.json");
   ASSERT_EQ(run_axiscal({"noise", rest, "--json", "-o", noise}).status, 0);
   const json file = read_json(noise);
-  EXPECT_NEAR(file["columns"]["y"]["coefficients"]["white"]["value"].get<double>(), 0.02, 1e-3);
+  const double white = file["columns"]["y"]["coefficients"]["white"]["value"].get<double>();
+  EXPECT_NEAR(white, 0.02, 1e-3);
   const ProgramResult plan =
       run_axiscal({"plan", "--noise-log", noise, "--dwell", "4", "-o", folder_.path("plan.csv")});
   ASSERT_EQ(plan.status, 0) << plan.err;
   EXPECT_THAT(plan.err, HasSubstr("dwell 4 s at each design point"));
-  EXPECT_THAT(plan.err, HasSubstr("deviation of 0.01"));  // 0.02 / sqrt(4)
+  EXPECT_THAT(plan.err, HasSubstr("deviation of " + number_text(white / std::sqrt(4.0), 3)));
   EXPECT_EQ(run_axiscal({"plan", "--dwell", "4"}).status, 2);
   EXPECT_EQ(run_axiscal({"plan", "--noise-log", rest}).status, 3);
 }
