@@ -46,7 +46,7 @@ Solution solve(const ReadingSet& set,
                const JointFit& fit,
                const std::vector<Eigen::Vector3d>& start) {
   Eigen::VectorXd sigma = Eigen::VectorXd::Ones(set.axis_count());
-  JointState state = fit.converged(start, sigma);
+  JointState state = fit.converged(fit.at(start), sigma);
   const DirectionShares unscaled = fit.shares(state, sigma);
   sigma.setConstant(pooled_scatter(set, state, unscaled.degrees_of_freedom.sum()));
   const DirectionShares shares = fit.shares(state, sigma);
@@ -72,7 +72,7 @@ Solution solve(const ReadingSet& set,
     solution.sigma = next.sigma;
     // The directions go all their way before the noise is asked again: one step only, of readings
     // that hardly determine them, could go round in circles.
-    solution.state = fit.converged(solution.state.fields, solution.sigma);
+    solution.state = fit.converged(std::move(solution.state), solution.sigma);
     if (change < 1e-10) {
       solution.shares = fit.shares(solution.state, solution.sigma);
       return solution;
@@ -351,7 +351,8 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Sol
     robust = next.weights;
     sigma = next.sigma;
     const Eigen::MatrixXd weights = set.weights.cwiseProduct(robust);
-    state = JointFit(set, weights).converged(state.fields, sigma);
+    const JointFit reweighted(set, weights);
+    state = reweighted.converged(reweighted.at(state.fields), sigma);
     if (change < 1e-9) {
       break;
     }
@@ -507,7 +508,7 @@ BestSolution best_solution(const ReadingSet& set,
   const Eigen::VectorXd equal = Eigen::VectorXd::Ones(set.axis_count());
   std::vector<JointState> found;
   for (const std::vector<Eigen::Vector3d>& start : starts) {
-    found.push_back(fit.converged(start, equal, few_rounds));
+    found.push_back(fit.converged(fit.at(start), equal, few_rounds));
   }
   const auto less = [&](const JointState& a, const JointState& b) {
     return misfit(set, a) < misfit(set, b);

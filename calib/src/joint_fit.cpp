@@ -76,7 +76,7 @@ struct NoiseFit {
     }
     const Eigen::LLT<Eigen::MatrixXd> cholesky(A);
     covariance = cholesky.solve(Eigen::MatrixXd::Identity(columns, columns));
-    z = cholesky.solve(c);
+    const Eigen::VectorXd z = cholesky.solve(c);
     misfit = 2.0 * cholesky.matrixLLT().diagonal().array().log().sum();
     degrees_of_freedom.resize(m);
     squares.resize(m);
@@ -109,11 +109,11 @@ struct NoiseFit {
       const auto own = static_cast<Eigen::Index>(k);
       const Eigen::MatrixXd CA = covariance * information[k];
       const Eigen::MatrixXd CAC = CA * covariance;
+      const Eigen::VectorXd Cg = covariance * gradients[k];
       g(a) = gradient(own);
       for (Eigen::Index b = 0; b < count; ++b) {
         const auto l = static_cast<std::size_t>(open[static_cast<std::size_t>(b)]);
-        H(a, b) = -CAC.cwiseProduct(information[l]).sum() -
-                  2.0 * gradients[k].dot(covariance * gradients[l]);
+        H(a, b) = -CAC.cwiseProduct(information[l]).sum() - 2.0 * Cg.dot(gradients[l]);
       }
       H(a, a) += CA.trace() + squares(own);
     }
@@ -131,7 +131,6 @@ struct NoiseFit {
   }
 
   Eigen::VectorXd log_variance;              // u, m
-  Eigen::VectorXd z;                         // the step
   double misfit = 0.0;                       // -2 ln of the likelihood, but for a constant
   Eigen::VectorXd degrees_of_freedom;        // nu, m
   Eigen::VectorXd squares;                   // RSS_k / sigma_k^2, m
@@ -291,10 +290,9 @@ std::optional<JointState> JointFit::advanced(const JointState& state,
   return std::nullopt;
 }
 
-JointState JointFit::converged(const std::vector<Eigen::Vector3d>& fields,
+JointState JointFit::converged(JointState state,
                                const Eigen::VectorXd& sigma,
                                int most_rounds) const {
-  JointState state = at(fields);
   for (int round = 0; round < most_rounds; ++round) {
     const Eigen::MatrixXd basis = open_basis(state, sigma);
     const Eigen::MatrixXd J = stacked(state, sigma, &JointAxis::projected) * basis;

@@ -98,7 +98,7 @@ class JointFit {
 
   /// Gauss-Newton in the tangents, b and S projected out.
   /// @param sigma  standard deviation of each axis.
-  [[nodiscard]] JointState converged(const std::vector<Eigen::Vector3d>& fields,
+  [[nodiscard]] JointState converged(JointState state,
                                      const Eigen::VectorXd& sigma,
                                      int most_rounds = 50) const;
 
