@@ -408,8 +408,7 @@ const Eigen::MatrixX3d& magnitude_readings() {
     axiscal::RandomStream random(3);
     Eigen::MatrixX3d v(magnitude_reading_count, 3);
     for (Eigen::Index i = 0; i < v.rows(); ++i) {
-      const Eigen::Vector3d f =
-          Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
+      const Eigen::Vector3d f = random.normals<3>().normalized();
       v.row(i) = Eigen::RowVector3d(0.05, -0.02, 0.03) + 2.0 * f.transpose();
       v(i, 0) += 0.02 * f.y() + 1e-3 * random.normal();
     }

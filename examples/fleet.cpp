@@ -23,7 +23,7 @@ int main() {
   axiscal::RandomStream random(7);
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> readings(12, 3 * units);
   for (Eigen::Index column = 0; column < 3 * units; ++column) {
-    Eigen::Vector3d row(0.01 * random.normal(), 0.01 * random.normal(), 0.01 * random.normal());
+    Eigen::Vector3d row = 0.01 * random.normals<3>();
     row(column % 3) += 2.5;
     const bool is_bad = column == 4711 * 3 + 1;  // one has a loose axis
     for (Eigen::Index i = 0; i < 12; ++i) {

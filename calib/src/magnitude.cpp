@@ -348,7 +348,7 @@ Eigen::MatrixXd noise_of(const Cloud& cloud, RandomStream& random) {
   const Eigen::Matrix3d root = Eigen::LLT<Eigen::Matrix3d>(cloud.noise).matrixL();
   Eigen::MatrixXd noise(cloud.size(), 3);
   for (Eigen::Index i = 0; i < cloud.size(); ++i) {
-    const Eigen::Vector3d e(random.normal(), random.normal(), random.normal());
+    const Eigen::Vector3d e = random.normals<3>();
     noise.row(i) = root * e / cloud.root_weights(i);
   }
   return noise;

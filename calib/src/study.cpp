@@ -40,7 +40,7 @@ class Trial {
     if (setup.noise_sd.size() > 0) {
       simulation_.noise_sd = 0.0;
     }
-    simulation_.slope += setup.slope_sd * Eigen::Vector2d(random_.normal(), random_.normal());
+    simulation_.slope += setup.slope_sd * random_.normals<2>();
     if (setup.drawing) {
       simulation_.positioner =
           random_positioner(*setup.drawing, setup.surface, setup.tolerances, random_);

@@ -52,9 +52,7 @@ class Recorder {
   RecordedLog take() { return std::move(log_); }
 
  private:
-  Eigen::Vector3d normals() {
-    return Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal());
-  }
+  Eigen::Vector3d normals() { return random_.normals<3>(); }
 
   void put(std::size_t& column, const Eigen::Vector3d& values, double sd) {
     const Eigen::Vector3d noisy = values + sd * normals();
@@ -117,8 +115,8 @@ std::vector<Eigen::Matrix3d> random_attitudes(std::size_t count, std::uint64_t s
   RandomStream random(seed, 4);
   std::vector<Eigen::Matrix3d> attitudes;
   while (attitudes.size() < count) {
-    const Eigen::Quaterniond any(random.normal(), random.normal(), random.normal(),
-                                 random.normal());
+    const Eigen::Vector4d wxyz = random.normals<4>();
+    const Eigen::Quaterniond any(wxyz(0), wxyz(1), wxyz(2), wxyz(3));
     const Eigen::Matrix3d attitude = any.normalized().toRotationMatrix();
     if (attitudes.empty() ||
         Eigen::AngleAxisd(Eigen::Matrix3d(attitudes.back().transpose() * attitude)).angle() >

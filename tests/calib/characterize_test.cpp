@@ -26,7 +26,7 @@ using testing::HasSubstr;
 constexpr double urad = 1e-6;
 
 Eigen::Matrix3d small_rotation(RandomStream& random, double size) {
-  const Eigen::Vector3d v(random.normal(), random.normal(), random.normal());
+  const Eigen::Vector3d v = random.normals<3>();
   return Eigen::AngleAxisd(size * v.norm(), v.normalized()).toRotationMatrix();
 }
 
@@ -36,7 +36,7 @@ FaceNormals random_normals(RandomStream& random, double sd) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (const Face face : all_faces) {
     Eigen::Vector3d& n = normals[static_cast<std::size_t>(face)];
-    n = (n + sd * Eigen::Vector3d(random.normal(), random.normal(), random.normal())).normalized();
+    n = (n + sd * random.normals<3>()).normalized();
     sum += nominal_normal(face) * n.transpose();
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -259,7 +259,7 @@ TEST_P(CharacterizeCoverage, HoldsAndReachesFiveMicroradians) {
     const FaceNormals truth = random_normals(random, 2e-3);
     const Scene scene{.instruments = instruments,
                       .calibration_sd = calibration_sd,
-                      .slope = 0.004 * Eigen::Vector2d(random.normal(), random.normal()),
+                      .slope = 0.004 * random.normals<2>(),
                       .seed = static_cast<std::uint64_t>(trial) + 1};
     const Characterization result =
         characterize(references_in(Positioner(truth), scene), {.free_bias_and_scale = free});

@@ -47,7 +47,7 @@ Observations turned_by_hand(const std::vector<Eigen::Vector3d>& directions,
   Observations observations;
   observations.response.resize(static_cast<Eigen::Index>(directions.size()), 3);
   for (std::size_t i = 0; i < directions.size(); ++i) {
-    const Eigen::Vector3d e(random.normal(), random.normal(), random.normal());
+    const Eigen::Vector3d e = random.normals<3>();
     observations.response.row(static_cast<Eigen::Index>(i)) =
         hard_iron + S * (50.0 * directions[i]) + noise * e;
     observations.readings.push_back({.run = static_cast<int>(i) + 1});
@@ -229,9 +229,7 @@ CompanionPair recorded_together(const Eigen::Matrix3d& R, double dip_deg, int co
   CompanionPair pair{.fields = Eigen::MatrixXd(count, 3), .companion = Eigen::MatrixXd(count, 3)};
   const double dip_rad = dip_deg * rad_per_deg;
   for (int i = 0; i < count; ++i) {
-    const auto draw = [&] {
-      return Eigen::Vector3d(random.normal(), random.normal(), random.normal());
-    };
+    const auto draw = [&] { return random.normals<3>(); };
     const Eigen::Matrix3d attitude = rotation_by(2.0 * draw());
     const Eigen::Vector3d up = attitude * Eigen::Vector3d::UnitZ();
     const Eigen::Vector3d m =
@@ -323,8 +321,7 @@ TEST(AlignWithCompanion, WantsASymmetricShape) {
   RandomStream random(3);
   std::vector<Eigen::Vector3d> directions;
   for (int i = 0; i < 40; ++i) {
-    directions.push_back(
-        Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized());
+    directions.push_back(random.normals<3>().normalized());
   }
   const Observations observations =
       turned_by_hand(directions, soft_iron(MagnitudeShape::triangular), 0.05, 1);

@@ -69,7 +69,7 @@ TEST(AssessDesign, WorstDirectionIsTheMaximumOverTheSphere) {
   double largest = 0.0;
   for (int i = 0; i < 20000; ++i) {
     Eigen::Vector4d x;
-    x << 1.0, Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
+    x << 1.0, random.normals<3>().normalized();
     largest = std::max(largest, x.dot(C * x));
   }
   EXPECT_GE(quality.largest_prediction_variance, largest);
@@ -136,9 +136,9 @@ TEST_P(ForecastAgrees, WithSimulationWithinFivePercent) {
     FaceNormals normals = Positioner().normals();
     for (Eigen::Vector3d& n : normals) {
       const Eigen::Matrix<double, 3, 2> T = tangents_of(n);
-      n = (n + normal_u * T * Eigen::Vector2d(random.normal(), random.normal())).normalized();
+      n = (n + normal_u * T * random.normals<2>()).normalized();
     }
-    const Eigen::Vector2d slope = level_u * Eigen::Vector2d(random.normal(), random.normal());
+    const Eigen::Vector2d slope = level_u * random.normals<2>();
     const LinearResponse found =
         calibrate(experiment, simulate(setup.nominal,
                                        make_run_sheet(setup.design, replicates,

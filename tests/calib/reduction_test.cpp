@@ -61,7 +61,7 @@ TEST(Reducer, InvertsTheResponse) {
     const Calibration truth = truth_with_axes(m, "generic");
     const Reducer reducer(truth);
     for (int i = 0; i < 50; ++i) {
-      const Eigen::Vector3d f(random.normal(), random.normal(), random.normal());
+      const Eigen::Vector3d f = random.normals<3>();
       const Eigen::VectorXd v = truth.response.at(f);
       const ReducedReading reduced = reducer.reduce({v.data(), static_cast<std::size_t>(m)});
       EXPECT_MATRIX_NEAR(reduced.field_in_sensor, f, 1e-14);

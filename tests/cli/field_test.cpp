@@ -98,8 +98,7 @@ HandTurned hand_turned() {
   constexpr double dip_rad = 60.0 * rad_per_deg;
   const Eigen::Vector3d field = 48.0 * Eigen::Vector3d(0.0, std::cos(dip_rad), -std::sin(dip_rad));
   for (const Eigen::Vector3d& direction : directions_on_sphere(80)) {
-    const Eigen::Vector3d turn =
-        3.0 * direction + 0.3 * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
+    const Eigen::Vector3d turn = 3.0 * direction + 0.3 * random.normals<3>();
     const Eigen::Matrix3d R = rotation_by(turn);
     made.attitudes.push_back(R);
     const Eigen::Vector3d m = made.hard_iron + made.soft_iron * (R * field);

@@ -260,8 +260,9 @@ TEST_F(LogCommands, AMillionRowsGoThrough) {
   RandomStream random(1);
   std::vector<std::string> rows;
   for (int i = 0; i < 1000; ++i) {
-    rows.push_back(number_text(std::round(1e3 * random.normal())) + "," +
-                   number_text(std::round(1e3 * random.normal())) + ",16384\n");
+    const Eigen::Vector2d xy = 1e3 * random.normals<2>();
+    rows.push_back(number_text(std::round(xy(0))) + "," + number_text(std::round(xy(1))) +
+                   ",16384\n");
   }
   text.reserve(20000000);
   for (int i = 0; i < 1000000; ++i) {

@@ -60,5 +60,14 @@ TEST(RandomStream, ShufflesEvenly) {
   }
 }
 
+TEST(RandomStream, DrawsAVectorInOneOrderWithEveryCompiler) {
+  RandomStream random(3);
+  RandomStream one_by_one(3);
+  const Eigen::Vector3d drawn = random.normals<3>();
+  for (const Eigen::Index i : {2, 1, 0}) {
+    EXPECT_EQ(drawn(i), one_by_one.normal()) << i;
+  }
+}
+
 }  // namespace
 }  // namespace axiscal

@@ -72,8 +72,7 @@ inline std::vector<Trial> trials(const Calibration& calibration) {
   std::vector<Trial> all;
   for (int i = 0; i < 50; ++i) {
     Trial trial;
-    trial.field = calibration.field.magnitude *
-                  Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
+    trial.field = calibration.field.magnitude * random.normals<3>().normalized();
     trial.temperature = calibration.temperature ? -10.0 + 70.0 * random.uniform() : 25.0;
     trial.reading = response_at(calibration, trial.field, trial.temperature);
     all.push_back(trial);

@@ -77,7 +77,7 @@ TEST(Inclination, ClampsAndFlags) {
 TEST(Inclination, IsNeverNan) {
   RandomStream random(3);
   for (int i = 0; i < 10000; ++i) {
-    const Eigen::Vector3d f(random.normal(), random.normal(), random.normal());
+    const Eigen::Vector3d f = random.normals<3>();
     const double size = std::pow(10.0, 100.0 * (random.uniform() - 0.5));
     const Inclination angles = inclination_from_field(size * f, 1.0);
     EXPECT_TRUE(std::isfinite(angles.pitch_rad + angles.roll_rad + angles.yaw_rad));

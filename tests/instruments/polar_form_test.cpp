@@ -53,7 +53,7 @@ TEST(PolarForm, AgreesWithThePublishedEquations) {
 TEST(PolarForm, GoesToAndFro) {
   RandomStream random(12);
   for (int i = 0; i < 300; ++i) {
-    const Eigen::Vector3d row(random.normal(), random.normal(), random.normal());
+    const Eigen::Vector3d row = random.normals<3>();
     for (const AxisConvention convention :
          {AxisConvention::forward_left_up, AxisConvention::forward_right_down}) {
       const PolarForm polar = polar_from_sensitivity(row, i % 3, convention);

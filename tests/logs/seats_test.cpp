@@ -118,7 +118,7 @@ TEST(LabelByTurns, FindsTheFenceFaces) {
   std::vector<Eigen::Matrix3d> turns;
   for (std::size_t i = 0; i + 1 < sheet.size(); ++i) {
     // An integrated gyroscope is off by some degrees.
-    const Eigen::Vector3d error(random.normal(), random.normal(), random.normal());
+    const Eigen::Vector3d error = random.normals<3>();
     turns.emplace_back(table_from_cube(sheet[i]).transpose() * table_from_cube(sheet[i + 1]) *
                        Eigen::AngleAxisd(0.05 * error.norm(), error.normalized()));
   }

@@ -95,8 +95,7 @@ TEST(FitTurns, StatesItsUncertainty) {
       const Turning turning = turn_by_hand(20, 20.0, with_rotations, seed);
       RandomStream random(seed, 9);
       const double bias_sd = 1.0;
-      const Eigen::Vector3d bias =
-          truth.bias + bias_sd * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
+      const Eigen::Vector3d bias = truth.bias + bias_sd * random.normals<3>();
       const TurnFit fit =
           fit_turns(turning.turns, bias, bias_sd * bias_sd * Eigen::Matrix3d::Identity(),
                     {.rate_per_unit = 1.0 / 3754.0});

@@ -36,7 +36,7 @@ void take_at(const Calibration& truth,
 }
 
 Eigen::Vector3d random_direction(RandomStream& random) {
-  return Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
+  return random.normals<3>().normalized();
 }
 
 }  // namespace

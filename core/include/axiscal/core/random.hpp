@@ -8,6 +8,8 @@
 #include <span>
 #include <utility>
 
+#include <Eigen/Core>
+
 namespace axiscal {
 
 /// Random numbers that are the same with every compiler for the same seed.
@@ -26,6 +28,18 @@ class RandomStream {
 
   /// @return normal, mean 0, standard deviation 1.
   double normal();
+
+  /// @return N of them, drawn from the last to the first. The arguments of a call are drawn in an
+  /// order
+  ///         that is the compiler's: a vector's components are not to be drawn so.
+  template <int N>
+  Eigen::Matrix<double, N, 1> normals() {
+    Eigen::Matrix<double, N, 1> values;
+    for (int i = N - 1; i >= 0; --i) {
+      values(i) = normal();
+    }
+    return values;
+  }
 
   /// @return uniform in 0 .. count - 1; count must not be 0.
   std::size_t index(std::size_t count);
