@@ -6,6 +6,7 @@
 #include "axiscal/calib/reduction_csv.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/gravity_field.hpp"
 #include "commands.hpp"
 #include "input.hpp"
@@ -24,7 +25,7 @@ FieldConversion conversion_of(const ApplyCommand& command, const Calibration& ca
     throw UsageError("a site needs its --latitude");
   }
   if (command.latitude) {
-    if (calibration.field.kind != "gravity") {
+    if (!field_kind(calibration.field.kind).vertical) {
       throw UsageError("--latitude: a site's gravity is of no use to a record of field " +
                        calibration.field.kind);
     }
@@ -200,7 +201,8 @@ int run(const ApplyCommand& command) {
                  summary.first_unreadable_line);
   }
   const std::string& field = calibration.field.kind;
-  if ((field == "gravity" || field == "geomagnetic") && 2 * summary.far_from_field > summary.rows) {
+  if (field_kind(field).local && !field_kind(field).rotation &&
+      2 * summary.far_from_field > summary.rows) {
     std::fprintf(
         stderr,
         "%s: %zu of %zu rows differ from the field's magnitude (%g %s) by more than 30 %%; "

@@ -750,6 +750,16 @@ Command parse_command_line(std::vector<std::string> arguments) {
       ->required()
       ->type_name("FILE");
 
+  TemplateCommand template_;
+  CLI::App* template_app =
+      app.add_subcommand("template", "an example of each file that is written by hand");
+  template_app->footer("Example: axiscal template limits -o limits.json");
+  template_app
+      ->add_option("name", template_.name, "experiment, laboratory, limits, map or positioner")
+      ->required()
+      ->type_name("NAME");
+  add_output(*template_app, template_.output);
+
   if (arguments.empty()) {
     throw UsageError("a subcommand is missing\n\n" + app.help());
   }
@@ -828,6 +838,9 @@ Command parse_command_line(std::vector<std::string> arguments) {
   }
   if (*acquire_app) {
     return acquire;
+  }
+  if (*template_app) {
+    return template_;
   }
   if (*level_app) {
     return level;

@@ -214,6 +214,11 @@ struct AcquireCommand {
   bool web = false;
 };
 
+struct TemplateCommand {
+  std::string name;
+  std::string output = "-";
+};
+
 /// Text for standard output and nothing more to do: help or version.
 struct ShowText {
   std::string text;
@@ -235,7 +240,8 @@ using Command = std::variant<ShowText,
                              ExportCommand,
                              ImportCommand,
                              ReportCommand,
-                             AcquireCommand>;
+                             AcquireCommand,
+                             TemplateCommand>;
 
 /// @throws UsageError  for an unknown subcommand, option or value, or one that is missing.
 [[nodiscard]] Command parse_command_line(std::vector<std::string> arguments);

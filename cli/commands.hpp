@@ -22,6 +22,7 @@ int run(const ExportCommand& command);
 int run(const ImportCommand& command);
 int run(const ReportCommand& command);
 int run(const AcquireCommand& command);
+int run(const TemplateCommand& command);
 
 /// `calibrate --imu`.
 int run_imu(const CalibrateCommand& command);

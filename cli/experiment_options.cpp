@@ -6,6 +6,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
 #include "input.hpp"
@@ -61,7 +62,7 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
 }
 
 bool is_induced(const FieldPart& part) {
-  return part.kind.starts_with("induced") || part.kind == "light" || part.kind == "custom";
+  return !field_kind(part.kind).local;
 }
 
 // The part that magnitude, vector and source are of: the induced one of a sum.
@@ -84,10 +85,10 @@ void set_kinds(const std::string& text, FieldSetup& field) {
 }
 
 void set_models(const ExperimentOptions& options, FieldPart& part) {
-  if (options.magnetic_model && part.kind == "geomagnetic") {
+  if (options.magnetic_model && field_kind(part.kind).dated) {
     part.model = *options.magnetic_model;
   }
-  if (options.gravity_model && part.kind == "gravity") {
+  if (options.gravity_model && field_kind(part.kind).vertical) {
     part.model = *options.gravity_model;
   }
 }
@@ -277,7 +278,7 @@ Experiment experiment_of(const Calibration& record) {
     experiment.field.kind = field.kind;
     experiment.field.magnitude = field.magnitude;
     experiment.field.magnitude_u = field.magnitude_u;
-    if (given || (field.kind != "gravity" && field.in_table)) {
+    if (given || (!field_kind(field.kind).vertical && field.in_table)) {
       experiment.field.in_table = field.in_table;
     }
   }

@@ -11,6 +11,7 @@
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "axiscal/field/field_kind.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
 #include "axiscal/positioner/surface.hpp"
 #include "commands.hpp"
@@ -130,7 +131,7 @@ void require_trust(const Measured& measured) {
 // Of several blocks the last: the table may have been moved before it. Of several slots all.
 Slope slope_of(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
-  if (calibration.field.kind != "gravity") {
+  if (!field_kind(calibration.field.kind).vertical) {
     throw RefusedError("level: the field is " + calibration.field.kind +
                        ", and only gravity shows where the table is not level");
   }

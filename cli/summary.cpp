@@ -9,10 +9,12 @@
 
 #include <fmt/format.h>
 
+#include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/polar_form.hpp"
 
 namespace axiscal::cli {
@@ -260,7 +262,7 @@ class Summary {
       return;
     }
     const Levelness& levelness = *c_.levelness;
-    const bool gravity = c_.field.kind == "gravity";
+    const bool gravity = field_kind(c_.field.kind).vertical;
     heading(gravity ? "Levelness: slope of the table [mrad], rising towards +x and +y"
                     : "Field in the table's plane, thousandths of its magnitude");
     const std::size_t width = 40;

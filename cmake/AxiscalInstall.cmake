@@ -5,7 +5,7 @@ include(GNUInstallDirs)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/axiscal)
 install(
-  TARGETS ${axiscal_modules} axiscal_all
+  TARGETS ${axiscal_modules} axiscal_calib axiscal_all
   EXPORT axiscalTargets
   FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT axiscalTargets NAMESPACE axiscal:: DESTINATION ${package_dir})

@@ -1,15 +1,30 @@
 # SPDX-License-Identifier: Apache-2.0
-# axiscal_add_module(NAME SOURCES ... HEADERS ... [PUBLIC ...] [PRIVATE ...] [HEADER_ONLY_PRIVATE ...])
+# axiscal_add_module(NAME [UNDER FOLDER] SOURCES ... [HEADERS ...] [PUBLIC ...] [PRIVATE ...]
+#                    [HEADER_ONLY_PRIVATE ...])
 #
-# One library per folder: target axiscal_NAME, alias axiscal::NAME, headers under include/axiscal/NAME.
-# PUBLIC and PRIVATE are link dependencies; HEADER_ONLY_PRIVATE are needed to build it and by no user.
+# One library per folder: target axiscal_NAME, alias axiscal::NAME, headers under include/axiscal/NAME, or
+# for a room of a larger module under include/axiscal/FOLDER. PUBLIC and PRIVATE are link dependencies;
+# HEADER_ONLY_PRIVATE are needed to build it and by no user. What the folder `private` holds is not
+# installed, and is seen by those of our own modules that name axiscal::NAME_private.
 function(axiscal_add_module name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;HEADERS;PUBLIC;PRIVATE;HEADER_ONLY_PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "UNDER" "SOURCES;HEADERS;PUBLIC;PRIVATE;HEADER_ONLY_PRIVATE")
   set(target axiscal_${name})
+  set(folder ${name})
+  if(arg_UNDER)
+    set(folder ${arg_UNDER})
+  endif()
   add_library(${target} ${arg_SOURCES})
   add_library(axiscal::${name} ALIAS ${target})
-  list(TRANSFORM arg_HEADERS PREPEND include/axiscal/${name}/)
-  target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
+  if(arg_HEADERS)
+    list(TRANSFORM arg_HEADERS PREPEND include/axiscal/${folder}/)
+    target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
+  endif()
+  if(IS_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/private")
+    add_library(${target}_private INTERFACE)
+    add_library(axiscal::${name}_private ALIAS ${target}_private)
+    target_include_directories(${target}_private INTERFACE private)
+    list(APPEND arg_HEADER_ONLY_PRIVATE axiscal::${name}_private)
+  endif()
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_compile_options(${target} PRIVATE ${AXISCAL_WARNINGS})
   axiscal_harden(${target})

@@ -2,8 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the command says of some 300 made-up calibrations, before and after a change that is to change nothing.
 
-    scripts/corpus.py make AXISCAL FOLDER [--part I/N]   writes every output to FOLDER
+    scripts/corpus.py make AXISCAL FOLDER [--small]      writes every output to FOLDER; --small: those that CI looks at
     scripts/corpus.py compare BEFORE AFTER               says what differs; status 1 if anything does
+    scripts/corpus.py check AXISCAL PACKED               makes those that CI looks at and compares them with PACKED
+
+BEFORE may be packed (.tar.xz).
 
 Numbers of records and tables in JSON agree to 1e-12 of the largest entry of their array, those of fits that
 iterate to 1e-6 of their standard error; other numbers to one unit of the last digit that is printed. Texts are
@@ -19,9 +22,20 @@ import os
 import re
 import subprocess
 import sys
+import tarfile
+import tempfile
 from pathlib import Path
 
 SITE = ["--latitude", "48.14", "--longitude", "11.58", "--height", "520", "--date", "2026-06-21"]
+SMALL = {
+    "simulate.accelerometer.12x1", "simulate.accelerometer.12x3", "simulate.accelerometer.6x2", "simulate.magnetometer.12x3", "simulate.magnetometer.24x1",
+    "simulate.optical.24x1", "simulate.temperature1", "calibrate.paired.accelerometer.12x3", "calibrate.joint.accelerometer.12x1",
+    "calibrate.known.accelerometer.12x1", "calibrate.joint.magnetometer.12x3", "calibrate.known.optical.24x1",
+    "calibrate.magnitude_symmetric.magnetometer", "calibrate.temperature_2_joint", "calibrate.robust_joint", "calibrate.by_block_joint",
+    "calibrate.slope_u", "calibrate.mistake_exchanged", "calibrate.mistake_outlier", "calibrate.refused", "calibrate.too_few",
+    "budget.joint.accelerometer.12x1", "apply.uncertainty.joint.magnetometer.12x3", "export.c-header.temperature_2_joint", "check.temperature_2_joint",
+    "level.accelerometer", "plan.12", "study.joint",
+}
 ITERATED = ("joint", "magnitude", "temperature", "robust", "polar", "slope_u", "characterize", "mistake", "assembly")
 
 
@@ -89,12 +103,10 @@ class Corpus:
         (self.folder / f"{name}.words").write_bytes(words)
         return name, done.returncode
 
-    def make(self, part):
-        index, count = part
+    def make(self, only=None):
         made = 0
-        for number, stage in enumerate(self.stages + [self.cases]):
-            # The first stages are what the others read, and are always made.
-            chosen = [c for i, c in enumerate(stage) if number < 2 or i % count == index]
+        for stage in [*self.stages, self.cases]:
+            chosen = [case for case in stage if only is None or case[0] in only]
             with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
                 made += len(list(pool.map(self.run, chosen)))
         return made
@@ -315,6 +327,10 @@ def differences(before, after, name):
 
 def compare(before, after):
     before, after = Path(before), Path(after)
+    if before.is_file():
+        with tempfile.TemporaryDirectory() as folder, tarfile.open(before) as packed:
+            packed.extractall(folder)
+            return compare(folder, after)
     names = [sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()) for folder in (before, after)]
     found = [f"{name}: only {'before' if name in names[0] else 'after'}" for name in sorted(set(names[0]) ^ set(names[1]))]
     for name in sorted(set(names[0]) & set(names[1])):
@@ -329,21 +345,28 @@ def compare(before, after):
     return 1 if found or not names[0] else 0
 
 
+def make(program, folder, only):
+    # The mistakes are made of a simulated run: that one first.
+    first = Corpus(program, folder)
+    fill(first)
+    first.stages = first.stages[:1]
+    first.cases = []
+    first.make(only)
+    corpus = Corpus(program, folder)
+    fill(corpus)
+    print(f"corpus.py: {corpus.make(only)} calls")
+
+
 def main(arguments):
     if arguments[:1] == ["compare"] and len(arguments) == 3:
         return compare(*arguments[1:])
-    if arguments[:1] == ["make"] and len(arguments) in (3, 5) and arguments[3:4] in ([], ["--part"]):
-        index, count = (int(n) for n in arguments[4].split("/")) if len(arguments) == 5 else (1, 1)
-        # The mistakes are made of a simulated run: that one first.
-        first = Corpus(arguments[1], arguments[2])
-        fill(first)
-        first.stages = first.stages[:1]
-        first.cases = []
-        first.make((0, 1))
-        corpus = Corpus(arguments[1], arguments[2])
-        fill(corpus)
-        print(f"corpus.py: {corpus.make((index - 1, count))} calls")
+    if arguments[:1] == ["make"] and len(arguments) in (3, 4) and arguments[3:] in ([], ["--small"]):
+        make(arguments[1], arguments[2], SMALL if arguments[3:] else None)
         return 0
+    if arguments[:1] == ["check"] and len(arguments) == 3:
+        with tempfile.TemporaryDirectory() as folder:
+            make(arguments[1], folder, SMALL)
+            return compare(arguments[2], folder)
     print(__doc__)
     return 2
 

@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <limits>
 
 #include <nlohmann/json.hpp>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/text_row.hpp"
 #include "decoder.hpp"
@@ -14,7 +14,6 @@
 namespace axiscal {
 namespace {
 
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t longest_line = 1U << 16U;
 
 std::vector<Channel> channels_of(const std::vector<std::string>& names) {
@@ -172,7 +171,7 @@ class JsonDecoder final : public LineDecoder {
         channels_.push_back({.name = name, .unit = ""});
       }
     }
-    values_.assign(channels_.size(), missing);
+    values_.assign(channels_.size(), not_a_number);
     bool some = false;
     for (std::size_t i = 0; i < channels_.size(); ++i) {
       for (const auto& [name, value] : found_) {
@@ -240,7 +239,7 @@ class PatternDecoder final : public LineDecoder {
   };
 
   void line(std::string_view text, bool /*midway*/, const DecoderSink& sink) override {
-    values_.assign(channels_.size(), missing);
+    values_.assign(channels_.size(), not_a_number);
     bool first = true;
     for (const Piece& piece : pieces_) {
       const std::string_view before =

@@ -7,12 +7,12 @@
 #include <condition_variable>
 #include <deque>
 #include <exception>
-#include <limits>
 #include <mutex>
 #include <optional>
 #include <thread>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/logs/segment.hpp"
@@ -443,7 +443,7 @@ class SampleFeed::Impl {
     other.is_apart = !is_between && (samples.empty() ||
                                      std::abs(samples.front().first - time_s) >= longest_hold_s);
     for (const std::size_t c : other.taken) {
-      double value = std::numeric_limits<double>::quiet_NaN();
+      double value = not_a_number;
       if (is_between) {
         const auto& [t0, before] = samples[0];
         const auto& [t1, after] = samples[1];

@@ -18,6 +18,7 @@
 #include "axiscal/core/median.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
+#include "axiscal/field/field_kind.hpp"
 #include "dwell_sums.hpp"
 #include "expected_response.hpp"
 #include "raw_samples.hpp"
@@ -798,7 +799,7 @@ class Session::Engine {
     fit_ = model_.fit(placed());
     view_.slope.reset();
     view_.forecast_deg.reset();
-    if (fit_ && list_.readings().size() > 1 && field_.kind == "gravity") {
+    if (fit_ && list_.readings().size() > 1 && field_kind(field_.kind).vertical) {
       view_.slope = fit_->field_in_table.head<2>() / field_.magnitude;
       view_.slope_u = fit_->slope_u;
     }
@@ -838,7 +839,7 @@ class Session::Engine {
   }
 
   void forecast_end() {
-    if (!fit_ || m_ < 3 || field_.kind != "gravity") {
+    if (!fit_ || m_ < 3 || !field_kind(field_.kind).vertical) {
       return;
     }
     double variance = 0.0;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "dwell_sums.hpp"
 
 namespace axiscal {
@@ -21,7 +22,7 @@ Stillness::Stillness(std::size_t axes, const StillnessOptions& options)
       axes_(static_cast<Eigen::Index>(axes)),
       floor_(Eigen::VectorXd::Zero(axes_)),
       step_(Eigen::VectorXd::Constant(axes_, std::numeric_limits<double>::infinity())),
-      value_(axes, std::numeric_limits<double>::quiet_NaN()),
+      value_(axes, not_a_number),
       same_since_s_(axes, 0.0),
       same_samples_(axes, 0) {
   if (!(options.window_s > 0.0) || !(options.factor > 0.0)) {
@@ -45,7 +46,7 @@ void Stillness::restart() {
   rate_samples_ = 0;
   sum_ = Eigen::VectorXd::Zero(axes_);
   sum_of_squares_ = Eigen::VectorXd::Zero(axes_);
-  std::fill(value_.begin(), value_.end(), std::numeric_limits<double>::quiet_NaN());
+  std::fill(value_.begin(), value_.end(), not_a_number);
 }
 
 void Stillness::add(double time_s, std::span<const double> values) {

@@ -7,6 +7,7 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/nearest_name.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
@@ -111,7 +112,7 @@ double JsonValue::number() const {
 }
 
 double JsonValue::number_or_nan() const {
-  return value_->is_null() ? std::numeric_limits<double>::quiet_NaN() : number();
+  return value_->is_null() ? not_a_number : number();
 }
 
 int JsonValue::integer() const {

@@ -10,6 +10,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/field/field_kind.hpp"
 #include "consumer.hpp"
 #include "formats.hpp"
 
@@ -57,8 +58,9 @@ Exported export_kalibr(const Calibration& calibration, const ExportOptions& opti
   }
   const std::string unit = usual_unit(sensor, "");
   ConsumerModel model = nearest_model(calibration, {unit, unit}, MatrixShape::full, options);
-  const auto also = std::find_if(calibration.also.begin(), calibration.also.end(),
-                                 [](const AlsoResponse& one) { return one.kind == "gravity"; });
+  const auto also =
+      std::find_if(calibration.also.begin(), calibration.also.end(),
+                   [](const AlsoResponse& one) { return field_kind(one.kind).vertical; });
   const AlsoResponse* const gravity =
       sensor == Sensor::gyroscope && also != calibration.also.end() ? &*also : nullptr;
   model.has_also = gravity != nullptr;

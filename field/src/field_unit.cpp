@@ -24,12 +24,6 @@ constexpr std::array units = {
     Unit{"W/m^2", "irradiance", 1.0},
 };
 
-constexpr std::array<std::string_view, 2> of_gravity = {"g", "m/s^2"};
-constexpr std::array<std::string_view, 5> of_magnetism = {"nT", "uT", "T", "mT", "G"};
-constexpr std::array<std::string_view, 3> of_rotation = {"rad/s", "deg/s", "deg/h"};
-constexpr std::array<std::string_view, 3> of_turntable = {"deg/s", "rad/s", "deg/h"};
-constexpr std::array<std::string_view, 2> of_light = {"1", "W/m^2"};
-
 const Unit* find_unit(std::string_view name) {
   for (const Unit& unit : units) {
     if (unit.name == name) {
@@ -40,25 +34,6 @@ const Unit* find_unit(std::string_view name) {
 }
 
 }  // namespace
-
-std::span<const std::string_view> units_of_field(std::string_view kind) {
-  if (kind == "gravity") {
-    return of_gravity;
-  }
-  if (kind == "geomagnetic" || kind == "induced_magnetic") {
-    return of_magnetism;
-  }
-  if (kind == "earth_rotation") {
-    return of_rotation;
-  }
-  if (kind == "induced_rotation") {
-    return of_turntable;
-  }
-  if (kind == "light") {
-    return of_light;
-  }
-  return {};
-}
 
 double factor_between(std::string_view from, std::string_view to) {
   if (from == to) {

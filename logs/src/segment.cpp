@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
@@ -367,7 +367,7 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
     if (!repair.has_numbers(c)) {
       result.notes.push_back("column '" + result.columns[c] + "' holds no numbers");
       for (StaticInterval& interval : result.intervals) {
-        interval.mean(static_cast<Eigen::Index>(c)) = std::numeric_limits<double>::quiet_NaN();
+        interval.mean(static_cast<Eigen::Index>(c)) = not_a_number;
       }
     }
   }

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
@@ -40,7 +40,7 @@ double cell_number(std::string_view cell, bool decimal_comma) {
     std::replace_copy(cell.begin(), cell.end(), copy.begin(), ',', '.');
     cell = std::string_view(copy.data(), cell.size());
   }
-  return parse_number(without_quotes(cell)).value_or(std::numeric_limits<double>::quiet_NaN());
+  return parse_number(without_quotes(cell)).value_or(not_a_number);
 }
 
 std::string_view cell_name(std::string_view cell) {

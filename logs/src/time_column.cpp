@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/log_file.hpp"
 
@@ -116,7 +117,7 @@ double usual_step(std::span<const double> times) {
     }
     usual = sum / count;
   }
-  return usual > 0.0 ? usual : std::numeric_limits<double>::quiet_NaN();
+  return usual > 0.0 ? usual : not_a_number;
 }
 
 TimeUnit settle_time_unit(const std::string& path,

@@ -14,6 +14,7 @@
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/polar_form.hpp"
 #include "axiscal/positioner/positioner.hpp"
 #include "axiscal/report/run_sheet_page.hpp"
@@ -565,7 +566,7 @@ std::string levelness_section(const Calibration& calibration, const std::optiona
                            : "The faces do not agree: one of them, or the table, moved.";
   // A slope that the faces contradict is no ground for turning screws.
   const bool turns = table && level.consistent && calibration.status != "refused" &&
-                     calibration.field.kind == "gravity";
+                     field_kind(calibration.field.kind).vertical;
   return paragraph(text) + figures(plots) +
          (turns ? adjusters_table(level.as_it_stands(), *table) : "");
 }

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 
+#include "axiscal/calib/certificate_details.hpp"
+#include "axiscal/calib/experiment_json.hpp"
+#include "axiscal/calib/limits.hpp"
+#include "axiscal/logs/log_file.hpp"
+#include "axiscal/positioner/positioner_json.hpp"
 #include "matchers.hpp"
 #include "program.hpp"
 #include "scenario.hpp"
@@ -138,6 +143,27 @@ TEST(Generated, ZshAndFishHaveThemToo) {
               HasSubstr("'__fish_seen_subcommand_from export' -l reading-factor -r"));
   EXPECT_EQ(run_axiscal({"--generate", "csh"}).status, 2);
   EXPECT_EQ(run_axiscal({"--generate"}).status, 2);
+}
+
+TEST(Template, IsReadByWhatReadsItsFile) {
+  const ScratchFolder folder;
+  const auto written = [&](const std::string& name) {
+    const std::string path = folder.path(name + ".json");
+    EXPECT_EQ(run_axiscal({"template", name, "-o", path}).status, 0) << name;
+    return path;
+  };
+  EXPECT_EQ(read_experiment(written("experiment")).instrument.serial, "QA-113");
+  EXPECT_EQ(read_limits(written("limits")).limits.size(), 5U);
+  EXPECT_EQ(read_certificate_details(written("laboratory")).number, "2026-017");
+  EXPECT_EQ(read_log_format(written("map")).columns.front().factor, 1e-6);
+  EXPECT_EQ(read_positioner(written("positioner")).id(), "cube-07");
+}
+
+TEST(Template, NamesThoseThatThereAre) {
+  const ProgramResult result = run_axiscal({"template", "limit"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.err, HasSubstr("did you mean 'limits'"));
+  EXPECT_THAT(result.err, HasSubstr("experiment, laboratory, limits, map, positioner"));
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <limits>
 
+#include "axiscal/core/not_a_number.hpp"
 #include "kinds.hpp"
 
 namespace axiscal {
@@ -11,10 +11,9 @@ constexpr std::array<std::string_view, 3> names = {"pitch_deg", "roll_deg", "yaw
 DerivedValues derive(const DeriveInput& input) noexcept {
   const Inclination angles =
       inclination_from_field(input.field_in_sensor, input.magnitude, input.inclination);
-  constexpr double empty = std::numeric_limits<double>::quiet_NaN();
   return {.values = {angles.pitch_rad * deg_per_rad,
-                     angles.gives_yaw ? empty : angles.roll_rad * deg_per_rad,
-                     angles.gives_yaw ? angles.yaw_rad * deg_per_rad : empty},
+                     angles.gives_yaw ? not_a_number : angles.roll_rad * deg_per_rad,
+                     angles.gives_yaw ? angles.yaw_rad * deg_per_rad : not_a_number},
           .clamped = angles.clamped};
 }
 

@@ -2,15 +2,10 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 
 namespace axiscal {
-
-/// @return the units that a kind of field may be given in, its default first; none for a kind that
-///         takes any text ("custom" and a user's own).
-[[nodiscard]] std::span<const std::string_view> units_of_field(std::string_view kind);
 
 /// How many of one unit make one of another: `value_to = factor_between(from, to) * value_from`.
 ///

@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/reduction.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include <Eigen/LU>
+
+#include "axiscal/calib/minimum_norm.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/field/field_kind.hpp"
+#include "axiscal/field/field_unit.hpp"
+
+namespace axiscal {
+namespace {
+
+// Rows of S in units of their axis's scatter; all alike where that is not known.
+Eigen::VectorXd row_weights(const Calibration& calibration) {
+  const Eigen::Index m = calibration.response.bias.size();
+  if (m > 3 && calibration.statistics) {
+    const Eigen::VectorXd& sd = calibration.statistics->residual_sd;
+    if ((sd.array() > 0.0).all()) {
+      return sd.cwiseInverse() / sd.cwiseInverse().maxCoeff();
+    }
+  }
+  return Eigen::VectorXd::Ones(m);
+}
+
+// What parameters are multiplied by when the field's unit changes.
+Eigen::VectorXd units_of_parameters(const std::vector<std::string>& names, double factor) {
+  Eigen::VectorXd units(static_cast<Eigen::Index>(names.size()));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool per_field = names[i].find(".sensitivity.") != std::string::npos;
+    units(static_cast<Eigen::Index>(i)) = per_field ? 1.0 / factor : 1.0;
+  }
+  return units;
+}
+
+// What 1 g was where the record was made [m/s^2].
+double gravity_of(const FieldDescription& field) {
+  if (field.unit == "m/s^2") {
+    return field.magnitude;
+  }
+  if (!field.local_gravity) {
+    throw DomainError(
+        "the record is in g and does not say what its g was; calibrate with the site (--latitude, "
+        "--height), or in m/s^2");
+  }
+  return *field.local_gravity;
+}
+
+}  // namespace
+
+FieldConversion field_conversion(const FieldDescription& field,
+                                 const std::string& unit,
+                                 std::optional<double> magnitude,
+                                 std::optional<double> gravity_there_m_s2) {
+  FieldConversion conversion{.unit = unit.empty() ? field.unit : unit};
+  const bool gravity =
+      field.unit == "g" || (field.unit == "m/s^2" && field_kind(field.kind).vertical);
+  if (!gravity) {
+    conversion.factor = factor_between(field.unit, conversion.unit);
+    conversion.magnitude = magnitude.value_or(conversion.factor * field.magnitude);
+    return conversion;
+  }
+  if (conversion.unit != "g" && conversion.unit != "m/s^2") {
+    throw DomainError("'" + field.unit + "' does not convert to '" + conversion.unit + "'");
+  }
+  if (conversion.unit == field.unit && !gravity_there_m_s2) {
+    conversion.magnitude = magnitude.value_or(field.magnitude);
+    return conversion;
+  }
+  const double here = gravity_of(field);  // of 1 g in the record
+  if (conversion.unit == "m/s^2") {
+    conversion.factor = field.unit == "g" ? here : 1.0;
+    const double at_record = field.unit == "g" ? here * field.magnitude : field.magnitude;
+    conversion.magnitude = magnitude.value_or(gravity_there_m_s2.value_or(at_record));
+  } else {
+    const double there = gravity_there_m_s2.value_or(here);
+    conversion.factor = (field.unit == "g" ? here : 1.0) / there;
+    conversion.magnitude = magnitude.value_or(1.0);
+  }
+  return conversion;
+}
+
+Calibration converted(Calibration calibration, const FieldConversion& conversion) {
+  const double factor = conversion.factor;
+  FieldDescription& field = calibration.field;
+  calibration.response.sensitivity /= factor;
+  if (conversion.unit != "g") {
+    field.local_gravity.reset();
+  } else if (field.unit == "m/s^2" || field.local_gravity) {
+    field.local_gravity = (field.unit == "m/s^2" ? 1.0 : *field.local_gravity) / factor;
+  }
+  const double scale = conversion.magnitude / field.magnitude;
+  const std::string old_unit = field.unit;
+  field.unit = conversion.unit;
+  field.magnitude = conversion.magnitude;
+  field.magnitude_u *= scale;
+  if (field.in_table) {
+    *field.in_table *= scale;
+  }
+  if (field.in_table_covariance) {
+    *field.in_table_covariance *= scale * scale;
+  }
+  for (FieldPartDescription& part : field.parts) {
+    part.magnitude *= scale;
+    part.in_table *= scale;
+  }
+  if (calibration.statistics) {
+    FitStatistics& statistics = *calibration.statistics;
+    statistics.sensitivity_se /= factor;
+    const Eigen::VectorXd units = units_of_parameters(statistics.parameter_names, factor);
+    if (statistics.covariance.rows() == units.size()) {
+      statistics.covariance = units.asDiagonal() * statistics.covariance * units.asDiagonal();
+    }
+    if (calibration.uncertainty) {
+      for (UncertaintySource& source : calibration.uncertainty->sources) {
+        if (source.covariance.size() == 0) {
+          continue;
+        }
+        source.input_u *= source.input_unit == old_unit ? factor : 1.0;
+        source.input_unit = source.input_unit == old_unit ? field.unit : source.input_unit;
+        source.covariance = units.asDiagonal() * source.covariance * units.asDiagonal();
+      }
+    }
+  }
+  for (ReadingResidual& residual : calibration.residuals) {
+    residual.magnitude *= factor;
+  }
+  return calibration;
+}
+
+Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options)
+    : kind_(&find_instrument_kind(calibration.instrument.kind)),
+      magnitude_(options.magnitude.value_or(calibration.field.magnitude)),
+      inclination_(options.inclination),
+      range_(calibration.instrument.range),
+      factor_(options.factor),
+      declination_rad_(options.declination_rad) {
+  inclination_.convention = calibration.instrument.convention;
+  if (!(magnitude_ > 0.0) || !std::isfinite(magnitude_)) {
+    throw DomainError("Reducer: the field's magnitude must be positive");
+  }
+  const SensitivityMatrix& S = calibration.response.sensitivity;
+  const Eigen::Index m = S.rows();
+  if (m == 0 || calibration.response.bias.size() != m || calibration.instrument.axis_count() != m) {
+    throw DomainError("Reducer: bias, sensitivity and axes must be of one number");
+  }
+  for (Eigen::Index k = 0; k < m; ++k) {
+    bias_.push_back(calibration.response.bias(k));
+    length_.push_back(S.row(k).norm());
+    if (!(length_.back() > 0.0)) {
+      throw DomainError("Reducer: axis '" +
+                        calibration.instrument.axes[static_cast<std::size_t>(k)] +
+                        "' has no sensitivity");
+    }
+  }
+  constexpr Eigen::Index most_one_sided = 64;
+  if (calibration.also.size() > 1 || (m < 3 && !calibration.also.empty()) ||
+      (calibration.instrument.one_sided && m > most_one_sided)) {
+    throw DomainError(
+        "Reducer: it takes out one second field, of an instrument of three axes or more, and knows "
+        "up "
+        "to 64 one-sided axes");
+  }
+  one_sided_ = calibration.instrument.one_sided;
+  temperature_ = calibration.temperature;
+  const Eigen::VectorXd weights = row_weights(calibration);
+  const Eigen::MatrixXd weighted = weights.asDiagonal() * S;
+  if (m >= 3 && rank_of(weighted) < 3) {
+    throw DomainError(
+        "Reducer: the axes' sensitivities lie in one plane, so that readings do not determine the "
+        "field");
+  }
+  const Eigen::MatrixXd inverse = pseudo_inverse(weighted) * weights.asDiagonal();
+  for (Eigen::Index k = 0; k < m; ++k) {
+    inverse_.emplace_back(factor_ * inverse.col(k));
+    length_[static_cast<std::size_t>(k)] /= factor_;
+    if (one_sided_ || (temperature_ && m > 3)) {
+      rows_.emplace_back(S.row(k).transpose() / factor_);
+      weights_.push_back(weights(k) * weights(k));
+    }
+  }
+  for (const AlsoResponse& also : calibration.also) {
+    also_.emplace_back(factor_ * (inverse * also.sensitivity));
+  }
+}
+
+ColumnReduction Reducer::columns() const {
+  if (bias_.size() != 3 || one_sided_ || temperature_ || !also_.empty()) {
+    throw DomainError(
+        "Reducer: whole columns are reduced for three plain axes only; not one-sided, without "
+        "temperature terms and second fields");
+  }
+  ColumnReduction reduction{.magnitude = magnitude_};
+  for (std::size_t k = 0; k < 3; ++k) {
+    reduction.bias[k] = bias_[k];
+    for (std::size_t j = 0; j < 3; ++j) {
+      reduction.inverse[3 * j + k] = inverse_[k](static_cast<Eigen::Index>(j));
+    }
+  }
+  return reduction;
+}
+
+double Reducer::above_bias(std::size_t axis,
+                           double reading,
+                           const std::optional<double>& temperature) const noexcept {
+  if (!temperature_ || !temperature) {
+    return reading - bias_[axis];
+  }
+  const auto k = static_cast<Eigen::Index>(axis);
+  return temperature_->above_bias(k, reading, bias_[axis], *temperature);
+}
+
+// More than three axes whose scales change: the weights of their equations do too.
+bool Reducer::solve_scaled(std::span<const double> readings,
+                           const std::optional<double>& temperature,
+                           Eigen::Vector3d& field) const noexcept {
+  Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d c = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const double scale =
+        temperature ? temperature_->scale_at(static_cast<Eigen::Index>(k), *temperature) : 1.0;
+    const double weight = weights_[k] * scale * scale;
+    N += weight * rows_[k] * rows_[k].transpose();
+    c += weight * above_bias(k, readings[k], temperature) * rows_[k];
+  }
+  field = N.inverse() * c;
+  return field.allFinite();
+}
+
+// Least squares by the axes that see the light, starting with those that read some.
+bool Reducer::solve_lit(std::span<const double> readings,
+                        const std::optional<double>& temperature,
+                        Eigen::Vector3d& field) const noexcept {
+  constexpr std::uint64_t one = 1;
+  const std::size_t m = std::min<std::size_t>(rows_.size(), 64);
+  constexpr double dimmest = 0.02;  // of the brightest axis: less is noise, or no light
+  double brightest = 0.0;
+  for (std::size_t k = 0; k < m; ++k) {
+    brightest = std::max(brightest, above_bias(k, readings[k], temperature) / length_[k]);
+  }
+  std::uint64_t lit = 0;
+  for (std::size_t k = 0; k < m; ++k) {
+    lit |=
+        above_bias(k, readings[k], temperature) > dimmest * length_[k] * brightest ? one << k : 0;
+  }
+  constexpr int most_rounds = 8;
+  for (int round = 0; round < most_rounds; ++round) {
+    Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d c = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < m; ++k) {
+      if ((lit & (one << k)) != 0) {
+        N += weights_[k] * rows_[k] * rows_[k].transpose();
+        c += weights_[k] * above_bias(k, readings[k], temperature) * rows_[k];
+      }
+    }
+    Eigen::Matrix3d inverse;
+    bool invertible = false;
+    constexpr double singular = 1e-9;
+    const double size = std::max(N.trace(), 1e-300);
+    (N / size).computeInverseWithCheck(inverse, invertible, singular);
+    if (!invertible) {
+      return false;
+    }
+    field = inverse * (c / size);
+    std::uint64_t seen = 0;
+    for (std::size_t k = 0; k < m; ++k) {
+      seen |= rows_[k].dot(field) > dimmest * length_[k] * brightest ? one << k : 0;
+    }
+    if (seen == lit) {
+      break;
+    }
+    lit = seen;
+  }
+  return true;
+}
+
+ReducedReading Reducer::reduce(std::span<const double> readings,
+                               const Eigen::Vector3d* up,
+                               std::optional<double> temperature) const noexcept {
+  ReducedReading result;
+  if (one_sided_) {
+    result.determined = solve_lit(readings, temperature, result.field_in_sensor);
+  } else if (!rows_.empty()) {
+    result.determined = solve_scaled(readings, temperature, result.field_in_sensor);
+  } else {
+    for (std::size_t k = 0; k < bias_.size(); ++k) {
+      result.field_in_sensor += inverse_[k] * above_bias(k, readings[k], temperature);
+    }
+  }
+  result.extrapolated = temperature_ && temperature && temperature_->is_extrapolated(*temperature);
+  if (up != nullptr) {
+    for (const Eigen::Matrix3d& also : also_) {
+      result.field_in_sensor -= also * *up;
+    }
+  }
+  result.residual = result.field_in_sensor.norm() - magnitude_;
+  if (kind_->derive != nullptr && (up != nullptr || !kind_->derives_with_attitude)) {
+    result.derived = kind_->derive({.field_in_sensor = result.field_in_sensor,
+                                    .magnitude = magnitude_,
+                                    .inclination = inclination_,
+                                    .up = up,
+                                    .declination_rad = declination_rad_});
+  }
+  return result;
+}
+
+ReducedAxis Reducer::reduce_axis(std::size_t axis,
+                                 double reading,
+                                 std::optional<double> temperature) const noexcept {
+  ReducedAxis result{.component = above_bias(axis, reading, temperature) / length_[axis]};
+  result.extrapolated = temperature_ && temperature && temperature_->is_extrapolated(*temperature);
+  if (kind_->has_axis_elevation) {
+    const AxisElevation elevation = elevation_of_axis(result.component, magnitude_);
+    result.angle_rad = elevation.angle_rad;
+    result.clamped = elevation.clamped;
+  }
+  return result;
+}
+
+double Reducer::unseen_component(double first, double second) const {
+  if (bias_.size() != 2) {
+    throw DomainError("Reducer::unseen_component: the instrument must have two axes");
+  }
+  const Eigen::Vector3d seen = inverse_[0] * (first - bias_[0]) + inverse_[1] * (second - bias_[1]);
+  return std::sqrt(std::max(0.0, magnitude_ * magnitude_ - seen.squaredNorm()));
+}
+
+}  // namespace axiscal

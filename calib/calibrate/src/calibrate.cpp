@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/calibrate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include "axiscal/calib/bias_fit.hpp"
+#include "axiscal/calib/culprit.hpp"
+#include "axiscal/calib/estimate_by_method.hpp"
+#include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/generalized_fit.hpp"
+#include "axiscal/calib/magnitude.hpp"
+#include "axiscal/calib/orientation_quality.hpp"
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/polar_fit.hpp"
+#include "axiscal/calib/reading_source.hpp"
+#include "axiscal/calib/resolved_field.hpp"
+#include "axiscal/calib/temperature_fit.hpp"
+#include "axiscal/calib/uncertainty_sources.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/timestamp.hpp"
+#include "axiscal/core/version.hpp"
+#include "method_choice.hpp"
+#include "remarks.hpp"
+#include "run_checks.hpp"
+#include "run_residuals.hpp"
+#include "warnings.hpp"
+
+namespace axiscal {
+namespace {
+
+// The field in the table of the whole run: the mean direction where each block has its own.
+std::optional<Eigen::Vector3d> mean_field(const std::vector<Eigen::Vector3d>& fields) {
+  if (fields.size() <= 1) {
+    return fields.empty() ? std::nullopt : std::optional(fields.front());
+  }
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& field : fields) {
+    sum += field;
+  }
+  return fields.front().norm() * sum.normalized();
+}
+
+// The parts as fitted, and what they make together at level 1.
+void put_fields(FieldDescription& field, const std::vector<Eigen::Vector3d>& fields) {
+  if (field.parts.empty()) {
+    field.in_table = mean_field(fields);
+    return;
+  }
+  if (fields.empty()) {
+    field.in_table.reset();  // the readings bring theirs
+    return;
+  }
+  for (std::size_t p = 0; p < fields.size(); ++p) {
+    field.parts[p].in_table = fields[p];
+    if (field.parts[p].free_length) {
+      field.parts[p].magnitude = fields[p].norm();
+    }
+  }
+  field.in_table = field.at_level(1.0);
+  field.magnitude = field.in_table->norm();
+}
+
+Eigen::Matrix3d noise_of(const Observations& observations) {
+  if (!observations.response_sd || observations.response.cols() != 3 ||
+      !(observations.response_sd->array() > 0.0).all()) {
+    return Eigen::Matrix3d::Identity();
+  }
+  return observations.response_sd->cwiseAbs2().colwise().mean().asDiagonal();
+}
+
+void put_temperature(const Estimate& estimate,
+                     const ReadingSource& source,
+                     std::vector<TemperatureOrderTrial> trials,
+                     Calibration& calibration) {
+  if (!trials.empty()) {
+    std::string text;
+    for (const TemperatureOrderTrial& trial : trials) {
+      text += (text.empty() ? "order " : ", order ") + std::to_string(trial.order) + " AICc " +
+              number_text(trial.aicc, 4);
+    }
+    calibration.notes.push_back("temperature order " +
+                                std::to_string(estimate.temperature_bias.cols()) +
+                                " was chosen: " + text);
+  }
+  if (estimate.temperature_bias.cols() == 0) {
+    return;
+  }
+  TemperatureResponse& temperature = calibration.temperature.emplace();
+  temperature = source.temperature_range();
+  temperature.bias = estimate.temperature_bias;
+  temperature.scale = estimate.temperature_scale;
+  temperature.bias_se = temperature.bias;
+  temperature.scale_se = temperature.scale;
+  temperature.trials = std::move(trials);
+}
+
+// The known-art form fitted to the same readings in the field as fitted.
+void compare_polar_fit(const ReadingSet& set,
+                       const std::vector<Eigen::Vector3d>& fields,
+                       Calibration& calibration) {
+  if (calibration.temperature || !calibration.also.empty() || set.leaves_out() ||
+      (fields.empty() && !set.rotation_sensor_from_table.empty())) {
+    throw SetupError(
+        "--polar-fit: goes with plain readings of one field, without temperature terms");
+  }
+  Eigen::Matrix<double, Eigen::Dynamic, 3> met(set.size(), 3);
+  if (fields.empty()) {
+    for (Eigen::Index i = 0; i < set.size(); ++i) {
+      met.row(i) = set.readings[static_cast<std::size_t>(i)].field_in_sensor->transpose();
+    }
+  } else {
+    met = field_design(set, fields).middleCols<3>(1);
+  }
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const int axis = main_axis(calibration.instrument, calibration.response, k);
+    calibration.polar_fit.push_back(
+        fit_polar_form(met, set.response.col(k), axis, calibration.instrument.convention));
+  }
+}
+
+// Warnings with which nothing of a run can be used.
+constexpr std::array<std::string_view, 4> refusing = {"uncertain_direction", "one_sided_unsettled",
+                                                      "no_fit", "uncertain_sensitivity"};
+
+Observations without_left_out(const Experiment& experiment, const Observations& observations) {
+  Observations used;
+  for (const Reading& reading : observations.readings) {
+    const std::vector<int>& out = experiment.leave_out;
+    if (std::find(out.begin(), out.end(), reading.run) == out.end()) {
+      used.readings.push_back(reading);
+    }
+  }
+  return used;
+}
+
+// One run on its way to a record.
+class Run {
+ public:
+  Run(const Experiment& experiment, const Observations& observations)
+      : experiment_(experiment),
+        observations_(observations),
+        used_(without_left_out(experiment, observations)),
+        method_(choose_method(experiment, used_)),
+        weighting_(experiment.weighting.value_or(observations.samples ? Weighting::samples
+                                                                      : Weighting::none)),
+        by_field_(method_ == Method::known && brings_field(observations)),
+        source_(checked(experiment, used_, method_), observations, weighting_, by_field_) {
+    check_method(experiment, observations, used_, method_, by_field_);
+    parts_ = resolve_field(experiment, source_.sun_time_s());
+    if (experiment.field.sun && !by_field_ && !parts_.front().has_value) {
+      throw RefusedError(
+          "the sun's place needs the time of the readings: a column 'time' (ISO 8601, UTC), or "
+          "--date with a time of day");
+    }
+  }
+
+  [[nodiscard]] Method method() const { return method_; }
+  [[nodiscard]] Calibration result() { return std::move(calibration_); }
+
+  // What is known before anything is fitted.
+  void describe() {
+    calibration_.created = timestamp_now();
+    calibration_.software = software_name();
+    calibration_.instrument = experiment_.instrument;
+    calibration_.field = describe_field(experiment_, parts_);
+    calibration_.method = method_name(method_);
+    calibration_.weights = weighting_name(weighting_);
+    calibration_.robust = experiment_.robust;
+    calibration_.positioner = experiment_.positioner.id();
+    calibration_.slot = experiment_.slot;
+    calibration_.level_by_block = experiment_.level_by == LevelBy::block;
+    calibration_.left_out = experiment_.leave_out;
+    note_choice_of_method(experiment_, used_, method_, calibration_);
+    if (method_ == Method::known && !by_field_) {
+      check_known_magnitude(calibration_.field);
+    }
+  }
+
+  void fit_biases() {
+    fit_bias(experiment_, observations_, source_, calibration_);
+    calibration_.uncertainty = make_budget(experiment_, {}, calibration_, {}, {});
+  }
+
+  void choose_temperature_order() {
+    const TemperatureSetup& setup = experiment_.temperature;
+    if (setup.automatic) {
+      trials_ = try_orders(method_, source_, parts_, by_field_);
+      source_.set_temperature(chosen_order(trials_), setup.reference);
+    } else if (setup.order > 0) {
+      source_.set_temperature(setup.order, setup.reference);
+    }
+  }
+
+  void fit() {
+    if (method_ == Method::magnitude) {
+      fit_without_labels();
+    } else if (experiment_.instrument.one_sided) {
+      estimate_ = estimate_one_sided(method_, source_, parts_, seen_);
+    } else {
+      estimate_ = estimate_by(method_, source_.set(parts_, {}), parts_, by_field_);
+    }
+    fitted_ = source_.set(parts_, seen_);
+    if (fitted_.temperature.order > 0) {
+      fitted_.temperature.scale = estimate_.temperature_scale;
+      fitted_.temperature.along = estimate_.response.sensitivity;
+    }
+  }
+
+  void search_for_mistakes() {
+    searched_ = experiment_.search_for_mistakes && method_ != Method::magnitude &&
+                can_be_searched(fitted_, estimate_);
+    if (searched_) {
+      culprit_ = find_culprit(fitted_, estimate_, method_ == Method::known);
+    }
+  }
+
+  // The estimate with its uncertainty becomes the record's.
+  void take_over() {
+    std::vector<UncertaintySource> weighed = weigh_inputs(experiment_, fitted_, method_, estimate_);
+    calibration_.response = std::move(estimate_.response);
+    calibration_.statistics = std::move(estimate_.statistics);
+    put_temperature(estimate_, source_, std::move(trials_), calibration_);
+    for (std::size_t a = 0; a < estimate_.also.size(); ++a) {
+      const ResolvedPart& also = source_.also()[a];
+      calibration_.also.push_back({.kind = also.part.kind,
+                                   .unit = also.unit,
+                                   .in_table = also.part.in_table,
+                                   .sensitivity = estimate_.also[a],
+                                   .sensitivity_se = estimate_.also[a]});
+    }
+    put_fields(calibration_.field, estimate_.fields);
+    calibration_.field.in_table_covariance = estimate_.field_covariance;
+    calibration_.field.in_table_degrees_of_freedom = estimate_.field_degrees_of_freedom;
+    calibration_.levelness = std::move(estimate_.levelness);
+    std::vector<LackOfFit>& tests = calibration_.statistics->lack_of_fit;
+    if (std::none_of(tests.begin(), tests.end(),
+                     [](const LackOfFit& test) { return test.pure_error_dof > 0.0; })) {
+      tests.clear();
+    }
+    add_intervals(calibration_);
+    calibration_.uncertainty =
+        make_budget(experiment_, fitted_, calibration_, estimate_.fields, std::move(weighed));
+  }
+
+  void look_at_residuals() {
+    calibration_.residuals = residuals_of(observations_, source_, estimate_.fields,
+                                          experiment_.positioner, calibration_, used_by_axes());
+    if (method_ == Method::magnitude) {
+      calibration_.orientations =
+          orientation_quality(fields_of_readings(calibration_.response, fitted_.response),
+                              calibration_.field.magnitude);
+    }
+  }
+
+  void remark() {
+    add_notes(calibration_, observations_, experiment_.positioner);
+    if (experiment_.compare_polar_fit) {
+      compare_polar_fit(fitted_, estimate_.fields, calibration_);
+    }
+    calibration_.notes.insert(calibration_.notes.end(), estimate_.notes.begin(),
+                              estimate_.notes.end());
+    estimate_.saturated = saturated_axes(fitted_, experiment_.instrument.one_sided);
+    calibration_.warnings =
+        find_warnings(calibration_, estimate_, unpaired_runs(), searched_, culprit_);
+    say_what_length_means(experiment_, calibration_);
+    if (experiment_.nominal_sensitivity) {
+      warn_of_other_sensitivity(*experiment_.nominal_sensitivity, calibration_);
+    }
+  }
+
+  void judge() {
+    if (culprit_) {
+      calibration_.suggestion = culprit_->correction;
+    }
+    // What a mistake does to the coefficients, in parts of the full response.
+    constexpr double largest_effect = 0.005;
+    const std::vector<CalibrationWarning>& warnings = calibration_.warnings;
+    const bool refused =
+        (culprit_ && culprit_->effect > largest_effect) ||
+        std::any_of(warnings.begin(), warnings.end(), [](const CalibrationWarning& warning) {
+          return std::find(refusing.begin(), refusing.end(), warning.code) != refusing.end();
+        });
+    calibration_.status = refused ? "refused" : warnings.empty() ? "ok" : "warning";
+  }
+
+ private:
+  // What must be so before the readings are looked at by axis and weight.
+  static const Experiment& checked(const Experiment& experiment,
+                                   const Observations& used,
+                                   Method method) {
+    check_temperature(experiment, used.readings, method);
+    return experiment;
+  }
+
+  void fit_without_labels() {
+    source_.keep_complete_rows();
+    const ReadingSet set = source_.set(parts_, {});
+    const double F = calibration_.field.magnitude;
+    estimate_ = estimate_magnitude(set, F, experiment_.shape, noise_of(observations_));
+    calibration_.shape = shape_name(experiment_.shape);
+    if (!set.rotation_sensor_from_table.empty()) {
+      align_by_points(set, F, estimate_);
+    }
+  }
+
+  // Which readings of the file each axis used.
+  [[nodiscard]] AxisMask used_by_axes() const {
+    AxisMask used = AxisMask::Constant(observations_.size(), observations_.response.cols(), false);
+    for (std::size_t i = 0; i < source_.rows().size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(source_.rows()[i]);
+      used.row(row) = source_.in_range().row(row);
+      if (seen_.size() > 0) {
+        used.row(row) = used.row(row) && seen_.row(static_cast<Eigen::Index>(i));
+      }
+    }
+    for (const std::size_t i : estimate_.unpaired) {
+      used.row(static_cast<Eigen::Index>(source_.rows()[i])).setConstant(false);
+    }
+    return used;
+  }
+
+  [[nodiscard]] std::vector<int> unpaired_runs() const {
+    std::vector<int> runs;
+    for (const std::size_t i : estimate_.unpaired) {
+      runs.push_back(observations_.readings[source_.rows()[i]].run);
+    }
+    return runs;
+  }
+
+  const Experiment& experiment_;
+  const Observations& observations_;
+  Observations used_;  // its readings alone
+  Method method_;
+  Weighting weighting_;
+  bool by_field_;  // whether the readings bring their fields
+  ReadingSource source_;
+  std::vector<ResolvedPart> parts_;
+  std::vector<TemperatureOrderTrial> trials_;
+  AxisMask seen_;  // of one-sided axes
+  Estimate estimate_;
+  ReadingSet fitted_;
+  bool searched_ = false;
+  std::optional<Culprit> culprit_;
+  Calibration calibration_;
+};
+
+}  // namespace
+
+Calibration calibrate(const Experiment& experiment, const Observations& observations) {
+  check_run(experiment, observations);
+  Run run(experiment, observations);
+  run.describe();
+  if (run.method() == Method::bias) {
+    run.fit_biases();
+    return run.result();
+  }
+  run.choose_temperature_order();
+  run.fit();
+  run.search_for_mistakes();
+  run.take_over();
+  run.look_at_residuals();
+  run.remark();
+  run.judge();
+  return run.result();
+}
+
+}  // namespace axiscal

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/companion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/LU>
+
+#include "axiscal/calib/calibration_warning.hpp"
+#include "axiscal/calib/covariance_root.hpp"
+#include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/magnitude.hpp"
+#include "axiscal/calib/orientation_quality.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/random.hpp"
+#include "axiscal/core/timestamp.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/field/field_kind.hpp"
+#include "axiscal/field/geomagnetic_field.hpp"
+
+namespace axiscal {
+namespace {
+
+Eigen::MatrixXd fields_of(const Calibration& calibration, const Observations& observations) {
+  if (calibration.response.bias.size() != 3 || observations.response.cols() != 3) {
+    throw DomainError("align_with_companion: both instruments need three axes");
+  }
+  return fields_of_readings(calibration.response, observations.response);
+}
+
+std::string degrees(double angle_rad) {
+  return number_text(std::round(angle_rad * deg_per_rad * 1e3) * 1e-3);
+}
+
+// A draw of the companion's coefficients, where its record says how good they are.
+LinearResponse drawn(const Calibration& companion, RandomStream& random) {
+  LinearResponse response = companion.response;
+  if (!companion.statistics || companion.statistics->covariance.rows() != 12 ||
+      !companion.statistics->covariance.allFinite()) {
+    return response;
+  }
+  Eigen::VectorXd z(12);
+  for (double& value : z) {
+    value = random.normal();
+  }
+  const Eigen::VectorXd change = covariance_root(companion.statistics->covariance) * z;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    response.bias(k) += change(4 * k);
+    response.sensitivity.row(k) += change.segment<3>(4 * k + 1).transpose();
+  }
+  return response;
+}
+
+// Covariance of b and S in the companion's frame before it is turned there: fit and alignment are
+// simulated together (JCGM 101), as the rotation follows from the same readings; the companion's
+// own readings and coefficients vary as its record says.
+Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
+                                         const Eigen::MatrixXd& readings,
+                                         const Calibration& companion,
+                                         const Eigen::MatrixXd& companions,
+                                         const Alignment& alignment) {
+  // Noise makes the covariance in proportion to 1 / n: so many readings are enough to see it.
+  constexpr Eigen::Index most_rows = 1000;
+  const Eigen::Index step = 1 + (readings.rows() - 1) / most_rows;
+  const Eigen::Index n = (readings.rows() + step - 1) / step;
+  const Eigen::MatrixXd v = readings(Eigen::seqN(0, n, step), Eigen::all);
+  const Eigen::MatrixXd w = companions(Eigen::seqN(0, n, step), Eigen::all);
+  const double F = calibration.field.magnitude;
+  const LinearResponse& own = calibration.response;
+  const Eigen::MatrixXd u = fields_of_readings(own, v).rowwise().normalized();
+  const Eigen::MatrixXd exact =
+      (F * u * own.sensitivity.transpose()).rowwise() + own.bias.transpose();
+  const Eigen::Matrix3d R0 = align_by_constant_angle(u, fields_of_readings(companion.response, w))
+                                 .rotation_companion_from_sensor;
+  const Eigen::VectorXd& sd = calibration.statistics->residual_sd;
+  const auto noisy = [](Eigen::MatrixXd rows, const Eigen::VectorXd& noise, RandomStream& stream) {
+    for (Eigen::Index k = 0; k < rows.cols(); ++k) {
+      for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+        rows(i, k) += noise(k) * stream.normal();
+      }
+    }
+    return rows;
+  };
+  // The companion's noise is what the angle scatters by beyond this instrument's own.
+  const double own_noise = sd.norm() / (F * own.sensitivity.norm());
+  const double in_all = alignment.residual_sd / std::max(std::sin(alignment.angle_rad), 1e-3);
+  const double theirs = std::sqrt(std::max(0.0, in_all * in_all - own_noise * own_noise));
+  constexpr int trials = 200;
+  RandomStream random(1, 7);
+  Eigen::MatrixXd draws(trials, 12);
+  for (int t = 0; t < trials; ++t) {
+    const Eigen::MatrixXd made = noisy(exact, sd, random);
+    const LinearResponse again = refit_magnitude(made, F, MagnitudeShape::symmetric, own);
+    const Eigen::MatrixXd g =
+        noisy(fields_of_readings(drawn(companion, random), w).rowwise().normalized(),
+              Eigen::Vector3d::Constant(theirs), random);
+    const Eigen::Matrix3d R =
+        align_by_constant_angle(fields_of_readings(again, made), g).rotation_companion_from_sensor;
+    const Eigen::Matrix3d S = again.sensitivity * R.transpose() * R0;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      draws.row(t).segment<4>(4 * k) << again.bias(k), S.row(k);
+    }
+  }
+  const Eigen::MatrixXd centred = draws.rowwise() - draws.colwise().mean();
+  return static_cast<double>(n) / static_cast<double>(readings.rows()) * centred.transpose() *
+         centred / (trials - 1);
+}
+
+// A mirrored instrument fits as well, with the angle that is left to 180 degrees; only the dip that
+// a model says shows it.
+void warn_of_mirrored_axes(Calibration& calibration,
+                           const Calibration& companion,
+                           const Alignment& alignment) {
+  const FieldDescription& field = calibration.field;
+  if (!field.site || field.model.empty() || !field_kind(companion.field.kind).vertical ||
+      !field_kind(field.kind).dated) {
+    return;
+  }
+  const double year = decimal_year_of(parse_date(field.date).value_or(seconds_now()));
+  const Eigen::Vector3d value = GeomagneticModel(field.model).value_in_enu_nT(*field.site, year);
+  const double expected_rad = std::acos(value.normalized().z());
+  constexpr double close_rad = 15.0 * rad_per_deg;
+  if (std::abs(alignment.angle_rad - expected_rad) < close_rad) {
+    return;
+  }
+  const bool mirrored = std::abs(std::numbers::pi - alignment.angle_rad - expected_rad) < close_rad;
+  add_warning(
+      calibration,
+      {.code = "alignment",
+       .runs = {},
+       .message = "the angle between the two fields is " + degrees(alignment.angle_rad) +
+                  " degrees, but at the site it is " + degrees(expected_rad) +
+                  (mirrored ? ": an axis of one instrument is reversed, or two are exchanged (a "
+                              "left-handed frame); correct signs or columns"
+                            : "; is the site right, is iron nearby, were both read at the same "
+                              "times?")});
+}
+
+}  // namespace
+
+void align_with_companion(Calibration& calibration,
+                          const Observations& observations,
+                          const Calibration& companion,
+                          const Observations& companions,
+                          const std::string& record) {
+  const bool has_labels = std::any_of(calibration.residuals.begin(), calibration.residuals.end(),
+                                      [](const ReadingResidual& r) { return r.point.has_value(); });
+  if (calibration.method != method_name(Method::magnitude) || has_labels) {
+    throw SetupError(
+        "align: goes with method magnitude without design points, which leaves the frame open");
+  }
+  if (calibration.shape == shape_name(MagnitudeShape::triangular)) {
+    throw SetupError(
+        "align: goes with shape symmetric (the default); the frame is the companion's anyway");
+  }
+  const Eigen::MatrixXd all = fields_of(calibration, observations);
+  const Eigen::MatrixXd all_of_companion = fields_of(companion, companions);
+  if (all.rows() != all_of_companion.rows()) {
+    throw DomainError("align_with_companion: the readings must be as many of both instruments");
+  }
+  std::vector<Eigen::Index> used;
+  for (std::size_t i = 0; i < calibration.residuals.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const auto& range = companion.instrument.range;
+    const auto companion_row = companions.response.row(row).array();
+    const bool saturated =
+        (companions.saturated && companions.saturated->row(row).any()) ||
+        (range && ((companion_row <= range->low).any() || (companion_row >= range->high).any()));
+    if (calibration.residuals[i].used && !saturated) {
+      used.push_back(static_cast<Eigen::Index>(i));
+    }
+  }
+  const Alignment alignment =
+      align_by_constant_angle(all(used, Eigen::all), all_of_companion(used, Eigen::all));
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(12, 12);
+  const bool simulated = calibration.statistics && calibration.shape == "symmetric" &&
+                         calibration.statistics->residual_sd.allFinite();
+  if (simulated) {
+    covariance =
+        covariance_by_simulation(calibration, observations.response(used, Eigen::all), companion,
+                                 companions.response(used, Eigen::all), alignment);
+  }
+  const LinearResponse own = calibration.response;
+  if (calibration.uncertainty) {
+    for (UncertaintySource& source : calibration.uncertainty->sources) {
+      if (source.covariance.rows() == 12) {
+        LinearResponse response = calibration.response;
+        turn_frame(alignment.rotation_companion_from_sensor, response, source.covariance);
+      }
+    }
+  }
+  turn_frame(alignment.rotation_companion_from_sensor, calibration.response, covariance);
+  if (calibration.statistics) {
+    FitStatistics& statistics = *calibration.statistics;
+    if (!simulated) {
+      covariance = statistics.covariance;
+      LinearResponse again = own;
+      turn_frame(alignment.rotation_companion_from_sensor, again, covariance);
+      calibration.notes.emplace_back(
+          "the standard errors take the rotation to the companion's frame as exact");
+    }
+    statistics.covariance = covariance;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      statistics.bias_se(k) = std::sqrt(covariance(4 * k, 4 * k));
+      statistics.sensitivity_se.row(k) =
+          covariance.diagonal().segment<3>(4 * k + 1).cwiseSqrt().transpose();
+    }
+  }
+  if (calibration.orientations) {
+    calibration.orientations->gap =
+        alignment.rotation_companion_from_sensor * calibration.orientations->gap;
+  }
+  for (CalibrationWarning& warning : calibration.warnings) {
+    warning.message +=
+        warning.code == "coverage" ? " (in its own axes, before it was aligned)" : "";
+  }
+  warn_of_mirrored_axes(calibration, companion, alignment);
+  calibration.alignment = CompanionAlignment{.record = record, .alignment = alignment};
+  const double largest_rad = alignment.standard_error_rad.maxCoeff();
+  constexpr double largest_good_rad = 0.02;
+  if (!(largest_rad < largest_good_rad)) {
+    add_warning(
+        calibration,
+        {.code = "alignment",
+         .runs = {},
+         .message = "the angle between the two fields (" + degrees(alignment.angle_rad) +
+                    " degrees) hardly fixes the rotation between the two instruments: standard "
+                    "error up to " +
+                    degrees(largest_rad) +
+                    " degrees; take more orientations, or give the design points (labels)"});
+  }
+}
+
+}  // namespace axiscal

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "axiscal/calib/calibrate.hpp"
+
+namespace axiscal {
+
+/// @return whether each reading says which field it met.
+[[nodiscard]] bool brings_field(const Observations& observations);
+
+/// @return whether each reading says at which point it was taken.
+[[nodiscard]] bool has_labels(const Observations& observations);
+
+/// Says in the record why the usual method was not taken, where nobody chose one.
+/// @param used  the readings that are not left out.
+void note_choice_of_method(const Experiment& experiment,
+                           const Observations& used,
+                           Method method,
+                           Calibration& calibration);
+
+}  // namespace axiscal

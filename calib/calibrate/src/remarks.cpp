@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "remarks.hpp"
+
+#include <cmath>
+#include <initializer_list>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "axiscal/calib/calibration_warning.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/field/field_kind.hpp"
+
+namespace axiscal {
+namespace {
+
+void note_field_uncertainty(Calibration& calibration) {
+  const FieldDescription& field = calibration.field;
+  if (!(field.magnitude_u > 0.0)) {
+    return;
+  }
+  const std::string percent = number_text(100.0 * field.magnitude_u / field.magnitude, 3);
+  const std::string share =
+      field.parts.empty() ? ": " + percent + " % of every sensitivity at once" : "";
+  calibration.notes.push_back(
+      "the field's magnitude is uncertain by " + number_text(field.magnitude_u) + " " + field.unit +
+      " (one standard deviation" + (field.model.empty() ? "" : ", model " + field.model) + ")" +
+      share + "; the expanded uncertainties hold it, the standard errors of the fit do not");
+}
+
+}  // namespace
+
+void add_notes(Calibration& calibration,
+               const Observations& observations,
+               const Positioner& positioner) {
+  const auto m = calibration.response.bias.size();
+  if (m < 3) {
+    calibration.notes.emplace_back(
+        "with fewer than three axes readings give the field along each axis and that axis's angle, "
+        "not all three components");
+  }
+  for (const RegressionRow& row : calibration.statistics->rows) {
+    for (Eigen::Index k = 0; k < row.robust_weight.size(); ++k) {
+      if (row.robust_weight(k) == 0.0) {
+        calibration.notes.push_back(name_of_runs(row.runs) + ": given no weight for axis " +
+                                    calibration.instrument.axes[static_cast<std::size_t>(k)] +
+                                    " by the robust regression");
+      }
+    }
+  }
+  std::set<DesignPoint> points;
+  for (const Reading& reading : observations.readings) {
+    if (reading.point) {
+      points.insert(*reading.point);
+    }
+  }
+  for (std::string& remark : rocking_remarks(positioner, points)) {
+    calibration.notes.push_back(std::move(remark));
+  }
+  std::set<int> runs;
+  for (const Reading& reading : observations.readings) {
+    runs.insert(reading.run);
+  }
+  if (runs.size() < observations.readings.size()) {
+    calibration.notes.emplace_back(
+        "some readings have the same run number; messages cannot tell "
+        "them apart");
+  }
+  note_field_uncertainty(calibration);
+}
+
+void say_what_length_means(const Experiment& experiment, Calibration& calibration) {
+  const FieldSetup& field = experiment.field;
+  if (!field.in_table || field.magnitude || field.custom || !field.others.empty()) {
+    return;
+  }
+  const double length = field.in_table->norm();
+  const bool is_one_g = field_kind(field.kind).vertical && calibration.field.unit == "g";
+  const std::string what =
+      "the field's magnitude is taken as the length of the vector that was "
+      "stated (in_table, --field-table), " +
+      number_text(length, 5) + " " + calibration.field.unit;
+  if (is_one_g && std::abs(length - 1.0) > 1e-6) {
+    calibration.warnings.push_back(
+        {.code = "field_length",
+         .runs = {},
+         .message =
+             what + ", and not as 1 g; if it is a direction only, state --field-magnitude 1"});
+  } else if (length != 1.0) {
+    calibration.notes.push_back(what);
+  }
+}
+
+void warn_of_other_sensitivity(double nominal, Calibration& calibration) {
+  constexpr double far_off = 0.3;
+  for (Eigen::Index k = 0; k < calibration.response.bias.size(); ++k) {
+    const double ratio = calibration.response.sensitivity.row(k).norm() / std::abs(nominal);
+    if (std::abs(ratio - 1.0) <= far_off) {
+      continue;
+    }
+    std::string reason;
+    for (const auto& [factor, text] : std::initializer_list<std::pair<double, const char*>>{
+             {1e3, "1000"}, {9.80665, "9.80665"}}) {
+      for (const double one : {factor, 1.0 / factor}) {
+        if (std::abs(ratio / one - 1.0) <= far_off) {
+          reason = std::string(": a factor ") + (one > 1.0 ? "" : "1/") + text +
+                   ", so the readings or the field are in another unit";
+        }
+      }
+    }
+    calibration.warnings.push_back(
+        {.code = reason.empty() ? "sensitivity" : "unit_factor",
+         .runs = {},
+         .message = "axis " + calibration.instrument.axes[static_cast<std::size_t>(k)] +
+                    ": its sensitivity is " + number_text(ratio, 3) + " times the nominal one" +
+                    reason + "; check unit, range and wiring"});
+  }
+}
+
+}  // namespace axiscal

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run_checks.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "axiscal/field/field_kind.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
+#include "method_choice.hpp"
+
+namespace axiscal {
+namespace {
+
+// A field that no one can set, without another that can.
+bool is_local(const FieldSetup& field) {
+  return field.others.empty() && !field.custom && field_kind(field.kind).local;
+}
+
+void check_range(const Instrument& instrument) {
+  if (instrument.range && !(instrument.range->low < instrument.range->high)) {
+    throw SetupError("--range: LO must be less than HI");
+  }
+}
+
+void check_instrument(const Instrument& instrument) {
+  if (instrument.kind.empty()) {
+    throw SetupError(
+        "the kind of instrument is not stated; give --instrument accelerometer, magnetometer, ...");
+  }
+  static_cast<void>(find_instrument_kind(instrument.kind));
+  check_range(instrument);
+  try {
+    check_axes(instrument);
+  } catch (const DomainError& error) {
+    throw SetupError(error.what());
+  }
+}
+
+void check_sizes(const Instrument& instrument, const Observations& observations) {
+  if (observations.response.rows() != observations.size() ||
+      observations.response.cols() != instrument.axis_count() ||
+      !observations.response.allFinite()) {
+    throw DomainError(
+        "calibrate: the responses must be finite, a row for each reading and a "
+        "column for each axis");
+  }
+  const bool bad_samples =
+      observations.samples && (observations.samples->size() != observations.size() ||
+                               !(observations.samples->array() > 0.0).all());
+  const bool bad_sd = observations.response_sd &&
+                      (observations.response_sd->rows() != observations.response.rows() ||
+                       observations.response_sd->cols() != observations.response.cols());
+  if (bad_samples || bad_sd) {
+    throw DomainError(
+        "calibrate: samples must be positive, one for each reading, and standard deviations as "
+        "many as responses");
+  }
+}
+
+void check_values(const Observations& observations) {
+  // Beyond this squares overflow; no instrument reads such numbers.
+  constexpr double largest = 1e150;
+  for (std::size_t i = 0; i < observations.readings.size(); ++i) {
+    const Reading& reading = observations.readings[i];
+    if (!(observations.response.row(static_cast<Eigen::Index>(i)).cwiseAbs().maxCoeff() <
+          largest) ||
+        (reading.field_in_sensor && !(reading.field_in_sensor->cwiseAbs().maxCoeff() < largest))) {
+      throw RefusedError("run " + std::to_string(reading.run) +
+                         ": a value of 1e150 or more is no reading; correct it or leave it out");
+    }
+  }
+}
+
+void check_readings(const Experiment& experiment, const Observations& observations) {
+  for (const Reading& reading : observations.readings) {
+    const Reading& first = observations.readings.front();
+    if (reading.point.has_value() != first.point.has_value() ||
+        reading.field_in_sensor.has_value() != first.field_in_sensor.has_value() ||
+        (!reading.point && !reading.field_in_sensor &&
+         experiment.method.value_or(Method::magnitude) < Method::magnitude)) {
+      throw DomainError("calibrate: every reading needs its design point, or every one its field");
+    }
+    if (reading.level != 1.0 && is_local(experiment.field)) {
+      throw RefusedError(
+          "run " + std::to_string(reading.run) + ": level " + number_text(reading.level) +
+          ", but " +
+          (field_kind(experiment.field.kind).vertical ? experiment.field.kind : "a local field") +
+          " cannot be set; its level is always 1");
+    }
+  }
+}
+
+void check_levels(const Observations& observations, Method method) {
+  for (const Reading& reading : observations.readings) {
+    if (method == Method::magnitude && reading.level != 1.0) {
+      throw RefusedError("run " + std::to_string(reading.run) + ": level " +
+                         number_text(reading.level) +
+                         ", but method magnitude takes the field's magnitude as the same in all "
+                         "readings");
+    }
+  }
+}
+
+}  // namespace
+
+void check_run(const Experiment& experiment, const Observations& observations) {
+  const Instrument& instrument = experiment.instrument;
+  check_instrument(instrument);
+  check_sizes(instrument, observations);
+  if (experiment.noise_ratio.size() > 0 &&
+      (experiment.noise_ratio.size() != instrument.axis_count() ||
+       !(experiment.noise_ratio.array() > 0.0).all())) {
+    throw SetupError("the noise ratio must have a positive number for each axis");
+  }
+  check_values(observations);
+  check_readings(experiment, observations);
+  if (!is_rotation(experiment.rotation_sensor_from_positioner)) {
+    throw DomainError("calibrate: rotation_sensor_from_positioner is no rotation");
+  }
+}
+
+void check_temperature(const Experiment& experiment,
+                       const std::vector<Reading>& readings,
+                       Method method) {
+  const TemperatureSetup& setup = experiment.temperature;
+  if (setup.order == 0 && !setup.automatic && method != Method::bias) {
+    return;
+  }
+  if (setup.order < 0 || (setup.order > 2 && method != Method::bias)) {
+    throw SetupError("temperature order " + std::to_string(setup.order) +
+                     ": must be 0, 1 or 2; method bias takes any");
+  }
+  for (const Reading& reading : readings) {
+    if (!reading.temperature) {
+      throw RefusedError("temperature terms need the column 'temperature'; run " +
+                         std::to_string(reading.run) + " has none");
+    }
+  }
+}
+
+void check_method(const Experiment& experiment,
+                  const Observations& observations,
+                  const Observations& used,
+                  Method method,
+                  bool by_field) {
+  const std::string name(method_name(method));
+  if (!by_field && method != Method::magnitude && method != Method::bias &&
+      !has_labels(observations)) {
+    throw RefusedError("method " + name +
+                       ": the readings have no design points; give columns 'rest' and 'fence', or "
+                       "use --method known with fx,fy,fz, or magnitude");
+  }
+  const bool has_one_slope = method == Method::known || method == Method::magnitude;
+  if (has_one_slope && experiment.level_by == LevelBy::block) {
+    throw SetupError("method " + name +
+                     " estimates no levelness; level by block goes with paired and joint");
+  }
+  if (!experiment.field.others.empty() &&
+      (method == Method::paired || method == Method::magnitude ||
+       experiment.level_by == LevelBy::block)) {
+    throw SetupError(
+        "a field of several parts goes with the methods joint and known, and one "
+        "levelness for the run");
+  }
+  for (std::size_t i = 1; i < experiment.also.size(); ++i) {
+    if (experiment.also[i].kind == experiment.also.front().kind) {
+      throw SetupError("also " + experiment.also[i].kind + ": is there twice");
+    }
+  }
+  if (!experiment.also.empty() && (by_field || method == Method::magnitude)) {
+    throw SetupError(
+        "a second field (also) needs design points and the methods paired, joint or "
+        "known");
+  }
+  if (experiment.instrument.one_sided &&
+      (method == Method::paired || method == Method::magnitude)) {
+    throw SetupError("method " + name +
+                     ": one-sided axes see a field from one side only; use joint or known");
+  }
+  if (method == Method::magnitude &&
+      (experiment.temperature.order > 0 || experiment.temperature.automatic)) {
+    throw SetupError(
+        "method magnitude fits no temperature terms; give design points, or calibrate each "
+        "temperature by itself");
+  }
+  check_levels(used, method);
+}
+
+void check_known_magnitude(const FieldDescription& field) {
+  if (field.in_table && field.parts.empty() &&
+      !(std::abs(field.in_table->norm() / field.magnitude - 1.0) <= 1e-6)) {
+    throw SetupError("method known: the field in the table has the length " +
+                     number_text(field.in_table->norm()) + ", but its magnitude is given as " +
+                     number_text(field.magnitude) + "; give one of them");
+  }
+}
+
+}  // namespace axiscal

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run_residuals.hpp"
+
+#include <Eigen/QR>
+
+#include "axiscal/core/not_a_number.hpp"
+
+namespace axiscal {
+namespace {
+
+// What the fit says that a reading should be; without labels only its direction is its own.
+Eigen::VectorXd fitted_response(const Calibration& calibration,
+                                const ReadingSource& source,
+                                const Reading& reading,
+                                const Eigen::Vector3d& field) {
+  Eigen::VectorXd response = response_at(calibration, field, reading.temperature);
+  for (const AlsoResponse& also : calibration.also) {
+    response += also.sensitivity * (source.rotation(reading) * also.in_table);
+  }
+  return response;
+}
+
+}  // namespace
+
+std::vector<ReadingResidual> residuals_of(const Observations& observations,
+                                          const ReadingSource& source,
+                                          const std::vector<Eigen::Vector3d>& fields,
+                                          const Positioner& positioner,
+                                          const Calibration& calibration,
+                                          const AxisMask& used) {
+  const LinearResponse& response = calibration.response;
+  const bool by_magnitude = fields.empty() && !source.by_field();
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> inverse(response.sensitivity);
+  const bool has_magnitude = inverse.rank() == 3;
+  std::vector<ReadingResidual> residuals;
+  for (std::size_t i = 0; i < observations.readings.size(); ++i) {
+    const Reading& reading = observations.readings[i];
+    const auto row = static_cast<Eigen::Index>(i);
+    ReadingResidual residual{.run = reading.run, .point = reading.point};
+    residual.used = used.row(row).any();
+    residual.response = Eigen::VectorXd::Constant(response.bias.size(), not_a_number);
+    residual.magnitude = not_a_number;
+    if (!residual.used && reading.point && !positioner.seat(*reading.point).defect.empty()) {
+      // Left out as the cube cannot lie so: there is no field to hold the reading against.
+      residuals.push_back(std::move(residual));
+      continue;
+    }
+    const Eigen::VectorXd v = observations.response.row(row);
+    const bool complete = source.in_range().row(row).all() && calibration.also.empty();
+    const Eigen::Vector3d measured =
+        has_magnitude
+            ? Eigen::Vector3d(inverse.solve(
+                  reading_at_reference(calibration, v, reading.temperature) - response.bias))
+            : Eigen::Vector3d::Zero();
+    const Eigen::Vector3d field =
+        by_magnitude ? Eigen::Vector3d(calibration.field.magnitude * measured.normalized())
+                     : source.field_in_sensor(reading, calibration.field, fields);
+    const Eigen::VectorXd left = v - fitted_response(calibration, source, reading, field);
+    for (Eigen::Index k = 0; k < left.size(); ++k) {
+      // What an axis does not see, or cannot read, leaves nothing; a reading that was left out
+      // does.
+      const bool holds = source.in_range()(row, k) && (!residual.used || used(row, k));
+      residual.response(k) = holds ? left(k) : not_a_number;
+    }
+    if (has_magnitude && complete && !calibration.instrument.one_sided) {
+      residual.magnitude = measured.norm() - field.norm();
+    }
+    if (observations.has_level) {
+      residual.level = reading.level;
+    }
+    if (observations.has_block) {
+      residual.block = reading.block;
+    }
+    residual.temperature = reading.temperature;
+    residuals.push_back(std::move(residual));
+  }
+  return residuals;
+}
+
+}  // namespace axiscal

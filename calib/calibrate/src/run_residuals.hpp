@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/observations.hpp"
+#include "axiscal/calib/reading_source.hpp"
+
+namespace axiscal {
+
+/// Residuals of all readings, left out or not, in the order of the file.
+///
+/// @param fields  in the table, as fitted; empty: the readings bring theirs, or have no labels.
+/// @param used    which readings each axis used, a row for each of the observations.
+[[nodiscard]] std::vector<ReadingResidual> residuals_of(const Observations& observations,
+                                                        const ReadingSource& source,
+                                                        const std::vector<Eigen::Vector3d>& fields,
+                                                        const Positioner& positioner,
+                                                        const Calibration& calibration,
+                                                        const AxisMask& used);
+
+}  // namespace axiscal

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/calibrate.hpp"
+
+namespace axiscal {
+namespace {
+
+// The run calibrated again with what the suggestion says.
+void follow(const Correction& correction, Experiment& experiment, Observations& observations) {
+  observations = corrected(std::move(observations), correction);
+  experiment.leave_out.insert(experiment.leave_out.end(), correction.leave_out.begin(),
+                              correction.leave_out.end());
+}
+
+}  // namespace
+
+Calibration calibrate_with_suggestions(Experiment experiment, Observations observations) {
+  std::vector<Correction> made;
+  Calibration calibration = calibrate(experiment, observations);
+  constexpr std::size_t most = 3;  // a run with more mistakes is to be taken again
+  while (calibration.suggestion && made.size() < most) {
+    const Correction correction = *calibration.suggestion;
+    const bool mends = !correction.points.empty() || !correction.responses.empty() ||
+                       !correction.levels.empty() || !correction.leave_out.empty();
+    if (!mends) {
+      break;
+    }
+    follow(correction, experiment, observations);
+    made.push_back(correction);
+    calibration = calibrate(experiment, observations);
+  }
+  for (const Correction& correction : made) {
+    calibration.notes.push_back("corrected as suggested: " + correction.message);
+  }
+  calibration.corrections = std::move(made);
+  return calibration;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,432 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warnings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "axiscal/calib/calibration_warning.hpp"
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/orientation_quality.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
+
+namespace axiscal {
+namespace {
+
+// Probability of a false alarm over a whole run. Studentised residuals of `joint` have heavier
+// tails than t where readings are few: at 1e-4 outliers are announced in 0.1 to 0.2 % of good runs.
+constexpr double false_lack_of_fit = 1e-3;
+constexpr double false_outlier = 1e-4;
+constexpr double false_moved_table = 1e-3;
+// Residual scatter above this part of the full response is no calibration but a mistake.
+constexpr double largest_residual_share = 0.02;
+constexpr double largest_good_condition = 30.0;
+// Above this standard error the direction of the field is unknown, and with it S.
+constexpr double largest_direction_se_rad = 0.05;
+// A slope that was stated and one that was measured may differ by this many standard errors.
+constexpr double largest_slope_deviation = 6.0;
+
+std::string rounded(double value, int digits) {
+  return number_text(value, digits);
+}
+
+class Finder {
+ public:
+  Finder(const Calibration& calibration,
+         const Estimate& estimate,
+         std::vector<int> unpaired_runs,
+         bool searched,
+         const std::optional<Culprit>& culprit)
+      : calibration_(calibration),
+        estimate_(estimate),
+        unpaired_runs_(std::move(unpaired_runs)),
+        searched_(searched),
+        culprit_(culprit) {}
+
+  std::vector<CalibrationWarning> find() {
+    find_uncertain_direction();
+    find_two_solutions();
+    find_unsettled();
+    find_gap();
+    // What the culprit search explains needs no second word.
+    if (culprit_) {
+      warnings_.insert(warnings_.end(), culprit_->warnings.begin(), culprit_->warnings.end());
+    } else {
+      if (!searched_) {
+        find_inconsistent_levelness();
+        find_outliers();
+      }
+      find_uncertain_sensitivity();
+      find_poor_fit();
+    }
+    find_moved_table();
+    find_axes();
+    // A curved response looks like a limited axis; repeats tell that it is not chance.
+    if (!culprit_ || culprit_->correction.code == "saturated") {
+      find_lack_of_fit();
+    }
+    find_slope();
+    find_unpaired();
+    find_other_magnitude();
+    find_condition();
+    find_no_redundancy();
+    find_saturated();
+    return std::move(warnings_);
+  }
+
+ private:
+  void add(std::string code, std::vector<int> runs, std::string message) {
+    warnings_.push_back(
+        {.code = std::move(code), .runs = std::move(runs), .message = std::move(message)});
+  }
+
+  [[nodiscard]] const std::string& axis_name(Eigen::Index k) const {
+    return calibration_.instrument.axes[static_cast<std::size_t>(k)];
+  }
+
+  [[nodiscard]] const FitStatistics& statistics() const { return *calibration_.statistics; }
+
+  [[nodiscard]] double full_response(Eigen::Index k) const {
+    return calibration_.response.sensitivity.row(k).norm() * calibration_.field.magnitude;
+  }
+
+  void find_uncertain_direction() {
+    if (estimate_.direction_se_rad > largest_direction_se_rad) {
+      add("uncertain_direction", {},
+          "the readings hardly determine the field's direction in the table (standard error " +
+              rounded(estimate_.direction_se_rad, 2) +
+              " rad), so the sensitivities are as uncertain; take each face turned round as well, "
+              "or use --method known if the table is level");
+    }
+  }
+
+  // Sensitivities that may as well be of another axis.
+  void find_uncertain_sensitivity() {
+    constexpr double largest_share = 0.1;
+    for (Eigen::Index k = 0; k < calibration_.response.bias.size() && !by_magnitude(); ++k) {
+      const double share = statistics().sensitivity_se.row(k).norm() /
+                           calibration_.response.sensitivity.row(k).norm();
+      if (share > largest_share && estimate_.direction_se_rad > 0.0) {
+        add("uncertain_sensitivity", {},
+            "axis " + axis_name(k) + ": its sensitivity is known only to " +
+                rounded(100.0 * share, 2) +
+                " % by these readings; too many of them are left out or of one kind: add readings, "
+                "or use --method known if the table is level");
+      }
+    }
+  }
+
+  void find_two_solutions() {
+    if (!estimate_.ambiguity.empty()) {
+      add("two_solutions", {},
+          estimate_.ambiguity +
+              "; say roughly where it points with --field-table X,Y,Z or --fence-azimuth, or name "
+              "the axes by what they sense (x, y, z)");
+    }
+  }
+
+  void find_unsettled() {
+    if (estimate_.unsettled) {
+      add("one_sided_unsettled", {},
+          "which readings some one-sided axis sees does not settle: a reading lies at the edge of "
+          "its view; move the lamp a little, or leave that reading out");
+    }
+  }
+
+  void find_gap() {
+    constexpr double largest_good_gap_rad = 60.0 * rad_per_deg;
+    const auto& quality = calibration_.orientations;
+    if (quality && quality->largest_gap_rad > largest_good_gap_rad) {
+      add("coverage", {},
+          "the orientations leave a gap: towards " + direction_in_words(quality->gap) +
+              " of the sensor the nearest reading is " +
+              rounded(quality->largest_gap_rad * deg_per_rad, 2) +
+              " degrees away; add orientations in which that side meets the field");
+    }
+  }
+
+  // The readings of a rest face in a block.
+  [[nodiscard]] std::vector<int> runs_of_face(const LevelnessEstimate& estimate) const {
+    std::vector<int> runs;
+    for (const ReadingResidual& residual : calibration_.residuals) {
+      if (residual.used && residual.point && residual.point->rest() == estimate.point.rest() &&
+          residual.block.value_or(estimate.block) == estimate.block) {
+        runs.push_back(residual.run);
+      }
+    }
+    return runs;
+  }
+
+  void find_inconsistent_levelness() {
+    const std::optional<Levelness>& levelness = calibration_.levelness;
+    if (!levelness || !levelness->suspect) {
+      return;
+    }
+    const std::vector<int> runs = runs_of_face(*levelness->suspect);
+    add("levelness", runs,
+        name_of_runs(runs) + ": the table's slope by rest face " +
+            std::string(face_name(levelness->suspect->point.rest())) +
+            " disagrees with the other faces (p = " + rounded(levelness->p_value, 2) +
+            "); look for grit under a foot, a wrong face, a fence not touched or a moved table, "
+            "and take these readings again");
+  }
+
+  // By `paired` a mistake shows in the differences, which the levelness test sees, or spreads over
+  // averages that have too few degrees of freedom to name one.
+  void find_outliers() {
+    if (calibration_.method == method_name(Method::paired)) {
+      return;
+    }
+    const std::vector<RegressionRow>& rows = statistics().rows;
+    const auto tests =
+        static_cast<double>(rows.size()) * static_cast<double>(calibration_.response.bias.size());
+    for (const RegressionRow& row : rows) {
+      for (Eigen::Index k = 0; k < row.studentized.size(); ++k) {
+        const double t = row.studentized(k);
+        if (!(std::abs(t) > 3.0)) {
+          continue;  // never that unlikely
+        }
+        const double p = student_t_two_sided_p(t, statistics().degrees_of_freedom(k) - 1.0);
+        const bool rounding = statistics().residual_sd(k) <= 1e-13 * full_response(k);
+        if (p * tests < false_outlier && !rounding) {
+          add("outlier", row.runs,
+              name_of_runs(row.runs) + ": " +
+                  (by_magnitude() ? "its magnitude" : "axis " + axis_name(k)) + " is " +
+                  rounded(std::abs(t), 3) +
+                  " standard deviations from what the other readings say; " +
+                  (by_magnitude() ? "if it was moved" : "check the pose and") +
+                  " take it again, or leave it out with --leave-out " +
+                  std::to_string(row.runs.front()));
+          break;
+        }
+      }
+    }
+  }
+
+  // By `paired` a mistake can hide in the averages, so the readings' own residuals count too.
+  void find_poor_fit() {
+    if (by_magnitude()) {
+      find_poor_magnitude();
+      return;
+    }
+    for (Eigen::Index k = 0; k < calibration_.response.bias.size(); ++k) {
+      double squares = 0.0;
+      double largest = 0.0;
+      for (const ReadingResidual& residual : calibration_.residuals) {
+        if (residual.used && !std::isnan(residual.response(k))) {
+          squares += residual.response(k) * residual.response(k);
+          largest = std::max(largest, std::abs(residual.response(k)));
+        }
+      }
+      const std::vector<int>& own = statistics().observations_per_axis;
+      const int count = own.empty() ? statistics().observations : own[static_cast<std::size_t>(k)];
+      const double rms = std::sqrt(squares / count);
+      const double share = std::fmax(statistics().residual_sd(k), rms) / full_response(k);
+      if (!(share > largest_residual_share)) {
+        continue;
+      }
+      std::vector<int> runs;
+      for (const ReadingResidual& residual : calibration_.residuals) {
+        if (residual.used && std::abs(residual.response(k)) > 0.5 * largest) {
+          runs.push_back(residual.run);
+        }
+      }
+      // Nothing of such a fit can be trusted.
+      constexpr double hopeless = 0.2;
+      add(share > hopeless ? "no_fit" : "poor_fit", runs,
+          "axis " + axis_name(k) + ": the residuals are " + rounded(100.0 * share, 2) +
+              " % of the full response, the largest at " + name_of_runs(runs) +
+              "; a reading may be at the wrong design point, or two exchanged, or the noise is "
+              "large: correct the labels or take these readings again" +
+              other_reasons());
+    }
+  }
+
+  // A field that can be set, and no column that says to what it was.
+  [[nodiscard]] bool lacks_level() const {
+    return calibration_.field.kind.find("induced") != std::string::npos &&
+           !calibration_.residuals.empty() && !calibration_.residuals.front().level;
+  }
+
+  // What else leaves large residuals, by the kind of field and instrument.
+  [[nodiscard]] std::string other_reasons() const {
+    std::string reasons;
+    if (lacks_level()) {
+      reasons += "; is the column 'level' missing (the multiple of the field that was set)?";
+    }
+    if (calibration_.instrument.kind == "optical" && !calibration_.instrument.one_sided) {
+      reasons += "; photodiodes that see no light from behind need --one-sided";
+    }
+    if (calibration_.instrument.kind == "gyroscope" && calibration_.also.empty()) {
+      reasons += "; a gyroscope that answers to gravity needs --also gravity";
+    }
+    return reasons;
+  }
+
+  // Without labels a reading has one residual: of the field's magnitude.
+  void find_poor_magnitude() {
+    double error = calibration_.orientations ? calibration_.orientations->fit_error : 0.0;
+    if (calibration_.robust) {  // readings that got no weight do not count
+      error = statistics().residual_sd.maxCoeff() / full_response(0);
+    }
+    if (error > largest_residual_share) {
+      add("poor_fit", {},
+          "the magnitude differs from the field's by " + rounded(100.0 * error, 2) +
+              " % (rms): the instrument was moved while it was read, iron nearby disturbs the "
+              "field, or the noise is large; " +
+              (calibration_.robust ? "" : "try --robust, or ") + "take the readings again at rest");
+    }
+  }
+
+  [[nodiscard]] bool by_magnitude() const {
+    return calibration_.method == method_name(Method::magnitude);
+  }
+
+  void find_axes() {
+    if (calibration_.instrument.one_sided || calibration_.response.bias.size() > 3) {
+      return;  // such axes point where they like, one each way
+    }
+    for (Eigen::Index k = 0; k < calibration_.response.bias.size(); ++k) {
+      const std::optional<int> nominal = nominal_axis(calibration_.instrument, k);
+      if (!nominal) {
+        continue;
+      }
+      const Eigen::Vector3d row = calibration_.response.sensitivity.row(k);
+      Eigen::Index main = 0;
+      row.cwiseAbs().maxCoeff(&main);
+      const std::string letter(1, "xyz"[main]);
+      if (main != *nominal) {
+        add("axis_swapped", {},
+            "axis " + axis_name(k) + " reads mostly along " + (row(main) < 0.0 ? "-" : "+") +
+                letter + "; are columns exchanged, or is the instrument turned in the cube?");
+      } else if (row(main) < 0.0) {
+        add("axis_reversed", {},
+            "axis " + axis_name(k) + " reads reversed: its sensitivity to " + letter +
+                " is negative; is its sign or wiring exchanged, or are all faces labelled by the "
+                "opposite one?");
+      }
+    }
+  }
+
+  void find_lack_of_fit() {
+    const std::vector<LackOfFit>& tests = statistics().lack_of_fit;
+    for (std::size_t k = 0; k < tests.size(); ++k) {
+      // NaN, where nothing can be tested, is no warning.
+      if (tests[k].p_value * static_cast<double>(tests.size()) < false_lack_of_fit) {
+        add("lack_of_fit", {},
+            "axis " + axis_name(static_cast<Eigen::Index>(k)) +
+                ": the readings are further from the model than their repeats allow (" +
+                (std::isfinite(tests[k].f)
+                     ? "F = " + rounded(tests[k].f, 3) + ", p = " + rounded(tests[k].p_value, 2)
+                     : std::string("which agree to the last digit")) +
+                "); the cube's faces, its seating or the axis's linearity limit this run, and the "
+                "standard errors include it");
+        return;
+      }
+    }
+  }
+
+  void find_slope() {
+    const std::optional<Levelness>& levelness = calibration_.levelness;
+    if (calibration_.method != method_name(Method::known) || !levelness ||
+        !calibration_.field.in_table) {
+      return;
+    }
+    const Eigen::Vector3d given = *calibration_.field.in_table / calibration_.field.magnitude;
+    const double x = std::abs(levelness->mean_x - given.x());
+    const double y = std::abs(levelness->mean_y - given.y());
+    // NaN, without degrees of freedom, is no warning; 1e-9 is rounding.
+    if (x > largest_slope_deviation * levelness->standard_error_x + 1e-9 ||
+        y > largest_slope_deviation * levelness->standard_error_y + 1e-9) {
+      add("slope", {},
+          "the field was given as " + rounded(given.x(), 4) + ", " + rounded(given.y(), 4) +
+              " in the table's plane (parts of its magnitude), but opposite readings show " +
+              rounded(levelness->mean_x, 4) + ", " + rounded(levelness->mean_y, 4) +
+              "; use --method paired or joint, or correct --slope");
+    }
+  }
+
+  void find_moved_table() {
+    const std::optional<Levelness>& levelness = calibration_.levelness;
+    if (levelness && levelness->block_p_value < false_moved_table) {
+      add("table_moved", {},
+          "the table's slope differs between blocks (p = " + rounded(levelness->block_p_value, 2) +
+              "), so it was moved, and one slope for all blocks is wrong; give each block its "
+              "own with --level-by block");
+    }
+  }
+
+  void find_unpaired() {
+    if (!unpaired_runs_.empty()) {
+      add("unpaired", unpaired_runs_,
+          name_of_runs(unpaired_runs_) +
+              ": left out, as `paired` needs the opposite reading (same rest face, block and "
+              "level; opposite fence face); take it, or use --method joint");
+    }
+  }
+
+  void find_condition() {
+    if (statistics().condition_number > largest_good_condition) {
+      add("ill_conditioned", {},
+          "the design hardly tells some coefficients apart (condition number " +
+              rounded(statistics().condition_number, 3) +
+              "; a standard design has less than 5), so standard errors are inflated; " +
+              (calibration_.instrument.one_sided
+                   ? "take all 24 points, or move the lamp away from the cube's diagonal"
+               : calibration_.method == method_name(Method::magnitude)
+                   ? "add orientations all around"
+                   : "take each face turned round as well"));
+    }
+  }
+
+  void find_other_magnitude() {
+    if (calibration_.method != method_name(Method::known) || calibration_.field.in_table) {
+      return;
+    }
+    constexpr double largest_deviation = 0.05;
+    const double ratio = estimate_.mean_field / calibration_.field.magnitude;
+    if (!(std::abs(ratio - 1.0) <= largest_deviation)) {
+      add("field_magnitude", {},
+          "the columns fx, fy, fz have a length of " + rounded(estimate_.mean_field, 4) +
+              " on average, but the field is " + rounded(calibration_.field.magnitude, 4) + " " +
+              calibration_.field.unit + "; correct the unit, or give the magnitude");
+    }
+  }
+
+  // Readings that differ but for their largest (or smallest) value, which is there several times.
+  void find_saturated() {
+    for (const SaturatedAxis& axis : estimate_.saturated) {
+      add("saturated", axis.runs,
+          name_of_runs(axis.runs) + ": axis " + axis_name(axis.axis) + " reads exactly " +
+              rounded(axis.value, 8) +
+              " each time, and nothing beyond: is it saturated? Give its range with --range LO,HI");
+    }
+  }
+
+  void find_no_redundancy() {
+    if (!(statistics().degrees_of_freedom.minCoeff() > 0.0)) {
+      add("no_redundancy", {},
+          "there are just as many readings as coefficients: no residual, so no uncertainty and no "
+          "check; take more design points");
+    }
+  }
+
+  const Calibration& calibration_;
+  const Estimate& estimate_;
+  std::vector<int> unpaired_runs_;
+  bool searched_;
+  const std::optional<Culprit>& culprit_;
+  std::vector<CalibrationWarning> warnings_;
+};
+
+}  // namespace
+
+std::vector<CalibrationWarning> find_warnings(const Calibration& calibration,
+                                              const Estimate& estimate,
+                                              std::vector<int> unpaired_runs,
+                                              bool searched,
+                                              const std::optional<Culprit>& culprit) {
+  return Finder(calibration, estimate, std::move(unpaired_runs), searched, culprit).find();
+}
+
+}  // namespace axiscal

@@ -1,0 +1,478 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/characterize.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <set>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/median.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/timestamp.hpp"
+#include "axiscal/core/version.hpp"
+#include "axiscal/field/field_kind.hpp"
+#include "solid_fit.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double misfit_below = 0.005;
+constexpr double same_orientation_rad = 0.1;
+
+void check(const std::vector<Reference>& references) {
+  std::set<std::string> slots;
+  for (const Reference& reference : references) {
+    if (reference.slot.empty() || !slots.insert(reference.slot).second) {
+      throw DomainError("characterize: each reference needs a slot name of its own");
+    }
+    const Calibration& calibration = reference.calibration;
+    const std::string slot = "slot " + reference.slot + ": ";
+    if (calibration.response.bias.size() < 3) {
+      throw RefusedError(slot +
+                         "the instrument has fewer than three axes; it cannot measure a cube");
+    }
+    if (reference.observations.response.cols() != calibration.response.bias.size()) {
+      throw DomainError(slot + "the readings and the record have different numbers of axes");
+    }
+    const std::optional<Eigen::Vector3d>& field = calibration.field.in_table;
+    const bool along_normal = field_kind(calibration.field.kind).vertical ||
+                              (field && std::abs(field->z()) > 0.99 * field->norm());
+    if (!along_normal) {
+      throw RefusedError(slot + "the field is " + calibration.field.kind +
+                         "; a cube is measured by one along the table's normal, as gravity is");
+    }
+    for (const Reading& reading : reference.observations.readings) {
+      if (!reading.point) {
+        throw RefusedError(slot + "run " + std::to_string(reading.run) + " has no design point");
+      }
+    }
+  }
+}
+
+// Each face must have been the rest face, or its normal shows nowhere.
+void require_faces(const std::vector<SolidReference>& references) {
+  std::set<Face> taken;
+  for (const SolidReference& reference : references) {
+    for (const Reading& reading : reference.readings) {
+      taken.insert(reading.point->rest());
+    }
+  }
+  std::vector<std::string> missing;
+  for (const Face face : all_faces) {
+    if (!taken.contains(face)) {
+      missing.emplace_back(face_name(face));
+    }
+  }
+  if (!missing.empty()) {
+    throw RefusedError("no reading rests on face " + joined(missing) +
+                       ", so nothing shows where it points; add such readings");
+  }
+}
+
+// A slope and a face's normal are told apart by turning the cube round.
+void require_opposites(const SolidReference& reference) {
+  std::set<std::pair<std::size_t, DesignPoint>> there;
+  for (std::size_t i = 0; i < reference.readings.size(); ++i) {
+    there.emplace(reference.levels[i], *reference.readings[i].point);
+  }
+  for (std::size_t level = 0; level < reference.level_count; ++level) {
+    const bool has_pair = std::any_of(there.begin(), there.end(), [&](const auto& entry) {
+      return entry.first == level && there.contains({level, entry.second.turned_round()});
+    });
+    if (!has_pair) {
+      throw RefusedError("slot " + reference.slot +
+                         ": no reading has its opposite (same rest face, opposite fence face), so "
+                         "the table's slope cannot be told from the cube's faces; take each face "
+                         "turned round as well");
+    }
+  }
+}
+
+double calibration_dof(const Calibration& calibration) {
+  if (!calibration.statistics) {
+    return 0.0;
+  }
+  const double sum = calibration.statistics->degrees_of_freedom.sum();
+  return sum > 0.0 ? sum : 0.0;  // NaN is none
+}
+
+Eigen::MatrixXd calibration_covariance(const Calibration& calibration) {
+  const Eigen::Index parameters = 4 * calibration.response.bias.size();
+  if (!calibration.statistics || calibration.statistics->covariance.rows() != parameters ||
+      !calibration.statistics->covariance.allFinite()) {
+    return Eigen::MatrixXd::Zero(parameters, parameters);
+  }
+  return calibration.statistics->covariance;
+}
+
+// Gravity reads up; another field as its record says.
+double sign_along_normal(const FieldDescription& field) {
+  return !field_kind(field.kind).vertical && field.in_table && field.in_table->z() < 0.0 ? -1.0
+                                                                                         : 1.0;
+}
+
+std::vector<SolidReference> solid_references(const std::vector<Reference>& references,
+                                             const CharacterizeOptions& options) {
+  std::vector<SolidReference> solid;
+  std::map<std::string, std::size_t> instruments;
+  for (const Reference& reference : references) {
+    if (std::find(options.leave_out.begin(), options.leave_out.end(), reference.slot) !=
+        options.leave_out.end()) {
+      continue;
+    }
+    const std::size_t instrument =
+        instruments.emplace(reference.instrument, instruments.size()).first->second;
+    SolidReference& own = solid.emplace_back(
+        SolidReference{.slot = reference.slot,
+                       .readings = reference.observations.readings,
+                       .response = reference.observations.response,
+                       .calibrated = reference.calibration.response,
+                       .covariance = calibration_covariance(reference.calibration),
+                       .calibration_dof = calibration_dof(reference.calibration),
+                       .F = reference.calibration.field.magnitude,
+                       .sign = sign_along_normal(reference.calibration.field),
+                       .instrument = instrument,
+                       .root_weights = {},
+                       .levels = {}});
+    std::map<int, std::size_t> blocks;
+    for (const Reading& reading : own.readings) {
+      const int block = options.level_by == LevelBy::block ? reading.block : 1;
+      own.levels.push_back(blocks.emplace(block, blocks.size()).first->second);
+    }
+    own.level_count = blocks.size();
+    const std::optional<Eigen::VectorXd>& samples = reference.observations.samples;
+    for (Eigen::Index i = 0; i < reference.observations.size(); ++i) {
+      own.root_weights.push_back(samples ? std::sqrt((*samples)(i) / samples->mean()) : 1.0);
+    }
+    require_opposites(own);
+  }
+  return solid;
+}
+
+// A mean square and the degrees of freedom that it was estimated with; 0 of them: exactly known.
+double effective_dof(const std::vector<std::pair<double, double>>& parts) {
+  double sum = 0.0;
+  double over = 0.0;
+  for (const auto& [variance, dof] : parts) {
+    sum += variance;
+    over += dof > 0.0 ? variance * variance / dof : 0.0;
+  }
+  return over > 0.0 ? sum * sum / over : std::numeric_limits<double>::infinity();
+}
+
+// Probability that the normals by one instrument and those by all others differ so much by chance.
+double p_of_difference(const SolidSolution& one, const SolidSolution& others) {
+  Eigen::Matrix<double, 18, 1> difference;
+  for (std::size_t face = 0; face < 6; ++face) {
+    difference.segment<3>(3 * static_cast<Eigen::Index>(face)) =
+        one.state.normals[face] - others.state.normals[face];
+  }
+  const Eigen::Matrix<double, 9, 1> d = others.basis.transpose() * difference;
+  // Both covariances in one basis: they differ by what the normals differ.
+  const Eigen::Matrix<double, 9, 9> to = others.basis.transpose() * one.basis;
+  const Eigen::Matrix<double, 9, 9> V =
+      to * (one.noise + one.handed_on) * to.transpose() + others.noise + others.handed_on;
+  const double rounding = 1e-26;
+  const double Q = d.dot((V + rounding * Eigen::Matrix<double, 9, 9>::Identity()).ldlt().solve(d));
+  const double dof = effective_dof({{one.noise.trace(), one.degrees_of_freedom},
+                                    {one.handed_on.trace(), one.calibration_dof},
+                                    {others.noise.trace(), others.degrees_of_freedom},
+                                    {others.handed_on.trace(), others.calibration_dof}});
+  return std::isinf(dof) ? chi_squared_upper_p(Q, 9.0) : f_upper_p(Q / 9.0, 9.0, dof);
+}
+
+// Those of one instrument, or all but those, numbered anew.
+std::vector<SolidReference> part_of(const std::vector<SolidReference>& references,
+                                    std::size_t instrument,
+                                    bool without) {
+  std::vector<SolidReference> part;
+  for (const SolidReference& reference : references) {
+    if ((reference.instrument == instrument) != without) {
+      part.push_back(reference);
+      std::size_t& number = part.back().instrument;
+      number = without ? number - (number > instrument ? 1 : 0) : 0;
+    }
+  }
+  return part;
+}
+
+// Holds each instrument's cube against that of the others.
+void compare_instruments(const std::vector<SolidReference>& references,
+                         const CharacterizeOptions& options,
+                         Characterization& result) {
+  std::map<std::size_t, std::string> slot_of_instrument;  // all of its slots, parted by commas
+  for (const SolidReference& reference : references) {
+    std::string& slots = slot_of_instrument[reference.instrument];
+    slots += (slots.empty() ? "" : ",") + reference.slot;
+  }
+  result.p_value = not_a_number;
+  for (ReferenceResult& reference : result.references) {
+    reference.p_value = not_a_number;
+  }
+  if (slot_of_instrument.size() < 2) {
+    return;
+  }
+  double smallest = 2.0;
+  for (const auto& [instrument, slot] : slot_of_instrument) {
+    const std::vector<SolidReference> own = part_of(references, instrument, false);
+    const std::vector<SolidReference> others = part_of(references, instrument, true);
+    double p = not_a_number;
+    try {
+      require_faces(own);
+      require_faces(others);
+      p = p_of_difference(SolidFit(own, options.drawing, options.free_bias_and_scale).solve(),
+                          SolidFit(others, options.drawing, options.free_bias_and_scale).solve());
+    } catch (const RefusedError&) {
+      continue;  // readings that alone do not determine the cube cannot be compared
+    }
+    for (std::size_t k = 0; k < references.size(); ++k) {
+      if (references[k].instrument == instrument) {
+        result.references[k].p_value = p;
+      }
+    }
+    if (p < smallest) {
+      smallest = p;
+      result.suspect = slot;
+    }
+  }
+  if (smallest > 1.0) {
+    result.suspect.clear();
+    return;
+  }
+  const bool two = slot_of_instrument.size() == 2;
+  const double tests = two ? 1.0 : static_cast<double>(slot_of_instrument.size());
+  result.p_value = std::min(1.0, tests * smallest);
+  result.consistent = !(result.p_value < misfit_below);
+  if (result.consistent || two) {
+    result.suspect.clear();
+  }
+}
+
+double rotation_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  return std::abs(Eigen::AngleAxisd(Eigen::Matrix3d(a * b.transpose())).angle());
+}
+
+// Refits of one instrument in nearly one orientation.
+std::vector<MountRepeatability> find_repeatability(const std::vector<SolidReference>& references,
+                                                   const std::vector<std::string>& names,
+                                                   const SolidSolution& solution) {
+  std::vector<MountRepeatability> found;
+  std::vector<bool> used(references.size(), false);
+  for (std::size_t a = 0; a < references.size(); ++a) {
+    std::vector<Eigen::Matrix3d> mounts;
+    std::vector<std::string> slots;
+    double fit_variance = 0.0;
+    for (std::size_t b = a; b < references.size() && !used[a]; ++b) {
+      if (!used[b] && references[b].instrument == references[a].instrument &&
+          rotation_between(solution.state.mounts[a], solution.state.mounts[b]) <
+              same_orientation_rad) {
+        mounts.push_back(solution.state.mounts[b]);
+        slots.push_back(references[b].slot);
+        fit_variance += solution.mount_noise[b].trace() / 3.0;
+        used[b] = b != a;
+      }
+    }
+    if (mounts.size() > 1) {
+      MountRepeatability& own = found.emplace_back(
+          estimate_repeatability(mounts, fit_variance / static_cast<double>(mounts.size())));
+      own.instrument = names[a];
+      own.slots = slots;
+    }
+  }
+  return found;
+}
+
+std::string significant(double value) {
+  return number_text(value, 3);
+}
+
+std::string micro(double radian) {
+  return significant(1e6 * radian);
+}
+
+// The scatter that the instrument's own calibration had [field unit]; NaN where it states none.
+double scatter_of_record(const Calibration& calibration) {
+  if (!calibration.statistics ||
+      calibration.statistics->residual_sd.size() != calibration.response.bias.size()) {
+    return not_a_number;
+  }
+  const Eigen::VectorXd relative = calibration.statistics->residual_sd.cwiseQuotient(
+      calibration.response.sensitivity.rowwise().norm());
+  return std::sqrt(relative.cwiseAbs2().mean());
+}
+
+// A mistake within one reference shows in the scatter of its readings, not in the agreement.
+void warn_of_scatter(const std::vector<Reference>& references, Characterization& result) {
+  constexpr double suspicious = 5.0;  // times what is to be expected
+  for (const ReferenceResult& own : result.references) {
+    std::vector<double> others;
+    for (const ReferenceResult& other : result.references) {
+      if (&other != &own) {
+        others.push_back(other.residual_sd);
+      }
+    }
+    const auto reference = std::find_if(references.begin(), references.end(),
+                                        [&](const Reference& one) { return one.slot == own.slot; });
+    double expected = scatter_of_record(reference->calibration);
+    if (!others.empty()) {
+      expected = std::fmax(expected, upper_median(others));
+    }
+    if (own.residual_sd > suspicious * expected &&
+        own.residual_sd > 1e-12 * reference->calibration.field.magnitude) {
+      result.warnings.push_back(
+          "slot " + own.slot + ": its readings scatter by " + significant(own.residual_sd) + " " +
+          reference->calibration.field.unit + ", " + significant(own.residual_sd / expected) +
+          " times what is to be expected, run " + std::to_string(own.worst_run) +
+          " most; look for a wrong label, a loose instrument, a table that was moved (--level-by "
+          "block), or readings of another instrument");
+    }
+  }
+}
+
+void find_warnings(const std::vector<Reference>& references, Characterization& result) {
+  warn_of_scatter(references, result);
+  if (!result.consistent) {
+    const std::string p = " (p = " + significant(result.p_value) + ")";
+    result.warnings.push_back(
+        result.suspect.empty()
+            ? "the two instruments disagree about the cube" + p +
+                  "; a third would tell which one is wrong"
+            : "slot " + result.suspect + " disagrees with the others about the cube" + p +
+                  "; calibrate that instrument again, or leave it out with --leave-out " +
+                  result.suspect);
+  }
+}
+
+}  // namespace
+
+MountRepeatability estimate_repeatability(const std::vector<Eigen::Matrix3d>& mounts,
+                                          double fit_variance) {
+  if (mounts.size() < 2) {
+    throw DomainError("estimate_repeatability: at least two mounts are needed");
+  }
+  Eigen::Matrix3Xd vectors(3, static_cast<Eigen::Index>(mounts.size()));
+  for (std::size_t j = 0; j < mounts.size(); ++j) {
+    const Eigen::AngleAxisd turn(Eigen::Matrix3d(mounts[j] * mounts.front().transpose()));
+    if (!(std::abs(turn.angle()) < same_orientation_rad)) {
+      throw DomainError("estimate_repeatability: the mounts must lie within 0.1 rad of each other");
+    }
+    vectors.col(static_cast<Eigen::Index>(j)) = turn.angle() * turn.axis();
+  }
+  const Eigen::Vector3d mean = vectors.rowwise().mean();
+  const double dof = 3.0 * static_cast<double>(mounts.size() - 1);
+  const double between = (vectors.colwise() - mean).squaredNorm() / dof;
+  return {.instrument = {},
+          .slots = {},
+          .sd_rad = std::sqrt(std::max(0.0, between - fit_variance)),
+          .degrees_of_freedom = dof};
+}
+
+Characterization characterize(const std::vector<Reference>& references,
+                              const CharacterizeOptions& options) {
+  check(references);
+  for (const std::string& slot : options.leave_out) {
+    if (std::none_of(references.begin(), references.end(),
+                     [&](const Reference& reference) { return reference.slot == slot; })) {
+      throw SetupError("--leave-out: there is no slot '" + slot + "'");
+    }
+  }
+  const std::vector<SolidReference> solid = solid_references(references, options);
+  if (solid.empty()) {
+    throw RefusedError("no references are left to measure the cube with");
+  }
+  require_faces(solid);
+  const SolidFit fit(solid, options.drawing, options.free_bias_and_scale);
+  const SolidSolution solution = fit.solve();
+
+  Characterization result;
+  const Eigen::Matrix<double, 9, 9> total = solution.noise + solution.handed_on;
+  result.noise_rad = std::sqrt(solution.noise.trace() / 12.0);
+  result.transferred_rad = std::sqrt(solution.handed_on.trace() / 12.0);
+  result.normal_u_rad = std::sqrt(total.trace() / 12.0);
+  std::vector<std::string> instruments;
+  PositionerDescription description = fit.positioner_of(solution.state.normals).description();
+  description.id = options.id;
+  description.created = timestamp_now();
+  description.software = software_name();
+  const NormalCovariance covariance = solution.basis * total * solution.basis.transpose();
+  description.normal_covariance = 0.5 * (covariance + covariance.transpose());
+  description.mounts.clear();
+  bool all_have_covariance = true;
+  for (std::size_t k = 0; k < solid.size(); ++k) {
+    const auto reference =
+        std::find_if(references.begin(), references.end(),
+                     [&](const Reference& one) { return one.slot == solid[k].slot; });
+    instruments.push_back(reference->instrument);
+    all_have_covariance = all_have_covariance && !solid[k].covariance.isZero(0.0);
+    Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+    for (const Eigen::Vector3d& field : solution.state.fields[k]) {
+      slope += field.head<2>() / (solid[k].F * static_cast<double>(solid[k].level_count));
+    }
+    result.references.push_back({.slot = solid[k].slot,
+                                 .rotation_sensor_from_positioner = solution.state.mounts[k],
+                                 .mount_se_rad = solution.mount_noise[k].diagonal().cwiseSqrt(),
+                                 .residual_sd = solution.sigma[k],
+                                 .worst_run = solution.worst_runs[k],
+                                 .slope = slope});
+    description.mounts.push_back(
+        {.slot = solid[k].slot, .rotation_sensor_from_positioner = solution.state.mounts[k]});
+    description.from.push_back({.slot = solid[k].slot, .record = reference->instrument});
+  }
+  result.repeatability = find_repeatability(solid, instruments, solution);
+  for (const MountRepeatability& repeatability : result.repeatability) {
+    for (Mount& mount : description.mounts) {
+      if (std::find(repeatability.slots.begin(), repeatability.slots.end(), mount.slot) !=
+          repeatability.slots.end()) {
+        mount.repeatability_rad = repeatability.sd_rad;
+      }
+    }
+  }
+  description.notes.push_back("standard uncertainty of a normal's component " +
+                              micro(result.normal_u_rad) + " urad: " + micro(result.noise_rad) +
+                              " by the readings' scatter, " + micro(result.transferred_rad) +
+                              " handed on by the instruments' own calibrations");
+  description.notes.emplace_back(
+      "an error that all instruments share (calibrated in one cube, by one method) is handed on "
+      "whole, and is not in the covariance");
+  const bool has_feet = std::all_of(all_faces.begin(), all_faces.end(), [&](Face face) {
+    return options.drawing.feet(face).has_value();
+  });
+  if (!has_feet) {
+    description.notes.emplace_back(
+        "no drawing with feet: seats by the face normals alone; for a cube on feet, or a leaning "
+        "fence, errors of about the slope times how far the faces are out of square come on top");
+  }
+  if (!all_have_covariance) {
+    description.notes.emplace_back(
+        "a record states no covariance; its instrument was taken as exact");
+  }
+  compare_instruments(solid, options, result);
+  find_warnings(references, result);
+  for (const std::string& warning : result.warnings) {
+    description.notes.push_back(warning);
+  }
+  const Positioner positioner(std::move(description));
+  description = positioner.description();
+  std::set<DesignPoint> points;
+  for (const SolidReference& reference : solid) {
+    for (const Reading& reading : reference.readings) {
+      points.insert(*reading.point);
+    }
+  }
+  for (std::string& remark : rocking_remarks(positioner, points)) {
+    description.notes.push_back(std::move(remark));
+  }
+  result.positioner = Positioner(std::move(description));
+  return result;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/calibration.hpp"
+
+namespace axiscal {
+
+/// @param fields     calibrated readings, n x 3 [any unit], frame sensor; n at least 1.
+/// @param magnitude  F [the same unit].
+/// @throws DomainError  without readings.
+[[nodiscard]] OrientationQuality orientation_quality(const Eigen::MatrixXd& fields,
+                                                     double magnitude);
+
+/// @return a direction in words: "+x", "-x +z"; the axes that it points along by more than 0.38.
+[[nodiscard]] std::string direction_in_words(const Eigen::Vector3d& direction);
+
+/// Aligns two three-axis instruments by the constancy of the angle between their fields.
+///
+/// Whatever the orientation, gravity and the geomagnetic field make one angle, the dip plus 90
+/// degrees; that fixes the rotation between the two instruments, but not how they sit in anything
+/// else. The rotation is as good at any dip (the heading that comes of it is not: it goes as 1 /
+/// cos(dip)).
+///
+/// @param fields     calibrated readings of the one, n x 3, n at least 5.
+/// @param companion  calibrated readings of the other at the same times, n x 3.
+/// @throws DomainError   if the sizes differ or are too small.
+/// @throws RefusedError  if the orientations do not determine the rotation.
+/// @par Source
+/// METHOD section 4; Gauss-Newton from the 24 rotations of a cube.
+[[nodiscard]] Alignment align_by_constant_angle(const Eigen::MatrixXd& fields,
+                                                const Eigen::MatrixXd& companion);
+
+}  // namespace axiscal

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/instruments/instrument.hpp"
+#include "axiscal/instruments/polar_form.hpp"
+
+namespace axiscal {
+
+/// Fits the polar form to one axis's readings by damped Gauss-Newton, as the patent's known art
+/// does; kept for comparison. The linear regression gives the same fit in one step, and is not
+/// singular where the axis is not coned.
+///
+/// @param field_in_sensor  n x 3, what each reading met [field unit]; n >= 4.
+/// @param response         n readings of the axis [unit].
+/// @param nominal_axis     0, 1, 2: what the axis is nominally along.
+/// @throws DomainError  for sizes that disagree, fewer than 4 readings, or another axis.
+/// @par Source
+/// Tripp and Tcheng, NASA/TP-1999-209835; METHOD section 3.1.
+[[nodiscard]] PolarFit fit_polar_form(
+    const Eigen::Matrix<double, Eigen::Dynamic, 3>& field_in_sensor,
+    const Eigen::VectorXd& response,
+    int nominal_axis,
+    AxisConvention convention);
+
+}  // namespace axiscal

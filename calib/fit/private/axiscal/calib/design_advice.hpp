@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/reading_set.hpp"
+#include "axiscal/positioner/design_point.hpp"
+
+namespace axiscal {
+
+/// The rows that taking a design point at a level would add to a design.
+using RowsForPoint = std::function<Eigen::MatrixXd(const DesignPoint&, double level)>;
+
+/// Rows [1, f, second fields] for the fields in the table.
+[[nodiscard]] RowsForPoint rows_of_points(const ReadingSet& set,
+                                          const std::vector<Eigen::Vector3d>& fields);
+
+/// A short list of points that, added one after another, make a design determine all its columns.
+///
+/// @param levels_help  whether points at levels -1 and 0 may be tried too.
+/// @return e.g. "rest +Z, fence +X; rest -Z, fence +X"; "" where no points help.
+[[nodiscard]] std::string points_to_add(const Eigen::MatrixXd& design,
+                                        const RowsForPoint& rows_for,
+                                        bool levels_help = false);
+
+/// Columns that are as good as open: with a part of more than `share_above` in a direction whose
+/// singular value, columns of length 1, is below `open_below` of the largest.
+/// @param J  with as many rows as columns, or more.
+[[nodiscard]] std::vector<Eigen::Index> confounded_columns(const Eigen::MatrixXd& J,
+                                                           double open_below,
+                                                           double share_above);
+
+/// Names without those that follow an equal one.
+[[nodiscard]] std::vector<std::string> without_repeats(const std::vector<std::string>& names);
+
+/// What a design leaves open, for an axis by the readings that it uses.
+struct OpenParameters {
+  std::vector<std::string> names;  // of all axes; empty: none
+  Eigen::MatrixXd seen;            // the design of the first axis that it leaves open
+  bool left_out = false;           // whether that axis leaves readings out
+};
+[[nodiscard]] OpenParameters open_parameters(const ReadingSet& set, const Eigen::MatrixXd& design);
+
+/// Refuses a design whose columns [1, f, second fields] leave coefficients open, for an axis by the
+/// readings that it uses.
+///
+/// @param rows_for   as above; empty where readings bring their field.
+/// @param turned_round  whether each point must be taken turned round as well (`paired`).
+/// @throws RankDeficientError  naming the open coefficients of every axis and what to add.
+void require_determined(const ReadingSet& set,
+                        const Eigen::MatrixXd& design,
+                        const RowsForPoint& rows_for,
+                        bool turned_round = false);
+
+}  // namespace axiscal

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/reading_set.hpp"
+
+namespace axiscal {
+
+/// How a part of the field starts where its direction is fitted.
+struct FieldStart {
+  Eigen::Vector3d value = Eigen::Vector3d::UnitZ();  // its length is F
+  bool has_direction = true;                         // else any: several starts
+  // What decides between (S, f) and (-S, -f), which fit alike; else the sign expected of S.
+  Eigen::Vector3d sign_by = Eigen::Vector3d::Zero();
+};
+
+/// What each method gives.
+struct Estimate {
+  std::vector<SaturatedAxis> saturated;
+  LinearResponse response;
+  std::vector<SensitivityMatrix> also;  // one for each second field
+  Eigen::MatrixXd temperature_bias;     // m x order, METHOD 6
+  Eigen::MatrixXd temperature_scale;
+  // In the table, one for each levelness (of a sum: for each part); empty: as readings.
+  std::vector<Eigen::Vector3d> fields;
+  FitStatistics statistics;
+  std::optional<Levelness> levelness;
+  std::optional<Eigen::Matrix3d> field_covariance;  // joint: of the fields' mean
+  double field_degrees_of_freedom = 0.0;
+  double mean_field = 0.0;            // known by fx,fy,fz: mean length of the fields given
+  double direction_se_rad = 0.0;      // joint: the larger standard error of the field's direction
+  std::vector<std::size_t> unpaired;  // paired: readings without their opposite, left out
+  bool unsettled = false;             // one-sided axes: which readings they see does not settle
+  std::vector<std::string> notes;     // remarks that ask for nothing
+  std::string ambiguity;              // joint: two solutions that fit alike, in words
+};
+
+/// Averages of opposite positions, the measured tilt put back in (METHOD 4).
+/// @param nominal_in_table  the field; its length F and the sign of its z are used.
+[[nodiscard]] Estimate estimate_paired(const ReadingSet& set,
+                                       const Eigen::Vector3d& nominal_in_table);
+
+/// The averages that `paired` regresses on, for readings of equal weight.
+struct PairedDesign {
+  Eigen::MatrixXd design;     // [1, mean f], q x 4
+  Eigen::MatrixXd averaging;  // q x n: the averages of the readings
+  Eigen::VectorXd weights;    // q
+};
+[[nodiscard]] PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table);
+
+/// All readings, the field's direction in the table unknown (METHOD 4).
+/// @param starts  one for each part.
+[[nodiscard]] Estimate estimate_joint(const ReadingSet& set, const std::vector<FieldStart>& starts);
+
+/// The field known for each reading (METHOD 4).
+/// @param in_table  the field, of a sum its parts; empty where the readings bring theirs.
+[[nodiscard]] Estimate estimate_known(const ReadingSet& set,
+                                      const std::vector<Eigen::Vector3d>& in_table);
+
+/// The set as it would have been read at the reference temperature.
+[[nodiscard]] ReadingSet without_temperature(ReadingSet set, const Estimate& estimate);
+
+/// Takes what the columns of an axis's regression say into the estimate.
+void put_coefficients(const ReadingSet& set,
+                      Eigen::Index axis,
+                      const Eigen::VectorXd& coefficients,
+                      Estimate& estimate);
+
+}  // namespace axiscal

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/reading_set.hpp"
+
+namespace axiscal {
+
+/// One axis at given directions of the field: its p coefficients fitted, the directions' effect
+/// projected. There are D directions in all: two tangents for each levelness or part of the field,
+/// and a third for a part of unknown magnitude, along it.
+struct JointAxis {
+  Eigen::MatrixXd X;  // n x p, not weighted
+  std::shared_ptr<const LeastSquaresDesign> design;
+  Eigen::VectorXd root_weights;
+  Eigen::VectorXd estimate;   // b, S, second fields, temperature; p
+  Eigen::VectorXd residuals;  // weighted
+  Eigen::MatrixXd tangents;   // n x D, weighted: change of the fit per radian
+  Eigen::MatrixXd projected;  // the same without what b and S can take up
+  Eigen::MatrixXd take_up;    // p x D: change of the coefficients that takes up a tangent
+};
+
+struct JointState {
+  std::vector<Eigen::Vector3d> fields;  // in the table, one for each levelness or part
+  std::vector<TableField::Tangents> tangents;
+  std::vector<JointAxis> axes;
+
+  // The first of a field's columns among the directions.
+  [[nodiscard]] Eigen::Index first_direction(std::size_t field) const {
+    Eigen::Index first = 0;
+    for (std::size_t s = 0; s < field; ++s) {
+      first += tangents[s].cols();
+    }
+    return first;
+  }
+  [[nodiscard]] Eigen::Index direction_count() const { return first_direction(fields.size()); }
+};
+
+/// What the fitted directions cost.
+struct DirectionShares {
+  Eigen::MatrixXd covariance;  // of the tangents [rad^2], D x D
+  Eigen::VectorXd
+      degrees_of_freedom;  // per axis: readings less p, less its share in the directions
+};
+
+/// The axes' noise where the readings say all there is to know of it, and the step of the
+/// directions that goes with it.
+struct Reweighting {
+  Eigen::VectorXd sigma;               ///< m standard deviations
+  Eigen::VectorXd step;                ///< of the tangents [rad], D
+  Eigen::VectorXd degrees_of_freedom;  ///< m, at sigma
+};
+
+/// Least squares in b, S and the field's direction for each levelness (METHOD 4).
+class JointFit {
+ public:
+  /// Directions are as good as open when what they change beyond b and S is smaller than this part
+  /// of what they change at all.
+  static constexpr double confounded_below = 1e-9;
+
+  /// @param set, weights  must outlive the fit; weights n x m.
+  JointFit(const ReadingSet& set, const Eigen::MatrixXd& weights) : set_(set), weights_(weights) {}
+
+  /// b and S fitted for given fields.
+  [[nodiscard]] JointState at(const std::vector<Eigen::Vector3d>& fields) const;
+
+  /// The fixed point sigma_k^2 = RSS_k / nu_k of a linearised problem, in which the residuals of
+  /// each axis are linear in the step: the likelihood of what the coefficients leave (REML), by
+  /// Newton's method in the logarithms of the variances.
+  ///
+  /// @param sigma     m standard deviations to begin with.
+  /// @param smallest  m, below which none is taken: what rounding leaves.
+  /// @par Source
+  /// Patterson & Thompson, Biometrika 58 (1971) 545-554; Searle, Casella & McCulloch, Variance
+  /// Components (1992), sec. 6.6.
+  [[nodiscard]] Reweighting reweighted(const JointState& state,
+                                       const Eigen::VectorXd& sigma,
+                                       const Eigen::VectorXd& smallest) const;
+
+  /// Gauss-Newton in the tangents, b and S projected out.
+  /// @param sigma  standard deviation of each axis.
+  [[nodiscard]] JointState converged(JointState state,
+                                     const Eigen::VectorXd& sigma,
+                                     int most_rounds = 50) const;
+
+  [[nodiscard]] DirectionShares shares(const JointState& state, const Eigen::VectorXd& sigma) const;
+
+  /// The whole Jacobian: p columns for each axis, then the tangents; each axis in its sigma.
+  [[nodiscard]] Eigen::MatrixXd jacobian(const JointState& state,
+                                         const Eigen::VectorXd& sigma) const;
+
+ private:
+  // All residuals below each other, each axis in units of its sigma; and the sum of their squares.
+  [[nodiscard]] Eigen::VectorXd residuals(const JointState& state,
+                                          const Eigen::VectorXd& sigma) const;
+  [[nodiscard]] double cost(const JointState& state, const Eigen::VectorXd& sigma) const;
+
+  // The state that a step of the tangents leads to, halved until the cost does not rise; nothing
+  // where no part of it helps. On return `step` is the one that was taken.
+  [[nodiscard]] std::optional<JointState> advanced(const JointState& state,
+                                                   const Eigen::VectorXd& sigma,
+                                                   Eigen::VectorXd& step) const;
+
+  // The directions that are not confounded with b and S, as orthonormal changes of the residuals:
+  // the step is basis * z.
+  [[nodiscard]] Eigen::MatrixXd open_basis(const JointState& state,
+                                           const Eigen::VectorXd& sigma) const;
+
+  // All tangents below each other, each axis in units of its sigma.
+  [[nodiscard]] Eigen::MatrixXd stacked(const JointState& state,
+                                        const Eigen::VectorXd& sigma,
+                                        Eigen::MatrixXd JointAxis::*part) const;
+
+  const ReadingSet& set_;
+  const Eigen::MatrixXd& weights_;
+};
+
+/// Where [1, vec R_i] has rank 10, M_k = S_k^T f^T follows linearly, and f is the first right
+/// singular vector of all of them below each other.
+///
+/// Of a sum of a local and an induced part likewise [1, vec R_i, level_i vec R_i], of rank 19.
+///
+/// @param rows  the readings to use.
+/// @return of all parts together a unit vector, its sign open; empty where the rank is less.
+[[nodiscard]] Eigen::VectorXd linear_directions(const ReadingSet& set,
+                                                const std::vector<Eigen::Index>& rows);
+
+}  // namespace axiscal

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/experiment.hpp"
+
+namespace axiscal {
+
+/// Orientations unknown, only the field's magnitude known (METHOD 4).
+///
+/// @param set    readings of three axes; their weights and responses count.
+/// @param F      magnitude of the field.
+/// @param noise  covariance of a reading up to a factor; 1 where the axes are alike.
+/// @throws RefusedError, RankDeficientError  for other than three axes, fewer than ten readings, or
+///                                           orientations that leave coefficients open.
+[[nodiscard]] Estimate estimate_magnitude(const ReadingSet& set,
+                                          double F,
+                                          MagnitudeShape shape,
+                                          const Eigen::Matrix3d& noise);
+
+/// Turns the sensor's frame, which `magnitude` leaves open, by the design points (Wahba's problem).
+/// @param estimate  its response is turned, its fields become the one in the table.
+void align_by_points(const ReadingSet& set, double F, Estimate& estimate);
+
+/// Refits readings from a fit that is near; for simulations of it.
+[[nodiscard]] LinearResponse refit_magnitude(const Eigen::MatrixXd& readings,
+                                             double F,
+                                             MagnitudeShape shape,
+                                             const LinearResponse& start);
+
+/// The fields that readings of three axes say: (v - b) S^-T, n x 3.
+[[nodiscard]] Eigen::MatrixXd fields_of_readings(const LinearResponse& response,
+                                                 const Eigen::MatrixXd& readings);
+
+/// Response and its covariance in another frame: f_new = R f.
+void turn_frame(const Eigen::Matrix3d& R, LinearResponse& response, Eigen::MatrixXd& covariance);
+
+}  // namespace axiscal

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/observations.hpp"
+
+namespace axiscal {
+
+/// The temperature terms of the axes while they are fitted (METHOD 6). The product of scale and
+/// field is linear in the changes of its factors: columns d^j (S f) beside scale(t) f.
+struct TemperatureTerms {
+  int order = 0;
+  Eigen::VectorXd d;        // n: t - reference
+  std::vector<int> soak;    // n: number of the soak level; empty where temperatures are continuous
+  Eigen::MatrixXd scale;    // m x order: what is known of c
+  SensitivityMatrix along;  // m x 3: S as far as known; at first the main axis alone [P]
+};
+
+/// The readings that a fit uses, in the instrument's terms: n readings, m axes.
+struct ReadingSet {
+  std::vector<Reading> readings;                            // n
+  Eigen::MatrixXd response;                                 // n x m
+  Eigen::MatrixXd weights;                                  // n x m, of mean 1 per axis
+  std::vector<Eigen::Matrix3d> rotation_sensor_from_table;  // n; empty where readings bring fields
+  std::function<Eigen::Matrix3d(const DesignPoint&)> orientation;  // the same for any point
+  std::vector<std::string> axes;                                   // m names
+  std::vector<std::optional<int>> nominal;  // the component each axis is meant to sense; or empty
+  TableField field;
+  // Second fields, known in the table, which no level changes: three more columns each.
+  std::vector<std::string> also_kinds;
+  std::vector<Eigen::Vector3d> also_in_table;
+  Eigen::VectorXd noise_ratio;  // m: stated; empty where it is not known
+  bool robust = false;
+  TemperatureTerms temperature;
+
+  // Which of the field's tilts a reading was taken at.
+  [[nodiscard]] std::size_t tilt_of(std::size_t reading) const {
+    return field.tilt_of_block(readings[reading].block);
+  }
+
+  [[nodiscard]] int soak_of(std::size_t reading) const {
+    return temperature.soak.empty() ? 0 : temperature.soak[reading];
+  }
+
+  // The columns [1, f, second fields, d, .., d S f, ..] of the regression of an axis.
+  [[nodiscard]] Eigen::Index column_count() const {
+    return base_column_count() + 2 * temperature.order;
+  }
+  [[nodiscard]] Eigen::Index base_column_count() const {
+    return 4 + 3 * static_cast<Eigen::Index>(also_in_table.size());
+  }
+
+  // Columns [1, f, second fields] of an axis with those of temperature; all readings, and one row.
+  [[nodiscard]] Eigen::MatrixXd with_temperature(const Eigen::MatrixXd& design,
+                                                 Eigen::Index axis) const;
+  [[nodiscard]] Eigen::RowVectorXd with_temperature(const Eigen::RowVectorXd& row,
+                                                    Eigen::Index reading,
+                                                    Eigen::Index axis) const;
+
+  // 1 + c_1 d + ..., as far as known.
+  [[nodiscard]] double scale(Eigen::Index reading, Eigen::Index axis) const;
+
+  [[nodiscard]] std::vector<std::string> names_of_axis(Eigen::Index axis) const;
+
+  // What a reading met, by the field's vectors; and what that changes with one of them.
+  [[nodiscard]] Eigen::Vector3d field_in_table(Eigen::Index reading,
+                                               const TableField::Vectors& fields) const;
+  [[nodiscard]] Eigen::Matrix3d field_change(Eigen::Index reading,
+                                             const TableField::Vectors& fields,
+                                             std::size_t which) const;
+
+  // Row [1, f, second fields] of a reading, by its rotation and the field in the table.
+  [[nodiscard]] Eigen::RowVectorXd design_row(const Eigen::Matrix3d& rotation,
+                                              const Eigen::Vector3d& field_in_table) const;
+
+  // Whether some axis leaves readings out (weight 0).
+  [[nodiscard]] bool leaves_out() const { return (weights.array() == 0.0).any(); }
+
+  [[nodiscard]] Eigen::Index size() const { return response.rows(); }
+  [[nodiscard]] Eigen::Index axis_count() const { return response.cols(); }
+
+  /// Residuals of axis k below this are rounding.
+  [[nodiscard]] double rounding(Eigen::Index k) const;
+
+  /// The largest of them, where axes are looked at together.
+  [[nodiscard]] double rounding() const;
+};
+
+/// Rows [1, f_i, second fields] of the regression for the fields in the table; n x
+/// base_column_count().
+[[nodiscard]] Eigen::MatrixXd field_design(const ReadingSet& set,
+                                           const std::vector<Eigen::Vector3d>& fields);
+
+/// An axis whose largest or smallest value comes several times, where other readings all differ.
+struct SaturatedAxis {
+  Eigen::Index axis = 0;
+  double value = 0.0;
+  std::vector<int> runs;
+};
+
+/// @param one_sided  whose lowest value is the dark, which repeats as it likes.
+[[nodiscard]] std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set, bool one_sided);
+
+}  // namespace axiscal

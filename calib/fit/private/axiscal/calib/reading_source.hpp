@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/observations.hpp"
+#include "axiscal/calib/reading_set.hpp"
+#include "axiscal/calib/resolved_field.hpp"
+
+namespace axiscal {
+
+/// n x m: which readings an axis uses.
+using AxisMask = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>;
+
+/// The observations of an experiment in the terms of the estimators: which are used, by what
+/// weight, and how the instrument lay in each.
+class ReadingSource {
+ public:
+  /// @param by_field  whether the readings bring their fields and no design point counts.
+  /// @throws SetupError, RefusedError  for runs that are not there, no readings, missing weights.
+  ReadingSource(const Experiment& experiment,
+                const Observations& observations,
+                Weighting weighting,
+                bool by_field);
+
+  /// @return the rows of the observations that are used, in their order.
+  [[nodiscard]] const std::vector<std::size_t>& rows() const { return rows_; }
+
+  /// Leaves out whole readings that some axis cannot use; for methods that need all axes.
+  void keep_complete_rows();
+
+  /// The readings, with the weights of those that an axis does not see set to 0.
+  /// @param seen  one row for each of rows(); empty: all that are not saturated.
+  [[nodiscard]] ReadingSet set(const std::vector<ResolvedPart>& parts, const AxisMask& seen) const;
+
+  /// From now on set() has temperature terms of this order.
+  /// @param reference  t0; nothing: the mean of the readings that are used.
+  void set_temperature(int order, std::optional<double> reference);
+
+  /// Reference and range of the readings that are used; no terms.
+  [[nodiscard]] TemperatureResponse temperature_range() const;
+
+  /// How the instrument lies: rotation_sensor_from_table; with the sun as field for the table as it
+  /// stood to the mean sun.
+  [[nodiscard]] Eigen::Matrix3d rotation(const Reading& reading) const;
+
+  /// @return which readings of all observations are within the range of an axis.
+  [[nodiscard]] const AxisMask& in_range() const { return in_range_; }
+
+  /// @return mean time of the readings, where the field is the sun's and they have times.
+  [[nodiscard]] std::optional<double> sun_time_s() const { return sun_time_s_; }
+
+  /// @return the second fields, which are known in the table.
+  [[nodiscard]] const std::vector<ResolvedPart>& also() const { return also_; }
+
+  [[nodiscard]] bool by_field() const { return by_field_; }
+
+  /// The field of a reading in the sensor's frame.
+  /// @param fields  as Estimate::fields.
+  [[nodiscard]] Eigen::Vector3d field_in_sensor(const Reading& reading,
+                                                const FieldDescription& description,
+                                                const std::vector<Eigen::Vector3d>& fields) const;
+
+ private:
+  void find_also();
+  void find_rows();
+  void find_range();
+  void find_sun_time();
+
+  const Experiment& experiment_;
+  const Observations& observations_;
+  bool by_field_;
+  Eigen::MatrixXd weights_;
+  std::vector<std::size_t> rows_;
+  std::vector<ResolvedPart> also_;
+  std::vector<int> blocks_;  // of the readings that are used, where each has its own levelness
+  AxisMask in_range_;
+  std::optional<double> sun_time_s_;
+  int temperature_order_ = 0;
+  TemperatureResponse temperature_;  // reference and range
+};
+
+}  // namespace axiscal

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axis_regression.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <tuple>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/robust.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+// Reweights until the weights stay, then states the covariance of the robust estimate.
+void make_robust(AxisRegression& axis,
+                 const LeastSquaresDesign& plain,
+                 const Eigen::MatrixXd& design,
+                 const Eigen::VectorXd& response,
+                 const std::vector<std::string>& names,
+                 double rounding) {
+  const auto p = static_cast<double>(design.cols());
+  if (axis.fit.degrees_of_freedom < 2.0) {
+    throw RefusedError(
+        "robust regression needs at least two readings (or, by `paired`, averages) more than "
+        "coefficients; add readings or leave --robust out");
+  }
+  const Eigen::VectorXd root = axis.weights.cwiseSqrt();
+  Eigen::VectorXd robust = Eigen::VectorXd::Ones(response.size());
+  BisquareWeights bisquare;
+  for (int round = 0; round < 100; ++round) {
+    bisquare =
+        bisquare_weights(root.cwiseProduct(axis.fit.residuals), plain.leverage(), p, rounding);
+    const double change = (bisquare.weights - robust).cwiseAbs().maxCoeff();
+    robust = bisquare.weights;
+    axis.fit = LeastSquaresDesign(design, axis.weights.cwiseProduct(robust), names).fit(response);
+    if (change < 1e-9) {
+      break;
+    }
+  }
+  axis.robust_weights = robust;
+  axis.fit.degrees_of_freedom = static_cast<double>(plain.observations()) - p;
+  axis.fit.residual_sd = bisquare.scale * std::sqrt(bisquare.variance_factor);
+  axis.fit.covariance = axis.fit.residual_sd * axis.fit.residual_sd * plain.unscaled_covariance();
+  axis.fit.leverage = plain.leverage();
+  // What was given no weight must show: all residuals count, in units of the robust scatter.
+  const Eigen::VectorXd weighted = root.cwiseProduct(axis.fit.residuals);
+  ResidualDiagnostics diagnostics =
+      scale_residuals(weighted, plain.leverage(), axis.fit.residual_sd, p);
+  axis.fit.studentized = std::move(diagnostics.studentized);
+  axis.fit.cooks_distance = std::move(diagnostics.cooks_distance);
+  axis.fit.r_squared = r_squared_about_mean(response, axis.weights, weighted);
+}
+
+}  // namespace
+
+double r_squared_about_mean(const Eigen::VectorXd& response,
+                            const Eigen::VectorXd& weights,
+                            const Eigen::VectorXd& weighted_residuals) {
+  const double mean = weights.dot(response) / weights.sum();
+  const double total = (weights.array() * (response.array() - mean).square()).sum();
+  return 1.0 - weighted_residuals.squaredNorm() / total;
+}
+
+AxisRegression regress_axis(const Eigen::MatrixXd& design,
+                            const Eigen::VectorXd& response,
+                            const Eigen::VectorXd& weights,
+                            const std::vector<std::string>& names,
+                            bool robust,
+                            double rounding) {
+  const LeastSquaresDesign factored(design, weights, names);
+  AxisRegression axis{
+      .fit = factored.fit(response),
+      .variance_inflation = variance_inflation(design, weights, factored.unscaled_covariance()),
+      .condition_number = factored.condition_number(),
+      .weights = weights,
+      .robust_weights = {}};
+  if (robust) {
+    make_robust(axis, factored, design, response, names, rounding);
+  }
+  return axis;
+}
+
+LackOfFit test_lack_of_fit(const std::vector<int>& group,
+                           const Eigen::VectorXd& weights,
+                           const Eigen::VectorXd& weighted_residuals,
+                           double degrees_of_freedom,
+                           double rounding) {
+  struct Sums {
+    double weight = 0.0;
+    double residual = 0.0;
+    int count = 0;
+  };
+  std::map<int, Sums> groups;
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    if (weights(row) == 0.0) {
+      continue;
+    }
+    Sums& sums = groups[group[i]];
+    sums.weight += weights(row);
+    sums.residual += std::sqrt(weights(row)) * weighted_residuals(row);
+    ++sums.count;
+  }
+  // Weighted sum of squares of the groups' means: what is left of the RSS is pure error.
+  double between = 0.0;
+  double pure_error_dof = 0.0;
+  for (const auto& [number, sums] : groups) {
+    between += sums.weight > 0.0 ? sums.residual * sums.residual / sums.weight : 0.0;
+    pure_error_dof += sums.count - 1;
+  }
+  const double lack_of_fit_dof = degrees_of_freedom - pure_error_dof;
+  LackOfFit result{.pure_error_sd = not_a_number,
+                   .pure_error_dof = pure_error_dof,
+                   .lack_of_fit_dof = lack_of_fit_dof,
+                   .f = not_a_number,
+                   .p_value = not_a_number};
+  if (!(pure_error_dof > 0.0)) {
+    return result;
+  }
+  const double pure_error =
+      std::max(weighted_residuals.squaredNorm() - between, 0.0) / pure_error_dof;
+  result.pure_error_sd = std::sqrt(pure_error);
+  if (!(lack_of_fit_dof > 0.0)) {
+    return result;
+  }
+  result.f = (between / lack_of_fit_dof) / pure_error;
+  const bool only_rounding = between / lack_of_fit_dof < rounding * rounding;
+  result.p_value = only_rounding ? 1.0 : f_upper_p(result.f, lack_of_fit_dof, pure_error_dof);
+  return result;
+}
+
+FitStatistics blank_statistics(const ReadingSet& set, RegressionRows& rows) {
+  const Eigen::Index m = set.axis_count();
+  FitStatistics statistics;
+  statistics.observations = static_cast<int>(set.size());
+  statistics.degrees_of_freedom.resize(m);
+  statistics.residual_sd.resize(m);
+  statistics.r_squared.resize(m);
+  statistics.variance_inflation.resize(m, 3);
+  const Eigen::Index p = set.column_count();
+  statistics.covariance = Eigen::MatrixXd::Zero(p * m, p * m);
+  for (Eigen::Index k = 0; k < m && set.leaves_out(); ++k) {
+    statistics.observations_per_axis.push_back(
+        static_cast<int>((set.weights.col(k).array() > 0.0).count()));
+  }
+  statistics.rows = std::move(rows.rows);
+  for (RegressionRow& row : statistics.rows) {
+    row.leverage.resize(m);
+    row.studentized.resize(m);
+    row.cooks_distance.resize(m);
+    if (set.robust) {
+      row.robust_weight.resize(m);
+    }
+  }
+  return statistics;
+}
+
+void put_diagnostics(FitStatistics& statistics,
+                     Eigen::Index k,
+                     const Eigen::VectorXd& leverage,
+                     const ResidualDiagnostics& diagnostics,
+                     const Eigen::VectorXd& robust_weights) {
+  for (std::size_t i = 0; i < statistics.rows.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    RegressionRow& row = statistics.rows[i];
+    row.leverage(k) = leverage(at);
+    // A row that the axis leaves out has no part in its fit.
+    row.studentized(k) = leverage(at) > 0.0 ? diagnostics.studentized(at) : not_a_number;
+    row.cooks_distance(k) = leverage(at) > 0.0 ? diagnostics.cooks_distance(at) : not_a_number;
+    if (robust_weights.size() > 0) {
+      row.robust_weight(k) = robust_weights(at);
+    }
+  }
+}
+
+void require_response(const ReadingSet& set) {
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const Eigen::ArrayXd response = set.response.col(k);
+    const auto used = set.weights.col(k).array() > 0.0;
+    const double highest =
+        used.select(response, -std::numeric_limits<double>::infinity()).maxCoeff();
+    const double lowest = used.select(response, std::numeric_limits<double>::infinity()).minCoeff();
+    if (highest - lowest <= set.rounding(k)) {
+      throw RefusedError("axis " + set.axes[static_cast<std::size_t>(k)] +
+                         " does not respond to the field: all its readings are " +
+                         number_text(highest) +
+                         "; check its wiring and its column, or leave it out of --axes");
+    }
+  }
+}
+
+Estimate summarize(const ReadingSet& set,
+                   const std::vector<AxisRegression>& axes,
+                   RegressionRows rows) {
+  const auto m = static_cast<Eigen::Index>(axes.size());
+  Estimate estimate;
+  estimate.statistics = blank_statistics(set, rows);
+  FitStatistics& statistics = estimate.statistics;
+  const Eigen::Index p = set.column_count();
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const AxisRegression& axis = axes[static_cast<std::size_t>(k)];
+    const LeastSquaresFit& fit = axis.fit;
+    put_coefficients(set, k, fit.estimate, estimate);
+    statistics.degrees_of_freedom(k) = fit.degrees_of_freedom;
+    statistics.residual_sd(k) = fit.residual_sd;
+    statistics.r_squared(k) = fit.r_squared;
+    statistics.variance_inflation.row(k) = axis.variance_inflation.segment<3>(1);
+    statistics.condition_number = std::max(statistics.condition_number, axis.condition_number);
+    statistics.covariance.block(p * k, p * k, p, p) = fit.covariance;
+    put_diagnostics(statistics, k, fit.leverage,
+                    {.studentized = fit.studentized, .cooks_distance = fit.cooks_distance},
+                    axis.robust_weights);
+    const Eigen::VectorXd weighted = axis.weights.cwiseSqrt().cwiseProduct(fit.residuals);
+    statistics.lack_of_fit.push_back(test_lack_of_fit(rows.group, axis.weights, weighted,
+                                                      fit.degrees_of_freedom, set.rounding(k)));
+  }
+  return estimate;
+}
+
+RegressionRows rows_of_readings(const ReadingSet& set) {
+  using Key = std::tuple<std::optional<DesignPoint>, double, int, std::vector<double>>;
+  std::map<Key, int> numbers;
+  RegressionRows rows;
+  const bool continuous = set.temperature.order > 0 && set.temperature.soak.empty();
+  for (std::size_t i = 0; i < set.readings.size(); ++i) {
+    const Reading& reading = set.readings[i];
+    // By method magnitude readings may have neither; nothing is grouped there.
+    const bool has_field = set.rotation_sensor_from_table.empty() && reading.field_in_sensor;
+    // No two readings of a continuous temperature repeat each other.
+    const int soak = continuous ? static_cast<int>(i) : set.soak_of(i);
+    Key key{has_field ? std::nullopt : reading.point, reading.level, soak, {}};
+    if (has_field) {
+      std::get<3>(key).assign(reading.field_in_sensor->begin(), reading.field_in_sensor->end());
+    }
+    const auto number = static_cast<int>(numbers.size());
+    rows.group.push_back(numbers.emplace(key, number).first->second);
+    rows.rows.push_back({.runs = {reading.run}, .point = reading.point, .block = reading.block});
+  }
+  return rows;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/least_squares.hpp"
+
+namespace axiscal {
+
+/// The regression of one axis's response on [1, f, second fields].
+struct AxisRegression {
+  LeastSquaresFit fit;
+  Eigen::VectorXd variance_inflation;  // of the columns
+  double condition_number = 1.0;
+  Eigen::VectorXd weights;         // as given
+  Eigen::VectorXd robust_weights;  // empty unless robust
+};
+
+/// Rows that go into the regression, and which of them repeat each other.
+struct RegressionRows {
+  std::vector<RegressionRow> rows;  // their diagnostics are filled in by summarize()
+  std::vector<int> group;           // rows of one number are replicates
+};
+
+/// Fits one axis; bisquare on request.
+/// @param names     of the axis's parameters, for errors.
+/// @param rounding  residuals below this count as zero.
+[[nodiscard]] AxisRegression regress_axis(const Eigen::MatrixXd& design,
+                                          const Eigen::VectorXd& response,
+                                          const Eigen::VectorXd& weights,
+                                          const std::vector<std::string>& names,
+                                          bool robust,
+                                          double rounding);
+
+/// 1 - RSS / total sum of squares about the weighted mean.
+[[nodiscard]] double r_squared_about_mean(const Eigen::VectorXd& response,
+                                          const Eigen::VectorXd& weights,
+                                          const Eigen::VectorXd& weighted_residuals);
+
+/// Pure error against lack of fit for one axis.
+/// @param weighted_residuals  sqrt(w_i) (y_i - fit_i).
+/// @return F and p are NaN where there are no degrees of freedom for either part.
+[[nodiscard]] LackOfFit test_lack_of_fit(const std::vector<int>& group,
+                                         const Eigen::VectorXd& weights,
+                                         const Eigen::VectorXd& weighted_residuals,
+                                         double degrees_of_freedom,
+                                         double rounding);
+
+/// Statistics with room for each axis, and no more in them than the rows.
+[[nodiscard]] FitStatistics blank_statistics(const ReadingSet& set, RegressionRows& rows);
+
+/// Writes what was found of axis k into the rows' diagnostics.
+void put_diagnostics(FitStatistics& statistics,
+                     Eigen::Index k,
+                     const Eigen::VectorXd& leverage,
+                     const ResidualDiagnostics& diagnostics,
+                     const Eigen::VectorXd& robust_weights);
+
+/// Refuses an axis whose readings are all the same: it does not respond to the field.
+/// @throws RefusedError  naming the axis.
+void require_response(const ReadingSet& set);
+
+/// Puts the axes' regressions together into the response and its statistics.
+[[nodiscard]] Estimate summarize(const ReadingSet& set,
+                                 const std::vector<AxisRegression>& axes,
+                                 RegressionRows rows);
+
+/// Numbers the rows by what they were taken at: same design point and level, or same field.
+[[nodiscard]] RegressionRows rows_of_readings(const ReadingSet& set);
+
+}  // namespace axiscal

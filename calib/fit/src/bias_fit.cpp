@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/bias_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/temperature_fit.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/field/field_kind.hpp"
+
+namespace axiscal {
+namespace {
+
+// What the constant of the polynomial is.
+enum class Constant {
+  bias,         // the bias: the field's part is known and taken out, or there is none
+  from_record,  // the field's part is in it, so the bias at the reference is another record's
+  as_read,      // the field's part is in it, and no record says more
+};
+
+Eigen::MatrixXd powers(const Eigen::VectorXd& d, int order) {
+  Eigen::MatrixXd X(d.size(), order + 1);
+  X.col(0).setOnes();
+  for (int j = 1; j <= order; ++j) {
+    X.col(j) = X.col(j - 1).cwiseProduct(d);
+  }
+  return X;
+}
+
+LeastSquaresFit fit_polynomial(const ReadingSet& set,
+                               const Eigen::VectorXd& response,
+                               Eigen::Index axis,
+                               int order) {
+  std::vector<std::string> names = {set.axes[static_cast<std::size_t>(axis)] + ".bias"};
+  for (int j = 1; j <= order; ++j) {
+    names.push_back(names.front() + power_suffix(j));
+  }
+  return LeastSquaresDesign(powers(set.temperature.d, order), set.weights.col(axis), names)
+      .fit(response);
+}
+
+std::vector<TemperatureOrderTrial> try_orders(const ReadingSet& set) {
+  constexpr int highest_order = 5;
+  std::vector<TemperatureOrderTrial> trials;
+  for (int order = 0; order <= std::min(highest_order, temperature_count(set) - 1); ++order) {
+    TemperatureOrderTrial trial{.order = order, .lack_of_fit_p_value = not_a_number};
+    for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+      const LeastSquaresFit fit = fit_polynomial(set, set.response.col(k), k, order);
+      trial.aicc += axis_aicc(std::max(fit.residual_sd, set.rounding(k)), fit.degrees_of_freedom,
+                              order + 1.0);
+    }
+    if (std::isinf(trial.aicc)) {
+      break;
+    }
+    trials.push_back(trial);
+  }
+  return trials;
+}
+
+void put_sensitivity(const Experiment& experiment, Calibration& calibration) {
+  const Instrument& instrument = experiment.instrument;
+  calibration.response.bias = Eigen::VectorXd::Zero(instrument.axis_count());
+  if (experiment.from) {
+    calibration.response.sensitivity = experiment.from->response.sensitivity;
+    return;
+  }
+  calibration.response.sensitivity = SensitivityMatrix::Zero(instrument.axis_count(), 3);
+  for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
+    const int component = nominal_axis(instrument, k).value_or(static_cast<int>(k % 3));
+    calibration.response.sensitivity(k, component) = 1.0;
+  }
+  calibration.notes.emplace_back(
+      "the sensitivity was not fitted and is nominal (1); give the record that has it with --from");
+}
+
+bool has_pose(const ReadingSet& set) {
+  return std::all_of(set.readings.begin(), set.readings.end(), [](const Reading& reading) {
+    return reading.point || reading.field_in_sensor;
+  });
+}
+
+Constant what_constant_is(const Experiment& experiment,
+                          const ReadingSet& set,
+                          Calibration& calibration) {
+  if (experiment.from && has_pose(set)) {
+    return Constant::bias;
+  }
+  if (field_kind(calibration.field.kind).rotation) {
+    calibration.notes.emplace_back(
+        "at rest: the Earth's rotation (up to 15 deg/h) is part of these biases");
+    return Constant::bias;
+  }
+  if (experiment.from) {
+    calibration.notes.emplace_back(
+        "nothing says how the instrument lay in the field, so the biases at the reference "
+        "temperature are those of the record given with --from; only their change with "
+        "temperature is new");
+    return Constant::from_record;
+  }
+  calibration.warnings.push_back(
+      {.code = "field_in_bias",
+       .runs = {},
+       .message = "the biases hold the field's part in the pose in which the instrument lay (of an "
+                  "accelerometer gravity), and are no biases yet; to take it out give the record "
+                  "that has the sensitivity, --from RECORD.json, and the columns rest and fence"});
+  calibration.status = "warning";
+  return Constant::as_read;
+}
+
+// Readings less what the field makes of them.
+Eigen::MatrixXd without_field(const ReadingSet& set, const Calibration& calibration) {
+  Eigen::MatrixXd response = set.response;
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    const Reading& reading = set.readings[static_cast<std::size_t>(i)];
+    const Eigen::Vector3d field =
+        reading.field_in_sensor
+            ? *reading.field_in_sensor
+            : Eigen::Vector3d(reading.level *
+                              (set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+                               calibration.field.in_table.value_or(calibration.field.magnitude *
+                                                                   Eigen::Vector3d::UnitZ())));
+    response.row(i) -= (calibration.response.sensitivity * field).transpose();
+  }
+  return response;
+}
+
+// Covariance of the record's biases and sensitivities, as far as it states them.
+void put_covariance_of(const Calibration& from,
+                       const std::vector<std::string>& names,
+                       Eigen::MatrixXd& covariance) {
+  if (!from.statistics) {
+    return;
+  }
+  const std::vector<std::string>& theirs = from.statistics->parameter_names;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    for (std::size_t j = 0; j < names.size(); ++j) {
+      const auto a = std::find(theirs.begin(), theirs.end(), names[i]);
+      const auto b = std::find(theirs.begin(), theirs.end(), names[j]);
+      const bool sensitivities = names[i].find(".sensitivity.") != std::string::npos &&
+                                 names[j].find(".sensitivity.") != std::string::npos;
+      if (sensitivities && a != theirs.end() && b != theirs.end()) {
+        covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+            from.statistics->covariance(a - theirs.begin(), b - theirs.begin());
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void fit_bias(const Experiment& experiment,
+              const Observations& observations,
+              const ReadingSource& unordered,
+              Calibration& calibration) {
+  if (experiment.from &&
+      experiment.from->response.bias.size() != experiment.instrument.axis_count()) {
+    throw SetupError(
+        "--from: the record has " + std::to_string(experiment.from->response.bias.size()) +
+        " axes, and the readings " + std::to_string(experiment.instrument.axis_count()));
+  }
+  ReadingSource source = unordered;
+  source.set_temperature(1, experiment.temperature.reference);
+  ReadingSet set = source.set({}, {});
+  const Eigen::Index m = set.axis_count();
+  put_sensitivity(experiment, calibration);
+  const Constant constant = what_constant_is(experiment, set, calibration);
+  const bool known_pose = constant == Constant::bias && experiment.from && has_pose(set);
+  const Eigen::MatrixXd all = known_pose ? without_field(set, calibration) : set.response;
+  set.response = all;
+
+  TemperatureResponse& temperature = calibration.temperature.emplace();
+  temperature = source.temperature_range();
+  int order = experiment.temperature.order;
+  if (experiment.temperature.automatic) {
+    temperature.trials = try_orders(set);
+    order = temperature.trials.empty() ? 0 : chosen_order(temperature.trials);
+  }
+  if (temperature_count(set) <= order) {
+    throw RankDeficientError(
+        "readings at " + std::to_string(temperature_count(set)) +
+            " temperatures do not determine a polynomial of order " + std::to_string(order) +
+            "; take a lower --temperature-order, or readings at more temperatures",
+        {set.axes.front() + ".bias" + power_suffix(order)});
+  }
+  FitStatistics& statistics = calibration.statistics.emplace();
+  statistics.observations = static_cast<int>(set.size());
+  for (Eigen::VectorXd* const of_axes :
+       {&statistics.degrees_of_freedom, &statistics.residual_sd, &statistics.r_squared,
+        &statistics.bias_se, &statistics.coverage_factor}) {
+    of_axes->setConstant(m, not_a_number);
+  }
+  statistics.sensitivity_se.setConstant(m, 3, not_a_number);
+  statistics.variance_inflation.setConstant(m, 3, not_a_number);
+  temperature.bias.resize(m, order);
+  temperature.scale.setZero(m, order);
+  temperature.bias_se.resize(m, order);
+  temperature.scale_se.setConstant(m, order, not_a_number);
+  // Parameters of an axis: bias, the record's sensitivities where there is one, bias.d, ...
+  const Eigen::Index given = experiment.from ? 3 : 0;
+  const Eigen::Index p = 1 + given + order;
+  statistics.covariance.setZero(p * m, p * m);
+  Eigen::MatrixXd left(set.size(), m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const LeastSquaresFit fit = fit_polynomial(set, all.col(k), k, order);
+    calibration.response.bias(k) =
+        constant == Constant::from_record ? experiment.from->response.bias(k) : fit.estimate(0);
+    temperature.bias.row(k) = fit.estimate.tail(order).transpose();
+    temperature.bias_se.row(k) = fit.covariance.diagonal().tail(order).cwiseSqrt().transpose();
+    statistics.degrees_of_freedom(k) = fit.degrees_of_freedom;
+    statistics.residual_sd(k) = fit.residual_sd;
+    statistics.r_squared(k) = fit.r_squared;
+    statistics.bias_se(k) = std::sqrt(fit.covariance(0, 0));
+    statistics.coverage_factor(k) = student_t_factor(0.95, fit.degrees_of_freedom);
+    const std::string& axis = set.axes[static_cast<std::size_t>(k)];
+    std::vector<std::string> own = parameter_names({axis});
+    own.resize(static_cast<std::size_t>(1 + given));
+    for (int j = 1; j <= order; ++j) {
+      own.push_back(axis + ".bias" + power_suffix(j));
+    }
+    statistics.parameter_names.insert(statistics.parameter_names.end(), own.begin(), own.end());
+    std::vector<Eigen::Index> at = {p * k};
+    for (int j = 0; j < order; ++j) {
+      at.push_back(p * k + 1 + given + j);
+    }
+    statistics.covariance(at, at) = fit.covariance;
+    left.col(k) = fit.residuals;
+  }
+  if (experiment.from) {
+    put_covariance_of(*experiment.from, statistics.parameter_names, statistics.covariance);
+    if (experiment.from->statistics) {
+      statistics.sensitivity_se = experiment.from->statistics->sensitivity_se;
+    }
+  }
+  statistics.condition_number =
+      LeastSquaresDesign(powers(set.temperature.d, order)).condition_number();
+
+  for (const Reading& reading : observations.readings) {
+    ReadingResidual residual{.run = reading.run, .point = reading.point};
+    residual.temperature = reading.temperature;
+    residual.response = Eigen::VectorXd::Constant(m, not_a_number);
+    residual.magnitude = not_a_number;
+    residual.used = false;
+    calibration.residuals.push_back(std::move(residual));
+  }
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    ReadingResidual& residual = calibration.residuals[source.rows()[static_cast<std::size_t>(i)]];
+    residual.used = true;
+    residual.response = left.row(i);
+  }
+  calibration.field.in_table.reset();
+}
+
+}  // namespace axiscal

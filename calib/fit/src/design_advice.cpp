@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/design_advice.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/positioner/design.hpp"
+
+namespace axiscal {
+namespace {
+
+Eigen::Index rank_for_advice(const Eigen::MatrixXd& matrix) {
+  Eigen::VectorXd scale = matrix.colwise().norm();
+  scale = (scale.array() > 0.0).select(scale.cwiseInverse(), 1.0);
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(matrix * scale.asDiagonal());
+  qr.setThreshold(1e-6);  // a point that determines something only just is no advice
+  return qr.rank();
+}
+
+}  // namespace
+
+RowsForPoint rows_of_points(const ReadingSet& set, const std::vector<Eigen::Vector3d>& fields) {
+  return [&set, fields](const DesignPoint& point, double level) -> Eigen::MatrixXd {
+    return set.design_row(set.orientation(point), set.field.at(fields, level));
+  };
+}
+
+std::string points_to_add(const Eigen::MatrixXd& design,
+                          const RowsForPoint& rows_for,
+                          bool levels_help) {
+  Eigen::MatrixXd extended = design;
+  Eigen::Index rank = rank_for_advice(extended);
+  std::vector<std::string> names;
+  const std::vector<double> levels =
+      levels_help ? std::vector<double>{1.0, -1.0, 0.0} : std::vector<double>{1.0};
+  for (const double level : levels) {
+    for (const DesignEntry& entry : standard_design(24)) {
+      if (rank == design.cols()) {
+        break;
+      }
+      Eigen::MatrixXd rows;
+      try {
+        rows = rows_for(entry.point, level);
+      } catch (const RefusedError&) {
+        continue;  // the cube cannot lie so
+      }
+      Eigen::MatrixXd longer(extended.rows() + rows.rows(), design.cols());
+      longer << extended, rows;
+      const Eigen::Index longer_rank = rank_for_advice(longer);
+      if (longer_rank > rank) {
+        rank = longer_rank;
+        extended = std::move(longer);
+        names.push_back(entry.point.name() +
+                        (level == 1.0 ? "" : " at level " + number_text(level)));
+      }
+    }
+  }
+  return rank == design.cols() ? joined(names, "; ") : "";
+}
+
+std::vector<Eigen::Index> confounded_columns(const Eigen::MatrixXd& J,
+                                             double open_below,
+                                             double share_above) {
+  const Eigen::MatrixXd scaled =
+      J * J.colwise().norm().cwiseMax(1e-300).cwiseInverse().asDiagonal();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinV);
+  const Eigen::VectorXd& singular = svd.singularValues();
+  std::vector<Eigen::Index> open;
+  for (Eigen::Index j = 0; j < J.cols(); ++j) {
+    double share = 0.0;
+    for (Eigen::Index s = 0; s < J.cols(); ++s) {
+      if (singular(s) < open_below * singular(0)) {
+        share = std::max(share, std::abs(svd.matrixV()(j, s)));
+      }
+    }
+    if (share > share_above) {
+      open.push_back(j);
+    }
+  }
+  return open;
+}
+
+std::vector<std::string> without_repeats(const std::vector<std::string>& names) {
+  std::vector<std::string> kept = names;
+  kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
+  return kept;
+}
+
+OpenParameters open_parameters(const ReadingSet& set, const Eigen::MatrixXd& design) {
+  OpenParameters open_ones{.names = {}, .seen = design};
+  std::vector<std::string>& names = open_ones.names;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    // Averages of readings are a design of fewer rows, which every axis uses.
+    const bool own_rows = design.rows() == set.size() && (set.weights.col(k).array() == 0.0).any();
+    Eigen::MatrixXd used = design;
+    for (Eigen::Index i = 0; own_rows && i < set.size(); ++i) {
+      if (set.weights(i, k) == 0.0) {
+        used.row(i).setZero();
+      }
+    }
+    const std::vector<Eigen::Index> open = undetermined_columns(used);
+    if (open.empty()) {
+      continue;
+    }
+    if (names.empty()) {
+      open_ones.seen = used;
+      open_ones.left_out = own_rows;
+    }
+    const std::vector<std::string> own =
+        names_of_columns({set.axes[static_cast<std::size_t>(k)]}, open, set.also_kinds);
+    names.insert(names.end(), own.begin(), own.end());
+  }
+  return open_ones;
+}
+
+void require_determined(const ReadingSet& set,
+                        const Eigen::MatrixXd& design,
+                        const RowsForPoint& rows_for,
+                        bool turned_round) {
+  OpenParameters open = open_parameters(set, design);
+  if (open.names.empty()) {
+    return;
+  }
+  std::string advice = "add readings with the field in other directions";
+  if (open.left_out) {
+    advice =
+        "these axes see too little of the field's directions: take readings with the lamp dark "
+        "(level 0) too, take all 24 points, let the light "
+        "come from a direction away from the table's normal and the cube's diagonal, or make one "
+        "axis of two opposite ones (--axes d=p-n)";
+  } else if (rows_for) {
+    const std::string points = points_to_add(open.seen, rows_for, set.field.level_can_be_set());
+    if (!points.empty()) {
+      advice = "add readings at " + points;
+      if (turned_round) {
+        advice += ", each also turned round (the opposite fence face)";
+      }
+    }
+  }
+  const std::string list = joined(open.names);
+  throw RankDeficientError("the readings do not determine " + list + "; " + advice,
+                           std::move(open.names));
+}
+
+}  // namespace axiscal

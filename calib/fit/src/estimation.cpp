@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/estimation.hpp"
+
+namespace axiscal {
+
+void put_coefficients(const ReadingSet& set,
+                      Eigen::Index axis,
+                      const Eigen::VectorXd& coefficients,
+                      Estimate& estimate) {
+  const Eigen::Index m = set.axis_count();
+  const int order = set.temperature.order;
+  if (estimate.response.bias.size() != m) {
+    estimate.response.bias.resize(m);
+    estimate.response.sensitivity.resize(m, 3);
+    estimate.also.assign(set.also_in_table.size(), SensitivityMatrix::Zero(m, 3));
+    estimate.temperature_bias.resize(m, order);
+    estimate.temperature_scale.resize(m, order);
+  }
+  const Eigen::RowVector3d S = coefficients.segment<3>(1).transpose();
+  estimate.response.bias(axis) = coefficients(0);
+  estimate.response.sensitivity.row(axis) = S;
+  for (std::size_t a = 0; a < estimate.also.size(); ++a) {
+    estimate.also[a].row(axis) = coefficients.segment<3>(4 + 3 * static_cast<Eigen::Index>(a));
+  }
+  if (order > 0) {
+    estimate.temperature_bias.row(axis) = coefficients.segment(set.base_column_count(), order);
+    // What the columns d^j (S f) found is the change of c; [P]'s d^j f_k find S_kk c.
+    const auto along = set.temperature.along.row(axis);
+    const double unit = along.dot(S) / along.squaredNorm();
+    estimate.temperature_scale.row(axis) =
+        set.temperature.scale.row(axis) + coefficients.tail(order).transpose() / unit;
+  }
+}
+
+ReadingSet without_temperature(ReadingSet set, const Estimate& estimate) {
+  const int order = set.temperature.order;
+  for (Eigen::Index i = 0; i < set.size() && order > 0; ++i) {
+    for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+      double shift = 0.0;
+      double factor = 1.0;
+      double power = 1.0;
+      for (int j = 0; j < order; ++j) {
+        power *= set.temperature.d(i);
+        shift += estimate.temperature_bias(k, j) * power;
+        factor += estimate.temperature_scale(k, j) * power;
+      }
+      const double bias = estimate.response.bias(k);
+      set.response(i, k) = bias + (set.response(i, k) - bias - shift) / factor;
+    }
+  }
+  return set;
+}
+
+}  // namespace axiscal

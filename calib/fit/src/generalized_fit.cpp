@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/generalized_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/QR>
+
+#include "axiscal/calib/covariance_root.hpp"
+#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/rotation.hpp"
+
+namespace axiscal {
+namespace {
+
+// One round's linear system: unknowns are all axes' coefficients, the directions, and the inputs'
+// errors in units of their standard deviations.
+struct MixedModel {
+  Eigen::MatrixXd W;           // rows by axis, in units of sigma
+  Eigen::VectorXd r;           // what the current coefficients leave
+  Eigen::MatrixXd covariance;  // of all unknowns
+  Eigen::VectorXd step;
+  Eigen::VectorXd residuals;  // after the step
+  bool determined = false;
+};
+
+void solve(MixedModel& model, Eigen::Index penalized) {
+  const Eigen::Index rows = model.W.rows();
+  const Eigen::Index columns = model.W.cols();
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(rows + penalized, columns);
+  A.topRows(rows) = model.W;
+  A.bottomRightCorner(penalized, penalized).setIdentity();
+  const Eigen::VectorXd scale = A.colwise().norm().cwiseMax(1e-300).cwiseInverse();
+  A = A * scale.asDiagonal();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A);
+  qr.setThreshold(1e-9);
+  if (qr.rank() < columns) {
+    return;
+  }
+  model.determined = true;
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(rows + penalized);
+  b.head(rows) = model.r;
+  model.step = scale.cwiseProduct(qr.solve(b).eval());
+  model.residuals = model.r - model.W * model.step;
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(columns, columns);
+  qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>().solveInPlace(inverse);
+  const Eigen::MatrixXd root = scale.asDiagonal() * (qr.colsPermutation() * inverse);
+  model.covariance = root * root.transpose();
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 3, 18> change_with_normals(
+    const Eigen::Matrix3d& rotation_table_from_positioner,
+    const DesignPoint& point,
+    const Eigen::Vector3d& field_in_table) {
+  const Eigen::Vector3d x = rotation_table_from_positioner.row(0);
+  const Eigen::Vector3d y = rotation_table_from_positioner.row(1);
+  const Eigen::Vector3d z = rotation_table_from_positioner.row(2);
+  const Eigen::Vector3d& f = field_in_table;
+  Eigen::Matrix<double, 3, 18> change = Eigen::Matrix<double, 3, 18>::Zero();
+  change.middleCols<3>(3 * static_cast<Eigen::Index>(point.rest())) =
+      -f.z() * Eigen::Matrix3d::Identity() + f.y() * z * y.transpose() + f.x() * z * x.transpose();
+  change.middleCols<3>(3 * static_cast<Eigen::Index>(point.fence())) =
+      f.y() * x * x.transpose() - f.x() * y * x.transpose();
+  return change;
+}
+
+std::vector<UncertainInput> uncertain_inputs(const Experiment& experiment,
+                                             const ReadingSet& set,
+                                             bool known_field,
+                                             const std::vector<Eigen::Vector3d>& fields) {
+  std::vector<UncertainInput> inputs;
+  if (fields.empty()) {
+    return inputs;
+  }
+  const auto& covariance = experiment.positioner.description().normal_covariance;
+  if (covariance && !covariance->isZero(0.0)) {
+    inputs.push_back({.name = "positioner",
+                      .u = not_a_number,
+                      .parts = covariance->cols(),
+                      .change = [&set, &positioner = experiment.positioner,
+                                 &mount = experiment.rotation_sensor_from_positioner,
+                                 root = covariance_root(*covariance)](
+                                    Eigen::Index i, const std::vector<Eigen::Vector3d>& f) {
+                        const DesignPoint& point = *set.readings[static_cast<std::size_t>(i)].point;
+                        return Eigen::Matrix3Xd(
+                            mount *
+                            change_with_normals(positioner.rotation_table_from_positioner(point),
+                                                point, set.field_in_table(i, f)) *
+                            root);
+                      }});
+  }
+  const auto add_turns = [&](const char* name, double u, const Eigen::Matrix<double, 3, 2>& axes) {
+    inputs.push_back(
+        {.name = name,
+         .u = u,
+         .unit = "rad",
+         .parts = axes.cols(),
+         .change = [&set, u, axes](Eigen::Index i, const std::vector<Eigen::Vector3d>& f) {
+           const Eigen::Vector3d field = set.field_in_table(i, f);
+           // w cross f = -(f cross w).
+           return Eigen::Matrix3Xd(set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+                                   (-u * cross_matrix(field) * axes));
+         }});
+  };
+  if (known_field && experiment.stated.slope_u > 0.0) {
+    // A slope turns the field about the table's x and y.
+    add_turns("levelness", experiment.stated.slope_u, Eigen::Matrix<double, 3, 2>::Identity());
+  }
+  if (known_field && experiment.stated.direction_u_rad > 0.0) {
+    add_turns("field direction", experiment.stated.direction_u_rad, tangents_of(fields.front()));
+  }
+  return inputs;
+}
+
+std::optional<std::vector<Eigen::MatrixXd>> fit_with_uncertain_inputs(
+    const ReadingSet& set,
+    const std::vector<UncertainInput>& inputs,
+    bool known_field,
+    Estimate& estimate) {
+  const Eigen::Index n = set.size();
+  const Eigen::Index m = set.axis_count();
+  const Eigen::Index p = set.column_count();
+  Eigen::Index errors = 0;
+  for (const UncertainInput& input : inputs) {
+    errors += input.parts;
+  }
+  const JointFit fit(set, set.weights);
+  JointState state = fit.at(estimate.fields);
+  const Eigen::Index directions = known_field ? 0 : state.direction_count();
+  Eigen::MatrixXd theta(p, m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    theta.col(k) = state.axes[static_cast<std::size_t>(k)].estimate;
+  }
+  Eigen::VectorXd sigma = estimate.statistics.residual_sd;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    if (!(sigma(k) > 0.0)) {
+      sigma(k) = 1e-9 * theta.col(k).segment<3>(1).norm() * estimate.fields.front().norm();
+    }
+  }
+  std::vector<Eigen::Vector3d> fields = estimate.fields;
+  MixedModel model;
+  Eigen::VectorXd dof = Eigen::VectorXd::Zero(m);
+  constexpr int most_rounds = 100;
+  for (int round = 0; round < most_rounds; ++round) {
+    if (round > 0) {
+      state = fit.at(fields);
+    }
+    model.W = Eigen::MatrixXd::Zero(n * m, p * m + directions + errors);
+    model.r.resize(n * m);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+      const Eigen::VectorXd root = axis.root_weights / sigma(k);
+      model.W.block(n * k, p * k, n, p) = root.asDiagonal() * axis.X;
+      model.W.block(n * k, p * m, n, directions) = axis.tangents.leftCols(directions) / sigma(k);
+      model.r.segment(n * k, n) = root.cwiseProduct(set.response.col(k) - axis.X * theta.col(k));
+      const Eigen::RowVector3d S = theta.col(k).segment<3>(1).transpose();
+      for (Eigen::Index i = 0; i < n; ++i) {
+        Eigen::Index first = p * m + directions;
+        for (const UncertainInput& input : inputs) {
+          model.W.row(n * k + i).segment(first, input.parts) =
+              root(i) * set.scale(i, k) * S * input.change(i, fields);
+          first += input.parts;
+        }
+      }
+    }
+    solve(model, errors);
+    if (!model.determined) {
+      return std::nullopt;
+    }
+    double change = 0.0;
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const auto Wk = model.W.middleRows(n * k, n);
+      const Eigen::MatrixXd N = Wk.transpose() * Wk;
+      const Eigen::MatrixXd CN = model.covariance * N;
+      const auto used = static_cast<double>((set.weights.col(k).array() > 0.0).count());
+      const double left = used - CN.trace();
+      if (!(left > 0.5)) {
+        return std::nullopt;
+      }
+      dof(k) = left - CN.trace() + (CN * CN).trace();
+      const double factor = std::sqrt(model.residuals.segment(n * k, n).squaredNorm() / left);
+      const double next = std::max(sigma(k) * factor, set.rounding(k));
+      change = std::max(change, std::abs(next / sigma(k) - 1.0));
+      sigma(k) = next;
+      theta.col(k) += model.step.segment(p * k, p);
+    }
+    const Eigen::VectorXd turn = model.step.segment(p * m, directions);
+    for (std::size_t s = 0; s < fields.size() && directions > 0; ++s) {
+      const Eigen::VectorXd own = turn.segment(state.first_direction(s), state.tangents[s].cols());
+      const double F = fields[s].norm() * (own.size() > 2 ? std::exp(own(2)) : 1.0);
+      fields[s] =
+          F *
+          (fields[s].normalized() + state.tangents[s].leftCols<2>() * own.head<2>()).normalized();
+    }
+    if (change < 1e-9 && round > 1) {
+      break;
+    }
+  }
+  estimate.fields = fields;
+  estimate.statistics.residual_sd = sigma;
+  estimate.statistics.degrees_of_freedom = dof;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    put_coefficients(set, k, theta.col(k), estimate);
+  }
+  const Eigen::MatrixXd to_all = model.covariance.topRows(p * m);
+  estimate.statistics.covariance = to_all * (model.W.transpose() * model.W) * to_all.transpose();
+  std::vector<Eigen::MatrixXd> shares;
+  Eigen::Index first = p * m + directions;
+  for (const UncertainInput& input : inputs) {
+    const Eigen::MatrixXd to_input = to_all.middleCols(first, input.parts);
+    shares.emplace_back(to_input * to_input.transpose());
+    first += input.parts;
+  }
+  return shares;
+}
+
+std::vector<UncertaintySource> weigh_inputs(const Experiment& experiment,
+                                            const ReadingSet& set,
+                                            Method method,
+                                            Estimate& estimate) {
+  const bool known = method == Method::known;
+  const std::vector<UncertainInput> inputs =
+      uncertain_inputs(experiment, set, known, estimate.fields);
+  if (inputs.empty()) {
+    return {};
+  }
+  const bool has_normals = inputs.front().name == "positioner";
+  if (experiment.robust) {
+    if (has_normals) {
+      estimate.notes.emplace_back(
+          "robust regression does not weigh the uncertainty of the cube's face normals; the stated "
+          "uncertainties lack it");
+    }
+    return {};
+  }
+  ReadingSet used = set;
+  for (const std::size_t i : estimate.unpaired) {
+    used.weights.row(static_cast<Eigen::Index>(i)).setZero();
+  }
+  std::optional<std::vector<Eigen::MatrixXd>> shares =
+      fit_with_uncertain_inputs(used, inputs, known, estimate);
+  if (!shares) {
+    if (has_normals) {
+      estimate.notes.emplace_back(
+          "the readings do not tell the errors of the cube's faces from noise; the stated "
+          "uncertainties lack that of its face normals");
+    }
+    return {};
+  }
+  std::vector<UncertaintySource> sources;
+  for (std::size_t s = 0; s < inputs.size(); ++s) {
+    sources.push_back({.name = inputs[s].name,
+                       .type = "B",
+                       .distribution = "normal",
+                       .input_u = inputs[s].u,
+                       .input_unit = inputs[s].unit,
+                       .degrees_of_freedom = std::numeric_limits<double>::infinity(),
+                       .covariance = std::move((*shares)[s])});
+  }
+  return sources;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "opposite_pairs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include <Eigen/QR>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/core/not_a_number.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double unlevel_below = 0.005;  // probability below which estimates disagree
+// What is seen only through cross-axis terms is no estimate of a face.
+constexpr double smallest_pivot_of_a_face = 0.2;
+
+struct WeightedMean {
+  Eigen::VectorXd value;   // m entries
+  Eigen::VectorXd weight;  // their sums
+};
+
+WeightedMean mean_of(const ReadingSet& set, const std::vector<std::size_t>& rows) {
+  WeightedMean mean{.value = Eigen::VectorXd::Zero(set.axis_count()),
+                    .weight = Eigen::VectorXd::Zero(set.axis_count())};
+  for (const std::size_t i : rows) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::VectorXd weight = set.weights.row(row);
+    mean.value += weight.cwiseProduct(set.response.row(row).transpose());
+    mean.weight += weight;
+  }
+  // An axis that leaves all of them out has no mean, and weight 0.
+  mean.value =
+      (mean.weight.array() > 0.0).select(mean.value.array() / mean.weight.array(), 0.0).matrix();
+  return mean;
+}
+
+// The differences of one rest face in one block: rows d = G f, weighted.
+struct FaceDifferences {
+  const OppositePair* pair = nullptr;  // the first of them
+  Eigen::MatrixXd G;                   // rows x 2
+  Eigen::VectorXd d;
+};
+
+std::vector<FaceDifferences> differences_by_face(const std::vector<OppositePair>& pairs,
+                                                 const SensitivityMatrix& sensitivity) {
+  std::vector<FaceDifferences> faces;
+  std::map<std::pair<int, Face>, std::size_t> place;
+  for (const OppositePair& pair : pairs) {
+    if (pair.level == 0.0) {
+      continue;  // no field, no slope in it
+    }
+    const auto [found, is_new] =
+        place.emplace(std::pair(pair.block, pair.point.rest()), faces.size());
+    if (is_new) {
+      faces.push_back({.pair = &pair, .G = Eigen::MatrixXd(0, 2), .d = Eigen::VectorXd(0)});
+    }
+    FaceDifferences& face = faces[found->second];
+    const Eigen::VectorXd root = pair.weights.cwiseSqrt();
+    const Eigen::MatrixXd G =
+        root.asDiagonal() * (pair.level * sensitivity * pair.half_rotation.leftCols<2>());
+    const Eigen::Index rows = face.d.size();
+    face.G.conservativeResize(rows + G.rows(), 2);
+    face.G.bottomRows(G.rows()) = G;
+    face.d.conservativeResize(rows + G.rows());
+    face.d.tail(G.rows()) = root.cwiseProduct(pair.half_difference);
+  }
+  return faces;
+}
+
+// Least squares of two unknowns over some faces.
+struct PlaneFit {
+  bool determined = false;
+  Eigen::Vector2d f = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d unscaled_covariance = Eigen::Matrix2d::Zero();
+  double rss = 0.0;
+  Eigen::Index rows = 0;
+};
+
+// @param smallest_pivot  relative; below it the two components count as not determined.
+PlaneFit fit_plane(const std::vector<FaceDifferences>& faces,
+                   const FaceDifferences* without,
+                   double smallest_pivot = 1e-3) {
+  PlaneFit fit;
+  for (const FaceDifferences& face : faces) {
+    fit.rows += &face == without ? 0 : face.d.size();
+  }
+  Eigen::MatrixXd G(fit.rows, 2);
+  Eigen::VectorXd d(fit.rows);
+  Eigen::Index at = 0;
+  for (const FaceDifferences& face : faces) {
+    if (&face != without) {
+      G.middleRows(at, face.d.size()) = face.G;
+      d.segment(at, face.d.size()) = face.d;
+      at += face.d.size();
+    }
+  }
+  if (fit.rows < 2) {
+    return fit;
+  }
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(G);
+  qr.setThreshold(smallest_pivot);
+  if (qr.rank() < 2) {
+    return fit;
+  }
+  fit.determined = true;
+  fit.f = qr.solve(d);
+  fit.rss = (d - G * fit.f).squaredNorm();
+  Eigen::Matrix2d inverse = Eigen::Matrix2d::Identity();
+  qr.matrixQR().topRows<2>().triangularView<Eigen::Upper>().solveInPlace(inverse);
+  const Eigen::Matrix2d root = qr.colsPermutation() * inverse;
+  fit.unscaled_covariance = root * root.transpose();
+  return fit;
+}
+
+double sample_sd(const std::vector<LevelnessEstimate>& estimates, double LevelnessEstimate::*part) {
+  const auto n = static_cast<double>(estimates.size());
+  double mean = 0.0;
+  for (const LevelnessEstimate& estimate : estimates) {
+    mean += estimate.*part / n;
+  }
+  double sum = 0.0;
+  for (const LevelnessEstimate& estimate : estimates) {
+    sum += std::pow(estimate.*part - mean, 2);
+  }
+  return n < 2.0 ? not_a_number : std::sqrt(sum / (n - 1.0));
+}
+
+// The faces of each levelness, which have one slope.
+using FacesByLevel = std::vector<std::vector<FaceDifferences>>;
+
+// A slope for each levelness.
+struct PlaneFits {
+  bool determined = true;
+  std::vector<PlaneFit> fits;
+  double rss = 0.0;
+  double dof = 0.0;
+};
+
+PlaneFits fit_planes(const FacesByLevel& levels, const FaceDifferences* without) {
+  PlaneFits all;
+  for (const std::vector<FaceDifferences>& faces : levels) {
+    const PlaneFit& fit = all.fits.emplace_back(fit_plane(faces, without));
+    all.determined = all.determined && fit.determined;
+    all.rss += fit.rss;
+    all.dof += static_cast<double>(fit.rows) - 2.0;
+  }
+  return all;
+}
+
+// Agreement of the faces by deletion within the differences.
+void test_consistency(const ReadingSet& set,
+                      const FacesByLevel& levels,
+                      const PlaneFits& all,
+                      Levelness& levelness) {
+  const double rounding = set.rounding();
+  levelness.p_value = not_a_number;
+  if (all.dof > 0.0 && all.rss <= all.dof * rounding * rounding) {
+    levelness.p_value = 1.0;
+    return;
+  }
+  double smallest = 2.0;
+  double tests = 0.0;
+  const FaceDifferences* suspect = nullptr;
+  for (const std::vector<FaceDifferences>& faces : levels) {
+    for (const FaceDifferences& face : faces) {
+      const PlaneFits without = fit_planes(levels, &face);
+      const auto rows = static_cast<double>(face.d.size());
+      if (!without.determined || without.dof < 1.0) {
+        return;
+      }
+      const double f = ((all.rss - without.rss) / rows) / (without.rss / without.dof);
+      const double p = without.rss > 0.0 ? f_upper_p(std::max(f, 0.0), rows, without.dof) : 0.0;
+      tests += 1.0;
+      if (p < smallest) {
+        smallest = p;
+        suspect = &face;
+      }
+    }
+  }
+  if (suspect == nullptr) {
+    return;
+  }
+  levelness.p_value = std::min(1.0, tests * smallest);
+  levelness.consistent = !(levelness.p_value < unlevel_below);
+  if (!levelness.consistent) {
+    levelness.suspect = LevelnessEstimate{.point = suspect->pair->point,
+                                          .block = suspect->pair->block,
+                                          .x = not_a_number,
+                                          .y = not_a_number};
+  }
+}
+
+// One slope for all blocks against one for each, by the F test of nested models.
+double block_p_value(const ReadingSet& set,
+                     const std::vector<FaceDifferences>& faces,
+                     const PlaneFit& all) {
+  std::map<int, std::vector<FaceDifferences>> by_block;
+  for (const FaceDifferences& face : faces) {
+    by_block[face.pair->block].push_back(face);
+  }
+  FacesByLevel blocks;
+  for (auto& [number, members] : by_block) {
+    blocks.push_back(std::move(members));
+  }
+  const PlaneFits own = fit_planes(blocks, nullptr);
+  const double more = 2.0 * static_cast<double>(blocks.size() - 1);
+  if (!own.determined || !(more > 0.0) || !(own.dof > 0.0)) {
+    return not_a_number;
+  }
+  if (all.rss - own.rss <= more * set.rounding() * set.rounding()) {
+    return 1.0;
+  }
+  return own.rss > 0.0
+             ? f_upper_p(((all.rss - own.rss) / more) / (own.rss / own.dof), more, own.dof)
+             : 0.0;
+}
+
+// The slope of some faces: the mean of their own estimates where each has one; with fewer than
+// three axes a face is seen through cross-axis terms, if at all, and all differences are fitted
+// together.
+struct MeanSlope {
+  Eigen::Vector2d f = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d unscaled_covariance = Eigen::Matrix2d::Zero();
+};
+
+MeanSlope mean_slope(const std::vector<FaceDifferences>& faces,
+                     const PlaneFit& together,
+                     bool three_axes) {
+  MeanSlope mean;
+  const auto n = static_cast<double>(faces.size());
+  for (const FaceDifferences& face : faces) {
+    const PlaneFit alone = fit_plane({face}, nullptr, smallest_pivot_of_a_face);
+    if (!alone.determined || !three_axes) {
+      return {.f = together.f, .unscaled_covariance = together.unscaled_covariance};
+    }
+    mean.f += alone.f / n;
+    mean.unscaled_covariance += alone.unscaled_covariance / (n * n);
+  }
+  return mean;
+}
+
+}  // namespace
+
+OppositePairs find_opposite_pairs(const ReadingSet& set) {
+  // Both points of a pair have the same block, level, temperature, rest face and axis of the fence
+  // face.
+  using Key = std::tuple<int, double, int, Face, int>;
+  std::map<Key, std::size_t> place;
+  std::vector<OppositePair> candidates;
+  for (std::size_t i = 0; i < set.readings.size(); ++i) {
+    const Reading& reading = set.readings[i];
+    const int axis = axis_of(reading.point->fence());
+    const Key key{reading.block, reading.level, set.soak_of(i), reading.point->rest(), axis};
+    const auto [found, is_new] = place.emplace(key, candidates.size());
+    if (is_new) {
+      candidates.push_back({.point = {reading.point->rest(), face_of(axis, true)},
+                            .block = reading.block,
+                            .level = reading.level,
+                            .soak = set.soak_of(i),
+                            .levelness = set.tilt_of(i)});
+    }
+    OppositePair& pair = candidates[found->second];
+    (is_positive(reading.point->fence()) ? pair.first : pair.second).push_back(i);
+  }
+  OppositePairs result;
+  for (OppositePair& pair : candidates) {
+    if (pair.first.empty() || pair.second.empty()) {
+      const auto& alone = pair.first.empty() ? pair.second : pair.first;
+      result.unpaired.insert(result.unpaired.end(), alone.begin(), alone.end());
+      continue;
+    }
+    const WeightedMean a = mean_of(set, pair.first);
+    const WeightedMean b = mean_of(set, pair.second);
+    const Eigen::Matrix3d& R_a = set.rotation_sensor_from_table[pair.first.front()];
+    const Eigen::Matrix3d& R_b = set.rotation_sensor_from_table[pair.second.front()];
+    pair.mean = 0.5 * (a.value + b.value);
+    pair.half_difference = 0.5 * (a.value - b.value);
+    pair.weights = 4.0 * (a.weight.cwiseInverse() + b.weight.cwiseInverse()).cwiseInverse();
+    pair.mean_rotation = 0.5 * (R_a + R_b);
+    pair.half_rotation = 0.5 * (R_a - R_b);
+    result.pairs.push_back(std::move(pair));
+  }
+  std::sort(result.unpaired.begin(), result.unpaired.end());
+  return result;
+}
+
+std::optional<Levelness> levelness_of(const ReadingSet& set,
+                                      const std::vector<OppositePair>& pairs,
+                                      const Estimate& estimate,
+                                      double F) {
+  const SensitivityMatrix& S = estimate.response.sensitivity;
+  if (set.temperature.order == 0) {
+    return estimate_levelness(set, pairs, S, F);
+  }
+  const ReadingSet at_reference = without_temperature(set, estimate);
+  return estimate_levelness(at_reference, find_opposite_pairs(at_reference).pairs, S, F);
+}
+
+std::optional<Levelness> estimate_levelness(const ReadingSet& set,
+                                            const std::vector<OppositePair>& pairs,
+                                            const SensitivityMatrix& sensitivity,
+                                            double F) {
+  const std::vector<FaceDifferences> faces = differences_by_face(pairs, sensitivity);
+  FacesByLevel levels(set.field.blocks().size());
+  for (const FaceDifferences& face : faces) {
+    levels[face.pair->levelness].push_back(face);
+  }
+  const PlaneFits planes = fit_planes(levels, nullptr);
+  const PlaneFit all = fit_plane(faces, nullptr);
+  if (!planes.determined) {
+    return std::nullopt;
+  }
+  Levelness levelness;
+  for (const FaceDifferences& face : faces) {
+    const PlaneFit alone = fit_plane({face}, nullptr, smallest_pivot_of_a_face);
+    if (alone.determined) {
+      levelness.estimates.push_back({.point = face.pair->point,
+                                     .block = face.pair->block,
+                                     .x = alone.f.x() / F,
+                                     .y = alone.f.y() / F});
+    }
+  }
+  const bool three_axes = sensitivity.rows() >= 3;
+  const MeanSlope mean = mean_slope(faces, all, three_axes);
+  levelness.mean_x = mean.f.x() / F;
+  levelness.mean_y = mean.f.y() / F;
+  levelness.sd_x = sample_sd(levelness.estimates, &LevelnessEstimate::x);
+  levelness.sd_y = sample_sd(levelness.estimates, &LevelnessEstimate::y);
+  levelness.degrees_of_freedom = planes.dof;
+  const double s = planes.dof > 0.0 ? std::sqrt(planes.rss / planes.dof) : not_a_number;
+  const auto standard_errors = [&](const MeanSlope& slope) -> Eigen::Vector2d {
+    return s * slope.unscaled_covariance.diagonal().cwiseSqrt() / F;
+  };
+  levelness.standard_error_x = standard_errors(mean).x();
+  levelness.standard_error_y = standard_errors(mean).y();
+  test_consistency(set, levels, planes, levelness);
+  for (std::size_t i = 0; i < levels.size() && levels.size() > 1; ++i) {
+    const MeanSlope own = mean_slope(levels[i], planes.fits[i], three_axes);
+    levelness.blocks.push_back({.block = set.field.blocks()[i],
+                                .x = own.f.x() / F,
+                                .y = own.f.y() / F,
+                                .standard_error_x = standard_errors(own).x(),
+                                .standard_error_y = standard_errors(own).y()});
+  }
+  levelness.block_p_value =
+      levelness.blocks.empty() ? block_p_value(set, faces, all) : not_a_number;
+  return levelness;
+}
+
+}  // namespace axiscal

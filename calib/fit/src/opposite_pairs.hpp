@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "axiscal/calib/estimation.hpp"
+
+namespace axiscal {
+
+/// The readings of two opposite positions: one rest face, turned by 180 degrees.
+struct OppositePair {
+  DesignPoint point;  // rest face with the positive fence face
+  int block = 1;
+  double level = 1.0;
+  int soak = 0;                     // of temperature
+  std::size_t levelness = 0;        // which one it is of, as ReadingSet::tilt_of()
+  std::vector<std::size_t> first;   // readings at `point`
+  std::vector<std::size_t> second;  // readings turned round
+  Eigen::VectorXd mean;             // (v_a + v_b) / 2, m entries
+  Eigen::VectorXd half_difference;  // (v_a - v_b) / 2
+  Eigen::VectorXd weights;          // of either, relative to one reading: 4 / (1/w_a + 1/w_b)
+  Eigen::Matrix3d mean_rotation =
+      Eigen::Matrix3d::Zero();  // (R_a + R_b) / 2, rotation_sensor_from_table
+  Eigen::Matrix3d half_rotation = Eigen::Matrix3d::Zero();  // (R_a - R_b) / 2
+};
+
+/// Pairs within blocks and levels, repeats averaged; and the readings that have no opposite.
+struct OppositePairs {
+  std::vector<OppositePair> pairs;  // in the order of their first reading
+  std::vector<std::size_t> unpaired;
+};
+
+[[nodiscard]] OppositePairs find_opposite_pairs(const ReadingSet& set);
+
+/// The field's components in the table's plane from the half differences (METHOD 5).
+///
+/// @param F  magnitude of the field at level 1.
+/// @return nothing where the differences do not determine both components of each levelness.
+[[nodiscard]] std::optional<Levelness> estimate_levelness(const ReadingSet& set,
+                                                          const std::vector<OppositePair>& pairs,
+                                                          const SensitivityMatrix& sensitivity,
+                                                          double F);
+
+/// The same for what a fit gave, the readings taken to the reference temperature.
+/// @param pairs  of the set.
+[[nodiscard]] std::optional<Levelness> levelness_of(const ReadingSet& set,
+                                                    const std::vector<OppositePair>& pairs,
+                                                    const Estimate& estimate,
+                                                    double F);
+
+}  // namespace axiscal

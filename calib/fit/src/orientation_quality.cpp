@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/orientation_quality.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+
+#include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/minimum_norm.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/positioner/design.hpp"
+
+namespace axiscal {
+namespace {
+
+Eigen::MatrixXd unit_rows(const Eigen::MatrixXd& rows) {
+  return rows.rowwise().normalized();
+}
+
+// Cosines of the angle between the fields, as a linear function of a small turn and of their mean.
+struct AngleFit {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  double cosine = 0.0;
+  double rss = std::numeric_limits<double>::infinity();
+};
+
+Eigen::MatrixXd angle_jacobian(const Eigen::MatrixXd& turned, const Eigen::MatrixXd& companion) {
+  Eigen::MatrixXd J(turned.rows(), 4);
+  for (Eigen::Index i = 0; i < turned.rows(); ++i) {
+    const Eigen::Vector3d f = turned.row(i);
+    const Eigen::Vector3d g = companion.row(i);
+    J.row(i) << f.cross(g).transpose(), -1.0;
+  }
+  return J;
+}
+
+AngleFit fit_angle(const Eigen::MatrixXd& f, const Eigen::MatrixXd& g, const Eigen::Matrix3d& R) {
+  AngleFit fit{.R = R};
+  const auto residuals = [&](const AngleFit& at) -> Eigen::VectorXd {
+    return ((f * at.R.transpose()).cwiseProduct(g).rowwise().sum().array() - at.cosine).matrix();
+  };
+  fit.cosine = (f * R.transpose()).cwiseProduct(g).rowwise().sum().mean();
+  fit.rss = residuals(fit).squaredNorm();
+  for (int round = 0; round < 100; ++round) {
+    const Eigen::MatrixXd J = angle_jacobian(f * fit.R.transpose(), g);
+    Eigen::VectorXd step = minimum_norm_solution(J, -residuals(fit));
+    step *= std::min(1.0, 0.5 / std::max(step.head<3>().norm(), 1e-300));
+    bool better = false;
+    for (int halving = 0; halving < 20 && !better; ++halving) {
+      AngleFit next = fit;
+      next.R = rotation_by(step.head<3>()) * fit.R;
+      next.cosine += step(3);
+      next.rss = residuals(next).squaredNorm();
+      better = next.rss <= fit.rss * (1.0 + 1e-14);
+      if (better) {
+        fit = next;
+      } else {
+        step *= 0.5;
+      }
+    }
+    if (!better || step.norm() < 1e-14) {
+      break;
+    }
+  }
+  return fit;
+}
+
+}  // namespace
+
+OrientationQuality orientation_quality(const Eigen::MatrixXd& fields, double magnitude) {
+  if (fields.rows() < 1 || fields.cols() != 3) {
+    throw DomainError("orientation_quality: at least one reading of three components is needed");
+  }
+  OrientationQuality quality;
+  const Eigen::ArrayXd lengths = fields.rowwise().norm();
+  quality.fit_error = std::sqrt((lengths - magnitude).square().mean()) / magnitude;
+  quality.magnitude_spread = std::sqrt((lengths - lengths.mean()).square().mean()) / magnitude;
+  const Eigen::MatrixXd directions = unit_rows(fields);
+  constexpr int samples = 2000;
+  const double near = std::cos(30.0 * rad_per_deg);
+  int covered = 0;
+  double farthest = 2.0;
+  for (const Eigen::Vector3d& direction : directions_on_sphere(samples)) {
+    const double nearest = (directions * direction).maxCoeff();
+    covered += nearest >= near ? 1 : 0;
+    if (nearest < farthest) {
+      farthest = nearest;
+      quality.gap = direction;
+    }
+  }
+  quality.coverage = static_cast<double>(covered) / samples;
+  quality.largest_gap_rad = std::acos(std::clamp(farthest, -1.0, 1.0));
+  return quality;
+}
+
+std::string direction_in_words(const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d unit = direction.normalized();
+  constexpr double worth_naming = 0.38;  // sine of 22.5 degrees
+  std::string words;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(unit(axis)) > worth_naming) {
+      words += std::string(words.empty() ? "" : " ") + (unit(axis) < 0.0 ? "-" : "+") +
+               std::string(1, "xyz"[axis]);
+    }
+  }
+  return words;
+}
+
+Alignment align_by_constant_angle(const Eigen::MatrixXd& fields, const Eigen::MatrixXd& companion) {
+  if (fields.rows() != companion.rows() || fields.cols() != 3 || companion.cols() != 3 ||
+      fields.rows() < 5) {
+    throw DomainError(
+        "align_by_constant_angle: five readings or more of three components each, as many of both, "
+        "are needed");
+  }
+  const Eigen::MatrixXd f = unit_rows(fields);
+  const Eigen::MatrixXd g = unit_rows(companion);
+  AngleFit best;
+  for (const DesignEntry& entry : standard_design(24)) {
+    // The 24 rotations of a cube: axes that are exchanged or reversed.
+    Eigen::Matrix3d R;
+    R.col(0) = nominal_normal(entry.point.rest());
+    R.col(1) = nominal_normal(entry.point.fence());
+    R.col(2) = R.col(0).cross(R.col(1));
+    const AngleFit fit = fit_angle(f, g, R);
+    if (fit.rss < best.rss) {
+      best = fit;
+    }
+  }
+  const Eigen::MatrixXd J = angle_jacobian(f * best.R.transpose(), g);
+  const Eigen::MatrixXd scaled =
+      J * J.colwise().norm().cwiseMax(1e-300).cwiseInverse().asDiagonal();
+  if (!undetermined_columns(scaled).empty() || J.leftCols<3>().colwise().norm().minCoeff() < 1e-6) {
+    throw RefusedError(
+        "the orientations do not fix the rotation between the two instruments: their fields are "
+        "parallel, or too few orientations differ");
+  }
+  const LeastSquaresDesign design(J);
+  Alignment alignment{.rotation_companion_from_sensor = best.R};
+  alignment.angle_rad = std::acos(std::clamp(best.cosine, -1.0, 1.0));
+  alignment.residual_sd = std::sqrt(best.rss / static_cast<double>(J.rows() - 4));
+  const Eigen::VectorXd se =
+      alignment.residual_sd * design.unscaled_covariance().diagonal().cwiseSqrt();
+  alignment.standard_error_rad = se.head<3>();
+  alignment.angle_se_rad = se(3) / std::max(std::sin(alignment.angle_rad), 1e-12);
+  return alignment;
+}
+
+}  // namespace axiscal

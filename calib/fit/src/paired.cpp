@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "axis_regression.hpp"
+#include "axiscal/calib/design_advice.hpp"
+#include "axiscal/calib/estimation.hpp"
+#include "axiscal/core/error.hpp"
+#include "opposite_pairs.hpp"
+
+namespace axiscal {
+namespace {
+
+// Averages of opposite positions hold only the field's part along the table's normal; their errors
+// grow as F over that part.
+constexpr double smallest_normal_part = 0.05;
+constexpr const char* in_plane_message =
+    "method paired: the field lies almost in the table's plane, and averages of opposite positions "
+    "have none of it left; use --method joint";
+
+// One pseudo-observation: the pairs of one rest face, block and level.
+struct PseudoObservation {
+  std::vector<const OppositePair*> pairs;
+};
+
+std::vector<PseudoObservation> pool_by_rest_face(const std::vector<OppositePair>& pairs) {
+  std::map<std::tuple<int, double, int, Face>, std::size_t> place;
+  std::vector<PseudoObservation> pooled;
+  for (const OppositePair& pair : pairs) {
+    const auto [found, is_new] = place.emplace(
+        std::tuple(pair.block, pair.level, pair.soak, pair.point.rest()), pooled.size());
+    if (is_new) {
+      pooled.emplace_back();
+    }
+    pooled[found->second].pairs.push_back(&pair);
+  }
+  return pooled;
+}
+
+RegressionRows rows_of(const std::vector<PseudoObservation>& pooled, const ReadingSet& set) {
+  std::map<std::tuple<Face, double, int>, int> numbers;
+  RegressionRows rows;
+  for (const PseudoObservation& pseudo : pooled) {
+    const OppositePair& first = *pseudo.pairs.front();
+    RegressionRow row{.runs = {}, .point = first.point, .block = first.block};
+    for (const OppositePair* pair : pseudo.pairs) {
+      for (const auto* readings : {&pair->first, &pair->second}) {
+        for (const std::size_t i : *readings) {
+          row.runs.push_back(set.readings[i].run);
+        }
+      }
+    }
+    rows.rows.push_back(std::move(row));
+    const auto number = static_cast<int>(numbers.size());
+    rows.group.push_back(
+        numbers.emplace(std::tuple(first.point.rest(), first.level, first.soak), number)
+            .first->second);
+  }
+  return rows;
+}
+
+// Design, response and weights of one axis for a field in the table. The weights of an axis decide
+// how the pairs of a face are pooled, so that each axis has its own.
+struct AxisData {
+  Eigen::MatrixXd design;
+  Eigen::VectorXd response;
+  Eigen::VectorXd weights;
+};
+
+// The row of a pair: of each of its readings where temperatures differ, else of the mean rotation.
+Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
+                               const OppositePair& pair,
+                               Eigen::Index axis,
+                               const Eigen::Vector3d& field) {
+  if (set.temperature.order == 0) {
+    return set.design_row(pair.mean_rotation, field);
+  }
+  Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(set.column_count());
+  for (const auto* readings : {&pair.first, &pair.second}) {
+    double sum = 0.0;
+    Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(set.column_count());
+    for (const std::size_t i : *readings) {
+      const auto at = static_cast<Eigen::Index>(i);
+      const double weight = set.weights(at, axis);
+      sum += weight;
+      mean += weight * set.with_temperature(
+                           set.design_row(set.rotation_sensor_from_table[i], field), at, axis);
+    }
+    row += sum > 0.0 ? Eigen::RowVectorXd(0.5 / sum * mean) : mean;
+  }
+  return row;
+}
+
+AxisData axis_data(const ReadingSet& set,
+                   const std::vector<PseudoObservation>& pooled,
+                   Eigen::Index axis,
+                   const std::vector<Eigen::Vector3d>& fields) {
+  const auto n = static_cast<Eigen::Index>(pooled.size());
+  AxisData data{.design = Eigen::MatrixXd::Zero(n, set.column_count()),
+                .response = Eigen::VectorXd::Zero(n),
+                .weights = Eigen::VectorXd::Zero(n)};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const PseudoObservation& pseudo = pooled[static_cast<std::size_t>(i)];
+    for (const OppositePair* pair : pseudo.pairs) {
+      const double weight = pair->weights(axis);
+      data.weights(i) += weight;
+      data.response(i) += weight * pair->mean(axis);
+      data.design.row(i) +=
+          weight * row_of_pair(set, *pair, axis, pair->level * fields[pair->levelness]);
+    }
+    if (data.weights(i) > 0.0) {
+      data.response(i) /= data.weights(i);
+      data.design.row(i) /= data.weights(i);
+    }
+  }
+  return data;
+}
+
+}  // namespace
+
+PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table) {
+  const OppositePairs opposites = find_opposite_pairs(set);
+  const std::vector<PseudoObservation> pooled = pool_by_rest_face(opposites.pairs);
+  const AxisData data = axis_data(set, pooled, 0, {in_table});
+  PairedDesign paired{.design = data.design,
+                      .averaging = Eigen::MatrixXd::Zero(data.weights.size(), set.size()),
+                      .weights = data.weights};
+  for (std::size_t q = 0; q < pooled.size(); ++q) {
+    const auto row = static_cast<Eigen::Index>(q);
+    for (const OppositePair* pair : pooled[q].pairs) {
+      for (const auto* readings : {&pair->first, &pair->second}) {
+        for (const std::size_t i : *readings) {
+          paired.averaging(row, static_cast<Eigen::Index>(i)) +=
+              0.5 * pair->weights(0) / (data.weights(row) * static_cast<double>(readings->size()));
+        }
+      }
+    }
+  }
+  return paired;
+}
+
+Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_in_table) {
+  const OppositePairs opposites = find_opposite_pairs(set);
+  if (opposites.pairs.empty()) {
+    throw RefusedError(
+        "method paired: no reading has its opposite (same rest face, block and level; opposite "
+        "fence face); take each face turned round as well, or use --method joint or known");
+  }
+  const std::vector<PseudoObservation> pooled = pool_by_rest_face(opposites.pairs);
+  const double F = nominal_in_table.norm();
+  if (!(std::abs(nominal_in_table.z()) > smallest_normal_part * F)) {
+    throw RefusedError(in_plane_message);
+  }
+  const Eigen::Vector3d normal(0.0, 0.0, std::copysign(F, nominal_in_table.z()));
+  std::vector<Eigen::Vector3d> fields(set.field.blocks().size(), normal);
+  require_determined(
+      set, axis_data(set, pooled, 0, fields).design.leftCols(set.base_column_count()),
+      [&](const DesignPoint& point, double level) -> Eigen::MatrixXd {
+        const Eigen::Matrix3d R =
+            0.5 * (set.orientation(point) + set.orientation(point.turned_round()));
+        return set.design_row(R, level * normal);
+      },
+      true);
+  require_response(set);
+
+  Estimate estimate;
+  // Each round gains 6 digits or more (METHOD 4); the last one changes nothing.
+  for (int round = 0; round < 8; ++round) {
+    std::vector<AxisRegression> axes;
+    for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+      const AxisData data = axis_data(set, pooled, k, fields);
+      axes.push_back(regress_axis(data.design, data.response, data.weights, set.names_of_axis(k),
+                                  set.robust, set.rounding(k)));
+    }
+    estimate = summarize(set, axes, rows_of(pooled, set));
+    estimate.fields = fields;
+    if (!set.leaves_out()) {
+      estimate.levelness = levelness_of(set, opposites.pairs, estimate, F);
+    }
+    if (!estimate.levelness && fields.size() > 1) {
+      throw RefusedError(
+          "level by block: some block has no opposite readings that tell its levelness; take them, "
+          "or use one levelness for the run");
+    }
+    if (!estimate.levelness) {
+      break;
+    }
+    double change = 0.0;
+    for (std::size_t s = 0; s < fields.size(); ++s) {
+      const Eigen::Vector2d in_plane = estimate.levelness->of_level(s);
+      const Eigen::Vector3d measured(F * in_plane.x(), F * in_plane.y(), fields[s].z());
+      const Eigen::Vector3d next = F * measured.normalized();
+      change = std::max(change, (next - fields[s]).norm());
+      fields[s] = next;
+    }
+    if (change <= 1e-15 * F) {
+      break;
+    }
+  }
+  for (const Eigen::Vector3d& field : fields) {
+    if (!(std::abs(field.z()) > smallest_normal_part * F)) {
+      throw RefusedError(in_plane_message);
+    }
+  }
+  estimate.unpaired = opposites.unpaired;
+  estimate.statistics.observations -= static_cast<int>(opposites.unpaired.size());
+  return estimate;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/reading_set.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+
+#include "axiscal/calib/parameter_names.hpp"
+
+namespace axiscal {
+
+double ReadingSet::rounding(Eigen::Index k) const {
+  return 64.0 * std::numeric_limits<double>::epsilon() * response.col(k).cwiseAbs().maxCoeff();
+}
+
+double ReadingSet::rounding() const {
+  double largest = 0.0;
+  for (Eigen::Index k = 0; k < axis_count(); ++k) {
+    largest = std::max(largest, rounding(k));
+  }
+  return largest;
+}
+
+Eigen::Vector3d ReadingSet::field_in_table(Eigen::Index reading,
+                                           const TableField::Vectors& fields) const {
+  const auto i = static_cast<std::size_t>(reading);
+  return field.at(fields, readings[i].level, tilt_of(i));
+}
+
+Eigen::Matrix3d ReadingSet::field_change(Eigen::Index reading,
+                                         const TableField::Vectors& fields,
+                                         std::size_t which) const {
+  const auto i = static_cast<std::size_t>(reading);
+  return field.change(fields, readings[i].level, tilt_of(i), which);
+}
+
+Eigen::RowVectorXd ReadingSet::design_row(const Eigen::Matrix3d& rotation,
+                                          const Eigen::Vector3d& field_in_table) const {
+  Eigen::RowVectorXd row(base_column_count());
+  row(0) = 1.0;
+  row.segment<3>(1) = rotation * field_in_table;
+  for (std::size_t a = 0; a < also_in_table.size(); ++a) {
+    row.segment<3>(4 + 3 * static_cast<Eigen::Index>(a)) = rotation * also_in_table[a];
+  }
+  return row;
+}
+
+double ReadingSet::scale(Eigen::Index reading, Eigen::Index axis) const {
+  double factor = 1.0;
+  double power = 1.0;
+  for (int j = 0; j < temperature.order; ++j) {
+    power *= temperature.d(reading);
+    factor += temperature.scale(axis, j) * power;
+  }
+  return factor;
+}
+
+Eigen::RowVectorXd ReadingSet::with_temperature(const Eigen::RowVectorXd& row,
+                                                Eigen::Index reading,
+                                                Eigen::Index axis) const {
+  if (temperature.order == 0) {
+    return row;
+  }
+  Eigen::RowVectorXd full(column_count());
+  full.head(row.size()) = row;
+  full.segment<3>(1) *= scale(reading, axis);
+  const double sensed = temperature.along.row(axis).dot(row.segment<3>(1));
+  double power = 1.0;
+  for (int j = 0; j < temperature.order; ++j) {
+    power *= temperature.d(reading);
+    full(row.size() + j) = power;
+    full(row.size() + temperature.order + j) = power * sensed;
+  }
+  return full;
+}
+
+Eigen::MatrixXd ReadingSet::with_temperature(const Eigen::MatrixXd& design,
+                                             Eigen::Index axis) const {
+  if (temperature.order == 0) {
+    return design;
+  }
+  Eigen::MatrixXd full(design.rows(), column_count());
+  for (Eigen::Index i = 0; i < design.rows(); ++i) {
+    full.row(i) = with_temperature(Eigen::RowVectorXd(design.row(i)), i, axis);
+  }
+  return full;
+}
+
+std::vector<std::string> ReadingSet::names_of_axis(Eigen::Index axis) const {
+  return parameter_names({axes[static_cast<std::size_t>(axis)]}, also_kinds, temperature.order);
+}
+
+Eigen::MatrixXd field_design(const ReadingSet& set, const std::vector<Eigen::Vector3d>& fields) {
+  Eigen::MatrixXd design(set.size(), set.base_column_count());
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    design.row(i) = set.design_row(set.rotation_sensor_from_table[static_cast<std::size_t>(i)],
+                                   set.field_in_table(i, fields));
+  }
+  return design;
+}
+
+std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set, bool one_sided) {
+  std::vector<SaturatedAxis> found;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    std::map<double, std::vector<int>> runs_at;
+    for (Eigen::Index i = 0; i < set.size(); ++i) {
+      if (set.weights(i, k) > 0.0) {
+        runs_at[set.response(i, k)].push_back(set.readings[static_cast<std::size_t>(i)].run);
+      }
+    }
+    // Readings of few digits, or without noise, repeat everywhere.
+    constexpr std::size_t suspicious = 3;
+    const auto is_end = [&](double value) {
+      return value == runs_at.rbegin()->first || (!one_sided && value == runs_at.begin()->first);
+    };
+    std::size_t alone = 0;
+    std::size_t extremes = 0;
+    for (const auto& [value, runs] : runs_at) {
+      const bool at_end = is_end(value);
+      alone += runs.size() == 1 ? 1U : 0U;
+      extremes += at_end && runs.size() >= suspicious ? runs.size() : 0;
+    }
+    if (extremes == 0 || alone < 3 || 2 * alone < static_cast<std::size_t>(set.size()) - extremes) {
+      continue;
+    }
+    for (const auto& [value, runs] : runs_at) {
+      const bool at_end = is_end(value);
+      if (at_end && runs.size() >= suspicious) {
+        found.push_back({.axis = k, .value = value, .runs = runs});
+      }
+    }
+  }
+  return found;
+}
+
+}  // namespace axiscal

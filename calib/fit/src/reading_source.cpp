@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/reading_source.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+#include "axiscal/calib/moving_field.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/timestamp.hpp"
+
+namespace axiscal {
+namespace {
+
+Eigen::MatrixXd weights_of(const Observations& observations, Weighting weighting) {
+  const Eigen::Index n = observations.size();
+  const Eigen::Index m = observations.response.cols();
+  if (weighting == Weighting::samples) {
+    if (!observations.samples) {
+      throw RefusedError("weights samples: the readings have no column 'samples'");
+    }
+    return observations.samples->replicate(1, m);
+  }
+  if (weighting == Weighting::sd) {
+    if (!observations.response_sd) {
+      throw RefusedError("weights sd: each axis needs a column AXIS_sd");
+    }
+    if (!(observations.response_sd->array() > 0.0).all()) {
+      throw RefusedError("weights sd: a standard deviation in a column AXIS_sd is not positive");
+    }
+    return observations.response_sd->cwiseAbs2().cwiseInverse();
+  }
+  return Eigen::MatrixXd::Ones(n, m);
+}
+
+}  // namespace
+
+ReadingSource::ReadingSource(const Experiment& experiment,
+                             const Observations& observations,
+                             Weighting weighting,
+                             bool by_field)
+    : experiment_(experiment),
+      observations_(observations),
+      by_field_(by_field),
+      weights_(weights_of(observations, weighting)) {
+  find_range();
+  find_rows();
+  find_sun_time();
+  find_also();
+  if (experiment.level_by == LevelBy::block) {
+    std::set<int> blocks;
+    for (const std::size_t row : rows_) {
+      blocks.insert(observations.readings[row].block);
+    }
+    blocks_.assign(blocks.begin(), blocks.end());
+  }
+}
+
+void ReadingSource::find_also() {
+  for (const FieldPart& also : experiment_.also) {
+    also_.push_back(resolve_part(experiment_, also));
+    if (!also_.back().has_value) {
+      throw SetupError("also " + also_.back().part.kind +
+                       ": where it points in the table must be known; give the site and the "
+                       "fence's azimuth, or its in_table");
+    }
+  }
+}
+
+void ReadingSource::find_rows() {
+  const std::vector<int>& leave_out = experiment_.leave_out;
+  for (const int run : leave_out) {
+    const bool there = std::any_of(observations_.readings.begin(), observations_.readings.end(),
+                                   [run](const Reading& reading) { return reading.run == run; });
+    if (!there) {
+      throw SetupError("--leave-out: there is no run " + std::to_string(run));
+    }
+  }
+  for (std::size_t i = 0; i < observations_.readings.size(); ++i) {
+    if (std::find(leave_out.begin(), leave_out.end(), observations_.readings[i].run) ==
+        leave_out.end()) {
+      rows_.push_back(i);
+    }
+  }
+  if (rows_.empty()) {
+    throw RefusedError("no readings are left to calibrate with");
+  }
+}
+
+void ReadingSource::find_range() {
+  in_range_ = AxisMask::Constant(observations_.size(), observations_.response.cols(), true);
+  if (observations_.saturated) {
+    in_range_ = !*observations_.saturated;
+  }
+  const Instrument& instrument = experiment_.instrument;
+  for (Eigen::Index k = 0; instrument.range && k < in_range_.cols(); ++k) {
+    const std::string& axis = instrument.axes[static_cast<std::size_t>(k)];
+    const bool is_difference =
+        std::any_of(instrument.differences.begin(), instrument.differences.end(),
+                    [&](const DifferentialAxis& difference) { return difference.axis == axis; });
+    if (!is_difference) {  // whose columns were looked at when they were read
+      in_range_.col(k) = in_range_.col(k) &&
+                         observations_.response.col(k).array() > instrument.range->low &&
+                         observations_.response.col(k).array() < instrument.range->high;
+    }
+  }
+}
+
+void ReadingSource::find_sun_time() {
+  if (!field_moves(experiment_) || by_field_) {
+    return;
+  }
+  double sum = 0.0;
+  for (const std::size_t row : rows_) {
+    const Reading& reading = observations_.readings[row];
+    if (!reading.time_s) {
+      return;  // the date of the experiment, if it has a time, counts for all
+    }
+    if (!is_utc(*reading.time_s)) {
+      throw RefusedError("run " + std::to_string(reading.run) +
+                         ": the sun's place needs the column 'time' as UTC (ISO 8601, or seconds "
+                         "since 1970), not as seconds of the recording");
+    }
+    sum += *reading.time_s / static_cast<double>(rows_.size());
+  }
+  static_cast<void>(turn_of_field(experiment_, sum, sum));  // whether it can be told
+  sun_time_s_ = sum;
+}
+
+void ReadingSource::keep_complete_rows() {
+  std::vector<std::size_t> kept;
+  std::copy_if(rows_.begin(), rows_.end(), std::back_inserter(kept), [&](std::size_t row) {
+    return in_range_.row(static_cast<Eigen::Index>(row)).all();
+  });
+  rows_ = std::move(kept);
+  if (rows_.empty()) {
+    throw RefusedError("every reading is out of the instrument's range on some axis");
+  }
+}
+
+Eigen::Matrix3d ReadingSource::rotation(const Reading& reading) const {
+  const Eigen::Matrix3d R =
+      experiment_.rotation_sensor_from_positioner *
+      experiment_.positioner.rotation_table_from_positioner(*reading.point).transpose();
+  if (!sun_time_s_) {
+    return R;
+  }
+  return R * turn_of_field(experiment_, *sun_time_s_, reading.time_s.value_or(*sun_time_s_));
+}
+
+void ReadingSource::set_temperature(int order, std::optional<double> reference) {
+  temperature_order_ = order;
+  temperature_ = {.low = std::numeric_limits<double>::infinity(),
+                  .high = -std::numeric_limits<double>::infinity()};
+  double sum = 0.0;
+  for (const std::size_t row : rows_) {
+    const double t = *observations_.readings[row].temperature;
+    sum += t;
+    temperature_.low = std::min(temperature_.low, t);
+    temperature_.high = std::max(temperature_.high, t);
+  }
+  temperature_.reference = reference.value_or(sum / static_cast<double>(rows_.size()));
+}
+
+TemperatureResponse ReadingSource::temperature_range() const {
+  return temperature_;
+}
+
+ReadingSet ReadingSource::set(const std::vector<ResolvedPart>& parts, const AxisMask& seen) const {
+  const auto n = static_cast<Eigen::Index>(rows_.size());
+  const Instrument& instrument = experiment_.instrument;
+  ReadingSet set;
+  set.axes = instrument.axes;
+  set.robust = experiment_.robust;
+  set.noise_ratio = experiment_.noise_ratio;
+  set.response.resize(n, observations_.response.cols());
+  set.weights.resize(n, observations_.response.cols());
+  set.orientation = [this](const DesignPoint& point) -> Eigen::Matrix3d {
+    return experiment_.rotation_sensor_from_positioner *
+           experiment_.positioner.rotation_table_from_positioner(point).transpose();
+  };
+  std::vector<FieldPartDescription> descriptions;
+  for (const ResolvedPart& part : parts) {
+    descriptions.push_back(part.part);
+  }
+  set.field = TableField(std::move(descriptions));
+  if (!blocks_.empty()) {
+    set.field.tilt_by_block(blocks_);
+  }
+  for (const ResolvedPart& also : also_) {
+    set.also_kinds.push_back(also.part.kind);
+    set.also_in_table.push_back(also.part.in_table);
+  }
+  for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
+    set.nominal.push_back(nominal_axis(instrument, k));
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const std::size_t row = rows_[static_cast<std::size_t>(i)];
+    const auto from = static_cast<Eigen::Index>(row);
+    const Reading& reading = observations_.readings[row];
+    set.readings.push_back(reading);
+    set.response.row(i) = observations_.response.row(from);
+    for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
+      const bool used = in_range_(from, k) && (seen.size() == 0 || seen(i, k));
+      set.weights(i, k) = used ? weights_(from, k) : 0.0;
+    }
+    if (!by_field_ && reading.point) {
+      set.rotation_sensor_from_table.push_back(rotation(reading));
+    }
+  }
+  for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
+    const auto used = static_cast<double>((set.weights.col(k).array() > 0.0).count());
+    if (!(used > 0.0)) {
+      throw RefusedError("axis " + set.axes[static_cast<std::size_t>(k)] +
+                         ": no reading is within its range and sees the field");
+    }
+    set.weights.col(k) /= set.weights.col(k).sum() / used;
+  }
+  if (temperature_order_ > 0) {
+    set.temperature.order = temperature_order_;
+    set.temperature.d.resize(n);
+    std::vector<double> temperatures;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      temperatures.push_back(*set.readings[static_cast<std::size_t>(i)].temperature);
+      set.temperature.d(i) = temperatures.back() - temperature_.reference;
+    }
+    set.temperature.soak = soak_levels(temperatures);
+  }
+  return set;
+}
+
+Eigen::Vector3d ReadingSource::field_in_sensor(const Reading& reading,
+                                               const FieldDescription& description,
+                                               const std::vector<Eigen::Vector3d>& fields) const {
+  if (by_field_) {
+    return *reading.field_in_sensor;
+  }
+  if (!description.parts.empty()) {
+    return rotation(reading) * TableField(description.parts).at(fields, reading.level);
+  }
+  // The mean field where a block that was left out has no levelness of its own.
+  Eigen::Vector3d in_table = *description.in_table;
+  for (std::size_t s = 0; s < blocks_.size() && fields.size() > 1; ++s) {
+    if (blocks_[s] == reading.block) {
+      in_table = fields[s];
+    }
+  }
+  return reading.level * (rotation(reading) * in_table);
+}
+
+}  // namespace axiscal

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/temperature_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+void require_temperatures(const ReadingSet& set) {
+  const int order = set.temperature.order;
+  const int count = temperature_count(set);
+  if (count > order) {
+    return;
+  }
+  std::vector<std::string> names;
+  for (const std::string& axis : set.axes) {
+    for (int j = std::max(count, 1); j <= order; ++j) {
+      names.push_back(axis + ".bias" + power_suffix(j));
+      names.push_back(axis + ".scale" + power_suffix(j));
+    }
+  }
+  const std::string list = joined(names);
+  throw RankDeficientError(
+      "readings at " + std::to_string(count) + (count == 1 ? " temperature" : " temperatures") +
+          " do not determine " + list + "; order " + std::to_string(order) + " needs " +
+          std::to_string(order + 1) + " temperatures: add readings at another, or use " +
+          "--temperature-order " + std::to_string(count - 1),
+      std::move(names));
+}
+
+// Each temperature needs readings with both signs of the axis's field.
+void require_terms(const ReadingSet& set, const Estimate& estimate) {
+  if (estimate.fields.empty()) {
+    return;  // the regression itself refuses what is open
+  }
+  const Eigen::MatrixXd base = field_design(set, estimate.fields);
+  std::vector<std::string> names;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const std::vector<std::string> all = set.names_of_axis(k);
+    for (const Eigen::Index column : undetermined_columns(set.with_temperature(base, k))) {
+      names.push_back(all[static_cast<std::size_t>(column)]);
+    }
+  }
+  if (!names.empty()) {
+    const std::string list = joined(names);
+    throw RankDeficientError("the readings do not determine " + list +
+                                 "; take at each temperature readings with each axis up and down",
+                             std::move(names));
+  }
+}
+
+}  // namespace
+
+int temperature_count(const ReadingSet& set) {
+  const TemperatureTerms& terms = set.temperature;
+  if (!terms.soak.empty()) {
+    return 1 + *std::max_element(terms.soak.begin(), terms.soak.end());
+  }
+  return static_cast<int>(std::set<double>(terms.d.begin(), terms.d.end()).size());
+}
+
+Estimate fit_over_temperature(ReadingSet set,
+                              const std::function<Estimate(const ReadingSet&)>& fit) {
+  TemperatureTerms& terms = set.temperature;
+  if (terms.order == 0) {
+    return fit(set);
+  }
+  require_temperatures(set);
+  terms.scale = Eigen::MatrixXd::Zero(set.axis_count(), terms.order);
+  terms.along = SensitivityMatrix::Zero(set.axis_count(), 3);
+  ReadingSet plain = set;
+  plain.temperature = {};
+  const Estimate start = fit(plain);
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const std::optional<int>& nominal = set.nominal[static_cast<std::size_t>(k)];
+    terms.along.row(k) = nominal ? Eigen::RowVector3d::Unit(*nominal)
+                                 : Eigen::RowVector3d(start.response.sensitivity.row(k));
+    if (nominal && start.response.sensitivity.row(k).dot(terms.along.row(k)) == 0.0) {
+      terms.along.row(k) = start.response.sensitivity.row(k);
+    }
+  }
+  require_terms(set, start);
+  Estimate estimate = fit(set);
+  const double span = terms.d.cwiseAbs().maxCoeff();
+  for (int round = 0; round < 30; ++round) {
+    const Eigen::MatrixXd before = estimate.temperature_scale;
+    terms.scale = before;
+    terms.along = estimate.response.sensitivity;
+    estimate = fit(set);
+    double change = 0.0;
+    for (int j = 0; j < terms.order; ++j) {
+      change = std::max(change, (estimate.temperature_scale - before).col(j).cwiseAbs().maxCoeff() *
+                                    std::pow(span, j + 1));
+    }
+    if (change < 1e-12) {
+      break;
+    }
+  }
+  return estimate;
+}
+
+double axis_aicc(double residual_sd, double degrees_of_freedom, double columns) {
+  const double n = degrees_of_freedom + columns;
+  const double parameters = columns + 1.0;  // and the scatter
+  if (!(n - parameters - 1.0 > 0.0)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return n * std::log(residual_sd * residual_sd * degrees_of_freedom / n) +
+         2.0 * parameters * n / (n - parameters - 1.0);
+}
+
+TemperatureOrderTrial trial_of(const ReadingSet& set, const Estimate& estimate) {
+  const FitStatistics& statistics = estimate.statistics;
+  TemperatureOrderTrial trial{.order = set.temperature.order, .lack_of_fit_p_value = not_a_number};
+  const auto columns = static_cast<double>(set.column_count());
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    trial.aicc += axis_aicc(std::max(statistics.residual_sd(k), set.rounding(k)),
+                            statistics.degrees_of_freedom(k), columns);
+  }
+  for (const LackOfFit& test : statistics.lack_of_fit) {
+    trial.lack_of_fit_p_value = std::fmin(trial.lack_of_fit_p_value, test.p_value);
+  }
+  return trial;
+}
+
+int chosen_order(const std::vector<TemperatureOrderTrial>& trials) {
+  constexpr double misfit_below = 0.001;
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < trials.size(); ++i) {
+    if (trials[i].aicc < trials[best].aicc) {
+      best = i;
+    }
+  }
+  while (best + 1 < trials.size() && trials[best].lack_of_fit_p_value < misfit_below &&
+         trials[best + 1].lack_of_fit_p_value >= misfit_below) {
+    ++best;
+  }
+  return trials[best].order;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,470 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/turns.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include "axiscal/calib/covariance_root.hpp"
+#include "axiscal/calib/design_advice.hpp"
+#include "axiscal/calib/minimum_norm.hpp"
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "axiscal/core/timestamp.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/core/version.hpp"
+#include "axiscal/kernels/turn_integration.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr int most_turn_rounds = 50;
+constexpr double most_revolutions_by_hand = 20.0;  // from rest to rest
+
+using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+Eigen::Vector3d rotation_vector_of(const Eigen::Matrix3d& R) {
+  const Eigen::AngleAxisd turn(R);
+  return turn.angle() * turn.axis();
+}
+
+// The turns, their readings less the bias, packed for integration.
+class TurnSet {
+ public:
+  TurnSet(std::span<const GyroscopeTurn> turns, const Eigen::Vector3d& bias)
+      : turns_(turns), packed_(samples_of(turns), {bias.x(), bias.y(), bias.z()}) {
+    for (const GyroscopeTurn& turn : turns) {
+      earth_.emplace_back(
+          rotation_by(-turn.earth_rate_in_sensor * (turn.time_s.back() - turn.time_s.front())));
+    }
+  }
+
+  struct State {
+    Eigen::VectorXd residuals;  // 3 for each turn
+    Eigen::MatrixXd jacobian;   // 3 n x 12: B row by row, then the bias
+    [[nodiscard]] double cost() const { return residuals.squaredNorm(); }
+  };
+
+  [[nodiscard]] State at(const Eigen::Matrix3d& B) const {
+    const std::vector<IntegratedTurn> turns = integrated(B);
+    const auto n = static_cast<Eigen::Index>(turns_.size());
+    State state{.residuals = Eigen::VectorXd(3 * n), .jacobian = Eigen::MatrixXd(3 * n, 12)};
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto t = static_cast<std::size_t>(i);
+      const GyroscopeTurn& turn = turns_[t];
+      const Eigen::Matrix3d R = earth_[t] * rotation_of(turns[t]);
+      Eigen::Matrix<double, 3, 12> turned;  // what R turns by
+      for (Eigen::Index row = 0; row < 3; ++row) {
+        for (Eigen::Index pq = 0; pq < 9; ++pq) {
+          turned(row, pq) =
+              turns[t].sensitivity[static_cast<std::size_t>(row)][static_cast<std::size_t>(pq)];
+        }
+        for (Eigen::Index column = 0; column < 3; ++column) {
+          turned(row, 9 + column) = -turns[t].rotation_integral[static_cast<std::size_t>(row)]
+                                                               [static_cast<std::size_t>(column)];
+        }
+      }
+      turned.rightCols<3>() = (turned.rightCols<3>() * B).eval();
+      turned = (earth_[t] * turned).eval();
+      if (turn.rotation_before_from_after) {
+        state.residuals.segment<3>(3 * i) =
+            rotation_vector_of(*turn.rotation_before_from_after * R.transpose());
+        state.jacobian.middleRows<3>(3 * i) = -turned;
+      } else {
+        const Eigen::Vector3d before = turn.up_before.normalized();
+        const Eigen::Vector3d carried = R * turn.up_after.normalized();
+        state.residuals.segment<3>(3 * i) = before - carried;
+        state.jacobian.middleRows<3>(3 * i) = cross_matrix(carried) * turned;
+      }
+    }
+    return state;
+  }
+
+  // R(T) of each turn, the Earth's rotation taken out.
+  [[nodiscard]] std::vector<Eigen::Matrix3d> rotations(const Eigen::Matrix3d& B) const {
+    std::vector<Eigen::Matrix3d> all;
+    for (const IntegratedTurn& turn : integrated(B)) {
+      all.emplace_back(earth_[all.size()] * rotation_of(turn));
+    }
+    return all;
+  }
+
+ private:
+  [[nodiscard]] std::vector<IntegratedTurn> integrated(const Eigen::Matrix3d& B) const {
+    const RowMajor3 rows = B;
+    return packed_.integrate(std::span<const double, 9>(rows.data(), 9));
+  }
+
+  static Eigen::Matrix3d rotation_of(const IntegratedTurn& turn) {
+    return Eigen::Quaterniond(turn.attitude[0], turn.attitude[1], turn.attitude[2],
+                              turn.attitude[3])
+        .normalized()
+        .toRotationMatrix();
+  }
+
+  static std::vector<TurnSamples> samples_of(std::span<const GyroscopeTurn> turns) {
+    std::vector<TurnSamples> samples;
+    for (const GyroscopeTurn& turn : turns) {
+      samples.push_back({.rate = turn.readings, .time_s = turn.time_s});
+    }
+    return samples;
+  }
+
+  std::span<const GyroscopeTurn> turns_;
+  PackedTurns packed_;
+  std::vector<Eigen::Matrix3d> earth_;  // what the Earth turns in the meantime
+};
+
+// Where the search stands: B, and the bias if it is fitted too; and what they leave.
+struct Candidate {
+  Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+  TurnSet::State state;
+  int rounds = 0;
+};
+
+Candidate converged(std::span<const GyroscopeTurn> turns,
+                    const Eigen::Matrix3d& start,
+                    const Eigen::Vector3d& bias,
+                    const TurnFitOptions& options) {
+  const bool fit_bias = options.fit_bias;
+  const Eigen::Index unknowns = fit_bias ? 12 : 9;
+  TurnSet set(turns, bias);
+  Candidate at{.B = start, .bias = bias, .state = set.at(start)};
+  double damping = 0.0;
+  for (at.rounds = 1; at.rounds <= most_turn_rounds; ++at.rounds) {
+    const Eigen::MatrixXd J = at.state.jacobian.leftCols(unknowns);
+    const Eigen::VectorXd lengths = J.colwise().norm().cwiseMax(1e-300);
+    bool better = false;
+    double change = 0.0;
+    for (int attempt = 0; attempt < 20 && !better; ++attempt) {
+      Eigen::MatrixXd A(J.rows() + unknowns, unknowns);
+      A << J * lengths.cwiseInverse().asDiagonal(),
+          std::sqrt(damping) * Eigen::MatrixXd::Identity(unknowns, unknowns);
+      Eigen::VectorXd r = Eigen::VectorXd::Zero(A.rows());
+      r.head(J.rows()) = -at.state.residuals;
+      const Eigen::VectorXd step = minimum_norm_solution(A, r).cwiseQuotient(lengths);
+      Candidate next{.B = at.B, .bias = at.bias, .rounds = at.rounds};
+      next.B += Eigen::Map<const RowMajor3>(step.data());
+      if (fit_bias) {
+        next.bias += step.tail<3>();
+        set = TurnSet(turns, next.bias);
+      }
+      next.state = set.at(next.B);
+      better = step.allFinite() && next.state.cost() <= at.state.cost() * (1.0 + 1e-12);
+      if (better) {
+        change =
+            step.head<9>().norm() / at.B.norm() + (fit_bias ? (at.B * step.tail<3>()).norm() : 0.0);
+        at = std::move(next);
+        damping = damping > 1e-9 ? damping / 10.0 : 0.0;
+      } else {
+        damping = std::max(10.0 * damping, 1e-4);
+      }
+    }
+    if (!better || change < options.tolerance) {
+      break;
+    }
+  }
+  return at;
+}
+
+// The usual scales of gyroscopes, rad/s per unit; then any.
+std::vector<double> usual_scales() {
+  std::vector<double> scales = {1.0, rad_per_deg, 1e-3, 1e-3 * rad_per_deg};
+  for (const double counts_per_deg_s :
+       {131.072, 65.536, 32.768, 16.384, 14.375, 114.285714, 57.142857, 28.571429, 14.285714}) {
+    scales.push_back(rad_per_deg / counts_per_deg_s);
+  }
+  return scales;
+}
+
+std::vector<double> all_scales() {
+  std::vector<double> scales;
+  for (double scale = 1e-6; scale < 2.0; scale *= 1.06) {
+    scales.push_back(scale);
+  }
+  return scales;
+}
+
+constexpr double good_rms_rad = 0.15;  // of an attitude error that is one of calibration only
+
+double rms_of(double cost, std::size_t turns) {
+  return std::sqrt(cost / static_cast<double>(turns));
+}
+
+Eigen::Matrix3d find_start(std::span<const GyroscopeTurn> turns,
+                           const Eigen::Vector3d& bias,
+                           const TurnFitOptions& options) {
+  if (options.start) {
+    return *options.start;
+  }
+  double scale = options.rate_per_unit.value_or(0.0);
+  if (!options.rate_per_unit) {
+    const TurnSet set(turns, bias);
+    const auto best_of = [&](const std::vector<double>& scales) {
+      double least = std::numeric_limits<double>::infinity();
+      for (const double candidate : scales) {
+        const double cost = set.at(candidate * Eigen::Matrix3d::Identity()).cost();
+        if (cost < least) {
+          least = cost;
+          scale = candidate;
+        }
+      }
+      return least;
+    };
+    if (rms_of(best_of(usual_scales()), turns.size()) >= 2.0 * good_rms_rad) {
+      best_of(all_scales());
+    }
+  }
+  return scale * Eigen::Matrix3d::Identity();
+}
+
+// The last step, in which the rests' bias is known as well as they say and no better: its error
+// shows in the turns' residuals too, so it is an unknown with a prior, and the scatter is found by
+// restricted likelihood (METHOD 8).
+struct WeighedStep {
+  Eigen::Matrix<double, 12, 1> step = Eigen::Matrix<double, 12, 1>::Zero();  // B row by row, bias
+  Eigen::Matrix<double, 12, 12> covariance = Eigen::Matrix<double, 12, 12>::Zero();
+  double sd = 0.0;
+};
+
+WeighedStep weigh_bias(const TurnSet::State& state,
+                       const Eigen::Matrix3d& bias_root,
+                       double informative,
+                       double start_sd) {
+  const Eigen::Index n = state.residuals.size();
+  const Eigen::VectorXd lengths = state.jacobian.leftCols<9>().colwise().norm();
+  // Unknowns: B by columns of length 1, the bias by its prior's standard deviations.
+  Eigen::Matrix<double, 12, 12> to_unknowns = Eigen::Matrix<double, 12, 12>::Zero();
+  to_unknowns.topLeftCorner<9, 9>() = lengths.cwiseInverse().asDiagonal();
+  to_unknowns.bottomRightCorner<3, 3>() = bias_root;
+  // Residuals and their change, reduced to as many rows as there are unknowns.
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(state.jacobian * to_unknowns);
+  const Eigen::VectorXd turned = qr.householderQ().adjoint() * -state.residuals;
+  const Eigen::Matrix<double, 12, 12> J =
+      qr.matrixQR().topRows<12>().triangularView<Eigen::Upper>();
+  const double beyond = turned.tail(n - 12).squaredNorm();
+  WeighedStep result{.sd = start_sd};
+  for (int round = 0; round < 50; ++round) {
+    Eigen::Matrix<double, 15, 12> A = Eigen::Matrix<double, 15, 12>::Zero();
+    A.topRows<12>() = J / result.sd;
+    A.bottomRightCorner<3, 3>().setIdentity();
+    Eigen::Matrix<double, 15, 1> b = Eigen::Matrix<double, 15, 1>::Zero();
+    b.head<12>() = turned.head<12>() / result.sd;
+    const Eigen::Matrix<double, 12, 15> inverse = pseudo_inverse(A);
+    const Eigen::Matrix<double, 12, 1> step = inverse * b;
+    const Eigen::Matrix<double, 12, 12> covariance = inverse * inverse.transpose();
+    const double used = (covariance * (A.topRows<12>().transpose() * A.topRows<12>())).trace();
+    const double rss =
+        beyond / (result.sd * result.sd) + (b.head<12>() - A.topRows<12>() * step).squaredNorm();
+    const double factor = std::sqrt(rss / std::max(informative - used, 1.0));
+    result.step = to_unknowns * step;
+    result.covariance = to_unknowns * covariance * to_unknowns.transpose();
+    result.sd *= factor;
+    if (std::abs(factor - 1.0) < 1e-9) {
+      break;
+    }
+  }
+  return result;
+}
+
+std::vector<std::string> names_of_unknowns(Eigen::Index unknowns) {
+  std::vector<std::string> names;
+  for (const char k : {'x', 'y', 'z'}) {
+    for (const char j : {'x', 'y', 'z'}) {
+      names.push_back(std::string(1, k) + ".sensitivity." + j);
+    }
+  }
+  for (const char k : {'x', 'y', 'z'}) {
+    names.push_back(std::string(1, k) + ".bias");
+  }
+  names.resize(static_cast<std::size_t>(unknowns));
+  return names;
+}
+
+void require_determined(const Eigen::MatrixXd& J, std::size_t turns) {
+  const std::vector<std::string> names = names_of_unknowns(J.cols());
+  std::vector<std::string> open;
+  for (const Eigen::Index j : confounded_columns(J, 1e-6, 1e-3)) {
+    open.push_back(names[static_cast<std::size_t>(j)]);
+  }
+  if (!open.empty()) {
+    const std::string list = joined(open);
+    throw RankDeficientError("the " + std::to_string(turns) + " turns do not determine " + list +
+                                 "; turn the instrument about each of its axes, at least a quarter "
+                                 "turn from rest to rest",
+                             std::move(open));
+  }
+}
+
+// The angle that the instrument is turned by from rest to rest, there and back counted both.
+double revolutions_of(const GyroscopeTurn& turn, const TurnFit& fit) {
+  double angle_rad = 0.0;
+  for (std::size_t i = 1; i < turn.time_s.size(); ++i) {
+    const Eigen::Vector3d reading(turn.readings[0][i], turn.readings[1][i], turn.readings[2][i]);
+    angle_rad += (fit.inverse * (reading - fit.response.bias)).norm() *
+                 (turn.time_s[i] - turn.time_s[i - 1]);
+  }
+  return angle_rad / (2.0 * std::numbers::pi);
+}
+
+// Whole revolutions look alike from rest to rest: a scale, or times, that are off by far fit too.
+void check_revolutions(std::span<const GyroscopeTurn> turns,
+                       const TurnFitOptions& options,
+                       TurnFit& fit) {
+  std::size_t worst = 0;
+  for (std::size_t t = 0; t < turns.size(); ++t) {
+    const double revolutions = revolutions_of(turns[t], fit);
+    if (revolutions > fit.most_revolutions) {
+      fit.most_revolutions = revolutions;
+      worst = t;
+    }
+  }
+  if (fit.most_revolutions > most_revolutions_by_hand && !options.rate_per_unit) {
+    const std::span<const double> time_s = turns[worst].time_s;
+    throw RefusedError(
+        "turn " + std::to_string(worst + 1) + " of the gyroscope would be " +
+        number_text(fit.most_revolutions, 3) + " revolutions in " +
+        number_text(time_s.back() - time_s.front(), 3) +
+        " s, and no hand turns so: are the times in another unit (name the column t_ms, t_us, "
+        "...), "
+        "or are rests missing? If it was a motor, state the gyroscope's scale: --gyroscope-scale");
+  }
+}
+
+}  // namespace
+
+TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
+                  const Eigen::Vector3d& bias,
+                  const Eigen::Matrix3d& bias_covariance,
+                  const TurnFitOptions& options) {
+  const Eigen::Index unknowns = options.fit_bias ? 12 : 9;
+  TurnFit fit;
+  fit.has_rotations = std::all_of(turns.begin(), turns.end(), [](const GyroscopeTurn& turn) {
+    return turn.rotation_before_from_after.has_value();
+  });
+  double informative = 0.0;
+  for (const GyroscopeTurn& turn : turns) {
+    informative += turn.rotation_before_from_after ? 3.0 : 2.0;
+  }
+  fit.degrees_of_freedom = informative - static_cast<double>(unknowns);
+  if (fit.degrees_of_freedom < 1.0) {
+    throw RefusedError(std::to_string(turns.size()) + " turns are too few for the " +
+                       std::to_string(unknowns) +
+                       " unknowns of a gyroscope; turn it from rest to "
+                       "rest " +
+                       (fit.has_rotations ? "five" : "seven") + " times or more");
+  }
+  Candidate found = converged(turns, find_start(turns, bias, options), bias, options);
+  const double rms = rms_of(found.state.cost(), turns.size());
+  if (!(rms < good_rms_rad)) {
+    throw RefusedError(
+        "no scale of the gyroscope fits the turns: at the best one, " +
+        number_text(found.B.determinant() > 0.0 ? std::cbrt(found.B.determinant()) : 0.0, 3) +
+        " rad/s per unit, the attitudes after the turns are " + number_text(rms * deg_per_rad, 3) +
+        " degrees off (rms). Are its axes those of the accelerometer (order and signs), did it "
+        "stay "
+        "within its range, and are the seats right, where they are labelled?");
+  }
+  require_determined(found.state.jacobian.leftCols(unknowns), turns.size());
+  fit.residual_sd_rad = std::sqrt(found.state.cost() / fit.degrees_of_freedom);
+  // Of B row by row and b.
+  Eigen::Matrix<double, 12, 12> of_unknowns = Eigen::Matrix<double, 12, 12>::Zero();
+  const bool has_prior = !options.fit_bias && bias_covariance.trace() > 0.0;
+  if (has_prior && fit.residual_sd_rad > 0.0) {
+    const Eigen::MatrixXd root = covariance_root(bias_covariance);
+    const WeighedStep weighed = weigh_bias(found.state, root, informative, fit.residual_sd_rad);
+    found.B += Eigen::Map<const RowMajor3>(weighed.step.data());
+    found.bias += weighed.step.tail<3>();
+    of_unknowns = weighed.covariance;
+    fit.residual_sd_rad = weighed.sd;
+    found.state = TurnSet(turns, found.bias).at(found.B);
+  } else {
+    // Columns scaled to length 1: rad/s per count are small numbers.
+    const Eigen::MatrixXd J = found.state.jacobian.leftCols(unknowns);
+    const Eigen::VectorXd per_length = J.colwise().norm().cwiseInverse();
+    const Eigen::MatrixXd inverse =
+        per_length.asDiagonal() * pseudo_inverse(J * per_length.asDiagonal());
+    of_unknowns.topLeftCorner(unknowns, unknowns) =
+        fit.residual_sd_rad * fit.residual_sd_rad * inverse * inverse.transpose();
+  }
+  fit.rounds = found.rounds;
+  fit.inverse = found.B;
+  fit.response.bias = found.bias;
+  fit.response.sensitivity = found.B.inverse();
+  for (Eigen::Index i = 0; i < found.state.residuals.size(); i += 3) {
+    fit.residuals.emplace_back(found.state.residuals.segment<3>(i));
+  }
+  // dS = -S dB S, in the record's order: bias and row k of S, axis by axis.
+  const Eigen::Matrix3d S = fit.response.sensitivity;
+  Eigen::Matrix<double, 12, 12> T = Eigen::Matrix<double, 12, 12>::Zero();
+  for (int k = 0; k < 3; ++k) {
+    T(4 * k, 9 + k) = 1.0;
+    for (int j = 0; j < 3; ++j) {
+      for (int p = 0; p < 3; ++p) {
+        for (int q = 0; q < 3; ++q) {
+          T(4 * k + 1 + j, 3 * p + q) = -S(k, p) * S(q, j);
+        }
+      }
+    }
+  }
+  fit.covariance = T * of_unknowns * T.transpose();
+  check_revolutions(turns, options, fit);
+  return fit;
+}
+
+Calibration turn_calibration(const TurnFit& fit,
+                             const Instrument& instrument,
+                             const Eigen::Vector3d& rest_sd) {
+  Calibration record;
+  record.created = timestamp_now();
+  record.software = software_name();
+  record.instrument = instrument;
+  record.field = {.kind = "induced_rotation", .unit = "rad/s", .magnitude = 1.0};
+  record.method = "turns";
+  record.response = fit.response;
+  record.turn_errors_rad = fit.residuals;
+  FitStatistics& statistics = record.statistics.emplace();
+  statistics.observations = static_cast<int>(fit.residuals.size());
+  statistics.degrees_of_freedom = Eigen::Vector3d::Constant(fit.degrees_of_freedom);
+  statistics.residual_sd = rest_sd;
+  statistics.r_squared = Eigen::Vector3d::Constant(not_a_number);
+  statistics.covariance = fit.covariance;
+  statistics.variance_inflation = SensitivityMatrix::Constant(3, 3, not_a_number);
+  add_intervals(record);
+  record.notes.push_back(
+      std::to_string(fit.residuals.size()) + " turns" +
+      (fit.has_rotations ? " between known seats" : " between rests, by the accelerometer") +
+      ": attitude errors of " + number_text(fit.residual_sd_rad * deg_per_rad, 3) +
+      " degrees (standard deviation of a component)");
+  if (fit.rounds >= most_turn_rounds) {
+    record.warnings.push_back({.code = "not_converged",
+                               .message = "the fit of the turns had not come to rest after 50 "
+                                          "rounds; is the gyroscope saturated in the turns?"});
+    record.status = "warning";
+  }
+  if (fit.most_revolutions > most_revolutions_by_hand) {
+    record.warnings.push_back({.code = "many_revolutions",
+                               .message = "a turn between two rests has " +
+                                          number_text(fit.most_revolutions, 3) +
+                                          " revolutions by the stated scale; are scale and times "
+                                          "right?"});
+    record.status = "warning";
+  }
+  return record;
+}
+
+std::vector<Eigen::Matrix3d> integrated_rotations(std::span<const GyroscopeTurn> turns,
+                                                  const TurnFit& fit) {
+  return TurnSet(turns, fit.response.bias).rotations(fit.inverse);
+}
+
+}  // namespace axiscal

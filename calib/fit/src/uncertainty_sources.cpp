@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/uncertainty_sources.hpp"
+
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include <Eigen/Geometry>
+
+#include "axiscal/calib/least_squares.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/rotation.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+class BudgetMaker {
+ public:
+  BudgetMaker(const Experiment& experiment,
+              const ReadingSet& set,
+              const Calibration& calibration,
+              const std::vector<Eigen::Vector3d>& fields)
+      : experiment_(experiment),
+        set_(set),
+        calibration_(calibration),
+        fields_(fields),
+        statistics_(*calibration.statistics) {}
+
+  UncertaintyBudget make(std::vector<UncertaintySource> weighed) {
+    budget_.resolution = experiment_.stated.resolution;
+    budget_.temperature_u = experiment_.stated.temperature_u;
+    budget_.sources.push_back({.name = "fit",
+                               .type = "A",
+                               .distribution = "t",
+                               .input_u = not_a_number,
+                               .degrees_of_freedom = not_a_number});
+    const bool weighs = !weighed.empty();
+    std::move(weighed.begin(), weighed.end(), std::back_inserter(budget_.sources));
+    add_field_magnitude();
+    if (calibration_.method == method_name(Method::known) && !fields_.empty() && !weighs) {
+      add_given_directions();
+    }
+    add_mount();
+    if (set_.size() > 0 && !fields_.empty()) {
+      add_resolution();
+    }
+    return std::move(budget_);
+  }
+
+ private:
+  void add(std::string name,
+           std::string distribution,
+           double input_u,
+           std::string input_unit,
+           Eigen::MatrixXd covariance) {
+    budget_.sources.push_back({.name = std::move(name),
+                               .type = "B",
+                               .distribution = std::move(distribution),
+                               .input_u = input_u,
+                               .input_unit = std::move(input_unit),
+                               .degrees_of_freedom = infinite,
+                               .covariance = std::move(covariance)});
+  }
+
+  [[nodiscard]] Eigen::Index parameters() const { return statistics_.covariance.rows(); }
+
+  // A change of the sensitivities as one of the parameters.
+  [[nodiscard]] Eigen::VectorXd parameters_of(const SensitivityMatrix& change) const {
+    Eigen::VectorXd all = Eigen::VectorXd::Zero(parameters());
+    for (Eigen::Index k = 0; k < change.rows(); ++k) {
+      for (int j = 0; j < 3; ++j) {
+        const auto at =
+            statistics_.position_of(calibration_.instrument.axes[static_cast<std::size_t>(k)] +
+                                    ".sensitivity." + std::string(1, "xyz"[j]));
+        if (at) {
+          all(*at) = change(k, j);
+        }
+      }
+    }
+    return all;
+  }
+
+  void add_field_magnitude() {
+    const FieldDescription& field = calibration_.field;
+    if (!(field.magnitude_u > 0.0) || !field.parts.empty()) {
+      return;
+    }
+    const Eigen::VectorXd change =
+        field.magnitude_u / field.magnitude * parameters_of(calibration_.response.sensitivity);
+    add("field magnitude", "normal", field.magnitude_u, field.unit, change * change.transpose());
+  }
+
+  // What the coefficients take up of a field that turns in the table; `known` takes it as given.
+  [[nodiscard]] Eigen::VectorXd taken_up(const Eigen::Vector3d& rotation_vector) const {
+    const Eigen::MatrixXd base = field_design(set_, fields_);
+    const Eigen::Index p = set_.column_count();
+    Eigen::VectorXd all(parameters());
+    for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+      Eigen::VectorXd change(set_.size());
+      for (Eigen::Index i = 0; i < set_.size(); ++i) {
+        const Eigen::Vector3d turned = rotation_vector.cross(set_.field_in_table(i, fields_));
+        change(i) = set_.scale(i, k) *
+                    calibration_.response.sensitivity.row(k).dot(
+                        (set_.rotation_sensor_from_table[static_cast<std::size_t>(i)] * turned)
+                            .transpose());
+      }
+      all.segment(p * k, p) =
+          LeastSquaresDesign(set_.with_temperature(base, k), set_.weights.col(k)).estimate(change);
+    }
+    return all;
+  }
+
+  void add_given_directions() {
+    const StatedUncertainties& stated = experiment_.stated;
+    const auto add_turns = [&](const char* name, double u, const Eigen::MatrixXd& axes) {
+      Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(parameters(), parameters());
+      for (Eigen::Index j = 0; j < axes.cols(); ++j) {
+        const Eigen::VectorXd change = u * taken_up(axes.col(j));
+        covariance += change * change.transpose();
+      }
+      add(name, "normal", u, "rad", std::move(covariance));
+    };
+    if (stated.slope_u > 0.0) {
+      // A slope turns the field about the table's x and y.
+      add_turns("levelness", stated.slope_u, Eigen::MatrixXd::Identity(3, 2));
+    }
+    if (stated.direction_u_rad > 0.0) {
+      const Eigen::Matrix<double, 3, 2> across = tangents_of(fields_.front());
+      add_turns("field direction", stated.direction_u_rad, across);
+    }
+  }
+
+  // Refitted, the instrument sits a little turned in the cube.
+  void add_mount() {
+    const std::optional<Mount> mount = experiment_.positioner.mount(experiment_.slot);
+    if (!mount || !(mount->repeatability_rad > 0.0)) {
+      return;
+    }
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(parameters(), parameters());
+    for (int j = 0; j < 3; ++j) {
+      const Eigen::Vector3d axis = Eigen::Vector3d::Unit(j);
+      SensitivityMatrix turned(calibration_.response.sensitivity.rows(), 3);
+      for (Eigen::Index k = 0; k < turned.rows(); ++k) {
+        // S (w cross f) = (S cross w) f.
+        const Eigen::Vector3d row = calibration_.response.sensitivity.row(k);
+        turned.row(k) = row.cross(axis).transpose();
+      }
+      const Eigen::VectorXd change = mount->repeatability_rad * parameters_of(turned);
+      covariance += change * change.transpose();
+    }
+    add("mount", "normal", mount->repeatability_rad, "rad", std::move(covariance));
+  }
+
+  // Steps that are wider than the scatter do not show in it: what it lacks is added.
+  void add_resolution() {
+    const double q = experiment_.stated.resolution;
+    if (!(q > 0.0)) {
+      return;
+    }
+    const Eigen::MatrixXd base = field_design(set_, fields_);
+    const Eigen::Index p = set_.column_count();
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(parameters(), parameters());
+    for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+      const double seen = statistics_.residual_sd(k);
+      const double hidden = q * q / 12.0 - (seen > 0.0 ? seen * seen : 0.0);
+      if (hidden > 0.0) {
+        covariance.block(p * k, p * k, p, p) =
+            hidden * LeastSquaresDesign(set_.with_temperature(base, k), set_.weights.col(k))
+                         .unscaled_covariance();
+      }
+    }
+    add("resolution", "rectangular", q / std::sqrt(12.0), calibration_.instrument.unit,
+        std::move(covariance));
+  }
+
+  const Experiment& experiment_;
+  const ReadingSet& set_;
+  const Calibration& calibration_;
+  const std::vector<Eigen::Vector3d>& fields_;
+  const FitStatistics& statistics_;
+  UncertaintyBudget budget_;
+};
+
+}  // namespace
+
+UncertaintyBudget make_budget(const Experiment& experiment,
+                              const ReadingSet& set,
+                              const Calibration& calibration,
+                              const std::vector<Eigen::Vector3d>& fields,
+                              std::vector<UncertaintySource> weighed) {
+  return BudgetMaker(experiment, set, calibration, fields).make(std::move(weighed));
+}
+
+}  // namespace axiscal

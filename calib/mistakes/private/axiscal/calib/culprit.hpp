@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/correction.hpp"
+#include "axiscal/calib/estimation.hpp"
+
+namespace axiscal {
+
+/// What the search for a mistake found.
+struct Culprit {
+  std::vector<CalibrationWarning> warnings;  // the likeliest first
+  Correction correction;                     // of the likeliest
+  double effect = 0.0;  // of the mistake on the coefficients, in parts of the full response
+};
+
+/// Whether a run can be searched: labelled readings of one field, all used, enough of them.
+[[nodiscard]] bool can_be_searched(const ReadingSet& set, const Estimate& estimate);
+
+/// Looks whether the readings of a run contradict each other, and if so which mistake explains it
+/// (METHOD 5, culprit search).
+///
+/// Detected by nested F tests on the fit of all readings, 0.005 in all: one or two readings
+/// deleted, the table moved, drift, an axis's extremes shifted. Then every explanation is fitted
+/// and ranked by its likelihood, with a penalty for freedom and for the alternatives of its kind.
+///
+/// @param known_field  whether the field's direction is given.
+/// @return nothing for a good run.
+[[nodiscard]] std::optional<Culprit> find_culprit(const ReadingSet& set,
+                                                  const Estimate& estimate,
+                                                  bool known_field);
+
+}  // namespace axiscal

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/culprit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "axiscal/calib/calibration_warning.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "detection.hpp"
+#include "mistake_kind.hpp"
+
+namespace axiscal {
+namespace {
+
+// Explanations within this of the best are reported too.
+constexpr double as_likely = 3.0;
+
+constexpr std::size_t most_said = 3;
+
+std::vector<Explanation> explain(const SuspectRun& run) {
+  constexpr std::size_t most_suspects = 6;
+  Explanations found;
+  for (const std::size_t i : first_of(run.by_deletion(), most_suspects)) {
+    for (const MistakeKind& kind : mistake_kinds()) {
+      if (kind.of_reading != nullptr) {
+        kind.of_reading(run, i, found);
+      }
+    }
+  }
+  for (const MistakeKind& kind : mistake_kinds()) {
+    if (kind.of_run != nullptr) {
+      kind.of_run(run, found);
+    }
+  }
+  return std::move(found).ranked();
+}
+
+std::string_view advice_of(const Correction& correction) {
+  for (const MistakeKind& kind : mistake_kinds()) {
+    for (const MistakeAdvice& advice : kind.advice) {
+      if (advice.code == correction.code) {
+        return correction.runs.size() > 1 && !advice.many.empty() ? advice.many : advice.one;
+      }
+    }
+  }
+  return "";
+}
+
+double times_better(const SuspectRun& run, const HypothesisFit& fit) {
+  return std::sqrt((run.plain().total() / run.plain().dof()) / (fit.total() / fit.dof()));
+}
+
+std::string better(const SuspectRun& run, const HypothesisFit& fit) {
+  const double ratio = times_better(run, fit);
+  return number_text(ratio, ratio < 100.0 ? 2 : static_cast<int>(std::log10(ratio)) + 1);
+}
+
+std::string sentence(const SuspectRun& run, const Explanation& explanation) {
+  const Correction& correction = explanation.correction;
+  const std::string who =
+      correction.runs.empty() ? std::string("the run") : name_of_runs(correction.runs);
+  const bool one = correction.runs.size() < 2;
+  return who + (one ? ": fits " : ": fit ") + better(run, explanation.fit) + " times better " +
+         explanation.words + ". " + std::string(advice_of(correction));
+}
+
+// A tilt of the first reading is the table moved after it, and one of the last moved before it.
+bool same_data(const Explanation& a, const Explanation& b) {
+  const double difference = std::abs(a.fit.total() / b.fit.total() - 1.0);
+  return difference < 1e-6;
+}
+
+// What a mistake does to the coefficients, in parts of the full response.
+double effect_of(const SuspectRun& run, const Explanation& explanation) {
+  double effect = 0.0;
+  for (Eigen::Index k = 0; k < run.m(); ++k) {
+    const Eigen::Vector4d change =
+        explanation.fit.coefficients.col(k).head<4>() - run.plain().coefficients.col(k).head<4>();
+    const double F = run.plain().fields.front().norm();
+    effect = std::max({effect, std::abs(change(0)) / run.full_response(k),
+                       change.tail<3>().norm() * F / run.full_response(k)});
+  }
+  return effect;
+}
+
+std::optional<Culprit> culprit_of(const SuspectRun& run,
+                                  const std::vector<Explanation>& explanations) {
+  if (explanations.empty()) {
+    return std::nullopt;
+  }
+  const Explanation& best = explanations.front();
+  // By whichever axis the run looks bad: without a fit that is clearly better nothing is
+  // explained.
+  constexpr double clearly_better = 1.15;
+  if (!(times_better(run, best.fit) > clearly_better)) {
+    return std::nullopt;
+  }
+  Culprit result;
+  std::set<std::vector<int>> seen_outliers;
+  for (const Explanation& explanation : explanations) {
+    const double behind = best.likelihood - explanation.likelihood;
+    const bool twin = same_data(best, explanation) && behind < 3.0 * as_likely;
+    if (&explanation != &best && !(behind < as_likely) && !twin) {
+      continue;
+    }
+    if (result.warnings.size() == most_said ||
+        !(times_better(run, explanation.fit) > clearly_better)) {
+      break;
+    }
+    // The same reading said to be an outlier in several ways is said once.
+    if (explanation.correction.code == "outlier" &&
+        !seen_outliers.insert(explanation.correction.runs).second) {
+      continue;
+    }
+    std::string message = sentence(run, explanation);
+    if (&explanation != &best) {
+      const double ratio = std::exp(behind);
+      message =
+          "or " + message + " (" +
+          (ratio < 1.05 ? std::string("as likely") : number_text(ratio, 2) + " times less likely") +
+          ")";
+    }
+    result.warnings.push_back({.code = explanation.correction.code,
+                               .runs = explanation.correction.runs,
+                               .message = std::move(message)});
+  }
+  result.correction = best.correction;
+  result.correction.message = result.warnings.front().message;
+  result.effect = effect_of(run, best);
+  return result;
+}
+
+}  // namespace
+
+bool can_be_searched(const ReadingSet& set, const Estimate& estimate) {
+  const bool labelled =
+      set.rotation_sensor_from_table.size() == set.readings.size() && !estimate.fields.empty();
+  return labelled && !set.field.is_sum() && !set.robust && !set.leaves_out() &&
+         set.also_in_table.empty() && set.size() >= 6;
+}
+
+std::optional<Culprit> find_culprit(const ReadingSet& set,
+                                    const Estimate& estimate,
+                                    bool known_field) {
+  // A direction that was stated wrongly is no mistake of a reading: where opposite readings show it
+  // they are judged without it.
+  SuspectRun run(set, estimate, known_field && !estimate.levelness);
+  const HypothesisFit& plain = run.plain();
+  if (!plain.fitted || plain.dof() < 2.0 * static_cast<double>(run.m()) || !looks_bad(run)) {
+    return std::nullopt;
+  }
+  run.delete_each();
+  if (!is_bad(run)) {
+    return std::nullopt;
+  }
+  return culprit_of(run, explain(run));
+}
+
+}  // namespace axiscal

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "culprit_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <Eigen/QR>
+
+#include "axiscal/calib/minimum_norm.hpp"
+#include "axiscal/core/rotation.hpp"
+
+namespace axiscal {
+namespace {
+
+// Rounds until the fields stay; a mistake of one radian takes some more.
+constexpr int most_rounds = 30;
+
+// The main axis alone, and no scale: [P]'s linear form.
+void start_temperature(ReadingSet& set) {
+  set.temperature.scale.setZero(set.axis_count(), set.temperature.order);
+  set.temperature.along = SensitivityMatrix::Zero(set.axis_count(), 3);
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const std::optional<int>& nominal = set.nominal[static_cast<std::size_t>(k)];
+    set.temperature.along(k, nominal.value_or(static_cast<int>(k % 3))) = 1.0;
+  }
+}
+
+// Takes what the columns d^j (S f) found into the scales.
+// @return the change of the scale over the run's temperatures.
+double fold_scales(Eigen::MatrixXd& coefficients, ReadingSet& set) {
+  const int order = set.temperature.order;
+  const double span = set.temperature.d.cwiseAbs().maxCoeff();
+  double change = 0.0;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const Eigen::RowVector3d S = coefficients.col(k).segment<3>(1).transpose();
+    const auto along = set.temperature.along.row(k);
+    const double unit = along.dot(S) / along.squaredNorm();
+    if (unit == 0.0) {
+      continue;
+    }
+    const Eigen::RowVectorXd found = coefficients.col(k).tail(order).transpose() / unit;
+    for (int j = 0; j < order; ++j) {
+      change = std::max(change, std::abs(found(j)) * std::pow(span, j + 1));
+    }
+    set.temperature.scale.row(k) += found;
+    set.temperature.along.row(k) = S;
+    coefficients.col(k).tail(order).setZero();
+  }
+  return change;
+}
+
+}  // namespace
+
+HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
+                                    const std::vector<std::size_t>& without,
+                                    const AddedColumns& added) const {
+  // What a mistake made of the temperature terms must not stay in them.
+  std::optional<ReadingSet> over_temperature;
+  if (given.temperature.order > 0) {
+    over_temperature = given;
+    start_temperature(*over_temperature);
+  }
+  const ReadingSet& set = over_temperature ? *over_temperature : given;
+  const Eigen::Index n = set.size();
+  const Eigen::Index m = set.axis_count();
+  const Eigen::Index p = set.column_count();
+  Eigen::MatrixXd root = set.weights.cwiseSqrt();
+  for (const std::size_t i : without) {
+    root.row(static_cast<Eigen::Index>(i)).setZero();
+  }
+  HypothesisFit result;
+  result.fields = fields_;
+  result.coefficients = Eigen::MatrixXd::Zero(p, m);
+  const Eigen::Index D = known_field_ ? 0 : 2 * static_cast<Eigen::Index>(fields_.size());
+  Eigen::MatrixXd A;
+  Eigen::VectorXd b;
+  Eigen::VectorXd zeta;
+  Eigen::MatrixXd inverse;
+  double previous = -1.0;
+  bool has_coefficients = false;
+  for (int round = 0; round < most_rounds; ++round) {
+    const Eigen::MatrixXd base = field_design(set, result.fields);
+    std::vector<Eigen::MatrixXd> X;
+    for (Eigen::Index k = 0; k < m; ++k) {
+      X.push_back(set.with_temperature(base, k));
+    }
+    if (!has_coefficients) {
+      for (Eigen::Index k = 0; k < m; ++k) {
+        const Eigen::VectorXd w = root.col(k) / scale_(k);
+        result.coefficients.col(k) = minimum_norm_solution(
+            w.asDiagonal() * X[static_cast<std::size_t>(k)], w.cwiseProduct(set.response.col(k)));
+      }
+      has_coefficients = true;
+    }
+    const Eigen::MatrixXd Z =
+        added ? added(result.fields, result.coefficients) : Eigen::MatrixXd(n * m, 0);
+    const Eigen::Index q = Z.cols();
+    A = Eigen::MatrixXd::Zero(n * m, p * m + D + q);
+    b.resize(n * m);
+    std::vector<Eigen::Matrix<double, 3, 2>> tangents;
+    for (const Eigen::Vector3d& field : result.fields) {
+      tangents.push_back(field.norm() * tangents_of(field));
+    }
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const Eigen::VectorXd w = root.col(k) / scale_(k);
+      const Eigen::MatrixXd& Xk = X[static_cast<std::size_t>(k)];
+      A.block(n * k, p * k, n, p) = w.asDiagonal() * Xk;
+      const Eigen::RowVector3d S = result.coefficients.col(k).segment<3>(1).transpose();
+      for (Eigen::Index i = 0; i < n && D > 0; ++i) {
+        const auto level = static_cast<Eigen::Index>(set.tilt_of(static_cast<std::size_t>(i)));
+        A.block<1, 2>(n * k + i, p * m + 2 * level) =
+            w(i) * set.scale(i, k) * set.readings[static_cast<std::size_t>(i)].level * S *
+            set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+            tangents[static_cast<std::size_t>(level)];
+      }
+      A.block(n * k, p * m + D, n, q) = w.asDiagonal() * Z.middleRows(n * k, n);
+      b.segment(n * k, n) = w.cwiseProduct(set.response.col(k) - Xk * result.coefficients.col(k));
+    }
+    const Eigen::VectorXd length = A.colwise().norm().cwiseMax(1e-300);
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A * length.cwiseInverse().asDiagonal());
+    constexpr double open_below = 1e-7;
+    qr.setThreshold(open_below);
+    if (qr.rank() < A.cols()) {
+      return result;  // not determined
+    }
+    const Eigen::VectorXd step = length.cwiseInverse().cwiseProduct(qr.solve(b).eval());
+    const Eigen::VectorXd left = b - A * step;
+    for (Eigen::Index k = 0; k < m; ++k) {
+      result.coefficients.col(k) += step.segment(p * k, p);
+    }
+    double turned = 0.0;
+    for (std::size_t s = 0; s < result.fields.size() && D > 0; ++s) {
+      Eigen::Vector2d own = step.segment<2>(p * m + 2 * static_cast<Eigen::Index>(s));
+      constexpr double longest_step_rad = 0.5;
+      own *= std::min(1.0, longest_step_rad / std::max(own.norm(), 1e-300));
+      turned = std::max(turned, own.norm());
+      const double F = result.fields[s].norm();
+      result.fields[s] = F * (result.fields[s] + tangents[s] * own).normalized();
+    }
+    // Coefficients follow the fields exactly; a linear step for both would go astray far from them.
+    has_coefficients = turned < 0.02;
+    if (over_temperature) {
+      turned = std::max(turned, fold_scales(result.coefficients, *over_temperature));
+    }
+    zeta = step.tail(q);
+    result.residuals = left.reshaped(n, m);
+    const double now = left.squaredNorm();
+    const bool still = turned < 1e-9 || (round > 2 && std::abs(now - previous) <= 1e-10 * now);
+    previous = now;
+    if (still) {
+      inverse = Eigen::MatrixXd::Identity(A.cols(), A.cols());
+      qr.matrixQR().topRows(A.cols()).triangularView<Eigen::Upper>().solveInPlace(inverse);
+      inverse = length.cwiseInverse().asDiagonal() * (qr.colsPermutation() * inverse);
+      break;
+    }
+    if (round + 1 == most_rounds) {
+      return result;  // does not settle
+    }
+  }
+  result.fitted = true;
+  result.added = zeta;
+  result.information.resize(zeta.size());
+  for (Eigen::Index j = 0; j < zeta.size(); ++j) {
+    result.information(j) = 1.0 / inverse.row(inverse.rows() - zeta.size() + j).squaredNorm();
+  }
+  result.rss.resize(m);
+  result.degrees_of_freedom.resize(m);
+  result.basis = A * inverse;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const auto used = static_cast<double>((root.col(k).array() > 0.0).count());
+    const double least = std::pow(set.rounding(k) / scale_(k), 2);
+    result.degrees_of_freedom(k) = used - result.basis.middleRows(n * k, n).squaredNorm();
+    result.rss(k) = std::max(result.residuals.col(k).squaredNorm(),
+                             least * std::max(result.degrees_of_freedom(k), 0.0));
+  }
+  return result;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/joint_fit.hpp"
+
+namespace axiscal {
+
+/// What a hypothesis about the readings leaves: sums of squares and what they are judged by.
+struct HypothesisFit {
+  bool fitted = false;
+  std::vector<Eigen::Vector3d> fields;
+  Eigen::MatrixXd coefficients;        // p x m
+  Eigen::VectorXd rss;                 // of each axis, as weighted
+  Eigen::VectorXd degrees_of_freedom;  // of each axis
+  Eigen::VectorXd information;         // on each added parameter, at unit noise
+  Eigen::VectorXd added;               // their estimates
+  Eigen::MatrixXd residuals;           // n x m, weighted
+  Eigen::MatrixXd basis;  // (n m) x parameters, orthonormal: basis basis^T is the hat matrix
+
+  /// Frees what is kept for each reading; the sums, the fields and the coefficients stay.
+  void forget_readings() {
+    residuals.resize(0, 0);
+    basis.resize(0, 0);
+  }
+
+  [[nodiscard]] double total() const { return rss.sum(); }
+  [[nodiscard]] double dof() const { return degrees_of_freedom.sum(); }
+};
+
+/// Columns that a hypothesis adds to the model, (n m) x q, axis by axis, not weighted.
+/// @param coefficients  p x m.
+using AddedColumns = std::function<Eigen::MatrixXd(const std::vector<Eigen::Vector3d>& fields,
+                                                   const Eigen::MatrixXd& coefficients)>;
+
+/// Fits the readings of a set under hypotheses about them: all readings, the field's direction
+/// unknown or given. Axes count as their scale says.
+class HypothesisFitter {
+ public:
+  /// @param fields       where to start, or as given.
+  /// @param known_field  whether the directions are given.
+  /// @param scale        m: what an axis's residuals are divided by.
+  HypothesisFitter(std::vector<Eigen::Vector3d> fields, bool known_field, Eigen::VectorXd scale)
+      : fields_(std::move(fields)), known_field_(known_field), scale_(std::move(scale)) {}
+
+  /// @param given    the readings as the hypothesis has them.
+  /// @param without  readings that are left out, by position.
+  /// @param added    columns of the hypothesis; may be empty.
+  /// @return not fitted, where the readings do not determine it.
+  [[nodiscard]] HypothesisFit fit(const ReadingSet& given,
+                                  const std::vector<std::size_t>& without = {},
+                                  const AddedColumns& added = {}) const;
+
+  [[nodiscard]] const Eigen::VectorXd& scale() const { return scale_; }
+  [[nodiscard]] bool known_field() const { return known_field_; }
+  void start_at(std::vector<Eigen::Vector3d> fields) { fields_ = std::move(fields); }
+
+ private:
+  std::vector<Eigen::Vector3d> fields_;
+  bool known_field_;
+  Eigen::VectorXd scale_;
+};
+
+}  // namespace axiscal

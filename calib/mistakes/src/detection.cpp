@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detection.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "axiscal/calib/distributions.hpp"
+
+namespace axiscal {
+namespace {
+
+// Nested F tests take the axes' noise as equal, or of a stated ratio, and are held against this
+// level over all classes; as the tests of a class overlap, 0.6 % of good runs are called bad (MC).
+constexpr double false_alarm = 0.016;
+constexpr double classes = 6.0;
+constexpr double worth_a_look = 0.04;  // of the quick tests, before any refit
+// Below this probability of the axes' scatters their noise clearly differs.
+constexpr double unequal_below = 0.01;
+constexpr double false_alarm_by_axis = 0.001;
+
+// Equality of variances (Bartlett).
+double equality_p_value(const HypothesisFit& fit) {
+  const auto m = static_cast<double>(fit.rss.size());
+  const double nu = fit.dof();
+  if (m < 2.0 || !(fit.degrees_of_freedom.minCoeff() > 1.0)) {
+    return 1.0;
+  }
+  double statistic = nu * std::log(fit.total() / nu);
+  double inverse = 0.0;
+  for (Eigen::Index k = 0; k < fit.rss.size(); ++k) {
+    const double own = fit.degrees_of_freedom(k);
+    statistic -= own * std::log(fit.rss(k) / own);
+    inverse += 1.0 / own;
+  }
+  statistic /= 1.0 + (inverse - 1.0 / nu) / (3.0 * (m - 1.0));
+  return chi_squared_upper_p(std::max(statistic, 1e-12), m - 1.0);
+}
+
+double f_test(double all, double dof, double drop, double q) {
+  const double left = all - drop;
+  if (!(dof - q >= 1.0) || !(drop > 0.0)) {
+    return 1.0;
+  }
+  return left > 0.0 ? f_upper_p((drop / q) / (left / (dof - q)), q, dof - q) : 0.0;
+}
+
+// The smallest probability of the quick tests: one reading deleted.
+double single_p(const SuspectRun& run, const HypothesisFit& fit) {
+  double largest = 0.0;  // of one test, the largest drop has the smallest probability
+  for (std::size_t i = 0; i < run.count(); ++i) {
+    largest = std::max(largest, run.drop_without(fit, {i}));
+  }
+  return std::min(1.0, static_cast<double>(run.n()) *
+                           f_test(fit.total(), fit.dof(), largest, static_cast<double>(run.m())));
+}
+
+// Columns of the classes that add some: table moved, drift, extremes.
+double added_p(const SuspectRun& run, const HypothesisFit& fit) {
+  double moved = 0.0;
+  if (!run.fitter().known_field()) {
+    const std::vector<double> drops = run.drops_with_table_moved(fit);
+    moved = *std::max_element(drops.begin(), drops.end());
+  }
+  double shifted = 0.0;
+  for (Eigen::Index k = 0; k < run.m(); ++k) {
+    for (const bool top : {true, false}) {
+      shifted = std::max(shifted, run.drop_with(fit, run.extreme_columns(k, top, fit)));
+    }
+  }
+  const auto axes = static_cast<double>(run.m());
+  const auto p_of = [&](double drop, double q) { return f_test(fit.total(), fit.dof(), drop, q); };
+  return std::min({1.0, static_cast<double>(run.n() - 1) * p_of(moved, 2.0),
+                   p_of(run.drop_with(fit, run.drift_columns()), axes),
+                   2.0 * axes * p_of(shifted, 1.0)});
+}
+
+// Whether the axes' noise clearly differs once the worst readings are out; all fits anew then.
+bool weigh_axes(SuspectRun& run) {
+  const HypothesisFit clean =
+      run.best_pair().fitted ? run.best_pair() : run.without(run.by_deletion().front());
+  if (!clean.fitted || !(equality_p_value(clean) < unequal_below)) {
+    return false;
+  }
+  run.weigh_axes_by(clean);
+  return true;
+}
+
+// A noisy axis looks like a mistake in a few of its readings. What may be that counts less: where
+// the scatters of the axes differ (`equality`, before the hypothesis), and where it takes its sum
+// of squares from an axis that scatters more than the others even after it. Tuned (MC) so that
+// good runs with noise 1 : 1 : 3 are called bad in 1 %.
+double allowance(const SuspectRun& run, const HypothesisFit& with, double equality, bool of_few) {
+  if (run.stated_ratio()) {
+    return 1.0;
+  }
+  double own = 0.0;
+  double drops = 0.0;
+  for (Eigen::Index k = 0; k < run.m(); ++k) {
+    const double drop = std::max(run.plain().rss(k) - with.rss(k), 0.0);
+    own += drop * with.rss(k) / std::max(with.degrees_of_freedom(k), 0.5);
+    drops += drop;
+  }
+  const double pooled = with.total() / std::max(with.dof(), 0.5);
+  const double noisy = drops > 0.0 && pooled > 0.0 ? own / drops / pooled : 1.0;
+  const double unequal = of_few ? std::pow(std::max(1.0, 0.2 / std::max(equality, 1e-300)), 1.6)
+                                : std::max(1.0, 3e-4 / std::max(equality, 1e-300));
+  constexpr double most = 1e3;  // no noise makes a mistake of many sigma
+  return std::min(most, unequal * std::pow(std::max(1.0, noisy), 8.0));
+}
+
+double nested_p(const SuspectRun& run, const HypothesisFit& with) {
+  return with.fitted ? f_test(run.plain().total(), run.plain().dof(),
+                              run.plain().total() - with.total(), run.plain().dof() - with.dof())
+                     : 1.0;
+}
+
+// Each axis by its own scatter, put together by Fisher's method.
+double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
+  if (!with.fitted) {
+    return 1.0;
+  }
+  double sum = 0.0;
+  for (Eigen::Index k = 0; k < run.m(); ++k) {
+    const double p = f_test(run.plain().rss(k), run.plain().degrees_of_freedom(k),
+                            run.plain().rss(k) - with.rss(k),
+                            run.plain().degrees_of_freedom(k) - with.degrees_of_freedom(k));
+    sum -= 2.0 * std::log(std::max(p, 1e-300));
+  }
+  return chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * static_cast<double>(run.m()));
+}
+
+}  // namespace
+
+bool looks_bad(const SuspectRun& run) {
+  constexpr double large_share = 0.003;
+  for (Eigen::Index k = 0; k < run.m(); ++k) {
+    const double rms = std::sqrt(run.plain().rss(k) / static_cast<double>(run.n()));
+    if (rms <= 2.0 * run.set().rounding(k)) {
+      continue;
+    }
+    if (rms > large_share * run.full_response(k)) {
+      return true;
+    }
+  }
+  if (run.only_rounding()) {
+    return false;
+  }
+  const auto suspicious = [&](const HypothesisFit& fit) {
+    return classes * std::min(single_p(run, fit), added_p(run, fit)) < worth_a_look;
+  };
+  if (suspicious(run.plain())) {
+    return true;
+  }
+  const Eigen::VectorXd own =
+      (run.plain().rss.array() / run.plain().degrees_of_freedom.array().max(0.5)).sqrt() *
+      run.fitter().scale().array();
+  const HypothesisFitter scaled(run.plain().fields, run.fitter().known_field(), own);
+  const HypothesisFit again = scaled.fit(run.set());
+  return again.fitted && equality_p_value(run.plain()) < 0.5 &&
+         classes * single_p(run, again) < worth_a_look;
+}
+
+bool is_bad(SuspectRun& run) {
+  const double equality = run.stated_ratio() ? 1.0 : equality_p_value(run.plain());
+  const auto readings = static_cast<double>(run.n());
+  double smallest = 1.0;
+  // @param tests  of that class; @param of_few  whether it is about a few readings.
+  const auto consider = [&](const HypothesisFit& with, double tests, bool of_few) {
+    if (with.fitted) {
+      smallest =
+          std::min(smallest, tests * allowance(run, with, equality, of_few) * nested_p(run, with));
+    }
+  };
+  consider(run.without(run.by_deletion().front()), readings, true);
+  for (const std::size_t i : first_of(run.by_deletion(), 3)) {
+    consider(run.tilted(i), readings, true);
+  }
+  run.delete_pairs();
+  constexpr double rare = 100.0;  // two independent mistakes
+  consider(run.best_pair(), rare * 0.5 * readings * (readings - 1.0), true);
+  for (const std::size_t cut : run.cuts()) {
+    consider(run.table_moved(cut), 0.3 * (readings - 1.0), true);
+  }
+  consider(run.drifted(), 1.0, false);
+  for (Eigen::Index k = 0; k < run.m(); ++k) {
+    for (const bool top : {true, false}) {
+      consider(run.saturated(k, top), 2.0 * static_cast<double>(run.m()), false);
+    }
+  }
+  const bool bad = classes * smallest < false_alarm;
+  const bool unequal = !run.stated_ratio() && weigh_axes(run);
+  if (bad || !unequal || !run.plain().fitted) {
+    return bad && run.plain().fitted;
+  }
+  const double by_axis =
+      std::min(readings * nested_p_by_axis(run, run.without(run.by_deletion().front())),
+               nested_p_by_axis(run, run.drifted()));
+  return 2.0 * by_axis < false_alarm_by_axis;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+#include "mistake_kind.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::array exchanged_advice = {
+    MistakeAdvice{.code = "exchanged", .one = "Check which reading is which, or take both again."}};
+
+void explain_by_exchange(const SuspectRun& run, Explanations& found) {
+  constexpr std::size_t few = 16;
+  const std::vector<std::size_t> candidates = run.count() <= few ? run.order() : [&] {
+    std::vector<std::size_t> some = run.largest_residuals(few / 2);
+    for (const std::size_t i : first_of(run.by_deletion(), few / 2)) {
+      if (std::find(some.begin(), some.end(), i) == some.end()) {
+        some.push_back(i);
+      }
+    }
+    return some;
+  }();
+  const auto pairs = 0.5 * static_cast<double>(run.n()) * static_cast<double>(run.n() - 1);
+  for (std::size_t a = 0; a < candidates.size(); ++a) {
+    for (std::size_t b = a + 1; b < candidates.size(); ++b) {
+      const std::size_t i = std::min(candidates[a], candidates[b]);
+      const std::size_t j = std::max(candidates[a], candidates[b]);
+      const DesignPoint& first = *run.set().readings[i].point;
+      const DesignPoint& second = *run.set().readings[j].point;
+      if (first == second) {
+        continue;
+      }
+      ReadingSet set = run.set();
+      set.response.row(static_cast<Eigen::Index>(i)) =
+          run.set().response.row(static_cast<Eigen::Index>(j));
+      set.response.row(static_cast<Eigen::Index>(j)) =
+          run.set().response.row(static_cast<Eigen::Index>(i));
+      Correction correction = about(run, "exchanged", {i, j});
+      correction.responses = {
+          {run.run_of(i), run.set().response.row(static_cast<Eigen::Index>(j))},
+          {run.run_of(j), run.set().response.row(static_cast<Eigen::Index>(i))}};
+      found.add(run.fitter().fit(set), {}, pairs, std::move(correction),
+                std::string("with their readings exchanged") +
+                    (first.turned_round() == second ? " (or both the wrong way round)" : ""));
+    }
+  }
+}
+
+}  // namespace
+
+MistakeKind exchanged_kind() {
+  return {.advice = exchanged_advice, .of_run = explain_by_exchange};
+}
+
+}  // namespace axiscal

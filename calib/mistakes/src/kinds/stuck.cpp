@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <string>
+#include <utility>
+
+#include "mistake_kind.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::array stuck_advice = {
+    MistakeAdvice{.code = "stuck", .one = "Take the reading again."}};
+
+// Nothing else makes all digits the same.
+constexpr double sure = 200.0;
+constexpr std::size_t most_repeats = 3;
+
+// A value repeated to the last digit in another pose tells nothing of its reading.
+void explain_by_repeat(const SuspectRun& run, std::size_t i, Explanations& found) {
+  const auto row = static_cast<Eigen::Index>(i);
+  std::size_t said = 0;
+  for (std::size_t j = 0; j < run.count() && run.m() > 1 && said < most_repeats; ++j) {
+    const auto other = static_cast<Eigen::Index>(j);
+    if (i == j || *run.set().readings[i].point == *run.set().readings[j].point ||
+        run.set().response.row(row) != run.set().response.row(other)) {
+      continue;
+    }
+    Correction correction = about(run, "stuck", {i});
+    correction.leave_out = correction.runs;
+    ++said;
+    found.add(run.without(i), {}, static_cast<double>(run.n()), std::move(correction),
+              "without it: it repeats run " + std::to_string(run.run_of(j)) + " to the last digit",
+              sure);
+  }
+}
+
+}  // namespace
+
+MistakeKind stuck_kind() {
+  return {.advice = stuck_advice, .of_reading = explain_by_repeat};
+}
+
+}  // namespace axiscal

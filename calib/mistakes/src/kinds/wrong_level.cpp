@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <set>
+#include <utility>
+
+#include "axiscal/core/number_text.hpp"
+#include "mistake_kind.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::array wrong_level_advice = {MistakeAdvice{
+    .code = "wrong_level", .one = "Check what the field was set to, or take the reading again."}};
+
+void explain_by_level(const SuspectRun& run, std::size_t i, Explanations& found) {
+  std::set<double> levels;
+  for (const Reading& reading : run.set().readings) {
+    levels.insert(reading.level);
+  }
+  if (!run.set().field.level_can_be_set() || (levels.size() == 1 && *levels.begin() == 1.0)) {
+    return;
+  }
+  levels.insert({-1.0, 0.0, 1.0});
+  for (const double level : levels) {
+    if (level == run.set().readings[i].level) {
+      continue;
+    }
+    ReadingSet set = run.set();
+    set.readings[i].level = level;
+    Correction correction = about(run, "wrong_level", {i});
+    correction.levels = {{run.run_of(i), level}};
+    found.add(run.fitter().fit(set), {},
+              static_cast<double>(run.n()) * static_cast<double>(levels.size() - 1),
+              std::move(correction),
+              "at level " + number_text(level) + " instead of " +
+                  number_text(run.set().readings[i].level));
+  }
+}
+
+}  // namespace
+
+MistakeKind wrong_level_kind() {
+  return {.advice = wrong_level_advice, .of_reading = explain_by_level};
+}
+
+}  // namespace axiscal

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <exception>
+#include <string>
+#include <utility>
+
+#include "axiscal/positioner/design.hpp"
+#include "mistake_kind.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::array wrong_pose_advice = {
+    MistakeAdvice{.code = "wrong_pose", .one = "Check the face, or take the reading again."}};
+
+// A point that the run has already, or whose opposite it has not, is so much less likely.
+constexpr double repeated_point = 5.0;
+
+// "rest -Y instead of +Y", "fence -Z instead of +Z, turned round".
+std::string pose_words(const DesignPoint& stated, const DesignPoint& point) {
+  const auto face = [](Face f) { return std::string(face_name(f)); };
+  const bool same_rest = stated.rest() == point.rest();
+  const bool same_fence = stated.fence() == point.fence();
+  if (same_fence) {
+    return "rest " + face(point.rest()) + " instead of " + face(stated.rest()) +
+           (axis_of(point.rest()) == axis_of(stated.rest()) ? " (upside down)" : "");
+  }
+  if (same_rest) {
+    return "fence " + face(point.fence()) + " instead of " + face(stated.fence()) +
+           (axis_of(point.fence()) == axis_of(stated.fence()) ? " (the wrong way round)" : "");
+  }
+  return "rest " + face(point.rest()) + ", fence " + face(point.fence()) + " instead of rest " +
+         face(stated.rest()) + ", fence " + face(stated.fence());
+}
+
+void explain_by_pose(const SuspectRun& run, std::size_t i, Explanations& found) {
+  const DesignPoint& stated = *run.set().readings[i].point;
+  const HypothesisFit& without = run.without(i);
+  if (!without.fitted) {
+    return;
+  }
+  const auto row = static_cast<Eigen::Index>(i);
+  // Those poses are fitted that the other readings say are near.
+  std::vector<std::pair<double, DesignPoint>> poses;
+  for (const DesignEntry& entry : standard_design(24)) {
+    if (entry.point == stated) {
+      continue;
+    }
+    ReadingSet moved = one_reading(run.set(), i);
+    try {
+      moved.rotation_sensor_from_table = {run.set().orientation(entry.point)};
+    } catch (const std::exception&) {
+      continue;  // the cube cannot lie so
+    }
+    poses.emplace_back(distance_squared(run, moved, without, run.set().response.row(row)),
+                       entry.point);
+  }
+  std::stable_sort(poses.begin(), poses.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  constexpr std::size_t near = 3;
+  for (std::size_t at = 0; at < std::min(near, poses.size()); ++at) {
+    const DesignPoint& point = poses[at].second;
+    ReadingSet set = run.set();
+    set.readings[i].point = point;
+    set.rotation_sensor_from_table[i] = run.set().orientation(point);
+    Correction correction = about(run, "wrong_pose", {i});
+    correction.points = {{run.run_of(i), point}};
+    const bool is_odd =
+        std::any_of(run.set().readings.begin(), run.set().readings.end(),
+                    [&](const Reading& reading) {
+                      return reading.block == run.set().readings[i].block && reading.point == point;
+                    }) ||
+        std::none_of(run.set().readings.begin(), run.set().readings.end(),
+                     [&](const Reading& reading) {
+                       return reading.block == run.set().readings[i].block &&
+                              reading.point == point.turned_round();
+                     });
+    // On a level table the fence face shows little; the point that the run lacks, whose opposite
+    // is there, is likelier.
+    const double alternatives = (is_odd ? 23.0 * repeated_point : 23.0);
+    found.add(run.fitter().fit(set), {}, alternatives * static_cast<double>(run.n()),
+              std::move(correction), "as " + pose_words(stated, point));
+  }
+}
+
+}  // namespace
+
+MistakeKind wrong_pose_kind() {
+  return {.advice = wrong_pose_advice, .of_reading = explain_by_pose};
+}
+
+}  // namespace axiscal

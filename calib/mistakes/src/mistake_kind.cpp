@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "mistake_kind.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace axiscal {
+namespace {
+
+// @param ranges        of the added parameters.
+// @param alternatives  of that kind.
+double likelihood(const HypothesisFit& fit,
+                  const std::vector<double>& ranges,
+                  double alternatives) {
+  const double nu = fit.dof();
+  double value = -0.5 * nu * std::log(fit.total()) + std::lgamma(0.5 * nu);
+  for (std::size_t q = 0; q < ranges.size(); ++q) {
+    value += 0.5 * std::log(std::numbers::pi / fit.information(static_cast<Eigen::Index>(q))) -
+             std::log(ranges[q]);
+  }
+  return value - std::log(alternatives);
+}
+
+}  // namespace
+
+std::span<const MistakeKind> mistake_kinds() {
+  // Of two that are as likely the one that is tried first stands first.
+  static const std::array kinds = {wrong_pose_kind(),  exchanged_kind(), wrong_value_kind(),
+                                   wrong_level_kind(), stuck_kind(),     tilted_seat_kind(),
+                                   table_moved_kind(), drift_kind(),     saturated_kind()};
+  return kinds;
+}
+
+void Explanations::add(HypothesisFit fit,
+                       const std::vector<double>& ranges,
+                       double alternatives,
+                       Correction correction,
+                       std::string words,
+                       double surely) {
+  if (!fit.fitted || !(fit.dof() >= 1.0)) {
+    return;
+  }
+  Explanation explanation{.likelihood = likelihood(fit, ranges, alternatives) + surely,
+                          .fit = std::move(fit),
+                          .correction = std::move(correction),
+                          .words = std::move(words)};
+  explanation.fit.forget_readings();
+  all_.push_back(std::move(explanation));
+}
+
+std::vector<Explanation> Explanations::ranked() && {
+  std::stable_sort(all_.begin(), all_.end(), [](const Explanation& a, const Explanation& b) {
+    return a.likelihood > b.likelihood;
+  });
+  return std::move(all_);
+}
+
+Correction about(const SuspectRun& run,
+                 std::string code,
+                 const std::vector<std::size_t>& readings) {
+  Correction correction{.code = std::move(code)};
+  for (const std::size_t i : readings) {
+    correction.runs.push_back(run.run_of(i));
+  }
+  return correction;
+}
+
+ReadingSet one_reading(const ReadingSet& set, std::size_t i) {
+  ReadingSet one = set;
+  const auto row = static_cast<Eigen::Index>(i);
+  one.readings = {set.readings[i]};
+  one.response = set.response.row(row);
+  one.weights = set.weights.row(row);
+  one.rotation_sensor_from_table = {set.rotation_sensor_from_table[i]};
+  if (set.temperature.order > 0) {
+    one.temperature.d = set.temperature.d.segment(row, 1);
+    one.temperature.soak = {set.soak_of(i)};
+  }
+  return one;
+}
+
+double distance_squared(const SuspectRun& run,
+                        const ReadingSet& one,
+                        const HypothesisFit& without,
+                        const Eigen::VectorXd& response) {
+  const Eigen::MatrixXd base = field_design(one, without.fields);
+  double distance = 0.0;
+  for (Eigen::Index k = 0; k < run.m(); ++k) {
+    const double expected =
+        one.with_temperature(base, k).row(0).dot(without.coefficients.col(k).transpose());
+    distance += std::pow((response(k) - expected) / run.fitter().scale()(k), 2);
+  }
+  return distance;
+}
+
+}  // namespace axiscal

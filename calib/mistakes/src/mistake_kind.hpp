@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "axiscal/calib/correction.hpp"
+#include "suspect_run.hpp"
+
+namespace axiscal {
+
+// Ranges of what a mistake adds (METHOD 5), in rad and parts of the full response.
+inline constexpr double angle_range_rad = 0.08;
+inline constexpr double value_range = 4.0;
+inline constexpr double drift_range = 0.04;
+
+/// One explanation of a bad fit.
+struct Explanation {
+  double likelihood = 0.0;  // ln
+  HypothesisFit fit;
+  Correction correction;
+  std::string words;  // behind "run 7: ", without how much better
+};
+
+/// What explains a run, in the order in which it was tried.
+class Explanations {
+ public:
+  /// @param fit           under the explanation; one that is not fitted explains nothing.
+  /// @param ranges        of the parameters that it adds.
+  /// @param alternatives  how many of its kind there are.
+  /// @param surely        added to its likelihood: ln of how much else speaks for it.
+  void add(HypothesisFit fit,
+           const std::vector<double>& ranges,
+           double alternatives,
+           Correction correction,
+           std::string words,
+           double surely = 0.0);
+
+  /// @return all, the likeliest first.
+  [[nodiscard]] std::vector<Explanation> ranked() &&;
+
+ private:
+  std::vector<Explanation> all_;
+};
+
+/// What to do about a mistake, by the code of its warning.
+struct MistakeAdvice {
+  std::string_view code;
+  std::string_view one;   // where it concerns one reading, or the run
+  std::string_view many;  // where several; empty: the same
+};
+
+/// A kind of mistake: how it explains a reading, or the run, and what to do about it.
+struct MistakeKind {
+  std::span<const MistakeAdvice> advice;
+  void (*of_reading)(const SuspectRun& run, std::size_t i, Explanations& found) = nullptr;
+  void (*of_run)(const SuspectRun& run, Explanations& found) = nullptr;
+};
+
+[[nodiscard]] MistakeKind wrong_pose_kind();
+[[nodiscard]] MistakeKind wrong_value_kind();
+[[nodiscard]] MistakeKind wrong_level_kind();
+[[nodiscard]] MistakeKind stuck_kind();
+[[nodiscard]] MistakeKind tilted_seat_kind();
+[[nodiscard]] MistakeKind exchanged_kind();
+[[nodiscard]] MistakeKind table_moved_kind();
+[[nodiscard]] MistakeKind drift_kind();
+[[nodiscard]] MistakeKind saturated_kind();
+
+/// @return all of them.
+[[nodiscard]] std::span<const MistakeKind> mistake_kinds();
+
+/// @return a correction of that code about these readings.
+[[nodiscard]] Correction about(const SuspectRun& run,
+                               std::string code,
+                               const std::vector<std::size_t>& readings);
+
+/// A run of one reading alone.
+[[nodiscard]] ReadingSet one_reading(const ReadingSet& set, std::size_t i);
+
+/// How far a response lies from what the other readings say, in the scale of its axes, squared.
+/// @param one  the reading alone, as one_reading(), in the pose that is tried.
+[[nodiscard]] double distance_squared(const SuspectRun& run,
+                                      const ReadingSet& one,
+                                      const HypothesisFit& without,
+                                      const Eigen::VectorXd& response);
+
+}  // namespace axiscal

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/estimation.hpp"
+#include "culprit_fit.hpp"
+
+namespace axiscal {
+
+/// A run that may hold a mistake: its fit as it is, without each reading and each two, and under
+/// what may have happened to it.
+///
+/// Up to `each_is_fitted` readings each is left out by a fit of its own, and the table moved after
+/// each. Of more, those that count most to first order: the time stays linear in the readings.
+class SuspectRun {
+ public:
+  static constexpr std::size_t each_is_fitted = 200;
+
+  /// @param set  must outlive this.
+  SuspectRun(const ReadingSet& set, const Estimate& estimate, bool known_field);
+
+  [[nodiscard]] const ReadingSet& set() const { return set_; }
+  [[nodiscard]] const HypothesisFitter& fitter() const { return fitter_; }
+  [[nodiscard]] Eigen::Index n() const { return set_.size(); }
+  [[nodiscard]] Eigen::Index m() const { return set_.axis_count(); }
+  [[nodiscard]] std::size_t count() const { return static_cast<std::size_t>(set_.size()); }
+  [[nodiscard]] int run_of(std::size_t i) const { return set_.readings[i].run; }
+
+  /// Positions of the readings in the order in which they were taken.
+  [[nodiscard]] const std::vector<std::size_t>& order() const { return order_; }
+
+  /// Whether the ratio of the axes' noise was stated.
+  [[nodiscard]] bool stated_ratio() const { return stated_ratio_; }
+
+  /// The fit of all readings.
+  [[nodiscard]] const HypothesisFit& plain() const { return plain_; }
+
+  /// The fit without a reading; not fitted where the reading counts too little.
+  [[nodiscard]] const HypothesisFit& without(std::size_t i) const { return deletions_[i]; }
+
+  /// Positions, the one whose deletion mends most first.
+  [[nodiscard]] const std::vector<std::size_t>& by_deletion() const { return by_deletion_; }
+
+  /// The best fit without two readings, and which.
+  [[nodiscard]] const HypothesisFit& best_pair() const { return best_pair_; }
+  [[nodiscard]] const std::array<std::size_t, 2>& pair() const { return pair_; }
+
+  void delete_each();
+
+  /// All pairs where readings are few, else of those that count most.
+  void delete_pairs();
+
+  /// From now on axes count as they scatter; all is fitted anew.
+  /// @param clean  a fit without the worst readings.
+  void weigh_axes_by(const HypothesisFit& clean);
+
+  /// |S_k| F of an axis [unit].
+  [[nodiscard]] double full_response(Eigen::Index k) const {
+    return plain_.coefficients.col(k).segment<3>(1).norm() * plain_.fields.front().norm();
+  }
+
+  /// Whether what is left is rounding.
+  [[nodiscard]] bool only_rounding() const;
+
+  [[nodiscard]] std::vector<std::size_t> largest_residuals(std::size_t most) const;
+
+  /// What leaving readings out, or added columns, take from the sum of squares, to first order.
+  [[nodiscard]] double drop_without(const HypothesisFit& fit,
+                                    const std::vector<std::size_t>& readings) const;
+  [[nodiscard]] double drop_with(const HypothesisFit& fit, const Eigen::MatrixXd& columns) const;
+
+  /// The same of the table moved after each reading; by cut of the run's order.
+  [[nodiscard]] std::vector<double> drops_with_table_moved(const HypothesisFit& fit) const;
+
+  /// The cuts that are fitted: all, or of many those that count most.
+  [[nodiscard]] std::vector<std::size_t> cuts() const;
+
+  /// A drift of every bias over the run, as columns.
+  [[nodiscard]] Eigen::MatrixXd drift_columns() const;
+
+  /// A shift of the readings at one end of an axis's range, as a column; and which they are.
+  [[nodiscard]] Eigen::MatrixXd extreme_columns(Eigen::Index axis,
+                                                bool top,
+                                                const HypothesisFit& fit) const;
+  [[nodiscard]] std::vector<std::size_t> extremes(Eigen::Index axis,
+                                                  bool top,
+                                                  const HypothesisFit& fit) const;
+
+  /// What may have happened, fitted: the table moved at a cut, a drift, an axis limited at one end,
+  /// a tilted seat; a value for each of some readings, or for one axis, that may be anything.
+  [[nodiscard]] HypothesisFit table_moved(std::size_t cut) const;
+  [[nodiscard]] HypothesisFit drifted() const;
+  [[nodiscard]] HypothesisFit saturated(Eigen::Index axis, bool top) const;
+  [[nodiscard]] HypothesisFit tilted(std::size_t i) const;
+  [[nodiscard]] HypothesisFit arbitrary(const std::vector<std::size_t>& readings,
+                                        std::optional<Eigen::Index> axis = {}) const;
+
+ private:
+  [[nodiscard]] std::vector<Eigen::Index> rows_of(const std::vector<std::size_t>& readings) const;
+  [[nodiscard]] Eigen::MatrixXd table_columns(std::size_t cut,
+                                              const std::vector<Eigen::Vector3d>& fields,
+                                              const Eigen::MatrixXd& coefficients) const;
+  [[nodiscard]] Eigen::MatrixXd table_rows(std::size_t i,
+                                           const std::vector<Eigen::Vector3d>& fields,
+                                           const Eigen::MatrixXd& coefficients) const;
+
+  const ReadingSet& set_;
+  HypothesisFitter fitter_;
+  bool stated_ratio_;
+  std::vector<std::size_t> order_;
+  HypothesisFit plain_;
+  std::vector<HypothesisFit> deletions_;
+  std::vector<std::size_t> by_deletion_;
+  HypothesisFit best_pair_;
+  std::array<std::size_t, 2> pair_{};
+};
+
+/// The first of an order, at most so many.
+[[nodiscard]] std::vector<std::size_t> first_of(const std::vector<std::size_t>& order,
+                                                std::size_t count);
+
+}  // namespace axiscal

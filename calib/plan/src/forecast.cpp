@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/forecast.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Eigenvalues>
+
+#include "axiscal/calib/design_advice.hpp"
+#include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/minimum_norm.hpp"
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/simulate.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/rotation.hpp"
+
+namespace axiscal {
+namespace {
+
+// One replicate, by axis: row n k + i of a change is that of reading i of axis k.
+struct LinearMap {
+  Eigen::MatrixXd coefficients_from_readings;  // 4m x n m
+  Eigen::VectorXd degrees_of_freedom;          // of one replicate
+  double parameters = 4.0;                     // per axis, of any number of replicates
+};
+
+std::vector<RunSheetRow> sheet_of(const std::vector<DesignEntry>& design) {
+  std::vector<RunSheetRow> sheet;
+  for (const DesignEntry& entry : design) {
+    sheet.push_back({.run = static_cast<int>(sheet.size()) + 1, .entry = entry});
+  }
+  return sheet;
+}
+
+Eigen::VectorXd readings_of(const ForecastSetup& setup,
+                            const Positioner& positioner,
+                            const Eigen::Matrix3d& mount,
+                            const Eigen::Vector2d& slope) {
+  return simulate(
+             setup.nominal, sheet_of(setup.design),
+             {.slope = slope, .positioner = positioner, .rotation_sensor_from_positioner = mount})
+      .response.reshaped();
+}
+
+ReadingSet reading_set(const ForecastSetup& setup) {
+  ReadingSet set;
+  set.axes = setup.nominal.instrument.axes;
+  set.orientation = [&setup](const DesignPoint& point) -> Eigen::Matrix3d {
+    return setup.mount.rotation_sensor_from_positioner *
+           setup.positioner.rotation_table_from_positioner(point).transpose();
+  };
+  const Observations observations =
+      simulate(setup.nominal, sheet_of(setup.design),
+               {.slope = setup.slope,
+                .positioner = setup.positioner,
+                .rotation_sensor_from_positioner = setup.mount.rotation_sensor_from_positioner});
+  set.readings = observations.readings;
+  set.response = observations.response;
+  set.weights = Eigen::MatrixXd::Ones(set.size(), set.axis_count());
+  for (const Reading& reading : set.readings) {
+    set.rotation_sensor_from_table.push_back(set.orientation(*reading.point));
+  }
+  return set;
+}
+
+// The pseudo-inverse of X for each of m axes.
+Eigen::MatrixXd for_each_axis(const Eigen::MatrixXd& one, Eigen::Index m) {
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(4 * m, one.cols() * m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    all.block(4 * k, one.cols() * k, 4, one.cols()) = one;
+  }
+  return all;
+}
+
+LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
+  const Eigen::Index m = set.axis_count();
+  const double F = setup.nominal.field.magnitude;
+  const Eigen::Vector3d field = rotation_sloping_from_level(setup.slope) *
+                                setup.nominal.field.in_table.value_or(Eigen::Vector3d(0.0, 0.0, F));
+  const RowsForPoint row_for = rows_of_points(set, {field});
+  LinearMap map;
+  if (setup.method == Method::paired) {
+    const PairedDesign paired = paired_design(set, field);
+    if (paired.design.rows() == 0) {
+      throw RefusedError(
+          "method paired: no point has its opposite (same rest face, opposite fence face); use "
+          "--method joint");
+    }
+    require_determined(set, paired.design, row_for, true);
+    const Eigen::VectorXd root = paired.weights.cwiseSqrt();
+    const Eigen::MatrixXd weighted = root.asDiagonal() * paired.design;
+    const Eigen::MatrixXd averages = root.asDiagonal() * paired.averaging;
+    map.coefficients_from_readings = for_each_axis(pseudo_inverse(weighted) * averages, m);
+    map.degrees_of_freedom =
+        Eigen::VectorXd::Constant(m, static_cast<double>(paired.design.rows()));
+    return map;
+  }
+  map.degrees_of_freedom = Eigen::VectorXd::Constant(m, static_cast<double>(set.size()));
+  require_determined(set, field_design(set, {field}), row_for);
+  if (setup.method == Method::known) {
+    map.coefficients_from_readings = for_each_axis(pseudo_inverse(field_design(set, {field})), m);
+    return map;
+  }
+  const JointFit fit(set, set.weights);
+  const JointState state = fit.at({field});
+  const Eigen::VectorXd sigma = Eigen::VectorXd::Ones(m);
+  const Eigen::MatrixXd J = fit.jacobian(state, sigma);
+  if (const std::vector<Eigen::Index> open = undetermined_columns(J); !open.empty()) {
+    std::vector<std::string> all = parameter_names(set.axes);
+    all.resize(static_cast<std::size_t>(J.cols()), "direction of the field");
+    std::vector<std::string> names;
+    for (const Eigen::Index j : open) {
+      names.push_back(all[static_cast<std::size_t>(j)]);
+    }
+    names = without_repeats(names);
+    const std::string list = joined(names);
+    throw RankDeficientError("the design does not determine " + list +
+                                 " together; take each face turned round as well, or the method "
+                                 "known on a level table",
+                             std::move(names));
+  }
+  map.coefficients_from_readings = pseudo_inverse(J).topRows(4 * m);
+  map.parameters = 4.0 + 2.0 / static_cast<double>(m);
+  return map;
+}
+
+// Face normals that are off by their covariance: the readings change, the coefficients follow.
+Eigen::MatrixXd positioner_part(const ForecastSetup& setup, const Eigen::MatrixXd& map) {
+  NormalCovariance C = NormalCovariance::Zero();
+  if (const auto& stated = setup.positioner.description().normal_covariance) {
+    C = *stated;
+  }
+  for (const Face face : all_faces) {
+    const Eigen::Vector3d& n = setup.positioner.normal(face);
+    const Eigen::Index at = 3 * static_cast<Eigen::Index>(face);
+    C.block<3, 3>(at, at) +=
+        setup.normal_u_rad * setup.normal_u_rad * (Eigen::Matrix3d::Identity() - n * n.transpose());
+  }
+  if (C.isZero(0.0)) {
+    return Eigen::MatrixXd::Zero(map.rows(), map.rows());
+  }
+  constexpr double step = 1e-5;
+  Eigen::MatrixXd change(map.rows(), 18);
+  for (Eigen::Index j = 0; j < 18; ++j) {
+    const auto moved = [&](double by) {
+      PositionerDescription description = setup.positioner.description();
+      for (std::size_t face = 0; face < all_faces.size(); ++face) {
+        description.faces[face].normal = setup.positioner.normals()[face];
+      }
+      const auto face = static_cast<std::size_t>(j / 3);
+      Eigen::Vector3d& n = *description.faces[face].normal;
+      n(j % 3) += by;
+      n.normalize();
+      return readings_of(setup, Positioner(std::move(description)),
+                         setup.mount.rotation_sensor_from_positioner, setup.slope);
+    };
+    change.col(j) = map * (moved(step) - moved(-step)) / (2.0 * step);
+  }
+  return change * C * change.transpose();
+}
+
+Eigen::MatrixXd level_part(const ForecastSetup& setup, const Eigen::MatrixXd& map) {
+  if (setup.method != Method::known || !(setup.level_u_rad > 0.0)) {
+    return Eigen::MatrixXd::Zero(map.rows(), map.rows());
+  }
+  constexpr double step = 1e-5;
+  Eigen::MatrixXd change(map.rows(), 2);
+  for (int j = 0; j < 2; ++j) {
+    const Eigen::Vector2d by = step * Eigen::Vector2d::Unit(j);
+    const Eigen::Matrix3d& mount = setup.mount.rotation_sensor_from_positioner;
+    change.col(j) = map *
+                    (readings_of(setup, setup.positioner, mount, setup.slope + by) -
+                     readings_of(setup, setup.positioner, mount, setup.slope - by)) /
+                    (2.0 * step);
+  }
+  return setup.level_u_rad * setup.level_u_rad * change * change.transpose();
+}
+
+Eigen::MatrixXd mount_part(const ForecastSetup& setup, const Eigen::MatrixXd& map) {
+  const double u = setup.mount.repeatability_rad;
+  if (!(u > 0.0)) {
+    return Eigen::MatrixXd::Zero(map.rows(), map.rows());
+  }
+  constexpr double step = 1e-5;
+  Eigen::MatrixXd change(map.rows(), 3);
+  for (int j = 0; j < 3; ++j) {
+    const auto turned = [&](double by) -> Eigen::VectorXd {
+      return readings_of(
+          setup, setup.positioner,
+          rotation_by(by * Eigen::Vector3d::Unit(j)) * setup.mount.rotation_sensor_from_positioner,
+          setup.slope);
+    };
+    change.col(j) = map * (turned(step) - turned(-step)) / (2.0 * step);
+  }
+  return u * u * change * change.transpose();
+}
+
+// Covariance of the field that a calibrated reading gives, for a field in the instrument's frame.
+Eigen::Matrix3d field_covariance(const Forecast& forecast,
+                                 const Eigen::MatrixXd& inverse,
+                                 const Eigen::MatrixXd& covariance,
+                                 const Eigen::Vector3d& field) {
+  const Eigen::Index m = forecast.response.bias.size();
+  Eigen::MatrixXd B = Eigen::MatrixXd::Zero(m, 4 * m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    B(k, 4 * k) = 1.0;
+    B.block<1, 3>(k, 4 * k + 1) = field.transpose();
+  }
+  const Eigen::MatrixXd G = inverse * B;
+  return G * covariance * G.transpose();
+}
+
+Eigen::MatrixXd inverse_of(const Forecast& forecast) {
+  if (rank_of(forecast.response.sensitivity) < 3) {
+    throw DomainError("forecast: fewer than three axes give angles of each axis only");
+  }
+  return pseudo_inverse(forecast.response.sensitivity);
+}
+
+}  // namespace
+
+Forecast forecast(const ForecastSetup& setup) {
+  if (!(setup.noise_sd >= 0.0) || !std::isfinite(setup.noise_sd) || setup.replicates < 1 ||
+      setup.samples < 1 || !(setup.normal_u_rad >= 0.0) ||
+      !(setup.mount.repeatability_rad >= 0.0) || !(setup.level_u_rad >= 0.0)) {
+    throw DomainError(
+        "forecast: noise and uncertainties must not be negative, replicates and samples at least "
+        "1");
+  }
+  const ReadingSet set = reading_set(setup);
+  const LinearMap map = linear_map(setup, set);
+  const Eigen::MatrixXd& L = map.coefficients_from_readings;
+  const double averaged = static_cast<double>(setup.replicates) * setup.samples;
+  Forecast result;
+  result.noise = setup.noise_sd * setup.noise_sd / averaged * L * L.transpose();
+  result.positioner = positioner_part(setup, L);
+  result.level = level_part(setup, L);
+  result.mount = mount_part(setup, L);
+  result.degrees_of_freedom = setup.replicates * map.degrees_of_freedom.array() - map.parameters;
+  result.response = setup.nominal.response;
+  result.magnitude = setup.nominal.field.magnitude;
+  return result;
+}
+
+AngleUncertainty forecast_angles(const Forecast& forecast,
+                                 const Eigen::MatrixXd& covariance,
+                                 double pitch_rad,
+                                 double roll_rad,
+                                 PitchFormula formula) {
+  const double F = forecast.magnitude;
+  const double cp = std::cos(pitch_rad);
+  const double sp = std::sin(pitch_rad);
+  const double cr = std::cos(roll_rad);
+  const double sr = std::sin(roll_rad);
+  const Eigen::Vector3d field = F * Eigen::Vector3d(sp, cp * sr, cp * cr);
+  const Eigen::Matrix3d C =
+      field_covariance(forecast, inverse_of(forecast), covariance, field) / (F * F);
+  const Eigen::Vector3d by_pitch = formula == PitchFormula::arcsine
+                                       ? Eigen::Vector3d(1.0 / cp, 0.0, 0.0)
+                                       : Eigen::Vector3d(cp, -sp * sr, -sp * cr);
+  const Eigen::Vector3d by_roll(0.0, cr / cp, -sr / cp);
+  return {.pitch_rad = std::sqrt(by_pitch.dot(C * by_pitch)),
+          .roll_rad = std::sqrt(by_roll.dot(C * by_roll))};
+}
+
+double largest_angle_uncertainty(const Forecast& forecast, const Eigen::MatrixXd& covariance) {
+  // The function is smooth: a few hundred directions find its largest value to a part in a
+  // thousand.
+  constexpr int directions = 600;
+  const Eigen::MatrixXd inverse = inverse_of(forecast);
+  double largest = 0.0;
+  for (const Eigen::Vector3d& u : directions_on_sphere(directions)) {
+    const Eigen::Matrix3d C =
+        field_covariance(forecast, inverse, covariance, forecast.magnitude * u);
+    const Eigen::Matrix<double, 3, 2> T = tangents_of(u);
+    const Eigen::Matrix2d tangential = T.transpose() * C * T;
+    largest = std::max(largest,
+                       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(tangential).eigenvalues()(1));
+  }
+  return std::sqrt(largest) / forecast.magnitude;
+}
+
+std::optional<double> replicates_for_angle(const ForecastSetup& setup, double wanted_rad) {
+  if (!(wanted_rad > 0.0)) {
+    throw DomainError("replicates_for_angle: the wanted uncertainty must be positive");
+  }
+  ForecastSetup one = setup;
+  one.replicates = 1;
+  Forecast first = forecast(one);
+  const Eigen::MatrixXd noise = first.noise;
+  const auto reaches = [&](double replicates) {
+    first.noise = noise / replicates;
+    return largest_angle_uncertainty(first, first.covariance()) <= wanted_rad;
+  };
+  constexpr double most = 1e15;
+  if (!reaches(most)) {
+    return std::nullopt;
+  }
+  double low = 0.0;  // not enough
+  double high = 1.0;
+  while (!reaches(high)) {
+    low = high;
+    high *= 2.0;
+  }
+  while (high - low > 1.0) {
+    const double middle = std::floor(0.5 * (low + high));
+    (reaches(middle) ? high : low) = middle;
+  }
+  return high;
+}
+
+}  // namespace axiscal

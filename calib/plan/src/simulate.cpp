@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/simulate.hpp"
+
+#include <cmath>
+
+#include "axiscal/calib/observations_csv.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/random.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "axiscal/field/field_kind.hpp"
+
+namespace axiscal {
+
+Calibration on_level_table(Calibration truth) {
+  FieldDescription& field = truth.field;
+  // What gravity, or else a turntable's axis, says of the table's slope.
+  const Eigen::Vector3d* up = nullptr;
+  if (field.parts.empty() && field.in_table && field_kind(field.kind).along_normal) {
+    up = &*field.in_table;
+  }
+  for (const FieldPartDescription& part : field.parts) {
+    up = field_kind(part.kind).vertical ? &part.in_table : up;
+  }
+  for (const AlsoResponse& also : truth.also) {
+    up = field_kind(also.kind).vertical ? &also.in_table : up;
+  }
+  if (up == nullptr) {
+    return truth;  // its slope is not known from the record
+  }
+  const Eigen::Vector3d direction = (up->z() < 0.0 ? -1.0 : 1.0) * up->normalized();
+  constexpr double least_height = 0.1;  // a field in the table's plane tells no slope
+  if (direction.z() < least_height) {
+    return truth;
+  }
+  const Eigen::Matrix3d level_from_sloping =
+      rotation_sloping_from_level({direction.x(), direction.y()}).transpose();
+  if (field.in_table && field.parts.empty()) {
+    field.in_table = level_from_sloping * *field.in_table;
+  }
+  for (FieldPartDescription& part : field.parts) {
+    if (!part.set_by_level) {
+      part.in_table = level_from_sloping * part.in_table;
+    }
+  }
+  for (AlsoResponse& also : truth.also) {
+    also.in_table = level_from_sloping * also.in_table;
+  }
+  return truth;
+}
+
+Observations simulate(const Calibration& truth,
+                      const std::vector<RunSheetRow>& sheet,
+                      const SimulationOptions& options) {
+  if (!(options.noise_sd >= 0.0) || !std::isfinite(options.noise_sd) ||
+      !(options.temperature_sd >= 0.0) || !(options.resolution >= 0.0)) {
+    throw DomainError("simulate: noise and resolution must not be negative");
+  }
+  if (truth.response.sensitivity.rows() != truth.response.bias.size()) {
+    throw DomainError("simulate: the truth needs a bias and a row of sensitivities for each axis");
+  }
+  // Of a sum what is made on the table stays as it is when the table is tilted or turned. A field
+  // alone is always turned (CONTRACT 7): a lamp or coil that does not stand as the record says.
+  const Eigen::Matrix3d turned = rotation_sloping_from_level(options.slope) *
+                                 rotation_table_from_enu(options.fence_azimuth_rad);
+  std::vector<Eigen::Vector3d> parts;
+  for (const FieldPartDescription& part : truth.field.parts) {
+    parts.emplace_back(part.set_by_level ? part.in_table : Eigen::Vector3d(turned * part.in_table));
+  }
+  const auto field_in_table = [&](double level) -> Eigen::Vector3d {
+    return parts.empty() ? Eigen::Vector3d(turned * truth.field.at_level(level))
+                         : TableField(truth.field.parts).at(parts, level);
+  };
+  // Stream 0 shuffles run sheets; the noise must not repeat its numbers.
+  RandomStream random(options.seed, 1 + options.stream);
+  Observations observations;
+  observations.has_block = true;
+  observations.response.resize(static_cast<Eigen::Index>(sheet.size()), truth.response.bias.size());
+  observations.readings = readings_of(sheet);
+  for (std::size_t i = 0; i < sheet.size(); ++i) {
+    const RunSheetRow& row = sheet[i];
+    std::optional<double>& temperature = observations.readings[i].temperature;
+    if (temperature && options.temperature_sd > 0.0) {
+      *temperature += options.temperature_sd * random.normal();
+    }
+    observations.has_level = observations.has_level || row.entry.level != 1.0;
+    const Eigen::Matrix3d rotation_sensor_from_table =
+        options.rotation_sensor_from_positioner *
+        options.positioner.rotation_table_from_positioner(row.entry.point).transpose();
+    const Eigen::Vector3d field_in_sensor =
+        rotation_sensor_from_table * field_in_table(row.entry.level);
+    Eigen::VectorXd response = response_at(truth, field_in_sensor, temperature);
+    if (truth.instrument.one_sided) {
+      // No light from behind: what is left is the dark reading.
+      response = response.cwiseMax(truth.response.bias);
+    }
+    for (const AlsoResponse& also : truth.also) {
+      response += also.sensitivity * (rotation_sensor_from_table * (turned * also.in_table));
+    }
+    if (options.noise_sd > 0.0) {
+      for (double& value : response) {
+        value += options.noise_sd * random.normal();
+      }
+    }
+    if (options.resolution > 0.0) {
+      response = options.resolution * (response / options.resolution).array().round();
+    }
+    observations.response.row(static_cast<Eigen::Index>(i)) = response;
+  }
+  if (!observations.response.allFinite()) {
+    throw DomainError("simulate: noise or field are so large that readings overflow");
+  }
+  return observations;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,439 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/study.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+
+#include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/covariance_root.hpp"
+#include "axiscal/calib/reading_uncertainty.hpp"
+#include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/json_document.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/parallel.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "axiscal/core/units.hpp"
+#include "study_blocks.hpp"
+
+namespace axiscal {
+namespace {
+
+// A seed for a trial that no other trial has anything in common with (splitmix64).
+std::uint64_t seed_of_trial(std::uint64_t seed, std::int64_t trial) {
+  std::uint64_t z = seed * 0x9E3779B97F4A7C15ULL +
+                    (static_cast<std::uint64_t>(trial) + 1) * 0xD1B54A32D192ED03ULL;
+  z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
+  z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
+  return z ^ (z >> 31U);
+}
+
+class Trial {
+ public:
+  Trial(const StudySetup& setup, const Eigen::MatrixXd& normal_root, std::uint64_t seed)
+      : setup_(setup), random_(seed, 7) {
+    simulation_ = setup.simulation;
+    simulation_.seed = seed;
+    if (setup.noise_sd.size() > 0) {
+      simulation_.noise_sd = 0.0;
+    }
+    simulation_.slope += setup.slope_sd * random_.normals<2>();
+    if (setup.drawing) {
+      simulation_.positioner =
+          random_positioner(*setup.drawing, setup.surface, setup.tolerances, random_);
+    } else if (setup.random_normals) {
+      simulation_.positioner = with_errors(setup.experiment.positioner, normal_root);
+    } else {
+      simulation_.positioner = setup.experiment.positioner;
+    }
+    simulation_.rotation_sensor_from_positioner = setup.experiment.rotation_sensor_from_positioner;
+  }
+
+  [[nodiscard]] Calibration calibrated() {
+    Observations observations = simulate(
+        setup_.truth,
+        make_run_sheet(setup_.design, setup_.replicates, simulation_.seed, setup_.temperatures),
+        simulation_);
+    for (Eigen::Index k = 0; k < setup_.noise_sd.size(); ++k) {
+      for (Eigen::Index i = 0; i < observations.response.rows(); ++i) {
+        observations.response(i, k) += setup_.noise_sd(k) * random_.normal();
+      }
+    }
+    return calibrate(setup_.experiment, observations);
+  }
+
+  // Errors, stated u and U of what one reading says in some attitude.
+  void add_angles(const Calibration& calibration, std::vector<StudySums>& sums, std::size_t from) {
+    constexpr double highest = 0.984807753012208;  // sin 80 degrees
+    const double sine = highest * (2.0 * random_.uniform() - 1.0);
+    const double roll = std::numbers::pi * (2.0 * random_.uniform() - 1.0);
+    const Eigen::Vector3d field = field_of_attitude(setup_.truth, std::asin(sine), roll);
+    Eigen::VectorXd v = response_at(setup_.truth, field, reference());
+    for (Eigen::Index k = 0; k < v.size(); ++k) {
+      const double sd =
+          setup_.noise_sd.size() > 0 ? setup_.noise_sd(k) : setup_.simulation.noise_sd;
+      v(k) += sd * random_.normal();
+    }
+    const Reducer reducer(calibration);
+    const ReducedReading reduced =
+        reducer.reduce(std::span<const double>(v.data(), static_cast<std::size_t>(v.size())),
+                       nullptr, reference());
+    const AttitudeBudget budget =
+        attitude_budget(calibration, {}, {}, reduced.field_in_sensor, reference());
+    const double F = setup_.truth.field.magnitude;
+    const std::array<double, 5> errors = {
+        reduced.field_in_sensor.x() - field.x(), reduced.field_in_sensor.y() - field.y(),
+        reduced.field_in_sensor.z() - field.z(),
+        std::asin(std::clamp(reduced.field_in_sensor.x() / F, -1.0, 1.0)) * deg_per_rad -
+            std::asin(sine) * deg_per_rad,
+        std::remainder(std::atan2(reduced.field_in_sensor.y(), reduced.field_in_sensor.z()) -
+                           std::atan2(field.y(), field.z()),
+                       2.0 * std::numbers::pi) *
+            deg_per_rad};
+    for (const AttitudeQuantity& quantity : budget.quantities) {
+      const auto at = std::find(angle_names.begin(), angle_names.end(), quantity.name);
+      if (at != angle_names.end()) {
+        const auto j = static_cast<std::size_t>(at - angle_names.begin());
+        add(sums[from + j], errors[j], quantity.uncertainty.u, quantity.uncertainty.expanded);
+      }
+    }
+  }
+
+  static void add(StudySums& sums, double error, double u, double expanded) {
+    sums.trials += 1.0;
+    sums.error += error;
+    sums.error_squared += error * error;
+    sums.u_squared += u * u;
+    sums.covered += std::abs(error) <= expanded ? 1.0 : 0.0;
+  }
+
+  static constexpr std::array<std::string_view, 5> angle_names = {"field_x", "field_y", "field_z",
+                                                                  "pitch_deg", "roll_deg"};
+
+ private:
+  [[nodiscard]] std::optional<double> reference() const {
+    return setup_.truth.temperature ? std::optional(setup_.truth.temperature->reference)
+                                    : std::nullopt;
+  }
+
+  [[nodiscard]] Positioner with_errors(const Positioner& positioner, const Eigen::MatrixXd& root) {
+    Eigen::VectorXd z(18);
+    for (double& value : z) {
+      value = random_.normal();
+    }
+    const Eigen::VectorXd errors = root * z;
+    FaceNormals normals = positioner.normals();
+    for (std::size_t face = 0; face < normals.size(); ++face) {
+      normals[face] =
+          (normals[face] + errors.segment<3>(3 * static_cast<Eigen::Index>(face))).normalized();
+    }
+    return Positioner(normals);
+  }
+
+  const StudySetup& setup_;
+  RandomStream random_;
+  SimulationOptions simulation_;
+};
+
+// The truth as a calibration states it: polynomials about that one's reference temperature.
+Calibration truth_about(Calibration truth, const Calibration& calibration) {
+  if (!truth.temperature || !calibration.temperature) {
+    return truth;
+  }
+  TemperatureResponse& terms = *truth.temperature;
+  const double t0 = calibration.temperature->reference;
+  const double h = t0 - terms.reference;
+  const Eigen::Index order = terms.bias.cols();
+  for (Eigen::Index k = 0; k < truth.response.bias.size(); ++k) {
+    const double shift = terms.bias_shift(k, t0);
+    const double scale = terms.scale_at(k, t0);
+    truth.response.bias(k) += shift;
+    truth.response.sensitivity.row(k) *= scale;
+    if (order >= 1) {
+      const double b2 = order > 1 ? terms.bias(k, 1) : 0.0;
+      const double c2 = order > 1 ? terms.scale(k, 1) : 0.0;
+      terms.bias(k, 0) += 2.0 * b2 * h;
+      terms.scale(k, 0) = (terms.scale(k, 0) + 2.0 * c2 * h) / scale;
+      if (order > 1) {
+        terms.scale(k, 1) = c2 / scale;
+      }
+    }
+  }
+  terms.reference = t0;
+  // Terms that the truth has not are 0.
+  const Eigen::Index fitted = calibration.temperature->bias.cols();
+  if (fitted > order) {
+    for (Eigen::MatrixXd* const all : {&terms.bias, &terms.scale}) {
+      all->conservativeResize(Eigen::NoChange, fitted);
+      all->rightCols(fitted - order).setZero();
+    }
+  }
+  return truth;
+}
+
+// What tells one study from another (FNV-1a of its description).
+std::string digest_of(const StudySetup& setup) {
+  std::string text = calibration_json(setup.truth);
+  const auto put = [&](double value) { text += number_text(value) + " "; };
+  for (const double sd : setup.noise_sd) {
+    put(sd);
+  }
+  for (const double t : setup.temperatures) {
+    put(t);
+  }
+  for (const DesignEntry& entry : setup.design) {
+    text += entry.point.name();
+    put(entry.level);
+  }
+  const Tolerances& made = setup.tolerances;
+  for (const double value :
+       {static_cast<double>(setup.replicates), setup.simulation.noise_sd,
+        setup.simulation.slope.x(), setup.simulation.slope.y(), setup.simulation.resolution,
+        setup.simulation.temperature_sd, setup.regression_only ? 1.0 : 0.0, setup.slope_sd,
+        made.foot_height_m, made.ball_radius_m, made.squareness_rad, made.fence_rad,
+        setup.random_normals ? 1.0 : 0.0, setup.experiment.robust ? 1.0 : 0.0,
+        static_cast<double>(setup.experiment.temperature.order), setup.experiment.stated.slope_u,
+        setup.experiment.stated.direction_u_rad, setup.experiment.field.magnitude_u}) {
+    put(value);
+  }
+  text += setup.experiment.method ? method_name(*setup.experiment.method) : "";
+  for (const Eigen::Vector3d& normal : setup.experiment.positioner.normals()) {
+    put(normal.sum());
+  }
+  std::uint64_t hash = 14695981039346656037ULL;
+  for (const char c : text) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
+  }
+  std::string digits;
+  for (int i = 0; i < 16; ++i) {
+    digits += "0123456789abcdef"[hash >> 60U];
+    hash <<= 4U;
+  }
+  return digits;
+}
+
+bool gives_angles(const StudySetup& setup) {
+  return setup.angles && setup.truth.instrument.axis_count() >= 3 &&
+         !setup.truth.instrument.one_sided && setup.truth.also.empty() &&
+         find_instrument_kind(setup.truth.instrument.kind).has_axis_elevation;
+}
+
+}  // namespace
+
+Study run_study(const StudySetup& given,
+                std::int64_t trials,
+                std::uint64_t seed,
+                const Shard& shard,
+                const std::function<void(std::int64_t)>& progress) {
+  if (trials < 1 || shard.count < 1 || shard.number < 1 || shard.number > shard.count) {
+    throw DomainError("run_study: at least one trial, and a shard I of N with 1 <= I <= N");
+  }
+  Study study{.seed = seed, .trials = trials, .setup = digest_of(given)};
+  if (given.regression_only) {
+    run_regression_study(given, shard, progress, study);
+    return study;
+  }
+  StudySetup setup = given;
+  setup.experiment.search_for_mistakes = false;  // it changes no coefficient
+  Eigen::MatrixXd normal_root;
+  const auto& covariance = setup.experiment.positioner.description().normal_covariance;
+  if (setup.random_normals && !covariance) {
+    throw DomainError("run_study: the positioner states no covariance of its normals");
+  }
+  if (setup.random_normals) {
+    normal_root = covariance_root(*covariance);
+  }
+  const bool angles = gives_angles(setup);
+  study.block = 250;
+  const auto names_of = [&](const Calibration& calibration) {
+    std::vector<std::string> names = calibration.statistics->parameter_names;
+    if (angles) {
+      names.insert(names.end(), Trial::angle_names.begin(), Trial::angle_names.end());
+    }
+    return names;
+  };
+  struct Block {
+    std::vector<std::string> parameters;
+    std::vector<StudySums> sums;
+    std::int64_t refused = 0;
+  };
+  // The first trial of a shard must give a calibration: else it says why none does.
+  const auto run_block = [&](std::int64_t number, bool is_first) {
+    Block block;
+    const std::int64_t last = std::min(trials, (number + 1) * study.block);
+    for (std::int64_t t = number * study.block; t < last; ++t) {
+      Calibration calibration;
+      Trial trial(setup, normal_root, seed_of_trial(seed, t));
+      try {
+        calibration = trial.calibrated();
+      } catch (const RefusedError&) {
+        if (is_first && block.parameters.empty()) {
+          throw;
+        }
+        ++block.refused;
+        continue;
+      }
+      if (block.parameters.empty()) {
+        block.parameters = names_of(calibration);
+        block.sums.resize(block.parameters.size());
+      }
+      const std::vector<ParameterUncertainty> stated = parameter_uncertainties(calibration);
+      const Calibration truth = truth_about(setup.truth, calibration);
+      for (std::size_t p = 0; p < stated.size() && p < block.sums.size(); ++p) {
+        Trial::add(block.sums[p], stated[p].value - parameter_value(truth, stated[p].name),
+                   stated[p].uncertainty.u, stated[p].uncertainty.expanded);
+      }
+      if (angles) {
+        trial.add_angles(calibration, block.sums, stated.size());
+      }
+    }
+    return block;
+  };
+  study.blocks = blocks_of_shard(study, shard);
+  std::vector<Block> blocks(study.blocks.size());
+  ProgressReport report(progress);
+  const auto run_one = [&](std::size_t i) {
+    blocks[i] = run_block(study.blocks[i], i == 0);
+    report.add(std::min(trials, (study.blocks[i] + 1) * study.block) -
+               study.blocks[i] * study.block);
+  };
+  if (!blocks.empty()) {
+    run_one(0);
+    for_each_in_parallel(blocks.size() - 1, [&](std::size_t i) { run_one(i + 1); });
+    study.parameters = blocks.front().parameters;
+  }
+  for (Block& block : blocks) {
+    study.refused += block.refused;
+    study.sums.push_back(std::move(block.sums));
+  }
+  return study;
+}
+
+std::int64_t block_count(const Study& study) {
+  return study.block > 0 ? (study.trials + study.block - 1) / study.block : 0;
+}
+
+Study merge(const std::vector<Study>& shards) {
+  if (shards.empty()) {
+    throw DomainError("merge: no studies");
+  }
+  Study all{.seed = shards.front().seed,
+            .trials = shards.front().trials,
+            .block = shards.front().block,
+            .setup = shards.front().setup,
+            .parameters = shards.front().parameters};
+  std::vector<std::pair<std::int64_t, const std::vector<StudySums>*>> parts;
+  for (const Study& shard : shards) {
+    if (shard.seed != all.seed || shard.trials != all.trials || shard.setup != all.setup) {
+      throw DomainError(
+          "the shards are of different studies: their seeds, numbers of trials or what they "
+          "simulate differ");
+    }
+    if (all.parameters.empty()) {
+      all.parameters = shard.parameters;
+    }
+    if (!shard.parameters.empty() && shard.parameters != all.parameters) {
+      throw DomainError("the shards are of different studies: their parameters differ");
+    }
+    all.refused += shard.refused;
+    for (std::size_t i = 0; i < shard.blocks.size(); ++i) {
+      parts.emplace_back(shard.blocks[i], &shard.sums[i]);
+    }
+  }
+  std::sort(parts.begin(), parts.end());
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (i > 0 && parts[i].first == parts[i - 1].first) {
+      throw DomainError("the same trials are in two of the shards");
+    }
+    all.blocks.push_back(parts[i].first);
+    all.sums.push_back(*parts[i].second);
+  }
+  return all;
+}
+
+std::vector<StudyResult> results_of(const Study& study) {
+  std::vector<StudyResult> results;
+  for (std::size_t p = 0; p < study.parameters.size(); ++p) {
+    StudySums all;
+    for (const std::vector<StudySums>& block : study.sums) {
+      if (p < block.size()) {
+        all.trials += block[p].trials;
+        all.error += block[p].error;
+        all.error_squared += block[p].error_squared;
+        all.u_squared += block[p].u_squared;
+        all.covered += block[p].covered;
+      }
+    }
+    const double n = all.trials;
+    StudyResult result{.parameter = study.parameters[p]};
+    result.mean_error = all.error / n;
+    result.sd =
+        std::sqrt(std::max(0.0, (all.error_squared - n * result.mean_error * result.mean_error) /
+                                    std::max(n - 1.0, 1.0)));
+    result.stated_u = std::sqrt(all.u_squared / n);
+    result.coverage_95 = all.covered / n;
+    results.push_back(std::move(result));
+  }
+  return results;
+}
+
+std::string study_json(const Study& study, bool with_blocks) {
+  Json json = {{"format", "axiscal-study"}, {"version", 1},
+               {"seed", study.seed},        {"trials", study.trials},
+               {"block", study.block},      {"setup", study.setup},
+               {"refused", study.refused},  {"parameters", Json::array()}};
+  for (const StudyResult& result : results_of(study)) {
+    json["parameters"].push_back({{"parameter", result.parameter},
+                                  {"mean_error", result.mean_error},
+                                  {"sd", result.sd},
+                                  {"stated_u", result.stated_u},
+                                  {"coverage_95", result.coverage_95}});
+  }
+  if (with_blocks) {
+    json["blocks"] = Json::array();
+    for (std::size_t i = 0; i < study.blocks.size(); ++i) {
+      Json sums = Json::array();
+      for (const StudySums& one : study.sums[i]) {
+        sums.push_back({one.trials, one.error, one.error_squared, one.u_squared, one.covered});
+      }
+      json["blocks"].push_back({{"block", study.blocks[i]}, {"sums", sums}});
+    }
+  }
+  return json_text(json);
+}
+
+Study parse_study(std::string_view text, const std::string& path) {
+  const JsonValue json = parse_json(text, path);
+  json.require_format("axiscal-study");
+  Study study;
+  study.seed = static_cast<std::uint64_t>(json.at("seed").number());
+  study.trials = static_cast<std::int64_t>(json.at("trials").number());
+  study.block = static_cast<std::int64_t>(json.at("block").number());
+  study.setup = json.text_or("setup");
+  study.refused = static_cast<std::int64_t>(json.at("refused").number());
+  for (const JsonValue& parameter : json.at("parameters").elements()) {
+    study.parameters.push_back(parameter.at("parameter").text());
+  }
+  if (!json.find("blocks")) {
+    json.fail("holds no sums of its blocks; write it with --shard I/N");
+  }
+  constexpr Eigen::Index numbers = 5;
+  for (const JsonValue& block : json.at("blocks").elements()) {
+    study.blocks.push_back(static_cast<std::int64_t>(block.at("block").number()));
+    std::vector<StudySums>& sums = study.sums.emplace_back();
+    for (const JsonValue& one : block.at("sums").elements()) {
+      const Eigen::VectorXd v = one.vector(numbers);
+      sums.push_back({.trials = v(0),
+                      .error = v(1),
+                      .error_squared = v(2),
+                      .u_squared = v(3),
+                      .covered = v(4)});
+    }
+  }
+  return study;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+
+namespace axiscal {
+
+/// Adds a warning to a finished calibration, whose status is then no longer "ok".
+void add_warning(Calibration& calibration, CalibrationWarning warning);
+
+/// @return "run 7", "runs 3 and 8", "runs 1, 4 and 9".
+[[nodiscard]] std::string name_of_runs(const std::vector<int>& runs);
+
+}  // namespace axiscal

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+
+namespace axiscal {
+
+/// ".d", ".d2", .. for a power 1, 2, ... of the temperature.
+[[nodiscard]] std::string power_suffix(int power);
+
+/// ".bias.d", ".bias.d2", .., ".scale.d", ..
+[[nodiscard]] std::vector<std::string> temperature_suffixes(int order);
+
+/// The names of the parameters of some axes, all columns.
+[[nodiscard]] std::vector<std::string> parameter_names(
+    const std::vector<std::string>& axes,
+    const std::vector<std::string>& also_kinds = {},
+    int temperature_order = 0);
+
+/// From the covariance of a record's statistics: names of the parameters, standard errors, coverage
+/// factors.
+void add_intervals(Calibration& calibration);
+
+/// The same for the columns that are open, for all axes.
+[[nodiscard]] std::vector<std::string> names_of_columns(const std::vector<std::string>& axes,
+                                                        const std::vector<Eigen::Index>& columns,
+                                                        const std::vector<std::string>& also_kinds);
+
+}  // namespace axiscal

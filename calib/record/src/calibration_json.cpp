@@ -1,0 +1,581 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/calibration_json.hpp"
+
+#include <limits>
+
+#include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/input_file.hpp"
+#include "axiscal/core/json_members.hpp"
+#include "axiscal/field/field_kind.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
+#include "axiscal/instruments/polar_form.hpp"
+
+namespace axiscal {
+namespace {
+
+// Each struct's members(), in the order of the file, serve for writing and for reading. What is
+// only written, as it follows from the rest, is put in where the table does not read.
+
+void point_members(JsonMembers& io, std::optional<DesignPoint>& point) {
+  if (!io.reads()) {
+    if (point) {
+      io.to()["rest"] = face_name(point->rest());
+      io.to()["fence"] = face_name(point->fence());
+    }
+    return;
+  }
+  const std::optional<JsonValue> rest = io.from().find("rest");
+  const std::optional<JsonValue> fence = io.from().find("fence");
+  if (!rest || !fence) {
+    return;
+  }
+  const std::optional<Face> rest_face = parse_face(rest->text());
+  const std::optional<Face> fence_face = parse_face(fence->text());
+  if (!rest_face || !fence_face || axis_of(*rest_face) == axis_of(*fence_face)) {
+    io.from().fail("rest and fence must be faces (+X -X +Y -Y +Z -Z) on two axes");
+  }
+  point = DesignPoint(*rest_face, *fence_face);
+}
+
+void differences_members(JsonMembers& io, std::vector<DifferentialAxis>& differences) {
+  if (!io.reads()) {
+    for (const DifferentialAxis& difference : differences) {
+      io.to()["differences"][difference.axis] = {difference.plus, difference.minus};
+    }
+  } else if (const auto all = io.from().find("differences")) {
+    for (const std::string& axis : all->keys()) {
+      const std::vector<std::string> columns = all->at(axis).texts();
+      if (columns.size() != 2) {
+        all->at(axis).fail("must be two columns: [plus, minus]");
+      }
+      differences.push_back({.axis = axis, .plus = columns[0], .minus = columns[1]});
+    }
+  }
+}
+
+void members(JsonMembers& io, Instrument& instrument) {
+  io.need("kind", instrument.kind);
+  io.check("kind", [&] { static_cast<void>(find_instrument_kind(instrument.kind)); });
+  io.text("serial", instrument.serial);
+  io.need("axes", instrument.axes);
+  io.check("axes", [&] { check_axes(instrument); });
+  io.need("unit", instrument.unit);
+  std::string convention = instrument.convention == AxisConvention::forward_right_down ? "frd" : "";
+  io.text_if_any("convention", convention);
+  if (!convention.empty()) {
+    io.check("convention", [&] { instrument.convention = parse_convention(convention); });
+  }
+  differences_members(io, instrument.differences);
+  if (io.reads() ? io.from().find("range").has_value() : instrument.range.has_value()) {
+    ReadingRange range = instrument.range.value_or(ReadingRange{});
+    io.need_pair("range", range.low, range.high);
+    instrument.range = range;
+  }
+  io.flag_unless("one_sided", instrument.one_sided, false);
+}
+
+void members(JsonMembers& io, FieldPartDescription& part) {
+  io.need("kind", part.kind);
+  io.need("magnitude", part.magnitude);
+  io.need_vector("in_table", part.in_table, 3);
+  io.need("set_by_level", part.set_by_level);
+  io.need("turning", part.turning);
+}
+
+void members(JsonMembers& io, Site& site) {
+  io.need("latitude_deg", site.latitude_deg);
+  io.need("longitude_deg", site.longitude_deg);
+  io.need("height_m", site.height_m);
+}
+
+void in_table_members(JsonMembers& io, FieldDescription& field) {
+  if (!io.reads()) {
+    io.to()["in_table"] = field.in_table ? json_from(*field.in_table) : Json();
+  } else if (const auto in_table = io.from().find("in_table")) {
+    field.in_table = in_table->vector(3);
+    io.check("in_table", field.in_table->norm() > 0.0, "must not be zero");
+  }
+  if (io.reads() ? io.from().find("in_table_covariance").has_value()
+                 : field.in_table_covariance.has_value()) {
+    Eigen::Matrix3d covariance = field.in_table_covariance.value_or(Eigen::Matrix3d::Zero());
+    io.matrix("in_table_covariance", covariance, 3, 3);
+    field.in_table_covariance = covariance;
+    io.number("in_table_degrees_of_freedom", field.in_table_degrees_of_freedom);
+  }
+}
+
+void members(JsonMembers& io, FieldDescription& field) {
+  io.need("kind", field.kind);
+  io.need("unit", field.unit);
+  io.need("magnitude", field.magnitude);
+  io.check("magnitude", field.magnitude > 0.0, "must be positive");
+  io.check("unit", !field_kind(field.kind).vertical || field.unit == "g" || field.unit == "m/s^2",
+           "gravity is in g or m/s^2");
+  in_table_members(io, field);
+  io.number_if_any("magnitude_u", field.magnitude_u);
+  io.text_if_any("model", field.model);
+  io.number_if_any("local_gravity_m_s2", field.local_gravity);
+  io.list_if_any("parts", field.parts,
+                 [](JsonMembers& one, FieldPartDescription& part) { members(one, part); });
+  io.object_if_any("site", field.site, [](JsonMembers& one, Site& site) { members(one, site); });
+  io.text_if_any("date", field.date);
+}
+
+// By the second field's kind.
+void also_members(JsonMembers& io, std::vector<AlsoResponse>& all, Eigen::Index m) {
+  if (io.reads()) {
+    for (const std::string& kind : io.from().keys()) {
+      all.push_back({.kind = kind, .unit = "", .sensitivity = {}, .sensitivity_se = {}});
+    }
+  }
+  for (AlsoResponse& also : all) {
+    io.need_object(also.kind.c_str(), [&](JsonMembers& one) {
+      one.need("unit", also.unit);
+      if (!one.reads() || one.from().find("in_table")) {
+        one.need_vector("in_table", also.in_table, 3);
+      }
+      one.need_matrix("sensitivity", also.sensitivity, m, 3);
+      one.matrix("standard_error", also.sensitivity_se, m, 3);
+    });
+  }
+}
+
+void members(JsonMembers& io, OrientationQuality& quality) {
+  io.number("fit_error", quality.fit_error);
+  io.number("magnitude_spread", quality.magnitude_spread);
+  io.number("coverage", quality.coverage);
+  io.number("largest_gap_rad", quality.largest_gap_rad);
+  if (!io.reads() || io.from().find("gap")) {
+    io.need_vector("gap", quality.gap, 3);
+  }
+}
+
+void members(JsonMembers& io, CompanionAlignment& companion) {
+  Alignment& alignment = companion.alignment;
+  io.text("record", companion.record);
+  io.need_matrix("rotation_companion_from_sensor", alignment.rotation_companion_from_sensor, 3, 3);
+  io.vector("standard_error_rad", alignment.standard_error_rad, 3);
+  io.number("angle_rad", alignment.angle_rad);
+  io.number("angle_standard_error_rad", alignment.angle_se_rad);
+  io.number("residual_sd", alignment.residual_sd);
+}
+
+// What users of this kind of instrument call it.
+Json quantities_json(const Calibration& calibration) {
+  Json list = Json::array();
+  for (const Quantity& quantity : quantities_of(calibration)) {
+    Json json = {{"name", quantity.name}};
+    if (!quantity.of.empty()) {
+      json["of"] = quantity.of;
+    }
+    json["values"] = quantity.values;
+    json["standard_uncertainty"] = json_from(Eigen::Map<const Eigen::VectorXd>(
+        quantity.u.data(), static_cast<Eigen::Index>(quantity.u.size())));
+    json["unit"] = quantity.unit;
+    list.push_back(std::move(json));
+  }
+  return list;
+}
+
+Json polar_json(const Instrument& instrument, const LinearResponse& response) {
+  Json polar = Json::array();
+  for (Eigen::Index k = 0; k < response.bias.size(); ++k) {
+    const int axis = main_axis(instrument, response, k);
+    const PolarForm form = polar_from_sensitivity(response.sensitivity.row(k).transpose(), axis,
+                                                  instrument.convention);
+    polar.push_back({{"axis", instrument.axes[static_cast<std::size_t>(k)]},
+                     {"nominal", std::string(1, "xyz"[axis])},
+                     {"bias", response.bias(k)},
+                     {"sensitivity", form.sensitivity},
+                     {"coning_angle_rad", form.coning_angle_rad},
+                     {"azimuth_rad", form.azimuth_rad}});
+  }
+  return polar;
+}
+
+void members(JsonMembers& io, TemperatureOrderTrial& trial) {
+  io.need("order", trial.order);
+  io.number("aicc", trial.aicc);
+  io.number("lack_of_fit_p_value", trial.lack_of_fit_p_value);
+}
+
+void members(JsonMembers& io, TemperatureResponse& temperature, Eigen::Index m) {
+  io.need("reference", temperature.reference);
+  io.need_pair("range", temperature.low, temperature.high);
+  Eigen::Index order = temperature.bias.cols();
+  if (io.reads()) {
+    const std::vector<JsonValue> rows = io.from().at("bias").elements();
+    order = rows.empty() ? 0 : static_cast<Eigen::Index>(rows.front().elements().size());
+    temperature.bias_se.setConstant(m, order, not_a_number);
+    temperature.scale_se = temperature.bias_se;
+  }
+  io.need_matrix("bias", temperature.bias, m, order);
+  io.need_matrix("scale", temperature.scale, m, order);
+  const bool has_errors = temperature.bias_se.rows() == temperature.bias.rows();
+  io.object("standard_error", has_errors, [&](JsonMembers& errors) {
+    errors.matrix("bias", temperature.bias_se, m, order);
+    errors.matrix("scale", temperature.scale_se, m, order);
+  });
+  io.list_if_any("orders", temperature.trials,
+                 [](JsonMembers& one, TemperatureOrderTrial& trial) { members(one, trial); });
+}
+
+void members(JsonMembers& io, RegressionRow& row, Eigen::Index m) {
+  io.integers("runs", row.runs);
+  point_members(io, row.point);
+  io.integer("block", row.block);
+  io.vector("leverage", row.leverage, m);
+  io.vector("studentized", row.studentized, m);
+  io.vector("cooks_distance", row.cooks_distance, m);
+  if (io.reads() ? io.from().find("robust_weight").has_value() : row.robust_weight.size() > 0) {
+    io.vector("robust_weight", row.robust_weight, m);
+  }
+}
+
+void members(JsonMembers& io, LackOfFit& test) {
+  io.number("pure_error_sd", test.pure_error_sd);
+  io.number("pure_error_dof", test.pure_error_dof);
+  io.number("lack_of_fit_dof", test.lack_of_fit_dof);
+  io.number("f", test.f);
+  io.number("p_value", test.p_value);
+}
+
+void error_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
+  if (io.reads()) {
+    statistics.bias_se = Eigen::VectorXd::Constant(m, not_a_number);
+    statistics.sensitivity_se = Eigen::MatrixXd::Constant(m, 3, not_a_number);
+  }
+  io.object("standard_error", true, [&](JsonMembers& errors) {
+    errors.vector("bias", statistics.bias_se, m);
+    errors.matrix("sensitivity", statistics.sensitivity_se, m, 3);
+  });
+  io.vector("coverage_factor_95", statistics.coverage_factor, m);
+  if (!io.reads()) {
+    const Eigen::VectorXd& t = statistics.coverage_factor;
+    io.to()["interval_95"] = {
+        {"bias", json_from(t.cwiseProduct(statistics.bias_se))},
+        {"sensitivity", json_from_matrix(t.asDiagonal() * statistics.sensitivity_se)}};
+  }
+}
+
+void members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
+  io.integer("observations", statistics.observations);
+  io.vector("degrees_of_freedom", statistics.degrees_of_freedom, m);
+  io.vector("residual_sd", statistics.residual_sd, m);
+  io.vector("r_squared", statistics.r_squared, m);
+  error_members(io, statistics, m);
+  io.texts("parameter_names", statistics.parameter_names);
+  // Without names nobody knows what the covariance is of.
+  const auto parameters = static_cast<Eigen::Index>(statistics.parameter_names.size());
+  if (!io.reads() || parameters > 0) {
+    io.matrix("covariance", statistics.covariance, parameters, parameters);
+  }
+  io.number("condition_number", statistics.condition_number);
+  io.matrix("variance_inflation", statistics.variance_inflation, m, 3);
+  io.list_if_any("lack_of_fit", statistics.lack_of_fit,
+                 [](JsonMembers& one, LackOfFit& test) { members(one, test); });
+  io.integers_if_any("observations_per_axis", statistics.observations_per_axis);
+  io.list("rows", statistics.rows,
+          [m](JsonMembers& one, RegressionRow& row) { members(one, row, m); });
+}
+
+void members(JsonMembers& io, UncertaintySource& source, Eigen::Index parameters) {
+  io.need("name", source.name);
+  io.need("type", source.type);
+  io.text("distribution", source.distribution);
+  io.number("input_u", source.input_u);
+  io.text_if_any("input_unit", source.input_unit);
+  const bool from_scatter = source.type == "A";
+  // An infinite number is null in JSON, as one that does not exist.
+  io.number("degrees_of_freedom", source.degrees_of_freedom);
+  if (io.reads()) {
+    source.degrees_of_freedom =
+        from_scatter ? not_a_number : std::numeric_limits<double>::infinity();
+  }
+  if (!from_scatter) {  // the fit's is in the statistics
+    io.need_matrix("covariance", source.covariance, parameters, parameters);
+  }
+}
+
+void budget_members(JsonMembers& io, Calibration& calibration) {
+  UncertaintyBudget& budget = *calibration.uncertainty;
+  const Eigen::Index parameters = calibration.statistics->covariance.rows();
+  if (io.reads()) {
+    static_cast<void>(io.from().at("sources"));
+  }
+  io.list("sources", budget.sources, [parameters](JsonMembers& one, UncertaintySource& source) {
+    members(one, source, parameters);
+  });
+  io.number_if_any("resolution", budget.resolution);
+  io.number_if_any("temperature_u", budget.temperature_u);
+  if (io.reads()) {
+    return;
+  }
+  Json& list = io.to()["parameters"] = Json::array();
+  for (const ParameterUncertainty& parameter : parameter_uncertainties(calibration)) {
+    const CombinedUncertainty& uncertainty = parameter.uncertainty;
+    list.push_back({{"parameter", parameter.name},
+                    {"value", parameter.value},
+                    {"u", uncertainty.u},
+                    {"degrees_of_freedom", uncertainty.degrees_of_freedom},
+                    {"coverage_factor_95", uncertainty.coverage_factor},
+                    {"expanded_95", uncertainty.expanded}});
+  }
+}
+
+// @param with_values  else the face alone.
+void members(JsonMembers& io, LevelnessEstimate& estimate, bool with_values) {
+  std::optional<DesignPoint> point = estimate.point;
+  if (io.reads()) {
+    point.reset();
+  }
+  point_members(io, point);
+  if (!point) {
+    io.from().fail("needs 'rest' and 'fence'");
+  }
+  estimate.point = *point;
+  io.integer("block", estimate.block);
+  if (with_values || io.reads()) {
+    io.number("x", estimate.x);
+    io.number("y", estimate.y);
+  }
+}
+
+void members(JsonMembers& io, BlockLevelness& block) {
+  io.need("block", block.block);
+  io.number("x", block.x);
+  io.number("y", block.y);
+  io.xy("standard_error", block.standard_error_x, block.standard_error_y);
+}
+
+void members(JsonMembers& io, CombinedLevelness& combined) {
+  io.need("slots", combined.slots);
+  io.number("x", combined.x);
+  io.number("y", combined.y);
+  io.xy("standard_error", combined.standard_error_x, combined.standard_error_y);
+  io.need("consistent", combined.consistent);
+  io.number("p_value", combined.p_value);
+  io.text("suspect", combined.suspect);
+}
+
+void members(JsonMembers& io, Levelness& levelness) {
+  const LevelnessEstimate unread{.point = DesignPoint(Face::minus_z, Face::minus_x)};
+  io.list(
+      "estimates", levelness.estimates,
+      [](JsonMembers& one, LevelnessEstimate& estimate) { members(one, estimate, true); }, unread);
+  io.xy("mean", levelness.mean_x, levelness.mean_y);
+  io.xy("sd", levelness.sd_x, levelness.sd_y);
+  io.xy("standard_error", levelness.standard_error_x, levelness.standard_error_y);
+  io.number("degrees_of_freedom", levelness.degrees_of_freedom);
+  io.flag("consistent", levelness.consistent);
+  io.number("p_value", levelness.p_value);
+  io.number("block_p_value", levelness.block_p_value);
+  io.object_if_any(
+      "suspect", levelness.suspect,
+      [](JsonMembers& one, LevelnessEstimate& suspect) { members(one, suspect, false); }, unread);
+  io.list_if_any("blocks", levelness.blocks,
+                 [](JsonMembers& one, BlockLevelness& block) { members(one, block); });
+  io.object_if_any("combined", levelness.combined,
+                   [](JsonMembers& one, CombinedLevelness& combined) { members(one, combined); });
+}
+
+void members(JsonMembers& io, ReadingResidual& residual, Eigen::Index m) {
+  io.integer("run", residual.run);
+  point_members(io, residual.point);
+  io.number_if_any("level", residual.level);
+  io.integer_if_any("block", residual.block);
+  io.number_if_any("temperature", residual.temperature);
+  io.vector("response", residual.response, m);
+  io.number("magnitude", residual.magnitude);
+  io.flag_unless("used", residual.used, true);
+}
+
+void members(JsonMembers& io, LimitVerdict& limit) {
+  io.text("parameter", limit.parameter);
+  io.number("value", limit.value);
+  io.number("u", limit.u);
+  io.number_if_any("low", limit.low);
+  io.number_if_any("high", limit.high);
+  io.number("guard_band", limit.guard_band);
+  io.need("passed", limit.passed);
+}
+
+void members(JsonMembers& io, Verdict& verdict) {
+  io.need("passed", verdict.passed);
+  io.text("rule", verdict.rule);
+  io.list("limits", verdict.limits,
+          [](JsonMembers& one, LimitVerdict& limit) { members(one, limit); });
+}
+
+// A correction that was made; the file holds what was corrected, not how.
+void members(JsonMembers& io, Correction& correction) {
+  io.text("code", correction.code);
+  io.need("runs", correction.runs);
+  io.text("message", correction.message);
+}
+
+// Of one reading "run", of several "runs".
+void members(JsonMembers& io, CalibrationWarning& warning) {
+  io.text("code", warning.code);
+  std::optional<int> run =
+      warning.runs.size() == 1 ? std::optional<int>(warning.runs.front()) : std::nullopt;
+  io.integer_if_any("run", run);
+  if (run) {
+    warning.runs = {*run};
+  } else {
+    io.integers_if_any("runs", warning.runs);
+  }
+  io.text("message", warning.message);
+}
+
+void members(JsonMembers& io, PolarFit& fit) {
+  io.need("bias", fit.bias);
+  io.need("sensitivity", fit.form.sensitivity);
+  io.need("coning_angle_rad", fit.form.coning_angle_rad);
+  io.need("azimuth_rad", fit.form.azimuth_rad);
+  io.number("residual_sd", fit.residual_sd);
+  io.need("rounds", fit.rounds);
+  io.need("converged", fit.converged);
+}
+
+// A flag that stands in the file as a word.
+void word_members(JsonMembers& io, const char* key, bool& flag, const char* word) {
+  std::string text = flag ? word : "";
+  io.text_if_any(key, text);
+  flag = text == word;
+}
+
+void coefficient_members(JsonMembers& io, Calibration& calibration) {
+  const Eigen::Index m = calibration.instrument.axis_count();
+  io.need_vector("bias", calibration.response.bias, m);
+  io.need_matrix("sensitivity", calibration.response.sensitivity, m, 3);
+  if (!io.reads()) {
+    io.to()["polar"] = polar_json(calibration.instrument, calibration.response);
+  }
+  io.object_if_any(
+      "temperature", calibration.temperature,
+      [m](JsonMembers& one, TemperatureResponse& temperature) { members(one, temperature, m); });
+  io.object("also", !calibration.also.empty(),
+            [&](JsonMembers& one) { also_members(one, calibration.also, m); });
+}
+
+// What was fitted, and how well.
+void result_members(JsonMembers& io, Calibration& calibration) {
+  const Eigen::Index m = calibration.instrument.axis_count();
+  io.need_object("coefficients", [&](JsonMembers& one) { coefficient_members(one, calibration); });
+  std::size_t axis = 0;
+  io.list_if_any("polar_fit", calibration.polar_fit, [&](JsonMembers& one, PolarFit& fit) {
+    if (!one.reads()) {
+      one.to()["axis"] = calibration.instrument.axes[axis++];
+    }
+    members(one, fit);
+  });
+  if (!io.reads()) {
+    if (Json quantities = quantities_json(calibration); !quantities.empty()) {
+      io.to()["quantities"] = std::move(quantities);
+    }
+  }
+  io.object_if_any("statistics", calibration.statistics,
+                   [m](JsonMembers& one, FitStatistics& fit) { members(one, fit, m); });
+  if (calibration.statistics) {
+    if (io.reads() && io.from().find("uncertainty")) {
+      calibration.uncertainty.emplace();
+    }
+    io.object("uncertainty", calibration.uncertainty.has_value(),
+              [&](JsonMembers& one) { budget_members(one, calibration); });
+  }
+  io.object_if_any("orientations", calibration.orientations,
+                   [](JsonMembers& one, OrientationQuality& quality) { members(one, quality); });
+}
+
+void turn_members(JsonMembers& io, std::vector<Eigen::Vector3d>& errors) {
+  if (!io.reads()) {
+    for (const Eigen::Vector3d& error : errors) {
+      io.to()["turn_errors_rad"].push_back(json_from(error));
+    }
+  } else if (const auto turns = io.from().find("turn_errors_rad")) {
+    for (const JsonValue& turn : turns->elements()) {
+      errors.emplace_back(turn.vector(3));
+    }
+  }
+}
+
+void members(JsonMembers& io, Calibration& calibration) {
+  io.text("created", calibration.created);
+  io.text("software", calibration.software);
+  io.text("status", calibration.status);
+  io.list("inputs", calibration.inputs, [](JsonMembers& one, InputFileDigest& input) {
+    one.text("path", input.path);
+    one.text("sha256", input.sha256);
+  });
+  io.need_object("instrument", [&](JsonMembers& one) { members(one, calibration.instrument); });
+  io.need_object("field", [&](JsonMembers& one) { members(one, calibration.field); });
+  io.text("method", calibration.method);
+  io.text_if_any("shape", calibration.shape);
+  io.text("weights", calibration.weights);
+  word_members(io, "robust", calibration.robust, "bisquare");
+  io.text_if_any("positioner", calibration.positioner);
+  io.text_if_any("slot", calibration.slot);
+  word_members(io, "level_by", calibration.level_by_block, "block");
+  io.integers_if_any("leave_out", calibration.left_out);
+  result_members(io, calibration);
+  turn_members(io, calibration.turn_errors_rad);
+  io.object_if_any(
+      "alignment", calibration.alignment,
+      [](JsonMembers& one, CompanionAlignment& companion) { members(one, companion); });
+  io.object_if_any("levelness", calibration.levelness,
+                   [](JsonMembers& one, Levelness& levelness) { members(one, levelness); });
+  io.object_if_any("verdict", calibration.verdict,
+                   [](JsonMembers& one, Verdict& verdict) { members(one, verdict); });
+  io.list_if_any("corrections", calibration.corrections,
+                 [](JsonMembers& one, Correction& correction) { members(one, correction); });
+  const Eigen::Index m = calibration.instrument.axis_count();
+  io.list("residuals", calibration.residuals,
+          [m](JsonMembers& one, ReadingResidual& residual) { members(one, residual, m); });
+  io.list("warnings", calibration.warnings,
+          [](JsonMembers& one, CalibrationWarning& warning) { members(one, warning); });
+  io.texts("notes", calibration.notes);
+}
+
+}  // namespace
+
+std::string verdict_json(const Verdict& verdict) {
+  Json json = Json::object();
+  JsonMembers io(json);
+  Verdict written = verdict;
+  members(io, written);
+  return json_text(json);
+}
+
+std::string calibration_json(const Calibration& calibration) {
+  Json json = {{"format", "axiscal-calibration"}, {"version", 1}};
+  JsonMembers io(json);
+  Calibration written = calibration;
+  members(io, written);
+  std::string text = json_text(json);
+  // Nothing is stored that could not be read again.
+  constexpr std::string_view name = "the record";
+  try {
+    static_cast<void>(parse_calibration(text, std::string(name)));
+  } catch (const DataError& error) {
+    throw DomainError(std::string("it would make a record that cannot be read back: ") +
+                      (error.what() + name.size() + 2));
+  }
+  return text;
+}
+
+Calibration parse_calibration(std::string_view text, const std::string& path) {
+  const JsonValue json = parse_json(text, path);
+  json.require_format("axiscal-calibration");
+  Calibration calibration;
+  JsonMembers io(json);
+  members(io, calibration);
+  return calibration;
+}
+
+Calibration read_calibration(const std::string& path) {
+  return parse_calibration(read_whole_file(path), path);
+}
+
+}  // namespace axiscal

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/calibration_warning.hpp"
+
+#include <utility>
+
+namespace axiscal {
+
+std::string name_of_runs(const std::vector<int>& runs) {
+  std::string text = runs.size() == 1 ? "run " : "runs ";
+  constexpr std::size_t most_names = 12;
+  const std::size_t named = runs.size() > most_names ? most_names - 2 : runs.size();
+  for (std::size_t i = 0; i < named; ++i) {
+    text += i == 0 ? "" : i + 1 == runs.size() ? " and " : ", ";
+    text += std::to_string(runs[i]);
+  }
+  return named < runs.size() ? text + " and " + std::to_string(runs.size() - named) + " more"
+                             : text;
+}
+
+void add_warning(Calibration& calibration, CalibrationWarning warning) {
+  calibration.warnings.push_back(std::move(warning));
+  if (calibration.status == "ok") {
+    calibration.status = "warning";
+  }
+}
+
+}  // namespace axiscal

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "part_resolver.hpp"
+
+namespace axiscal {
+
+void resolve_custom(PartResolver& of) {
+  if (!of.given_magnitude() && of.part().unit != "1") {
+    throw SetupError("field custom in " + of.part().unit +
+                     ": its magnitude is not known; give --field-table or --field-magnitude");
+  }
+  of.put_magnitude(of.given_magnitude().value_or(1.0));
+}
+
+}  // namespace axiscal

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/parameter_names.hpp"
+
+#include <numeric>
+
+#include "axiscal/calib/distributions.hpp"
+
+namespace axiscal {
+
+std::vector<std::string> names_of_columns(const std::vector<std::string>& axes,
+                                          const std::vector<Eigen::Index>& columns,
+                                          const std::vector<std::string>& also_kinds) {
+  std::vector<std::string> suffixes = {".bias"};
+  std::vector<std::string> fields = {"sensitivity"};
+  fields.insert(fields.end(), also_kinds.begin(), also_kinds.end());
+  for (const std::string& field : fields) {
+    for (const char component : {'x', 'y', 'z'}) {
+      suffixes.push_back("." + field + "." + component);
+    }
+  }
+  std::vector<std::string> names;
+  for (const std::string& axis : axes) {
+    for (const Eigen::Index column : columns) {
+      names.push_back(axis + suffixes[static_cast<std::size_t>(column)]);
+    }
+  }
+  return names;
+}
+
+std::string power_suffix(int power) {
+  return ".d" + (power > 1 ? std::to_string(power) : "");
+}
+
+std::vector<std::string> temperature_suffixes(int order) {
+  std::vector<std::string> suffixes;
+  for (const char* const what : {".bias", ".scale"}) {
+    for (int j = 1; j <= order; ++j) {
+      suffixes.push_back(what + power_suffix(j));
+    }
+  }
+  return suffixes;
+}
+
+std::vector<std::string> parameter_names(const std::vector<std::string>& axes,
+                                         const std::vector<std::string>& also_kinds,
+                                         int temperature_order) {
+  std::vector<Eigen::Index> columns(4 + 3 * also_kinds.size());
+  std::iota(columns.begin(), columns.end(), 0);
+  std::vector<std::string> names;
+  for (const std::string& axis : axes) {
+    const std::vector<std::string> own = names_of_columns({axis}, columns, also_kinds);
+    names.insert(names.end(), own.begin(), own.end());
+    for (const std::string& suffix : temperature_suffixes(temperature_order)) {
+      names.push_back(axis + suffix);
+    }
+  }
+  return names;
+}
+
+void add_intervals(Calibration& calibration) {
+  FitStatistics& statistics = *calibration.statistics;
+  const Eigen::Index m = calibration.response.bias.size();
+  std::vector<std::string> also_kinds;
+  for (const AlsoResponse& also : calibration.also) {
+    also_kinds.push_back(also.kind);
+  }
+  const int order =
+      calibration.temperature ? static_cast<int>(calibration.temperature->bias.cols()) : 0;
+  statistics.parameter_names = parameter_names(calibration.instrument.axes, also_kinds, order);
+  const auto base = static_cast<Eigen::Index>(4 + 3 * also_kinds.size());
+  const Eigen::Index p = base + 2 * order;
+  statistics.bias_se.resize(m);
+  statistics.sensitivity_se.resize(m, 3);
+  statistics.coverage_factor.resize(m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Eigen::VectorXd se = statistics.covariance.diagonal().segment(p * k, p).cwiseSqrt();
+    statistics.bias_se(k) = se(0);
+    statistics.sensitivity_se.row(k) = se.segment<3>(1);
+    for (std::size_t a = 0; a < calibration.also.size(); ++a) {
+      calibration.also[a].sensitivity_se.row(k) =
+          se.segment<3>(4 + 3 * static_cast<Eigen::Index>(a));
+    }
+    if (order > 0) {
+      calibration.temperature->bias_se.row(k) = se.segment(base, order);
+      calibration.temperature->scale_se.row(k) = se.tail(order);
+    }
+    statistics.coverage_factor(k) = student_t_factor(0.95, statistics.degrees_of_freedom(k));
+  }
+}
+
+}  // namespace axiscal

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "mistake_kind.hpp"
+
+#include <set>
+
+#include <gtest/gtest.h>
+
+namespace axiscal {
+namespace {
+
+TEST(MistakeKind, SaysWhatToDoForEachCodeOnce) {
+  std::set<std::string_view> codes;
+  for (const MistakeKind& kind : mistake_kinds()) {
+    EXPECT_TRUE(kind.of_reading != nullptr || kind.of_run != nullptr);
+    for (const MistakeAdvice& advice : kind.advice) {
+      EXPECT_TRUE(codes.insert(advice.code).second) << advice.code;
+      EXPECT_TRUE(advice.one.ends_with(".")) << advice.code;
+    }
+  }
+  // The codes of docs/messages.md that are about contradicting readings.
+  EXPECT_EQ(codes,
+            (std::set<std::string_view>{"wrong_pose", "exchanged", "columns_exchanged", "sign",
+                                        "unit_factor", "outlier", "wrong_level", "stuck",
+                                        "tilted_seat", "table_moved", "drift", "saturated"}));
+}
+
+TEST(Explanations, AreRankedByTheirLikelihood) {
+  const auto fit_of = [](double rss) {
+    HypothesisFit fit;
+    fit.fitted = true;
+    fit.rss = Eigen::Vector3d::Constant(rss);
+    fit.degrees_of_freedom = Eigen::Vector3d::Constant(8.0);
+    return fit;
+  };
+  Explanations found;
+  found.add(fit_of(2.0), {}, 10.0, Correction{.code = "bad"}, "");
+  found.add(fit_of(1.0), {}, 10.0, Correction{.code = "good"}, "");
+  found.add(fit_of(1.0), {}, 20.0, Correction{.code = "rarer"}, "");
+  found.add(fit_of(2.0), {}, 10.0, Correction{.code = "sure"}, "", 100.0);
+  found.add(HypothesisFit{}, {}, 1.0, Correction{.code = "not fitted"}, "");
+  std::vector<std::string> codes;
+  for (const Explanation& explanation : std::move(found).ranked()) {
+    codes.push_back(explanation.correction.code);
+  }
+  EXPECT_EQ(codes, (std::vector<std::string>{"sure", "good", "rarer", "bad"}));
+}
+
+}  // namespace
+}  // namespace axiscal

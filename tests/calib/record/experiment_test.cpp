@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <nlohmann/json.hpp>
+
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/experiment_json.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/field/field_kind.hpp"
+#include "axiscal/core/units.hpp"
+#include "matchers.hpp"
+#include "program.hpp"
+#include "scenario.hpp"
+
+namespace axiscal {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+json whole_experiment() {
+  return json::parse(R"({
+    "format": "axiscal-experiment", "version": 1, "observations": ["a.csv", "/tmp/b.csv"],
+    "instrument": {"kind": "inclinometer", "serial": "7", "axes": ["p", "q"], "unit": "V",
+                   "convention": "frd"},
+    "field": {"kind": "gravity", "unit": "m/s^2", "in_table": [0, 0.1, 9.8]},
+    "site": {"latitude_deg": 52, "longitude_deg": 8.5, "height_m": 100, "date": 2026.5},
+    "table": {"fence_azimuth_deg": 90, "slope": [0.001, -0.002]},
+    "method": "known", "weights": "sd", "robust": true, "leave_out": [3, 4], "level_by": "run",
+    "temperature": {"order": 0}})");
+}
+
+std::string experiment_complaint(const json& experiment) {
+  return test::complaint_of<DataError>(
+      [&] { static_cast<void>(parse_experiment(experiment.dump(), "dir/e.json")); });
+}
+
+TEST(ParseExperiment, ReadsEverything) {
+  const Experiment experiment = parse_experiment(whole_experiment().dump(), "dir/e.json");
+  EXPECT_THAT(experiment.observations, testing::ElementsAre("dir/a.csv", "/tmp/b.csv"));
+  EXPECT_EQ(experiment.instrument.kind, "inclinometer");
+  EXPECT_EQ(experiment.instrument.axes.size(), 2U);
+  EXPECT_EQ(experiment.instrument.convention, AxisConvention::forward_right_down);
+  EXPECT_EQ(experiment.field.in_table->z(), 9.8);
+  EXPECT_EQ(experiment.field.site->height_m, 100.0);
+  EXPECT_EQ(experiment.field.date, "2026.5");
+  EXPECT_DOUBLE_EQ(experiment.fence_azimuth_rad.value(), 90.0 * rad_per_deg);
+  EXPECT_EQ(experiment.slope.y(), -0.002);
+  EXPECT_EQ(experiment.method, Method::known);
+  EXPECT_EQ(experiment.weighting, Weighting::sd);
+  EXPECT_TRUE(experiment.robust);
+  EXPECT_THAT(experiment.leave_out, testing::ElementsAre(3, 4));
+}
+
+TEST(ParseExperiment, SuggestsTheNearKey) {
+  json file = whole_experiment();
+  file["feild"] = 1;
+  EXPECT_THAT(experiment_complaint(file),
+              HasSubstr("dir/e.json: /feild: unknown key; did you mean 'field'?"));
+  file = whole_experiment();
+  file["instrument"]["axis"] = json::array();
+  EXPECT_THAT(experiment_complaint(file),
+              HasSubstr("/instrument/axis: unknown key; did you mean 'axes'?"));
+}
+
+TEST(ParseExperiment, RefusesWrongValues) {
+  const auto changed = [](const char* pointer, const json& value) {
+    json file = whole_experiment();
+    file[json::json_pointer(pointer)] = value;
+    return experiment_complaint(file);
+  };
+  EXPECT_THAT(changed("/version", 3), HasSubstr("/version"));
+  EXPECT_THAT(changed("/instrument/kind", "compass"), HasSubstr("/instrument/kind"));
+  EXPECT_THAT(changed("/instrument", "accelerometer"), HasSubstr("/instrument: must be an object"));
+  EXPECT_THAT(changed("/instrument/convention", "ned"), HasSubstr("/instrument/convention"));
+  EXPECT_THAT(changed("/field/kind", "tides"), HasSubstr("/field/kind: unknown field"));
+  EXPECT_THAT(changed("/field/in_table", {1, 2}), HasSubstr("/field/in_table: must have 3"));
+  EXPECT_THAT(changed("/site/latitude_deg", 91), HasSubstr("/site: site: latitude"));
+  EXPECT_THAT(changed("/table/slope", "flat"), HasSubstr("/table/slope"));
+  EXPECT_THAT(changed("/table/slope", {2, 0}), HasSubstr("/table/slope: X^2 + Y^2"));
+  EXPECT_THAT(changed("/instrument/axes", json::array()), HasSubstr("/instrument/axes: "));
+  EXPECT_THAT(changed("/instrument/axes", {"x", "x"}), HasSubstr("/instrument/axes: "));
+  EXPECT_THAT(changed("/field/magnitude", -1), HasSubstr("/field/magnitude: must be positive"));
+  EXPECT_THAT(changed("/field/unit", "furlong"),
+              HasSubstr("/field/unit: field gravity: the unit must be g or m/s^2"));
+  EXPECT_THAT(changed("/field/in_table", {0, 0, 0}), HasSubstr("/field/in_table: must not be"));
+  EXPECT_THAT(changed("/site/date", "rubbish"), HasSubstr("/site/date: is neither"));
+  EXPECT_THAT(changed("/method", "best"), HasSubstr("/method"));
+  EXPECT_THAT(changed("/weights", 1), HasSubstr("/weights: must be a text"));
+  EXPECT_THAT(changed("/leave_out", {1.5}), HasSubstr("/leave_out/0: must be a whole number"));
+  EXPECT_THAT(changed("/positioner", "none.json"), HasSubstr("dir/none.json: no such file"));
+  EXPECT_THAT(changed("/observations", {{"a", 1}}), HasSubstr("/observations"));
+}
+
+TEST(ParseExperiment, TakesTheLimitsRelativeToItself) {
+  json file = whole_experiment();
+  file["limits"] = "l.json";
+  EXPECT_EQ(parse_experiment(file.dump(), "dir/e.json").limits, "dir/l.json");
+  file["limits"] = 3;
+  EXPECT_THAT(experiment_complaint(file), HasSubstr("/limits"));
+}
+
+TEST(MakeFieldDescription, FindsTheMagnitude) {
+  Experiment experiment;
+  experiment.instrument.kind = "accelerometer";
+  experiment.field.kind = "gravity";
+  EXPECT_EQ(make_field_description(experiment).magnitude, 1.0);
+  EXPECT_EQ(make_field_description(experiment).unit, "g");
+  experiment.field.in_table = Eigen::Vector3d(0.0, 3.0, 4.0);
+  EXPECT_EQ(make_field_description(experiment).magnitude, 5.0);
+  experiment.field.magnitude = 6.0;
+  EXPECT_EQ(make_field_description(experiment).magnitude, 6.0);
+  const auto field = [](const char* kind, const char* unit) {
+    FieldSetup setup;
+    setup.kind = kind;
+    setup.unit = unit;
+    return setup;
+  };
+  experiment.field = field("gravity", "m/s^2");
+  EXPECT_THROW(static_cast<void>(make_field_description(experiment)), SetupError);
+  experiment.field.site = Site{.latitude_deg = 90.0};
+  EXPECT_NEAR(make_field_description(experiment).magnitude, 9.8321849379, 1e-9);
+  experiment.field = field("custom", "nT");
+  EXPECT_THROW(static_cast<void>(make_field_description(experiment)), SetupError);
+  experiment.field.unit = "";
+  EXPECT_EQ(make_field_description(experiment).magnitude, 1.0);
+  for (const char* kind : {"", "gravty", "geomagnetic"}) {
+    experiment.field = field(kind, "");
+    EXPECT_THROW(static_cast<void>(make_field_description(experiment)), SetupError);
+  }
+  experiment.field = field("gravity", "ft/s^2");
+  EXPECT_THROW(static_cast<void>(make_field_description(experiment)), SetupError);
+}
+
+TEST(MakeFieldDescription, TiltsTheFieldByTheKnownSlope) {
+  Experiment experiment;
+  experiment.field.kind = "gravity";
+  experiment.slope = {0.01, -0.02};
+  experiment.fence_azimuth_rad = 1.0;
+  const Eigen::Vector3d in_table = *make_field_description(experiment).in_table;
+  EXPECT_MATRIX_NEAR(in_table, Eigen::Vector3d(0.01, -0.02, std::sqrt(1.0 - 5e-4)), 1e-15);
+  experiment.slope = {1.0, 0.1};
+  EXPECT_THROW(static_cast<void>(make_field_description(experiment)), SetupError);
+}
+
+TEST(ChooseMethod, FollowsTheContract) {
+  const Calibration truth = test::accelerometer_truth();
+  Experiment experiment = test::experiment_for(truth);
+  const Observations twelve = test::observe(truth, {});
+  EXPECT_EQ(choose_method(experiment, twelve), Method::paired);
+  EXPECT_EQ(choose_method(experiment, test::observe(truth, {.points = 6})), Method::joint);
+  experiment.field.in_table = Eigen::Vector3d(0.0, 0.0, 1.0);
+  EXPECT_EQ(choose_method(experiment, twelve), Method::paired);
+  experiment.field.in_table = Eigen::Vector3d(0.0, 0.1, 1.0);
+  EXPECT_EQ(choose_method(experiment, twelve), Method::joint);
+  experiment.method = Method::known;
+  EXPECT_EQ(choose_method(experiment, twelve), Method::known);
+  experiment.method.reset();
+  Observations with_field = twelve;
+  for (Reading& reading : with_field.readings) {
+    reading.field_in_sensor = Eigen::Vector3d::UnitZ();
+  }
+  EXPECT_EQ(choose_method(experiment, with_field), Method::known);
+}
+
+TEST(FieldDescription, IsWorkedOutForEachKind) {
+  for (const FieldKind& kind : field_kinds()) {
+    Experiment experiment;
+    experiment.field.kind = kind.name;
+    experiment.field.in_table = Eigen::Vector3d(0.0, 3.0, 4.0);
+    const FieldDescription field = make_field_description(experiment);
+    EXPECT_EQ(field.kind, kind.name);
+    EXPECT_EQ(field.unit, kind.units.empty() ? "1" : kind.units.front());
+    EXPECT_EQ(*field.in_table, *experiment.field.in_table) << kind.name;
+    EXPECT_EQ(field.magnitude, 5.0) << kind.name;
+  }
+}
+
+}  // namespace
+}  // namespace axiscal
