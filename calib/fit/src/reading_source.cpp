@@ -184,7 +184,9 @@ ReadingSet ReadingSource::set(const std::vector<ResolvedPart>& parts, const Axis
   for (const ResolvedPart& part : parts) {
     descriptions.push_back(part.part);
   }
-  set.field = TableField(std::move(descriptions));
+  if (!descriptions.empty()) {  // method bias has no field
+    set.field = TableField(std::move(descriptions));
+  }
   if (!blocks_.empty()) {
     set.field.tilt_by_block(blocks_);
   }

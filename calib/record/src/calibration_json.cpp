@@ -57,12 +57,12 @@ void differences_members(JsonMembers& io, std::vector<DifferentialAxis>& differe
 void members(JsonMembers& io, Instrument& instrument) {
   io.need("kind", instrument.kind);
   io.check("kind", [&] { static_cast<void>(find_instrument_kind(instrument.kind)); });
-  io.text("serial", instrument.serial);
+  io.value("serial", instrument.serial);
   io.need("axes", instrument.axes);
   io.check("axes", [&] { check_axes(instrument); });
   io.need("unit", instrument.unit);
   std::string convention = instrument.convention == AxisConvention::forward_right_down ? "frd" : "";
-  io.text_if_any("convention", convention);
+  io.value_if_any("convention", convention);
   if (!convention.empty()) {
     io.check("convention", [&] { instrument.convention = parse_convention(convention); });
   }
@@ -113,13 +113,13 @@ void members(JsonMembers& io, FieldDescription& field) {
   io.check("unit", !field_kind(field.kind).vertical || field.unit == "g" || field.unit == "m/s^2",
            "gravity is in g or m/s^2");
   in_table_members(io, field);
-  io.number_if_any("magnitude_u", field.magnitude_u);
-  io.text_if_any("model", field.model);
-  io.number_if_any("local_gravity_m_s2", field.local_gravity);
+  io.value_if_any("magnitude_u", field.magnitude_u);
+  io.value_if_any("model", field.model);
+  io.value_if_any("local_gravity_m_s2", field.local_gravity);
   io.list_if_any("parts", field.parts,
                  [](JsonMembers& one, FieldPartDescription& part) { members(one, part); });
   io.object_if_any("site", field.site, [](JsonMembers& one, Site& site) { members(one, site); });
-  io.text_if_any("date", field.date);
+  io.value_if_any("date", field.date);
 }
 
 // By the second field's kind.
@@ -153,7 +153,7 @@ void members(JsonMembers& io, OrientationQuality& quality) {
 
 void members(JsonMembers& io, CompanionAlignment& companion) {
   Alignment& alignment = companion.alignment;
-  io.text("record", companion.record);
+  io.value("record", companion.record);
   io.need_matrix("rotation_companion_from_sensor", alignment.rotation_companion_from_sensor, 3, 3);
   io.vector("standard_error_rad", alignment.standard_error_rad, 3);
   io.number("angle_rad", alignment.angle_rad);
@@ -222,9 +222,9 @@ void members(JsonMembers& io, TemperatureResponse& temperature, Eigen::Index m) 
 }
 
 void members(JsonMembers& io, RegressionRow& row, Eigen::Index m) {
-  io.integers("runs", row.runs);
+  io.value("runs", row.runs);
   point_members(io, row.point);
-  io.integer("block", row.block);
+  io.value("block", row.block);
   io.vector("leverage", row.leverage, m);
   io.vector("studentized", row.studentized, m);
   io.vector("cooks_distance", row.cooks_distance, m);
@@ -260,12 +260,12 @@ void error_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
 }
 
 void members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
-  io.integer("observations", statistics.observations);
+  io.value("observations", statistics.observations);
   io.vector("degrees_of_freedom", statistics.degrees_of_freedom, m);
   io.vector("residual_sd", statistics.residual_sd, m);
   io.vector("r_squared", statistics.r_squared, m);
   error_members(io, statistics, m);
-  io.texts("parameter_names", statistics.parameter_names);
+  io.value("parameter_names", statistics.parameter_names);
   // Without names nobody knows what the covariance is of.
   const auto parameters = static_cast<Eigen::Index>(statistics.parameter_names.size());
   if (!io.reads() || parameters > 0) {
@@ -275,7 +275,7 @@ void members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
   io.matrix("variance_inflation", statistics.variance_inflation, m, 3);
   io.list_if_any("lack_of_fit", statistics.lack_of_fit,
                  [](JsonMembers& one, LackOfFit& test) { members(one, test); });
-  io.integers_if_any("observations_per_axis", statistics.observations_per_axis);
+  io.value_if_any("observations_per_axis", statistics.observations_per_axis);
   io.list("rows", statistics.rows,
           [m](JsonMembers& one, RegressionRow& row) { members(one, row, m); });
 }
@@ -283,9 +283,9 @@ void members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
 void members(JsonMembers& io, UncertaintySource& source, Eigen::Index parameters) {
   io.need("name", source.name);
   io.need("type", source.type);
-  io.text("distribution", source.distribution);
+  io.value("distribution", source.distribution);
   io.number("input_u", source.input_u);
-  io.text_if_any("input_unit", source.input_unit);
+  io.value_if_any("input_unit", source.input_unit);
   const bool from_scatter = source.type == "A";
   // An infinite number is null in JSON, as one that does not exist.
   io.number("degrees_of_freedom", source.degrees_of_freedom);
@@ -307,8 +307,8 @@ void budget_members(JsonMembers& io, Calibration& calibration) {
   io.list("sources", budget.sources, [parameters](JsonMembers& one, UncertaintySource& source) {
     members(one, source, parameters);
   });
-  io.number_if_any("resolution", budget.resolution);
-  io.number_if_any("temperature_u", budget.temperature_u);
+  io.value_if_any("resolution", budget.resolution);
+  io.value_if_any("temperature_u", budget.temperature_u);
   if (io.reads()) {
     return;
   }
@@ -335,7 +335,7 @@ void members(JsonMembers& io, LevelnessEstimate& estimate, bool with_values) {
     io.from().fail("needs 'rest' and 'fence'");
   }
   estimate.point = *point;
-  io.integer("block", estimate.block);
+  io.value("block", estimate.block);
   if (with_values || io.reads()) {
     io.number("x", estimate.x);
     io.number("y", estimate.y);
@@ -356,7 +356,7 @@ void members(JsonMembers& io, CombinedLevelness& combined) {
   io.xy("standard_error", combined.standard_error_x, combined.standard_error_y);
   io.need("consistent", combined.consistent);
   io.number("p_value", combined.p_value);
-  io.text("suspect", combined.suspect);
+  io.value("suspect", combined.suspect);
 }
 
 void members(JsonMembers& io, Levelness& levelness) {
@@ -368,7 +368,7 @@ void members(JsonMembers& io, Levelness& levelness) {
   io.xy("sd", levelness.sd_x, levelness.sd_y);
   io.xy("standard_error", levelness.standard_error_x, levelness.standard_error_y);
   io.number("degrees_of_freedom", levelness.degrees_of_freedom);
-  io.flag("consistent", levelness.consistent);
+  io.value("consistent", levelness.consistent);
   io.number("p_value", levelness.p_value);
   io.number("block_p_value", levelness.block_p_value);
   io.object_if_any(
@@ -381,52 +381,52 @@ void members(JsonMembers& io, Levelness& levelness) {
 }
 
 void members(JsonMembers& io, ReadingResidual& residual, Eigen::Index m) {
-  io.integer("run", residual.run);
+  io.value("run", residual.run);
   point_members(io, residual.point);
-  io.number_if_any("level", residual.level);
-  io.integer_if_any("block", residual.block);
-  io.number_if_any("temperature", residual.temperature);
+  io.value_if_any("level", residual.level);
+  io.value_if_any("block", residual.block);
+  io.value_if_any("temperature", residual.temperature);
   io.vector("response", residual.response, m);
   io.number("magnitude", residual.magnitude);
   io.flag_unless("used", residual.used, true);
 }
 
 void members(JsonMembers& io, LimitVerdict& limit) {
-  io.text("parameter", limit.parameter);
+  io.value("parameter", limit.parameter);
   io.number("value", limit.value);
   io.number("u", limit.u);
-  io.number_if_any("low", limit.low);
-  io.number_if_any("high", limit.high);
+  io.value_if_any("low", limit.low);
+  io.value_if_any("high", limit.high);
   io.number("guard_band", limit.guard_band);
   io.need("passed", limit.passed);
 }
 
 void members(JsonMembers& io, Verdict& verdict) {
   io.need("passed", verdict.passed);
-  io.text("rule", verdict.rule);
+  io.value("rule", verdict.rule);
   io.list("limits", verdict.limits,
           [](JsonMembers& one, LimitVerdict& limit) { members(one, limit); });
 }
 
 // A correction that was made; the file holds what was corrected, not how.
 void members(JsonMembers& io, Correction& correction) {
-  io.text("code", correction.code);
+  io.value("code", correction.code);
   io.need("runs", correction.runs);
-  io.text("message", correction.message);
+  io.value("message", correction.message);
 }
 
 // Of one reading "run", of several "runs".
 void members(JsonMembers& io, CalibrationWarning& warning) {
-  io.text("code", warning.code);
+  io.value("code", warning.code);
   std::optional<int> run =
       warning.runs.size() == 1 ? std::optional<int>(warning.runs.front()) : std::nullopt;
-  io.integer_if_any("run", run);
+  io.value_if_any("run", run);
   if (run) {
     warning.runs = {*run};
   } else {
-    io.integers_if_any("runs", warning.runs);
+    io.value_if_any("runs", warning.runs);
   }
-  io.text("message", warning.message);
+  io.value("message", warning.message);
 }
 
 void members(JsonMembers& io, PolarFit& fit) {
@@ -442,7 +442,7 @@ void members(JsonMembers& io, PolarFit& fit) {
 // A flag that stands in the file as a word.
 void word_members(JsonMembers& io, const char* key, bool& flag, const char* word) {
   std::string text = flag ? word : "";
-  io.text_if_any(key, text);
+  io.value_if_any(key, text);
   flag = text == word;
 }
 
@@ -502,23 +502,23 @@ void turn_members(JsonMembers& io, std::vector<Eigen::Vector3d>& errors) {
 }
 
 void members(JsonMembers& io, Calibration& calibration) {
-  io.text("created", calibration.created);
-  io.text("software", calibration.software);
-  io.text("status", calibration.status);
+  io.value("created", calibration.created);
+  io.value("software", calibration.software);
+  io.value("status", calibration.status);
   io.list("inputs", calibration.inputs, [](JsonMembers& one, InputFileDigest& input) {
-    one.text("path", input.path);
-    one.text("sha256", input.sha256);
+    one.value("path", input.path);
+    one.value("sha256", input.sha256);
   });
   io.need_object("instrument", [&](JsonMembers& one) { members(one, calibration.instrument); });
   io.need_object("field", [&](JsonMembers& one) { members(one, calibration.field); });
-  io.text("method", calibration.method);
-  io.text_if_any("shape", calibration.shape);
-  io.text("weights", calibration.weights);
+  io.value("method", calibration.method);
+  io.value_if_any("shape", calibration.shape);
+  io.value("weights", calibration.weights);
   word_members(io, "robust", calibration.robust, "bisquare");
-  io.text_if_any("positioner", calibration.positioner);
-  io.text_if_any("slot", calibration.slot);
+  io.value_if_any("positioner", calibration.positioner);
+  io.value_if_any("slot", calibration.slot);
   word_members(io, "level_by", calibration.level_by_block, "block");
-  io.integers_if_any("leave_out", calibration.left_out);
+  io.value_if_any("leave_out", calibration.left_out);
   result_members(io, calibration);
   turn_members(io, calibration.turn_errors_rad);
   io.object_if_any(
@@ -535,7 +535,7 @@ void members(JsonMembers& io, Calibration& calibration) {
           [m](JsonMembers& one, ReadingResidual& residual) { members(one, residual, m); });
   io.list("warnings", calibration.warnings,
           [](JsonMembers& one, CalibrationWarning& warning) { members(one, warning); });
-  io.texts("notes", calibration.notes);
+  io.value("notes", calibration.notes);
 }
 
 }  // namespace

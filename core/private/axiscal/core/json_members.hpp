@@ -18,9 +18,8 @@ namespace axiscal {
 /// The members of an object by one table for both directions: the same calls put a struct's members
 /// into JSON, or take them from a file, so that what is written is what is read.
 ///
-/// A number that does not exist is NaN in the struct and null in the file. What is absent in a file
-/// stays as it is, a number or an array of them becomes NaN; `need_` is for what must be there,
-/// `_if_any` for what is not written where it is empty or zero. Calls throw as JsonValue does.
+/// A number that does not exist is NaN in the struct and null in the file. Calls throw as JsonValue
+/// does.
 class JsonMembers {
  public:
   explicit JsonMembers(Json& to) : to_(&to) {}
@@ -28,32 +27,55 @@ class JsonMembers {
 
   [[nodiscard]] bool reads() const { return from_ != nullptr; }
 
-  /// For what is more than a member: the object itself.
+  /// For what is more than one member: the object itself.
   [[nodiscard]] Json& to() { return *to_; }
   [[nodiscard]] const JsonValue& from() const { return *from_; }
 
-  void need(const char* key, std::string& text);
-  void need(const char* key, double& number);
-  void need(const char* key, int& number);
-  void need(const char* key, bool& flag);
-  void need(const char* key, std::vector<std::string>& texts);
-  void need(const char* key, std::vector<int>& numbers);
+  /// A member that must be there: a text, number, flag, or a list of texts or integers.
+  template <typename Value>
+  void need(const char* key, Value& value) {
+    if (reads()) {
+      take(from_->at(key), value);
+    } else {
+      (*to_)[key] = value;
+    }
+  }
 
-  void text(const char* key, std::string& text);
-  void text_if_any(const char* key, std::string& text);
-  void number(const char* key, double& number);
-  void number_if_any(const char* key, double& number);
-  void number_if_any(const char* key, std::optional<double>& number);
-  void integer(const char* key, int& number);
-  void integer_if_any(const char* key, std::optional<int>& number);
-  void flag(const char* key, bool& flag);
+  /// A member that is always written; what is absent in a file stays as it is.
+  template <typename Value>
+  void value(const char* key, Value& value) {
+    if (!reads()) {
+      (*to_)[key] = value;
+    } else if (const std::optional<JsonValue> found = from_->find(key)) {
+      take(*found, value);
+    }
+  }
 
-  /// Written only where it is not what it usually is.
-  void flag_unless(const char* key, bool& flag, bool usual);
+  /// The same, not written where there is nothing in it.
+  void value_if_any(const char* key, std::string& text) { value_if(!text.empty(), key, text); }
+  void value_if_any(const char* key, std::vector<int>& all) { value_if(!all.empty(), key, all); }
+  void value_if_any(const char* key, double& number) {
+    value_if(number > 0.0 || number < 0.0, key, number);
+  }
+  template <typename Value>
+  void value_if_any(const char* key, std::optional<Value>& value) {
+    Value present = value.value_or(Value());
+    value_if(value.has_value(), key, present);
+    if (reads() && from_->find(key)) {
+      value = present;
+    }
+  }
 
-  void texts(const char* key, std::vector<std::string>& texts);
-  void integers(const char* key, std::vector<int>& numbers);
-  void integers_if_any(const char* key, std::vector<int>& numbers);
+  /// The same, not written where it is what it usually is.
+  void flag_unless(const char* key, bool& flag, bool usual) { value_if(flag != usual, key, flag); }
+
+  /// A number that is always written; what is absent in a file is NaN.
+  void number(const char* key, double& number) {
+    if (reads()) {
+      number = not_a_number;
+    }
+    value(key, number);
+  }
 
   /// {"x": .., "y": ..}
   void xy(const char* key, double& x, double& y);
@@ -178,6 +200,20 @@ class JsonMembers {
   }
 
  private:
+  static void take(const JsonValue& from, std::string& text) { text = from.text(); }
+  static void take(const JsonValue& from, double& number) { number = from.number(); }
+  static void take(const JsonValue& from, int& number) { number = from.integer(); }
+  static void take(const JsonValue& from, bool& flag) { flag = from.boolean(); }
+  static void take(const JsonValue& from, std::vector<std::string>& all) { all = from.texts(); }
+  static void take(const JsonValue& from, std::vector<int>& all);
+
+  template <typename Value>
+  void value_if(bool written, const char* key, Value& value) {
+    if (reads() || written) {
+      this->value(key, value);
+    }
+  }
+
   template <typename Members>
   static void write_object(Json& to, const Members& members) {
     to = Json::object();
