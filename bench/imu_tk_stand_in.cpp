@@ -116,7 +116,7 @@ Interval initial_interval(const Samples& samples) {
 Intervals static_intervals(const Samples& samples, double threshold) {
   constexpr std::size_t half = window / 2;
   Intervals intervals;
-  std::size_t length = 0;  // of the run that ends just before sample i
+  std::size_t length = 0;  // how long the run is that ends just before sample i
   for (std::size_t i = half; i + half <= samples.size(); ++i) {
     const bool still =
         i + half < samples.size() && variance(samples, {i - half, i + half}).norm() < threshold;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "acquire_command.hpp"
+
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -6,12 +8,12 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "axiscal/acquisition/health_watch.hpp"
 #include "axiscal/acquisition/journal.hpp"
 #include "axiscal/acquisition/open_source.hpp"
 #include "axiscal/acquisition/sample_feed.hpp"
 #include "axiscal/acquisition/session.hpp"
 #include "axiscal/acquisition/session_face.hpp"
+#include "axiscal/acquisition/session_header.hpp"
 #include "axiscal/acquisition/web_face.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/input_protection.hpp"
@@ -20,13 +22,12 @@
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
-#include "axiscal/core/version.hpp"
 #include "axiscal/logs/noise_json.hpp"
 #include "axiscal/report/calibration_report.hpp"
-#include "commands.hpp"
-#include "experiment_options.hpp"
 #include "input.hpp"
+#include "sheet_options.hpp"
 #include "summary.hpp"
+#include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {
@@ -60,23 +61,6 @@ int list_sources(const AcquireCommand& command) {
   }
   write_whole_file("-", text);
   return 0;
-}
-
-std::vector<std::unique_ptr<Source>> open_sources(const AcquireCommand& command) {
-  if (command.sources.empty()) {
-    throw UsageError(
-        "acquire: --connect is needed: serial:/dev/ttyUSB0, tcp://HOST:PORT, sim:, ...; acquire "
-        "--list shows what is connected");
-  }
-  std::vector<std::unique_ptr<Source>> sources;
-  for (const std::string& address : command.sources) {
-    try {
-      sources.push_back(open_source(address));
-    } catch (const DomainError& error) {
-      throw UsageError(std::string("--connect: ") + error.what());
-    }
-  }
-  return sources;
 }
 
 bool is_simulated(const AcquireCommand& command) {
@@ -198,62 +182,14 @@ Outputs outputs_of(const AcquireCommand& command) {
           .report = command.report.value_or(name + ".html")};
 }
 
-Json sheet_json(const std::vector<RunSheetRow>& sheet) {
-  Json rows = Json::array();
-  for (const RunSheetRow& row : sheet) {
-    Json one = {{"run", row.run},
-                {"block", row.block},
-                {"rest", face_name(row.entry.point.rest())},
-                {"fence", face_name(row.entry.point.fence())},
-                {"level", row.entry.level}};
-    if (row.temperature) {
-      one["temperature"] = *row.temperature;
-    }
-    rows.push_back(std::move(one));
-  }
-  return rows;
-}
-
-// The sheet that a session was begun with.
-std::vector<RunSheetRow> sheet_of(const JsonValue& header) {
-  std::vector<RunSheetRow> sheet;
-  for (const JsonValue& one : header.at("sheet").elements()) {
-    const std::optional<Face> rest = parse_face(one.at("rest").text());
-    const std::optional<Face> fence = parse_face(one.at("fence").text());
-    if (!rest || !fence) {
-      one.fail("is no point");
-    }
-    if (axis_of(*rest) == axis_of(*fence)) {
-      one.fail("rest and fence must be faces on two axes");
-    }
-    RunSheetRow row{.run = one.at("run").integer(),
-                    .block = one.at("block").integer(),
-                    .entry = {.point = {*rest, *fence}, .level = one.at("level").number()},
-                    .temperature = {}};
-    if (const std::optional<JsonValue> temperature = one.find("temperature")) {
-      row.temperature = temperature->number();
-    }
-    sheet.push_back(row);
-  }
-  if (sheet.empty()) {
-    header.at("sheet").fail("must have one point or more");
-  }
-  return sheet;
-}
-
 Journal start_journal(const AcquireCommand& command,
                       const SessionSetup& setup,
                       const std::string& path) {
   Journal journal = Journal::create(path);
-  const Json header = {{"entry", "session"},
-                       {"format", journal_format},
-                       {"version", 1},
-                       {"created", timestamp_now()},
-                       {"software", software_name()},
-                       {"directory", std::filesystem::current_path().string()},
-                       {"arguments", command.arguments},
-                       {"sheet", sheet_json(setup.sheet)}};
-  const std::string why = journal.append(header.dump());
+  const std::string why =
+      journal.append(session_header_line({.directory = std::filesystem::current_path().string(),
+                                          .arguments = command.arguments,
+                                          .sheet = setup.sheet}));
   if (!why.empty()) {
     throw OutputError(why);
   }
@@ -262,14 +198,8 @@ Journal start_journal(const AcquireCommand& command,
 
 // The command that a journal was begun with; what is said anew wins. Files are written beside the
 // journal, or where this call says.
-AcquireCommand resumed_command(const AcquireCommand& now, const std::string& header) {
-  const JsonValue json = parse_json(header, *now.resume);
-  const Command begun = parse_command_line(json.at("arguments").texts());
-  const auto* const found = std::get_if<AcquireCommand>(&begun);
-  if (found == nullptr) {
-    json.at("arguments").fail("is no `axiscal acquire`");
-  }
-  AcquireCommand command = *found;
+AcquireCommand resumed_command(const AcquireCommand& now, const SessionHeader& header) {
+  AcquireCommand command = parse_acquire_command(header.arguments, *now.resume);
   command.resume = now.resume;
   if (!now.sources.empty()) {
     command.sources = now.sources;
@@ -285,9 +215,8 @@ AcquireCommand resumed_command(const AcquireCommand& now, const std::string& hea
   command.listen = now.listen;
   command.unattended = now.unattended;
   command.raw = now.raw || command.raw;
-  const std::string folder = json.at("directory").text();
-  if (std::filesystem::path(folder) != std::filesystem::current_path()) {
-    throw UsageError("--resume: the session was begun in '" + folder +
+  if (std::filesystem::path(header.directory) != std::filesystem::current_path()) {
+    throw UsageError("--resume: the session was begun in '" + header.directory +
                      "', and its files are named from there: go there first");
   }
   return command;
@@ -390,7 +319,7 @@ void print_result(const AcquireCommand& command,
                   const Outputs& outputs) {
   if (command.json) {
     const Json files = {{"event", "files"},
-                        {"status", calibration.status},
+                        {"status", status_name(calibration.status)},
                         {"observations", outputs.observations},
                         {"record", outputs.record},
                         {"report", outputs.report},
@@ -428,14 +357,16 @@ void check_outputs(const Outputs& outputs) {
 int run_guided(AcquireCommand command) {
   std::vector<std::string> lines;
   std::optional<Journal> journal;
+  std::optional<SessionHeader> begun;
   if (command.resume) {
     journal.emplace(Journal::open(*command.resume, lines));
-    command = resumed_command(command, lines.front());
+    begun = parse_session_header(lines.front(), *command.resume);
+    command = resumed_command(command, *begun);
   }
   const Outputs outputs = outputs_of(command);
   SessionSetup setup = session_setup(command);
-  if (command.resume) {
-    setup.sheet = sheet_of(parse_json(lines.front(), *command.resume));
+  if (begun) {
+    setup.sheet = begun->sheet;
   }
   std::vector<std::unique_ptr<Source>> sources = open_sources(command);
   check_outputs(outputs);
@@ -469,130 +400,33 @@ int run_guided(AcquireCommand command) {
                        " readings; go on with: axiscal acquire --resume " + outputs.journal);
   }
   print_result(command, *calibration, outputs);
-  return calibration->status == "refused" ? 1 : 0;
-}
-
-std::string health_text(const HealthView& view, const std::string& unit) {
-  std::string text = fmt::format("{:<7} field {:.5g} {:.5g} {:.5g} {}, residual {:.3g}",
-                                 view.is_still ? "still" : "moving", view.now.field_in_sensor.x(),
-                                 view.now.field_in_sensor.y(), view.now.field_in_sensor.z(), unit,
-                                 view.now.residual);
-  if (view.check) {
-    const InSituReading& last = view.check->readings.back();
-    text += fmt::format("; reading {}: {:.3g}, limit {:.3g}{}", view.readings, last.residual,
-                        last.limit, last.within ? "" : " OUTSIDE");
-  }
-  return text;
-}
-
-Json health_json(const HealthView& view, const Calibration& calibration) {
-  Json json = {
-      {"still", view.is_still},
-      {"field",
-       {view.now.field_in_sensor.x(), view.now.field_in_sensor.y(), view.now.field_in_sensor.z()}},
-      {"residual", view.now.residual},
-      {"readings", view.readings}};
-  const InstrumentKind& kind = find_instrument_kind(calibration.instrument.kind);
-  for (std::size_t i = 0; i < kind.derived_names.size() && !kind.derives_with_attitude; ++i) {
-    json[std::string(kind.derived_names[i])] = view.now.derived.values[i];
-  }
-  if (view.check) {
-    json["drifted"] = view.check->drifted;
-    json["p_value"] = view.check->p_value;
-    json["residual_rss"] = view.check->rss;
-    json["expected_rss"] = view.check->expected_rss;
-    json["limit"] = view.check->readings.back().limit;
-  }
-  return json;
-}
-
-// An installed instrument's health, live: a verdict when there are readings enough.
-int run_check(const AcquireCommand& command) {
-  HealthWatchSetup setup;
-  setup.calibration = read_calibration(*command.check);
-  const std::string unit = setup.calibration.field.unit;
-  setup.dwell_s = command.dwell ? positive_of("--dwell", *command.dwell) : setup.dwell_s;
-  if (command.window) {
-    setup.stillness.window_s = positive_of("--window", *command.window);
-  }
-  if (command.temperature_column) {
-    setup.temperature_channel = *command.temperature_column;
-  }
-  const int wanted = command.readings ? whole_number_of("--readings", *command.readings, 1) : 3;
-  constexpr double usual_patience_s = 60.0;
-  const double patience_s =
-      command.within ? positive_of("--within", *command.within) : usual_patience_s;
-  const Calibration calibration = setup.calibration;
-  SampleFeed feed(open_sources(command));
-  HealthWatch watch(std::move(setup));
-  SampleBatch batch;
-  bool has_channels = false;
-  double first_s = 0.0;
-  double last_s = 0.0;
-  double shown_s = -1.0;
-  const auto started = std::chrono::steady_clock::now();
-  const auto waited_s = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-  };
-  std::string alarm;
-  while (watch.view().readings < static_cast<std::size_t>(wanted)) {
-    batch.clear();
-    constexpr std::chrono::milliseconds patience{50};
-    feed.read(batch, patience);
-    if (!has_channels && !feed.channels().empty()) {
-      try {
-        watch.set_channels(feed.channels());
-      } catch (const DomainError& error) {
-        throw UsageError(std::string("acquire: ") + error.what());
-      }
-      has_channels = true;
-      first_s = batch.size() > 0 ? batch.time_s.front() : 0.0;
-    }
-    for (std::size_t i = 0; i < batch.size() && has_channels; ++i) {
-      watch.add(batch.time_s[i], batch.row(i));
-      last_s = batch.time_s[i];
-      if (watch.view().readings >= static_cast<std::size_t>(wanted)) {
-        break;
-      }
-    }
-    const std::vector<SessionAlarm> alarms = feed.alarms();
-    const std::string first_alarm = alarms.empty() ? "" : alarms.front().text;
-    if (first_alarm != alarm && !first_alarm.empty()) {
-      std::fprintf(stderr, "%s\n", first_alarm.c_str());
-    }
-    alarm = first_alarm;
-    if (last_s - shown_s >= 1.0 && has_channels) {
-      shown_s = last_s;
-      print_result_text(command.json ? health_json(watch.view(), calibration).dump() + "\n"
-                                     : health_text(watch.view(), unit) + "\n");
-    }
-    if (feed.has_ended() || (feed.is_live() ? waited_s() : last_s - first_s) > patience_s) {
-      break;
-    }
-  }
-  const HealthView& view = watch.view();
-  if (!view.check) {
-    throw RefusedError(has_channels ? "the instrument was never at rest long enough for a reading"
-                                    : "no sample came" + (alarm.empty() ? "" : ": " + alarm));
-  }
-  if (command.json) {
-    print_result_text(health_json(view, calibration).dump() + "\n");
-  } else {
-    print_result_text(
-        fmt::format("{}: {} readings at rest, residual RSS {:.3g} {}, expected {:.3g} (p = {})\n",
-                    view.check->drifted ? "drifted" : "no drift", view.readings, view.check->rss,
-                    unit, view.check->expected_rss, number_text(view.check->p_value, 2)));
-  }
-  return view.check->drifted ? 1 : 0;
+  return calibration->status == CalibrationStatus::refused ? 1 : 0;
 }
 
 }  // namespace
 
-int run(const AcquireCommand& command) {
+std::vector<std::unique_ptr<Source>> open_sources(const AcquireCommand& command) {
+  if (command.sources.empty()) {
+    throw UsageError(
+        "acquire: --connect is needed: serial:/dev/ttyUSB0, tcp://HOST:PORT, sim:, ...; acquire "
+        "--list shows what is connected");
+  }
+  std::vector<std::unique_ptr<Source>> sources;
+  for (const std::string& address : command.sources) {
+    try {
+      sources.push_back(open_source(address));
+    } catch (const DomainError& error) {
+      throw UsageError(std::string("--connect: ") + error.what());
+    }
+  }
+  return sources;
+}
+
+int run_acquire(const AcquireCommand& command) {
   if (command.list) {
     return list_sources(command);
   }
-  return command.check ? run_check(command) : run_guided(command);
+  return command.check ? run_health_check(command) : run_guided(command);
 }
 
 }  // namespace axiscal::cli

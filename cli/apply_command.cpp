@@ -8,11 +8,60 @@
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/gravity_field.hpp"
-#include "commands.hpp"
 #include "input.hpp"
+#include "subcommands.hpp"
+#include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {
+
+struct ApplyCommand {
+  std::string record;
+  std::string readings;
+  std::string output = "-";
+  std::optional<std::string> field_magnitude, field_unit, yaw_above, pitch;
+  std::optional<std::string> attitude, declination, latitude, longitude, height, gravity_model;
+  std::optional<std::string> noise, resolution, temperature_u, temperature_column;
+  bool uncertainty = false;
+  bool follow = false;
+  bool strict = false;
+  bool force = false;
+};
+
+void add_options(OptionSet& options, ApplyCommand& command) {
+  options.add("record", command.record, "RECORD", "calibration record (JSON)", Need::required);
+  options.add("readings", command.readings, "FILE", "raw readings (CSV); - is stdin",
+              Need::required);
+  options.add_output(command.output);
+  options.add("--field-magnitude", command.field_magnitude, "F",
+              "of the field where the readings were taken; the record's");
+  options.add("--field-unit", command.field_unit, "UNIT",
+              "of --field-magnitude and of the results; the record's");
+  options.add("--latitude", command.latitude, "DEG", "where the readings were taken: its gravity");
+  options.add("--longitude", command.longitude, "DEG", "of that site; 0");
+  options.add("--height", command.height, "M", "of that site above the ellipsoid; 0");
+  options.add("--gravity-model", command.gravity_model, "NAME", "of that site; wgs84");
+  options.add("--attitude", command.attitude, "RECORD",
+              "an accelerometer's, its axes in the same file: headings, second fields");
+  options.add("--declination", command.declination, "DEG", "added to headings, makes them true; 0");
+  options.add("--yaw-above", command.yaw_above, "DEG",
+              "pitch from which yaw is given instead of roll; 85");
+  options.add("--pitch", command.pitch, "asin|atan2",
+              "pitch by asin(f_x / F), or by atan2 without F; asin");
+  options.add_flag("--uncertainty", command.uncertainty,
+                   "state the standard uncertainty of each result, in columns u_...");
+  options.add("--noise", command.noise, "SD",
+              "of a reading, for --uncertainty; the scatter of the calibration");
+  options.add("--resolution", command.resolution, "Q",
+              "smallest step of a reading, for --uncertainty; the record's");
+  options.add("--temperature-u", command.temperature_u, "U",
+              "of the temperature output, for --uncertainty; the record's");
+  options.add("--temperature-column", command.temperature_column, "NAME",
+              "of a record with temperature terms; temperature");
+  options.add_flag("--follow", command.follow, "write each row at once");
+  options.add_flag("--strict", command.strict, "stop at a row that cannot be reduced");
+  options.add_flag("--force", command.force, "use a refused record");
+}
 
 // In what unit the results are, and what the field is where the readings were taken.
 FieldConversion conversion_of(const ApplyCommand& command, const Calibration& calibration) {
@@ -148,8 +197,6 @@ void put_propagation(const std::string& record,
   }
 }
 
-}  // namespace
-
 int run(const ApplyCommand& command) {
   const Calibration calibration = read_unrefused(command.record, command.force);
   const Reducer reducer =
@@ -229,6 +276,14 @@ int run(const ApplyCommand& command) {
                  command.readings.c_str(), summary.clamped, summary.rows);
   }
   return 0;
+}
+
+}  // namespace
+
+Subcommand apply_subcommand() {
+  return make_subcommand<ApplyCommand>(
+      "apply", "raw readings -> field components and angles; streams",
+      "Example: axiscal apply cal.json log.csv -o angles.csv", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

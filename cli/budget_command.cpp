@@ -10,11 +10,35 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
-#include "commands.hpp"
-#include "input.hpp"
+#include "subcommands.hpp"
+#include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {
+
+struct BudgetCommand {
+  std::string record;
+  std::optional<std::string> pitch, roll, temperature, noise, map, monte_carlo, seed, pitch_formula;
+  std::string output = "-";
+  bool json = false;
+};
+
+void add_options(OptionSet& options, BudgetCommand& command) {
+  options.add("record", command.record, "RECORD", "calibration record (JSON)", Need::required);
+  options.add("--pitch", command.pitch, "DEG", "of the attitude that is read");
+  options.add("--roll", command.roll, "DEG", "of it; 0");
+  options.add("--temperature", command.temperature, "T",
+              "of the sensor there; the record's reference");
+  options.add("--noise", command.noise, "SD", "of a reading there; the scatter of the calibration");
+  options.add("--pitch-formula", command.pitch_formula, "asin|atan2", "as apply --pitch; asin");
+  options.add("--map", command.map, "DEG",
+              "expanded uncertainty of pitch and roll over all attitudes, in steps");
+  options.add("--monte-carlo", command.monte_carlo, "N",
+              "check the linear propagation in the attitude by N trials (JCGM 101)");
+  options.add("--seed", command.seed, "S", "of the trials; 1");
+  options.add_output(command.output);
+  options.add_flag("--json", command.json, "print JSON instead of tables");
+}
 
 struct Asked {
   ReductionOptions reduction;
@@ -237,8 +261,6 @@ Asked asked_of(const BudgetCommand& command, const Calibration& calibration) {
   return asked;
 }
 
-}  // namespace
-
 int run(const BudgetCommand& command) {
   const Calibration calibration = read_calibration(command.record);
   if (parameter_uncertainties(calibration).empty()) {
@@ -284,6 +306,16 @@ int run(const BudgetCommand& command) {
   }
   write_whole_file(command.output, command.json ? json_text(shown.json) : shown.text);
   return 0;
+}
+
+}  // namespace
+
+Subcommand budget_subcommand() {
+  return make_subcommand<BudgetCommand>(
+      "budget", "a record's uncertainty by source: coefficients, and readings in any attitude",
+      "Example: axiscal budget cal.json --pitch 30 --roll 45 --monte-carlo 20000\n"
+      "         axiscal budget cal.json --map 15",
+      &add_options, &run);
 }
 
 }  // namespace axiscal::cli

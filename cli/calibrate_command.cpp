@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "calibrate_command.hpp"
+
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -16,15 +18,46 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/parallel.hpp"
-#include "commands.hpp"
 #include "experiment_options.hpp"
-#include "input.hpp"
-#include "records.hpp"
+#include "log_input.hpp"
 #include "run_input.hpp"
+#include "subcommands.hpp"
 #include "summary.hpp"
+#include "usage_error.hpp"
 
 namespace axiscal::cli {
 namespace {
+
+void add_options(OptionSet& options, CalibrateCommand& command) {
+  add_files(options, command.experiment, Need::optional);
+  add_experiment_options(options, command.experiment);
+  options.add("-o,--output", command.output, "FILE", "the record (JSON); - is stdout");
+  options.add("--align", command.align, "RECORD",
+              "record of a three-axis instrument in the same file: its frame is taken over");
+  options.add_flag("--json", command.json, "print the record instead of tables");
+  OptionSet log = options.group("Log");
+  log.add("--imu", command.imu, "LOG",
+          "a raw log of rests and turns instead of observations: accelerometer, gyroscope and "
+          "magnetometer at once; -o holds {slot}");
+  add_rest_options(options, command.rests);
+  log.add_flag("--cube", command.cube,
+               "it sat in a cube: the seats are recognised; else it was turned by hand");
+  log.add_flag("--fit-gyroscope-bias", command.fit_gyroscope_bias,
+               "by the turns, not by the rests: for a bias that wanders");
+  log.add("--gyroscope-unit", command.gyroscope_unit, "UNIT",
+          "of the gyroscope's readings; --unit is the accelerometer's");
+  log.add("--magnetometer-unit", command.magnetometer_unit, "UNIT",
+          "of the magnetometer's readings");
+  log.add("--magnetic-magnitude", command.magnetic_magnitude, "F",
+          "of the local magnetic field [nT]; by --latitude and --longitude, or 1");
+  options.add("--limits", command.limits, "FILE",
+              "accept or reject by these limits; rejected: exit 1");
+  options.add("--table", command.table, "FILE",
+              "of many units (column 'serial'): one row each, with verdict and reason");
+  options.add_flag("--accept-suggestion", command.accept_suggestion,
+                   "correct, or leave out, what is most likely a mistake; the record says so");
+  options.add_flag("--force", command.force, "store the record even if it is refused");
+}
 
 constexpr std::string_view slot_place = "{slot}";
 constexpr std::string_view serial_place = "{serial}";
@@ -60,7 +93,7 @@ std::string output_for(const std::string& pattern,
 }
 
 // What would be refused when it is written is refused before the work.
-void check_output(const std::string& output, const Experiment& experiment, const Run& run) {
+void check_output(const std::string& output, const Experiment& experiment, const RunReadings& run) {
   if (run.slots.size() > 1 && output != "-" && output.find(slot_place) == std::string::npos) {
     throw UsageError("-o: the run has " + std::to_string(run.slots.size()) +
                      " slots, one record each; the file's name must hold {slot}");
@@ -91,14 +124,14 @@ std::string records_text(const std::vector<Calibration>& calibrations) {
 // Takes over the frame of the instrument that was recorded with it.
 void align(const std::string& record,
            const Calibration& companion,
-           const Run& run,
+           const Observations& own,
+           const Observations& companions,
            std::vector<Calibration>& calibrations) {
   if (calibrations.size() != 1) {
     throw UsageError("--align: goes with one instrument, not with several slots");
   }
   try {
-    align_with_companion(calibrations.front(), run.observations, companion, run.observations_beside,
-                         record);
+    align_with_companion(calibrations.front(), own, companion, companions, record);
   } catch (const SetupError&) {
     throw;
   } catch (const DomainError& error) {
@@ -141,7 +174,7 @@ struct Outcome {
 Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& calibrations) {
   Outcome outcome{.refused_slots = "refused"};
   for (const Calibration& calibration : calibrations) {
-    const bool refused = calibration.status == "refused";
+    const bool refused = calibration.status == CalibrationStatus::refused;
     outcome.refused = outcome.refused || refused;
     outcome.failed = outcome.failed || (calibration.verdict && !calibration.verdict->passed);
     if (refused && !calibration.slot.empty()) {
@@ -161,6 +194,10 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
   return outcome;
 }
 
+Suggestions suggestions_of(const CalibrateCommand& command) {
+  return command.accept_suggestion ? Suggestions::accept : Suggestions::name;
+}
+
 // One unit of a batch.
 struct Unit {
   std::string serial;
@@ -171,19 +208,19 @@ struct Unit {
 
 Unit calibrate_unit(const CalibrateCommand& command,
                     const Experiment& experiment,
-                    const Run& run,
+                    const RunReadings& run,
                     const std::optional<Limits>& limits) {
   Unit unit{.serial = run.serial};
   try {
     Experiment own = experiment;
     own.instrument.serial = run.serial;
-    std::vector<Calibration> calibrations = calibrate_run(
-        own, run, command.experiment.assembly.value_or(""), command.accept_suggestion);
+    std::vector<Calibration> calibrations = calibrate_run(own, run, suggestions_of(command));
     apply_limits(limits, experiment.limits, calibrations);
     unit.calibration = std::move(calibrations.front());
     const Calibration& calibration = *unit.calibration;
-    unit.result = calibration.status;
-    if (calibration.status == "refused" || (!calibration.verdict && calibration.status != "ok")) {
+    unit.result = status_name(calibration.status);
+    if (calibration.status == CalibrationStatus::refused ||
+        (!calibration.verdict && calibration.status != CalibrationStatus::ok)) {
       unit.reason = calibration.warnings.front().message;
     } else if (calibration.verdict) {
       unit.result = calibration.verdict->passed ? "pass" : "fail";
@@ -227,7 +264,7 @@ std::string table_of(const std::vector<Unit>& units) {
 
 // Each unit's record and the table need files of their own, none of them an input: seen before the
 // work.
-void check_outputs(const CalibrateCommand& command, const std::vector<Run>& units) {
+void check_outputs(const CalibrateCommand& command, const std::vector<RunReadings>& units) {
   if (command.output && units.size() > 1 &&
       command.output->find(serial_place) == std::string::npos) {
     throw UsageError("-o: the readings are of " + std::to_string(units.size()) +
@@ -243,7 +280,7 @@ void check_outputs(const CalibrateCommand& command, const std::vector<Run>& unit
   if (command.table) {
     add(*command.table);
   }
-  for (const Run& unit : units) {
+  for (const RunReadings& unit : units) {
     if (command.output) {
       add(output_for(*command.output, "", unit.serial));
     }
@@ -253,7 +290,7 @@ void check_outputs(const CalibrateCommand& command, const std::vector<Run>& unit
 // Many units in one run: a line each, the yield, and why the others failed.
 int run_batch(const CalibrateCommand& command,
               const Experiment& experiment,
-              const Run& run,
+              const RunReadings& run,
               const std::optional<Limits>& limits) {
   if (!command.table &&
       (!command.output || command.output->find(serial_place) == std::string::npos)) {
@@ -268,7 +305,7 @@ int run_batch(const CalibrateCommand& command,
   std::vector<Unit> units;
   std::string text;
   std::size_t good = 0;
-  const std::vector<Run> runs = split_by_serial(run, experiment.instrument.serial);
+  const std::vector<RunReadings> runs = split_by_serial(run, experiment.instrument.serial);
   check_outputs(command, runs);
   units.resize(runs.size());
   for_each_in_parallel(runs.size(), [&](std::size_t i) {
@@ -324,7 +361,12 @@ int deliver_records(const CalibrateCommand& command,
   return outcome.failed ? 1 : 0;
 }
 
+namespace {
+
 int run(const CalibrateCommand& command) {
+  if (command.experiment.files.empty() == !command.imu.has_value()) {
+    throw UsageError("calibrate: needs FILEs of observations, or --imu LOG, one of them");
+  }
   if (command.imu) {
     return run_imu(command);
   }
@@ -336,14 +378,17 @@ int run(const CalibrateCommand& command) {
   std::optional<ObservationColumns> beside;
   if (command.align) {
     companion = read_calibration(*command.align);
-    if (companion->status == "refused") {
+    if (companion->status == CalibrationStatus::refused) {
       throw RefusedError(*command.align + ": this calibration was refused");
     }
     beside = {.axes = companion->instrument.axes,
               .differences = companion->instrument.differences,
               .range = companion->instrument.range};
   }
-  const Run run = read_run(experiment, Units::several, beside);
+  Observations companions;
+  const RunReadings run = read_run(experiment, Units::several, beside, &companions);
+  experiment.positioner =
+      with_assembly(experiment.positioner, command.experiment.assembly, run.slots);
   experiment.slot = slot_of(experiment, run);
   if (has_several_units(run) || command.table) {
     return run_batch(command, experiment, run, limits);
@@ -351,13 +396,22 @@ int run(const CalibrateCommand& command) {
   if (command.output) {
     check_output(*command.output, experiment, run);
   }
-  std::vector<Calibration> calibrations = calibrate_run(
-      experiment, run, command.experiment.assembly.value_or(""), command.accept_suggestion);
+  std::vector<Calibration> calibrations = calibrate_run(experiment, run, suggestions_of(command));
   if (companion) {
-    align(*command.align, *companion, run, calibrations);
+    align(*command.align, *companion, run.observations, companions, calibrations);
   }
   apply_limits(limits, experiment.limits, calibrations);
   return deliver_records(command, calibrations);
+}
+
+}  // namespace
+
+Subcommand calibrate_subcommand() {
+  return make_subcommand<CalibrateCommand>(
+      "calibrate", "observations -> calibration record",
+      "Example: axiscal calibrate run.csv --instrument accelerometer --field gravity --unit V "
+      "-o cal.json",
+      &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -18,17 +18,42 @@
 #include "axiscal/core/units.hpp"
 #include "axiscal/positioner/cube_geometry.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
-#include "commands.hpp"
 #include "input.hpp"
+#include "subcommands.hpp"
 #include "summary.hpp"
+#include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {
 
+struct CharacterizeCommand {
+  std::vector<std::string> references;  ///< RECORD=OBSERVATIONS
+  std::string id;
+  std::string output;
+  std::optional<std::string> drawing, level_by, leave_out;
+  bool hold_bias_and_scale = false;
+  bool json = false;
+};
+
+void add_options(OptionSet& options, CharacterizeCommand& command) {
+  options.add_repeated("--reference", command.references, "RECORD=OBS",
+                       "an instrument's record and its readings in the cube; once for each");
+  options.add("--id", command.id, "NAME", "name of the cube", Need::required);
+  options.add("-o,--output", command.output, "FILE", "the positioner (JSON); - is stdout",
+              Need::required);
+  options.add("--drawing", command.drawing, "FILE", "the cube as drawn: its feet make seats exact");
+  options.add("--level-by", command.level_by, "run|block",
+              "one levelness for each reference (run, default) or for each block");
+  options.add("--leave-out", command.leave_out, "SLOTS", "slots not to use, e.g. A,B");
+  options.add_flag("--hold-bias-and-scale", command.hold_bias_and_scale,
+                   "take bias and scale from the records; else they are fitted anew");
+  options.add_flag("--json", command.json, "print JSON instead of tables");
+}
+
 struct ReferenceFiles {
   std::string record;
   std::string observations;
-  std::string slot;  // of columns SLOT.axis; empty: the record's
+  std::string slot;  // names the columns SLOT.axis; empty: the record's
 };
 
 // OBS.csv:SLOT, unless there is a file of that whole name.
@@ -87,7 +112,7 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
     reference.instrument = serial.empty() ? std::filesystem::weakly_canonical(files.record).string()
                                           : reference.calibration.instrument.kind + " " + serial;
     const Calibration& record = reference.calibration;
-    if (record.status == "refused") {
+    if (record.status == CalibrationStatus::refused) {
       throw RefusedError(files.record +
                          ": this calibration was refused; a cube cannot be measured "
                          "with it");
@@ -250,8 +275,6 @@ CharacterizeOptions options_of(const CharacterizeCommand& command) {
   return options;
 }
 
-}  // namespace
-
 int run(const CharacterizeCommand& command) {
   if (command.output == "-" && command.json) {
     throw UsageError("-o -: standard output cannot hold both the positioner and --json");
@@ -268,6 +291,18 @@ int run(const CharacterizeCommand& command) {
     print_remark("warning", warning);
   }
   return 0;
+}
+
+}  // namespace
+
+Subcommand characterize_subcommand() {
+  return make_subcommand<CharacterizeCommand>(
+      "characterize", "calibrated instruments -> a measured positioner",
+      "Example: axiscal characterize --reference a.json=a.csv --reference b.json=b.csv\n"
+      "         --id cube-07 -o cube-07.json\n"
+      "The 12 points, several times (replicates). A record that is there twice is one instrument,\n"
+      "fitted anew: that shows the repeatability of the mount.",
+      &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -12,13 +12,34 @@
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
-#include "commands.hpp"
 #include "experiment_options.hpp"
-#include "input.hpp"
 #include "run_input.hpp"
+#include "subcommands.hpp"
+#include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {
+
+struct CheckCommand {
+  std::string record;
+  std::optional<std::string> other;  ///< observations or another record
+  ExperimentOptions experiment;      ///< that differ from the record's
+  std::optional<std::string> history, limits, alpha;
+  std::string output = "-";
+  bool json = false;
+};
+
+void add_options(OptionSet& options, CheckCommand& command) {
+  options.add("record", command.record, "RECORD", "calibration record (JSON)");
+  options.add("other", command.other, "FILE", "observations (CSV) or another record (JSON)");
+  add_experiment_options(options, command.experiment);
+  options.add("--alpha", command.alpha, "P", "probability of a false alarm; 0.01");
+  options.add("--limits", command.limits, "FILE", "accept or reject by these limits");
+  options.add("--history", command.history, "FOLDER",
+              "records of one or many units: trend, and when a limit will be met");
+  options.add_output(command.output);
+  options.add_flag("--json", command.json, "print JSON instead of a table");
+}
 
 Json json_of(const std::vector<ParameterChange>& changes, bool with_e_n) {
   Json list = Json::array();
@@ -157,8 +178,6 @@ int run_history(const CheckCommand& command) {
   return report(command, history_json(units), text, outside);
 }
 
-}  // namespace
-
 int run(const CheckCommand& command) {
   if (command.history) {
     return run_history(command);
@@ -177,7 +196,7 @@ int run(const CheckCommand& command) {
   const std::optional<Limits> limits =
       command.limits ? std::optional(read_limits(*command.limits)) : std::nullopt;
   const Calibration old = read_calibration(command.record);
-  if (old.status == "refused") {
+  if (old.status == CalibrationStatus::refused) {
     throw RefusedError(command.record +
                        ": this calibration was refused; nothing is held against it");
   }
@@ -188,23 +207,23 @@ int run(const CheckCommand& command) {
   try {
     if (is_record(*command.other)) {
       fresh = read_calibration(*command.other);
-      if (fresh.status == "refused") {
+      if (fresh.status == CalibrationStatus::refused) {
         throw RefusedError(*command.other + ": this calibration was refused");
       }
     } else {
       ExperimentOptions options = command.experiment;
       options.files = {*command.other};
-      const Experiment experiment = make_experiment(options, experiment_of(old));
+      Experiment experiment = make_experiment(options, experiment_of(old));
       Experiment without_method = experiment;  // the readings show whether there are labels
       without_method.method.reset();
-      Run run = read_run(without_method);
+      RunReadings run = read_run(without_method);
       if (old.temperature && !run.observations.readings.front().temperature) {
         std::fprintf(stderr,
                      "note: the readings have no column 'temperature' and count as taken at the "
                      "record's reference\n");
       }
       run.observations = at_reference_temperature(std::move(run.observations), old);
-      if (!has_pose(run.observations) && old.method != method_name(Method::magnitude)) {
+      if (!has_pose(run.observations) && old.method != Method::magnitude) {
         if (limits) {
           throw UsageError(
               "--limits: readings without labels give no coefficients to hold against limits");
@@ -213,14 +232,15 @@ int run(const CheckCommand& command) {
         return report(command, in_situ_json(check), in_situ_text(check, old.field.unit),
                       check.drifted);
       }
-      std::vector<Calibration> calibrations =
-          calibrate_run(experiment, run, command.experiment.assembly.value_or(""));
+      experiment.positioner =
+          with_assembly(experiment.positioner, command.experiment.assembly, run.slots);
+      std::vector<Calibration> calibrations = calibrate_run(experiment, run);
       print_remarks(calibrations);
       if (calibrations.size() != 1) {
         throw UsageError("check: takes one instrument, not several slots");
       }
       fresh = std::move(calibrations.front());
-      if (fresh.status == "refused") {
+      if (fresh.status == CalibrationStatus::refused) {
         throw RefusedError("the fresh readings give no calibration: " +
                            fresh.warnings.front().message);
       }
@@ -253,6 +273,18 @@ int run(const CheckCommand& command) {
   } catch (const DomainError& error) {
     throw DataError(command.record, error.what());
   }
+}
+
+}  // namespace
+
+Subcommand check_subcommand() {
+  return make_subcommand<CheckCommand>(
+      "check", "fresh observations, or another record, against a calibration: has it drifted?",
+      "Example: axiscal check cal.json today.csv\n"
+      "Readings without labels are checked at rest, by the size of the field alone. Options count\n"
+      "where they differ from the record's. Exit 1 when it has drifted or a limit is not met.\n"
+      "         axiscal check --history records/ --limits limits.json",
+      &add_options, &run);
 }
 
 }  // namespace axiscal::cli

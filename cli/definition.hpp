@@ -9,8 +9,8 @@ namespace axiscal::cli {
 
 /// One option or argument, as the help shows it.
 struct OptionDefinition {
-  std::vector<std::string> names;  ///< "--output", "-o"; of an argument its name without dashes
-  std::string type;                ///< of its value: "FILE", "DEG"; empty for a flag
+  std::vector<std::string> names;  ///< "--output", "-o"; an argument's name has no dashes
+  std::string type;                ///< what its value is: "FILE", "DEG"; empty for a flag
   std::string help;
   bool is_argument = false;  ///< positional
 };

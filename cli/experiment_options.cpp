@@ -9,7 +9,7 @@
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
-#include "input.hpp"
+#include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {
@@ -216,6 +216,99 @@ void set_stated_uncertainties(const ExperimentOptions& options, StatedUncertaint
 
 }  // namespace
 
+void add_files(OptionSet& options, ExperimentOptions& experiment, Need need) {
+  options.add("files", experiment.files, "FILE",
+              "Observations (CSV, several are blocks) or one experiment (.json); - is stdin", need);
+}
+
+void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
+  OptionSet instrument = options.group("Instrument");
+  instrument.add("--instrument", experiment.instrument, "KIND",
+                 "accelerometer, inclinometer, magnetometer, gyroscope, optical or generic");
+  instrument.add("--serial", experiment.serial, "TEXT", "serial number");
+  instrument.add(
+      "--axes", experiment.axes, "A,B,..",
+      "response columns, one or more; x,y,z; d=p-n is an axis d, the difference of two columns");
+  instrument.add("--range", experiment.range, "LO,HI",
+                 "readings at or beyond these are left out for their axis (saturated)");
+  instrument.add_flag("--one-sided", experiment.one_sided,
+                      "axes that see only what comes from in front of them (photodiodes)");
+  instrument.add("--unit", experiment.unit, "UNIT", "unit of the readings; 1");
+  instrument.add("--nominal-sensitivity", experiment.nominal_sensitivity, "S",
+                 "what the axes' sensitivities should be: mistakes in a whole run show against it");
+  instrument.add("--convention", experiment.convention, "flu|frd",
+                 "axes forward-left-up (default) or forward-right-down");
+  OptionSet field = options.group("Field");
+  field.add(
+      "--field", experiment.field, "KIND",
+      "gravity, geomagnetic, earth_rotation, induced_rotation, induced_magnetic, light or custom; "
+      "KIND+KIND is a sum, of which unit, magnitude and vector are those of the induced part");
+  field.add("--also", experiment.also, "KIND",
+            "a second field that it answers to, known in the table (a gyroscope's g-sensitivity)");
+  field.add("--field-unit", experiment.field_unit, "UNIT",
+            "g (default), m/s^2; nT, uT, T; rad/s, deg/s, deg/h; 1, W/m^2");
+  field.add("--field-magnitude", experiment.field_magnitude, "F", "its magnitude, in its unit");
+  field.add("--field-magnitude-u", experiment.field_magnitude_u, "U",
+            "standard uncertainty of --field-magnitude");
+  field.add("--field-table", experiment.field_table, "X,Y,Z", "the field in the table's frame");
+  field.add("--latitude", experiment.latitude, "DEG", "of the site");
+  field.add("--longitude", experiment.longitude, "DEG", "of the site; 0");
+  field.add("--height", experiment.height, "M", "of the site above the ellipsoid; 0");
+  field.add("--date", experiment.date, "DATE", "ISO 8601 or decimal year; today");
+  field.add("--magnetic-model", experiment.magnetic_model, "NAME",
+            "wmm2025 (built in), or one installed for GeographicLib");
+  field.add("--gravity-model", experiment.gravity_model, "NAME",
+            "wgs84 (built in), or one installed for GeographicLib");
+  field.add("--source", experiment.source, "sun|lamp",
+            "of light; the sun's place at each reading's time");
+  OptionSet table_and_cube = options.group("Table and cube");
+  table_and_cube.add(
+      "--fence-azimuth", experiment.fence_azimuth, "DEG",
+      "azimuth of the table's y axis, clockwise from north; 0, by joint as the readings show");
+  table_and_cube.add("--slope", experiment.slope, "X,Y", "known slope of the table; 0,0");
+  table_and_cube.add("--positioner", experiment.positioner, "FILE",
+                     "measured cube; the nominal one");
+  table_and_cube.add("--slot", experiment.slot, "NAME",
+                     "mount of the positioner that holds the instrument");
+  table_and_cube.add(
+      "--assembly", experiment.assembly, "NAME",
+      "mounts of the slots of columns SLOT.axis: parallel, single, triple (all as the cube), h or "
+      "h:y "
+      "(two on the web of an H, the second turned by 180 degrees about x or y)");
+  OptionSet method = options.group("Method");
+  method.add(
+      "--method", experiment.method, "METHOD",
+      "paired, joint, known or magnitude (no labels), chosen by the data; bias: at rest in one "
+      "pose, "
+      "over temperature");
+  method.add("--shape", experiment.shape, "SHAPE",
+             "magnitude: symmetric (default) or triangular sensitivity");
+  method.add("--weights", experiment.weights, "W",
+             "samples (default where the column is there), sd or none");
+  method.add_flag("--robust", experiment.robust, "bisquare regression");
+  method.add_flag("--polar-fit", experiment.polar_fit,
+                  "fit the known-art form (coning angle, azimuth) by Gauss-Newton too, to compare");
+  method.add("--leave-out", experiment.leave_out, "RUNS", "runs not to use, e.g. 7,8");
+  method.add("--noise-ratio", experiment.noise_ratio, "A,B,..",
+             "how the noise of the axes compares (1,1,1: equal); mistakes are then seen better");
+  method.add("--level-by", experiment.level_by, "run|block",
+             "one levelness for the run (default) or one for each block");
+  method.add(
+      "--temperature-order", experiment.temperature_order, "N",
+      "of bias and scale over the column 'temperature': 0 (default), 1, 2 or auto; bias: any");
+  method.add("--temperature-reference", experiment.temperature_reference, "T",
+             "where the coefficients are stated; mean of the readings");
+  method.add("--from", experiment.from, "RECORD", "bias: the record that has the sensitivity");
+  OptionSet uncertainty = options.group("Uncertainty");
+  uncertainty.add("--resolution", experiment.resolution, "Q", "smallest step of a reading");
+  uncertainty.add("--slope-u", experiment.slope_u, "RAD",
+                  "known: standard uncertainty of the slope, x and y");
+  uncertainty.add("--direction-u", experiment.direction_u, "RAD",
+                  "known: standard uncertainty of the field's direction");
+  uncertainty.add("--temperature-u", experiment.temperature_u, "U",
+                  "standard uncertainty of the temperature output");
+}
+
 Experiment make_experiment(const ExperimentOptions& options, Experiment experiment) {
   if (options.files.size() == 1 && options.files.front().ends_with(".json")) {
     experiment = read_experiment(options.files.front());
@@ -269,7 +362,9 @@ Experiment experiment_of(const Calibration& record) {
   Experiment experiment;
   experiment.instrument = record.instrument;
   const FieldDescription& field = record.field;
-  experiment.method = parse_method(record.method);
+  if (record.method != Method::turns) {
+    experiment.method = record.method;
+  }
   const bool given = experiment.method == Method::known;
   experiment.field.unit = field.unit;
   experiment.field.site = field.site;
@@ -295,15 +390,13 @@ Experiment experiment_of(const Calibration& record) {
     part.unit = also.unit;
     part.in_table = also.in_table;
   }
-  experiment.weighting = parse_weighting(record.weights);
+  experiment.weighting = record.weights;
   if (experiment.weighting == Weighting::none) {
     experiment.weighting.reset();
   }
   experiment.robust = record.robust;
   experiment.level_by = record.level_by_block ? LevelBy::block : LevelBy::run;
-  if (const auto shape = parse_shape(record.shape)) {
-    experiment.shape = *shape;
-  }
+  experiment.shape = record.shape.value_or(experiment.shape);
   experiment.slot = record.slot;
   return experiment;
 }

@@ -1,10 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "axiscal/calib/experiment.hpp"
-#include "command_line.hpp"
+#include "option_set.hpp"
 
 namespace axiscal::cli {
+
+/// Options that describe an experiment, as typed.
+struct ExperimentOptions {
+  std::vector<std::string> files;
+  std::optional<std::string> instrument, serial, axes, unit, convention, range;
+  std::optional<std::string> field, also, field_unit, field_magnitude, field_magnitude_u,
+      field_table;
+  std::optional<std::string> magnetic_model, gravity_model, source;
+  std::optional<std::string> latitude, longitude, height, date;
+  std::optional<std::string> fence_azimuth, slope, positioner, slot, assembly;
+  std::optional<std::string> method, shape, weights, leave_out, level_by, noise_ratio;
+  std::optional<std::string> temperature_order, temperature_reference, from;
+  std::optional<std::string> resolution, slope_u, direction_u, temperature_u;
+  std::optional<std::string> nominal_sensitivity;
+  bool robust = false;
+  bool one_sided = false;
+  bool polar_fit = false;
+};
+
+/// The observations' files, or the experiment's.
+void add_files(OptionSet& options, ExperimentOptions& experiment, Need need);
+
+void add_experiment_options(OptionSet& options, ExperimentOptions& experiment);
 
 /// The experiment of a file (`.json`) or of the options alone; options win.
 ///

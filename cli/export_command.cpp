@@ -6,11 +6,41 @@
 
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/exchange/export.hpp"
-#include "commands.hpp"
 #include "input.hpp"
+#include "subcommands.hpp"
+#include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {
+
+struct ExportCommand {
+  std::string record;
+  std::optional<std::string> format, reading_factor, gravity, numbers, name, instance;
+  std::optional<std::string> laboratory;
+  std::string output = "-";
+  bool list = false;
+  bool lossy = false;
+  bool force = false;
+};
+
+void add_options(OptionSet& options, ExportCommand& command) {
+  options.add("record", command.record, "RECORD", "calibration record (JSON)");
+  options.add("--format", command.format, "NAME", "one of --list");
+  options.add_flag("--list", command.list, "the formats, and what their readers compute");
+  options.add("--reading-factor", command.reading_factor, "R",
+              "what the consumer's driver makes of 1 unit of the readings (m/s^2 per count)");
+  options.add("--gravity", command.gravity, "G",
+              "m/s^2 that 1 g was, of a record in g that does not say it");
+  options.add("--numbers", command.numbers, "TYPE",
+              "of a header: double, float, q16, q0:16 (binary places of readings, of the field)");
+  options.add("--name", command.name, "ID", "what a header's names start with; axiscal");
+  options.add("--instance", command.instance, "N", "number of the sensor, 0 to 9; 0");
+  options.add("--laboratory", command.laboratory, "FILE",
+              "of dcc: laboratory, customer, number, ... as report --laboratory");
+  options.add_flag("--lossy", command.lossy, "write what the format holds, and say what is lost");
+  options.add_flag("--force", command.force, "take a refused record too");
+  options.add_output(command.output);
+}
 
 std::string list_of_formats() {
   std::string text;
@@ -61,8 +91,6 @@ bool is_text(std::string_view name) {
   return true;
 }
 
-}  // namespace
-
 int run(const ExportCommand& command) {
   if (command.list) {
     write_whole_file(command.output, list_of_formats());
@@ -80,6 +108,15 @@ int run(const ExportCommand& command) {
     std::fputs(fmt::format("axiscal: not held: {}\n", loss_text(*result.loss)).c_str(), stderr);
   }
   return 0;
+}
+
+}  // namespace
+
+Subcommand export_subcommand() {
+  return make_subcommand<ExportCommand>(
+      "export", "calibration record -> formats of other software",
+      "Example: axiscal export cal.json --format c-header --name imu_accel -o imu_accel.h",
+      &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -16,11 +16,34 @@
 #include "axiscal/field/geomagnetic_field.hpp"
 #include "axiscal/field/gravity_field.hpp"
 #include "axiscal/field/sun.hpp"
-#include "commands.hpp"
-#include "input.hpp"
+#include "subcommands.hpp"
+#include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {
+
+struct FieldCommand {
+  std::optional<std::string> latitude, longitude, height, date, only;
+  std::optional<std::string> magnetic_model, gravity_model;
+  std::string output = "-";
+  bool refraction = false;
+  bool json = false;
+};
+
+void add_options(OptionSet& options, FieldCommand& command) {
+  options.add("--latitude", command.latitude, "DEG", "geodetic, north positive");
+  options.add("--longitude", command.longitude, "DEG", "east positive");
+  options.add("--height", command.height, "M", "above the WGS 84 ellipsoid; 0");
+  options.add("--date", command.date, "DATE", "ISO 8601 (UTC) or decimal year; now");
+  options.add("--only", command.only, "NAMES", "some of gravity,geomagnetic,earth_rotation,sun");
+  options.add("--magnetic-model", command.magnetic_model, "NAME",
+              "wmm2025 (built in), or one installed for GeographicLib (igrf14)");
+  options.add("--gravity-model", command.gravity_model, "NAME",
+              "wgs84 (built in), or one installed for GeographicLib (egm96, egm2008)");
+  options.add_flag("--refraction", command.refraction, "the sun as the air lifts it");
+  options.add_output(command.output);
+  options.add_flag("--json", command.json, "print JSON instead of a table");
+}
 
 constexpr std::array<std::string_view, 4> field_names = {"gravity", "geomagnetic", "earth_rotation",
                                                          "sun"};
@@ -154,8 +177,6 @@ std::string table(const Json& json, const Site& site, double time_s) {
   return text;
 }
 
-}  // namespace
-
 int run(const FieldCommand& command) {
   const std::set<std::string_view> wanted = wanted_fields(command);
   const Site site = site_of(command, wanted);
@@ -163,6 +184,15 @@ int run(const FieldCommand& command) {
   const Json json = fields_json(command, wanted, site, time_s);
   write_whole_file(command.output, command.json ? json.dump(2) + "\n" : table(json, site, time_s));
   return 0;
+}
+
+}  // namespace
+
+Subcommand field_subcommand() {
+  return make_subcommand<FieldCommand>(
+      "field", "gravity, geomagnetic field, Earth rotation and sun at a site",
+      "Example: axiscal field --latitude 48.14 --longitude 11.58 --height 520 --date 2026-06-21",
+      &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -7,12 +7,10 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
-#include "commands.hpp"
-#include "experiment_options.hpp"
+#include "calibrate_command.hpp"
 #include "input.hpp"
-#include "log_input.hpp"
-#include "records.hpp"
 #include "summary.hpp"
+#include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {

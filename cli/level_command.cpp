@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "adjuster_options.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
@@ -14,14 +15,31 @@
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
 #include "axiscal/positioner/surface.hpp"
-#include "commands.hpp"
 #include "experiment_options.hpp"
-#include "input.hpp"
 #include "run_input.hpp"
+#include "subcommands.hpp"
 #include "summary.hpp"
+#include "usage_error.hpp"
 
 namespace axiscal::cli {
 namespace {
+
+struct LevelCommand {
+  ExperimentOptions experiment;
+  std::optional<std::string> adjusters, thread_pitch;
+  std::string output = "-";
+  bool json = false;
+};
+
+void add_options(OptionSet& options, LevelCommand& command) {
+  add_files(options, command.experiment, Need::required);
+  add_experiment_options(options, command.experiment);
+  options.add("--adjusters", command.adjusters, "X,Y;..",
+              "where the table stands [m], frame table; the positioner's");
+  options.add("--thread-pitch", command.thread_pitch, "M", "what a turn raises; the positioner's");
+  options.add_output(command.output);
+  options.add_flag("--json", command.json, "print JSON instead of a table");
+}
 
 // Below this many standard errors a slope may be none at all.
 constexpr double level_within = 2.0;
@@ -96,10 +114,12 @@ Measured measure(const LevelCommand& command, Surface& surface) {
     }
     return {files.front(), true, read_calibration(files.front())};
   }
-  const Experiment experiment = make_experiment(command.experiment);
+  Experiment experiment = make_experiment(command.experiment);
   surface = experiment.positioner.surface();
-  const std::vector<Calibration> calibrations =
-      calibrate_run(experiment, read_run(experiment), command.experiment.assembly.value_or(""));
+  const RunReadings run = read_run(experiment);
+  experiment.positioner =
+      with_assembly(experiment.positioner, command.experiment.assembly, run.slots);
+  const std::vector<Calibration> calibrations = calibrate_run(experiment, run);
   print_remarks(calibrations);
   // What any slot warns of counts for the one table that all stand on.
   Measured measured{files.front(), false, calibrations.front()};
@@ -120,7 +140,7 @@ void require_trust(const Measured& measured) {
       calibration.warnings.begin(), calibration.warnings.end(), [&](const CalibrationWarning& w) {
         return std::find(spoiling.begin(), spoiling.end(), w.code) != spoiling.end();
       });
-  if (spoilt || calibration.status == "refused" ||
+  if (spoilt || calibration.status == CalibrationStatus::refused ||
       (calibration.levelness && !calibration.levelness->consistent)) {
     throw RefusedError(
         "level: the readings do not agree about the slope, so no turns are given; mend what the "
@@ -230,8 +250,6 @@ std::string text_of(const Slope& slope,
   return text;
 }
 
-}  // namespace
-
 int run(const LevelCommand& command) {
   Surface surface;
   // Usage first: the readings may be minutes of work, a missing option none.
@@ -249,6 +267,17 @@ int run(const LevelCommand& command) {
                        ? level_json(slope, moves, fence_lean_when_level(surface, slope.value))
                        : text_of(slope, moves, surface));
   return 0;
+}
+
+}  // namespace
+
+Subcommand level_subcommand() {
+  return make_subcommand<LevelCommand>(
+      "level", "12 readings or a record -> what to turn to level the table",
+      "Example: axiscal level run.csv --instrument accelerometer --field gravity\n"
+      "         --adjusters \"0.1,0;-0.1,0.08;-0.1,-0.08\" --thread-pitch 0.0005\n"
+      "Raise the adjusters as it says, take 12 readings again, until it says that it is level.",
+      &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -6,6 +6,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "input.hpp"
 #include "summary.hpp"
+#include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {
@@ -20,6 +21,41 @@ std::vector<std::string> three_columns(const char* option, const std::string& te
 }
 
 }  // namespace
+
+void add_log_options(OptionSet& options, LogOptions& log) {
+  OptionSet log_options = options.group("Log");
+  log_options.add("--time", log.time, "COLUMN",
+                  "of times; time, t, timestamp with _s, _ms, _us, _ns");
+  log_options.add("--rate", log.rate, "HZ", "samples a second, instead of a column of times");
+  log_options.add("--names", log.names, "A,B,..", "names of the columns of a log without a header");
+  log_options.add("--map", log.map, "FILE",
+                  "axiscal-log (JSON): columns renamed, scaled, turned round");
+}
+
+void add_rest_options(OptionSet& options, RestOptions& rests) {
+  add_log_options(options, rests.log);
+  OptionSet log = options.group("Log");
+  log.add("--columns", rests.columns, "A,B,..",
+          "columns whose variance tells rest from motion; segment: --accelerometer, or x,y,z; "
+          "calibrate: "
+          "the gyroscope's, or the accelerometer's");
+  log.add("--window", rests.window, "S",
+          "of the sliding variance, half of which is left out at both ends of a rest; 0.5");
+  log.add("--min-length", rests.shortest, "S", "what is left of a rest is at least so long; 1");
+  log.add("--trim", rests.trim, "S", "left out besides at both ends; 0.1");
+  log.add("--threshold", rests.threshold, "V",
+          "rest is where the joined variance is below it; chosen from the data");
+  log.add("--plan", rests.plan, "SHEET", "run sheet: the seats of a cube, in its order");
+  log.add("--first-fence", rests.first_fence, "FACE",
+          "the first rest's face at the fence, where seats are recognised");
+  log.add("--accelerometer", rests.accelerometer, "X,Y,Z", "columns; ax,ay,az");
+  log.add("--gyroscope", rests.gyroscope, "X,Y,Z",
+          "columns; calibrate: gx,gy,gz if there are such");
+  log.add("--magnetometer", rests.magnetometer, "X,Y,Z",
+          "columns; calibrate: mx,my,mz if there are such");
+  log.add("--gyroscope-scale", rests.gyroscope_scale, "RATE",
+          "rad/s per unit of the gyroscope, roughly; found among the usual ones");
+}
 
 std::vector<std::string> names_of(const std::string& text) {
   std::vector<std::string> names;

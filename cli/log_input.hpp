@@ -1,15 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "axiscal/logs/imu.hpp"
 #include "axiscal/logs/log_file.hpp"
 #include "axiscal/logs/segment.hpp"
-#include "command_line.hpp"
+#include "option_set.hpp"
 
 namespace axiscal::cli {
+
+/// How a raw log is read, as typed.
+struct LogOptions {
+  std::optional<std::string> names, map, time, rate;
+};
+
+/// How a raw log is cut into rests, as typed.
+struct RestOptions {
+  LogOptions log;
+  std::optional<std::string> window, shortest, trim, threshold, range;
+  std::optional<std::string> plan;
+  std::optional<std::string> columns, first_fence;
+  std::optional<std::string> accelerometer, gyroscope, magnetometer, gyroscope_scale;
+};
+
+void add_log_options(OptionSet& options, LogOptions& log);
+
+/// Those of the log too.
+void add_rest_options(OptionSet& options, RestOptions& rests);
 
 /// @return the parts of "a,b,c".
 [[nodiscard]] std::vector<std::string> names_of(const std::string& text);

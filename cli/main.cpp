@@ -13,7 +13,8 @@
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "command_line.hpp"
-#include "commands.hpp"
+#include "subcommands.hpp"
+#include "usage_error.hpp"
 
 namespace {
 
@@ -50,17 +51,15 @@ int fail(ExitStatus status, const std::string& message) {
   return status;
 }
 
-int run_command(const axiscal::cli::Command& command) {
-  return std::visit(
-      [](const auto& chosen) -> int {
-        if constexpr (std::is_same_v<std::decay_t<decltype(chosen)>, axiscal::cli::ShowText>) {
-          axiscal::write_whole_file("-", chosen.text);
-          return done;
-        } else {
-          return axiscal::cli::run(chosen);
-        }
-      },
-      command);
+// In the order of the help.
+std::vector<axiscal::cli::Subcommand> subcommands() {
+  using namespace axiscal::cli;
+  return {field_subcommand(),    calibrate_subcommand(), segment_subcommand(),
+          noise_subcommand(),    apply_subcommand(),     plan_subcommand(),
+          simulate_subcommand(), level_subcommand(),     characterize_subcommand(),
+          check_subcommand(),    budget_subcommand(),    study_subcommand(),
+          export_subcommand(),   import_subcommand(),    acquire_subcommand(),
+          report_subcommand(),   template_subcommand()};
 }
 
 }  // namespace
@@ -70,8 +69,9 @@ int main(int argc, char** argv) {
   set_signals();
   const axiscal::InputProtection no_input_is_overwritten;
   try {
-    return run_command(
-        axiscal::cli::parse_command_line(std::vector<std::string>(argv + 1, argv + argc)));
+    const axiscal::cli::Action action = axiscal::cli::parse_command_line(
+        std::vector<std::string>(argv + 1, argv + argc), subcommands());
+    return action();
   } catch (const axiscal::cli::UsageError& error) {
     return fail(wrong_usage, std::string("axiscal: ") + error.what());
   } catch (const axiscal::SetupError& error) {

@@ -8,13 +8,32 @@
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/logs/noise_json.hpp"
 #include "axiscal/logs/segment.hpp"
-#include "commands.hpp"
-#include "input.hpp"
 #include "log_input.hpp"
+#include "subcommands.hpp"
 #include "summary.hpp"
+#include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {
+
+struct NoiseCommand {
+  std::string log;
+  LogOptions options;
+  std::optional<std::string> columns;
+  std::string output = "-";
+  bool all_taus = false;
+  bool json = false;
+};
+
+void add_options(OptionSet& options, NoiseCommand& command) {
+  options.add("log", command.log, "LOG", "text, .npy, .mat, also .gz .xz .zst; - is stdin",
+              Need::required);
+  options.add("--columns", command.columns, "A,B,..", "columns; all but the times");
+  add_log_options(options, command.options);
+  options.add_flag("--all-taus", command.all_taus, "the curve at ten averaging times a decade");
+  options.add_output(command.output);
+  options.add_flag("--json", command.json, "print JSON instead of a table");
+}
 
 void warn(LogNoise& noise, const std::string& message) {
   noise.warnings.push_back(message);
@@ -110,8 +129,6 @@ std::string noise_text(const LogNoise& noise) {
   return text;
 }
 
-}  // namespace
-
 int run(const NoiseCommand& command) {
   RecordedLog log = record_log(command.log, command.options);
   for (const std::string& note : log.notes) {
@@ -155,6 +172,14 @@ int run(const NoiseCommand& command) {
   }
   write_whole_file(command.output, command.json ? noise_json(noise) : noise_text(noise));
   return 0;
+}
+
+}  // namespace
+
+Subcommand noise_subcommand() {
+  return make_subcommand<NoiseCommand>(
+      "noise", "log at rest -> Allan deviation, noise",
+      "Example: axiscal noise rest.csv --columns gx,gy,gz --rate 100", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

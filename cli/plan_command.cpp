@@ -7,8 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "axiscal/calib/assembly.hpp"
-#include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/design_quality.hpp"
 #include "axiscal/calib/experiment_json.hpp"
 #include "axiscal/calib/forecast.hpp"
@@ -22,13 +20,68 @@
 #include "axiscal/logs/noise_json.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
 #include "axiscal/report/run_sheet_page.hpp"
-#include "commands.hpp"
 #include "input.hpp"
 #include "plan_text.hpp"
+#include "sheet_options.hpp"
+#include "subcommands.hpp"
 #include "summary.hpp"
+#include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {
+
+struct PlanCommand {
+  std::optional<std::string> experiment;  ///< a file that describes what is planned
+  SheetOptions sheet;
+  std::optional<std::string> noise_log, dwell;
+  std::optional<std::string> noise, samples, want_angle, sensitivity, method, positioner;
+  std::optional<std::string> positioner_u, level_u, slope, slot, page, tolerances, trials;
+  std::optional<std::string> soak, soak_window, soak_tolerance;
+  std::optional<std::string> output;
+  bool json = false;
+};
+
+void add_options(OptionSet& options, PlanCommand& command) {
+  options.add("experiment", command.experiment, "EXPERIMENT",
+              "instrument, field, cube and method (.json)");
+  add_sheet_options(options, command.sheet);
+  OptionSet forecast = options.group("Forecast");
+  forecast.add("--noise", command.noise, "SD", "sd of one sample, in the readings' unit");
+  forecast.add(
+      "--noise-log", command.noise_log, "FILE",
+      "what `noise --json` wrote, instead of --noise: a reading is a mean over the dwell time");
+  forecast.add("--dwell", command.dwell, "S",
+               "time at a design point, with --noise-log; the sensible one of its noisiest axis");
+  forecast.add("--samples", command.samples, "N", "averaged at each point; 1");
+  forecast.add("--want-angle-deg", command.want_angle, "U",
+               "standard uncertainty wanted of an angle: takes as many replicates as it needs");
+  forecast.add("--sensitivity", command.sensitivity, "S", "of each axis, nominal; 1");
+  forecast.add("--method", command.method, "METHOD", "paired, joint or known; by the design");
+  forecast.add("--positioner", command.positioner, "FILE", "the cube; the nominal one");
+  forecast.add("--positioner-u", command.positioner_u, "RAD",
+               "standard uncertainty of each face normal, besides the positioner's covariance");
+  forecast.add("--slot", command.slot, "NAME",
+               "mount of the positioner that holds the instrument; its repeatability counts");
+  forecast.add("--level-u", command.level_u, "RAD",
+               "known: standard uncertainty of the table's slope along x and y");
+  forecast.add("--slope", command.slope, "X,Y", "of the table, expected; 0,0");
+  OptionSet tolerances = options.group("Tolerances");
+  tolerances.add(
+      "--tolerances", command.tolerances, "NAME=SD,..",
+      "errors by how the cube is made: foot_height_m, ball_radius_m, squareness_rad, fence_rad");
+  tolerances.add("--trials", command.trials, "N", "cubes simulated; 1000");
+  OptionSet temperature = options.group("Temperature");
+  temperature.add(
+      "--soak", command.soak, "LOG",
+      "a log (CSV: time [s], temperature): is the instrument steady yet? Exit 1 when not");
+  temperature.add("--soak-window", command.soak_window, "S",
+                  "how far to look back, and how long a block takes; 300");
+  temperature.add("--soak-tolerance", command.soak_tolerance, "T",
+                  "largest change of the temperature output during that time; 0.1");
+  options.add("--page", command.page, "SHEET.html", "the run sheet as a page to print");
+  options.add("-o,--output", command.output, "FILE", "the run sheet (CSV); stdout");
+  options.add_flag("--json", command.json, "print the forecast as JSON");
+}
 
 // What is planned: the experiment's file, or an accelerometer in gravity.
 Experiment planned_experiment(const PlanCommand& command) {
@@ -51,19 +104,8 @@ Experiment planned_experiment(const PlanCommand& command) {
   if (command.method) {
     experiment.method = method_of_option(*command.method);
   }
+  experiment.slot = command.slot.value_or(experiment.slot);
   return experiment;
-}
-
-// The method that calibrate would choose for these points.
-Method planned_method(const Experiment& experiment, const std::vector<DesignEntry>& design) {
-  Observations observations;
-  for (const DesignEntry& entry : design) {
-    observations.readings.push_back({.point = entry.point, .level = entry.level});
-  }
-  const Method method = choose_method(experiment, observations);
-  // Fewer than ten points leave the field's direction open: a table known to be level is meant.
-  return !experiment.method && method == Method::joint && design.size() < 10 ? Method::known
-                                                                             : method;
 }
 
 bool states_noise(const PlanCommand& command) {
@@ -105,34 +147,16 @@ double noise_of(const PlanCommand& command) {
   return largest;
 }
 
-ForecastSetup forecast_setup(const PlanCommand& command,
-                             const Experiment& experiment,
-                             const std::vector<DesignEntry>& design) {
-  ForecastSetup setup;
-  setup.design = design;
-  setup.replicates = replicates_of(command.sheet);
-  setup.nominal.instrument = experiment.instrument;
-  Experiment level = experiment;
-  level.slope.setZero();
-  setup.nominal.field = make_field_description(level);
+ForecastSetup setup_of(const PlanCommand& command,
+                       const Experiment& experiment,
+                       const std::vector<DesignEntry>& design) {
   const double sensitivity =
       command.sensitivity ? number_of("--sensitivity", *command.sensitivity) : 1.0;
   if (!(std::abs(sensitivity) > 0.0)) {
     throw UsageError("--sensitivity: must not be 0");
   }
-  const Eigen::Index m = experiment.instrument.axis_count();
-  setup.nominal.response.bias = Eigen::VectorXd::Zero(m);
-  setup.nominal.response.sensitivity = SensitivityMatrix::Zero(m, 3);
-  for (Eigen::Index k = 0; k < m; ++k) {
-    setup.nominal.response.sensitivity(
-        k, nominal_axis(experiment.instrument, k).value_or(static_cast<int>(k % 3))) = sensitivity;
-  }
-  setup.method = planned_method(experiment, design);
-  setup.positioner = experiment.positioner;
-  setup.slope = experiment.slope;
-  const std::string slot = command.slot.value_or(experiment.slot);
-  setup.mount = setup.positioner.mount(slot).value_or(Mount{});
-  setup.mount.rotation_sensor_from_positioner = mount_rotation(setup.positioner, slot);
+  ForecastSetup setup = forecast_setup(experiment, design, sensitivity);
+  setup.replicates = replicates_of(command.sheet);
   setup.noise_sd = noise_of(command);
   setup.samples = command.samples ? whole_number_of("--samples", *command.samples, 1) : 1;
   setup.normal_u_rad =
@@ -147,7 +171,7 @@ ToleranceStudy tolerance_study(const PlanCommand& command,
   ToleranceStudy study;
   study.nominal = setup.nominal;
   study.design = setup.design;
-  study.drawing = drawing_of(positioner);
+  study.drawing = positioner.drawing();
   study.surface = positioner.surface();
   study.tolerances = tolerances_of(*command.tolerances);
   study.slope = setup.slope;
@@ -252,8 +276,6 @@ int tell_soak(const PlanCommand& command) {
   return state.steady ? 0 : 1;
 }
 
-}  // namespace
-
 int run(const PlanCommand& command) {
   if (command.soak) {
     return tell_soak(command);
@@ -270,7 +292,7 @@ int run(const PlanCommand& command) {
   plan.optimal = optimal_design_of(command.sheet);
   const std::vector<DesignEntry> design =
       plan.optimal ? plan.optimal->design : design_of(command.sheet);
-  plan.setup = forecast_setup(command, experiment, design);
+  plan.setup = setup_of(command, experiment, design);
   plan.remarks = remarks_on(plan.setup);
   const Eigen::Vector3d field =
       plan.setup.nominal.field.in_table.value_or(Eigen::Vector3d(Eigen::Vector3d::UnitZ()));
@@ -308,6 +330,17 @@ int run(const PlanCommand& command) {
     std::fputs(text.c_str(), stderr);
   }
   return 0;
+}
+
+}  // namespace
+
+Subcommand plan_subcommand() {
+  return make_subcommand<PlanCommand>(
+      "plan", "a run sheet in random order, and what it will reach",
+      "Example: axiscal plan --noise 1e-4 --want-angle-deg 0.005 --seed 7 -o sheet.csv --page "
+      "sheet.html\n"
+      "Without -o the sheet goes to stdout and the forecast to stderr.",
+      &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include "adjuster_options.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/history.hpp"
 #include "axiscal/core/error.hpp"
@@ -9,12 +10,38 @@
 #include "axiscal/positioner/positioner_json.hpp"
 #include "axiscal/report/calibration_report.hpp"
 #include "axiscal/report/certificate.hpp"
-#include "commands.hpp"
 #include "input.hpp"
+#include "subcommands.hpp"
 #include "summary.hpp"
+#include "usage_error.hpp"
 
 namespace axiscal::cli {
 namespace {
+
+struct ReportCommand {
+  std::string record;
+  std::optional<std::string> observations, history, noise, laboratory, positioner, adjusters,
+      thread_pitch;
+  std::string output;
+};
+
+void add_options(OptionSet& options, ReportCommand& command) {
+  options.add("record", command.record, "RECORD", "calibration record (JSON)", Need::required);
+  options.add("observations", command.observations, "OBS",
+              "its readings (CSV), for their values, times and directions");
+  options.add("--history", command.history, "FOLDER",
+              "records of the same unit: its drift over the years");
+  options.add("--adjusters", command.adjusters, "X,Y;X,Y;..",
+              "where the table's height adjusters stand [m]: the turns that level it");
+  options.add("--thread-pitch", command.thread_pitch, "M", "of the adjusters");
+  options.add("--positioner", command.positioner, "FILE", "with a table and its adjusters");
+  options.add("--noise", command.noise, "FILE",
+              "of the instrument at rest (noise --json): its Allan deviation");
+  options.add("--laboratory", command.laboratory, "FILE",
+              "of a certificate: laboratory, customer, number, ... (axiscal-laboratory, JSON)");
+  options.add("-o,--output", command.output, "FILE", "a report (.html), or a certificate (.pdf)",
+              Need::required);
+}
 
 // The readings of the record's instrument; a remark where they are not those that it was made from.
 Observations readings_for(const Calibration& calibration, const std::string& path) {
@@ -57,8 +84,6 @@ int write_certificate(const ReportCommand& command, const Calibration& calibrati
   }
   return 0;
 }
-
-}  // namespace
 
 int run(const ReportCommand& command) {
   if (command.output != "-" && !command.output.ends_with(".pdf") &&
@@ -103,6 +128,14 @@ int run(const ReportCommand& command) {
   }
   write_whole_file(command.output, calibration_report(calibration, options));
   return 0;
+}
+
+}  // namespace
+
+Subcommand report_subcommand() {
+  return make_subcommand<ReportCommand>("report", "calibration record -> a report to look at",
+                                        "Example: axiscal report cal.json run.csv -o report.html",
+                                        &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -6,12 +6,35 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/output_file.hpp"
-#include "commands.hpp"
-#include "input.hpp"
 #include "log_input.hpp"
+#include "subcommands.hpp"
+#include "usage_error.hpp"
 
 namespace axiscal::cli {
 namespace {
+
+struct SegmentCommand {
+  std::string log;
+  RestOptions rests;
+  std::string output = "-";
+  bool recognise = false;
+  bool keep_split = false;
+  bool json = false;
+};
+
+void add_options(OptionSet& options, SegmentCommand& command) {
+  options.add("log", command.log, "LOG", "text, .npy, .mat, also .gz .xz .zst; - is stdin",
+              Need::required);
+  add_rest_options(options, command.rests);
+  options.add("--range", command.rests.range, "LO,HI", "samples at or beyond these are saturated");
+  options.add_flag("--recognise", command.recognise,
+                   "a cube's seats, by --accelerometer (the --columns) and --gyroscope or "
+                   "--magnetometer");
+  options.add_flag("--keep-split", command.keep_split,
+                   "keep all parts of a rest that a knock split; else the longer one");
+  options.add_output(command.output);
+  options.add_flag("--json", command.json, "print JSON instead of CSV");
+}
 
 std::string segmentation_json(const Segmentation& rests, const SeatLabels* labels) {
   Json json = {{"threshold", rests.threshold}, {"rate_hz", rests.rate_hz},
@@ -46,8 +69,6 @@ std::string segmentation_json(const Segmentation& rests, const SeatLabels* label
   }
   return json_text(json);
 }
-
-}  // namespace
 
 int run(const SegmentCommand& command) {
   const std::vector<std::string> columns =
@@ -105,6 +126,15 @@ int run(const SegmentCommand& command) {
                            rests.rate_hz, rests.threshold)
                    .c_str());
   return 0;
+}
+
+}  // namespace
+
+Subcommand segment_subcommand() {
+  return make_subcommand<SegmentCommand>(
+      "segment", "raw log -> static positions as observations",
+      "Example: axiscal segment log.csv --columns ax,ay,az --plan sheet.csv -o run.csv",
+      &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -8,12 +8,38 @@
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
-#include "commands.hpp"
-#include "input.hpp"
 #include "run_input.hpp"
+#include "sheet_options.hpp"
+#include "subcommands.hpp"
+#include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {
+
+struct SimulateCommand {
+  std::vector<std::string> truths;  ///< a record, or SLOT=RECORD for each slot
+  SheetOptions sheet;
+  std::optional<std::string> noise, slope, fence_azimuth, positioner, slot, assembly;
+  std::optional<std::string> temperature_sd, resolution;
+  std::string output = "-";
+};
+
+void add_options(OptionSet& options, SimulateCommand& command) {
+  options.add_repeated("--truth", command.truths, "RECORD",
+                       "calibration record; for an assembly SLOT=RECORD, once for each slot");
+  add_sheet_options(options, command.sheet);
+  options.add("--noise", command.noise, "SD", "sd of a reading, in its unit; 0");
+  options.add("--slope", command.slope, "X,Y", "tilt of the table; 0,0");
+  options.add("--temperature-sd", command.temperature_sd, "SD",
+              "scatter of the temperatures about their levels; 0");
+  options.add("--resolution", command.resolution, "Q", "readings are rounded to multiples of it");
+  options.add("--fence-azimuth", command.fence_azimuth, "DEG",
+              "of the table's y axis; turns the field of the truth");
+  options.add("--positioner", command.positioner, "FILE", "cube: feet or normals, fence, mounts");
+  options.add("--slot", command.slot, "NAME", "mount of the positioner that holds the instrument");
+  options.add("--assembly", command.assembly, "NAME", "mounts of the slots, as by calibrate");
+  options.add_output(command.output);
+}
 
 struct Truth {
   std::string slot;  // empty for a single instrument without one
@@ -47,23 +73,6 @@ std::vector<Truth> read_truths(const SimulateCommand& command) {
   return truths;
 }
 
-// A record that does not say how the field lay in the table, as by method magnitude: as at its
-// site, on a level table with the fence to the north.
-void put_field_of_site(FieldDescription& field) {
-  if (field.in_table || !field.site || !field.parts.empty()) {
-    return;
-  }
-  Experiment experiment;
-  experiment.field.kind = field.kind;
-  experiment.field.unit = field.unit;
-  experiment.field.magnitude = field.magnitude;
-  experiment.field.site = field.site;
-  experiment.field.date = field.date;
-  experiment.field.model = field.model;
-  experiment.fence_azimuth_rad = 0.0;
-  field.in_table = make_field_description(experiment).in_table;
-}
-
 SimulationOptions simulation_options(const SimulateCommand& command) {
   SimulationOptions options;
   options.seed = seed_of(command.sheet);
@@ -85,16 +94,13 @@ SimulationOptions simulation_options(const SimulateCommand& command) {
   return options;
 }
 
-}  // namespace
-
 int run(const SimulateCommand& command) {
   SimulationOptions options = simulation_options(command);
   std::vector<Truth> truths = read_truths(command);
   const std::vector<RunSheetRow> sheet = make_sheet(command.sheet);
   std::vector<std::string> slots;
   for (Truth& truth : truths) {
-    truth.calibration = read_calibration(truth.path);
-    put_field_of_site(truth.calibration.field);
+    truth.calibration = with_field_of_site(read_calibration(truth.path));
     if (command.slope) {
       truth.calibration = on_level_table(std::move(truth.calibration));
     }
@@ -103,10 +109,8 @@ int run(const SimulateCommand& command) {
   if (command.positioner) {
     options.positioner = read_positioner(*command.positioner);
   }
-  if (command.assembly) {
-    options.positioner = options.positioner.with_mounts(mounts_of_assembly(
-        *command.assembly, slots.front().empty() ? std::vector<std::string>{} : slots));
-  }
+  options.positioner = with_assembly(options.positioner, command.assembly,
+                                     slots.front().empty() ? std::vector<std::string>{} : slots);
   // Every instrument stands at the same points, but has noise of its own.
   Observations all;
   std::vector<std::string> columns;
@@ -128,6 +132,15 @@ int run(const SimulateCommand& command) {
   }
   write_whole_file(command.output, observations_csv(all, columns));
   return 0;
+}
+
+}  // namespace
+
+Subcommand simulate_subcommand() {
+  return make_subcommand<SimulateCommand>(
+      "simulate", "observations from a known truth",
+      "Example: axiscal simulate --truth cal.json --noise 1e-4 --slope -0.001,0.002 -o run.csv",
+      &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -5,16 +5,54 @@
 #include <unistd.h>
 
 #include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/forecast.hpp"
 #include "axiscal/calib/study.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
-#include "commands.hpp"
 #include "experiment_options.hpp"
-#include "input.hpp"
+#include "sheet_options.hpp"
+#include "subcommands.hpp"
+#include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {
+
+struct StudyCommand {
+  std::optional<std::string> truth;
+  std::vector<std::string> merge;
+  ExperimentOptions experiment;
+  SheetOptions sheet;
+  std::optional<std::string> trials, shard, noise, slope_sd, temperature_sd, tolerances;
+  std::string output = "-";
+  bool random_normals = false;
+  bool regression_only = false;
+  bool json = false;
+};
+
+void add_options(OptionSet& options, StudyCommand& command) {
+  options.add("experiment", command.experiment.files, "EXPERIMENT", "experiment (.json)");
+  options.add("--truth", command.truth, "RECORD", "the true instrument and field");
+  add_experiment_options(options, command.experiment);
+  add_sheet_options(options, command.sheet);
+  options.add("--trials", command.trials, "N", "runs simulated and calibrated; 1000");
+  options.add("--shard", command.shard, "I/N", "part I of N of the trials; for --merge");
+  options.add("--noise", command.noise, "SD[,SD..]",
+              "of a reading, for all axes or each; the truth's residual_sd");
+  options.add("--slope-sd", command.slope_sd, "RAD",
+              "each run's table is tilted by this much more; 0");
+  options.add("--temperature-sd", command.temperature_sd, "SD",
+              "scatter of the temperatures about their levels; 0");
+  options.add("--tolerances", command.tolerances, "NAME=SD,..",
+              "each run has a cube made with such errors, which the calibration does not know");
+  options.add_flag("--random-normals", command.random_normals,
+                   "each run's cube differs from --positioner by its normal_covariance");
+  options.add_flag("--regression-only", command.regression_only,
+                   "noise alone on a field known exactly: millions of trials a second");
+  options.add("--merge", command.merge, "FILES", "put shards together");
+  options.add_output(command.output);
+  options.add_flag("--json", command.json, "print JSON instead of a table");
+}
 
 std::string study_text(const Study& study) {
   std::string text = fmt::format("{} trials, seed {}", study.trials, study.seed);
@@ -62,21 +100,6 @@ int merge_shards(const StudyCommand& command) {
   return static_cast<std::int64_t>(all.blocks.size()) < blocks ? 1 : 0;
 }
 
-// An instrument as an experiment describes it, with sensitivities as they should be.
-Calibration nominal_truth(const Experiment& experiment) {
-  Calibration truth;
-  truth.instrument = experiment.instrument;
-  truth.field = make_field_description(experiment);
-  const Eigen::Index m = experiment.instrument.axis_count();
-  truth.response.bias = Eigen::VectorXd::Zero(m);
-  truth.response.sensitivity = SensitivityMatrix::Zero(m, 3);
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const int component = nominal_axis(experiment.instrument, k).value_or(static_cast<int>(k % 3));
-    truth.response.sensitivity(k, component) = experiment.nominal_sensitivity.value_or(1.0);
-  }
-  return truth;
-}
-
 Eigen::VectorXd noise_of(const StudyCommand& command, const Calibration& truth) {
   const Eigen::Index m = truth.instrument.axis_count();
   if (!command.noise) {
@@ -108,7 +131,8 @@ StudySetup setup_of(const StudyCommand& command) {
     }
   } else {
     setup.experiment = make_experiment(command.experiment);
-    setup.truth = nominal_truth(setup.experiment);
+    setup.truth =
+        nominal_calibration(setup.experiment, setup.experiment.nominal_sensitivity.value_or(1.0));
   }
   if (!setup.truth.field.in_table) {
     setup.truth.field.in_table = setup.truth.field.magnitude * Eigen::Vector3d::UnitZ();
@@ -135,7 +159,7 @@ StudySetup setup_of(const StudyCommand& command) {
   setup.regression_only = command.regression_only;
   if (command.tolerances) {
     setup.tolerances = tolerances_of(*command.tolerances);
-    setup.drawing = drawing_of(setup.experiment.positioner);
+    setup.drawing = setup.experiment.positioner.drawing();
     setup.surface = setup.experiment.positioner.surface();
   }
   if (setup.truth.temperature && setup.temperatures.empty()) {
@@ -144,8 +168,6 @@ StudySetup setup_of(const StudyCommand& command) {
   }
   return setup;
 }
-
-}  // namespace
 
 int run(const StudyCommand& command) {
   if (!command.merge.empty()) {
@@ -180,6 +202,18 @@ int run(const StudyCommand& command) {
   write_whole_file(command.output,
                    machine ? study_json(study, command.shard.has_value()) : study_text(study));
   return 0;
+}
+
+}  // namespace
+
+Subcommand study_subcommand() {
+  return make_subcommand<StudyCommand>(
+      "study", "Monte Carlo of the whole chain: bias, scatter, stated uncertainty, coverage",
+      "Example: axiscal study --truth cal.json --noise 1e-4 --trials 2000 --seed 7\n"
+      "         parallel axiscal study --truth cal.json --noise 1e-4 --trials 100000 --seed 7 \\\n"
+      "           --shard {}/8 -o part{}.json ::: 1 2 3 4 5 6 7 8; axiscal study --merge "
+      "part*.json",
+      &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -123,7 +123,7 @@ class Summary {
       files += (files.empty() ? "" : ", ") + input.path;
     }
     std::string used = files.empty() ? "" : files + ": ";
-    used += c_.method == "turns"
+    used += c_.method == Method::turns
                 ? counted(static_cast<std::size_t>(statistics_.observations), "turn")
                 : fmt::format("{} of {} used", statistics_.observations,
                               counted(c_.residuals.size(), "reading"));
@@ -132,20 +132,22 @@ class Summary {
                           counted(blocks.size(), "block"));
     }
     text_ += wrapped(used, 80) + "\n";
-    std::string method = "method " + c_.method;
-    if (c_.method == "paired") {
+    std::string method = "method " + std::string(method_name(c_.method));
+    if (c_.method == Method::paired) {
       method +=
           fmt::format(": {} of opposite positions", counted(statistics_.rows.size(), "average"));
-    } else if (c_.method == "joint") {
+    } else if (c_.method == Method::joint) {
       method += ": all readings, the field's direction in the table fitted with them";
-    } else if (c_.method == "turns") {
+    } else if (c_.method == Method::turns) {
       method += ": the attitudes after turns from rest to rest, by integration";
-    } else if (c_.method == "magnitude") {
-      method += ": orientations unknown, sensitivity taken as " + c_.shape;
+    } else if (c_.method == Method::magnitude) {
+      method += ": orientations unknown, sensitivity taken as " + std::string(shape_name(c_.shape));
     } else {
       method += ": the field taken as given";
     }
-    method += c_.weights == "none" ? "" : "; weighted by " + c_.weights;
+    method += c_.weights == Weighting::none
+                  ? ""
+                  : "; weighted by " + std::string(weighting_name(c_.weights));
     method += c_.robust ? "; robust (bisquare)" : "";
     method += c_.positioner.empty() ? "" : "; cube " + c_.positioner;
     text_ += wrapped(method, 80) + "\n";

@@ -7,11 +7,23 @@
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
-#include "commands.hpp"
+#include "subcommands.hpp"
 #include "templates.hpp"
+#include "usage_error.hpp"
 
 namespace axiscal::cli {
 namespace {
+
+struct TemplateCommand {
+  std::string name;
+  std::string output = "-";
+};
+
+void add_options(OptionSet& options, TemplateCommand& command) {
+  options.add("name", command.name, "NAME", "experiment, laboratory, limits, map or positioner",
+              Need::required);
+  options.add_output(command.output);
+}
 
 struct Template {
   std::string_view name;
@@ -23,8 +35,6 @@ constexpr std::array<Template, 5> templates = {{{"experiment", &experiment_templ
                                                 {"limits", &limits_template},
                                                 {"map", &map_template},
                                                 {"positioner", &positioner_template}}};
-
-}  // namespace
 
 int run(const TemplateCommand& command) {
   const auto* const found =
@@ -41,6 +51,14 @@ int run(const TemplateCommand& command) {
   }
   write_whole_file(command.output, std::string(found->text()));
   return 0;
+}
+
+}  // namespace
+
+Subcommand template_subcommand() {
+  return make_subcommand<TemplateCommand>(
+      "template", "an example of each file that is written by hand",
+      "Example: axiscal template limits -o limits.json", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

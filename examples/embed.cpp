@@ -11,24 +11,17 @@ int main() {
   experiment.field.kind = "gravity";
 
   // Your own driver would fill this in, one reading for each way in which the cube lies.
-  axiscal::Observations observations;
-  observations.response.resize(4, 3);
-  observations.response << -8190.0, 12.0, -30.0,  //
-      8194.0, 15.0, -28.0,                        //
-      3.0, -8188.0, -33.0,                        //
+  Eigen::MatrixXd response(4, 3);
+  response << -8190.0, 12.0, -30.0,  //
+      8194.0, 15.0, -28.0,           //
+      3.0, -8188.0, -33.0,           //
       5.0, 8200.0, -25.0;
   const axiscal::DesignPoint points[] = {{axiscal::Face::plus_x, axiscal::Face::plus_y},
                                          {axiscal::Face::minus_x, axiscal::Face::plus_y},
                                          {axiscal::Face::plus_y, axiscal::Face::plus_z},
                                          {axiscal::Face::minus_y, axiscal::Face::plus_z}};
-  for (const axiscal::DesignPoint& point : points) {
-    axiscal::Reading reading;
-    reading.run = static_cast<int>(observations.readings.size()) + 1;
-    reading.point = point;
-    observations.readings.push_back(reading);
-  }
   try {
-    static_cast<void>(axiscal::calibrate(experiment, observations));
+    static_cast<void>(axiscal::calibrate(experiment, points, response));
   } catch (const axiscal::RefusedError& error) {
     std::printf("refused: %s\n", error.what());
   }

@@ -56,7 +56,7 @@ int main() {
         const axiscal::Calibration full = axiscal::calibrate(experiment, own);
         std::printf("unit %d fails: axis %c scatters by %.1e, in full %.1e (%s)\n",
                     static_cast<int>(unit), "xyz"[axis], sd, full.statistics->residual_sd(axis),
-                    full.status.c_str());
+                    std::string(axiscal::status_name(full.status)).c_str());
       }
     }
   }

@@ -39,8 +39,9 @@ int main() {
   }
   for (const axiscal::Calibration& record : found.records()) {
     std::printf("%s by %s: bias %.1f %.1f %.1f, sensitivity of x %.1f\n", record.slot.c_str(),
-                record.method.c_str(), record.response.bias(0), record.response.bias(1),
-                record.response.bias(2), record.response.sensitivity(0, 0));
+                std::string(axiscal::method_name(record.method)).c_str(), record.response.bias(0),
+                record.response.bias(1), record.response.bias(2),
+                record.response.sensitivity(0, 0));
     // Each is a record like any other: axiscal::calibration_json(record) is its file.
     if (axiscal::calibration_json(record).empty()) {
       return 1;

@@ -34,8 +34,9 @@ int main() {
   experiment.field.date = "2026.5";
   const axiscal::Calibration result = axiscal::calibrate(experiment, readings);
 
-  std::printf("method %s, field %.2f +- %.2f uT by %s\n", result.method.c_str(),
-              result.field.magnitude, result.field.magnitude_u, result.field.model.c_str());
+  std::printf("method %s, field %.2f +- %.2f uT by %s\n",
+              std::string(axiscal::method_name(result.method)).c_str(), result.field.magnitude,
+              result.field.magnitude_u, result.field.model.c_str());
   for (const axiscal::Quantity& quantity : axiscal::quantities_of(result)) {
     if (quantity.name == "hard_iron") {
       std::printf("hard iron %.2f %.2f %.2f uT\n", quantity.values[0], quantity.values[1],

@@ -42,6 +42,6 @@ int main() {
   std::printf("sensitivity of x: %.3f +- %.3f mV/(m/s^2) (95 %%), by method %s\n",
               result.response.sensitivity(0, 0),
               result.statistics->coverage_factor(0) * result.statistics->sensitivity_se(0, 0),
-              result.method.c_str());
+              std::string(axiscal::method_name(result.method)).c_str());
   return 0;
 }

@@ -42,7 +42,7 @@ class AxisIntake {
   std::vector<AxisColumns> columns_;
   std::string unit_text_;
   Eigen::VectorXd values_;
-  std::vector<std::size_t> beyond_;     // of each axis: how many samples on end
+  std::vector<std::size_t> beyond_;  // for each axis, how many samples on end lay beyond its range
   std::vector<std::string> saturated_;  // axes
   std::vector<std::string> missing_;    // axes of the last sample
 };

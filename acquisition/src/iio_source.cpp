@@ -50,7 +50,7 @@ struct IioChannel {
   iio_channel* channel = nullptr;
   double scale = 1.0;
   double offset = 0.0;
-  double unit = 1.0;  // of what is processed already
+  double unit = 1.0;  // what an `input`, which the driver has scaled, is multiplied with
   bool is_time = false;
 };
 

@@ -164,4 +164,28 @@ std::size_t ReadingList::left() const {
                     [](const SessionStep& step) { return !step.run && !step.skipped; }));
 }
 
+Observations ReadingList::observations(Eigen::Index axis_count) const {
+  Observations result;
+  const auto n = static_cast<Eigen::Index>(readings_.size());
+  result.response = Eigen::MatrixXd(n, axis_count);
+  result.samples = Eigen::VectorXd(n);
+  result.response_sd = Eigen::MatrixXd(n, axis_count);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const CapturedReading& reading = readings_[static_cast<std::size_t>(i)];
+    result.readings.push_back({.run = reading.run,
+                               .block = reading.row.block,
+                               .point = reading.row.entry.point,
+                               .level = reading.row.entry.level,
+                               .temperature = reading.temperature,
+                               .time_s = 0.5 * (reading.start_s + reading.end_s),
+                               .field_in_sensor = {}});
+    result.response.row(i) = reading.mean.transpose();
+    result.response_sd->row(i) = reading.sd.transpose();
+    (*result.samples)(i) = static_cast<double>(reading.samples);
+    result.has_level = result.has_level || reading.row.entry.level != 1.0;
+    result.has_block = result.has_block || reading.row.block != readings_.front().row.block;
+  }
+  return result;
+}
+
 }  // namespace axiscal

@@ -31,6 +31,9 @@ class ReadingList {
   [[nodiscard]] const std::vector<SessionStep>& steps() const { return steps_; }
   [[nodiscard]] const std::vector<CapturedReading>& readings() const { return readings_; }
 
+  /// @return the readings, in the order taken; with samples, AXIS_sd, times, temperatures.
+  [[nodiscard]] Observations observations(Eigen::Index axis_count) const;
+
   /// @return the step to be done next; nothing where all are done or skipped.
   [[nodiscard]] std::optional<std::size_t> next() const;
 

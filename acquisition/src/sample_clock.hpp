@@ -68,7 +68,7 @@ class SampleClock {
   double last_s_ = 0.0;
   double last_arrival_ = 0.0;
   double step_s_ = 0.0;  // the last step that was none
-  double pace_ = 1.0;    // of counting: how long a step is, of the stated ones
+  double pace_ = 1.0;    // how long a step is, in parts of the stated one
   double known_pace_ = 1.0;
   double pace_from_s_ = 0.0;
   double least_lag_s_ = std::numeric_limits<double>::infinity();  // since then

@@ -23,9 +23,15 @@ Method method_of(const Experiment& experiment, const std::vector<RunSheetRow>& s
 }
 
 std::string verdict_text(const Calibration& calibration) {
-  return calibration.status == "ok"        ? "calibrated"
-         : calibration.status == "refused" ? "refused"
-                                           : "calibrated, with warnings";
+  switch (calibration.status) {
+    case CalibrationStatus::ok:
+      return "calibrated";
+    case CalibrationStatus::warning:
+      return "calibrated, with warnings";
+    case CalibrationStatus::refused:
+      break;
+  }
+  return "refused";
 }
 
 }  // namespace

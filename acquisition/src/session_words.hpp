@@ -10,7 +10,7 @@ namespace axiscal {
 
 /// What a view does not hold and its words need.
 struct SaidBesides {
-  const PoseJudgement* judgement = nullptr;  ///< of the reading that is in question
+  const PoseJudgement* judgement = nullptr;  ///< what the model makes of the reading in question
   double soak_remaining_s = 0.0;             ///< until the temperature is steady; 0: not known
   bool has_temperature = false;
   bool has_quit = false;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double reaction_s = 0.8;
 constexpr double move_s = 2.0;
-constexpr double handling_sd = 0.05;  // of a cube in hands [g]
+constexpr double handling_sd = 0.05;  // how much a cube in hands shakes [g]
 constexpr double knock_g = 0.02;
 constexpr double impatience_s = 300.0;  // nothing was taken: it must lie wrong
 constexpr std::size_t samples_a_read = 50;

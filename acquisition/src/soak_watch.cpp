@@ -7,6 +7,8 @@
 namespace axiscal {
 
 void SoakWatch::add(double time_s, double temperature) {
+  sum_ += temperature;
+  ++count_;
   last_ = temperature;
   constexpr double spacing_s = 1.0;
   if (!time_s_.empty() && time_s - time_s_.back() < spacing_s) {
@@ -19,6 +21,15 @@ void SoakWatch::add(double time_s, double temperature) {
     time_s_.pop_front();
     temperature_.pop_front();
   }
+}
+
+void SoakWatch::begin_mean() {
+  sum_ = 0.0;
+  count_ = 0;
+}
+
+std::optional<double> SoakWatch::mean() const {
+  return count_ > 0 ? std::optional(sum_ / static_cast<double>(count_)) : std::nullopt;
 }
 
 bool SoakWatch::look() {

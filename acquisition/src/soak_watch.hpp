@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <deque>
 #include <optional>
 
@@ -14,6 +15,12 @@ class SoakWatch {
   SoakWatch(double window_s, double tolerance) : window_s_(window_s), tolerance_(tolerance) {}
 
   void add(double time_s, double temperature);
+
+  /// From now on mean() is of what comes.
+  void begin_mean();
+
+  /// @return the mean since begin_mean(); nothing where nothing came.
+  [[nodiscard]] std::optional<double> mean() const;
 
   /// @return the last one, where there is any.
   [[nodiscard]] std::optional<double> temperature() const { return last_; }
@@ -31,6 +38,8 @@ class SoakWatch {
   std::optional<double> last_;
   std::deque<double> time_s_;  // one a second
   std::deque<double> temperature_;
+  double sum_ = 0.0;
+  std::size_t count_ = 0;
   bool is_news_ = false;
   SoakState state_;
 };

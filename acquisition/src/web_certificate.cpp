@@ -105,7 +105,7 @@ WebCertificate make_certificate(const std::vector<std::string>& names) {
   must(X509_gmtime_adj(X509_getm_notBefore(certificate.get()), -hour_s) != nullptr);
   must(X509_gmtime_adj(X509_getm_notAfter(certificate.get()), week_s) != nullptr);
   must(X509_set_pubkey(certificate.get(), key.get()) == 1);
-  constexpr std::size_t longest_name = 64;  // of a common name
+  constexpr std::size_t longest_name = 64;  // X.509's limit on a common name
   const std::string name = names.front().substr(0, longest_name);
   X509_NAME* const subject = X509_get_subject_name(certificate.get());
   must(X509_NAME_add_entry_by_txt(subject, "CN", MBSTRING_UTF8,

@@ -22,7 +22,7 @@ namespace {
 
 constexpr int usual_port = 8712;
 constexpr int ports_tried = 20;
-constexpr std::chrono::milliseconds spacing{80};  // of views that are made into text
+constexpr std::chrono::milliseconds spacing{80};  // views are made into text no more often
 
 // The names that a browser may call this machine by when it listens at an address.
 std::vector<std::string> names_of(const std::string& address) {

@@ -16,7 +16,7 @@ namespace axiscal {
 
 /// Where a page is served and what it is called there.
 struct WebPlace {
-  std::string title;    ///< of the session
+  std::string title;    ///< what the session is called
   std::string scheme;   ///< "http" or "https"
   std::string address;  ///< listened at, without brackets
   int port = 0;

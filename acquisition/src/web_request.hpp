@@ -34,7 +34,7 @@ struct WebAnswer {
   std::string body = "{}";
   std::vector<std::pair<std::string, std::string>> headers;
   bool is_stream = false;      ///< events follow instead of the body
-  std::string session;         ///< of the browser that a stream is for
+  std::string session;         ///< names the browser that a stream is for
   std::size_t last_event = 0;  ///< the last one that this browser has seen
 };
 

@@ -44,7 +44,7 @@ constexpr std::chrono::seconds request_deadline{5};
 constexpr std::chrono::seconds answer_deadline{20};
 constexpr std::chrono::seconds event_deadline{5};
 constexpr std::chrono::seconds goodbye_deadline{1};
-constexpr std::chrono::milliseconds event_spacing{80};  // of what is sent to a browser
+constexpr std::chrono::milliseconds event_spacing{80};  // a browser is sent nothing more often
 constexpr std::chrono::seconds heartbeat{2};
 
 const char* reason_of(int status) {

@@ -219,7 +219,7 @@ ConsumerModel nearest_model(const Calibration& calibration,
 }
 
 std::optional<ExportLoss> loss_of(const Calibration& calibration, const ConsumerModel& model) {
-  constexpr double rounding = 1e-9;  // of the field
+  constexpr double rounding = 1e-9;  // in parts of the field
   ExportLoss loss{.unit = calibration.field.unit};
   const double F = calibration.field.magnitude;
   const Eigen::Matrix3d M =
@@ -325,7 +325,7 @@ std::vector<std::string> comment_of(const Calibration& calibration,
                                     const std::vector<std::string>& lines,
                                     const std::optional<ExportLoss>& loss) {
   std::vector<std::string> comment = {source_line(calibration)};
-  if (calibration.status == "refused") {
+  if (calibration.status == CalibrationStatus::refused) {
     comment.emplace_back("THIS CALIBRATION WAS REFUSED: do not rely on it.");
   }
   for (const std::string& line : lines) {

@@ -33,7 +33,7 @@ void content(xml_node parent, const char* name, const std::string& value) {
 struct Unit {
   std::string_view name;
   std::string_view si;       ///< as the D-SI writes it
-  std::string_view inverse;  ///< of it
+  std::string_view inverse;  ///< what the reciprocal unit is called
 };
 
 constexpr std::array units = {
@@ -178,7 +178,8 @@ void add_results(xml_node root, const Calibration& calibration, const Certificat
   xml_node result = child(child(root, "dcc:measurementResults"), "dcc:measurementResult");
   content(result, "dcc:name", "Calibration in known orientations");
   xml_node method = child(child(result, "dcc:usedMethods"), "dcc:usedMethod");
-  content(method, "dcc:name", "linear regression, method " + calibration.method);
+  content(method, "dcc:name",
+          "linear regression, method " + std::string(method_name(calibration.method)));
   content(method, "dcc:description",
           "reading = bias + sensitivity times field; field " + calibration.field.kind + " of " +
               number_text(calibration.field.magnitude) + " " + calibration.field.unit +

@@ -35,7 +35,7 @@ struct Source {
 struct Imported {
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   Eigen::Matrix3d sensitivity = Eigen::Matrix3d::Identity();
-  std::string unit;        // of the readings
+  std::string unit;        // what the readings are in
   std::string field_unit;  // and of the field
   std::vector<std::string> notes;
 };

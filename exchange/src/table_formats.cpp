@@ -108,7 +108,7 @@ std::vector<std::pair<std::string, std::string>> texts_of(const Calibration& cal
           {"axes", joined(calibration.instrument.axes, ",")},
           {"unit", calibration.instrument.unit},
           {"field_unit", calibration.field.unit},
-          {"status", calibration.status},
+          {"status", std::string(status_name(calibration.status))},
           {"created", calibration.created},
           {"software", calibration.software},
           {"formula", "v = bias(t) + scale(t) S f, field f in the instrument's frame"},

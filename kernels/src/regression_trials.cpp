@@ -230,7 +230,7 @@ class TrialLanes {
   std::size_t first_;
   std::size_t n_;
   std::vector<double> means_;                     // X b of each response
-  hwy::AlignedFreeUniquePtr<double[]> readings_;  // of one response
+  hwy::AlignedFreeUniquePtr<double[]> readings_;  // what one response says
   hwy::AlignedFreeUniquePtr<double[]> sums_;
 };
 

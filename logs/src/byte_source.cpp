@@ -81,7 +81,7 @@ struct ByteSource::Reader {
   };
   std::unique_ptr<archive, Free> unpacker;
   std::vector<char> packed = std::vector<char>(1U << 16U);
-  std::exception_ptr error;  // of the file; it must not cross libarchive's C code
+  std::exception_ptr error;  // what reading the file threw; it must not cross libarchive's C code
 
   static la_ssize_t next_packed(archive* a, void* self, const void** buffer) {
     auto& reader = *static_cast<Reader*>(self);

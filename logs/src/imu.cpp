@@ -203,7 +203,7 @@ class TurnSource {
   }
 
   double rate_hz_;
-  std::vector<std::span<const double>> gyroscope_;  // of the log, where nothing is missing
+  std::vector<std::span<const double>> gyroscope_;  // the log's columns, where nothing is missing
   std::span<const double> time_s_;
   std::vector<std::vector<double>> owned_;
   std::vector<double> owned_times_;
@@ -213,7 +213,7 @@ class TurnSource {
 struct RestFit {
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   Eigen::Matrix3d bias_covariance = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d sd = Eigen::Vector3d::Zero();  // of a rest's mean
+  Eigen::Vector3d sd = Eigen::Vector3d::Zero();  // standard deviation of a rest's mean
   std::optional<Eigen::Matrix3d> g_sensitivity, g_sensitivity_se;
   Eigen::Vector3d p_value = Eigen::Vector3d::Ones();  // that an axis has none
 };
@@ -365,7 +365,7 @@ class ImuCalibrator {
     const auto add = [&](const char* code, const std::vector<std::string>& messages) {
       for (const std::string& message : messages) {
         record.warnings.push_back({.code = code, .message = message});
-        record.status = record.status == "ok" ? "warning" : record.status;
+        record.status = std::max(record.status, CalibrationStatus::warning);
       }
     };
     add("log", result_.rests.warnings);

@@ -102,7 +102,7 @@ class InflatedBytes final : public Bytes {
 
 struct Tag {
   std::uint32_t type = 0;
-  std::size_t size = 0;               // of the data
+  std::size_t size = 0;               // how many bytes the data have
   std::optional<std::string> inside;  // the data of a small element
 };
 
@@ -300,7 +300,7 @@ class MatReader {
       return;
     }
     if (kind == struct_class && has_elements && depth < deepest) {
-      read_fields(bytes, left, name, depth);  // of the first element, where there are several
+      read_fields(bytes, left, name, depth);  // where there are several elements, the first one's
     } else if (is_numeric && is_table && !is_complex) {
       read_numbers(bytes, left, name, static_cast<std::size_t>(dimensions[0]),
                    static_cast<std::size_t>(dimensions[1]));
@@ -361,7 +361,7 @@ class MatReader {
   ByteSource source_;
   FileBytes file_;
   bool swapped_ = false;
-  std::size_t most_bytes_ = 0;  // of an element's numbers
+  std::size_t most_bytes_ = 0;  // no element's numbers may take more
   SeriesTables tables_;
 };
 

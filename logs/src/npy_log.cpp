@@ -64,7 +64,7 @@ class NpyHeader {
   }
 
   std::vector<NpyType> types;      // one, or one for each field of a record
-  std::vector<std::string> names;  // of a record's fields
+  std::vector<std::string> names;  // what a record's fields are called
   bool fortran_order = false;
   std::size_t rows = 0;
   std::size_t columns = 1;

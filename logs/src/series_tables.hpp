@@ -33,7 +33,7 @@ class SeriesTables {
   [[nodiscard]] Table take_largest(const std::string& path) &&;
 
  private:
-  std::map<std::size_t, Table> tables_;  // by number of rows
+  std::map<std::size_t, Table> tables_;  // one for each number of rows
 };
 
 }  // namespace axiscal

@@ -391,7 +391,7 @@ class StaticDetector::Stream {
   LogBlock samples_;
   std::vector<Prefix> prefixes_;
   std::vector<double> motion_, loudness_, forward_, backward_;
-  std::map<int, Detector> detectors_;  // by level: threshold 2^(level / 2)
+  std::map<int, Detector> detectors_;  // for each level, whose threshold is 2^(level / 2)
   Detector everything_;
 };
 

@@ -78,7 +78,7 @@ Dialect sniff(const std::vector<std::string_view>& lines) {
       if (decimal_comma && delimiter == ',') {
         continue;
       }
-      std::map<std::size_t, double> numbers;  // by number of cells, over lines
+      std::map<std::size_t, double> numbers;  // in all lines of so many cells
       for (const std::string_view line : lines) {
         const std::vector<std::string_view> cells = cells_of(line, delimiter);
         numbers[cells.size()] += static_cast<double>(count_numbers(cells, decimal_comma));
@@ -372,10 +372,10 @@ class TextLog : public LogFile::Source {
   std::size_t begin_ = 0;
   std::size_t filled_ = 0;
   bool at_end_ = false;
-  std::size_t line_ = 0;  // of the line last read
+  std::size_t line_ = 0;  // where the line last read stands
   std::size_t skip_ = 0;  // lines before the first row
   std::size_t rows_ = 0;
-  std::vector<int> place_;  // of each column in a block; -1: not wanted
+  std::vector<int> place_;  // where each column stands in a block; -1: not wanted
   std::size_t selected_ = 0;
 };
 

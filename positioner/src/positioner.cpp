@@ -43,7 +43,7 @@ std::string of_face(Face face) {
   return " of face " + std::string(face_name(face)) + " ";
 }
 
-// By the normals alone (METHOD 2).
+// By the normals alone (method.md, section 2).
 Eigen::Matrix3d rotation_by_normals(const Eigen::Vector3d& rest, const Eigen::Vector3d& fence) {
   const Eigen::Vector3d z = -rest;
   const Eigen::Vector3d y = (fence - fence.dot(z) * z).normalized();
@@ -227,6 +227,16 @@ std::optional<Mount> Positioner::mount(const std::string& slot) const {
   const auto found = std::find_if(mounts().begin(), mounts().end(),
                                   [&](const Mount& mount) { return mount.slot == slot; });
   return found == mounts().end() ? std::nullopt : std::optional(*found);
+}
+
+CubeFeet Positioner::drawing() const {
+  CubeFeet drawing = feet_of_frame({});
+  for (const Face face : all_faces) {
+    if (feet(face)) {
+      drawing[static_cast<std::size_t>(face)] = *feet(face);
+    }
+  }
+  return drawing;
 }
 
 Positioner Positioner::with_mounts(std::vector<Mount> mounts) const {

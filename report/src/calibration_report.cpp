@@ -116,9 +116,7 @@ std::string limits_table(const Verdict& verdict) {
 }
 
 std::string verdict_section(const Calibration& calibration) {
-  std::string state = calibration.status == "refused"   ? "refused"
-                      : calibration.status == "warning" ? "warning"
-                                                        : "ok";
+  std::string state(status_name(calibration.status));
   std::string headline = state == "refused" ? "This calibration was refused. Do not use it."
                          : state == "warning"
                              ? "Calibrated, with something to look at."
@@ -140,7 +138,7 @@ std::string verdict_section(const Calibration& calibration) {
   } else if (state == "refused" && !calibration.warnings.empty()) {
     html += paragraph("Most likely: " + calibration.warnings.front().message);
   }
-  if (calibration.status != "refused") {
+  if (calibration.status != CalibrationStatus::refused) {
     html += paragraph(what_it_is_fit_for(calibration));
   }
   const std::vector<std::string> watch = what_to_watch(calibration);
@@ -180,8 +178,11 @@ std::string run_section(const Calibration& calibration) {
       {"Slot", calibration.slot},
       {"Calibrated", calibration.created},
       {"By", calibration.software},
-      {"Method", calibration.method + (calibration.robust ? ", robust" : "") +
-                     (calibration.weights == "none" ? "" : ", weights by " + calibration.weights)},
+      {"Method", std::string(method_name(calibration.method)) +
+                     (calibration.robust ? ", robust" : "") +
+                     (calibration.weights == Weighting::none
+                          ? ""
+                          : ", weights by " + std::string(weighting_name(calibration.weights)))},
       {"Positioner", !calibration.positioner.empty() ? calibration.positioner
                      : calibration.levelness         ? "nominal cube"
                                                      : ""},
@@ -565,7 +566,8 @@ std::string levelness_section(const Calibration& calibration, const std::optiona
   text += level.consistent ? "The faces agree."
                            : "The faces do not agree: one of them, or the table, moved.";
   // A slope that the faces contradict is no ground for turning screws.
-  const bool turns = table && level.consistent && calibration.status != "refused" &&
+  const bool turns = table && level.consistent &&
+                     calibration.status != CalibrationStatus::refused &&
                      field_kind(calibration.field.kind).vertical;
   return paragraph(text) + figures(plots) +
          (turns ? adjusters_table(level.as_it_stands(), *table) : "");
@@ -614,7 +616,7 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
       all_thinned(residual_plots(calibration, options.observations));
   const std::vector<Plot> temperature = temperature_plots(calibration);
   const std::vector<Plot> orientations =
-      calibration.method == "magnitude"
+      calibration.method == Method::magnitude
           ? all_thinned(orientation_plots(calibration, options.observations))
           : std::vector<Plot>();
   const std::vector<Plot> turns = all_thinned(turn_plots(calibration));

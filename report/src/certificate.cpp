@@ -78,12 +78,12 @@ std::vector<std::vector<std::string>> intrinsic_rows(const Calibration& calibrat
 
 std::string method_text(const Calibration& calibration) {
   std::string text;
-  if (calibration.method == "magnitude") {
+  if (calibration.method == Method::magnitude) {
     text =
         "The instrument was read in many orientations to a field of known magnitude; bias and "
         "sensitivity are those for which the calibrated readings have that magnitude (method "
         "'magnitude'). The frame is the instrument's own.";
-  } else if (calibration.method == "turns") {
+  } else if (calibration.method == Method::turns) {
     text =
         "The gyroscope was turned between rests; bias and sensitivity are those for which its "
         "integrated rates lead from the attitude before each turn to that after it (method "
@@ -92,14 +92,14 @@ std::string method_text(const Calibration& calibration) {
     text =
         "The instrument was read in known orientations to the reference field; bias and "
         "sensitivity to the field's components follow by linear regression (method '" +
-        calibration.method + "'" +
-        (calibration.method == "paired"
+        std::string(method_name(calibration.method)) + "'" +
+        (calibration.method == Method::paired
              ? ": opposite positions averaged, which removes the table's slope"
              : "") +
         "). Sensitivities are in the frame of the positioner.";
   }
   return text + " " + std::to_string(calibration.statistics->observations) +
-         (calibration.method == "turns" ? " turns" : " readings") +
+         (calibration.method == Method::turns ? " turns" : " readings") +
          " were used. reading = bias + sensitivity times field.";
 }
 

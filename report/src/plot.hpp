@@ -22,7 +22,7 @@ struct Plot {
   std::string alternative;  ///< what it shows, in words
   std::string x_label, y_label;
   std::vector<PlotSeries> series;
-  std::vector<std::string> x_names;  ///< of x = 0, 1, ..; else numbers
+  std::vector<std::string> x_names;  ///< what x = 0, 1, .. are called; else numbers
   bool equal_aspect = false;
   bool logarithmic = false;  ///< both axes
 };
@@ -32,14 +32,14 @@ struct BarPlot {
   std::string id, title, alternative, value_label;
   std::vector<std::string> names;
   std::vector<std::string> series;
-  std::vector<std::vector<double>> values;  ///< by name, by series
+  std::vector<std::vector<double>> values;  ///< one list for each name, one number for each series
 };
 
 /// Values over two coordinates, as colours.
 struct HeatMap {
   std::string id, title, alternative, x_label, y_label, value_label;
   std::vector<double> x, y;                 ///< evenly spaced
-  std::vector<std::vector<double>> values;  ///< by y, by x
+  std::vector<std::vector<double>> values;  ///< one list for each y, one number for each x
 };
 
 /// @return a plot with at most some hundred points in all: of more, those of each stretch along x

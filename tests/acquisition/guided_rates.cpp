@@ -48,7 +48,8 @@ int main(int argc, char** argv) {
       for (const axiscal::SessionEvent& event : result.events) {
         questions += event.kind == "question" || event.kind == "as_before" ? 1U : 0U;
       }
-      if (!result.calibration || result.calibration->status == "refused") {
+      if (!result.calibration ||
+          result.calibration->status == axiscal::CalibrationStatus::refused) {
         std::printf("  session %d has no calibration\n", s + 1);
         ++without;
         continue;

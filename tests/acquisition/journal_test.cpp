@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include "axiscal/acquisition/session_header.hpp"
 #include "axiscal/core/error.hpp"
 #include "matchers.hpp"
 #include "program.hpp"
@@ -29,6 +30,29 @@ TEST(Journal, KeepsLinesAndOpensAgain) {
   EXPECT_EQ(lines, (std::vector<std::string>{first, "two"}));
   EXPECT_EQ(journal.append("three"), "");
   EXPECT_EQ(test::read_file(path), first + "\ntwo\nthree\n");
+}
+
+TEST(SessionHeader, ComesBackFromItsLine) {
+  const SessionHeader header{.directory = "/tmp/a b",
+                             .arguments = {"acquire", "--connect", "sim:"},
+                             .sheet = make_run_sheet(standard_design(12), 2, 5, {20.0, 40.0})};
+  const SessionHeader back = parse_session_header(session_header_line(header), "a.journal");
+  EXPECT_EQ(back.directory, header.directory);
+  EXPECT_EQ(back.arguments, header.arguments);
+  ASSERT_EQ(back.sheet.size(), header.sheet.size());
+  for (std::size_t i = 0; i < back.sheet.size(); ++i) {
+    EXPECT_EQ(back.sheet[i].run, header.sheet[i].run);
+    EXPECT_EQ(back.sheet[i].block, header.sheet[i].block);
+    EXPECT_EQ(back.sheet[i].entry.point, header.sheet[i].entry.point);
+    EXPECT_EQ(back.sheet[i].temperature, header.sheet[i].temperature);
+  }
+  for (
+      const std::string line :
+      {R"({"directory":"/","arguments":["acquire"],"sheet":[]})",
+       R"({"directory":"/","arguments":["acquire"],"sheet":[{"run":1,"block":1,"rest":"+X","fence":"-X","level":1}]})",
+       R"({"directory":"/","arguments":["acquire"]})", "{", ""}) {
+    EXPECT_THROW(static_cast<void>(parse_session_header(line, "a.journal")), DataError) << line;
+  }
 }
 
 // What is no journal loses nothing by being taken for one.

@@ -47,7 +47,7 @@ TEST(Session, TakesTwelvePointsAndCalibrates) {
   const GuidedResult result =
       run_guided(guided_setup(), simulation_of(1), folder.path("a.journal"));
   ASSERT_TRUE(result.calibration);
-  EXPECT_EQ(result.calibration->status, "ok");
+  EXPECT_EQ(result.calibration->status, CalibrationStatus::ok);
   EXPECT_EQ(result.observations.size(), 12);
   EXPECT_EQ(count(result, "captured"), 12U);
   EXPECT_EQ(count(result, "question"), 0U);
@@ -329,7 +329,7 @@ TEST(Session, KnowsWhereTheSunHasGone) {
     hand.let_pass(600.0);
   }
   ASSERT_TRUE(hand.session().calibration());
-  EXPECT_EQ(hand.session().calibration()->status, "ok");
+  EXPECT_EQ(hand.session().calibration()->status, CalibrationStatus::ok);
   EXPECT_MATRIX_NEAR(hand.session().calibration()->response.sensitivity, truth.sensitivity, 1e-3);
   const std::optional<double> last = hand.session().observations().readings.back().time_s;
   EXPECT_NEAR(last.value(), time_at_zero + hand.time_s() - 606.0, 4.0);

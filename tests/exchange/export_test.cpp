@@ -245,7 +245,7 @@ TEST(ExportBetaflight, IsAnOffsetInCounts) {
   EXPECT_FALSE(exported.loss.has_value());
   EXPECT_THAT(exported.content, HasSubstr("\nset acc_calibration = 31,-12,250,1\n"));
   EXPECT_THAT(exported.content, HasSubstr("acc_1G of this sensor is 2048"));
-  // 1 % of scale is lost, as METHOD's field: 0.01 g in every direction.
+  // 1 % of scale is lost, 0.01 g in every direction.
   calibration.response.sensitivity *= 1.01;
   EXPECT_THROW(static_cast<void>(export_calibration(calibration, "betaflight")), RefusedError);
   const auto loss = export_calibration(calibration, "betaflight", {.lossy = true}).loss;

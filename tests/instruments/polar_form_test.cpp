@@ -10,7 +10,8 @@
 namespace axiscal {
 namespace {
 
-// The source's three equations, METHOD 3.1, written out: response less bias at pitch a, roll R.
+// The source's three equations, method.md, section 3.1, written out: response less bias at pitch a,
+// roll R.
 double published_response(int axis, const PolarForm& p, double a, double R) {
   const double Om = p.coning_angle_rad;
   const double A = p.azimuth_rad;
@@ -65,7 +66,7 @@ TEST(PolarForm, GoesToAndFro) {
 }
 
 TEST(PolarForm, HasTheSignOfTheConvention) {
-  // METHOD 3.1: in forward-left-up s_y and s_z have the sign opposite to S_yy, S_zz.
+  // method.md, section 3.1: in forward-left-up s_y and s_z have the sign opposite to S_yy, S_zz.
   const auto s = [](const Eigen::Vector3d& row, int axis, AxisConvention convention) {
     return polar_from_sensitivity(row, axis, convention).sensitivity;
   };

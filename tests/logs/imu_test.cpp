@@ -69,10 +69,10 @@ TEST(CalibrateImu, OfABareBoard) {
   const ImuCalibration imu = calibrate_imu(log, options);
   EXPECT_EQ(imu.rests.intervals.size(), 30U);
   EXPECT_FALSE(imu.seats.has_value());
-  EXPECT_EQ(imu.accelerometer.method, "magnitude");
+  EXPECT_EQ(imu.accelerometer.method, Method::magnitude);
   expect_near_truth(imu.accelerometer, simulation.accelerometer, 4.5);
   ASSERT_TRUE(imu.gyroscope && imu.magnetometer);
-  EXPECT_EQ(imu.gyroscope->method, "turns");
+  EXPECT_EQ(imu.gyroscope->method, Method::turns);
   // Its uncertainty lacks what the accelerometer's leaves of the directions; both are small here.
   expect_near_truth(*imu.gyroscope, *simulation.gyroscope, 6.0);
   // Aligned: in the accelerometer's frame, but for the size of the field, which was not told.
@@ -105,7 +105,7 @@ TEST(CalibrateImu, OfACube) {
     ASSERT_EQ(imu.rests.intervals.size(), 24U);
     EXPECT_THAT(imu.seats->messages, IsEmpty());
     EXPECT_THAT(imu.rests.warnings, IsEmpty());
-    EXPECT_EQ(imu.accelerometer.method, "paired");
+    EXPECT_EQ(imu.accelerometer.method, Method::paired);
     expect_near_truth(imu.accelerometer, simulation.accelerometer, 4.5);
     ASSERT_TRUE(imu.gyroscope && imu.turns);
     EXPECT_TRUE(imu.turns->has_rotations);

@@ -33,7 +33,7 @@ TEST(ContactPlane, TouchesBallsOfUnequalRadii) {
 }
 
 TEST(ContactPlane, ThirtyFiveMicrometresOverSeventyMillimetresAreHalfAMilliradian) {
-  // METHOD section 9.
+  // method.md, section 9.
   const Feet feet = {Ball{.centre_m = {0.035, 0.02, 0.035}, .radius_m = 0.003},
                      Ball{.centre_m = {-0.035, 0.02, 0.035035}, .radius_m = 0.003},
                      Ball{.centre_m = {0.035, -0.02, 0.035}, .radius_m = 0.003}};

@@ -133,7 +133,7 @@ TEST(CalibrationReport, TextIsShownAsTyped) {
   calibration.notes = {hostile};
   calibration.inputs = {{.path = hostile, .sha256 = hostile}};
   calibration.warnings = {{.code = hostile, .runs = {1}, .message = hostile}};
-  calibration.status = "warning";
+  calibration.status = CalibrationStatus::warning;
   const std::string page = calibration_report(calibration);
   EXPECT_THAT(page, Not(HasSubstr("<img")));
   EXPECT_THAT(page, Not(HasSubstr("<b>")));
@@ -149,7 +149,7 @@ TEST(CalibrationReport, TextIsShownAsTyped) {
 
 TEST(CalibrationReport, RefusedIsSaidAtTheTopWithTheLikeliestReason) {
   Calibration calibration = calibrated();
-  calibration.status = "refused";
+  calibration.status = CalibrationStatus::refused;
   calibration.warnings = {{.code = "wrong_point", .runs = {7}, .message = "run 7 may lie on +Y"}};
   calibration.suggestion = Correction{.code = "wrong_point", .message = "run 7 was taken on +Y"};
   const std::string page = calibration_report(calibration);

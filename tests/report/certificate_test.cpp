@@ -106,7 +106,7 @@ TEST_F(Certificate, AnyTextIsPrinted) {
 
 TEST_F(Certificate, ThereIsNoneOfWhatWasRefused) {
   Calibration refused = certified();
-  refused.status = "refused";
+  refused.status = CalibrationStatus::refused;
   EXPECT_THROW(static_cast<void>(certificate_pdf(refused, details())), RefusedError);
   Calibration bare = accelerometer_truth();
   bare.statistics.reset();

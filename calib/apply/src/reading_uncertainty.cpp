@@ -483,7 +483,8 @@ std::vector<MonteCarloCheck> AttitudeBudgetMaker::monte_carlo(int trials,
     };
     check.low_95 = quantile(0.025);
     check.high_95 = quantile(0.975);
-    constexpr double tolerance = 0.1;  // of U; from effective degrees of freedom alone up to 5 %
+    constexpr double tolerance =
+        0.1;  // in parts of U; effective degrees of freedom alone make up to 5 %
     check.agrees =
         std::abs(check.low_95 + check.linear_expanded) <= tolerance * check.linear_expanded &&
         std::abs(check.high_95 - check.linear_expanded) <= tolerance * check.linear_expanded;

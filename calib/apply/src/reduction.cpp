@@ -71,7 +71,7 @@ FieldConversion field_conversion(const FieldDescription& field,
     conversion.magnitude = magnitude.value_or(field.magnitude);
     return conversion;
   }
-  const double here = gravity_of(field);  // of 1 g in the record
+  const double here = gravity_of(field);  // what 1 g is in the record
   if (conversion.unit == "m/s^2") {
     conversion.factor = field.unit == "g" ? here : 1.0;
     const double at_record = field.unit == "g" ? here * field.magnitude : field.magnitude;
@@ -237,7 +237,7 @@ bool Reducer::solve_lit(std::span<const double> readings,
                         Eigen::Vector3d& field) const noexcept {
   constexpr std::uint64_t one = 1;
   const std::size_t m = std::min<std::size_t>(rows_.size(), 64);
-  constexpr double dimmest = 0.02;  // of the brightest axis: less is noise, or no light
+  constexpr double dimmest = 0.02;  // in parts of the brightest axis: less is noise, or no light
   double brightest = 0.0;
   for (std::size_t k = 0; k < m; ++k) {
     brightest = std::max(brightest, above_bias(k, readings[k], temperature) / length_[k]);
@@ -280,7 +280,12 @@ bool Reducer::solve_lit(std::span<const double> readings,
 
 ReducedReading Reducer::reduce(std::span<const double> readings,
                                const Eigen::Vector3d* up,
-                               std::optional<double> temperature) const noexcept {
+                               std::optional<double> temperature) const {
+  if (readings.size() != bias_.size() || !gives_components()) {
+    throw DomainError(
+        "Reducer::reduce: needs three readings or more, as many as the record has axes, " +
+        std::to_string(bias_.size()) + ", not " + std::to_string(readings.size()));
+  }
   ReducedReading result;
   if (one_sided_) {
     result.determined = solve_lit(readings, temperature, result.field_in_sensor);

@@ -2,6 +2,7 @@
 #include "axiscal/calib/assembly.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <Eigen/LU>
@@ -125,6 +126,30 @@ Eigen::Matrix3d mount_rotation(const Positioner& positioner, const std::string& 
   }
   throw SetupError("the positioner has no mount for slot '" + slot +
                    "'; its slots: " + joined(names));
+}
+
+std::vector<Mount> mounts_of_assembly(const std::string& assembly,
+                                      const std::vector<std::string>& slots) {
+  struct Known {
+    std::string_view name;
+    std::size_t slots;  // 0: any number
+  };
+  constexpr std::array<Known, 5> known = {
+      {{"parallel", 0}, {"single", 1}, {"triple", 3}, {"h", 2}, {"h:y", 2}}};
+  const auto* found = std::find_if(known.begin(), known.end(),
+                                   [&](const Known& one) { return one.name == assembly; });
+  if (found == known.end()) {
+    throw DomainError("must be parallel, single, triple, h or h:y, not '" + assembly + "'");
+  }
+  if (slots.empty() || (found->slots != 0 && slots.size() != found->slots)) {
+    throw DomainError("'" + assembly + "' has " +
+                      (found->slots == 0 ? "slots" : std::to_string(found->slots) + " slots") +
+                      ", but the columns SLOT.axis have " + std::to_string(slots.size()));
+  }
+  if (assembly.starts_with("h")) {
+    return h_shaped_mounts(slots[0], slots[1], assembly == "h" ? WebAxis::x : WebAxis::y);
+  }
+  return parallel_mounts(slots);
 }
 
 CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots) {

@@ -167,8 +167,8 @@ class Run {
     calibration_.software = software_name();
     calibration_.instrument = experiment_.instrument;
     calibration_.field = describe_field(experiment_, parts_);
-    calibration_.method = method_name(method_);
-    calibration_.weights = weighting_name(weighting_);
+    calibration_.method = method_;
+    calibration_.weights = weighting_;
     calibration_.robust = experiment_.robust;
     calibration_.positioner = experiment_.positioner.id();
     calibration_.slot = experiment_.slot;
@@ -284,7 +284,9 @@ class Run {
         std::any_of(warnings.begin(), warnings.end(), [](const CalibrationWarning& warning) {
           return std::find(refusing.begin(), refusing.end(), warning.code) != refusing.end();
         });
-    calibration_.status = refused ? "refused" : warnings.empty() ? "ok" : "warning";
+    calibration_.status = refused            ? CalibrationStatus::refused
+                          : warnings.empty() ? CalibrationStatus::ok
+                                             : CalibrationStatus::warning;
   }
 
  private:
@@ -301,7 +303,7 @@ class Run {
     const ReadingSet set = source_.set(parts_, {});
     const double F = calibration_.field.magnitude;
     estimate_ = estimate_magnitude(set, F, experiment_.shape, noise_of(observations_));
-    calibration_.shape = shape_name(experiment_.shape);
+    calibration_.shape = experiment_.shape;
     if (!set.rotation_sensor_from_table.empty()) {
       align_by_points(set, F, estimate_);
     }
@@ -340,7 +342,7 @@ class Run {
   ReadingSource source_;
   std::vector<ResolvedPart> parts_;
   std::vector<TemperatureOrderTrial> trials_;
-  AxisMask seen_;  // of one-sided axes
+  AxisMask seen_;  // which readings one-sided axes saw
   Estimate estimate_;
   ReadingSet fitted_;
   bool searched_ = false;
@@ -366,6 +368,22 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   run.remark();
   run.judge();
   return run.result();
+}
+
+Calibration calibrate(const Experiment& experiment,
+                      std::span<const DesignPoint> points,
+                      const Eigen::Ref<const Eigen::MatrixXd>& response) {
+  if (static_cast<Eigen::Index>(points.size()) != response.rows()) {
+    throw DomainError("calibrate: " + std::to_string(points.size()) + " design points, but " +
+                      std::to_string(response.rows()) + " readings");
+  }
+  Observations observations;
+  observations.response = response;
+  for (const DesignPoint& point : points) {
+    const int run = static_cast<int>(observations.readings.size()) + 1;
+    observations.readings.push_back({.run = run, .point = point});
+  }
+  return calibrate(experiment, observations);
 }
 
 }  // namespace axiscal

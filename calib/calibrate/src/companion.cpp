@@ -147,11 +147,11 @@ void align_with_companion(Calibration& calibration,
                           const std::string& record) {
   const bool has_labels = std::any_of(calibration.residuals.begin(), calibration.residuals.end(),
                                       [](const ReadingResidual& r) { return r.point.has_value(); });
-  if (calibration.method != method_name(Method::magnitude) || has_labels) {
+  if (calibration.method != Method::magnitude || has_labels) {
     throw SetupError(
         "align: goes with method magnitude without design points, which leaves the frame open");
   }
-  if (calibration.shape == shape_name(MagnitudeShape::triangular)) {
+  if (calibration.shape == MagnitudeShape::triangular) {
     throw SetupError(
         "align: goes with shape symmetric (the default); the frame is the companion's anyway");
   }
@@ -175,7 +175,7 @@ void align_with_companion(Calibration& calibration,
   const Alignment alignment =
       align_by_constant_angle(all(used, Eigen::all), all_of_companion(used, Eigen::all));
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(12, 12);
-  const bool simulated = calibration.statistics && calibration.shape == "symmetric" &&
+  const bool simulated = calibration.statistics && calibration.shape == MagnitudeShape::symmetric &&
                          calibration.statistics->residual_sd.allFinite();
   if (simulated) {
     covariance =

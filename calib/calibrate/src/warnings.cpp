@@ -174,7 +174,7 @@ class Finder {
   // By `paired` a mistake shows in the differences, which the levelness test sees, or spreads over
   // averages that have too few degrees of freedom to name one.
   void find_outliers() {
-    if (calibration_.method == method_name(Method::paired)) {
+    if (calibration_.method == Method::paired) {
       return;
     }
     const std::vector<RegressionRow>& rows = statistics().rows;
@@ -278,9 +278,7 @@ class Finder {
     }
   }
 
-  [[nodiscard]] bool by_magnitude() const {
-    return calibration_.method == method_name(Method::magnitude);
-  }
+  [[nodiscard]] bool by_magnitude() const { return calibration_.method == Method::magnitude; }
 
   void find_axes() {
     if (calibration_.instrument.one_sided || calibration_.response.bias.size() > 3) {
@@ -328,8 +326,7 @@ class Finder {
 
   void find_slope() {
     const std::optional<Levelness>& levelness = calibration_.levelness;
-    if (calibration_.method != method_name(Method::known) || !levelness ||
-        !calibration_.field.in_table) {
+    if (calibration_.method != Method::known || !levelness || !calibration_.field.in_table) {
       return;
     }
     const Eigen::Vector3d given = *calibration_.field.in_table / calibration_.field.magnitude;
@@ -373,14 +370,13 @@ class Finder {
               "; a standard design has less than 5), so standard errors are inflated; " +
               (calibration_.instrument.one_sided
                    ? "take all 24 points, or move the lamp away from the cube's diagonal"
-               : calibration_.method == method_name(Method::magnitude)
-                   ? "add orientations all around"
-                   : "take each face turned round as well"));
+               : calibration_.method == Method::magnitude ? "add orientations all around"
+                                                          : "take each face turned round as well"));
     }
   }
 
   void find_other_magnitude() {
-    if (calibration_.method != method_name(Method::known) || calibration_.field.in_table) {
+    if (calibration_.method != Method::known || calibration_.field.in_table) {
       return;
     }
     constexpr double largest_deviation = 0.05;

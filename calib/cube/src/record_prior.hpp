@@ -11,8 +11,8 @@ namespace axiscal {
 
 /// What a record states of its own errors.
 struct RecordErrors {
-  Eigen::MatrixXd covariance;       // of b, S by axis, 4m x 4m; zero where the record has none
-  double degrees_of_freedom = 0.0;  // of that covariance, all axes together; 0: exact
+  Eigen::MatrixXd covariance;       // covers b, S by axis, 4m x 4m; zero where the record has none
+  double degrees_of_freedom = 0.0;  // that covariance's, all axes together; 0: exact
   SensitivityMatrix sensitivity;    // m x 3
   double F = 1.0;                   // field at level 1
 };
@@ -20,7 +20,7 @@ struct RecordErrors {
 /// What is known of an instrument's errors before its readings in the new cube.
 struct RecordPrior {
   Eigen::MatrixXd root;             // covariance = root root^T, 4m x rank
-  double degrees_of_freedom = 0.0;  // of it; 0: exact
+  double degrees_of_freedom = 0.0;  // its own; 0: exact
 };
 
 /// Priors of several instruments.

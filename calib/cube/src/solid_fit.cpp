@@ -105,7 +105,7 @@ struct SolidFit::Layout {
   Eigen::Matrix<double, 18, 12> tangents;
   std::vector<Eigen::Index>
       reference;                    // first column of each: mount 3, fields 2 L, bias m, scale m
-  std::vector<Eigen::Index> shift;  // by instrument
+  std::vector<Eigen::Index> shift;  // where each instrument's begin
   std::vector<std::string> names;
   Eigen::Index columns = 0;
 };

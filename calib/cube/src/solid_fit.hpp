@@ -20,12 +20,12 @@ struct SolidReference {
   std::vector<Reading> readings;
   Eigen::MatrixXd response;          // n x m
   LinearResponse calibrated;         // b, S of its record
-  Eigen::MatrixXd covariance;        // of b, S by axis, 4m x 4m; zero where the record has none
-  double calibration_dof = 0.0;      // of that covariance; 0: exact
+  Eigen::MatrixXd covariance;        // covers b, S by axis, 4m x 4m; zero where the record has none
+  double calibration_dof = 0.0;      // that covariance's; 0: exact
   double F = 1.0;                    // length of the field at level 1
   double sign = 1.0;                 // -1: it points into the table
   std::size_t instrument = 0;        // references of one number are one instrument
-  std::vector<double> root_weights;  // of each reading, of mean square 1
+  std::vector<double> root_weights;  // one for each reading, their mean square 1
   std::vector<std::size_t> levels;   // which slope of its own a reading has, from 0
   std::size_t level_count = 1;
 };
@@ -34,25 +34,26 @@ struct SolidState {
   FaceNormals normals;
   std::vector<Eigen::Matrix3d> mounts;               // rotation_sensor_from_positioner
   std::vector<std::vector<Eigen::Vector3d>> fields;  // in the table, by reference and level
-  std::vector<Eigen::VectorXd> bias;                 // by reference
+  std::vector<Eigen::VectorXd> bias;                 // one for each reference
   std::vector<Eigen::VectorXd> scale;                // 1 is the record's
-  std::vector<Eigen::VectorXd> shift;  // by instrument: its record's error, in standard deviations
+  std::vector<Eigen::VectorXd>
+      shift;  // for each instrument its record's error, in standard deviations
 };
 
 /// The cube, the mounts and the slopes that fit all readings best.
 struct SolidSolution {
   SolidState state;
-  std::vector<double> sigma;    // of a reading, by reference [field unit]
-  std::vector<int> worst_runs;  // by reference: the reading that is furthest from the fit
+  std::vector<double> sigma;    // for each reference the scatter of a reading [field unit]
+  std::vector<int> worst_runs;  // for each reference the reading that is furthest from the fit
   double degrees_of_freedom = 0.0;
-  double calibration_dof = 0.0;              // effective, of the records' part; 0: exact
-  Eigen::Matrix<double, 18, 9> basis;        // of the changes of the normals that the gauge allows
-  Eigen::Matrix<double, 9, 9> noise;         // covariance of the normals in it, by the readings
-  Eigen::Matrix<double, 9, 9> handed_on;     // by the instruments' own calibrations
+  double calibration_dof = 0.0;           // effective, of the records' part; 0: exact
+  Eigen::Matrix<double, 18, 9> basis;     // spans the changes of the normals that the gauge allows
+  Eigen::Matrix<double, 9, 9> noise;      // covariance of the normals in it, by the readings
+  Eigen::Matrix<double, 9, 9> handed_on;  // what the instruments' own calibrations add
   std::vector<Eigen::Matrix3d> mount_noise;  // covariance of each mount, by the readings
 };
 
-/// Least squares of a solid positioner (METHOD 9).
+/// Least squares of a solid positioner (method.md, section 9).
 ///
 /// The errors of the records are random effects: parameters with the records' covariances as their
 /// prior, so that instruments which disagree are not taken for noisy ones (generalised least
@@ -99,7 +100,7 @@ class SolidFit {
   const std::vector<SolidReference>& references_;
   const Positioner& drawing_;
   bool free_bias_and_scale_;
-  std::vector<RecordPrior> priors_;  // by instrument
+  std::vector<RecordPrior> priors_;  // one for each instrument
 };
 
 }  // namespace axiscal

@@ -13,7 +13,7 @@ namespace axiscal {
 /// The regression of one axis's response on [1, f, second fields].
 struct AxisRegression {
   LeastSquaresFit fit;
-  Eigen::VectorXd variance_inflation;  // of the columns
+  Eigen::VectorXd variance_inflation;  // one for each column
   double condition_number = 1.0;
   Eigen::VectorXd weights;         // as given
   Eigen::VectorXd robust_weights;  // empty unless robust

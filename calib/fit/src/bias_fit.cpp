@@ -108,7 +108,7 @@ Constant what_constant_is(const Experiment& experiment,
        .message = "the biases hold the field's part in the pose in which the instrument lay (of an "
                   "accelerometer gravity), and are no biases yet; to take it out give the record "
                   "that has the sensitivity, --from RECORD.json, and the columns rest and fence"});
-  calibration.status = "warning";
+  calibration.status = CalibrationStatus::warning;
   return Constant::as_read;
 }
 

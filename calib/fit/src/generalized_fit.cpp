@@ -20,7 +20,7 @@ namespace {
 struct MixedModel {
   Eigen::MatrixXd W;           // rows by axis, in units of sigma
   Eigen::VectorXd r;           // what the current coefficients leave
-  Eigen::MatrixXd covariance;  // of all unknowns
+  Eigen::MatrixXd covariance;  // covers all unknowns
   Eigen::VectorXd step;
   Eigen::VectorXd residuals;  // after the step
   bool determined = false;

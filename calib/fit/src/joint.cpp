@@ -169,7 +169,8 @@ void require_direction(const ReadingSet& set, const JointFit& fit, const Solutio
       std::move(names));
 }
 
-// Covariance of the field's direction; that weights are estimated costs some of it (METHOD 4).
+// Covariance of the field's direction; that weights are estimated costs some of it (method.md,
+// section 4).
 void describe_direction(const ReadingSet& set, const Solution& solution, Estimate& estimate) {
   const Eigen::VectorXd& nu = solution.shares.degrees_of_freedom;
   if (!(nu.minCoeff() > 0.0)) {

@@ -120,7 +120,7 @@ struct NoiseFit {
   double misfit = 0.0;                       // -2 ln of the likelihood, but for a constant
   Eigen::VectorXd degrees_of_freedom;        // nu, m
   Eigen::VectorXd squares;                   // RSS_k / sigma_k^2, m
-  Eigen::MatrixXd covariance;                // of z
+  Eigen::MatrixXd covariance;                // how well z is known
   std::vector<Eigen::MatrixXd> information;  // P_k^T P_k / sigma_k^2
   std::vector<Eigen::VectorXd> gradients;    // P_k^T (y_k - P_k z) / sigma_k^2
 };

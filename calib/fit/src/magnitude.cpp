@@ -49,7 +49,7 @@ struct Cloud {
   Eigen::VectorXd root_weights;  // n
   Eigen::Matrix3d noise;         // covariance up to a factor
   MagnitudeShape shape = MagnitudeShape::symmetric;
-  std::vector<std::string> names;  // of the parameters, for errors
+  std::vector<std::string> names;  // what the parameters are called in errors
 
   [[nodiscard]] Eigen::Index size() const { return v.rows(); }
 };
@@ -242,7 +242,7 @@ Ellipsoid algebraic_start(const Cloud& cloud) {
   Eigen::Matrix3d Q;
   Q << q(0), q(3), q(4), q(3), q(1), q(5), q(4), q(5), q(2);
   const Eigen::LLT<Eigen::Matrix3d> cholesky(Q);
-  constexpr double longest_axis = 100.0;  // of a good one all are near 1
+  constexpr double longest_axis = 100.0;  // a good ellipsoid's axes are all near 1
   if (cholesky.info() == Eigen::Success) {
     const Eigen::Vector3d centre = -cholesky.solve(q.tail<3>());
     const double size = 1.0 + centre.dot(Q * centre);
@@ -267,7 +267,7 @@ struct Fit {
   Eigen::VectorXd leverage;             // n
   Eigen::VectorXd robust;               // n
   double condition_number = 1.0;
-  double sd = 0.0;  // of a reading of weight 1, in the cloud's units
+  double sd = 0.0;  // scatter of a reading of weight 1, in the cloud's units
   double dof = 0.0;
 };
 
@@ -470,7 +470,7 @@ Estimate estimate_magnitude(const ReadingSet& set,
   const EllipsoidParameters bias = bias_by_bootstrap(cloud, fit);
   const double bias_in_se = (bias.array().abs() / se.array().max(1e-300)).maxCoeff();
   constexpr double worth_correcting = 0.1;  // standard errors
-  constexpr double rounding = 1e-12;        // of the field: no noise, and no bias by it
+  constexpr double rounding = 1e-12;  // in parts of the field: less is no noise, and makes no bias
   const bool plain_noise = fit.sd > rounding && !set.robust && is_plain_noise(fit);
   const bool correct = bias_in_se > worth_correcting && plain_noise;
   require_good_orientations(fit, plain_noise ? bias_in_se : 0.0);

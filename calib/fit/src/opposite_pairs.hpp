@@ -13,13 +13,13 @@ struct OppositePair {
   DesignPoint point;  // rest face with the positive fence face
   int block = 1;
   double level = 1.0;
-  int soak = 0;                     // of temperature
+  int soak = 0;                     // which soak level the readings were taken at
   std::size_t levelness = 0;        // which one it is of, as ReadingSet::tilt_of()
   std::vector<std::size_t> first;   // readings at `point`
   std::vector<std::size_t> second;  // readings turned round
   Eigen::VectorXd mean;             // (v_a + v_b) / 2, m entries
   Eigen::VectorXd half_difference;  // (v_a - v_b) / 2
-  Eigen::VectorXd weights;          // of either, relative to one reading: 4 / (1/w_a + 1/w_b)
+  Eigen::VectorXd weights;          // each axis's, relative to one reading: 4 / (1/w_a + 1/w_b)
   Eigen::Matrix3d mean_rotation =
       Eigen::Matrix3d::Zero();  // (R_a + R_b) / 2, rotation_sensor_from_table
   Eigen::Matrix3d half_rotation = Eigen::Matrix3d::Zero();  // (R_a - R_b) / 2
@@ -33,7 +33,7 @@ struct OppositePairs {
 
 [[nodiscard]] OppositePairs find_opposite_pairs(const ReadingSet& set);
 
-/// The field's components in the table's plane from the half differences (METHOD 5).
+/// The field's components in the table's plane from the half differences (method.md, section 5).
 ///
 /// @param F  magnitude of the field at level 1.
 /// @return nothing where the differences do not determine both components of each levelness.

@@ -165,7 +165,7 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
   require_response(set);
 
   Estimate estimate;
-  // Each round gains 6 digits or more (METHOD 4); the last one changes nothing.
+  // Each round gains 6 digits or more (method.md, section 4); the last one changes nothing.
   for (int round = 0; round < 8; ++round) {
     std::vector<AxisRegression> axes;
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {

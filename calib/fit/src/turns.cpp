@@ -10,6 +10,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
+#include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/calib/design_advice.hpp"
 #include "axiscal/calib/minimum_norm.hpp"
@@ -194,7 +195,7 @@ std::vector<double> all_scales() {
   return scales;
 }
 
-constexpr double good_rms_rad = 0.15;  // of an attitude error that is one of calibration only
+constexpr double good_rms_rad = 0.15;  // an attitude error below it is one of calibration only
 
 double rms_of(double cost, std::size_t turns) {
   return std::sqrt(cost / static_cast<double>(turns));
@@ -229,7 +230,7 @@ Eigen::Matrix3d find_start(std::span<const GyroscopeTurn> turns,
 
 // The last step, in which the rests' bias is known as well as they say and no better: its error
 // shows in the turns' residuals too, so it is an unknown with a prior, and the scatter is found by
-// restricted likelihood (METHOD 8).
+// restricted likelihood (method.md, section 8).
 struct WeighedStep {
   Eigen::Matrix<double, 12, 1> step = Eigen::Matrix<double, 12, 1>::Zero();  // B row by row, bias
   Eigen::Matrix<double, 12, 12> covariance = Eigen::Matrix<double, 12, 12>::Zero();
@@ -429,7 +430,7 @@ Calibration turn_calibration(const TurnFit& fit,
   record.software = software_name();
   record.instrument = instrument;
   record.field = {.kind = "induced_rotation", .unit = "rad/s", .magnitude = 1.0};
-  record.method = "turns";
+  record.method = Method::turns;
   record.response = fit.response;
   record.turn_errors_rad = fit.residuals;
   FitStatistics& statistics = record.statistics.emplace();
@@ -446,18 +447,15 @@ Calibration turn_calibration(const TurnFit& fit,
       ": attitude errors of " + number_text(fit.residual_sd_rad * deg_per_rad, 3) +
       " degrees (standard deviation of a component)");
   if (fit.rounds >= most_turn_rounds) {
-    record.warnings.push_back({.code = "not_converged",
-                               .message = "the fit of the turns had not come to rest after 50 "
-                                          "rounds; is the gyroscope saturated in the turns?"});
-    record.status = "warning";
+    add_warning(record, {.code = "not_converged",
+                         .message = "the fit of the turns had not come to rest after 50 rounds; is "
+                                    "the gyroscope saturated in the turns?"});
   }
   if (fit.most_revolutions > most_revolutions_by_hand) {
-    record.warnings.push_back({.code = "many_revolutions",
-                               .message = "a turn between two rests has " +
-                                          number_text(fit.most_revolutions, 3) +
-                                          " revolutions by the stated scale; are scale and times "
-                                          "right?"});
-    record.status = "warning";
+    add_warning(record,
+                {.code = "many_revolutions",
+                 .message = "a turn between two rests has " + number_text(fit.most_revolutions, 3) +
+                            " revolutions by the stated scale; are scale and times right?"});
   }
   return record;
 }

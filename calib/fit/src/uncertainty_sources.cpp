@@ -39,7 +39,7 @@ class BudgetMaker {
     const bool weighs = !weighed.empty();
     std::move(weighed.begin(), weighed.end(), std::back_inserter(budget_.sources));
     add_field_magnitude();
-    if (calibration_.method == method_name(Method::known) && !fields_.empty() && !weighs) {
+    if (calibration_.method == Method::known && !fields_.empty() && !weighs) {
       add_given_directions();
     }
     add_mount();

@@ -15,8 +15,8 @@ struct HypothesisFit {
   bool fitted = false;
   std::vector<Eigen::Vector3d> fields;
   Eigen::MatrixXd coefficients;        // p x m
-  Eigen::VectorXd rss;                 // of each axis, as weighted
-  Eigen::VectorXd degrees_of_freedom;  // of each axis
+  Eigen::VectorXd rss;                 // one for each axis, as weighted
+  Eigen::VectorXd degrees_of_freedom;  // one for each axis
   Eigen::VectorXd information;         // on each added parameter, at unit noise
   Eigen::VectorXd added;               // their estimates
   Eigen::MatrixXd residuals;           // n x m, weighted

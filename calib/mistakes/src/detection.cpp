@@ -13,7 +13,7 @@ namespace {
 // level over all classes; as the tests of a class overlap, 0.6 % of good runs are called bad (MC).
 constexpr double false_alarm = 0.016;
 constexpr double classes = 6.0;
-constexpr double worth_a_look = 0.04;  // of the quick tests, before any refit
+constexpr double worth_a_look = 0.04;  // probability in the quick tests, before any refit
 // Below this probability of the axes' scatters their noise clearly differs.
 constexpr double unequal_below = 0.01;
 constexpr double false_alarm_by_axis = 0.001;
@@ -46,7 +46,7 @@ double f_test(double all, double dof, double drop, double q) {
 
 // The smallest probability of the quick tests: one reading deleted.
 double single_p(const SuspectRun& run, const HypothesisFit& fit) {
-  double largest = 0.0;  // of one test, the largest drop has the smallest probability
+  double largest = 0.0;  // one test's largest drop has the smallest probability
   for (std::size_t i = 0; i < run.count(); ++i) {
     largest = std::max(largest, run.drop_without(fit, {i}));
   }

@@ -11,7 +11,7 @@
 
 namespace axiscal {
 
-// Ranges of what a mistake adds (METHOD 5), in rad and parts of the full response.
+// Ranges of what a mistake adds (method.md, section 5), in rad and parts of the full response.
 inline constexpr double angle_range_rad = 0.08;
 inline constexpr double value_range = 4.0;
 inline constexpr double drift_range = 0.04;

@@ -6,6 +6,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "axiscal/calib/assembly.hpp"
+#include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/design_advice.hpp"
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/joint_fit.hpp"
@@ -15,6 +17,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
 
 namespace axiscal {
 namespace {
@@ -22,7 +25,7 @@ namespace {
 // One replicate, by axis: row n k + i of a change is that of reading i of axis k.
 struct LinearMap {
   Eigen::MatrixXd coefficients_from_readings;  // 4m x n m
-  Eigen::VectorXd degrees_of_freedom;          // of one replicate
+  Eigen::VectorXd degrees_of_freedom;          // what one replicate leaves
   double parameters = 4.0;                     // per axis, of any number of replicates
 };
 
@@ -219,7 +222,50 @@ Eigen::MatrixXd inverse_of(const Forecast& forecast) {
   return pseudo_inverse(forecast.response.sensitivity);
 }
 
+// The method that calibrate() would choose for these points.
+Method method_for(const Experiment& experiment, const std::vector<DesignEntry>& design) {
+  Observations observations;
+  for (const DesignEntry& entry : design) {
+    observations.readings.push_back({.point = entry.point, .level = entry.level});
+  }
+  // Fewer points leave the direction open: a table known to be level is meant.
+  constexpr std::size_t fewest_for_direction = 10;
+  const Method method = choose_method(experiment, observations);
+  const bool is_open = !experiment.method && method == Method::joint;
+  return is_open && design.size() < fewest_for_direction ? Method::known : method;
+}
+
 }  // namespace
+
+Calibration nominal_calibration(const Experiment& experiment, double sensitivity) {
+  Calibration nominal;
+  nominal.instrument = experiment.instrument;
+  nominal.field = make_field_description(experiment);
+  const Eigen::Index m = experiment.instrument.axis_count();
+  nominal.response.bias = Eigen::VectorXd::Zero(m);
+  nominal.response.sensitivity = SensitivityMatrix::Zero(m, 3);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const int component = nominal_axis(experiment.instrument, k).value_or(static_cast<int>(k % 3));
+    nominal.response.sensitivity(k, component) = sensitivity;
+  }
+  return nominal;
+}
+
+ForecastSetup forecast_setup(const Experiment& experiment,
+                             std::vector<DesignEntry> design,
+                             double sensitivity) {
+  Experiment level = experiment;
+  level.slope.setZero();
+  ForecastSetup setup;
+  setup.nominal = nominal_calibration(level, sensitivity);
+  setup.method = method_for(experiment, design);
+  setup.design = std::move(design);
+  setup.positioner = experiment.positioner;
+  setup.slope = experiment.slope;
+  setup.mount = setup.positioner.mount(experiment.slot).value_or(Mount{});
+  setup.mount.rotation_sensor_from_positioner = mount_rotation(setup.positioner, experiment.slot);
+  return setup;
+}
 
 Forecast forecast(const ForecastSetup& setup) {
   if (!(setup.noise_sd >= 0.0) || !std::isfinite(setup.noise_sd) || setup.replicates < 1 ||

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/random.hpp"
@@ -48,6 +49,23 @@ Calibration on_level_table(Calibration truth) {
   return truth;
 }
 
+Calibration with_field_of_site(Calibration truth) {
+  FieldDescription& field = truth.field;
+  if (field.in_table || !field.site || !field.parts.empty()) {
+    return truth;
+  }
+  Experiment experiment;
+  experiment.field.kind = field.kind;
+  experiment.field.unit = field.unit;
+  experiment.field.magnitude = field.magnitude;
+  experiment.field.site = field.site;
+  experiment.field.date = field.date;
+  experiment.field.model = field.model;
+  experiment.fence_azimuth_rad = 0.0;
+  field.in_table = make_field_description(experiment).in_table;
+  return truth;
+}
+
 Observations simulate(const Calibration& truth,
                       const std::vector<RunSheetRow>& sheet,
                       const SimulationOptions& options) {
@@ -59,16 +77,17 @@ Observations simulate(const Calibration& truth,
     throw DomainError("simulate: the truth needs a bias and a row of sensitivities for each axis");
   }
   // Of a sum what is made on the table stays as it is when the table is tilted or turned. A field
-  // alone is always turned (CONTRACT 7): a lamp or coil that does not stand as the record says.
+  // alone is always turned: a lamp or coil that does not stand as the record says.
   const Eigen::Matrix3d turned = rotation_sloping_from_level(options.slope) *
                                  rotation_table_from_enu(options.fence_azimuth_rad);
   std::vector<Eigen::Vector3d> parts;
   for (const FieldPartDescription& part : truth.field.parts) {
     parts.emplace_back(part.set_by_level ? part.in_table : Eigen::Vector3d(turned * part.in_table));
   }
+  const TableField sum = parts.empty() ? TableField() : TableField(truth.field.parts);
   const auto field_in_table = [&](double level) -> Eigen::Vector3d {
     return parts.empty() ? Eigen::Vector3d(turned * truth.field.at_level(level))
-                         : TableField(truth.field.parts).at(parts, level);
+                         : sum.at(parts, level);
   };
   // Stream 0 shuffles run sheets; the noise must not repeat its numbers.
   RandomStream random(options.seed, 1 + options.stream);

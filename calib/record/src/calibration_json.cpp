@@ -67,7 +67,7 @@ void members(JsonMembers& io, Instrument& instrument) {
     io.check("convention", [&] { instrument.convention = parse_convention(convention); });
   }
   differences_members(io, instrument.differences);
-  if (io.reads() ? io.from().find("range").has_value() : instrument.range.has_value()) {
+  if (io.has("range", instrument.range.has_value())) {
     ReadingRange range = instrument.range.value_or(ReadingRange{});
     io.need_pair("range", range.low, range.high);
     instrument.range = range;
@@ -96,8 +96,7 @@ void in_table_members(JsonMembers& io, FieldDescription& field) {
     field.in_table = in_table->vector(3);
     io.check("in_table", field.in_table->norm() > 0.0, "must not be zero");
   }
-  if (io.reads() ? io.from().find("in_table_covariance").has_value()
-                 : field.in_table_covariance.has_value()) {
+  if (io.has("in_table_covariance", field.in_table_covariance.has_value())) {
     Eigen::Matrix3d covariance = field.in_table_covariance.value_or(Eigen::Matrix3d::Zero());
     io.matrix("in_table_covariance", covariance, 3, 3);
     field.in_table_covariance = covariance;
@@ -228,7 +227,7 @@ void members(JsonMembers& io, RegressionRow& row, Eigen::Index m) {
   io.vector("leverage", row.leverage, m);
   io.vector("studentized", row.studentized, m);
   io.vector("cooks_distance", row.cooks_distance, m);
-  if (io.reads() ? io.from().find("robust_weight").has_value() : row.robust_weight.size() > 0) {
+  if (io.has("robust_weight", row.robust_weight.size() > 0)) {
     io.vector("robust_weight", row.robust_weight, m);
   }
 }
@@ -504,16 +503,16 @@ void turn_members(JsonMembers& io, std::vector<Eigen::Vector3d>& errors) {
 void members(JsonMembers& io, Calibration& calibration) {
   io.value("created", calibration.created);
   io.value("software", calibration.software);
-  io.value("status", calibration.status);
+  io.choice("status", calibration.status, status_name, parse_status);
   io.list("inputs", calibration.inputs, [](JsonMembers& one, InputFileDigest& input) {
     one.value("path", input.path);
     one.value("sha256", input.sha256);
   });
   io.need_object("instrument", [&](JsonMembers& one) { members(one, calibration.instrument); });
   io.need_object("field", [&](JsonMembers& one) { members(one, calibration.field); });
-  io.value("method", calibration.method);
-  io.value_if_any("shape", calibration.shape);
-  io.value("weights", calibration.weights);
+  io.choice("method", calibration.method, method_name, parse_method);
+  io.choice_if_any("shape", calibration.shape, shape_name, parse_shape);
+  io.choice("weights", calibration.weights, weighting_name, parse_weighting);
   word_members(io, "robust", calibration.robust, "bisquare");
   io.value_if_any("positioner", calibration.positioner);
   io.value_if_any("slot", calibration.slot);

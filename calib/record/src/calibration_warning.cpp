@@ -19,8 +19,8 @@ std::string name_of_runs(const std::vector<int>& runs) {
 
 void add_warning(Calibration& calibration, CalibrationWarning warning) {
   calibration.warnings.push_back(std::move(warning));
-  if (calibration.status == "ok") {
-    calibration.status = "warning";
+  if (calibration.status == CalibrationStatus::ok) {
+    calibration.status = CalibrationStatus::warning;
   }
 }
 

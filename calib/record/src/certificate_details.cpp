@@ -71,7 +71,7 @@ CertificateDetails read_certificate_details(const std::string& path) {
 }
 
 void check_certifiable(const Calibration& calibration) {
-  if (calibration.status == "refused") {
+  if (calibration.status == CalibrationStatus::refused) {
     throw RefusedError("this calibration was refused: there is no certificate of it");
   }
   if (!calibration.statistics || !states_uncertainty(calibration)) {

@@ -253,7 +253,7 @@ Experiment parse_experiment(std::string_view text, const std::string& path) {
   });
   with(json, "slot", [&](const JsonValue& value) { experiment.slot = value.text(); });
   with(json, "method", [&](const JsonValue& value) {
-    experiment.method = choice(value, parse_method, "paired, joint, known, magnitude, bias");
+    experiment.method = choice(value, parse_chosen_method, "paired, joint, known, magnitude, bias");
   });
   with(json, "weights", [&](const JsonValue& value) {
     experiment.weighting = choice(value, parse_weighting, "samples, sd, none");

@@ -164,7 +164,7 @@ class Table {
 struct Columns {
   std::optional<std::size_t> rest, fence, run, block, level, temperature, time, samples, serial;
   std::vector<std::size_t> axes;
-  std::vector<std::optional<std::size_t>> minus;  // of each axis, where it is a difference
+  std::vector<std::optional<std::size_t>> minus;  // for each axis that is a difference
   std::vector<std::size_t> axes_sd;               // empty unless every axis has one
   std::vector<std::size_t> field;                 // empty or three
 };

@@ -209,7 +209,7 @@ Advice advice_to_halve(const CombinedUncertainty& uncertainty,
                   number_text(100.0 * std::sqrt((all - own) / all), 2) + " %";
     return advice;
   }
-  const double factor = own / allowed;  // of the variance
+  const double factor = own / allowed;  // what the variance is multiplied with
   if (advice.source == "fit") {
     advice.text = "it halves with " + number_text(std::ceil(factor * readings)) +
                   " readings instead of " + std::to_string(readings) +

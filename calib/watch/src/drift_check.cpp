@@ -77,7 +77,7 @@ Eigen::MatrixXd covariance_of(const Calibration& calibration,
 
 // The part of an axis's covariance that is of its scatter, and that scatter's degrees of freedom.
 struct Scatter {
-  double share = 0.0;  // of the difference's covariance, mean over its parameters
+  double share = 0.0;  // in the difference's covariance, mean over its parameters
   double degrees_of_freedom = 0.0;
 };
 

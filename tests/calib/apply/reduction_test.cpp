@@ -70,6 +70,15 @@ TEST(Reducer, InvertsTheResponse) {
   }
 }
 
+TEST(Reducer, RefusesReadingsThatAreNotItsAxes) {
+  const Reducer reducer(truth_with_axes(4, "accelerometer"));
+  EXPECT_NO_THROW(static_cast<void>(reducer.reduce(std::array{0.1, 0.2, 0.3, 0.4})));
+  EXPECT_THROW(static_cast<void>(reducer.reduce(std::array{0.1, 0.2, 0.3})), DomainError);
+  EXPECT_THROW(static_cast<void>(reducer.reduce(std::vector<double>(5, 0.1))), DomainError);
+  const Reducer two_axes(truth_with_axes(2, "accelerometer"));
+  EXPECT_THROW(static_cast<void>(two_axes.reduce(std::array{0.1, 0.2})), DomainError);
+}
+
 TEST(Reducer, WeighsSpareAxesByTheirScatter) {
   Calibration truth = truth_with_axes(4, "generic");
   truth.response.sensitivity.setZero();

@@ -77,7 +77,7 @@ TEST_P(Exact, ReturnsTheTruth) {
   EXPECT_MATRIX_NEAR(result.response.bias, truth.response.bias, 1e-12);
   EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-12);
   EXPECT_MATRIX_NEAR(*result.field.in_table, tilted(slope.x(), slope.y()), 1e-12);
-  EXPECT_EQ(result.status, "ok") << testing::PrintToString(codes(result));
+  EXPECT_EQ(result.status, CalibrationStatus::ok) << testing::PrintToString(codes(result));
   ASSERT_TRUE(result.levelness);
   EXPECT_EQ(result.levelness->estimates.size(), static_cast<std::size_t>(6 * replicates));
   EXPECT_NEAR(result.levelness->mean_x, slope.x(), 1e-12);
@@ -98,6 +98,25 @@ INSTANTIATE_TEST_SUITE_P(
                      testing::Values(0.0, 0.3, -2.0),
                      testing::Values(0.0, 1.4)));
 
+TEST(Calibrate, TakesArraysAsItTakesObservations) {
+  const Calibration truth = accelerometer_truth();
+  const Experiment experiment = experiment_for(truth);
+  const Observations observations = simulate(truth, make_run_sheet(standard_design(12), 1, 3),
+                                             {.noise_sd = 1e-4, .slope = {2e-3, 1e-3}});
+  std::vector<DesignPoint> points;
+  for (const Reading& reading : observations.readings) {
+    points.push_back(*reading.point);
+  }
+  const Calibration full = calibrate(experiment, observations);
+  const Calibration by_arrays = calibrate(experiment, points, observations.response);
+  EXPECT_EQ(by_arrays.response.bias, full.response.bias);
+  EXPECT_EQ(by_arrays.response.sensitivity, full.response.sensitivity);
+  EXPECT_EQ(by_arrays.residuals.back().run, 12);
+  points.pop_back();
+  EXPECT_THROW(static_cast<void>(calibrate(experiment, points, observations.response)),
+               DomainError);
+}
+
 TEST(Calibrate, SixPointsAreEnoughOnAKnownTable) {
   const Calibration truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
@@ -112,9 +131,9 @@ TEST(Calibrate, SixPointsOnATiltedTableAreDeterminedButWarnedOf) {
   const Calibration truth = accelerometer_truth();
   const Calibration result =
       calibrate(experiment_for(truth), observe(truth, {.points = 6, .slope = {0.05, 0.03}}));
-  EXPECT_EQ(result.method, "joint");
+  EXPECT_EQ(result.method, Method::joint);
   EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-9);
-  // The condition goes as 1 / slope (METHOD 4), in fact 2.9 / slope along y.
+  // The condition goes as 1 / slope (method.md, section 4), in fact 2.9 / slope along y.
   EXPECT_NEAR(result.statistics->condition_number * 0.03, 2.9, 0.2);
   EXPECT_THAT(codes(result), Contains("ill_conditioned"));
 }
@@ -130,9 +149,9 @@ TEST(Calibrate, SevenPointsAreDeterminedOnALevelTable) {
   }
   const Calibration result = calibrate(experiment_for(truth), without_runs(observations, leave));
   EXPECT_EQ(result.statistics->observations, 7);
-  EXPECT_EQ(result.method, "joint");
+  EXPECT_EQ(result.method, Method::joint);
   EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-11);
-  // METHOD 4: turning one of the six round brings the condition to 4.5.
+  // method.md, section 4: turning one of the six round brings the condition to 4.5.
   EXPECT_LT(result.statistics->condition_number, 6.0);
 }
 
@@ -141,7 +160,7 @@ TEST(Calibrate, TakesAnySubsetThatDeterminesTheModel) {
   const Observations all = observe(truth, {.points = 24, .replicates = 2, .slope = {0.01, 0.02}});
   const Calibration result =
       calibrate(experiment_for(truth), without_runs(all, {2, 3, 11, 17, 30, 31, 32, 48}));
-  EXPECT_EQ(result.method, "joint");
+  EXPECT_EQ(result.method, Method::joint);
   EXPECT_EQ(result.statistics->observations, 40);
   EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-12);
 }
@@ -155,7 +174,7 @@ TEST(Calibrate, PairedLeavesOutWhatHasNoOppositeAndSaysSo) {
   EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-12);
   ASSERT_EQ(codes(result), std::vector<std::string>{"unpaired"});
   EXPECT_EQ(result.warnings[0].runs.size(), 1U);
-  EXPECT_EQ(result.status, "warning");
+  EXPECT_EQ(result.status, CalibrationStatus::warning);
   EXPECT_EQ(result.statistics->observations, 22);
   int used = 0;
   for (const ReadingResidual& residual : result.residuals) {
@@ -231,7 +250,7 @@ TEST(Calibrate, HasTheStatedDegreesOfFreedom) {
   EXPECT_NEAR(dof(Method::joint, 3).sum(), 3 * 36 - 14.0, 1e-9);
 }
 
-// METHOD 4: for r whole designs var b = sigma^2 / 12r, var S = sigma^2 / 4rF^2.
+// method.md, section 4: for r whole designs var b = sigma^2 / 12r, var S = sigma^2 / 4rF^2.
 TEST(Calibrate, HasTheStatedStandardErrors) {
   const Calibration truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
@@ -256,8 +275,8 @@ TEST(Calibrate, HasTheStatedStandardErrors) {
   }
 }
 
-// METHOD 4: each tangent (radian) has variance 1 / (4r sum |S_k|^2 / sigma_k^2), times the factor
-// for weights that were estimated.
+// method.md, section 4: each tangent (radian) has variance 1 / (4r sum |S_k|^2 / sigma_k^2), times
+// the factor for weights that were estimated.
 TEST(Calibrate, JointStatesTheUncertaintyOfTheDirection) {
   const Calibration truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
@@ -295,8 +314,8 @@ TEST(Calibrate, WeighsRepeatsAsTheirMean) {
     experiment.method = method;
     const Calibration a = calibrate(experiment, single);
     const Calibration b = calibrate(experiment, repeated);
-    EXPECT_EQ(a.weights, "samples");
-    EXPECT_EQ(b.weights, "none");
+    EXPECT_EQ(a.weights, Weighting::samples);
+    EXPECT_EQ(b.weights, Weighting::none);
     EXPECT_MATRIX_NEAR(a.response.sensitivity, b.response.sensitivity, 1e-13);
     EXPECT_MATRIX_NEAR(a.response.bias, b.response.bias, 1e-13);
   }
@@ -332,7 +351,7 @@ TEST(Calibrate, PairedAgreesWithJoint) {
   const Calibration paired = calibrate(experiment, observations);
   experiment.method = Method::joint;
   const Calibration joint = calibrate(experiment, observations);
-  // METHOD 4: up to noise x tilt.
+  // method.md, section 4: up to noise x tilt.
   EXPECT_MATRIX_NEAR(paired.response.sensitivity, joint.response.sensitivity, 5e-6);
   EXPECT_MATRIX_NEAR(paired.response.bias, joint.response.bias, 1e-6);
   EXPECT_MATRIX_NEAR(*paired.field.in_table, *joint.field.in_table, 1e-5);
@@ -397,10 +416,10 @@ TEST(Calibrate, TakesACustomFieldAtAnyAngle) {
         direction.norm() *
         (std::cos(0.7) * direction.normalized() + std::sin(0.7) * off).normalized();
     const Calibration joint = calibrate(experiment, observations);
-    EXPECT_EQ(joint.method, "joint");
+    EXPECT_EQ(joint.method, Method::joint);
     EXPECT_MATRIX_NEAR(*joint.field.in_table, direction, 1e-11);
     EXPECT_MATRIX_NEAR(joint.response.sensitivity, truth.response.sensitivity, 1e-11);
-    EXPECT_EQ(joint.status, "ok");
+    EXPECT_EQ(joint.status, CalibrationStatus::ok);
     experiment.field.in_table = direction;
     experiment.method = Method::known;
     const Calibration known = calibrate(experiment, observations);
@@ -426,7 +445,7 @@ TEST(Calibrate, TakesAFieldThatIsSetByItsLevel) {
     experiment.method = method;
     const Calibration result = calibrate(experiment, observations);
     EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-12);
-    EXPECT_EQ(result.status, "ok");
+    EXPECT_EQ(result.status, CalibrationStatus::ok);
   }
   Experiment gravity = experiment_for(accelerometer_truth());
   EXPECT_THROW(static_cast<void>(calibrate(gravity, observations)), RefusedError);
@@ -452,7 +471,7 @@ TEST(Calibrate, TakesAUsersOwnField) {
   experiment.field.custom = std::make_shared<Centrifuge>();
   const Calibration result = calibrate(experiment, observations);
   EXPECT_EQ(result.field.kind, "centrifuge");
-  EXPECT_EQ(result.method, "joint");
+  EXPECT_EQ(result.method, Method::joint);
   EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-12);
 }
 
@@ -487,12 +506,12 @@ TEST(Calibrate, SaysWhyItIsJointInsteadOfPaired) {
   Observations observations = observe(truth, {.noise_sd = 1e-4});
   Experiment experiment = experiment_for(truth);
   experiment.field.in_table.reset();
-  EXPECT_EQ(calibrate(experiment, observations).method, "paired");
+  EXPECT_EQ(calibrate(experiment, observations).method, Method::paired);
   const DesignPoint lost = *observations.readings.back().point;
   observations.readings.pop_back();
   observations.response.conservativeResize(11, Eigen::NoChange);
   const Calibration joint = calibrate(experiment, observations);
-  EXPECT_EQ(joint.method, "joint");
+  EXPECT_EQ(joint.method, Method::joint);
   const auto opposite =
       std::find_if(observations.readings.begin(), observations.readings.end(),
                    [&](const Reading& reading) { return reading.point == lost.turned_round(); });
@@ -598,7 +617,7 @@ TEST(Calibrate, RefusesSixNoisyPointsOnANearlyLevelTable) {
   const Calibration result =
       calibrate(experiment_for(truth),
                 observe(truth, {.points = 6, .slope = {1e-4, -1e-4}, .noise_sd = 1e-3, .seed = 3}));
-  EXPECT_EQ(result.status, "refused");
+  EXPECT_EQ(result.status, CalibrationStatus::refused);
   EXPECT_EQ(codes(result).at(0), "uncertain_direction");
 }
 
@@ -673,7 +692,7 @@ TEST(Calibrate, RefusesPairsOfAFieldInTheTablesPlane) {
   truth.field = {.kind = "custom", .magnitude = 1.0, .in_table = Eigen::Vector3d(1.0, 0.0, 0.0)};
   Experiment experiment = experiment_for(truth);
   const Observations observations = observe(truth, {});
-  EXPECT_EQ(calibrate(experiment, observations).status, "ok") << "joint";
+  EXPECT_EQ(calibrate(experiment, observations).status, CalibrationStatus::ok) << "joint";
   experiment.method = Method::paired;
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), RefusedError);
   // Nor where it is stated to lie along the normal and does not.
@@ -693,7 +712,8 @@ TEST(Calibrate, RefusesAMagnitudeThatContradictsTheVector) {
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observe(truth, {}))), SetupError);
 }
 
-// METHOD 5: with m < 3 all d are fitted together, though faces are seen through cross-axis terms.
+// method.md, section 5: with m < 3 all d are fitted together, though faces are seen through
+// cross-axis terms.
 TEST(Calibrate, FitsTheSlopeOfOneAxisFromAllDifferences) {
   LinearResponse response{.bias = Eigen::VectorXd::Constant(1, 0.1),
                           .sensitivity = SensitivityMatrix::Zero(1, 3)};
@@ -772,7 +792,7 @@ TEST(Calibrate, NamesTheFaceThatDisagreesAboutTheSlope) {
     // The culprit search says which of the two it is.
     EXPECT_THAT(codes(result), Contains(testing::AnyOf("tilted_seat", "outlier")));
     EXPECT_EQ(result.warnings[0].runs, std::vector<int>{run});
-    EXPECT_EQ(result.status, "warning");
+    EXPECT_EQ(result.status, CalibrationStatus::warning);
   }
 }
 
@@ -813,7 +833,7 @@ TEST(Calibrate, NamesTheReadingsOfOppositeFacesThatWereExchanged) {
   const Calibration result = calibrate(experiment_for(truth), observations);
   ASSERT_EQ(codes(result).at(0), "exchanged");
   EXPECT_THAT(result.warnings[0].runs, testing::UnorderedElementsAre(down, up));
-  EXPECT_EQ(result.status, "refused");
+  EXPECT_EQ(result.status, CalibrationStatus::refused);
 }
 
 TEST(Calibrate, WarnsOfFieldsInAnotherUnit) {
@@ -843,7 +863,7 @@ TEST(Calibrate, WarnsOfASlopeThatIsNotTheStatedOne) {
       observe(truth, {.slope = {0.004, 0.0}, .noise_sd = 1e-4, .seed = 7});
   EXPECT_THAT(codes(calibrate(experiment, observations)), Contains("slope"));
   experiment.slope = {0.004, 0.0};
-  EXPECT_EQ(calibrate(experiment, observations).status, "ok");
+  EXPECT_EQ(calibrate(experiment, observations).status, CalibrationStatus::ok);
 }
 
 TEST(Calibrate, WarnsWhereNothingIsLeftToCheck) {
@@ -874,7 +894,7 @@ TEST(Calibrate, WarnsOfExchangedLabels) {
   }
 }
 
-// METHOD 5: a false alarm of the levelness test in 0.5 % of good runs.
+// method.md, section 5: a false alarm of the levelness test in 0.5 % of good runs.
 TEST(Calibrate, GoodRunsHaveNoWarning) {
   const Calibration truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
@@ -887,7 +907,7 @@ TEST(Calibrate, GoodRunsHaveNoWarning) {
                                               .slope = {0.005, -0.002},
                                               .noise_sd = 1e-4,
                                               .seed = static_cast<std::uint64_t>(1000 + i)}));
-    warned += result.status == "ok" ? 0 : 1;
+    warned += result.status == CalibrationStatus::ok ? 0 : 1;
   }
   // 0.5 % by levelness and 0.1 % each by two other tests: 4.2 expected, 5 standard deviations up.
   EXPECT_LE(warned, 14);

@@ -47,7 +47,7 @@ TEST_P(Coverage, IsAsStatedAndTheBoundIsReached) {
   }
   constexpr double noise = 2e-4;
   constexpr int runs = 1500;
-  // METHOD 4: sigma^2 / 12r and sigma^2 / 4r for r whole designs of 12 points.
+  // method.md, section 4: sigma^2 / 12r and sigma^2 / 4r for r whole designs of 12 points.
   const double designs = replicates * points / 12.0;
   const double bias_bound = noise / std::sqrt(12.0 * designs);
   const double sensitivity_bound = noise / std::sqrt(4.0 * designs);
@@ -109,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(Designs,
                                   std::to_string(test_case.param.replicates);
                          });
 
-// METHOD 4: with the factor for estimated weights 93 % at r = 1, 95 % from r = 2.
+// method.md, section 4: with the factor for estimated weights 93 % at r = 1, 95 % from r = 2.
 TEST(Coverage, OfTheJointDirectionIsAsTheMethodSays) {
   const Calibration truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);

@@ -101,7 +101,7 @@ Calibration expect_as_good(const Eigen::MatrixXd& v,
                            const Published& published,
                            double near) {
   const Calibration result = calibrate(experiment, observations_of(v));
-  EXPECT_EQ(result.method, "magnitude");
+  EXPECT_EQ(result.method, Method::magnitude);
   const double F = result.field.magnitude;
   const Eigen::Matrix3d A = Eigen::Matrix3d(result.response.sensitivity).inverse();
   EXPECT_LE(weighted_rms(v, A, result.response.bias, F),
@@ -371,7 +371,7 @@ TEST(SunSensor, PlaneIsTheirsAndThreeComponentsFitNoWorse) {
         Eigen::Vector3d(X(at, 1), X(at, 2), std::cos(polar(at)));
   }
   const Calibration result = calibrate(experiment, observations);
-  EXPECT_EQ(result.method, "known");
+  EXPECT_EQ(result.method, Method::known);
   const auto rms = [&](Eigen::Index k) {
     double sum = 0.0;
     for (const ReadingResidual& residual : result.residuals) {

@@ -118,8 +118,9 @@ TEST(Magnetometer, StandardErrorsAreTheSameAtAnyDip) {
     const Observations observations = simulate(trial.truth, make_run_sheet(trial.design, 1, 7),
                                                {.noise_sd = trial.noise, .seed = 7});
     const Calibration result = calibrate(trial.experiment, observations);
-    EXPECT_EQ(result.method, "joint");
-    // METHOD 4: sigma / sqrt(4 F^2) for one whole design, in units of the estimated sigma.
+    EXPECT_EQ(result.method, Method::joint);
+    // method.md, section 4: sigma / sqrt(4 F^2) for one whole design, in units of the estimated
+    // sigma.
     errors.push_back(result.statistics->sensitivity_se(0, 0) * 2.0 * 48000.0 /
                      result.statistics->residual_sd(0));
   }
@@ -296,7 +297,7 @@ TEST(Turntable, AddsTheEarthsRotationAveragedWhereItTurns) {
   const Calibration result =
       calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 1, 1),
                                            {.noise_sd = trial.noise, .seed = 1}));
-  EXPECT_EQ(result.method, "joint");
+  EXPECT_EQ(result.method, Method::joint);
   ASSERT_EQ(result.field.parts.size(), 2U);
   EXPECT_MATRIX_NEAR(result.field.parts[0].in_table, trial.truth.field.parts[0].in_table, 5e-6);
 }
@@ -460,7 +461,7 @@ TEST(Photodiodes, NearTheDiagonalAreWarnedOfUntilThereAre24Points) {
   Trial whole = diagonal;
   whole.design = photodiode_trial(54.7356, 24).design;
   const Calibration many = run(whole);
-  EXPECT_EQ(many.status, "ok");
+  EXPECT_EQ(many.status, CalibrationStatus::ok);
   EXPECT_GT(inflation(few), 50.0 * inflation(many));
 }
 

@@ -61,7 +61,7 @@ TEST_P(Invariance, OfTheNamesOfTheAxes) {
   }
   const Calibration a = calibrate(experiment_, observations_);
   const Calibration b = calibrate(experiment, observations);
-  EXPECT_EQ(b.status, "ok") << "the axes are named, so that none is exchanged";
+  EXPECT_EQ(b.status, CalibrationStatus::ok) << "the axes are named, so that none is exchanged";
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Eigen::Index old = from[static_cast<std::size_t>(k)];
     EXPECT_MATRIX_NEAR(b.response.sensitivity.row(k), a.response.sensitivity.row(old), 1e-12);

@@ -63,7 +63,7 @@ TEST_P(SixPositions, AgreeWithTheThesis) {
   EXPECT_MATRIX_NEAR(calibration.response.bias, Eigen::Vector3d(p[0], p[1], p[2]), 1e-10);
   EXPECT_MATRIX_NEAR(calibration.response.sensitivity,
                      Eigen::Matrix3d(Eigen::Map<const Eigen::Matrix3d>(&p[3]).transpose()), 1e-12);
-  EXPECT_EQ(calibration.status, "ok") << "honest residuals are no mistakes";
+  EXPECT_EQ(calibration.status, CalibrationStatus::ok) << "honest residuals are no mistakes";
   // The same by labels, which the culprit search looks at.
   for (Reading& reading : observations.readings) {
     Eigen::Index axis = 0;
@@ -73,7 +73,7 @@ TEST_P(SixPositions, AgreeWithTheThesis) {
     reading.point = DesignPoint(face_of(number, !up), face_of((number + 1) % 3, true));
     reading.field_in_sensor.reset();
   }
-  EXPECT_EQ(calibrate(known_experiment(), observations).status, "ok");
+  EXPECT_EQ(calibrate(known_experiment(), observations).status, CalibrationStatus::ok);
 }
 
 // Thesis table A-3, trial 1: the fit weighted by 1 / sd^2 with its relative standard errors.
@@ -105,7 +105,7 @@ TEST(SixPositionsWeighted, AgreeWithTheThesis) {
   EXPECT_NEAR(100.0 * statistics.sensitivity_se(0, 0) / S(0, 0), 0.166, 6e-4);
   EXPECT_NEAR(100.0 * statistics.sensitivity_se(0, 1) / S(0, 1), 8.5, 0.06);
   EXPECT_NEAR(100.0 * statistics.sensitivity_se(2, 2) / S(2, 2), 0.105, 6e-4);
-  EXPECT_EQ(calibration.status, "ok");
+  EXPECT_EQ(calibration.status, CalibrationStatus::ok);
 }
 
 INSTANTIATE_TEST_SUITE_P(Trials, SixPositions, testing::Values("1", "2"));

@@ -298,9 +298,10 @@ TEST_P(CharacterizeCoverage, HoldsAndReachesFiveMicroradians) {
   EXPECT_LE(false_alarms, 6);  // 0.005 of 200 each
   if (instruments == 3) {
     EXPECT_LT(rms, 5.1);
-    // METHOD 9: 0.71 u / sqrt(K) with bias and scale free. Held by their prior they are no worse,
-    // as the readings tell them better than the records (1.23 u / sqrt(K) for records taken as
-    // exact); a slope of milliradians lets the readings tell something of the axes' angles too.
+    // method.md, section 9: 0.71 u / sqrt(K) with bias and scale free. Held by their prior they are
+    // no worse, as the readings tell them better than the records (1.23 u / sqrt(K) for records
+    // taken as exact); a slope of milliradians lets the readings tell something of the axes' angles
+    // too.
     EXPECT_NEAR(rms, 0.71 * calibration_sd / urad / std::sqrt(3.0), 0.08 * rms);
   }
 }

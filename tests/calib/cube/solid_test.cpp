@@ -69,7 +69,7 @@ TEST_P(SolidRun, ComesBackExactlyWhereThePositionerIsKnown) {
     EXPECT_LT(worst_error(found, truth), 1e-12);
     EXPECT_NEAR(found.levelness->mean_x, slope.x(), 1e-12);
     EXPECT_NEAR(found.levelness->mean_y, slope.y(), 1e-12);
-    EXPECT_EQ(found.status, "ok");
+    EXPECT_EQ(found.status, CalibrationStatus::ok);
     // By the face normals alone the headings, and with them the results, are off a little.
     experiment.positioner = Positioner(experiment.positioner.normals());
     const double by_normals = worst_error(calibrate(experiment, run), truth);
@@ -105,7 +105,7 @@ TEST(SolidRunNotes, SayWhichSeatsRock) {
                                      {.slope = {0.01, 0.0}, .positioner = experiment.positioner}));
   EXPECT_LT(worst_error(found, truth), 1e-12);
   EXPECT_THAT(found.notes, testing::Contains(HasSubstr("rest +X, fence +Y: this seat rocks")));
-  EXPECT_EQ(found.status, "ok");
+  EXPECT_EQ(found.status, CalibrationStatus::ok);
 }
 
 // A cube that tips on -Z, and whose face -Z does not hold at the fence.
@@ -179,7 +179,7 @@ TEST_P(LevelByBlock, IsExactForATableThatWasMoved) {
   experiment.level_by = LevelBy::block;
   const Calibration found = calibrate(experiment, run);
   EXPECT_LT(worst_error(found, truth), 1e-12);
-  EXPECT_EQ(found.status, "ok");
+  EXPECT_EQ(found.status, CalibrationStatus::ok);
   ASSERT_EQ(found.levelness->blocks.size(), 3U);
   for (std::size_t b = 0; b < 3; ++b) {
     EXPECT_EQ(found.levelness->blocks[b].block, static_cast<int>(b) + 1);
@@ -210,7 +210,7 @@ TEST_P(LevelByBlock, StatesItsUncertainty) {
         experiment,
         concatenated_blocks(truth, slopes,
                             {.noise_sd = 2e-4, .seed = 10 * static_cast<std::uint64_t>(trial)}));
-    warned += found.status == "ok" ? 0 : 1;
+    warned += found.status == CalibrationStatus::ok ? 0 : 1;
     const double t = student_t_factor(0.95, found.levelness->degrees_of_freedom);
     for (std::size_t b = 0; b < 2; ++b) {
       const BlockLevelness& block = found.levelness->blocks[b];
@@ -372,8 +372,8 @@ TEST(CalibrateAssembly, NamesTheSlotThatDisagreesAboutTheSlope) {
   const std::vector<Calibration> found = calibrate_assembly(experiment, slots);
   EXPECT_FALSE(found[0].levelness->combined->consistent);
   EXPECT_EQ(found[0].levelness->combined->suspect, "B");
-  EXPECT_EQ(found[0].status, "ok");
-  ASSERT_EQ(found[1].status, "warning");
+  EXPECT_EQ(found[0].status, CalibrationStatus::ok);
+  ASSERT_EQ(found[1].status, CalibrationStatus::warning);
   EXPECT_EQ(found[1].warnings.back().code, "slot_levelness");
   EXPECT_THAT(found[1].warnings.back().message, HasSubstr("slot B disagrees"));
   slots.pop_back();

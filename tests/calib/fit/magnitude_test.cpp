@@ -95,7 +95,7 @@ TEST(MagnitudeMethod, WithoutNoiseIsExact) {
   const Eigen::Matrix3d S = soft_iron(MagnitudeShape::symmetric);
   const Calibration result =
       calibrate(magnitude_experiment(), turned_by_hand(directions_on_sphere(20), S, 0.0, 1));
-  EXPECT_EQ(result.method, "magnitude");
+  EXPECT_EQ(result.method, Method::magnitude);
   EXPECT_MATRIX_NEAR(result.response.sensitivity, S, 1e-12);
   EXPECT_MATRIX_NEAR(result.response.bias, hard_iron, 1e-10);
   EXPECT_FALSE(result.field.in_table.has_value());
@@ -125,7 +125,7 @@ TEST(MagnitudeMethod, IsCorrectedForItsBiasWhereHalfTheSphereIsMissing) {
     }
   }
   EXPECT_GT(se, 0.0);
-  // METHOD 4: without it 8 sigma sqrt(N) / F = 1 standard error.
+  // method.md, section 4: without it 8 sigma sqrt(N) / F = 1 standard error.
   EXPECT_LT(std::abs(sum), 0.4);
 }
 

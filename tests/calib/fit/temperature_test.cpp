@@ -304,11 +304,11 @@ TEST(BiasMethod, TakesTheSensitivityFromARecordAndTheFieldOut) {
   const Calibration moved = calibrate(experiment, unlabelled);
   EXPECT_MATRIX_NEAR(moved.response.bias, truth.response.bias, 1e-15);
   EXPECT_MATRIX_NEAR(moved.temperature->bias, truth.temperature->bias, 1e-13);
-  EXPECT_EQ(moved.status, "ok");
+  EXPECT_EQ(moved.status, CalibrationStatus::ok);
   // And without a record gravity is in them: that is no good record, and it says so.
   experiment.from = nullptr;
   const Calibration with_gravity = calibrate(experiment, observations);
-  EXPECT_EQ(with_gravity.status, "warning");
+  EXPECT_EQ(with_gravity.status, CalibrationStatus::warning);
   ASSERT_EQ(with_gravity.warnings.size(), 1U);
   EXPECT_EQ(with_gravity.warnings.front().code, "field_in_bias");
 }

@@ -120,11 +120,11 @@ TEST(Culprit, SaysWhatToDoAndRefusesWhatCannotBeTrusted) {
               HasSubstr("times better as rest " + std::string(face_name(taken.rest())) +
                         " instead of " + std::string(face_name(wrong))));
   EXPECT_THAT(first.message, HasSubstr("Check the face, or take the reading again."));
-  EXPECT_EQ(result.status, "refused");
+  EXPECT_EQ(result.status, CalibrationStatus::refused);
   ASSERT_TRUE(result.suggestion);
 
   const Calibration mended = calibrate_with_suggestions(experiment_for(truth), observations);
-  EXPECT_EQ(mended.status, "ok");
+  EXPECT_EQ(mended.status, CalibrationStatus::ok);
   ASSERT_EQ(mended.corrections.size(), 1U);
   EXPECT_EQ(mended.corrections[0].runs, std::vector<int>{7});
   EXPECT_MATRIX_NEAR(mended.response.sensitivity, truth.response.sensitivity, 1e-3);
@@ -139,10 +139,10 @@ TEST(Culprit, LeavesSmallMistakesToTheUser) {
   const SeededMistake seeded =
       seed_mistake(Mistake::tilt, 30.0 * noise, run.truth, run.good, random);
   const Calibration result = calibrate(experiment_of_run(run), seeded.observations);
-  EXPECT_EQ(result.status, "warning");
+  EXPECT_EQ(result.status, CalibrationStatus::warning);
   const Calibration mended =
       calibrate_with_suggestions(experiment_of_run(run), seeded.observations);
-  EXPECT_EQ(mended.status, "ok");
+  EXPECT_EQ(mended.status, CalibrationStatus::ok);
   EXPECT_EQ(mended.left_out, seeded.runs);
 }
 

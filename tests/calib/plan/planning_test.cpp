@@ -190,8 +190,8 @@ INSTANTIATE_TEST_SUITE_P(Designs,
                          });
 
 TEST(Forecast, OfTheStandardDesignIsTheMethods) {
-  // METHOD 10: prediction variance sigma^2 / 3 r, so an angle's standard error sigma / (s F sqrt(3
-  // r)).
+  // method.md, section 10: prediction variance sigma^2 / 3 r, so an angle's standard error sigma /
+  // (s F sqrt(3 r)).
   ForecastSetup setup{.nominal = test::truth_of({.bias = Eigen::Vector3d::Zero(),
                                                  .sensitivity = 2.0 * Eigen::Matrix3d::Identity()}),
                       .design = standard_design(12),

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "axiscal/acquisition/sample_feed.hpp"
 #include "axiscal/acquisition/source.hpp"
 #include "axiscal/acquisition/stillness.hpp"
 #include "axiscal/calib/drift_check.hpp"
@@ -25,10 +27,10 @@ struct HealthWatchSetup {
 /// What an installed instrument says right now.
 struct HealthView {
   bool is_still = false;
-  double progress = 0.0;  ///< of the reading that is being taken, 0 .. 1
-  ReducedReading now;     ///< of the last moments
+  double progress = 0.0;  ///< how much of the reading is taken, 0 .. 1
+  ReducedReading now;     ///< what the last moments say
   std::size_t readings = 0;
-  std::optional<InSituCheck> check;  ///< of the readings so far
+  std::optional<InSituCheck> check;  ///< what the readings so far say
 };
 
 /// Watches an installed instrument in whatever pose it is: readings at rest, reduced, their
@@ -54,5 +56,21 @@ class HealthWatch {
   class Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+struct HealthRun {
+  std::size_t readings = 3;                     ///< at rest, until the verdict
+  double patience_s = 60.0;                     ///< then it gives up; a recording's own times count
+  std::function<void(const HealthView&)> show;  ///< called about once a second
+  std::function<void(const std::string&)> warn;  ///< told what is wrong with the sources, once each
+};
+
+/// Feeds a watch until it has readings enough, its sources end, or patience does.
+///
+/// @return what it saw, with its check.
+/// @throws DomainError   as HealthWatch::set_channels().
+/// @throws RefusedError  if there was no reading: no sample came, or it was never at rest.
+[[nodiscard]] const HealthView& run_health_watch(HealthWatch& watch,
+                                                 SampleFeed& feed,
+                                                 const HealthRun& run);
 
 }  // namespace axiscal

@@ -51,7 +51,7 @@ class Journal {
 
   std::string path_;
   int descriptor_;
-  long long size_;  // of what is whole
+  long long size_;  // how many bytes are whole
 };
 
 }  // namespace axiscal

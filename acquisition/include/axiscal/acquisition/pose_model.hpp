@@ -23,7 +23,7 @@ struct PoseModelSetup {
   double direction_sd_rad = 0.02;
   /// What the axes' sensitivities should be [unit per field unit]; nothing where it is not known.
   std::optional<double> nominal_sensitivity;
-  double misalignment_sd = 0.05;   ///< of the sensitivities, relative
+  double misalignment_sd = 0.05;   ///< how well the sensitivities are known beforehand, relative
   double placement_sd_rad = 3e-5;  ///< how well a seat is taken again
 };
 
@@ -43,15 +43,16 @@ struct PoseModelFit {
   Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();  ///< standard uncertainty of its direction
   /// How the field changes with the two tangents [field unit per rad].
   Eigen::Matrix<double, 3, 2> field_by_tangents = Eigen::Matrix<double, 3, 2>::Zero();
-  double variance_factor = 1.0;  ///< by which the readings contradict each other; at least 1
-  Eigen::MatrixXd covariance;    ///< of bias (m), sensitivity by rows (3 m), two tangents, scale
+  double variance_factor =
+      1.0;  ///< how much larger the scatter's variance is than stated; at least 1
+  Eigen::MatrixXd covariance;  ///< covers bias (m), sensitivity by rows (3 m), two tangents, scale
 };
 
 /// How a reading suits the 24 ways to lay the cube.
 struct PoseJudgement {
   DesignPoint best{Face::minus_z, Face::plus_y};  ///< that fits it best
   double log_ratio = 0.0;  ///< ln of how much better that fits: half the difference of chi^2
-  double misfit = 0.0;     ///< of the stated one: chi^2 of m degrees of freedom
+  double misfit = 0.0;     ///< chi^2, m degrees of freedom, if it lies as stated
   double best_misfit = 0.0;
   bool looks_like_another = false;  ///< another one fits far better, and fits
   bool fits_none = false;           ///< nothing fits: tilted, grit, or not at rest

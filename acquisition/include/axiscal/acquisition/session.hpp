@@ -65,7 +65,7 @@ enum class SessionAction {
 
 struct SessionCommand {
   SessionAction action = SessionAction::capture;
-  std::optional<int> run;  ///< of retake
+  std::optional<int> run;  ///< which reading `retake` is about
 };
 
 enum class SessionPhase {
@@ -131,7 +131,7 @@ struct SessionView {
   bool lies_as_before = false;            ///< it was touched, but lies as at the last reading
   std::vector<CubeTurn> turns;            ///< from the present pose to the wanted one
   double stillness = 0.0;                 ///< scatter over what counts as still; at most 1 is still
-  double progress = 0.0;                  ///< of the dwell, 0 .. 1
+  double progress = 0.0;                  ///< how much of the dwell is done, 0 .. 1
   double dwell_s = 0.0;
   double rate_hz = 0.0;
   bool automatic = true;
@@ -141,7 +141,7 @@ struct SessionView {
   std::size_t done = 0;
   std::size_t left = 0;
   std::optional<double> remaining_s;
-  std::optional<Eigen::Vector2d> slope;  ///< of the table so far [rad]
+  std::optional<Eigen::Vector2d> slope;  ///< the table's, as the readings so far have it [rad]
   Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();
   std::optional<double> forecast_deg;  ///< largest standard uncertainty of a direction at the end
   std::vector<SessionAlarm> alarms;

@@ -18,10 +18,10 @@ namespace axiscal {
 /// A simulated accelerometer in a cube, on a tilted table, in the hands of a simulated person.
 struct SimulationSetup {
   std::uint64_t seed = 1;
-  double noise_sd = 1e-4;  ///< of one sample [g]
+  double noise_sd = 1e-4;  ///< scatter of one sample [g]
   double rate_hz = 100.0;
   double speed = 0.0;                    ///< times real time; 0: as fast as can be
-  Eigen::Vector2d slope{0.003, -0.002};  ///< of the table [rad]
+  Eigen::Vector2d slope{0.003, -0.002};  ///< how the table slopes [rad]
   double error_rate = 0.0;               ///< how often the person lays the cube wrong
   double knock_rate = 0.0;               ///< how often the table is knocked during a rest
   double placement_sd_rad = 2e-5;        ///< how well a seat is taken again
@@ -59,14 +59,14 @@ class SimulatedSource final : public Source {
   std::string name_;
   SimulationSetup setup_;
   std::vector<Channel> channels_;
-  RandomStream random_;  // of instrument and seats
+  RandomStream random_;  // draws the instrument and its seats
   RandomStream person_;  // errs alike, however many samples there were
   LinearResponse truth_;
   Eigen::Vector3d field_in_table_;
   std::vector<SimulatedMistake> mistakes_;
 
   double time_s_ = 0.0;
-  double started_s_ = -1.0;  // of the clock on the wall
+  double started_s_ = -1.0;  // when it began, by the clock on the wall
   std::optional<DesignPoint> wanted_;
   DesignPoint lies_{Face::minus_z, Face::plus_y};
   Eigen::Quaterniond from_ = Eigen::Quaterniond::Identity();  // table from positioner

@@ -12,7 +12,7 @@
 namespace axiscal {
 
 struct StillnessOptions {
-  double window_s = 0.5;  ///< of the sliding variance
+  double window_s = 0.5;  ///< length of the sliding variance's window
   /// Standard deviation of one sample at rest, m entries [unit]; empty: learned from the quietest
   /// windows.
   Eigen::VectorXd noise_sd;
@@ -88,13 +88,14 @@ class Stillness {
   StillnessOptions options_;
   Eigen::Index axes_;
   std::deque<Sample> window_;
-  std::size_t stride_ = 1;  // of what goes into the window, so that it stays small
+  std::size_t stride_ =
+      1;  // every so many samples one goes into the window, so that it stays small
   std::size_t skipped_ = 0;
   std::size_t since_sums_ = 0;
   Eigen::VectorXd reference_;  // the sums are about it
   Eigen::VectorXd sum_;
   Eigen::VectorXd sum_of_squares_;
-  Eigen::VectorXd sd_;  // of the window, where there is a whole one
+  Eigen::VectorXd sd_;  // scatter within the window, once it is whole
   Eigen::VectorXd floor_;
   Eigen::VectorXd step_;  // smallest change of a value that was seen
   bool floor_known_ = false;

@@ -10,7 +10,7 @@
 namespace axiscal {
 
 struct WebOptions {
-  std::string title;    ///< of the session; any text
+  std::string title;    ///< what the session is called; any text
   std::string address;  ///< to listen at; empty: loopback only
   int port = 0;         ///< 0: 8712 or the next free one
   /// Called with the page's address when it can be opened, and with a new one when a one-time key

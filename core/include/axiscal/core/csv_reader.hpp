@@ -89,7 +89,7 @@ class CsvReader {
   std::string path_;
   Quotes quotes_;
   std::vector<char> buffer_;
-  std::size_t begin_ = 0;     // of what is not yet consumed
+  std::size_t begin_ = 0;     // where what is not yet consumed begins
   std::size_t filled_ = 0;    // end of the bytes in buffer_
   std::size_t row_end_ = 0;   // end of the row's text
   std::size_t consumed_ = 0;  // where the next row starts

@@ -36,7 +36,8 @@ namespace axiscal {
 [[nodiscard]] Eigen::Matrix3d smallest_rotation(const Eigen::Vector3d& from,
                                                 const Eigen::Vector3d& to);
 
-/// Rotation from the local horizon to a level table whose fence lies at an azimuth (METHOD 2).
+/// Rotation from the local horizon to a level table whose fence lies at an azimuth (method.md,
+/// section 2).
 ///
 /// @param fence_azimuth_rad  azimuth of the table's y axis, clockwise from north [rad].
 /// @return rotation_table_from_enu; 1 with the fence to the north.

@@ -33,7 +33,7 @@ class JsonValue {
   [[nodiscard]] JsonValue at(std::string_view key) const;  ///< a needed member
   [[nodiscard]] std::optional<JsonValue> find(
       std::string_view key) const;                        ///< absent or null: none
-  [[nodiscard]] std::vector<JsonValue> elements() const;  ///< of an array
+  [[nodiscard]] std::vector<JsonValue> elements() const;  ///< an array's
   [[nodiscard]] double number() const;
   [[nodiscard]] double number_or_nan() const;  ///< null is NaN
   [[nodiscard]] int integer() const;
@@ -47,7 +47,7 @@ class JsonValue {
   [[nodiscard]] Eigen::MatrixXd matrix(Eigen::Index rows, Eigen::Index columns) const;  ///< finite
   [[nodiscard]] Eigen::MatrixXd matrix_or_nan(Eigen::Index rows, Eigen::Index columns) const;
   [[nodiscard]] std::vector<std::string> texts() const;
-  [[nodiscard]] std::vector<std::string> keys() const;  ///< of an object, in the file's order
+  [[nodiscard]] std::vector<std::string> keys() const;  ///< an object's, in the file's order
 
   /// @return a member's text; `otherwise` where it is absent.
   [[nodiscard]] std::string text_or(std::string_view key, const std::string& otherwise = "") const;

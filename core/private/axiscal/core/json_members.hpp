@@ -31,6 +31,11 @@ class JsonMembers {
   [[nodiscard]] Json& to() { return *to_; }
   [[nodiscard]] const JsonValue& from() const { return *from_; }
 
+  /// @return whether a member is in the file, or where it is written whether it is there to write.
+  [[nodiscard]] bool has(const char* key, bool there) const {
+    return reads() ? from_->find(key).has_value() : there;
+  }
+
   /// A member that must be there: a text, number, flag, or a list of texts or integers.
   template <typename Value>
   void need(const char* key, Value& value) {
@@ -68,6 +73,23 @@ class JsonMembers {
 
   /// The same, not written where it is what it usually is.
   void flag_unless(const char* key, bool& flag, bool usual) { value_if(flag != usual, key, flag); }
+
+  /// A member that is one of some names; nothing is an empty one.
+  /// @param name_of  the name of a value; @param parse  the value of a name, or nothing.
+  template <typename Value, typename NameOf, typename Parse>
+  void choice(const char* key, Value& value, NameOf name_of, Parse parse) {
+    std::string name(name_of(value));
+    this->value(key, name);
+    choose(key, name, value, parse);
+  }
+
+  /// The same, not written where it is nothing.
+  template <typename Value, typename NameOf, typename Parse>
+  void choice_if_any(const char* key, Value& value, NameOf name_of, Parse parse) {
+    std::string name(name_of(value));
+    value_if_any(key, name);
+    choose(key, name, value, parse);
+  }
 
   /// A number that is always written; what is absent in a file is NaN.
   void number(const char* key, double& number) {
@@ -200,6 +222,18 @@ class JsonMembers {
   }
 
  private:
+  template <typename Value, typename Parse>
+  void choose(const char* key, const std::string& name, Value& value, Parse parse) {
+    if (!reads() || name.empty()) {
+      return;
+    }
+    const auto parsed = parse(name);
+    if (!parsed) {
+      from_->at(key).fail("'" + name + "' is not known to this version");
+    }
+    value = *parsed;
+  }
+
   static void take(const JsonValue& from, std::string& text) { text = from.text(); }
   static void take(const JsonValue& from, double& number) { number = from.number(); }
   static void take(const JsonValue& from, int& number) { number = from.integer(); }

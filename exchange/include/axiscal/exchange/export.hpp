@@ -40,11 +40,12 @@ struct ExportOptions {
   /// What the consumer's driver makes of one unit of the record's readings, where the units do not
   /// say it: m/s^2 per count.
   std::optional<double> reading_factor;
-  std::optional<double> local_gravity;  ///< of a record in g that does not say it [m/s^2]
-  HeaderNumbers numbers;                ///< of c-header, cpp-header
-  std::string name = "axiscal";         ///< what the header's names start with
-  int instance = 0;                     ///< number of the sensor: CAL_ACC0, INS_ACC2
-  CertificateDetails laboratory;        ///< of dcc: number, laboratory, customer, dates
+  std::optional<double>
+      local_gravity;              ///< what 1 g was, for a record in g that does not say it [m/s^2]
+  HeaderNumbers numbers;          ///< what c-header and cpp-header compute with
+  std::string name = "axiscal";   ///< what the header's names start with
+  int instance = 0;               ///< number of the sensor: CAL_ACC0, INS_ACC2
+  CertificateDetails laboratory;  ///< what dcc says besides: number, laboratory, customer, dates
 };
 
 /// What a format cannot hold: how far the consumer's field is from the calibration's, over all
@@ -55,7 +56,7 @@ struct ExportLoss {
   double rms = 0.0;
   double worst_deg = 0.0;  ///< angle between them
   double rms_deg = 0.0;
-  std::string unit;  ///< of worst and rms
+  std::string unit;  ///< what worst and rms are in
 };
 
 /// @return "cross-axis terms, temperature: up to 0.012 g and 0.7 degrees (rms ...)".

@@ -14,7 +14,8 @@ namespace axiscal {
 
 /// What a geomagnetic model itself may be wrong by: standard deviations of the field at a place.
 struct GeomagneticUncertainty {
-  Eigen::Vector3d in_enu_nT = Eigen::Vector3d::Zero();  ///< of the components east, north, up
+  Eigen::Vector3d in_enu_nT =
+      Eigen::Vector3d::Zero();  ///< standard uncertainty of each component, east, north, up
   double magnitude_nT = 0.0;
   double inclination_rad = 0.0;
   double declination_rad = 0.0;  ///< grows where the field is steep

@@ -46,7 +46,7 @@ enum class CoilShape {
 /// A coil system around the cube.
 struct Coil {
   CoilShape shape = CoilShape::helmholtz;
-  double turns = 1.0;      ///< of each (outer) coil
+  double turns = 1.0;      ///< how many each (outer) coil has
   double current_A = 1.0;  ///< at level 1
   double size_m = 1.0;     ///< radius of the round, side of the square coils
   Eigen::Vector3d axis_in_table = Eigen::Vector3d::UnitZ();  ///< direction of the field

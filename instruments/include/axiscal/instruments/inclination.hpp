@@ -39,14 +39,14 @@ struct Inclination {
 /// @param magnitude        F, its length where the readings were taken [the same unit], positive.
 /// @return the angles; never NaN: asin's argument is clamped and that is flagged.
 /// @par Source
-/// US 7,467,536; METHOD section 7.
+/// US 7,467,536; method.md, section 7.
 [[nodiscard]] Inclination inclination_from_field(const Eigen::Vector3d& field_in_sensor,
                                                  double magnitude,
                                                  const InclinationOptions& options = {}) noexcept;
 
 /// An angle and whether the arcsine's argument had to be clamped.
 struct AxisElevation {
-  double angle_rad = 0.0;  ///< of the axis above the horizontal, -pi/2 to pi/2
+  double angle_rad = 0.0;  ///< how far the axis points above the horizontal, -pi/2 to pi/2
   bool clamped = false;
 };
 

@@ -41,10 +41,10 @@ struct Instrument {
   std::string kind;                                 ///< name of an InstrumentKind
   std::string serial;                               ///< as check_serial(); may be empty
   std::vector<std::string> axes = {"x", "y", "z"};  ///< names of the response columns, one or more
-  std::string unit = "1";                           ///< of the readings, any text
+  std::string unit = "1";                           ///< what the readings are in, any text
   AxisConvention convention = AxisConvention::forward_left_up;
   std::vector<DifferentialAxis> differences;  ///< the axes that are not columns of their own
-  std::optional<ReadingRange> range;          ///< of each column
+  std::optional<ReadingRange> range;  ///< readings of a column at or beyond it are saturated
   bool one_sided = false;  ///< the axes see only what comes from in front of them (photodiodes)
 
   [[nodiscard]] Eigen::Index axis_count() const { return static_cast<Eigen::Index>(axes.size()); }

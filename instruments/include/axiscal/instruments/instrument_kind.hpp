@@ -36,7 +36,7 @@ struct DerivedValues {
 struct CalibratedInstrument {
   const Instrument& instrument;
   const LinearResponse& response;
-  Eigen::MatrixXd covariance;  ///< of bias and sensitivity, 4 m x 4 m, axis by axis; or empty
+  Eigen::MatrixXd covariance;  ///< covers bias and sensitivity, 4 m x 4 m, axis by axis; or empty
   std::string field_kind;
   std::string field_unit;
   double magnitude = 1.0;                              ///< F [field unit]

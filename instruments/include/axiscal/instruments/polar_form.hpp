@@ -29,7 +29,7 @@ struct PolarForm {
 /// @param convention    what the sensor's axes are.
 /// @throws DomainError  if `nominal_axis` is not 0, 1 or 2.
 /// @par Source
-/// Tripp and Tcheng, NASA/TP-1999-209835; US 7,467,536; METHOD section 3.1.
+/// Tripp and Tcheng, NASA/TP-1999-209835; US 7,467,536; method.md, section 3.1.
 [[nodiscard]] PolarForm polar_from_sensitivity(const Eigen::Vector3d& sensitivity,
                                                int nominal_axis,
                                                AxisConvention convention);
@@ -39,7 +39,7 @@ struct PolarForm {
 /// @return row of S [unit per field unit], frame sensor.
 /// @throws DomainError  if `nominal_axis` is not 0, 1 or 2.
 /// @par Source
-/// METHOD section 3.1.
+/// method.md, section 3.1.
 [[nodiscard]] Eigen::Vector3d sensitivity_from_polar(const PolarForm& polar,
                                                      int nominal_axis,
                                                      AxisConvention convention);

@@ -17,7 +17,7 @@ struct RegressionTrials {
   std::size_t responses = 0;              ///< m
   std::vector<double> unscaled_variance;  ///< diagonal of (X^T X)^-1, p
   std::vector<double> truth;              ///< b, m x p: row k of response k
-  std::vector<double> noise_sd;           ///< of each response, m
+  std::vector<double> noise_sd;           ///< one for each response, m
   double coverage_factor = 0.0;           ///< t: an interval is estimate +- t * standard error
 };
 

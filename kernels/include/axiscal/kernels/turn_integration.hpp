@@ -36,7 +36,7 @@ struct IntegratedTurn {
 /// (w0 + w1) dt / 2 + (w0 cross w1) dt^2 / 12 (Magnus series, of fourth order).
 ///
 /// @par Source
-/// METHOD section 4, turns; A. Iserles et al., "Lie-group methods", Acta Numerica 9 (2000).
+/// method.md, section 4, turns; A. Iserles et al., "Lie-group methods", Acta Numerica 9 (2000).
 class PackedTurns {
  public:
   /// @param turns  their readings v.
@@ -63,7 +63,7 @@ class PackedTurns {
                                                           std::span<const double, 9> B) const;
 
   std::vector<Group> groups_;
-  std::vector<std::size_t> place_;  // of each turn: its group times eight, and its lane
+  std::vector<std::size_t> place_;  // for each turn its group times eight, and its lane
 };
 
 }  // namespace axiscal

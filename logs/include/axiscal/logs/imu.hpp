@@ -42,7 +42,7 @@ struct ImuOptions {
   SegmentOptions segment;  ///< its columns: the gyroscope's by default, or the accelerometer's
   Seats seats = Seats::unknown;
   std::vector<RunSheetRow> sheet;
-  std::optional<Face> first;  ///< of seats recognised: the first rest's fence face
+  std::optional<Face> first;  ///< the first rest's fence face, where seats are recognised
   TurnFitOptions turns;
 };
 

@@ -19,7 +19,7 @@ struct MappedColumn {
 /// How a log is to be read; all can be left to be found out.
 struct LogFormat {
   std::vector<std::string>
-      names;  ///< of the columns, where the log has no header; else c1, c2, ...
+      names;  ///< what the columns are called where the log has no header; else c1, c2, ...
   std::vector<MappedColumn> columns;  ///< renamed or scaled; the others stay as they are
 };
 
@@ -100,7 +100,7 @@ class LogFile {
  private:
   std::unique_ptr<Source> source_;
   std::vector<std::string> columns_;
-  std::vector<double> factors_;   // of every column
+  std::vector<double> factors_;   // what every column is multiplied with
   std::vector<double> selected_;  // factors of the selected ones
   std::string path_;
 };

@@ -40,7 +40,7 @@ struct NoiseCoefficient {
 
 /// What an Allan deviation curve says of a sensor.
 struct NoiseModel {
-  std::vector<NoiseCoefficient> coefficients;  ///< of every kind
+  std::vector<NoiseCoefficient> coefficients;  ///< one for every kind
 
   [[nodiscard]] double coefficient(NoiseKind kind) const;
 

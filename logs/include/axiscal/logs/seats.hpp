@@ -14,9 +14,10 @@ namespace axiscal {
 
 /// How each rest of a log lay, as far as it is known.
 struct SeatLabels {
-  std::vector<std::optional<DesignPoint>> points;  ///< of each rest
-  std::vector<std::optional<std::size_t>> rows;    ///< of the sheet, where there is one; else empty
-  std::vector<std::string> messages;               ///< seats that do not fit, and what to do
+  std::vector<std::optional<DesignPoint>> points;  ///< one for each rest
+  std::vector<std::optional<std::size_t>>
+      rows;                           ///< the sheet's rows, where there is a sheet; else empty
+  std::vector<std::string> messages;  ///< seats that do not fit, and what to do
 };
 
 /// Up at each rest of a cube by a rough calibration: the middle and half of each axis's extremes.

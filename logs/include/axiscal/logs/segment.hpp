@@ -20,23 +20,24 @@ struct SegmentOptions {
   std::vector<std::string> columns;  ///< whose variance tells rest from motion
   /// Whose means tell one attitude from another, an accelerometer's; default: `columns`.
   std::vector<std::string> attitude;
-  std::string time;                   ///< column of times; empty: as find_time_column()
-  std::optional<double> rate_hz;      ///< instead of a column of times
-  double window_s = 0.5;              ///< of the sliding variance
-  double shortest_s = 1.0;            ///< what is left of a rest is at least so long
-  double trim_s = 0.1;                ///< left out at both ends, besides half a window
-  std::optional<double> threshold;    ///< of the joined variance [unit^2]; default: chosen
+  std::string time;               ///< column of times; empty: as find_time_column()
+  std::optional<double> rate_hz;  ///< instead of a column of times
+  double window_s = 0.5;          ///< length of the sliding variance's window
+  double shortest_s = 1.0;        ///< what is left of a rest is at least so long
+  double trim_s = 0.1;            ///< left out at both ends, besides half a window
+  std::optional<double>
+      threshold;  ///< rest is where the joined variance is below it [unit^2]; default: chosen
   std::optional<ReadingRange> range;  ///< samples of `columns` at or beyond it are saturated
   bool join = true;                   ///< whether rests that a knock split are joined
 };
 
 /// The rests of a log.
 struct Segmentation {
-  std::vector<std::string> columns;    ///< of the means; without the time
+  std::vector<std::string> columns;    ///< what the means' columns are called; without the time
   std::vector<std::size_t> detection;  ///< which of them told rest from motion
   std::vector<StaticInterval> intervals;
   std::vector<std::vector<std::string>> marks;  ///< "drift", "knock", "stuck", "restless"
-  double threshold = 0.0;                       ///< of the joined variance
+  double threshold = 0.0;                       ///< rest is where the joined variance is below it
   /// Thresholds that were tried, with how many rests each gave, ascending.
   std::vector<std::pair<double, std::size_t>> tried;
   double rate_hz = 0.0;
@@ -64,9 +65,9 @@ using ThresholdChoice =
                                    const SegmentOptions& options,
                                    const ThresholdChoice& choose = {});
 
-/// The rests as a table of observations (CONTRACT section 7): run, start, end, samples, means,
-/// AXIS_sd of the columns of detection, effective_samples, marks; with labels rest, fence, and from
-/// a sheet its run, block, level and temperature. Rests without a label are left out.
+/// The rests as a table of observations (formats.md, Observations): run, start, end, samples,
+/// means, AXIS_sd of the columns of detection, effective_samples, marks; with labels rest, fence,
+/// and from a sheet its run, block, level and temperature. Rests without a label are left out.
 [[nodiscard]] std::string segmentation_csv(const Segmentation& segmentation,
                                            const SeatLabels* labels = nullptr,
                                            const std::vector<RunSheetRow>& sheet = {});

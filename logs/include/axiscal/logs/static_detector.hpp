@@ -18,8 +18,8 @@ struct StaticInterval {
   std::size_t first = 0;  ///< sample, counted from 0
   std::size_t end = 0;    ///< one past the last
   double start_s = 0.0;
-  double end_s = 0.0;    ///< of the last sample
-  Eigen::VectorXd mean;  ///< of every column
+  double end_s = 0.0;    ///< time of the last sample
+  Eigen::VectorXd mean;  ///< one for every column
   Eigen::VectorXd sd;    ///< standard deviations of the samples
   /// How many independent samples they are worth, n (1 - r) / (1 + r) with r the correlation of
   /// neighbours about the drift, 1 .. n, for every column.
@@ -33,7 +33,7 @@ struct StaticInterval {
 
 /// The intervals that one threshold gives.
 struct IntervalSet {
-  double threshold = 0.0;  ///< of the joined variance [unit^2]
+  double threshold = 0.0;  ///< rest is where the joined variance is below it [unit^2]
   std::vector<StaticInterval> intervals;
 };
 

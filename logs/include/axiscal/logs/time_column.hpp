@@ -13,7 +13,7 @@ namespace axiscal {
 struct TimeColumn {
   std::size_t position = 0;
   double seconds = 1.0;         ///< per unit of the column
-  bool unit_is_stated = false;  ///< by the name; else seconds are only assumed
+  bool unit_is_stated = false;  ///< the name says it; else seconds are only assumed
   std::string name;
 };
 

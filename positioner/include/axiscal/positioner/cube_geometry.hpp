@@ -19,7 +19,7 @@ struct FaceAngle {
 
 /// How a cube differs from the nominal one, whatever way its axes are drawn.
 struct CubeGeometry {
-  std::vector<FaceAngle> angles;  ///< of all 15 pairs of faces
+  std::vector<FaceAngle> angles;  ///< one for each of the 15 pairs of faces
   /// Distance of each face's contact plane from the centre [m]; nothing without feet.
   std::array<std::optional<double>, all_faces.size()> offset_m;
   double worst_from_square_rad = 0.0;
@@ -27,7 +27,7 @@ struct CubeGeometry {
 };
 
 /// @par Source
-/// METHOD section 9.
+/// method.md, section 9.
 [[nodiscard]] CubeGeometry describe_geometry(const Positioner& positioner);
 
 }  // namespace axiscal

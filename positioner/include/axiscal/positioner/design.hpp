@@ -24,7 +24,7 @@ struct DesignEntry {
 /// @param points  6, 12 or 24.
 /// @throws DomainError  for another number.
 /// @par Source
-/// METHOD section 2; US 7,467,536.
+/// method.md, section 2; US 7,467,536.
 [[nodiscard]] std::vector<DesignEntry> standard_design(int points);
 
 /// One line of a run sheet.

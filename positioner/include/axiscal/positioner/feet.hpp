@@ -42,7 +42,7 @@ struct ContactPlane {
 /// exact for unequal radii.
 /// @throws DomainError  if the feet have a defect_of_feet().
 /// @par Source
-/// METHOD section 9.
+/// method.md, section 9.
 [[nodiscard]] ContactPlane contact_plane(Face face, const Feet& feet);
 
 /// A ball frame as it is drawn: all faces alike.

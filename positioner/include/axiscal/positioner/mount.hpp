@@ -29,7 +29,7 @@ enum class WebAxis { x, y };
 /// @param first, second  the slots' names.
 /// @return the first as the cube, the second turned.
 /// @par Source
-/// METHOD section 9; US 7,467,536.
+/// method.md, section 9; US 7,467,536.
 [[nodiscard]] std::vector<Mount> h_shaped_mounts(const std::string& first,
                                                  const std::string& second,
                                                  WebAxis axis = WebAxis::x);

@@ -48,7 +48,7 @@ struct MeasuredFrom {
   std::string observations;  ///< the readings in this positioner
 };
 
-/// All that a positioner's file says (CONTRACT section 6).
+/// All that a positioner's file says (formats.md, Positioner).
 struct PositionerDescription {
   std::string id;
   std::array<FaceDescription, all_faces.size()> faces;
@@ -101,6 +101,11 @@ class Positioner {
     return description_.faces[static_cast<std::size_t>(face)].feet;
   }
 
+  /// @return the feet of all faces, those of the usual frame where a face has none: the drawing
+  /// that
+  ///         another cube is made by.
+  [[nodiscard]] CubeFeet drawing() const;
+
   /// How the cube lies at a design point.
   ///
   /// With n_r and n_f the normals of rest and fence face: z = -n_r, y = n_f - (n_f . z) z
@@ -109,7 +114,7 @@ class Positioner {
   /// the angle by which n_f is not square to n_r. For the nominal cube the entries are exactly 0, 1
   /// and -1.
   /// @par Source
-  /// METHOD sections 2 and 9.
+  /// method.md, sections 2 and 9.
   [[nodiscard]] const Seat& seat(const DesignPoint& point) const;
 
   /// @return the seat's rotation, whose rows are x, y, z.
@@ -135,7 +140,7 @@ class Positioner {
 
   PositionerDescription description_;
   FaceNormals normals_;
-  std::vector<Seat> seats_;  // by rest and fence face, 6 x 6
+  std::vector<Seat> seats_;  // one for each rest and fence face, 6 x 6
   bool nominal_;
 };
 

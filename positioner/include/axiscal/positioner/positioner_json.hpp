@@ -8,7 +8,7 @@
 
 namespace axiscal {
 
-/// Reads a positioner file (CONTRACT section 6).
+/// Reads a positioner file (formats.md, Positioner).
 ///
 /// Each of the six `faces` has a `normal`, or `feet`, or both: then the normal is what was measured
 /// and the feet are turned to it. `normal_covariance`, `mounts` and `table` are optional; of the

@@ -19,7 +19,7 @@ struct Seat {
   std::string defect;     ///< why the cube cannot lie so; empty for a good seat
 };
 
-/// Slides and turns a cube that rests on the table until it meets the fence (METHOD 9).
+/// Slides and turns a cube that rests on the table until it meets the fence (method.md, section 9).
 ///
 /// The rest plane is the table's. Seen from above the cube is pushed at its centre towards the
 /// fence and may turn by theta about the table's normal: two feet i, j of the fence face touch,
@@ -36,7 +36,7 @@ struct Seat {
 /// @param lean_rad     the fence leans over the table by this; its normal is (0, cos, sin).
 /// @return the seat; `defect` says so where no pair is stable within 0.3 rad of the start.
 /// @par Source
-/// METHOD section 9.
+/// method.md, section 9.
 [[nodiscard]] Seat seat_at_fence(const Eigen::Matrix3d& rotation_table_from_positioner,
                                  const Feet& fence_feet,
                                  double lean_rad);

@@ -46,7 +46,7 @@ void check_adjusters(const std::vector<Eigen::Vector2d>& adjusters_m);
 /// @throws DomainError  if there are too few adjusters, they stand in a line, a number is not
 ///                      finite, the pitch is not positive, or the slope is not below 1.
 /// @par Source
-/// METHOD section 9; US 7,467,536.
+/// method.md, section 9; US 7,467,536.
 [[nodiscard]] std::vector<AdjusterMove> level_table(const Eigen::Vector2d& slope,
                                                     const Eigen::Matrix2d& covariance,
                                                     const Surface& surface);

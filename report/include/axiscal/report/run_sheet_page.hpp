@@ -13,7 +13,7 @@ namespace axiscal {
 ///
 /// @return an SVG element of 200 x 190 units, without scripts; its text alternative says the same.
 /// @par Source
-/// METHOD section 2: x to the right along the fence, y to the fence, z up.
+/// method.md, section 2: x to the right along the fence, y to the fence, z up.
 [[nodiscard]] std::string seat_svg(const DesignPoint& point);
 
 /// A run sheet to print: a picture and a box to tick for every step.

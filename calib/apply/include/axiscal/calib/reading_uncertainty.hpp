@@ -38,7 +38,7 @@ struct ReducedUncertainty {
 };
 
 /// Propagates a calibration's uncertainty and a reading's own to field components and what is
-/// derived from them, in whatever attitude they were read (METHOD 8).
+/// derived from them, in whatever attitude they were read (method.md, section 8).
 ///
 /// An error of the parameters acts like one of the readings, of B C B^T with B = dv / d(parameters)
 /// at the field that was read; the results' change with the readings is taken over a step as large
@@ -103,7 +103,7 @@ class ReadingPropagation {
   Eigen::VectorXd sd_;
   double factor_;
   double relative_magnitude_u_ = 0.0;  // u_F / F
-  Eigen::MatrixXd covariance_;         // of the parameters, without the field's magnitude
+  Eigen::MatrixXd covariance_;         // covers the parameters, without the field's magnitude
 };
 
 /// One quantity in one attitude, as a budget states it.
@@ -138,7 +138,7 @@ struct MonteCarloCheck {
   std::string name;
   double linear_u = 0.0;
   double linear_expanded = 0.0;
-  double mean_error = 0.0;  ///< of the results from the value
+  double mean_error = 0.0;  ///< how far the results' mean lies from the value
   double sd = 0.0;
   double low_95 = 0.0;  ///< probabilistically symmetric interval of the errors
   double high_95 = 0.0;

@@ -61,7 +61,8 @@ struct ReducedReading {
 /// What a reading of one axis says where there are fewer than three.
 struct ReducedAxis {
   double component = 0.0;  ///< field along the sensing axis [field unit]
-  double angle_rad = 0.0;  ///< of the axis above the horizontal; 0 where the kind has none
+  double angle_rad =
+      0.0;  ///< how far the axis points above the horizontal; 0 where the kind has none
   bool clamped = false;
   bool extrapolated = false;
 };
@@ -81,7 +82,7 @@ struct ReducedAxis {
 /// @endcode
 ///
 /// @par Source
-/// METHOD section 7; US 7,467,536.
+/// method.md, section 7; US 7,467,536.
 class Reducer {
  public:
   /// @throws DomainError  if m >= 3 axes do not determine the field (S of rank below 3), an axis
@@ -105,9 +106,11 @@ class Reducer {
   ///                  instrument answers to it. Null without one.
   /// @param temperature  sensor output of a record with temperature terms; without it the
   ///                     calibration's reference counts.
+  /// @throws DomainError  if these are not axis_count() readings, or fewer than three. It allocates
+  ///                      nothing otherwise.
   [[nodiscard]] ReducedReading reduce(std::span<const double> readings,
                                       const Eigen::Vector3d* up = nullptr,
-                                      std::optional<double> temperature = {}) const noexcept;
+                                      std::optional<double> temperature = {}) const;
 
   /// @return whether the record has temperature terms, so that reduce() needs a temperature.
   [[nodiscard]] bool needs_temperature() const { return temperature_.has_value(); }
@@ -161,8 +164,8 @@ class Reducer {
                                   Eigen::Vector3d& field) const noexcept;
 
   bool one_sided_ = false;
-  std::vector<Eigen::Vector3d> rows_;  // of S, where the inverse is not one for all readings
-  std::vector<double> weights_;        // of those axes
+  std::vector<Eigen::Vector3d> rows_;  // rows of S, where the inverse is not one for all readings
+  std::vector<double> weights_;        // those axes' weights
   std::optional<TemperatureResponse> temperature_;
   std::vector<Eigen::Matrix3d> also_;  // field per second field, to be taken out
   std::optional<ReadingRange> range_;

@@ -17,7 +17,7 @@ namespace axiscal {
 struct ReadingColumn {
   std::string axis;
   std::string plus;   ///< name of the column
-  std::string minus;  ///< of the one to be subtracted; empty for none
+  std::string minus;  ///< the column to be subtracted; empty for none
 };
 
 /// @return the columns of an instrument's axes.
@@ -46,7 +46,7 @@ struct ReductionCsvSummary {
   std::size_t saturated = 0;              ///< rows with a reading at or beyond its range
 };
 
-/// Reduces a table row by row (CONTRACT section 5), in constant memory.
+/// Reduces a table row by row (formats.md, Reduced readings), in constant memory.
 ///
 /// Each row's cells are copied as they are, and the results appended: `field_x,field_y,field_z,
 /// residual`, what the kind of instrument derives, and `flag`. With fewer than three axes instead:

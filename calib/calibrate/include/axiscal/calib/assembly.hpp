@@ -38,6 +38,13 @@ struct SlotObservations {
 /// @return whether the slot's mount is that of an instrument that the positioner was measured with.
 [[nodiscard]] bool is_of_reference(const Positioner& positioner, const std::string& slot);
 
+/// The mounts of an assembly's slots.
+///
+/// @param assembly  "parallel", "single", "triple": as the cube; "h", "h:y": see h_shaped_mounts().
+/// @throws DomainError  for another name, or one that does not suit the number of slots.
+[[nodiscard]] std::vector<Mount> mounts_of_assembly(const std::string& assembly,
+                                                    const std::vector<std::string>& slots);
+
 /// The levelness of one instrument of an assembly.
 struct SlotLevelness {
   std::string slot;
@@ -56,7 +63,7 @@ struct SlotLevelness {
 /// @param slots  two or more.
 /// @throws DomainError  if there are fewer.
 /// @par Source
-/// METHOD section 9; beyond US 7,467,536.
+/// method.md, section 9; beyond US 7,467,536.
 [[nodiscard]] CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots);
 
 /// Calibrates several instruments from one run: each in its slot, with its mount's rotation.

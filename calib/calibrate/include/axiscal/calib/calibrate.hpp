@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
+
+#include <Eigen/Core>
+
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations.hpp"
 
 namespace axiscal {
 
-/// The method that suits an experiment where none is stated (CONTRACT section 3).
+/// The method that suits an experiment where none is stated (formats.md, Experiment).
 ///
 /// `known` where the readings bring their field; `paired` where the field lies nominally along the
 /// table's normal and each reading has its opposite; else `joint`.
@@ -36,8 +40,24 @@ namespace axiscal {
 ///                             it and what to add.
 /// @throws RefusedError        if the readings are too few, or do not suit the method.
 /// @par Source
-/// METHOD sections 2 to 5; US 7,467,536.
+/// method.md, sections 2 to 5; US 7,467,536.
 [[nodiscard]] Calibration calibrate(const Experiment& experiment, const Observations& observations);
+
+/// The same for arrays: reading i was taken at points[i], and row i of `response` is what it said.
+///
+/// @code
+/// std::vector<axiscal::DesignPoint> points;
+/// for (const axiscal::DesignEntry& entry : axiscal::standard_design(12)) {
+///   points.push_back(entry.point);
+/// }
+/// const axiscal::Calibration calibration = axiscal::calibrate(experiment, points, response);
+/// @endcode
+///
+/// @param response  n x m.
+/// @throws DomainError  if there are not as many points as rows; else as above.
+[[nodiscard]] Calibration calibrate(const Experiment& experiment,
+                                    std::span<const DesignPoint> points,
+                                    const Eigen::Ref<const Eigen::MatrixXd>& response);
 
 /// The same, and where readings contradict each other calibrates again with what the likeliest
 /// explanation says: a label, a value, a level corrected, or the reading left out; up to three

@@ -24,7 +24,7 @@ struct Reference {
 };
 
 struct CharacterizeOptions {
-  std::string id;  ///< of the new positioner
+  std::string id;  ///< what the new positioner is called
   /// Bias and length of each sensing axis are fitted with the rest, as the parts along the normals
   /// determine them: only the angles between the axes are taken from the records.
   bool free_bias_and_scale = true;
@@ -39,9 +39,9 @@ struct ReferenceResult {
   std::string slot;
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
   Eigen::Vector3d mount_se_rad = Eigen::Vector3d::Zero();  ///< about the sensor's axes
-  double residual_sd = 0.0;                         ///< of a reading, all axes alike [field unit]
-  int worst_run = 0;                                ///< the reading that is furthest from the fit
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< of the table, mean of its blocks
+  double residual_sd = 0.0;  ///< scatter of a reading, all axes alike [field unit]
+  int worst_run = 0;         ///< the reading that is furthest from the fit
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< how the table sloped, mean of its blocks
   /// Probability that this instrument's normals differ so much from the others' by chance; NaN
   /// where there is no other instrument.
   double p_value = 0.0;
@@ -51,7 +51,7 @@ struct ReferenceResult {
 struct MountRepeatability {
   std::string instrument;
   std::vector<std::string> slots;  ///< its mounts of nearly one orientation
-  double sd_rad = 0.0;             ///< of a small rotation, per axis, the fit's own noise taken out
+  double sd_rad = 0.0;  ///< how much each small rotation scatters, the fit's own noise taken out
   double degrees_of_freedom = 0.0;  ///< 3 (mounts - 1)
 };
 
@@ -106,7 +106,7 @@ struct Characterization {
 ///                       number of axes.
 /// @throws SetupError    if leave_out names a slot that is not there.
 /// @par Source
-/// METHOD section 9; US 7,467,536; beyond it.
+/// method.md, section 9; US 7,467,536; beyond it.
 [[nodiscard]] Characterization characterize(const std::vector<Reference>& references,
                                             const CharacterizeOptions& options = {});
 

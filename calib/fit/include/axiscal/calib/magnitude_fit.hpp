@@ -12,7 +12,7 @@ namespace axiscal {
 struct MagnitudeFit {
   LinearResponse response;          ///< bias [unit], sensitivity [unit per field unit]
   double degrees_of_freedom = 0.0;  ///< readings less nine
-  double residual_sd = 0.0;         ///< of |f| of a reading of weight 1 [field unit]
+  double residual_sd = 0.0;         ///< scatter of |f|, for a reading of weight 1 [field unit]
 };
 
 /// The bare fit of readings to a field of constant magnitude: minimises sum w_i (|f_i| - F)^2 over
@@ -24,7 +24,7 @@ struct MagnitudeFit {
 /// @param weights   n; empty: all 1.
 /// @throws RefusedError  for fewer than ten readings, or one that is not finite.
 /// @par Source
-/// METHOD section 4, magnitude.
+/// method.md, section 4, magnitude.
 [[nodiscard]] MagnitudeFit fit_magnitude(
     const Eigen::Ref<const Eigen::MatrixX3d>& readings,
     double F,

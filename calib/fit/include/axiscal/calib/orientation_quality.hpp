@@ -30,7 +30,7 @@ namespace axiscal {
 /// @throws DomainError   if the sizes differ or are too small.
 /// @throws RefusedError  if the orientations do not determine the rotation.
 /// @par Source
-/// METHOD section 4; Gauss-Newton from the 24 rotations of a cube.
+/// method.md, section 4; Gauss-Newton from the 24 rotations of a cube.
 [[nodiscard]] Alignment align_by_constant_angle(const Eigen::MatrixXd& fields,
                                                 const Eigen::MatrixXd& companion);
 

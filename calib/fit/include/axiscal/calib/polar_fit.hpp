@@ -18,7 +18,7 @@ namespace axiscal {
 /// @param nominal_axis     0, 1, 2: what the axis is nominally along.
 /// @throws DomainError  for sizes that disagree, fewer than 4 readings, or another axis.
 /// @par Source
-/// Tripp and Tcheng, NASA/TP-1999-209835; METHOD section 3.1.
+/// Tripp and Tcheng, NASA/TP-1999-209835; method.md, section 3.1.
 [[nodiscard]] PolarFit fit_polar_form(
     const Eigen::Matrix<double, Eigen::Dynamic, 3>& field_in_sensor,
     const Eigen::VectorXd& response,

@@ -47,7 +47,7 @@ struct TurnFit {
   /// included.
   Eigen::MatrixXd covariance;
   double degrees_of_freedom = 0.0;
-  double residual_sd_rad = 0.0;            ///< of one component of a turn's attitude error
+  double residual_sd_rad = 0.0;            ///< scatter of one component of a turn's attitude error
   std::vector<Eigen::Vector3d> residuals;  ///< attitude error of each turn [rad], frame before
   double most_revolutions = 0.0;  ///< that one turn makes by the fit, there and back counted both
   int rounds = 0;
@@ -66,13 +66,14 @@ struct TurnFit {
 /// @param bias             of the rests [unit].
 /// @param bias_covariance  of their mean, 3 x 3 [unit^2]; 0: it is exact. Else the turns may move
 /// the
-///                         bias within it, as its error shows in their residuals too (METHOD 8).
+///                         bias within it, as its error shows in their residuals too (method.md,
+///                         section 8).
 /// @throws RefusedError, RankDeficientError  for too few turns, turns about too few axes (the
 /// message
 ///         names what stays open), or where no scale fits (the message says how far off it is), or
 ///         one that makes more than 20 revolutions of a turn, unless it was stated (rate_per_unit).
 /// @par Source
-/// METHOD section 4, turns; D. Tedaldi, A. Pretto, E. Menegatti, ICRA 2014.
+/// method.md, section 4, turns; D. Tedaldi, A. Pretto, E. Menegatti, ICRA 2014.
 [[nodiscard]] TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
                                 const Eigen::Vector3d& bias,
                                 const Eigen::Matrix3d& bias_covariance,

@@ -39,7 +39,7 @@ using RowsForPoint = std::function<Eigen::MatrixXd(const DesignPoint&, double le
 
 /// What a design leaves open, for an axis by the readings that it uses.
 struct OpenParameters {
-  std::vector<std::string> names;  // of all axes; empty: none
+  std::vector<std::string> names;  // all axes' coefficients; empty: none
   Eigen::MatrixXd seen;            // the design of the first axis that it leaves open
   bool left_out = false;           // whether that axis leaves readings out
 };

@@ -25,7 +25,7 @@ struct Estimate {
   std::vector<SaturatedAxis> saturated;
   LinearResponse response;
   std::vector<SensitivityMatrix> also;  // one for each second field
-  Eigen::MatrixXd temperature_bias;     // m x order, METHOD 6
+  Eigen::MatrixXd temperature_bias;     // m x order, method.md, section 6
   Eigen::MatrixXd temperature_scale;
   // In the table, one for each levelness (of a sum: for each part); empty: as readings.
   std::vector<Eigen::Vector3d> fields;
@@ -41,7 +41,7 @@ struct Estimate {
   std::string ambiguity;              // joint: two solutions that fit alike, in words
 };
 
-/// Averages of opposite positions, the measured tilt put back in (METHOD 4).
+/// Averages of opposite positions, the measured tilt put back in (method.md, section 4).
 /// @param nominal_in_table  the field; its length F and the sign of its z are used.
 [[nodiscard]] Estimate estimate_paired(const ReadingSet& set,
                                        const Eigen::Vector3d& nominal_in_table);
@@ -54,11 +54,11 @@ struct PairedDesign {
 };
 [[nodiscard]] PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table);
 
-/// All readings, the field's direction in the table unknown (METHOD 4).
+/// All readings, the field's direction in the table unknown (method.md, section 4).
 /// @param starts  one for each part.
 [[nodiscard]] Estimate estimate_joint(const ReadingSet& set, const std::vector<FieldStart>& starts);
 
-/// The field known for each reading (METHOD 4).
+/// The field known for each reading (method.md, section 4).
 /// @param in_table  the field, of a sum its parts; empty where the readings bring theirs.
 [[nodiscard]] Estimate estimate_known(const ReadingSet& set,
                                       const std::vector<Eigen::Vector3d>& in_table);

@@ -17,7 +17,7 @@ namespace axiscal {
 /// How a reading's field in the sensor changes with the normals of rest and fence face; 3 x 18,
 /// faces in the order of Face.
 ///
-/// With z = -n_r, y = n_f less its part along z, x = y cross z (METHOD 2):
+/// With z = -n_r, y = n_f less its part along z, x = y cross z (method.md, section 2):
 /// dz = -dn_r,  dy = x (x . dn_f) - z (y . dz),  dx = -y (x . dn_f) - z (x . dz).
 ///
 /// @param rotation_table_from_positioner  rows x, y, z.
@@ -29,9 +29,9 @@ namespace axiscal {
 
 /// An input of the fit that is not exactly known, and whose error the readings share.
 struct UncertainInput {
-  std::string name;        ///< of the source in the budget
+  std::string name;        ///< what the source is called in the budget
   double u = 0.0;          ///< its standard uncertainty; NaN where it is no single number
-  std::string unit;        ///< of u
+  std::string unit;        ///< what u is in
   Eigen::Index parts = 0;  ///< q independent errors of standard deviation 1
   /// How the field in the sensor changes with them, 3 x q, at one reading.
   std::function<Eigen::Matrix3Xd(Eigen::Index, const std::vector<Eigen::Vector3d>&)> change;
@@ -49,7 +49,7 @@ struct UncertainInput {
     const std::vector<Eigen::Vector3d>& fields);
 
 /// Fits again with inputs that are uncertain: generalised least squares,
-/// V = diag(sigma_k^2 / w) + H C H^T, sigma_k by restricted likelihood (METHOD 8).
+/// V = diag(sigma_k^2 / w) + H C H^T, sigma_k by restricted likelihood (method.md, section 8).
 ///
 /// Done as a mixed model: the inputs' errors are unknowns with a prior, so that only one
 /// regression of readings on coefficients, directions and errors is needed. All readings enter,

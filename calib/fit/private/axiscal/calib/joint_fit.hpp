@@ -44,7 +44,7 @@ struct JointState {
 
 /// What the fitted directions cost.
 struct DirectionShares {
-  Eigen::MatrixXd covariance;  // of the tangents [rad^2], D x D
+  Eigen::MatrixXd covariance;  // how well the tangents are known [rad^2], D x D
   Eigen::VectorXd
       degrees_of_freedom;  // per axis: readings less p, less its share in the directions
 };
@@ -53,11 +53,11 @@ struct DirectionShares {
 /// directions that goes with it.
 struct Reweighting {
   Eigen::VectorXd sigma;               ///< m standard deviations
-  Eigen::VectorXd step;                ///< of the tangents [rad], D
+  Eigen::VectorXd step;                ///< what the tangents are to be changed by [rad], D
   Eigen::VectorXd degrees_of_freedom;  ///< m, at sigma
 };
 
-/// Least squares in b, S and the field's direction for each levelness (METHOD 4).
+/// Least squares in b, S and the field's direction for each levelness (method.md, section 4).
 class JointFit {
  public:
   /// Directions are as good as open when what they change beyond b and S is smaller than this part

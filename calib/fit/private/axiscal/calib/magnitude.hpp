@@ -10,7 +10,7 @@
 
 namespace axiscal {
 
-/// Orientations unknown, only the field's magnitude known (METHOD 4).
+/// Orientations unknown, only the field's magnitude known (method.md, section 4).
 ///
 /// @param set    readings of three axes; their weights and responses count.
 /// @param F      magnitude of the field.

@@ -13,8 +13,8 @@
 
 namespace axiscal {
 
-/// The temperature terms of the axes while they are fitted (METHOD 6). The product of scale and
-/// field is linear in the changes of its factors: columns d^j (S f) beside scale(t) f.
+/// The temperature terms of the axes while they are fitted (method.md, section 6). The product of
+/// scale and field is linear in the changes of its factors: columns d^j (S f) beside scale(t) f.
 struct TemperatureTerms {
   int order = 0;
   Eigen::VectorXd d;        // n: t - reference

@@ -77,7 +77,7 @@ class ReadingSource {
   Eigen::MatrixXd weights_;
   std::vector<std::size_t> rows_;
   std::vector<ResolvedPart> also_;
-  std::vector<int> blocks_;  // of the readings that are used, where each has its own levelness
+  std::vector<int> blocks_;  // those of the readings used, where each has its own levelness
   AxisMask in_range_;
   std::optional<double> sun_time_s_;
   int temperature_order_ = 0;

@@ -10,7 +10,7 @@
 namespace axiscal {
 
 /// Fits with temperature terms: [P]'s main-axis terms first, then the full product refined from
-/// them by Gauss-Newton (METHOD 6).
+/// them by Gauss-Newton (method.md, section 6).
 ///
 /// @param set  with temperature.order and .d; its scale and along are set here.
 /// @param fit  one of the methods.

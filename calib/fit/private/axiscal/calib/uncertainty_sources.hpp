@@ -9,7 +9,8 @@
 
 namespace axiscal {
 
-/// The sources of a calibration's uncertainty: the fit, and what the experiment states (METHOD 8).
+/// The sources of a calibration's uncertainty: the fit, and what the experiment states (method.md,
+/// section 8).
 ///
 /// @param set             the readings that were fitted; empty for method `bias`.
 /// @param weighed         those that the fit itself weighed, as fit_with_uncertain_inputs() says.

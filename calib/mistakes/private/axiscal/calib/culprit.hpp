@@ -13,15 +13,15 @@ namespace axiscal {
 /// What the search for a mistake found.
 struct Culprit {
   std::vector<CalibrationWarning> warnings;  // the likeliest first
-  Correction correction;                     // of the likeliest
-  double effect = 0.0;  // of the mistake on the coefficients, in parts of the full response
+  Correction correction;                     // what mends the likeliest
+  double effect = 0.0;  // what the mistake does to the coefficients, in parts of the full response
 };
 
 /// Whether a run can be searched: labelled readings of one field, all used, enough of them.
 [[nodiscard]] bool can_be_searched(const ReadingSet& set, const Estimate& estimate);
 
 /// Looks whether the readings of a run contradict each other, and if so which mistake explains it
-/// (METHOD 5, culprit search).
+/// (method.md, section 5, culprit search).
 ///
 /// Detected by nested F tests on the fit of all readings, 0.005 in all: one or two readings
 /// deleted, the table moved, drift, an axis's extremes shifted. Then every explanation is fitted

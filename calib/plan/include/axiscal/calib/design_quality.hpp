@@ -24,7 +24,7 @@ struct DesignQuality {
   /// that direction in the instrument's frame.
   double largest_prediction_variance = 0.0;
   Eigen::Vector3d worst_direction = Eigen::Vector3d::Zero();
-  Eigen::Vector3d variance_inflation = Eigen::Vector3d::Zero();  ///< of the sensitivities
+  Eigen::Vector3d variance_inflation = Eigen::Vector3d::Zero();  ///< one for each sensitivity
 };
 
 /// @param design          any points.
@@ -33,7 +33,8 @@ struct DesignQuality {
 /// @throws DomainError    if the design is empty or the field zero.
 /// @throws RefusedError   if the cube cannot lie at a point.
 /// @par Source
-/// Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), ch. 9 to 11; METHOD section 10.
+/// Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), ch. 9 to 11; method.md,
+/// section 10.
 [[nodiscard]] DesignQuality assess_design(const std::vector<DesignEntry>& design,
                                           const Positioner& positioner,
                                           const Eigen::Vector3d& field_in_table);

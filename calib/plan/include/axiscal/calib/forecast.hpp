@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/experiment.hpp"
 #include "axiscal/instruments/inclination.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "axiscal/positioner/positioner.hpp"
@@ -19,21 +20,39 @@ struct ForecastSetup {
   std::vector<DesignEntry> design;  ///< one replicate
   int replicates = 1;
   Method method = Method::paired;
-  double noise_sd = 0.0;      ///< of one sample [unit of the readings]
+  double noise_sd = 0.0;      ///< scatter of one sample [unit of the readings]
   int samples = 1;            ///< averaged at each point, independent
   Positioner positioner;      ///< its normal_covariance counts where there is one
   double normal_u_rad = 0.0;  ///< more uncertainty of each face normal, two directions, independent
   double level_u_rad = 0.0;   ///< `known`: of the table's slope along x and y; others measure it
   Mount mount;                ///< how the instrument sits; its repeatability counts
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< of the table, expected
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< how the table is expected to slope
 };
+
+/// An instrument as an experiment describes it: no bias, no cross-axis terms, and on each axis the
+/// sensitivity that it should have.
+///
+/// @throws SetupError  as make_field_description().
+[[nodiscard]] Calibration nominal_calibration(const Experiment& experiment, double sensitivity);
+
+/// What an experiment and one replicate of its design say of a forecast; its noise, samples and the
+/// uncertainties of face normals and levelness are left to be stated.
+///
+/// Where the experiment states no method it is the one that calibrate() would choose; with fewer
+/// than ten points, which leave the field's direction open, a table known to be level.
+///
+/// @param sensitivity  of each axis, not 0.
+/// @throws SetupError  as make_field_description(), mount_rotation().
+[[nodiscard]] ForecastSetup forecast_setup(const Experiment& experiment,
+                                           std::vector<DesignEntry> design,
+                                           double sensitivity = 1.0);
 
 /// What a calibration will reach: root mean square errors, as covariances by source.
 struct Forecast {
-  Eigen::MatrixXd noise;       ///< of b, S by axis (as FitStatistics::covariance), 4m x 4m
+  Eigen::MatrixXd noise;       ///< covers b, S by axis (as FitStatistics::covariance), 4m x 4m
   Eigen::MatrixXd positioner;  ///< replicates do not average it
   Eigen::MatrixXd level;
-  Eigen::MatrixXd mount;               ///< by its repeatability; a refit would average it
+  Eigen::MatrixXd mount;               ///< what its repeatability adds; a refit would average it
   Eigen::VectorXd degrees_of_freedom;  ///< per axis, of the residual scatter
   LinearResponse response;             ///< the nominal one
   double magnitude = 1.0;              ///< F [field unit]
@@ -44,19 +63,19 @@ struct Forecast {
 /// Propagates noise, face normals, levelness and the mount's repeatability to the coefficients by
 /// the method's own linear map from readings to coefficients.
 ///
-/// One levelness for the run is assumed. /// The figures are root mean squares over many
+/// One levelness for the run is assumed. The figures are root mean squares over many
 /// calibrations; the mean of the standard errors that they will state is lower, by 11 % at 2
 /// degrees of freedom and 3 % at 7.
 /// @throws DomainError         if the noise is negative, or replicates or samples are below 1.
 /// @throws RankDeficientError  if the design does not determine the coefficients.
 /// @throws RefusedError        if the cube cannot lie at a point, or no opposites suit `paired`.
 /// @par Source
-/// METHOD sections 8 and 10; JCGM 100.
+/// method.md, sections 8 and 10; JCGM 100.
 [[nodiscard]] Forecast forecast(const ForecastSetup& setup);
 
 /// What calibrated readings will say of an attitude.
 struct AngleUncertainty {
-  double pitch_rad = 0.0;  ///< standard uncertainty; of the calibration alone
+  double pitch_rad = 0.0;  ///< standard uncertainty that the calibration alone leaves
   double roll_rad = 0.0;   ///< grows as 1 / cos(pitch)
 };
 
@@ -64,7 +83,7 @@ struct AngleUncertainty {
 /// @param pitch_rad, roll_rad  the attitude; axes forward-left-up.
 /// @throws DomainError  if the instrument does not determine the field (fewer than three axes).
 /// @par Source
-/// METHOD section 7.
+/// method.md, section 7.
 [[nodiscard]] AngleUncertainty forecast_angles(const Forecast& forecast,
                                                const Eigen::MatrixXd& covariance,
                                                double pitch_rad,

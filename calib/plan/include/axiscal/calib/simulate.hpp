@@ -14,15 +14,16 @@
 namespace axiscal {
 
 struct SimulationOptions {
-  double noise_sd = 0.0;  ///< of each reading, normal and independent [unit of the readings]
+  double noise_sd = 0.0;  ///< each reading's, normal and independent [unit of the readings]
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< the table is tilted further by this
   double fence_azimuth_rad = 0.0;  ///< the fence's; the truth's field is that of one to the north
   Positioner positioner;           ///< the cube
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
   double temperature_sd = 0.0;  ///< scatter of the true temperature about the sheet's
   double resolution = 0.0;      ///< readings are rounded to multiples of it [unit]; 0: not
-  std::uint64_t seed = 1;       ///< of the noise
-  std::uint32_t stream = 0;     ///< of the seed: each instrument of an assembly has its own
+  std::uint64_t seed = 1;       ///< the noise's
+  std::uint32_t stream =
+      0;  ///< which part of the seed's numbers: each instrument of an assembly has its own
 };
 
 /// @return the truth with its table level: the slope that gravity has in its table, or else the
@@ -30,6 +31,11 @@ struct SimulationOptions {
 ///         its turntable, is taken out of all fields that are not made on the table. As given where
 ///         its fields do not tell the slope.
 [[nodiscard]] Calibration on_level_table(Calibration truth);
+
+/// @return the truth with its field in the table. A record that does not say how the field lay
+///         there, as by method magnitude, gets that of its site on a level table with the fence to
+///         the north; without a site it stays as it is.
+[[nodiscard]] Calibration with_field_of_site(Calibration truth);
 
 /// Observations of a known truth: v_i = b + S R_sp R_i f_table + noise.
 ///
@@ -43,7 +49,7 @@ struct SimulationOptions {
 /// @return the readings; the same seed gives the same numbers.
 /// @throws DomainError  if the noise is negative or not finite, or the slope is not below 1.
 /// @par Source
-/// METHOD sections 2 and 3.
+/// method.md, sections 2 and 3.
 [[nodiscard]] Observations simulate(const Calibration& truth,
                                     const std::vector<RunSheetRow>& sheet,
                                     const SimulationOptions& options = {});

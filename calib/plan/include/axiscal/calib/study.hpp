@@ -14,7 +14,7 @@
 
 namespace axiscal {
 
-/// What is simulated and calibrated again and again (METHOD 8).
+/// What is simulated and calibrated again and again (method.md, section 8).
 struct StudySetup {
   Calibration truth;      ///< instrument, field, response; its `in_table` is the field there
   Experiment experiment;  ///< how each run is calibrated; its positioner is what is believed
@@ -22,7 +22,7 @@ struct StudySetup {
   int replicates = 1;
   std::vector<double> temperatures;  ///< soak levels; none: no temperatures
   SimulationOptions simulation;      ///< noise, slope, resolution, ...; its seed does not count
-  Eigen::VectorXd noise_sd;          ///< of each axis [unit]; empty: simulation.noise_sd
+  Eigen::VectorXd noise_sd;          ///< one for each axis [unit]; empty: simulation.noise_sd
   double slope_sd = 0.0;  ///< each run's table is tilted by this much more, x and y [rad]
   /// Each run has a cube of its own, made with these errors; the calibration believes the drawing.
   std::optional<CubeFeet> drawing;
@@ -33,8 +33,9 @@ struct StudySetup {
   /// The regression alone: the field of every reading is known exactly, only noise is simulated,
   /// and biases and sensitivities are looked at. Ten thousand times as fast.
   bool regression_only = false;
-  bool angles = true;  ///< also components and angles that one reading gives, in a random attitude
-                       ///< of each run (|pitch| below 80 degrees)
+  /// Also components and angles that one reading gives, in a random attitude for each run (|pitch|
+  /// below 80 degrees).
+  bool angles = true;
 };
 
 /// Which part of a study this run does: shards of one seed are together the same trials as one run.
@@ -56,12 +57,12 @@ struct StudySums {
 /// not matter which shard did which.
 struct Study {
   std::uint64_t seed = 1;
-  std::int64_t trials = 0;  ///< of the whole study
+  std::int64_t trials = 0;  ///< how many the whole study has
   std::int64_t block = 0;   ///< trials in a block
   std::string setup;        ///< a digest of what was simulated: shards of one study have the same
   std::vector<std::string> parameters;
   std::vector<std::int64_t> blocks;          ///< numbers of those that were done
-  std::vector<std::vector<StudySums>> sums;  ///< of each of them, for each parameter
+  std::vector<std::vector<StudySums>> sums;  ///< for each block, one for each parameter
   std::int64_t refused = 0;                  ///< trials that gave no calibration
 };
 
@@ -69,7 +70,7 @@ struct Study {
 struct StudyResult {
   std::string parameter;
   double mean_error = 0.0;   ///< bias of the estimate
-  double sd = 0.0;           ///< of its errors
+  double sd = 0.0;           ///< how much its errors scatter
   double stated_u = 0.0;     ///< root mean square of the stated standard uncertainties
   double coverage_95 = 0.0;  ///< share of the stated 95 % intervals that held the truth
 };

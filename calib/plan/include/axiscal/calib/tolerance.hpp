@@ -13,10 +13,10 @@ namespace axiscal {
 
 /// How exactly a cube is made: standard deviations.
 struct Tolerances {
-  double foot_height_m = 0.0;   ///< of each ball along its face's normal
-  double ball_radius_m = 0.0;   ///< of each ball
-  double squareness_rad = 0.0;  ///< of each face as a whole, about both of its edges
-  double fence_rad = 0.0;       ///< of the fence's lean
+  double foot_height_m = 0.0;   ///< how much each ball stands out along its face's normal
+  double ball_radius_m = 0.0;   ///< how much each ball's radius differs
+  double squareness_rad = 0.0;  ///< how much each face as a whole turns, about both of its edges
+  double fence_rad = 0.0;       ///< how much the fence leans
 };
 
 /// A cube made to a drawing, as it may turn out.
@@ -37,10 +37,10 @@ struct Tolerances {
 /// biases divided by the axis's sensitivity, of sensitivities likewise).
 struct CalibrationErrors {
   double bias = 0.0;
-  double sensitivity = 0.0;  ///< of each axis's main component
-  double cross_axis = 0.0;   ///< of its others
-  double angle_rad =
-      0.0;  ///< of the field's direction by calibrated readings, any way, over attitudes
+  double sensitivity = 0.0;  ///< error of each axis's main component
+  double cross_axis = 0.0;   ///< error of its others
+  /// Error of the field's direction by calibrated readings, any way, over attitudes.
+  double angle_rad = 0.0;
 };
 
 /// What a cube's tolerances do to calibrations by one method.
@@ -49,7 +49,7 @@ struct ToleranceEffect {
   CalibrationErrors closed_form;  ///< linear in the tolerances; on a level table
   CalibrationErrors
       simulated;     ///< cubes made, seated, simulated and calibrated; on the table given
-  int unusable = 0;  ///< of the cubes made: could not lie at a point, or were no cubes
+  int unusable = 0;  ///< how many cubes could not lie at a point, or were no cubes
   double worst_angle_95_rad = 0.0;  ///< 95 % of the cubes have no larger error in any attitude
 };
 
@@ -59,7 +59,8 @@ struct ToleranceStudy {
   CubeFeet drawing;
   Surface surface;
   Tolerances tolerances;
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< of the table, not known to the calibration
+  Eigen::Vector2d slope =
+      Eigen::Vector2d::Zero();  ///< how the table slopes, which the calibration does not know
   int trials = 1000;
   std::uint64_t seed = 1;
 };
@@ -72,7 +73,7 @@ struct ToleranceStudy {
 /// @return paired (where each point has its opposite), joint and known (where they are determined).
 /// @throws DomainError  for fewer than 1 trial, a negative tolerance, or fewer than three axes.
 /// @par Source
-/// METHOD sections 9 and 10.
+/// method.md, sections 9 and 10.
 [[nodiscard]] std::vector<ToleranceEffect> study_tolerances(const ToleranceStudy& study);
 
 }  // namespace axiscal

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/calib/choices.hpp"
 #include "axiscal/calib/correction.hpp"
 #include "axiscal/calib/table_field.hpp"
 #include "axiscal/calib/temperature.hpp"
@@ -20,26 +21,17 @@
 
 namespace axiscal {
 
-/// How the parameters are estimated (METHOD section 4).
-enum class Method { paired, joint, known, magnitude, bias };
-
-/// @return "paired", "joint", "known", "magnitude", "bias".
-[[nodiscard]] std::string_view method_name(Method method);
-
-/// @return the method of that name, or nothing.
-[[nodiscard]] std::optional<Method> parse_method(std::string_view name);
-
 /// The reference field of a calibration.
 struct FieldDescription {
   std::string kind;  ///< "gravity", "geomagnetic", ..., or a user's own; of a sum joined by "+"
-  std::string unit = "1";                   ///< of magnitude and in_table
+  std::string unit = "1";                   ///< what magnitude and in_table are in
   double magnitude = 1.0;                   ///< F at level 1 [unit]
   double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]; 0: not stated
   std::string model;                        ///< "wgs84", "wmm2025", ... where one was used
-  std::optional<double> local_gravity;      ///< of a field in g: what 1 g was [m/s^2]
+  std::optional<double> local_gravity;      ///< what 1 g was, for a field in g [m/s^2]
   std::optional<Eigen::Vector3d> in_table;  ///< given or estimated, at level 1 [unit], frame table
   std::optional<Eigen::Matrix3d> in_table_covariance;  ///< `joint`: of in_table [unit^2]
-  double in_table_degrees_of_freedom = 0.0;            ///< of in_table_covariance
+  double in_table_degrees_of_freedom = 0.0;            ///< those of in_table_covariance
   std::optional<Site> site;                            ///< where it was computed for
   std::string date;                                    ///< as given; gravity needs none
   std::vector<FieldPartDescription> parts;             ///< where it is a sum; else empty
@@ -52,7 +44,7 @@ struct FieldDescription {
 /// Diagnostics of one row of the regression: a reading, or (`paired`) the average of opposite ones.
 struct RegressionRow {
   std::vector<int> runs;             ///< the readings in it
-  std::optional<DesignPoint> point;  ///< of the first reading
+  std::optional<DesignPoint> point;  ///< the first reading's
   int block = 1;
   Eigen::VectorXd leverage;     ///< m entries, one per axis; likewise the others
   Eigen::VectorXd studentized;  ///< externally studentised residual
@@ -62,14 +54,14 @@ struct RegressionRow {
 
 /// Residual scatter of replicates against what the model leaves, for one axis.
 struct LackOfFit {
-  double pure_error_sd = 0.0;  ///< of a reading, from repeats alone [unit]
+  double pure_error_sd = 0.0;  ///< scatter of a reading, from repeats alone [unit]
   double pure_error_dof = 0.0;
   double lack_of_fit_dof = 0.0;
   double f = 0.0;  ///< ratio of the mean squares
   double p_value = 0.0;
 };
 
-/// Statistics of the fit (METHOD section 5); m axes. NaN stands for what does not exist.
+/// Statistics of the fit (method.md, section 5); m axes. NaN stands for what does not exist.
 struct FitStatistics {
   int observations = 0;                      ///< readings used
   Eigen::VectorXd degrees_of_freedom;        ///< per axis, of residual_sd
@@ -80,8 +72,8 @@ struct FitStatistics {
   Eigen::VectorXd coverage_factor;           ///< per axis, Student's t for 95 %
   std::vector<std::string> parameter_names;  ///< "x.bias", "x.sensitivity.x", ...: 4 m
   Eigen::MatrixXd covariance;                ///< 4m x 4m, in that order
-  double condition_number = 1.0;             ///< of the design, columns of length 1
-  SensitivityMatrix variance_inflation;      ///< of the sensitivity columns, per axis
+  double condition_number = 1.0;             ///< the design's, its columns of length 1
+  SensitivityMatrix variance_inflation;      ///< one for each sensitivity column and axis
   std::vector<LackOfFit> lack_of_fit;        ///< per axis; empty without replicates
   std::vector<RegressionRow> rows;
   std::vector<int> observations_per_axis;  ///< where axes leave readings out; else empty
@@ -138,15 +130,16 @@ struct Levelness {
   double mean_y = 0.0;
   double sd_x = 0.0;  ///< spread of the estimates; NaN for fewer than two
   double sd_y = 0.0;
-  double standard_error_x = 0.0;  ///< of the mean, from the scatter within the differences
+  double standard_error_x =
+      0.0;  ///< how well the mean is known, from the scatter within the differences
   double standard_error_y = 0.0;
-  double degrees_of_freedom = 0.0;  ///< of the standard errors
+  double degrees_of_freedom = 0.0;  ///< those of the standard errors
   bool consistent = true;           ///< p_value is not below 0.005
   double p_value = 0.0;        ///< that estimates differ so much by chance; NaN where not testable
   double block_p_value = 1.0;  ///< that blocks differ so much by chance; NaN where not testable
   std::optional<LevelnessEstimate> suspect;   ///< where not consistent: the face that disagrees
   std::vector<BlockLevelness> blocks;         ///< where each block has its own; else empty
-  std::optional<CombinedLevelness> combined;  ///< of an assembly
+  std::optional<CombinedLevelness> combined;  ///< what an assembly's slots say together
 
   /// @return how the table stands after the run: the last block's where each has its own, else the
   ///         mean of all.
@@ -181,7 +174,7 @@ struct ReadingResidual {
 struct PolarFit {
   double bias = 0.0;  ///< [unit of the readings]
   PolarForm form;
-  double residual_sd = 0.0;  ///< of one reading; NaN without degrees of freedom
+  double residual_sd = 0.0;  ///< scatter of one reading; NaN without degrees of freedom
   int rounds = 0;            ///< that Gauss-Newton took
   bool converged = false;
 };
@@ -202,7 +195,7 @@ struct Alignment {
   Eigen::Vector3d standard_error_rad = Eigen::Vector3d::Zero();  ///< about x, y, z of the companion
   double angle_rad = 0.0;  ///< between the two fields; the dip is this less 90 degrees
   double angle_se_rad = 0.0;
-  double residual_sd = 0.0;  ///< of the cosine of that angle
+  double residual_sd = 0.0;  ///< scatter of the cosine of that angle
 };
 
 /// How the instrument's frame was turned to that of another that was recorded with it.
@@ -224,16 +217,16 @@ struct InputFileDigest {
   std::string sha256;
 };
 
-/// The result of a calibration: what a record file holds (CONTRACT section 4).
+/// The result of a calibration: what a record file holds (formats.md, Record).
 struct Calibration {
-  std::string created;        ///< ISO 8601, UTC
-  std::string software;       ///< e.g. "axiscal 0.1.0"
-  std::string status = "ok";  ///< "ok", "warning", "refused"
+  std::string created;   ///< ISO 8601, UTC
+  std::string software;  ///< e.g. "axiscal 0.1.0"
+  CalibrationStatus status = CalibrationStatus::ok;
   std::vector<InputFileDigest> inputs;
   Instrument instrument;
   FieldDescription field;
-  std::string method;
-  std::string weights = "none";  ///< "none", "samples", "sd"
+  std::optional<Method> method;  ///< nothing where another software did it
+  Weighting weights = Weighting::none;
   bool robust = false;
   std::string positioner;       ///< its id; empty for the nominal cube
   std::string slot;             ///< where in an assembly the instrument sat; may be empty
@@ -242,8 +235,8 @@ struct Calibration {
   LinearResponse response;      ///< the coefficients; over temperature at its reference
   std::optional<TemperatureResponse> temperature;  ///< where it was modelled
   std::vector<AlsoResponse> also;
-  std::vector<PolarFit> polar_fit;  ///< the known-art fit of each axis, where it was asked for
-  std::string shape;  ///< of S by method magnitude: "symmetric" or "triangular"; else empty
+  std::vector<PolarFit> polar_fit;      ///< the known-art fit of each axis, where it was asked for
+  std::optional<MagnitudeShape> shape;  ///< how method magnitude takes S
   std::optional<FitStatistics> statistics;
   std::optional<UncertaintyBudget> uncertainty;    ///< where there are statistics
   std::optional<OrientationQuality> orientations;  ///< method magnitude

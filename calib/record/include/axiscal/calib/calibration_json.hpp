@@ -8,7 +8,7 @@
 
 namespace axiscal {
 
-/// @return the record as JSON (CONTRACT section 4); NaN is written as null.
+/// @return the record as JSON (formats.md, Record); NaN is written as null.
 /// @throws DomainError  if parse_calibration() would refuse it: a coefficient that is no number,
 /// ...
 [[nodiscard]] std::string calibration_json(const Calibration& calibration);

@@ -13,7 +13,7 @@ namespace axiscal {
 struct CertificateParty {
   std::string name;
   std::vector<std::string> address;
-  std::string accreditation;  ///< of a laboratory: its number, may be empty
+  std::string accreditation;  ///< the laboratory's number, may be empty
 };
 
 /// What a certificate says that a record does not know (ISO/IEC 17025:2017, 7.8.2 and 7.8.4).
@@ -21,11 +21,11 @@ struct CertificateDetails {
   std::string number;  ///< unique, on every page
   CertificateParty laboratory;
   CertificateParty customer;
-  std::string country;       ///< of the laboratory, two letters (ISO 3166-1): "DE"
+  std::string country;       ///< where the laboratory is, two letters (ISO 3166-1): "DE"
   std::string place;         ///< where it was calibrated, if not at the laboratory
-  std::string manufacturer;  ///< of the instrument
+  std::string manufacturer;  ///< who made the instrument
   std::string model;
-  std::string condition;   ///< of the instrument as received
+  std::string condition;   ///< how the instrument was as received
   std::string received;    ///< dates, ISO 8601
   std::string calibrated;  ///< default: the record's
   std::string issued;

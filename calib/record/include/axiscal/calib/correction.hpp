@@ -14,8 +14,8 @@ namespace axiscal {
 
 /// What would mend a mistake in the readings. Nothing is ever corrected unasked.
 struct Correction {
-  std::string code;                                        ///< of the warning that suggests it
-  std::string message;                                     ///< of it
+  std::string code;                                        ///< which warning suggests it
+  std::string message;                                     ///< what that warning says
   std::vector<int> runs;                                   ///< the readings concerned
   std::vector<std::pair<int, DesignPoint>> points;         ///< run and the point it was taken at
   std::vector<std::pair<int, Eigen::VectorXd>> responses;  ///< run and what it should say

@@ -19,41 +19,7 @@
 
 namespace axiscal {
 
-/// What weights readings get.
-enum class Weighting {
-  none,     ///< all alike
-  samples,  ///< as many as samples were averaged
-  sd,       ///< 1 / AXIS_sd^2
-};
-
-/// @return the weighting of that name ("samples", "sd", "none"), or nothing.
-[[nodiscard]] std::optional<Weighting> parse_weighting(std::string_view name);
-
-/// @return "none", "samples", "sd".
-[[nodiscard]] std::string_view weighting_name(Weighting weighting);
-
-/// What has one levelness of the table.
-enum class LevelBy {
-  run,    ///< all readings
-  block,  ///< each block its own: taken on different days, or the table moved between them
-};
-
-/// @return the choice of that name ("run", "block"), or nothing.
-[[nodiscard]] std::optional<LevelBy> parse_level_by(std::string_view name);
-
-/// The matrix that `magnitude` takes for S, as a rotation of it stays open.
-enum class MagnitudeShape {
-  symmetric,   ///< and positive: the frame that is turned least from the axes
-  triangular,  ///< upper triangular: z along its axis (Tedaldi et al. 2014)
-};
-
-/// @return the shape of that name ("symmetric", "triangular"), or nothing.
-[[nodiscard]] std::optional<MagnitudeShape> parse_shape(std::string_view name);
-
-/// @return "symmetric", "triangular".
-[[nodiscard]] std::string_view shape_name(MagnitudeShape shape);
-
-/// One part of the reference field, as an experiment states it (CONTRACT section 3).
+/// One part of the reference field, as an experiment states it (formats.md, Experiment).
 struct FieldPart {
   /// "gravity", "geomagnetic", "earth_rotation", "induced_rotation", "induced_magnetic", "light" or
   /// "custom".
@@ -62,11 +28,11 @@ struct FieldPart {
   std::optional<double> magnitude;          ///< F [unit]; default: see make_field_description()
   double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]
   std::optional<Eigen::Vector3d> in_table;  ///< [unit], frame table
-  std::string model;                        ///< of gravity or geomagnetic; empty: wgs84, wmm2025
-  std::optional<Coil> coil;                 ///< that makes induced_magnetic
-  std::vector<Lamp> lamps;                  ///< that make light, all at once
-  bool sun = false;         ///< light is the sun's, at the site and each reading's time
-  bool refraction = false;  ///< of the sun
+  std::string model;         ///< which gravity or geomagnetic model; empty: wgs84, wmm2025
+  std::optional<Coil> coil;  ///< that makes induced_magnetic
+  std::vector<Lamp> lamps;   ///< that make light, all at once
+  bool sun = false;          ///< light is the sun's, at the site and each reading's time
+  bool refraction = false;   ///< the sun is seen as the air lifts it
 
   /// A field of the user's own instead of kind, unit and magnitude.
   std::shared_ptr<const ReferenceField> custom;
@@ -80,9 +46,9 @@ struct FieldSetup : FieldPart {
   std::string date;               ///< ISO 8601 or decimal year; today
 };
 
-/// Temperature terms (METHOD 6).
+/// Temperature terms (method.md, section 6).
 struct TemperatureSetup {
-  int order = 0;                    ///< of the polynomials of bias and scale; 0: none
+  int order = 0;                    ///< order of the polynomials of bias and scale; 0: none
   bool automatic = false;           ///< the order that the readings ask for
   std::optional<double> reference;  ///< t0; default: mean of the readings
 };
@@ -90,10 +56,11 @@ struct TemperatureSetup {
 /// What is not exactly known and no scatter of readings shows: standard uncertainties, 0 for none.
 /// Those of the field's magnitude, face normals and mounts are stated with these.
 struct StatedUncertainties {
-  double resolution = 0.0;       ///< smallest step of a reading [unit of the readings]; rectangular
-  double slope_u = 0.0;          ///< of the known slope, x and y [rad]; method known
-  double direction_u_rad = 0.0;  ///< of the known field's direction, any way; method known
-  double temperature_u = 0.0;    ///< of the temperature sensor output [its unit]
+  double resolution = 0.0;  ///< smallest step of a reading [unit of the readings]; rectangular
+  double slope_u = 0.0;     ///< how well the known slope is known, x and y [rad]; method known
+  double direction_u_rad =
+      0.0;  ///< how well the known field's direction is known, any way; method known
+  double temperature_u = 0.0;  ///< how well the temperature output is known [its unit]
 };
 
 /// All that is not a reading.
@@ -109,11 +76,11 @@ struct Experiment {
   std::optional<double> nominal_sensitivity;
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< known slope of the table, as Levelness
   Positioner positioner;
-  std::string slot;  ///< of an assembly, where the instrument sits; may be empty
+  std::string slot;  ///< where in an assembly the instrument sits; may be empty
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();  ///< its mount
   std::optional<Method> method;                      ///< default: see choose_method()
   std::optional<Weighting> weighting;                ///< default: samples where they are known
-  MagnitudeShape shape = MagnitudeShape::symmetric;  ///< of method magnitude
+  MagnitudeShape shape = MagnitudeShape::symmetric;  ///< what method magnitude takes S to be
   /// How the noise of the axes compares, m entries; empty: not known. Mistakes then show better.
   Eigen::VectorXd noise_ratio;
   bool compare_polar_fit = false;   ///< whether the known-art form is fitted too, for comparison

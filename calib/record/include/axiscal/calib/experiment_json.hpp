@@ -8,7 +8,7 @@
 
 namespace axiscal {
 
-/// Reads an experiment file (CONTRACT section 3), with the positioner file that it names.
+/// Reads an experiment file (formats.md, Experiment), with the positioner file that it names.
 ///
 /// Paths in it are relative to it.
 ///

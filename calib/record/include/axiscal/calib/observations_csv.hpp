@@ -16,7 +16,7 @@ namespace axiscal {
 struct ObservationsTable {
   Observations observations;
   std::string serial;  ///< the unit under test, of the first row, where a column states it
-  std::vector<std::string> serials;          ///< of every row; empty without such a column
+  std::vector<std::string> serials;          ///< every row's; empty without such a column
   std::vector<std::string> ignored_columns;  ///< columns that nothing was done with
   /// Where the columns are SLOT.axis: the slots in the columns' order; the responses are those of
   /// the first slot's axes, then the second's, ...
@@ -28,7 +28,7 @@ struct ObservationColumns {
   /// The response columns; where the first is missing, SLOT.axis of one slot or more.
   std::vector<std::string> axes = {"x", "y", "z"};
   std::vector<DifferentialAxis> differences;  ///< axes that are the difference of two columns
-  std::optional<ReadingRange> range;          ///< of each of their columns
+  std::optional<ReadingRange> range;          ///< each of their columns'
   bool needs_labels = false;                  ///< `rest` and `fence`, even where the field is given
   bool needs_samples = false;                 ///< `samples`
   bool needs_temperature = false;             ///< `temperature`
@@ -36,7 +36,7 @@ struct ObservationColumns {
   bool needs_sd = false;                      ///< `AXIS_sd` for each axis, positive
 };
 
-/// Reads observations (CONTRACT section 2).
+/// Reads observations (formats.md, Observations).
 ///
 /// @param csv      the table, positioned behind its header.
 /// @param wanted   what it must have; more is read where it is there.

@@ -21,7 +21,7 @@ struct TemperatureOrderTrial {
 ///     v_k = bias_k(t) + scale_k(t) sum_j S_kj f_j
 ///
 /// @par Source
-/// METHOD section 6; US 7,467,536.
+/// method.md, section 6; US 7,467,536.
 struct TemperatureResponse {
   double reference = 0.0;  ///< t0 [unit of the temperature output]
   double low = 0.0;        ///< lowest and highest t of the calibration

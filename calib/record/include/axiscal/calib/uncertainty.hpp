@@ -21,8 +21,9 @@ struct CombinedUncertainty {
 
 /// A variance of a quantity that comes from the scatter of one axis, and one that does not.
 struct VarianceShares {
-  Eigen::VectorXd by_axis;  ///< of the scatter of axis k, whose degrees of freedom the fit states
-  double others = 0.0;      ///< known well: infinite degrees of freedom
+  Eigen::VectorXd
+      by_axis;  ///< what the scatter of axis k adds, whose degrees of freedom the fit states
+  double others = 0.0;  ///< known well: infinite degrees of freedom
 };
 
 /// Puts shares together by Welch and Satterthwaite's formula.

@@ -12,13 +12,13 @@ struct LimitVerdict {
   std::string parameter;
   double value = 0.0;
   double u = 0.0;           ///< standard uncertainty; NaN where there is none
-  double guard_band = 0.0;  ///< by which the limits were narrowed
+  double guard_band = 0.0;  ///< how much the limits were narrowed
   std::optional<double> low;
   std::optional<double> high;
   bool passed = true;
 };
 
-/// Whether a unit is accepted (CONTRACT section 7).
+/// Whether a unit is accepted.
 struct Verdict {
   bool passed = true;
   std::string rule;  ///< "simple" or "guarded"

@@ -77,7 +77,7 @@ class LeastSquaresDesign {
 
  private:
   struct Solution {
-    Eigen::VectorXd x;          // of the scaled columns
+    Eigen::VectorXd x;          // coefficients of the scaled columns
     Eigen::VectorXd residuals;  // weighted
   };
   [[nodiscard]] Solution solve(const Eigen::VectorXd& weighted_y) const;

@@ -16,7 +16,7 @@ struct ParameterChange {
   double new_value = 0.0;
   double u = 0.0;    ///< standard uncertainty of the difference
   double z = 0.0;    ///< difference / u
-  double e_n = 0.0;  ///< of intrinsic parameters, see e_n_score(); else NaN
+  double e_n = 0.0;  ///< for intrinsic parameters, see e_n_score(); else NaN
 };
 
 /// Whether a calibration still holds.
@@ -24,8 +24,8 @@ struct DriftCheck {
   bool drifted = false;
   double p_value = 1.0;                    ///< that all coefficients differ so much by chance
   double alpha = 0.01;                     ///< below which it has drifted
-  std::vector<ParameterChange> changes;    ///< of every coefficient
-  std::vector<ParameterChange> intrinsic;  ///< of what does not depend on the mounting
+  std::vector<ParameterChange> changes;    ///< one for every coefficient
+  std::vector<ParameterChange> intrinsic;  ///< one for each that does not depend on the mounting
   double pitch_error_deg = 0.0;    ///< largest error of the pitch (up to 80 degrees) that the old
                                    ///< record now makes; of instruments without a pitch, of the
                                    ///< field's direction
@@ -43,7 +43,7 @@ struct DriftCheck {
 /// @param fresh  of the same axes; its field's unit is converted.
 /// @throws DomainError  if axes or fields are not the same, or neither states a covariance.
 /// @par Source
-/// METHOD section 8; Hotelling (1931); Fisher (1932).
+/// method.md, section 8; Hotelling (1931); Fisher (1932).
 [[nodiscard]] DriftCheck check_drift(const Calibration& old,
                                      const Calibration& fresh,
                                      double alpha = 0.01);
@@ -61,7 +61,8 @@ struct InSituReading {
   bool within = true;
 };
 
-/// Static readings against the control limits of their residuals (METHOD 5, residual RSS).
+/// Static readings against the control limits of their residuals (method.md, section 5, residual
+/// RSS).
 struct InSituCheck {
   bool drifted = false;
   double p_value = 1.0;  ///< that the residuals are so large by chance

@@ -12,7 +12,7 @@ namespace axiscal {
 /// How one coefficient went over the years.
 struct ParameterTrend {
   std::string parameter;
-  std::vector<double> values;   ///< of each record
+  std::vector<double> values;   ///< one for each record
   std::vector<double> u;        ///< their standard uncertainties; NaN where not stated
   double slope_per_year = 0.0;  ///< weighted line through them; NaN with fewer than two dates
   double slope_u_per_year = 0.0;

@@ -16,7 +16,7 @@ struct IntrinsicParameters {
   std::vector<std::string> names;  ///< "x.bias", "x.sensitivity", "angle.x.y" [rad]
   Eigen::VectorXd values;
   std::vector<CombinedUncertainty> uncertainty;  ///< empty where the record states none
-  Eigen::MatrixXd covariance;                    ///< of all sources; empty likewise
+  Eigen::MatrixXd covariance;                    ///< by all sources; empty likewise
 };
 
 /// @par Source

@@ -20,7 +20,7 @@ struct Limit {
   std::optional<double> high;
 };
 
-/// What a unit must meet (CONTRACT section 7).
+/// What a unit must meet (formats.md, Limits).
 struct Limits {
   std::string rule = "simple";  ///< "simple" or "guarded"
   std::vector<Limit> limits;

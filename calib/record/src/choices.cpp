@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/choices.hpp"
 
 #include <array>
 
 namespace axiscal {
 namespace {
 
-constexpr std::array<std::string_view, 5> method_names = {"paired", "joint", "known", "magnitude",
-                                                          "bias"};
+constexpr std::array<std::string_view, 6> method_names = {"paired",    "joint", "known",
+                                                          "magnitude", "bias",  "turns"};
+constexpr std::array<std::string_view, 3> status_names = {"ok", "warning", "refused"};
 constexpr std::array<std::string_view, 3> weighting_names = {"none", "samples", "sd"};
 constexpr std::array<std::string_view, 2> level_by_names = {"run", "block"};
 constexpr std::array<std::string_view, 2> shape_names = {"symmetric", "triangular"};
@@ -25,12 +26,25 @@ std::optional<Enum> find_in(const std::array<std::string_view, Size>& names,
 
 }  // namespace
 
-std::string_view method_name(Method method) {
-  return method_names[static_cast<std::size_t>(method)];
+std::string_view method_name(std::optional<Method> method) {
+  return method ? method_names[static_cast<std::size_t>(*method)] : std::string_view();
 }
 
 std::optional<Method> parse_method(std::string_view name) {
   return find_in<Method>(method_names, name);
+}
+
+std::optional<Method> parse_chosen_method(std::string_view name) {
+  const std::optional<Method> method = parse_method(name);
+  return method == Method::turns ? std::nullopt : method;
+}
+
+std::string_view status_name(CalibrationStatus status) {
+  return status_names[static_cast<std::size_t>(status)];
+}
+
+std::optional<CalibrationStatus> parse_status(std::string_view name) {
+  return find_in<CalibrationStatus>(status_names, name);
 }
 
 std::string_view weighting_name(Weighting weighting) {
@@ -49,8 +63,8 @@ std::optional<MagnitudeShape> parse_shape(std::string_view name) {
   return find_in<MagnitudeShape>(shape_names, name);
 }
 
-std::string_view shape_name(MagnitudeShape shape) {
-  return shape_names[static_cast<std::size_t>(shape)];
+std::string_view shape_name(std::optional<MagnitudeShape> shape) {
+  return shape ? shape_names[static_cast<std::size_t>(*shape)] : std::string_view();
 }
 
 }  // namespace axiscal

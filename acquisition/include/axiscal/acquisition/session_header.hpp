@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "axiscal/positioner/design.hpp"
+
+namespace axiscal {
+
+/// How a session was begun: the first line of its journal.
+struct SessionHeader {
+  std::string directory;               ///< where: its files are named from there
+  std::vector<std::string> arguments;  ///< what was typed to begin it
+  std::vector<RunSheetRow> sheet;      ///< one point or more
+};
+
+/// @return the line, with the time and this software's name.
+[[nodiscard]] std::string session_header_line(const SessionHeader& header);
+
+/// @param path  of the journal, for messages.
+/// @throws DataError  for what is missing or no point of a cube.
+[[nodiscard]] SessionHeader parse_session_header(const std::string& line, const std::string& path);
+
+}  // namespace axiscal

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/acquisition/session_header.hpp"
+
+#include "axiscal/acquisition/journal.hpp"
+#include "axiscal/core/json_document.hpp"
+#include "axiscal/core/timestamp.hpp"
+#include "axiscal/core/version.hpp"
+
+namespace axiscal {
+namespace {
+
+Json sheet_json(const std::vector<RunSheetRow>& sheet) {
+  Json rows = Json::array();
+  for (const RunSheetRow& row : sheet) {
+    Json one = {{"run", row.run},
+                {"block", row.block},
+                {"rest", face_name(row.entry.point.rest())},
+                {"fence", face_name(row.entry.point.fence())},
+                {"level", row.entry.level}};
+    if (row.temperature) {
+      one["temperature"] = *row.temperature;
+    }
+    rows.push_back(std::move(one));
+  }
+  return rows;
+}
+
+std::vector<RunSheetRow> sheet_of(const JsonValue& header) {
+  std::vector<RunSheetRow> sheet;
+  for (const JsonValue& one : header.at("sheet").elements()) {
+    const std::optional<Face> rest = parse_face(one.at("rest").text());
+    const std::optional<Face> fence = parse_face(one.at("fence").text());
+    if (!rest || !fence) {
+      one.fail("is no point");
+    }
+    if (axis_of(*rest) == axis_of(*fence)) {
+      one.fail("rest and fence must be faces on two axes");
+    }
+    RunSheetRow row{.run = one.at("run").integer(),
+                    .block = one.at("block").integer(),
+                    .entry = {.point = {*rest, *fence}, .level = one.at("level").number()},
+                    .temperature = {}};
+    if (const std::optional<JsonValue> temperature = one.find("temperature")) {
+      row.temperature = temperature->number();
+    }
+    sheet.push_back(row);
+  }
+  if (sheet.empty()) {
+    header.at("sheet").fail("must have one point or more");
+  }
+  return sheet;
+}
+
+}  // namespace
+
+std::string session_header_line(const SessionHeader& header) {
+  const Json json = {{"entry", "session"},
+                     {"format", journal_format},
+                     {"version", 1},
+                     {"created", timestamp_now()},
+                     {"software", software_name()},
+                     {"directory", header.directory},
+                     {"arguments", header.arguments},
+                     {"sheet", sheet_json(header.sheet)}};
+  return json.dump();
+}
+
+SessionHeader parse_session_header(const std::string& line, const std::string& path) {
+  const JsonValue json = parse_json(line, path);
+  return {.directory = json.at("directory").text(),
+          .arguments = json.at("arguments").texts(),
+          .sheet = sheet_of(json)};
+}
+
+}  // namespace axiscal

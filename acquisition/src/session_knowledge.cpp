@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session_knowledge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+
+#include "axiscal/calib/moving_field.hpp"
+#include "axiscal/field/field_kind.hpp"
+#include "expected_response.hpp"
+#include "session_end.hpp"
+
+namespace axiscal {
+
+SessionKnowledge::SessionKnowledge(const SessionSetup& setup, const Stillness& stillness)
+    : setup_(setup),
+      stillness_(stillness),
+      field_(make_field_description(setup.experiment)),
+      nominal_(expected_sensitivity(setup.experiment, field_)),
+      model_(pose_model_setup()) {}
+
+PoseModelSetup SessionKnowledge::pose_model_setup() const {
+  const Experiment& experiment = setup_.experiment;
+  return {.instrument = experiment.instrument,
+          .field = field_,
+          .positioner = experiment.positioner,
+          .rotation_sensor_from_positioner = experiment.rotation_sensor_from_positioner,
+          .direction_sd_rad = expected_direction_sd(experiment, field_),
+          .nominal_sensitivity = nominal_,
+          .placement_sd_rad = setup_.placement_sd_rad};
+}
+
+bool SessionKnowledge::field_moves() const {
+  return axiscal::field_moves(setup_.experiment);
+}
+
+void SessionKnowledge::find_field_at(double time_s) {
+  field_at_s_ = time_s;
+  field_ = make_field_description(setup_.experiment, field_at_s_);
+  model_ = PoseModel(pose_model_setup());
+}
+
+double SessionKnowledge::field_angle(double from_s, double to_s) const {
+  if (!field_moves()) {
+    return 0.0;
+  }
+  const Eigen::Matrix3d turn = turn_of_field(setup_.experiment, from_s, to_s);
+  return Eigen::AngleAxisd(turn).angle();
+}
+
+double SessionKnowledge::response_scale() const {
+  if (nominal_) {
+    return std::abs(*nominal_) * field_.magnitude;
+  }
+  const auto m = static_cast<double>(setup_.experiment.instrument.axis_count());
+  return fit_ ? fit_->response.sensitivity.norm() / std::sqrt(m) * field_.magnitude : 0.0;
+}
+
+double SessionKnowledge::dwell_needed() const {
+  if (setup_.dwell_s) {
+    return *setup_.dwell_s;
+  }
+  const double wanted = setup_.reading_u * response_scale();
+  const double rate = stillness_.rate_hz();
+  constexpr double otherwise_s = 3.0;
+  if (!(wanted > 0.0) || !(rate > 0.0)) {
+    return std::clamp(otherwise_s, setup_.shortest_dwell_s, setup_.longest_dwell_s);
+  }
+  const double samples = std::pow(stillness_.floor().maxCoeff() / wanted, 2.0);
+  return std::clamp(samples / rate, setup_.shortest_dwell_s, setup_.longest_dwell_s);
+}
+
+std::optional<std::string> SessionKnowledge::unit_text(double level) const {
+  const Instrument& instrument = setup_.experiment.instrument;
+  if (!nominal_ || instrument.axis_count() != 3 || !stillness_.is_still() || instrument.one_sided) {
+    return std::nullopt;
+  }
+  return unit_mistake_text(stillness_.mean().norm() /
+                           (std::abs(*nominal_) * field_.magnitude * level));
+}
+
+Eigen::VectorXd SessionKnowledge::u_of(const CapturedReading& reading) const {
+  return (reading.sd.cwiseMax(stillness_.floor()) / std::sqrt(static_cast<double>(reading.samples)))
+      .cwiseMax(std::numeric_limits<double>::min());
+}
+
+PlacedReading SessionKnowledge::placed(const CapturedReading& reading) const {
+  return {.entry = reading.row.entry,
+          .mean = reading.mean,
+          .u = u_of(reading),
+          .field_turn = turn_of_field(setup_.experiment, field_at_s_, reading.start_s)};
+}
+
+std::vector<PlacedReading> SessionKnowledge::placed(const std::vector<CapturedReading>& readings,
+                                                    std::optional<int> without) const {
+  std::vector<PlacedReading> result;
+  for (const CapturedReading& reading : readings) {
+    if (reading.run != without && !suspects_.contains(reading.run)) {
+      result.push_back(placed(reading));
+    }
+  }
+  return result;
+}
+
+std::optional<PoseJudgement> SessionKnowledge::judge(const std::vector<CapturedReading>& readings,
+                                                     const CapturedReading& reading) const {
+  return model_.judge(placed(readings), placed(reading));
+}
+
+std::optional<SessionKnowledge::Suspect> SessionKnowledge::learn(
+    const std::vector<CapturedReading>& readings) {
+  fit_ = model_.fit(placed(readings));
+  constexpr std::size_t enough = 5;
+  if (readings.size() < enough) {
+    return std::nullopt;
+  }
+  std::optional<PoseJudgement> worst;  // one at a time
+  int worst_run = 0;
+  for (const CapturedReading& reading : readings) {
+    if (suspects_.contains(reading.run) || insisted_.contains(reading.run)) {
+      continue;
+    }
+    const std::optional<PoseJudgement> judgement =
+        model_.judge(placed(readings, reading.run), placed(reading));
+    if (judgement && judgement->looks_like_another &&
+        (!worst || judgement->log_ratio > worst->log_ratio)) {
+      worst = judgement;
+      worst_run = reading.run;
+    }
+  }
+  if (!worst) {
+    return std::nullopt;
+  }
+  suspects_.insert(worst_run);
+  fit_ = model_.fit(placed(readings));
+  return Suspect{.run = worst_run, .looks_like = worst->best};
+}
+
+std::optional<double> SessionKnowledge::expected_u_deg(
+    const std::vector<CapturedReading>& readings, const std::vector<SessionStep>& steps) const {
+  const auto m = static_cast<double>(setup_.experiment.instrument.axis_count());
+  if (!fit_ || m < 3.0 || !field_kind(field_.kind).vertical) {
+    return std::nullopt;
+  }
+  double variance = 0.0;
+  for (const CapturedReading& reading : readings) {
+    variance += u_of(reading).squaredNorm() / m;
+  }
+  variance /= static_cast<double>(readings.size());
+  Calibration nominal;
+  nominal.instrument = setup_.experiment.instrument;
+  nominal.field = field_;
+  nominal.response = fit_->response;
+  return expected_angle_u_deg(
+      setup_.experiment, steps, nominal,
+      std::hypot(std::sqrt(variance), setup_.placement_sd_rad * response_scale()));
+}
+
+void SessionKnowledge::show(const std::vector<CapturedReading>& readings,
+                            const std::vector<SessionStep>& steps,
+                            SessionView& view) const {
+  view.suspects.assign(suspects_.begin(), suspects_.end());
+  view.slope.reset();
+  if (fit_ && readings.size() > 1 && field_kind(field_.kind).vertical) {
+    view.slope = fit_->field_in_table.head<2>() / field_.magnitude;
+    view.slope_u = fit_->slope_u;
+  }
+  view.forecast_deg = expected_u_deg(readings, steps);
+}
+
+}  // namespace axiscal

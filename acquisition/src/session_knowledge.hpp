@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "axiscal/acquisition/pose_model.hpp"
+#include "axiscal/acquisition/session.hpp"
+#include "axiscal/acquisition/stillness.hpp"
+
+namespace axiscal {
+
+/// What a session knows of its instrument and field: beforehand, and by the readings so far.
+class SessionKnowledge {
+ public:
+  /// @param setup, stillness  must outlive it.
+  /// @throws SetupError  as make_field_description().
+  SessionKnowledge(const SessionSetup& setup, const Stillness& stillness);
+
+  /// Whether the field moves by itself, as the sun does.
+  [[nodiscard]] bool field_moves() const;
+
+  /// From now on it knows a moving field as it stood then [s since 1970, UTC].
+  void find_field_at(double time_s);
+
+  /// @return how far a moving field turns from one time to another [rad]; else 0.
+  [[nodiscard]] double field_angle(double from_s, double to_s) const;
+
+  /// @return what the field does to a reading [unit]; 0 where nothing tells.
+  [[nodiscard]] double response_scale() const;
+
+  /// @return how long a reading is to be taken [s].
+  [[nodiscard]] double dwell_needed() const;
+
+  /// @param level  of the point that is wanted.
+  /// @return what the length of a still reading says of its unit, empty if nothing is wrong;
+  ///         nothing where it cannot be told.
+  [[nodiscard]] std::optional<std::string> unit_text(double level) const;
+
+  /// @return how a new reading looks by those before it; nothing while too little is known.
+  [[nodiscard]] std::optional<PoseJudgement> judge(const std::vector<CapturedReading>& readings,
+                                                   const CapturedReading& reading) const;
+
+  /// A reading that looks like another pose.
+  struct Suspect {
+    int run = 0;
+    DesignPoint looks_like;
+  };
+
+  /// Takes up all readings so far.
+  /// @return the one that looks like another pose now that more is known.
+  std::optional<Suspect> learn(const std::vector<CapturedReading>& readings);
+
+  /// A run is taken as right, whatever it looks like: it becomes no suspect.
+  void insist(int run) { insisted_.insert(run); }
+
+  /// A run was dropped.
+  void forget(int run) { suspects_.erase(run); }
+
+  [[nodiscard]] const std::set<int>& suspects() const { return suspects_; }
+
+  /// Sets what a view shows of it: suspects, the table's slope, the uncertainty at the end.
+  void show(const std::vector<CapturedReading>& readings,
+            const std::vector<SessionStep>& steps,
+            SessionView& view) const;
+
+ private:
+  [[nodiscard]] PoseModelSetup pose_model_setup() const;
+  [[nodiscard]] Eigen::VectorXd u_of(const CapturedReading& reading) const;
+  [[nodiscard]] PlacedReading placed(const CapturedReading& reading) const;
+  [[nodiscard]] std::vector<PlacedReading> placed(const std::vector<CapturedReading>& readings,
+                                                  std::optional<int> without = {}) const;
+  [[nodiscard]] std::optional<double> expected_u_deg(const std::vector<CapturedReading>& readings,
+                                                     const std::vector<SessionStep>& steps) const;
+
+  const SessionSetup& setup_;
+  const Stillness& stillness_;
+  FieldDescription field_;
+  double field_at_s_ = 0.0;  // when the field was as field_ has it [s since 1970, UTC]
+  std::optional<double> nominal_;
+  PoseModel model_;
+  std::optional<PoseModelFit> fit_;
+  std::set<int> insisted_;  // runs that are taken as right
+  std::set<int> suspects_;
+};
+
+}  // namespace axiscal

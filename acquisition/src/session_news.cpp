@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session_news.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace axiscal {
+
+void SessionNews::tell(const std::string& kind,
+                       const std::string& text,
+                       std::optional<int> run,
+                       std::optional<DesignPoint> point) {
+  events_.push_back({.kind = kind, .text = text, .time_s = now_s_, .run = run, .point = point});
+}
+
+void SessionNews::set_alarm(const std::string& code, const std::string& text) {
+  const auto found = std::find_if(alarms_.begin(), alarms_.end(),
+                                  [&](const SessionAlarm& one) { return one.code == code; });
+  if (text.empty()) {
+    if (found != alarms_.end()) {
+      tell("alarm_over", code + ": over");
+      alarms_.erase(found);
+    }
+  } else if (found == alarms_.end()) {
+    alarms_.push_back({.code = code, .text = text});
+    tell("alarm", text);
+  } else {
+    found->text = text;
+  }
+}
+
+std::vector<SessionAlarm> SessionNews::alarms() const {
+  std::vector<SessionAlarm> all = source_alarms_;
+  all.insert(all.end(), alarms_.begin(), alarms_.end());
+  return all;
+}
+
+std::vector<SessionEvent> SessionNews::take_events() {
+  return std::exchange(events_, {});
+}
+
+}  // namespace axiscal

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "axiscal/acquisition/pose_model.hpp"
+#include "axiscal/acquisition/session.hpp"
+#include "axiscal/acquisition/stillness.hpp"
+#include "reading_list.hpp"
+#include "soak_watch.hpp"
+
+namespace axiscal {
+
+/// How a session stands, as far as its view follows from it.
+struct SessionState {
+  SessionPhase phase;
+  const ReadingList& list;
+  const RunSheetRow* wanted;  ///< null where nothing is
+  std::optional<DesignPoint> present;
+  const Stillness& stillness;
+  const SoakWatch& soak;
+  bool has_temperature;
+  double dwell_s;                        ///< how long the reading is to be taken
+  double dwelt_s;                        ///< for how long it has been
+  std::optional<double> median_point_s;  ///< what a point took so far
+  const PoseJudgement* judgement;
+  bool has_quit;
+};
+
+/// Sets all of a view that follows from the state; what the readings taught stays.
+void refresh(const SessionState& state, SessionView& view);
+
+}  // namespace axiscal

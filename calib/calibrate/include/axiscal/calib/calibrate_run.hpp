@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/run_readings.hpp"
+
+namespace axiscal {
+
+/// What becomes of readings that contradict each other.
+enum class Suggestions {
+  name,    ///< a warning says what is most likely wrong
+  accept,  ///< as calibrate_with_suggestions(), for one instrument, not for an assembly's slots
+};
+
+/// @return the slot of a single instrument: the stated one, or that of the positioner's only mount
+///         (not of a reference instrument); empty where there is none, or columns state slots.
+[[nodiscard]] std::string slot_of(const Experiment& experiment, const RunReadings& run);
+
+/// Calibrates what was read: one record, or one for each slot of an assembly; each with the files
+/// that it came from, and with notes on what was taken for granted about the mounts.
+///
+/// @param experiment  its positioner has the mounts; where no slot is stated see slot_of().
+/// @throws SetupError  if a slot is stated beside those of the columns, or suggestions are to be
+///                     accepted for an assembly; else as calibrate(), calibrate_assembly().
+[[nodiscard]] std::vector<Calibration> calibrate_run(Experiment experiment,
+                                                     const RunReadings& run,
+                                                     Suggestions suggestions = Suggestions::name);
+
+}  // namespace axiscal

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/calibrate_run.hpp"
+
+#include "axiscal/calib/assembly.hpp"
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+std::vector<Calibration> calibrate_one(Experiment experiment,
+                                       const RunReadings& run,
+                                       Suggestions suggestions,
+                                       std::vector<std::string>& notes) {
+  const std::vector<Mount>& mounts = experiment.positioner.mounts();
+  experiment.slot = slot_of(experiment, run);
+  experiment.rotation_sensor_from_positioner =
+      mount_rotation(experiment.positioner, experiment.slot);
+  if (!experiment.slot.empty() && mounts.size() == 1) {
+    notes.push_back("the instrument sits in the positioner's slot " + experiment.slot +
+                    ", with its mount's rotation");
+  } else if (experiment.slot.empty() && !mounts.empty()) {
+    notes.emplace_back(
+        "the positioner's mounts are not used, as no slot is stated (--slot): the instrument's "
+        "frame is taken as the cube's");
+  }
+  return {suggestions == Suggestions::accept
+              ? calibrate_with_suggestions(experiment, run.observations)
+              : calibrate(experiment, run.observations)};
+}
+
+std::vector<Calibration> calibrate_slots(const Experiment& experiment,
+                                         const RunReadings& run,
+                                         Suggestions suggestions,
+                                         std::vector<std::string>& notes) {
+  if (!experiment.slot.empty()) {
+    throw SetupError(
+        "slot '" + experiment.slot +
+        "' is stated, but the columns state the slots themselves: " + joined(run.slots));
+  }
+  if (suggestions == Suggestions::accept) {
+    throw SetupError("suggestions are accepted for one instrument, not for several slots");
+  }
+  if (experiment.positioner.mounts().empty() && run.slots.size() > 1) {
+    notes.emplace_back(
+        "no mounts are stated (--assembly, or a positioner's mounts): each instrument's frame is "
+        "taken as the cube's");
+  }
+  return calibrate_assembly(experiment, split_by_slot(run.observations, run.slots));
+}
+
+}  // namespace
+
+std::string slot_of(const Experiment& experiment, const RunReadings& run) {
+  const std::vector<Mount>& mounts = experiment.positioner.mounts();
+  const bool only_mount = experiment.slot.empty() && run.slots.empty() && mounts.size() == 1 &&
+                          !is_of_reference(experiment.positioner, mounts.front().slot);
+  return only_mount ? mounts.front().slot : experiment.slot;
+}
+
+std::vector<Calibration> calibrate_run(Experiment experiment,
+                                       const RunReadings& run,
+                                       Suggestions suggestions) {
+  if (experiment.instrument.serial.empty()) {
+    experiment.instrument.serial = run.serial;
+  }
+  std::vector<std::string> notes = run.notes;
+  std::vector<Calibration> calibrations =
+      run.slots.empty() ? calibrate_one(std::move(experiment), run, suggestions, notes)
+                        : calibrate_slots(experiment, run, suggestions, notes);
+  for (Calibration& calibration : calibrations) {
+    calibration.inputs = run.inputs;
+    calibration.notes.insert(calibration.notes.end(), notes.begin(), notes.end());
+  }
+  return calibrations;
+}
+
+}  // namespace axiscal

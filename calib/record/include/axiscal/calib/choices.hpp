@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+// What an experiment chooses and a record states, with the names that files and options have for
+// it.
+namespace axiscal {
+
+/// How the parameters are estimated (method.md, section 4).
+enum class Method {
+  paired,
+  joint,
+  known,
+  magnitude,
+  bias,
+  turns,  ///< a gyroscope's between rests, by calibrate_imu(); an experiment cannot choose it
+};
+
+/// @return "paired", "joint", "known", "magnitude", "bias", "turns"; empty for nothing.
+[[nodiscard]] std::string_view method_name(std::optional<Method> method);
+
+/// @return the method of that name, or nothing.
+[[nodiscard]] std::optional<Method> parse_method(std::string_view name);
+
+/// @return the method of that name, if an experiment can choose it.
+[[nodiscard]] std::optional<Method> parse_chosen_method(std::string_view name);
+
+/// What a calibration is worth.
+enum class CalibrationStatus {
+  ok,
+  warning,  ///< something asks for attention, see its warnings
+  refused,  ///< nothing may rest on it
+};
+
+/// @return "ok", "warning", "refused".
+[[nodiscard]] std::string_view status_name(CalibrationStatus status);
+
+/// @return the status of that name, or nothing.
+[[nodiscard]] std::optional<CalibrationStatus> parse_status(std::string_view name);
+
+/// What weights readings get.
+enum class Weighting {
+  none,     ///< all alike
+  samples,  ///< as many as samples were averaged
+  sd,       ///< 1 / AXIS_sd^2
+};
+
+/// @return the weighting of that name ("samples", "sd", "none"), or nothing.
+[[nodiscard]] std::optional<Weighting> parse_weighting(std::string_view name);
+
+/// @return "none", "samples", "sd".
+[[nodiscard]] std::string_view weighting_name(Weighting weighting);
+
+/// What has one levelness of the table.
+enum class LevelBy {
+  run,    ///< all readings
+  block,  ///< each block its own: taken on different days, or the table moved between them
+};
+
+/// @return the choice of that name ("run", "block"), or nothing.
+[[nodiscard]] std::optional<LevelBy> parse_level_by(std::string_view name);
+
+/// The matrix that `magnitude` takes for S, as a rotation of it stays open.
+enum class MagnitudeShape {
+  symmetric,   ///< and positive: the frame that is turned least from the axes
+  triangular,  ///< upper triangular: z along its axis (Tedaldi et al. 2014)
+};
+
+/// @return the shape of that name ("symmetric", "triangular"), or nothing.
+[[nodiscard]] std::optional<MagnitudeShape> parse_shape(std::string_view name);
+
+/// @return "symmetric", "triangular"; empty for nothing.
+[[nodiscard]] std::string_view shape_name(std::optional<MagnitudeShape> shape);
+
+}  // namespace axiscal

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "acquire_options.hpp"
+#include "axiscal/acquisition/source.hpp"
+
+namespace axiscal::cli {
+
+/// Opens what --connect names. @throws UsageError  if nothing is named, or not so.
+[[nodiscard]] std::vector<std::unique_ptr<Source>> open_sources(const AcquireCommand& command);
+
+/// `acquire --check`: an installed instrument's health, live, until there are readings enough for a
+/// verdict.
+[[nodiscard]] int run_health_check(const AcquireCommand& command);
+
+}  // namespace axiscal::cli

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiment_options.hpp"
+#include "sheet_options.hpp"
+
+namespace axiscal::cli {
+
+struct AcquireCommand {
+  std::vector<std::string> arguments;  ///< as typed: a journal keeps them
+  std::vector<std::string> sources;
+  ExperimentOptions experiment;
+  SheetOptions sheet;
+  std::optional<std::string> plan, noise, window, dwell, placement_u;
+  std::optional<std::string> soak_window, soak_tolerance, temperature_column;
+  std::optional<std::string> name, journal, resume, output, record, report;
+  std::optional<std::string> check, readings, within;
+  std::optional<std::string> listen, port;
+  bool list = false;
+  bool manual = false;
+  bool unattended = false;
+  bool raw = false;
+  bool plain = false;
+  bool json = false;
+  bool web = false;
+};
+
+/// The command that a journal was begun with.
+/// @param path  of the journal, for messages.
+/// @throws DataError  if it is no `axiscal acquire`.
+[[nodiscard]] AcquireCommand parse_acquire_command(const std::vector<std::string>& arguments,
+                                                   const std::string& path);
+
+/// Runs the command; where the data collector is not built it throws a UsageError.
+[[nodiscard]] int run_acquire(const AcquireCommand& command);
+
+}  // namespace axiscal::cli

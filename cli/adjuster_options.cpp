@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "adjuster_options.hpp"
+
+#include <algorithm>
+
+#include "axiscal/core/number_text.hpp"
+#include "typed_values.hpp"
+
+namespace axiscal::cli {
+
+void set_adjusters(const std::optional<std::string>& adjusters,
+                   const std::optional<std::string>& thread_pitch,
+                   Surface& surface) {
+  if (adjusters) {
+    surface.adjusters_m.clear();
+    for (const std::string_view pair : split(*adjusters, ';')) {
+      if (std::count(pair.begin(), pair.end(), ',') != 1) {
+        throw UsageError("--adjusters: '" + *adjusters +
+                         "' must be positions in metres, \"X,Y;X,Y;X,Y\"");
+      }
+      const std::vector<double> xy = numbers_of("--adjusters", std::string(pair), 2);
+      surface.adjusters_m.emplace_back(xy[0], xy[1]);
+    }
+  }
+  if (thread_pitch) {
+    surface.thread_pitch_m = number_of("--thread-pitch", *thread_pitch);
+  }
+  if (surface.adjusters_m.empty()) {
+    throw UsageError(
+        "where the table's height adjusters stand is missing: --adjusters \"X,Y;X,Y;X,Y\" in "
+        "metres, or a positioner with a table");
+  }
+  try {
+    const Eigen::Vector2d none = Eigen::Vector2d::Zero();
+    static_cast<void>(level_table(none, Eigen::Matrix2d::Zero(), surface));
+  } catch (const DomainError& error) {
+    throw UsageError(std::string("--adjusters: ") + error.what());
+  }
+}
+
+}  // namespace axiscal::cli

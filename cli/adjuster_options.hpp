@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "axiscal/positioner/surface.hpp"
+
+namespace axiscal::cli {
+
+/// --adjusters and --thread-pitch, over those of a positioner's table.
+/// @throws UsageError  where there are no adjusters, or they cannot level a table.
+void set_adjusters(const std::optional<std::string>& adjusters,
+                   const std::optional<std::string>& thread_pitch,
+                   Surface& surface);
+
+}  // namespace axiscal::cli

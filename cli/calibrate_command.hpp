@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+#include "experiment_options.hpp"
+#include "log_input.hpp"
+
+namespace axiscal::cli {
+
+struct CalibrateCommand {
+  ExperimentOptions experiment;
+  std::optional<std::string> imu;  ///< a raw log instead of observations
+  RestOptions rests;
+  std::optional<std::string> gyroscope_unit, magnetometer_unit, magnetic_magnitude;
+  bool cube = false;
+  bool fit_gyroscope_bias = false;
+  std::optional<std::string> output;
+  std::optional<std::string> limits, table;
+  std::optional<std::string> align;  ///< record of an instrument that was recorded together
+  bool json = false;
+  bool force = false;
+  bool accept_suggestion = false;
+};
+
+/// Writes the records of `calibrate` where the options say, prints their tables and remarks.
+///
+/// @param heading  printed before the tables.
+/// @return the exit status: 1 where one was refused or failed its limits.
+[[nodiscard]] int deliver_records(const CalibrateCommand& command,
+                                  const std::vector<Calibration>& calibrations,
+                                  const std::string& heading = "");
+
+/// `calibrate --imu`.
+[[nodiscard]] int run_imu(const CalibrateCommand& command);
+
+}  // namespace axiscal::cli

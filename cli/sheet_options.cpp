@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sheet_options.hpp"
+
+#include <charconv>
+
+#include <system_error>
+
+#include "axiscal/core/input_file.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "input.hpp"
+#include "typed_values.hpp"
+
+namespace axiscal::cli {
+
+void add_sheet_options(OptionSet& options, SheetOptions& sheet) {
+  options.add("--design", sheet.design, "6|12|24|optimal:N|FILE",
+              "6, 12 (default) or 24 points, the N of the 24 that determine most, or a file");
+  options.add("--replicates", sheet.replicates, "N", "how often the whole design is taken; 1");
+  options.add("--seed", sheet.seed, "S", "of the random order; 1");
+  options.add("--temperatures", sheet.temperatures, "T,T,..",
+              "soak levels, one after another: all replicates at each");
+}
+
+std::uint64_t seed_of(const SheetOptions& options) {
+  if (!options.seed) {
+    return 1;
+  }
+  std::uint64_t seed = 0;
+  const char* end = options.seed->data() + options.seed->size();
+  const auto [stop, error] = std::from_chars(options.seed->data(), end, seed);
+  if (error != std::errc{} || stop != end) {
+    throw UsageError("--seed: '" + *options.seed + "' is not a whole number from 0 to 2^64 - 1");
+  }
+  return seed;
+}
+
+int replicates_of(const SheetOptions& options) {
+  constexpr int most_replicates = 100000;
+  if (!options.replicates) {
+    return 1;
+  }
+  const int replicates = parse_integer(*options.replicates).value_or(0);
+  if (replicates < 1 || replicates > most_replicates) {
+    throw UsageError("--replicates: '" + *options.replicates +
+                     "' is not a whole number from 1 to 100000");
+  }
+  return replicates;
+}
+
+std::vector<double> temperatures_of(const SheetOptions& options) {
+  std::vector<double> temperatures;
+  if (options.temperatures) {
+    for (const std::string_view text : split(*options.temperatures, ',')) {
+      temperatures.push_back(number_of("--temperatures", std::string(text)));
+    }
+  }
+  return temperatures;
+}
+
+std::optional<OptimalDesign> optimal_design_of(const SheetOptions& options) {
+  constexpr std::string_view optimal = "optimal:";
+  if (!options.design.starts_with(optimal)) {
+    return std::nullopt;
+  }
+  const std::optional<int> points = parse_integer(options.design.substr(optimal.size()));
+  if (!points || *points < 4 || *points > 24) {
+    throw UsageError("--design: '" + options.design + "' must be optimal:N, N from 4 to 24");
+  }
+  return optimal_design(*points, Eigen::Vector3d::UnitZ(), seed_of(options));
+}
+
+std::vector<DesignEntry> design_of(const SheetOptions& options) {
+  if (options.design == "6" || options.design == "12" || options.design == "24") {
+    return standard_design(*parse_integer(options.design));
+  }
+  if (const std::optional<OptimalDesign> optimal = optimal_design_of(options)) {
+    return optimal->design;
+  }
+  if (parse_number(options.design)) {
+    throw UsageError("--design: the designs have 6, 12 or 24 points, not " + options.design);
+  }
+  InputFile file(options.design);
+  CsvReader csv = csv_reader_of(file);
+  return read_design(csv);
+}
+
+std::vector<RunSheetRow> make_sheet(const SheetOptions& options) {
+  const int replicates = replicates_of(options);
+  const std::uint64_t seed = seed_of(options);
+  return make_run_sheet(design_of(options), replicates, seed, temperatures_of(options));
+}
+
+}  // namespace axiscal::cli

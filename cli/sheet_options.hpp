@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "axiscal/calib/design_quality.hpp"
+#include "axiscal/positioner/design.hpp"
+#include "option_set.hpp"
+
+namespace axiscal::cli {
+
+/// Options of a run sheet, as typed.
+struct SheetOptions {
+  std::string design = "12";
+  std::optional<std::string> replicates, seed, temperatures;
+};
+
+void add_sheet_options(OptionSet& options, SheetOptions& sheet);
+
+/// @return the seed of the options, 1 by default.
+[[nodiscard]] std::uint64_t seed_of(const SheetOptions& options);
+
+/// @return the replicates of the options, 1 by default.
+[[nodiscard]] int replicates_of(const SheetOptions& options);
+
+/// @return the soak levels of the options; none by default.
+[[nodiscard]] std::vector<double> temperatures_of(const SheetOptions& options);
+
+/// @return the best design of so many points where `--design optimal:N` asks for it, else nothing.
+[[nodiscard]] std::optional<OptimalDesign> optimal_design_of(const SheetOptions& options);
+
+/// The design that the options ask for: one replicate.
+[[nodiscard]] std::vector<DesignEntry> design_of(const SheetOptions& options);
+
+/// The run sheet that the options ask for.
+[[nodiscard]] std::vector<RunSheetRow> make_sheet(const SheetOptions& options);
+
+}  // namespace axiscal::cli

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "typed_values.hpp"
+
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/timestamp.hpp"
+
+namespace axiscal::cli {
+
+double number_of(std::string_view option, const std::string& text) {
+  const std::optional<double> number = parse_number(text);
+  if (!number) {
+    throw UsageError(std::string(option) + ": '" + text + "' is not a number");
+  }
+  return *number;
+}
+
+std::vector<double> numbers_of(std::string_view option,
+                               const std::string& text,
+                               std::size_t count) {
+  const std::optional<std::vector<double>> numbers = parse_numbers(text);
+  if (!numbers || numbers->size() != count) {
+    throw UsageError(std::string(option) + ": '" + text + "' are not " + std::to_string(count) +
+                     " numbers parted by commas");
+  }
+  return *numbers;
+}
+
+ReadingRange range_of(std::string_view option, const std::string& text) {
+  const std::vector<double> ends = numbers_of(option, text, 2);
+  if (!(ends[0] < ends[1])) {
+    throw UsageError(std::string(option) + ": LO must be less than HI");
+  }
+  return {.low = ends[0], .high = ends[1]};
+}
+
+double positive_of(std::string_view option, const std::string& text) {
+  const double value = number_of(option, text);
+  if (!(value > 0.0)) {
+    throw UsageError(std::string(option) + ": must be positive");
+  }
+  return value;
+}
+
+double not_negative_of(std::string_view option, const std::string& text) {
+  const double value = number_of(option, text);
+  if (value < 0.0) {
+    throw UsageError(std::string(option) + ": must not be negative");
+  }
+  return value;
+}
+
+int whole_number_of(std::string_view option, const std::string& text, int least) {
+  const std::optional<int> value = parse_integer(text);
+  if (!value || *value < least) {
+    throw UsageError(std::string(option) + ": '" + text + "' is not a whole number from " +
+                     std::to_string(least) + " on");
+  }
+  return *value;
+}
+
+PitchFormula pitch_formula_of(std::string_view option, const std::string& text) {
+  if (text != "asin" && text != "atan2") {
+    throw UsageError(std::string(option) + ": must be asin or atan2, not '" + text + "'");
+  }
+  return text == "atan2" ? PitchFormula::arctangent : PitchFormula::arcsine;
+}
+
+Tolerances tolerances_of(const std::string& text) {
+  Tolerances tolerances;
+  for (const std::string_view item : split(text, ',')) {
+    const std::size_t parting = item.find('=');
+    const std::string name(item.substr(0, parting));
+    double* value = name == "foot_height_m"    ? &tolerances.foot_height_m
+                    : name == "ball_radius_m"  ? &tolerances.ball_radius_m
+                    : name == "squareness_rad" ? &tolerances.squareness_rad
+                    : name == "fence_rad"      ? &tolerances.fence_rad
+                                               : nullptr;
+    if (value == nullptr || parting == std::string_view::npos) {
+      throw UsageError("--tolerances: '" + std::string(item) +
+                       "' must be one of foot_height_m, ball_radius_m, squareness_rad, fence_rad, "
+                       "=, and its standard deviation");
+    }
+    *value = not_negative_of("--tolerances", std::string(item.substr(parting + 1)));
+  }
+  return tolerances;
+}
+
+Site site_of_options(const std::optional<std::string>& latitude,
+                     const std::optional<std::string>& longitude,
+                     const std::optional<std::string>& height,
+                     Site otherwise) {
+  Site site = otherwise;
+  if (latitude) {
+    site.latitude_deg = number_of("--latitude", *latitude);
+  }
+  if (longitude) {
+    site.longitude_deg = number_of("--longitude", *longitude);
+  }
+  if (height) {
+    site.height_m = number_of("--height", *height);
+  }
+  try {
+    check_site(site);
+  } catch (const DomainError& error) {
+    throw UsageError(error.what());
+  }
+  return site;
+}
+
+double date_of_option(const std::string& text) {
+  const std::optional<double> time_s = parse_date(text);
+  if (!time_s) {
+    throw UsageError("--date: '" + text + "' is neither ISO 8601 nor a decimal year");
+  }
+  return *time_s;
+}
+
+Eigen::Vector2d slope_of_option(const std::string& text) {
+  const std::vector<double> numbers = numbers_of("--slope", text, 2);
+  const Eigen::Vector2d slope(numbers[0], numbers[1]);
+  if (!(slope.norm() < 1.0)) {
+    throw UsageError("--slope: X^2 + Y^2 must be less than 1");
+  }
+  return slope;
+}
+
+Method method_of_option(const std::string& text) {
+  const std::optional<Method> method = parse_chosen_method(text);
+  if (!method) {
+    throw UsageError(
+        "--method: '" + text +
+        "' is not known to this version; it knows paired, joint, known, magnitude, bias");
+  }
+  return *method;
+}
+
+LevelBy level_by_of_option(const std::string& text) {
+  const std::optional<LevelBy> level_by = parse_level_by(text);
+  if (!level_by) {
+    throw UsageError("--level-by: must be run or block, not '" + text + "'");
+  }
+  return *level_by;
+}
+
+}  // namespace axiscal::cli

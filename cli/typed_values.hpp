@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/tolerance.hpp"
+#include "axiscal/instruments/inclination.hpp"
+#include "usage_error.hpp"
+
+// What is typed behind an option, as the value that it means.
+namespace axiscal::cli {
+
+/// A typed value as a number. @throws UsageError naming the option.
+[[nodiscard]] double number_of(std::string_view option, const std::string& text);
+
+/// A typed value as `count` numbers parted by commas. @throws UsageError naming the option.
+[[nodiscard]] std::vector<double> numbers_of(std::string_view option,
+                                             const std::string& text,
+                                             std::size_t count);
+
+/// A typed value as a range LO,HI. @throws UsageError naming the option.
+[[nodiscard]] ReadingRange range_of(std::string_view option, const std::string& text);
+
+/// A typed value as a number above 0. @throws UsageError naming the option.
+[[nodiscard]] double positive_of(std::string_view option, const std::string& text);
+
+/// A typed value as a number that is not negative. @throws UsageError naming the option.
+[[nodiscard]] double not_negative_of(std::string_view option, const std::string& text);
+
+/// A typed value as a whole number that is not less. @throws UsageError naming the option.
+[[nodiscard]] int whole_number_of(std::string_view option, const std::string& text, int least);
+
+/// A typed value as a pitch formula, asin or atan2. @throws UsageError naming the option.
+[[nodiscard]] PitchFormula pitch_formula_of(std::string_view option, const std::string& text);
+
+/// The value of --tolerances: NAME=SD,.. @throws UsageError for a name or number that is none.
+[[nodiscard]] Tolerances tolerances_of(const std::string& text);
+
+/// The site of --latitude, --longitude and --height; what is not given is as in `otherwise`.
+/// @throws UsageError for one out of range.
+[[nodiscard]] Site site_of_options(const std::optional<std::string>& latitude,
+                                   const std::optional<std::string>& longitude,
+                                   const std::optional<std::string>& height,
+                                   Site otherwise);
+
+/// The value of --date: seconds since 1970, UTC. @throws UsageError for one that is no date.
+[[nodiscard]] double date_of_option(const std::string& text);
+
+/// The value of --slope. @throws UsageError unless X^2 + Y^2 < 1.
+[[nodiscard]] Eigen::Vector2d slope_of_option(const std::string& text);
+
+/// The value of --method. @throws UsageError for one that is not known.
+[[nodiscard]] Method method_of_option(const std::string& text);
+
+/// The value of --level-by. @throws UsageError for one that is not known.
+[[nodiscard]] LevelBy level_by_of_option(const std::string& text);
+
+}  // namespace axiscal::cli

@@ -1,0 +1,37 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# docs_test.sh SOURCE_DIR: what comments cite is there: sections of docs/method.md by number, of docs/formats.md by
+# name, documents by file. And docs/messages.md tells of every warning of calib.
+set -eu
+cd "$1"
+text=$(mktemp)
+trap 'rm -f "$text"' EXIT
+# All comments, each file's as one line: a citation may be broken between two.
+find . \( -name 'build*' -o -name node_modules -o -name .git \) -prune -o \( -name '*.hpp' -o -name '*.cpp' \) -print |
+  while read -r file; do
+    sed -n 's#^.*//[/<]* ##p' "$file" | tr '\n' ' '
+    echo
+  done >"$text"
+status=0
+complain() {
+  echo "$*"
+  status=1
+}
+for cited in $(grep -oE 'method\.md, sections? [0-9.]*[0-9]( (and|to) [0-9.]*[0-9])?' "$text" |
+  sed -E 's/^method\.md, sections? //; s/ to /-/; s/ and /\n/' | sort -u); do
+  for number in $(seq -s ' ' "${cited%-*}" "${cited#*-}" 2>/dev/null); do
+    grep -qE "^##+ $number\.? " docs/method.md || complain "docs/method.md has no section $number, which a comment cites"
+  done
+done
+grep -oE 'formats\.md, [A-Z][a-z]+( readings)?' "$text" | sed 's/^formats\.md, //; s/ /_/' | sort -u >"$text.names"
+for name in $(cat "$text.names"); do
+  grep -q "^## $(echo "$name" | tr _ ' ')" docs/formats.md || complain "docs/formats.md has no section $name, which a comment cites"
+done
+rm -f "$text.names"
+for document in $(grep -oE 'docs/[a-z_]+\.md' "$text" | sort -u); do
+  [ -e "$document" ] || complain "$document, which a comment cites, is not there"
+done
+for code in $(grep -rhoE '\.code = "[a-z_]+"' calib | grep -oE '"[a-z_]+"' | tr -d '"' | sort -u); do
+  grep -q "\`$code\`" docs/messages.md || complain "docs/messages.md does not tell of the warning $code"
+done
+exit $status
