@@ -3,7 +3,8 @@
 #                    [HEADER_ONLY_PRIVATE ...])
 #
 # One library per folder: target axiscal_NAME, alias axiscal::NAME, headers under include/axiscal/NAME, or
-# for a room of a larger module under include/axiscal/FOLDER. PUBLIC and PRIVATE are link dependencies;
+# for a room of a larger module under include/axiscal/FOLDER; include/axiscal/NAME.hpp, where it is there, has
+# them all and says what the module is for. PUBLIC and PRIVATE are link dependencies;
 # HEADER_ONLY_PRIVATE are needed to build it and by no user. What the folder `private` holds is not
 # installed, and is seen by those of our own modules that name axiscal::NAME_private.
 function(axiscal_add_module name)
@@ -17,6 +18,9 @@ function(axiscal_add_module name)
   add_library(axiscal::${name} ALIAS ${target})
   if(arg_HEADERS)
     list(TRANSFORM arg_HEADERS PREPEND include/axiscal/${folder}/)
+    if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/include/axiscal/${name}.hpp")
+      list(APPEND arg_HEADERS include/axiscal/${name}.hpp)
+    endif()
     target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
   endif()
   if(IS_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/private")
@@ -57,7 +61,6 @@ function(axiscal_use_library target library header definition)
   if(${definition}_INCLUDE_DIR AND ${definition}_LIBRARY)
     target_compile_definitions(${target} PRIVATE ${definition})
     target_link_libraries(${target} PRIVATE ${library})
-    set_property(GLOBAL APPEND PROPERTY AXISCAL_PRIVATE_LIBRARIES ${library})
   else()
     message(STATUS "${target}: ${library} is not there; built without it")
   endif()

@@ -1,11 +1,14 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: consume_by_pkg_config.sh SCRATCH MAIN.CPP VERSION
+# The program linked with the whole library, and with the module that it needs.
 set -euo pipefail
 pc=$(find "$1/prefix" -name axiscal.pc)
 export PKG_CONFIG_PATH="${pc%/*}"
-flags=$(pkg-config --static --cflags --libs axiscal)
-[ "$(pkg-config --modversion axiscal)" = "$3" ]
-# shellcheck disable=SC2086
-"${CXX:-g++}" -std=c++20 -O1 "$2" -o "$1/by_pkg_config" $flags
-"$1/by_pkg_config" 30.0000
+for package in axiscal axiscal-calib; do
+  flags=$(pkg-config --cflags --libs "$package")
+  [ "$(pkg-config --modversion "$package")" = "$3" ]
+  # shellcheck disable=SC2086
+  "${CXX:-g++}" -std=c++20 -O1 "$2" -o "$1/by_pkg_config" $flags
+  "$1/by_pkg_config" 30.0000
+done

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "axiscal/calib/assembly.hpp"
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/calibrate_run.hpp"
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/certificate_details.hpp"
+#include "axiscal/calib/characterize.hpp"
+#include "axiscal/calib/choices.hpp"
+#include "axiscal/calib/companion.hpp"
+#include "axiscal/calib/correction.hpp"
+#include "axiscal/calib/design_quality.hpp"
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/drift_check.hpp"
+#include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/experiment_json.hpp"
+#include "axiscal/calib/forecast.hpp"
+#include "axiscal/calib/history.hpp"
+#include "axiscal/calib/intrinsic.hpp"
+#include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/limits.hpp"
+#include "axiscal/calib/magnitude_fit.hpp"
+#include "axiscal/calib/moving_field.hpp"
+#include "axiscal/calib/observations.hpp"
+#include "axiscal/calib/observations_csv.hpp"
+#include "axiscal/calib/orientation_quality.hpp"
+#include "axiscal/calib/polar_fit.hpp"
+#include "axiscal/calib/reading_uncertainty.hpp"
+#include "axiscal/calib/reduction.hpp"
+#include "axiscal/calib/reduction_csv.hpp"
+#include "axiscal/calib/repeated_design.hpp"
+#include "axiscal/calib/robust.hpp"
+#include "axiscal/calib/run_readings.hpp"
+#include "axiscal/calib/simulate.hpp"
+#include "axiscal/calib/study.hpp"
+#include "axiscal/calib/table_field.hpp"
+#include "axiscal/calib/temperature.hpp"
+#include "axiscal/calib/tolerance.hpp"
+#include "axiscal/calib/turns.hpp"
+#include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/calib/uncertainty_budget.hpp"
+#include "axiscal/calib/verdict.hpp"
+
+/// @file
+/// From readings to bias and sensitivity with their uncertainty, and from these to angles.
+///
+/// calibrate() takes an Experiment (instrument, field, cube, method) and readings, and gives a
+/// Calibration: the record, with statistics, the table's levelness and warnings. Reducer turns
+/// later readings into field and angles, check_drift() holds a new calibration against an old one,
+/// characterize() measures a cube, forecast() and run_study() tell before the experiment what it
+/// will reach. The mathematics is docs/method.md.
+///
+/// @code
+/// axiscal::Calibration truth;  // an ideal instrument, to have something to read
+/// truth.instrument = {.kind = "accelerometer", .unit = "V"};
+/// truth.response = {Eigen::Vector3d(0.1, -0.2, 0.3), 2.5 * Eigen::Matrix3d::Identity()};
+/// const std::vector<axiscal::RunSheetRow> sheet =
+///     axiscal::make_run_sheet(axiscal::standard_design(12), 1, 1);
+/// const axiscal::Observations readings = axiscal::simulate(truth, sheet, {.noise_sd = 1e-3});
+///
+/// axiscal::Experiment experiment;
+/// experiment.instrument = truth.instrument;
+/// experiment.field.kind = "gravity";
+/// const axiscal::Calibration calibration = axiscal::calibrate(experiment, readings);
+/// const axiscal::Reducer reducer(calibration);
+/// const double volts[] = {0.1 + 2.5 * 0.342, -0.2, 0.3 + 2.5 * 0.940};
+/// std::printf("pitch %.1f degrees, by %s\n", reducer.reduce(volts).derived.values[0],
+///             std::string(axiscal::method_name(calibration.method)).c_str());
+/// @endcode
+///
+/// Traps:
+/// - Look at `status` before the coefficients: a refused calibration has them too.
+/// - 12 readings by `paired` leave two degrees of freedom, and t is 4.3: intervals are wide, not
+///   wrong.
+/// - Standard errors are those of white noise about one levelness; what a cube or g adds is in
+///   Calibration::uncertainty, not in FitStatistics.
+/// - Readings are in the instrument's unit, the field in its own; a Reducer answers in the
+///   record's.

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "axiscal/core/units.hpp"
+#include "axiscal/field/custom_field.hpp"
+#include "axiscal/field/earth_rotation_field.hpp"
+#include "axiscal/field/field_kind.hpp"
+#include "axiscal/field/field_unit.hpp"
+#include "axiscal/field/geomagnetic_field.hpp"
+#include "axiscal/field/gravity_field.hpp"
+#include "axiscal/field/induced_field.hpp"
+#include "axiscal/field/reference_field.hpp"
+#include "axiscal/field/site.hpp"
+#include "axiscal/field/sun.hpp"
+
+/// @file
+/// What the world offers to calibrate against: vectors that are known at a site.
+///
+/// A ReferenceField is a vector in enu (east, north, up) with a unit. Gravity, the geomagnetic
+/// field, the Earth's rotation, what a coil or a turntable makes, light and the sun are here;
+/// derive from it for a field of your own. What is special to a kind is a property of its
+/// FieldKind.
+///
+/// @code
+/// const axiscal::Site munich{.latitude_deg = 48.14, .longitude_deg = 11.58, .height_m = 520.0};
+/// const axiscal::GravityField gravity(munich);
+/// const axiscal::GeomagneticField magnetic(munich, 2026.5);
+/// const double down_rad = axiscal::inclination_of(magnetic.value_in_enu());
+/// std::printf("%.5f m/s^2, %.0f nT, %.1f degrees down\n", gravity.magnitude(),
+///             magnetic.magnitude(), down_rad * axiscal::deg_per_rad);
+/// @endcode
+///
+/// Traps:
+/// - An accelerometer at rest reads up: gravity here is the specific force, (0, 0, +g).
+/// - Heights are above the ellipsoid, not the sea.
+/// - GravityField() without a site is 1 g, whatever g is there: a claim in m/s^2 needs the site,
+///   or a measured value.

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "axiscal/calib.hpp"
+#include "axiscal/core.hpp"
+#include "axiscal/field.hpp"
+#include "axiscal/instruments.hpp"
+#include "axiscal/positioner.hpp"
+
+/// @file
+/// The library proper: from a field and a cube to a calibration, and to angles.
+///
+/// Each module has a header that says what it is for, with a short program and its traps:
+/// axiscal/core.hpp, field.hpp, positioner.hpp, instruments.hpp and calib.hpp, which are all here;
+/// and logs.hpp, exchange.hpp, report.hpp and acquisition.hpp, which a build may lack.

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "axiscal/positioner/cube_geometry.hpp"
+#include "axiscal/positioner/design.hpp"
+#include "axiscal/positioner/design_point.hpp"
+#include "axiscal/positioner/facing.hpp"
+#include "axiscal/positioner/feet.hpp"
+#include "axiscal/positioner/mount.hpp"
+#include "axiscal/positioner/positioner.hpp"
+#include "axiscal/positioner/positioner_json.hpp"
+#include "axiscal/positioner/seat.hpp"
+#include "axiscal/positioner/surface.hpp"
+
+/// @file
+/// How the instrument is held: a cube, laid on a table and pushed against a fence in 24 ways.
+///
+/// A DesignPoint is the face on the table and the face at the fence. A Positioner says how the
+/// cube then lies, by its nominal faces, by measured normals, or by its feet; designs and run
+/// sheets say which points are taken, in which order.
+///
+/// @code
+/// const axiscal::Positioner cube;  // the nominal one
+/// for (const axiscal::RunSheetRow& row :
+///      axiscal::make_run_sheet(axiscal::standard_design(12), 1, 7)) {
+///   const Eigen::Matrix3d lies = cube.rotation_table_from_positioner(row.entry.point);
+///   std::printf("%d: x of the cube points to %.0f %.0f %.0f\n", row.run, lies(0, 0), lies(1, 0),
+///               lies(2, 0));
+/// }
+/// @endcode
+///
+/// Traps:
+/// - A face is named by its outward normal: with rest -Z the cube stands on its lower face.
+/// - Normals alone leave the heading to the fence face's squareness; feet make it exact.
+/// - A cube with a measured positioner file may rock at a point; rocking_remarks() says where.
