@@ -422,7 +422,7 @@ TEST_F(FaultTest, AQuitSessionIsResumedByItsJournalAlone) {
 TEST_F(FaultTest, AJournalWritesNoFilesElsewhere) {
   const std::string victim = folder_.write("victim.txt", "precious");
   const ProgramResult first =
-      run_axiscal({"acquire", "--connect", "sim:?speed=400&rate=50", "--plain", "--name", name_,
+      run_axiscal({"acquire", "--connect", "sim:?speed=50&rate=50", "--plain", "--name", name_,
                    "-o", victim, "--record", victim + "2", "--report", victim + "3.html"},
                   {.stdin_text = "quit\n"});
   EXPECT_EQ(first.status, 1) << first.err;
