@@ -90,12 +90,7 @@ Experiment experiment_for(const AcquireCommand& command) {
 }
 
 std::vector<RunSheetRow> sheet_for(const AcquireCommand& command) {
-  if (!command.plan) {
-    return make_sheet(command.sheet);
-  }
-  InputFile file(*command.plan);
-  CsvReader csv = csv_reader_of(file);
-  return read_run_sheet(csv);
+  return command.plan ? read_sheet_file(*command.plan) : make_sheet(command.sheet);
 }
 
 // --noise: the standard deviation of a sample, or what `axiscal noise` wrote of a log at rest.

@@ -390,9 +390,8 @@ Experiment experiment_of(const Calibration& record) {
     part.unit = also.unit;
     part.in_table = also.in_table;
   }
-  experiment.weighting = record.weights;
-  if (experiment.weighting == Weighting::none) {
-    experiment.weighting.reset();
+  if (record.weights != Weighting::none) {
+    experiment.weighting = record.weights;
   }
   experiment.robust = record.robust;
   experiment.level_by = record.level_by_block ? LevelBy::block : LevelBy::run;

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "log_input.hpp"
 
-#include "axiscal/calib/observations_csv.hpp"
-#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "input.hpp"
+#include "sheet_options.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
 
@@ -130,9 +128,7 @@ ImuOptions imu_options_of(const RestOptions& options,
     }
   }
   if (options.plan) {
-    InputFile file(*options.plan);
-    CsvReader csv = csv_reader_of(file);
-    imu.sheet = read_run_sheet(csv);
+    imu.sheet = read_sheet_file(*options.plan);
     imu.seats = Seats::sheet;
   }
   return imu;

@@ -84,6 +84,12 @@ std::vector<DesignEntry> design_of(const SheetOptions& options) {
   return read_design(csv);
 }
 
+std::vector<RunSheetRow> read_sheet_file(const std::string& path) {
+  InputFile file(path);
+  CsvReader csv = csv_reader_of(file);
+  return read_run_sheet(csv);
+}
+
 std::vector<RunSheetRow> make_sheet(const SheetOptions& options) {
   const int replicates = replicates_of(options);
   const std::uint64_t seed = seed_of(options);

@@ -35,6 +35,9 @@ void add_sheet_options(OptionSet& options, SheetOptions& sheet);
 /// The design that the options ask for: one replicate.
 [[nodiscard]] std::vector<DesignEntry> design_of(const SheetOptions& options);
 
+/// A run sheet that was written before. @throws DataError  as read_run_sheet().
+[[nodiscard]] std::vector<RunSheetRow> read_sheet_file(const std::string& path);
+
 /// The run sheet that the options ask for.
 [[nodiscard]] std::vector<RunSheetRow> make_sheet(const SheetOptions& options);
 

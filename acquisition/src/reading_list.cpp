@@ -4,20 +4,9 @@
 #include <algorithm>
 
 #include "axiscal/core/timestamp.hpp"
+#include "journal_point.hpp"
 
 namespace axiscal {
-namespace {
-
-Face face_of(const JsonValue& value) {
-  const std::optional<Face> face = parse_face(value.text());
-  if (!face) {
-    value.fail("is no face");
-  }
-  return *face;
-}
-
-}  // namespace
-
 ReadingList::ReadingList(const std::vector<RunSheetRow>& sheet) : replicate_size_(0) {
   for (const RunSheetRow& row : sheet) {
     steps_.push_back({.row = row, .skipped = false, .run = {}});
@@ -26,18 +15,15 @@ ReadingList::ReadingList(const std::vector<RunSheetRow>& sheet) : replicate_size
 }
 
 Json ReadingList::captured(const CapturedReading& reading) {
-  Json entry = {{"entry", "captured"},
-                {"run", reading.run},
-                {"step", reading.step},
-                {"rest", face_name(reading.row.entry.point.rest())},
-                {"fence", face_name(reading.row.entry.point.fence())},
-                {"block", reading.row.block},
+  Json entry = {{"entry", "captured"}, {"run", reading.run}, {"step", reading.step}};
+  put_point(entry, reading.row.entry.point);
+  entry.update({{"block", reading.row.block},
                 {"level", reading.row.entry.level},
                 {"mean", json_from(reading.mean)},
                 {"sd", json_from(reading.sd)},
                 {"samples", reading.samples},
                 {"start", reading.start_s},
-                {"end", reading.end_s}};
+                {"end", reading.end_s}});
   if (reading.temperature) {
     entry["temperature"] = *reading.temperature;
   }
@@ -81,12 +67,7 @@ void ReadingList::apply(const JsonValue& entry) {
                             .mean = entry.at("mean").vector(),
                             .sd = {},
                             .temperature = {}};
-    const Face rest = face_of(entry.at("rest"));
-    const Face fence = face_of(entry.at("fence"));
-    if (axis_of(rest) == axis_of(fence)) {
-      entry.at("fence").fail("lies on one axis with the rest face");
-    }
-    reading.row.entry.point = {rest, fence};
+    reading.row.entry.point = point_of(entry);
     reading.sd = entry.at("sd").vector(reading.mean.size());
     reading.samples = entry.at("samples").count();
     reading.start_s = entry.at("start").number();

@@ -34,13 +34,6 @@ class Patience {
   double last_s_ = 0.0;
 };
 
-template <typename Listener, typename News>
-void tell(const Listener& listener, const News& news) {
-  if (listener) {
-    listener(news);
-  }
-}
-
 }  // namespace
 
 const HealthView& run_health_watch(HealthWatch& watch, SampleFeed& feed, const HealthRun& run) {
@@ -66,13 +59,13 @@ const HealthView& run_health_watch(HealthWatch& watch, SampleFeed& feed, const H
     }
     const std::vector<SessionAlarm> alarms = feed.alarms();
     const std::string first_alarm = alarms.empty() ? "" : alarms.front().text;
-    if (first_alarm != alarm && !first_alarm.empty()) {
-      tell(run.warn, first_alarm);
+    if (run.warn && first_alarm != alarm && !first_alarm.empty()) {
+      run.warn(first_alarm);
     }
     alarm = first_alarm;
-    if (patience.last_s() - shown_s >= 1.0 && has_channels) {
+    if (run.show && patience.last_s() - shown_s >= 1.0 && has_channels) {
       shown_s = patience.last_s();
-      tell(run.show, watch.view());
+      run.show(watch.view());
     }
     if (feed.has_ended() || patience.is_over()) {
       break;

@@ -5,6 +5,7 @@
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/version.hpp"
+#include "journal_point.hpp"
 
 namespace axiscal {
 namespace {
@@ -12,11 +13,9 @@ namespace {
 Json sheet_json(const std::vector<RunSheetRow>& sheet) {
   Json rows = Json::array();
   for (const RunSheetRow& row : sheet) {
-    Json one = {{"run", row.run},
-                {"block", row.block},
-                {"rest", face_name(row.entry.point.rest())},
-                {"fence", face_name(row.entry.point.fence())},
-                {"level", row.entry.level}};
+    Json one = {{"run", row.run}, {"block", row.block}};
+    put_point(one, row.entry.point);
+    one["level"] = row.entry.level;
     if (row.temperature) {
       one["temperature"] = *row.temperature;
     }
@@ -28,17 +27,9 @@ Json sheet_json(const std::vector<RunSheetRow>& sheet) {
 std::vector<RunSheetRow> sheet_of(const JsonValue& header) {
   std::vector<RunSheetRow> sheet;
   for (const JsonValue& one : header.at("sheet").elements()) {
-    const std::optional<Face> rest = parse_face(one.at("rest").text());
-    const std::optional<Face> fence = parse_face(one.at("fence").text());
-    if (!rest || !fence) {
-      one.fail("is no point");
-    }
-    if (axis_of(*rest) == axis_of(*fence)) {
-      one.fail("rest and fence must be faces on two axes");
-    }
     RunSheetRow row{.run = one.at("run").integer(),
                     .block = one.at("block").integer(),
-                    .entry = {.point = {*rest, *fence}, .level = one.at("level").number()},
+                    .entry = {.point = point_of(one), .level = one.at("level").number()},
                     .temperature = {}};
     if (const std::optional<JsonValue> temperature = one.find("temperature")) {
       row.temperature = temperature->number();

@@ -131,7 +131,7 @@ void also_members(JsonMembers& io, std::vector<AlsoResponse>& all, Eigen::Index 
   for (AlsoResponse& also : all) {
     io.need_object(also.kind.c_str(), [&](JsonMembers& one) {
       one.need("unit", also.unit);
-      if (!one.reads() || one.from().find("in_table")) {
+      if (one.has("in_table", true)) {
         one.need_vector("in_table", also.in_table, 3);
       }
       one.need_matrix("sensitivity", also.sensitivity, m, 3);
@@ -145,7 +145,7 @@ void members(JsonMembers& io, OrientationQuality& quality) {
   io.number("magnitude_spread", quality.magnitude_spread);
   io.number("coverage", quality.coverage);
   io.number("largest_gap_rad", quality.largest_gap_rad);
-  if (!io.reads() || io.from().find("gap")) {
+  if (io.has("gap", true)) {
     io.need_vector("gap", quality.gap, 3);
   }
 }
@@ -478,7 +478,7 @@ void result_members(JsonMembers& io, Calibration& calibration) {
   io.object_if_any("statistics", calibration.statistics,
                    [m](JsonMembers& one, FitStatistics& fit) { members(one, fit, m); });
   if (calibration.statistics) {
-    if (io.reads() && io.from().find("uncertainty")) {
+    if (io.has("uncertainty", false)) {
       calibration.uncertainty.emplace();
     }
     io.object("uncertainty", calibration.uncertainty.has_value(),

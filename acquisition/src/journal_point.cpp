@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "journal_point.hpp"
+
+#include <optional>
+
+namespace axiscal {
+namespace {
+
+Face face_of(const JsonValue& value) {
+  const std::optional<Face> face = parse_face(value.text());
+  if (!face) {
+    value.fail("is no face");
+  }
+  return *face;
+}
+
+}  // namespace
+
+void put_point(Json& entry, const DesignPoint& point) {
+  entry["rest"] = face_name(point.rest());
+  entry["fence"] = face_name(point.fence());
+}
+
+DesignPoint point_of(const JsonValue& entry) {
+  const Face rest = face_of(entry.at("rest"));
+  const Face fence = face_of(entry.at("fence"));
+  if (axis_of(rest) == axis_of(fence)) {
+    entry.at("fence").fail("lies on one axis with the rest face");
+  }
+  return {rest, fence};
+}
+
+}  // namespace axiscal
