@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "experiment_options.hpp"
 
+#include <cctype>
+#include <functional>
+
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/experiment_json.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -61,26 +64,72 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
   }
 }
 
-bool is_induced(const FieldPart& part) {
-  return !field_kind(part.kind).local;
-}
-
 // The part that magnitude, vector and source are of: the induced one of a sum.
 FieldPart& stated_part(FieldSetup& field) {
   for (FieldPart& part : field.others) {
-    if (!is_induced(field) && is_induced(part)) {
+    if (!is_made_on_table(field) && is_made_on_table(part)) {
       return part;
     }
   }
   return field;
 }
 
+// KIND or KIND:ROLE.
+void set_kind(std::string_view text, FieldPart& part) {
+  const std::size_t parting = text.find(':');
+  part.kind = text.substr(0, parting);
+  part.role.reset();
+  if (parting != std::string_view::npos) {
+    part.role = parse_role(text.substr(parting + 1));
+    if (!part.role) {
+      throw UsageError("--field: '" + std::string(text) + "': the role must be local or induced");
+    }
+  }
+}
+
 void set_kinds(const std::string& text, FieldSetup& field) {
   field.others.clear();
   const std::vector<std::string_view> kinds = split(text, '+');
-  field.kind = kinds.front();
+  set_kind(kinds.front(), field);
   for (std::size_t i = 1; i < kinds.size(); ++i) {
-    field.others.emplace_back().kind = kinds[i];
+    set_kind(kinds[i], field.others.emplace_back());
+  }
+}
+
+// Gives the parts of a sum what is typed for each, A+B; one value alone is the stated part's, and
+// an empty one is none.
+void for_each_part(const char* option,
+                   const std::string& text,
+                   FieldSetup& field,
+                   const std::function<void(const std::string& value, FieldPart& part)>& set) {
+  if (field.others.empty()) {
+    set(text, field);
+    return;
+  }
+  // A plus sign may also begin a number, or its exponent.
+  std::vector<std::string> values(1);
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool ends_value =
+        i > 0 && (std::isdigit(static_cast<unsigned char>(text[i - 1])) != 0 || text[i - 1] == '.');
+    if (text[i] == '+' && (ends_value || values.back().empty())) {
+      values.emplace_back();
+    } else {
+      values.back() += text[i];
+    }
+  }
+  if (values.size() == 1) {
+    set(text, stated_part(field));
+    return;
+  }
+  if (values.size() != 1 + field.others.size()) {
+    throw UsageError(std::string(option) + ": '" + text + "' has " + std::to_string(values.size()) +
+                     " values, but the field has " + std::to_string(1 + field.others.size()) +
+                     " parts");
+  }
+  for (std::size_t p = 0; p < values.size(); ++p) {
+    if (!values[p].empty()) {
+      set(values[p], p == 0 ? static_cast<FieldPart&>(field) : field.others[p - 1]);
+    }
   }
 }
 
@@ -105,14 +154,23 @@ void set_field(const ExperimentOptions& options, FieldSetup& field) {
     }
   }
   if (options.field_magnitude) {
-    stated.magnitude = number_of("--field-magnitude", *options.field_magnitude);
+    for_each_part("--field-magnitude", *options.field_magnitude, field,
+                  [](const std::string& value, FieldPart& part) {
+                    part.magnitude = number_of("--field-magnitude", value);
+                  });
   }
   if (options.field_magnitude_u) {
-    stated.magnitude_u = not_negative_of("--field-magnitude-u", *options.field_magnitude_u);
+    for_each_part("--field-magnitude-u", *options.field_magnitude_u, field,
+                  [](const std::string& value, FieldPart& part) {
+                    part.magnitude_u = not_negative_of("--field-magnitude-u", value);
+                  });
   }
   if (options.field_table) {
-    const std::vector<double> v = numbers_of("--field-table", *options.field_table, 3);
-    stated.in_table = Eigen::Vector3d(v[0], v[1], v[2]);
+    for_each_part("--field-table", *options.field_table, field,
+                  [](const std::string& value, FieldPart& part) {
+                    const std::vector<double> v = numbers_of("--field-table", value, 3);
+                    part.in_table = Eigen::Vector3d(v[0], v[1], v[2]);
+                  });
   }
   if (options.source) {
     if (*options.source != "sun" && *options.source != "lamp") {
@@ -242,15 +300,18 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   field.add(
       "--field", experiment.field, "KIND",
       "gravity, geomagnetic, earth_rotation, induced_rotation, induced_magnetic, light or custom; "
-      "KIND+KIND is a sum, of which unit, magnitude and vector are those of the induced part");
+      "KIND+KIND is a sum, of which unit, magnitude and vector are those of the induced part; "
+      "KIND:local, KIND:induced: whether a reading's level sets it");
   field.add("--also", experiment.also, "KIND",
             "a second field that it answers to, known in the table (a gyroscope's g-sensitivity)");
   field.add("--field-unit", experiment.field_unit, "UNIT",
             "g (default), m/s^2; nT, uT, T; rad/s, deg/s, deg/h; 1, W/m^2");
-  field.add("--field-magnitude", experiment.field_magnitude, "F", "its magnitude, in its unit");
+  field.add("--field-magnitude", experiment.field_magnitude, "F",
+            "its magnitude, in its unit; of a sum A+B");
   field.add("--field-magnitude-u", experiment.field_magnitude_u, "U",
             "standard uncertainty of --field-magnitude");
-  field.add("--field-table", experiment.field_table, "X,Y,Z", "the field in the table's frame");
+  field.add("--field-table", experiment.field_table, "X,Y,Z",
+            "the field in the table's frame; of a sum X,Y,Z+X,Y,Z");
   field.add("--latitude", experiment.latitude, "DEG", "of the site");
   field.add("--longitude", experiment.longitude, "DEG", "of the site; 0");
   field.add("--height", experiment.height, "M", "of the site above the ellipsoid; 0");
@@ -383,6 +444,7 @@ Experiment experiment_of(const Calibration& record) {
     part.kind = field.parts[p].kind;
     part.unit = field.unit;
     part.in_table = field.parts[p].in_table;
+    part.role = field.parts[p].set_by_level ? FieldRole::induced : FieldRole::local;
   }
   for (const AlsoResponse& also : record.also) {
     FieldPart& part = experiment.also.emplace_back();

@@ -356,5 +356,51 @@ TEST(CalibrateCommand, AddsFieldsUpOnTheCommandLine) {
   EXPECT_THAT(result.err, HasSubstr("uncertain by 138 nT"));
 }
 
+// A lamp that is switched, beside light in the room that is not: each part has its role, magnitude
+// and rough direction.
+TEST(CalibrateCommand, TakesAPartsRoleAndAValueForEachPart) {
+  const ScratchFolder folder;
+  const std::string truth = folder.write("truth.json", R"({"format":"axiscal-calibration",
+    "version":1,"instrument":{"kind":"optical","axes":["x","y","z"],"unit":"V"},
+    "field":{"kind":"light+light","unit":"1","magnitude":1.3,"in_table":[0.7,0.4,1.2],
+      "parts":[{"kind":"light","magnitude":0.5,"in_table":[0.3,0,0.4],
+                "set_by_level":false,"turning":false},
+               {"kind":"light","magnitude":1,"in_table":[0.48,0.36,0.8],
+                "set_by_level":true,"turning":false}]},
+    "coefficients":{"bias":[0.1,0.2,-0.1],
+      "sensitivity":[[2,0.02,-0.01],[0.03,2.1,0.01],[-0.02,0.01,1.9]]}})");
+  std::string sheet = "rest,fence,level\n";
+  for (const DesignEntry& entry : standard_design(12)) {
+    for (const char* level : {"0", "1"}) {
+      sheet += std::string(face_name(entry.point.rest())) + "," +
+               std::string(face_name(entry.point.fence())) + "," + level + "\n";
+    }
+  }
+  const std::string run = folder.path("run.csv");
+  ASSERT_EQ(run_axiscal({"simulate", "--truth", truth, "--design",
+                         folder.write("design.csv", sheet), "--noise", "1e-6", "-o", run})
+                .status,
+            0);
+  const std::string record = folder.path("cal.json");
+  const auto calibrate = [&](const std::string& field, const std::string& magnitudes) {
+    return run_axiscal({"calibrate", run, "--instrument", "optical", "--unit", "V", "--field",
+                        field, "--field-magnitude", magnitudes, "--field-table",
+                        "0.3,0.1,+0.4+0.5,0.4,7e-1", "-o", record});
+  };
+  const ProgramResult result = calibrate("light:local+light:induced", "0.5+1");
+  ASSERT_EQ(result.status, 0) << result.err;
+  const auto json = read_json(record);
+  EXPECT_EQ(json["field"]["parts"][0]["set_by_level"], false);
+  EXPECT_EQ(json["field"]["parts"][1]["set_by_level"], true);
+  EXPECT_NEAR(json["field"]["parts"][0]["in_table"][0].get<double>(), 0.3, 1e-5);
+  EXPECT_NEAR(json["coefficients"]["sensitivity"][1][1].get<double>(), 2.1, 1e-5);
+  EXPECT_NEAR(json["coefficients"]["bias"][1].get<double>(), 0.2, 1e-5);
+
+  EXPECT_THAT(calibrate("light:here+light", "0.5+1").err, HasSubstr("must be local or induced"));
+  EXPECT_THAT(calibrate("light:local+light", "0.5+1+2").err, HasSubstr("has 3 values"));
+  EXPECT_THAT(calibrate("gravity:induced+light", "1+1").err, HasSubstr("its role is local"));
+  EXPECT_EQ(calibrate("light:here+light", "0.5+1").status, 2);
+}
+
 }  // namespace
 }  // namespace axiscal

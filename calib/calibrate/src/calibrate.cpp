@@ -12,6 +12,7 @@
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/generalized_fit.hpp"
 #include "axiscal/calib/magnitude.hpp"
+#include "axiscal/calib/moving_field.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/polar_fit.hpp"
@@ -150,11 +151,11 @@ class Run {
         by_field_(method_ == Method::known && brings_field(observations)),
         source_(checked(experiment, used_, method_), observations, weighting_, by_field_) {
     check_method(experiment, observations, used_, method_, by_field_);
-    parts_ = resolve_field(experiment, source_.sun_time_s());
-    if (experiment.field.sun && !by_field_ && !parts_.front().has_value) {
-      throw RefusedError(
-          "the sun's place needs the time of the readings: a column 'time' (ISO 8601, UTC), or "
-          "--date with a time of day");
+    parts_ = resolve_field(experiment, source_.mean_time_s());
+    if (field_moves(experiment) && !by_field_ && !parts_.front().has_value) {
+      throw RefusedError(moving_field_name(experiment) +
+                         " needs the time of the readings: a column 'time' (ISO 8601, UTC), or "
+                         "--date with a time of day");
     }
   }
 

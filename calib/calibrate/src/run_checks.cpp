@@ -16,7 +16,7 @@ namespace {
 
 // A field that no one can set, without another that can.
 bool is_local(const FieldSetup& field) {
-  return field.others.empty() && !field.custom && field_kind(field.kind).local;
+  return field.others.empty() && !is_made_on_table(field);
 }
 
 void check_range(const Instrument& instrument) {

@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 
 #include <Eigen/QR>
 
+#include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
@@ -52,50 +55,17 @@ Eigen::Matrix<double, 12, 9> gauge_basis(const Eigen::Matrix<double, 18, 12>& T)
   return Q.rightCols<9>();
 }
 
-// The QR of a Jacobian, columns scaled to length 1. Gauss-Newton mends its own rounding, so that no
-// refinement as in LeastSquaresDesign is needed.
-class Factors {
- public:
-  Factors(const Eigen::MatrixXd& J, const std::vector<std::string>& names)
-      : scale_(J.colwise().norm().cwiseInverse()), qr_(J * scale_.asDiagonal()) {
-    if (qr_.rank() == J.cols()) {
-      return;
-    }
-    std::vector<std::string> open;
-    for (const Eigen::Index j : undetermined_columns(J)) {
-      const std::string& name = names[static_cast<std::size_t>(j)];
-      if (open.empty() || open.back() != name) {
-        open.push_back(name);
-      }
-    }
+ScaledQr factored(const Eigen::MatrixXd& J, const std::vector<std::string>& names) {
+  ScaledQr factors(J);
+  if (!factors.has_full_rank()) {
+    std::vector<std::string> open = names_of_open(undetermined_columns(J), names);
     const std::string list = joined(open);
     throw RankDeficientError(
         "the readings do not determine " + list + "; take all 12 points with each instrument",
         std::move(open));
   }
-
-  [[nodiscard]] Eigen::VectorXd step(const Eigen::VectorXd& residuals) const {
-    return scale_.cwiseProduct(qr_.solve(residuals));
-  }
-
-  [[nodiscard]] Eigen::MatrixXd covariance() const {
-    const Eigen::Index p = scale_.size();
-    Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(p, p);
-    qr_.matrixQR().topRows(p).triangularView<Eigen::Upper>().solveInPlace(inverse);
-    const Eigen::MatrixXd root = scale_.asDiagonal() * (qr_.colsPermutation() * inverse);
-    return root * root.transpose();
-  }
-
-  [[nodiscard]] Eigen::VectorXd leverage() const {
-    const Eigen::MatrixXd Q =
-        qr_.householderQ() * Eigen::MatrixXd::Identity(qr_.rows(), qr_.cols());
-    return Q.rowwise().squaredNorm();
-  }
-
- private:
-  Eigen::VectorXd scale_;
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;
-};
+  return factors;
+}
 
 }  // namespace
 
@@ -448,39 +418,72 @@ std::vector<int> SolidFit::worst_runs(const Eigen::VectorXd& residuals) const {
   return runs;
 }
 
+// Where the search stands, and the columns there.
+struct SolidFit::Place {
+  SolidState state;
+  Layout layout;
+};
+
+// The whole cube at a given scatter of each reference.
+struct SolidFit::Problem {
+  using State = Place;
+  using Linear = Linearised<>;
+
+  void linearise(const Place& at, Linear& linear) const {
+    linear.residuals = -fit.residuals(at.state, sigma);
+    linear.jacobian = fit.jacobian(at.state, at.layout, sigma);
+  }
+  [[nodiscard]] Place moved(const Place& at, const Eigen::VectorXd& step) const {
+    SolidState state = at.state;
+    fit.move(state, at.layout, step);
+    Layout layout = fit.layout(state);
+    return {.state = std::move(state), .layout = std::move(layout)};
+  }
+  [[nodiscard]] double cost(const Place& at, const Linear& /*before*/) const {
+    return fit.residuals(at.state, sigma).squaredNorm();
+  }
+  // Of the normals, and the mount and slope of the first reference [rad].
+  [[nodiscard]] static double length(const Place& at, const Eigen::VectorXd& step) {
+    return step.head(at.layout.reference.front() + 3).norm();
+  }
+
+  const SolidFit& fit;
+  const std::vector<double>& sigma;
+};
+
 SolidSolution SolidFit::solve() const {
   SolidSolution solution{.state = start()};
-  SolidState& state = solution.state;
+  Place place{.state = solution.state, .layout = layout(solution.state)};
   solution.sigma.assign(references_.size(), 1e-3 * references_.front().F);
   // The scatter decides how far the records are believed, and is itself found by the fit.
   constexpr int rounds_of_scatter = 4;
   for (int outer = 0; outer <= rounds_of_scatter; ++outer) {
-    Layout layout = this->layout(state);
-    Eigen::MatrixXd J = jacobian(state, layout, solution.sigma);
-    constexpr double settled_rad = 1e-11;
+    const Problem problem{.fit = *this, .sigma = solution.sigma};
+    static_cast<void>(
+        factored(jacobian(place.state, place.layout, solution.sigma), place.layout.names));
+    constexpr double always = std::numeric_limits<double>::infinity();
+    auto found =
+        gauss_newton(problem, std::move(place),
+                     {.most_rounds = 20, .settled = 1e-11 /* rad */, .qr_from_below = always});
+    place = std::move(found.state);
     constexpr double good_enough_rad = 1e-8;  // rounding of large residuals may stop it there
-    double change = 1.0;
-    for (int round = 0; round < 20 && change > settled_rad; ++round) {
-      const Eigen::VectorXd step = Factors(J, layout.names).step(residuals(state, solution.sigma));
-      move(state, layout, step);
-      layout = this->layout(state);
-      J = jacobian(state, layout, solution.sigma);
-      change = step.head(layout.reference.front() + 3).norm();
-    }
-    if (!(change < good_enough_rad)) {
+    if (!(found.left_to_go < good_enough_rad)) {
       throw RefusedError(
           "the cube's normals do not settle; check the labels of the readings, and that each was "
           "read by the instrument of its record");
     }
-    const Factors factors(J, layout.names);
+    const Eigen::MatrixXd J = jacobian(place.state, place.layout, solution.sigma);
+    const ScaledQr factors = factored(J, place.layout.names);
+    const Eigen::VectorXd left = residuals(place.state, solution.sigma);
     if (outer < rounds_of_scatter) {
-      solution.sigma = scatter(solution.sigma, residuals(state, solution.sigma), factors.leverage(),
-                               solution.degrees_of_freedom);
+      solution.sigma =
+          scatter(solution.sigma, left, factors.leverage(), solution.degrees_of_freedom);
     } else {
-      describe(layout, J, factors.covariance(), solution);
-      solution.worst_runs = worst_runs(residuals(state, solution.sigma));
+      describe(place.layout, J, factors.covariance(), solution);
+      solution.worst_runs = worst_runs(left);
     }
   }
+  solution.state = std::move(place.state);
   return solution;
 }
 

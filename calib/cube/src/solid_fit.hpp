@@ -74,6 +74,8 @@ class SolidFit {
 
  private:
   struct Layout;
+  struct Place;
+  struct Problem;
 
   [[nodiscard]] SolidState start() const;
   [[nodiscard]] Layout layout(const SolidState& state) const;

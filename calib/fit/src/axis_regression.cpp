@@ -31,19 +31,18 @@ void make_robust(AxisRegression& axis,
         "coefficients; add readings or leave --robust out");
   }
   const Eigen::VectorXd root = axis.weights.cwiseSqrt();
-  Eigen::VectorXd robust = Eigen::VectorXd::Ones(response.size());
   BisquareWeights bisquare;
-  for (int round = 0; round < 100; ++round) {
-    bisquare =
-        bisquare_weights(root.cwiseProduct(axis.fit.residuals), plain.leverage(), p, rounding);
-    const double change = (bisquare.weights - robust).cwiseAbs().maxCoeff();
-    robust = bisquare.weights;
-    axis.fit = LeastSquaresDesign(design, axis.weights.cwiseProduct(robust), names).fit(response);
-    if (change < 1e-9) {
-      break;
-    }
-  }
-  axis.robust_weights = robust;
+  axis.robust_weights = reweight_until_still(
+      response.size(), 1,
+      [&] {
+        bisquare =
+            bisquare_weights(root.cwiseProduct(axis.fit.residuals), plain.leverage(), p, rounding);
+        return bisquare.weights;
+      },
+      [&](const Eigen::MatrixXd& robust) {
+        axis.fit =
+            LeastSquaresDesign(design, axis.weights.cwiseProduct(robust), names).fit(response);
+      });
   axis.fit.degrees_of_freedom = static_cast<double>(plain.observations()) - p;
   axis.fit.residual_sd = bisquare.scale * std::sqrt(bisquare.variance_factor);
   axis.fit.covariance = axis.fit.residual_sd * axis.fit.residual_sd * plain.unscaled_covariance();

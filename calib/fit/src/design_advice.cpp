@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/design_advice.hpp"
 
-#include <algorithm>
-#include <cmath>
-
-#include <Eigen/QR>
-#include <Eigen/SVD>
-
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/positioner/design.hpp"
@@ -17,11 +12,8 @@ namespace axiscal {
 namespace {
 
 Eigen::Index rank_for_advice(const Eigen::MatrixXd& matrix) {
-  Eigen::VectorXd scale = matrix.colwise().norm();
-  scale = (scale.array() > 0.0).select(scale.cwiseInverse(), 1.0);
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(matrix * scale.asDiagonal());
-  qr.setThreshold(1e-6);  // a point that determines something only just is no advice
-  return qr.rank();
+  constexpr double worthwhile = 1e-6;  // a point that determines something only just is no advice
+  return ScaledQr(matrix, worthwhile).rank();
 }
 
 }  // namespace
@@ -63,34 +55,6 @@ std::string points_to_add(const Eigen::MatrixXd& design,
     }
   }
   return rank == design.cols() ? joined(names, "; ") : "";
-}
-
-std::vector<Eigen::Index> confounded_columns(const Eigen::MatrixXd& J,
-                                             double open_below,
-                                             double share_above) {
-  const Eigen::MatrixXd scaled =
-      J * J.colwise().norm().cwiseMax(1e-300).cwiseInverse().asDiagonal();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinV);
-  const Eigen::VectorXd& singular = svd.singularValues();
-  std::vector<Eigen::Index> open;
-  for (Eigen::Index j = 0; j < J.cols(); ++j) {
-    double share = 0.0;
-    for (Eigen::Index s = 0; s < J.cols(); ++s) {
-      if (singular(s) < open_below * singular(0)) {
-        share = std::max(share, std::abs(svd.matrixV()(j, s)));
-      }
-    }
-    if (share > share_above) {
-      open.push_back(j);
-    }
-  }
-  return open;
-}
-
-std::vector<std::string> without_repeats(const std::vector<std::string>& names) {
-  std::vector<std::string> kept = names;
-  kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
-  return kept;
 }
 
 OpenParameters open_parameters(const ReadingSet& set, const Eigen::MatrixXd& design) {

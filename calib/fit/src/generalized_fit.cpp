@@ -5,49 +5,30 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/QR>
-
 #include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/mixed_model.hpp"
+#include "axiscal/calib/response_system.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/rotation.hpp"
 
 namespace axiscal {
 namespace {
 
-// One round's linear system: unknowns are all axes' coefficients, the directions, and the inputs'
-// errors in units of their standard deviations.
-struct MixedModel {
-  Eigen::MatrixXd W;           // rows by axis, in units of sigma
-  Eigen::VectorXd r;           // what the current coefficients leave
-  Eigen::MatrixXd covariance;  // covers all unknowns
-  Eigen::VectorXd step;
-  Eigen::VectorXd residuals;  // after the step
-  bool determined = false;
-};
-
-void solve(MixedModel& model, Eigen::Index penalized) {
-  const Eigen::Index rows = model.W.rows();
-  const Eigen::Index columns = model.W.cols();
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(rows + penalized, columns);
-  A.topRows(rows) = model.W;
-  A.bottomRightCorner(penalized, penalized).setIdentity();
-  const Eigen::VectorXd scale = A.colwise().norm().cwiseMax(1e-300).cwiseInverse();
-  A = A * scale.asDiagonal();
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A);
-  qr.setThreshold(1e-9);
-  if (qr.rank() < columns) {
-    return;
+// By all inputs' errors beside each other.
+FieldChanges changes_with_inputs(const std::vector<UncertainInput>& inputs,
+                                 Eigen::Index readings,
+                                 const std::vector<Eigen::Vector3d>& fields) {
+  FieldChanges changes;
+  for (Eigen::Index i = 0; i < readings; ++i) {
+    Eigen::Matrix3Xd all(3, 0);
+    for (const UncertainInput& input : inputs) {
+      all.conservativeResize(3, all.cols() + input.parts);
+      all.rightCols(input.parts) = input.change(i, fields);
+    }
+    changes.push_back(std::move(all));
   }
-  model.determined = true;
-  Eigen::VectorXd b = Eigen::VectorXd::Zero(rows + penalized);
-  b.head(rows) = model.r;
-  model.step = scale.cwiseProduct(qr.solve(b).eval());
-  model.residuals = model.r - model.W * model.step;
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(columns, columns);
-  qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>().solveInPlace(inverse);
-  const Eigen::MatrixXd root = scale.asDiagonal() * (qr.colsPermutation() * inverse);
-  model.covariance = root * root.transpose();
+  return changes;
 }
 
 }  // namespace
@@ -142,59 +123,52 @@ std::optional<std::vector<Eigen::MatrixXd>> fit_with_uncertain_inputs(
     }
   }
   std::vector<Eigen::Vector3d> fields = estimate.fields;
-  MixedModel model;
+  Eigen::MatrixXd W;
+  std::optional<MixedModelFit> model;
   Eigen::VectorXd dof = Eigen::VectorXd::Zero(m);
   constexpr int most_rounds = 100;
   for (int round = 0; round < most_rounds; ++round) {
     if (round > 0) {
       state = fit.at(fields);
     }
-    model.W = Eigen::MatrixXd::Zero(n * m, p * m + directions + errors);
-    model.r.resize(n * m);
+    const FieldChanges by_inputs = changes_with_inputs(inputs, n, fields);
+    std::vector<Eigen::MatrixXd> own;
+    std::vector<Eigen::MatrixXd> shared;
+    Eigen::VectorXd left(n * m);
     for (Eigen::Index k = 0; k < m; ++k) {
       const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
       const Eigen::VectorXd root = axis.root_weights / sigma(k);
-      model.W.block(n * k, p * k, n, p) = root.asDiagonal() * axis.X;
-      model.W.block(n * k, p * m, n, directions) = axis.tangents.leftCols(directions) / sigma(k);
-      model.r.segment(n * k, n) = root.cwiseProduct(set.response.col(k) - axis.X * theta.col(k));
-      const Eigen::RowVector3d S = theta.col(k).segment<3>(1).transpose();
-      for (Eigen::Index i = 0; i < n; ++i) {
-        Eigen::Index first = p * m + directions;
-        for (const UncertainInput& input : inputs) {
-          model.W.row(n * k + i).segment(first, input.parts) =
-              root(i) * set.scale(i, k) * S * input.change(i, fields);
-          first += input.parts;
-        }
-      }
+      own.emplace_back(root.asDiagonal() * axis.X);
+      Eigen::MatrixXd& columns = shared.emplace_back(n, directions + errors);
+      columns << axis.tangents.leftCols(directions) / sigma(k),
+          root.asDiagonal() *
+              response_changes(set, k, theta.col(k).segment<3>(1).transpose(), by_inputs);
+      left.segment(n * k, n) = root.cwiseProduct(set.response.col(k) - axis.X * theta.col(k));
     }
-    solve(model, errors);
-    if (!model.determined) {
+    W = stacked_by_axis(own, shared);
+    model = fit_mixed_model(W, left, errors);
+    if (!model) {
       return std::nullopt;
     }
     double change = 0.0;
     for (Eigen::Index k = 0; k < m; ++k) {
-      const auto Wk = model.W.middleRows(n * k, n);
+      const auto Wk = W.middleRows(n * k, n);
       const Eigen::MatrixXd N = Wk.transpose() * Wk;
-      const Eigen::MatrixXd CN = model.covariance * N;
+      const Eigen::MatrixXd CN = model->covariance * N;
       const auto used = static_cast<double>((set.weights.col(k).array() > 0.0).count());
-      const double left = used - CN.trace();
-      if (!(left > 0.5)) {
+      const double free = used - CN.trace();
+      if (!(free > 0.5)) {
         return std::nullopt;
       }
-      dof(k) = left - CN.trace() + (CN * CN).trace();
-      const double factor = std::sqrt(model.residuals.segment(n * k, n).squaredNorm() / left);
+      dof(k) = free - CN.trace() + (CN * CN).trace();
+      const double factor = std::sqrt(model->residuals.segment(n * k, n).squaredNorm() / free);
       const double next = std::max(sigma(k) * factor, set.rounding(k));
       change = std::max(change, std::abs(next / sigma(k) - 1.0));
       sigma(k) = next;
-      theta.col(k) += model.step.segment(p * k, p);
+      theta.col(k) += model->estimate.segment(p * k, p);
     }
-    const Eigen::VectorXd turn = model.step.segment(p * m, directions);
-    for (std::size_t s = 0; s < fields.size() && directions > 0; ++s) {
-      const Eigen::VectorXd own = turn.segment(state.first_direction(s), state.tangents[s].cols());
-      const double F = fields[s].norm() * (own.size() > 2 ? std::exp(own(2)) : 1.0);
-      fields[s] =
-          F *
-          (fields[s].normalized() + state.tangents[s].leftCols<2>() * own.head<2>()).normalized();
+    if (directions > 0) {
+      fields = moved_fields(fields, state.tangents, model->estimate.segment(p * m, directions));
     }
     if (change < 1e-9 && round > 1) {
       break;
@@ -206,8 +180,8 @@ std::optional<std::vector<Eigen::MatrixXd>> fit_with_uncertain_inputs(
   for (Eigen::Index k = 0; k < m; ++k) {
     put_coefficients(set, k, theta.col(k), estimate);
   }
-  const Eigen::MatrixXd to_all = model.covariance.topRows(p * m);
-  estimate.statistics.covariance = to_all * (model.W.transpose() * model.W) * to_all.transpose();
+  const Eigen::MatrixXd to_all = model->covariance.topRows(p * m);
+  estimate.statistics.covariance = to_all * (W.transpose() * W) * to_all.transpose();
   std::vector<Eigen::MatrixXd> shares;
   Eigen::Index first = p * m + directions;
   for (const UncertainInput& input : inputs) {

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <numeric>
 
-#include <Eigen/QR>
 #include <Eigen/SVD>
 
 #include "axis_regression.hpp"
@@ -13,6 +12,7 @@
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/robust.hpp"
+#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -82,15 +82,6 @@ Solution solve(const ReadingSet& set,
   return equal;  // which is right too, if less sharp
 }
 
-double condition_of(const Eigen::MatrixXd& J) {
-  const Eigen::MatrixXd scaled = J * J.colwise().norm().cwiseInverse().asDiagonal();
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(scaled);
-  const Eigen::MatrixXd R =
-      qr.matrixQR().topRows(J.cols()).triangularView<Eigen::Upper>().toDenseMatrix();
-  const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>(R).singularValues();
-  return singular(0) / singular(singular.size() - 1);
-}
-
 // What each column of the Jacobian is of.
 std::vector<std::string> names_with_directions(const ReadingSet& set, const JointState& state) {
   std::vector<std::string> names = parameter_names(set.axes, set.also_kinds, set.temperature.order);
@@ -144,12 +135,7 @@ void require_direction(const ReadingSet& set, const JointFit& fit, const Solutio
   } else {
     open = undetermined_columns(J);
   }
-  const std::vector<std::string> all = names_with_directions(set, solution.state);
-  std::vector<std::string> names;
-  for (const Eigen::Index j : open) {
-    names.push_back(all[static_cast<std::size_t>(j)]);
-  }
-  names = without_repeats(names);
+  std::vector<std::string> names = names_of_open(open, names_with_directions(set, solution.state));
   const std::string points = points_to_add(
       J,
       [&](const DesignPoint& point, double level) {
@@ -334,21 +320,20 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Sol
   }
   const Eigen::MatrixXd leverage =
       leverage_of(describe(set, given, plain, Eigen::MatrixXd::Ones(set.size(), set.axis_count())));
-  Eigen::MatrixXd robust = Eigen::MatrixXd::Ones(set.size(), set.axis_count());
   JointState state = plain.state;
   Eigen::VectorXd sigma = plain.sigma;
-  for (int round = 0; round < 100; ++round) {
-    const RobustRound next = robust_round(set, state, leverage, plain.shares.degrees_of_freedom);
-    const double change = (next.weights - robust).cwiseAbs().maxCoeff();
-    robust = next.weights;
-    sigma = next.sigma;
-    const Eigen::MatrixXd weights = set.weights.cwiseProduct(robust);
-    const JointFit reweighted(set, weights);
-    state = reweighted.converged(reweighted.at(state.fields), sigma);
-    if (change < 1e-9) {
-      break;
-    }
-  }
+  const Eigen::MatrixXd robust = reweight_until_still(
+      set.size(), set.axis_count(),
+      [&] {
+        RobustRound next = robust_round(set, state, leverage, plain.shares.degrees_of_freedom);
+        sigma = next.sigma;
+        return std::move(next.weights);
+      },
+      [&](const Eigen::MatrixXd& robust_weights) {
+        const Eigen::MatrixXd weights = set.weights.cwiseProduct(robust_weights);
+        const JointFit reweighted(set, weights);
+        state = reweighted.converged(reweighted.at(state.fields), sigma);
+      });
   // Covariance by the given weights and the robust scatter; estimate and residuals are the robust.
   Solution solution{.state = given.at(state.fields), .sigma = sigma, .shares = {}};
   solution.shares = given.shares(solution.state, sigma);

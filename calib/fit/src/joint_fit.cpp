@@ -10,6 +10,8 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
+#include "axiscal/calib/response_system.hpp"
+
 namespace axiscal {
 namespace {
 
@@ -130,21 +132,9 @@ struct NoiseFit {
 JointState JointFit::at(const std::vector<Eigen::Vector3d>& fields) const {
   JointState state{.fields = fields, .tangents = {}, .axes = {}};
   const Eigen::MatrixXd base = field_design(set_, fields);
-  for (std::size_t s = 0; s < fields.size(); ++s) {
-    state.tangents.push_back(set_.field.tangents(fields, s));
-  }
+  state.tangents = tangents_of_fields(set_, fields);
   const Eigen::Index directions = state.direction_count();
-  // Change of the field in the sensor with each direction, reading by reading.
-  std::vector<Eigen::Matrix<double, 3, Eigen::Dynamic>> field_change;
-  for (Eigen::Index i = 0; i < set_.size(); ++i) {
-    Eigen::Matrix<double, 3, Eigen::Dynamic> all(3, directions);
-    for (std::size_t s = 0; s < fields.size(); ++s) {
-      all.middleCols(state.first_direction(s), state.tangents[s].cols()) =
-          set_.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
-          set_.field_change(i, fields, s) * (fields[s].norm() * state.tangents[s]);
-    }
-    field_change.push_back(std::move(all));
-  }
+  const FieldChanges field_changes = changes_with_directions(set_, fields, state.tangents);
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
     JointAxis axis;
     // Axes of the same weights share one factorisation.
@@ -157,11 +147,8 @@ JointState JointFit::at(const std::vector<Eigen::Vector3d>& fields) const {
     axis.root_weights = weights_.col(k).cwiseSqrt();
     axis.estimate = axis.design->estimate(set_.response.col(k));
     axis.residuals = axis.root_weights.cwiseProduct(set_.response.col(k) - axis.X * axis.estimate);
-    Eigen::MatrixXd change(set_.size(), directions);
-    for (Eigen::Index i = 0; i < set_.size(); ++i) {
-      change.row(i) = set_.scale(i, k) * axis.estimate.segment<3>(1).transpose() *
-                      field_change[static_cast<std::size_t>(i)];
-    }
+    const Eigen::MatrixXd change =
+        response_changes(set_, k, axis.estimate.segment<3>(1).transpose(), field_changes);
     axis.take_up.resize(axis.X.cols(), directions);
     for (Eigen::Index j = 0; j < directions; ++j) {
       axis.take_up.col(j) = axis.design->estimate(change.col(j));
@@ -214,12 +201,7 @@ std::optional<JointState> JointFit::advanced(const JointState& state,
   step *= std::min(1.0, longest_step_rad / std::max(step.norm(), 1e-300));
   const double current = cost(state, sigma);
   for (int halving = 0; halving < 12; ++halving) {
-    std::vector<Eigen::Vector3d> fields;
-    for (std::size_t s = 0; s < state.fields.size(); ++s) {
-      const Eigen::VectorXd own = step.segment(state.first_direction(s), state.tangents[s].cols());
-      fields.push_back(TableField::moved(state.fields[s], state.tangents[s], own));
-    }
-    JointState next = at(fields);
+    JointState next = at(moved_fields(state.fields, state.tangents, step));
     // Near the minimum the cost's own rounding must not stop the last steps.
     if (cost(next, sigma) <= (1.0 + 1e-12) * current) {
       return next;
@@ -298,17 +280,14 @@ DirectionShares JointFit::shares(const JointState& state, const Eigen::VectorXd&
 }
 
 Eigen::MatrixXd JointFit::jacobian(const JointState& state, const Eigen::VectorXd& sigma) const {
-  const Eigen::Index n = set_.size();
-  const Eigen::Index m = set_.axis_count();
-  const Eigen::Index directions = state.direction_count();
-  const Eigen::Index p = state.axes.front().X.cols();
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(n * m, p * m + directions);
-  for (Eigen::Index k = 0; k < m; ++k) {
+  std::vector<Eigen::MatrixXd> own;
+  std::vector<Eigen::MatrixXd> shared;
+  for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
-    J.block(n * k, p * k, n, p) = axis.root_weights.asDiagonal() * axis.X / sigma(k);
-    J.block(n * k, p * m, n, directions) = axis.tangents / sigma(k);
+    own.emplace_back(axis.root_weights.asDiagonal() * axis.X / sigma(k));
+    shared.emplace_back(axis.tangents / sigma(k));
   }
-  return J;
+  return stacked_by_axis(own, shared);
 }
 
 Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen::Index>& rows) {

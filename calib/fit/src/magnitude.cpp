@@ -9,17 +9,17 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <Eigen/SVD>
 
 #include "axis_regression.hpp"
-#include "axiscal/calib/design_advice.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/magnitude_fit.hpp"
 #include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/calib/robust.hpp"
+#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -68,14 +68,12 @@ Ellipsoid moved(const Ellipsoid& from, const EllipsoidParameters& step, Magnitud
 }
 
 // Deviations |f| - 1 and what changes them, in units of a reading's noise.
-struct Linearised {
-  Eigen::VectorXd deviation;                                        // n
-  Eigen::Matrix<double, Eigen::Dynamic, parameter_count> jacobian;  // n x 9
+struct Linear : Linearised<parameter_count> {
   Eigen::VectorXd scale;  // n: 1 / standard deviation of |f|, for noise of 1
 };
 
 // By columns, so that all of it is arithmetic on whole arrays.
-void linearise(const Cloud& cloud, const Ellipsoid& at, Linearised& result) {
+void linearise(const Cloud& cloud, const Ellipsoid& at, Linear& result) {
   using Columns = Eigen::Array<double, Eigen::Dynamic, 3>;
   const Eigen::Matrix3d C = at.A * cloud.noise * at.A.transpose();
   const Columns d = (cloud.v.rowwise() - at.b.transpose()).array();
@@ -91,7 +89,7 @@ void linearise(const Cloud& cloud, const Ellipsoid& at, Linearised& result) {
        2.0 * (C(0, 1) * u.col(0) * u.col(1) + C(0, 2) * u.col(0) * u.col(2) +
               C(1, 2) * u.col(1) * u.col(2)))
           .sqrt();
-  result.deviation = result.scale.array() * (length - 1.0);
+  result.residuals = result.scale.array() * (length - 1.0);
   u.colwise() *= result.scale.array();
   result.jacobian.resize(d.rows(), parameter_count);
   for (int j = 0; j < 3; ++j) {
@@ -108,8 +106,8 @@ void linearise(const Cloud& cloud, const Ellipsoid& at, Linearised& result) {
   }
 }
 
-Linearised linearise(const Cloud& cloud, const Ellipsoid& at) {
-  Linearised result;
+Linear linearise(const Cloud& cloud, const Ellipsoid& at) {
+  Linear result;
   linearise(cloud, at, result);
   return result;
 }
@@ -126,78 +124,41 @@ double cost_at(const Cloud& cloud, const Ellipsoid& at, const Eigen::VectorXd& s
   return (scale.array() * (squares.sqrt() - 1.0)).square().sum();
 }
 
-// The step that the linearised problem asks for. Far from the solution J^T J leads the way; the
-// last steps, which the result rests on, are by QR.
-EllipsoidParameters step_of(const Linearised& linear, double damping, bool by_qr) {
-  using Square = Eigen::Matrix<double, parameter_count, parameter_count>;
-  if (!by_qr) {
-    Square N = Square::Zero();
-    N.selfadjointView<Eigen::Lower>().rankUpdate(linear.jacobian.transpose());
-    const EllipsoidParameters per_length = N.diagonal().cwiseSqrt().cwiseInverse();
-    N = per_length.asDiagonal() * N * per_length.asDiagonal();
-    N.diagonal().array() += damping;
-    const Eigen::LLT<Square, Eigen::Lower> cholesky(N);
-    constexpr double smallest_pivot = 1e-5;
-    if (cholesky.info() == Eigen::Success &&
-        cholesky.matrixLLT().diagonal().minCoeff() > smallest_pivot) {
-      const EllipsoidParameters gradient = linear.jacobian.transpose() * linear.deviation;
-      return -per_length.cwiseProduct(cholesky.solve(per_length.cwiseProduct(gradient)));
-    }
-  }
-  const Eigen::Index n = linear.jacobian.rows();
-  if (damping == 0.0) {
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(linear.jacobian);
-    if (qr.rank() == parameter_count) {
-      return qr.solve(Eigen::VectorXd(-linear.deviation));
-    }
-  }
-  Eigen::MatrixXd J(n + parameter_count, parameter_count);
-  const EllipsoidParameters lengths = linear.jacobian.colwise().norm().transpose();
-  J << linear.jacobian, (std::sqrt(damping) * lengths).asDiagonal().toDenseMatrix();
-  Eigen::VectorXd r = Eigen::VectorXd::Zero(J.rows());
-  r.head(n) = -linear.deviation;
-  return minimum_norm_solution(J, r);
-}
+// The weights are fixed within a step. `robust` weights multiply those of the readings; empty: all
+// 1.
+class EllipsoidProblem {
+ public:
+  using State = Ellipsoid;
+  using Linear = axiscal::Linear;
 
-// Gauss-Newton, damped when the cost rises; the weights are fixed within a step. `robust` weights
-// multiply those of the readings; empty: all 1.
-Ellipsoid converged(const Cloud& cloud, Ellipsoid at, const Eigen::VectorXd& robust) {
-  const Eigen::VectorXd root = robust.cwiseSqrt();
-  double damping = 0.0;
-  double moved_by = 1.0;
-  Linearised linear;
-  for (int round = 0; round < 200; ++round) {
-    linearise(cloud, at, linear);
-    if (root.size() > 0) {
-      linear.deviation.array() *= root.array();
-      linear.jacobian.array().colwise() *= root.array();
-      linear.scale.array() *= root.array();
-    }
-    const Eigen::VectorXd& scale = linear.scale;
-    const double cost = linear.deviation.squaredNorm();
-    const bool by_qr = moved_by < 1e-6;
-    bool better = false;
-    const double moved_before = moved_by;
-    for (int attempt = 0; attempt < 30 && !better; ++attempt) {
-      const EllipsoidParameters step = step_of(linear, damping, by_qr);
-      const Ellipsoid next = moved(at, step, cloud.shape);
-      better = step.allFinite() && next.A.determinant() > 0.0 &&
-               cost_at(cloud, next, scale) <= (1.0 + 1e-12) * cost;
-      if (better) {
-        at = next;
-        moved_by = step.norm();
-        damping = damping > 1e-9 ? damping / 10.0 : 0.0;
-      } else {
-        damping = std::max(10.0 * damping, 1e-6);
-      }
-    }
-    // The next step would be shorter by as much again.
-    const double next_step = moved_by * std::min(1.0, moved_by / moved_before);
-    if (!better || moved_by < 1e-13 || (by_qr && next_step < 1e-13)) {
-      break;
+  EllipsoidProblem(const Cloud& cloud, const Eigen::VectorXd& robust)
+      : cloud_(cloud), root_(robust.cwiseSqrt()) {}
+
+  void linearise(const Ellipsoid& at, Linear& linear) const {
+    axiscal::linearise(cloud_, at, linear);
+    if (root_.size() > 0) {
+      linear.residuals.array() *= root_.array();
+      linear.jacobian.array().colwise() *= root_.array();
+      linear.scale.array() *= root_.array();
     }
   }
-  return at;
+  [[nodiscard]] Ellipsoid moved(const Ellipsoid& at, const EllipsoidParameters& step) const {
+    return axiscal::moved(at, step, cloud_.shape);
+  }
+  [[nodiscard]] double cost(const Ellipsoid& at, const Linear& before) const {
+    return at.A.determinant() > 0.0 ? cost_at(cloud_, at, before.scale) : not_a_number;
+  }
+  [[nodiscard]] static double length(const Ellipsoid& /*at*/, const EllipsoidParameters& step) {
+    return step.norm();
+  }
+
+ private:
+  const Cloud& cloud_;
+  Eigen::VectorXd root_;
+};
+
+Ellipsoid converged(const Cloud& cloud, const Ellipsoid& start, const Eigen::VectorXd& robust) {
+  return gauss_newton(EllipsoidProblem(cloud, robust), start).state;
 }
 
 // The symmetric or triangular A of an ellipsoid d^T M d = 1.
@@ -262,7 +223,7 @@ Ellipsoid algebraic_start(const Cloud& cloud) {
 // Statistics at a solution.
 struct Fit {
   Ellipsoid at;
-  Linearised linear;
+  Linear linear;
   Eigen::MatrixXd unscaled_covariance;  // 9 x 9
   Eigen::VectorXd leverage;             // n
   Eigen::VectorXd robust;               // n
@@ -283,12 +244,9 @@ std::vector<std::string> names_of(const ReadingSet& set) {
   return names;
 }
 
-void require_open_nothing(const ReadingSet& set, const Linearised& linear) {
-  const std::vector<std::string> names = names_of(set);
-  std::vector<std::string> open;
-  for (const Eigen::Index j : confounded_columns(linear.jacobian, 1e-6, 1e-3)) {
-    open.push_back(names[static_cast<std::size_t>(j)]);
-  }
+void require_open_nothing(const ReadingSet& set, const Linear& linear) {
+  std::vector<std::string> open =
+      names_of_open(confounded_columns(linear.jacobian, 1e-6, 1e-3), names_of(set));
   if (!open.empty()) {
     const std::string list = joined(open);
     throw RankDeficientError(
@@ -306,7 +264,7 @@ Fit describe(const Cloud& cloud, const Ellipsoid& at, const Eigen::VectorXd& rob
   fit.leverage = design.leverage();
   fit.condition_number = design.condition_number();
   fit.dof = static_cast<double>(cloud.size() - parameter_count);
-  fit.sd = std::sqrt(fit.linear.deviation.squaredNorm() / fit.dof);
+  fit.sd = std::sqrt(fit.linear.residuals.squaredNorm() / fit.dof);
   return fit;
 }
 
@@ -317,17 +275,15 @@ Fit fit_cloud(const Cloud& cloud, bool robust) {
     return describe(cloud, at, weights);
   }
   BisquareWeights bisquare;
-  for (int round = 0; round < 100; ++round) {
-    const Fit now = describe(cloud, at, weights);
-    bisquare = bisquare_weights(now.linear.deviation, now.leverage,
-                                static_cast<double>(parameter_count), 1e-15);
-    const double change = (bisquare.weights - weights).cwiseAbs().maxCoeff();
-    weights = bisquare.weights;
-    at = converged(cloud, at, weights);
-    if (change < 1e-9) {
-      break;
-    }
-  }
+  weights = reweight_until_still(
+      cloud.size(), 1,
+      [&] {
+        const Fit now = describe(cloud, at, weights);
+        bisquare = bisquare_weights(now.linear.residuals, now.leverage,
+                                    static_cast<double>(parameter_count), 1e-15);
+        return bisquare.weights;
+      },
+      [&](const Eigen::MatrixXd& robust_weights) { at = converged(cloud, at, robust_weights); });
   Fit fit = describe(cloud, at, weights);
   fit.sd = bisquare.scale * std::sqrt(bisquare.variance_factor);
   return fit;
@@ -388,7 +344,7 @@ EllipsoidParameters bias_by_bootstrap(const Cloud& all, const Fit& fit) {
 // Whether residuals may be independent normal noise: neither do neighbours resemble each other, as
 // when an instrument is turned by hand, nor does one stand out.
 bool is_plain_noise(const Fit& fit) {
-  const Eigen::VectorXd& r = fit.linear.deviation;
+  const Eigen::VectorXd& r = fit.linear.residuals;
   const auto n = static_cast<double>(r.size());
   const double together = r.head(r.size() - 1).dot(r.tail(r.size() - 1)) / r.squaredNorm();
   constexpr double beyond_chance = 3.5;  // standard deviations
@@ -507,9 +463,9 @@ Estimate estimate_magnitude(const ReadingSet& set,
   statistics.variance_inflation.setConstant(not_a_number);
   statistics.condition_number = fit.condition_number;
   const ResidualDiagnostics diagnostics =
-      set.robust ? scale_residuals(fit.linear.deviation, fit.leverage, fit.sd,
+      set.robust ? scale_residuals(fit.linear.residuals, fit.leverage, fit.sd,
                                    static_cast<double>(parameter_count))
-                 : diagnose_residuals(fit.linear.deviation, fit.leverage, fit.dof,
+                 : diagnose_residuals(fit.linear.residuals, fit.leverage, fit.dof,
                                       static_cast<double>(parameter_count));
   for (Eigen::Index k = 0; k < 3; ++k) {
     put_diagnostics(statistics, k, fit.leverage, diagnostics,

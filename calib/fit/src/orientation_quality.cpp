@@ -10,8 +10,8 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
+#include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/calib/least_squares.hpp"
-#include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
@@ -28,7 +28,6 @@ Eigen::MatrixXd unit_rows(const Eigen::MatrixXd& rows) {
 struct AngleFit {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   double cosine = 0.0;
-  double rss = std::numeric_limits<double>::infinity();
 };
 
 Eigen::MatrixXd angle_jacobian(const Eigen::MatrixXd& turned, const Eigen::MatrixXd& companion) {
@@ -41,36 +40,37 @@ Eigen::MatrixXd angle_jacobian(const Eigen::MatrixXd& turned, const Eigen::Matri
   return J;
 }
 
-AngleFit fit_angle(const Eigen::MatrixXd& f, const Eigen::MatrixXd& g, const Eigen::Matrix3d& R) {
-  AngleFit fit{.R = R};
-  const auto residuals = [&](const AngleFit& at) -> Eigen::VectorXd {
-    return ((f * at.R.transpose()).cwiseProduct(g).rowwise().sum().array() - at.cosine).matrix();
-  };
-  fit.cosine = (f * R.transpose()).cwiseProduct(g).rowwise().sum().mean();
-  fit.rss = residuals(fit).squaredNorm();
-  for (int round = 0; round < 100; ++round) {
-    const Eigen::MatrixXd J = angle_jacobian(f * fit.R.transpose(), g);
-    Eigen::VectorXd step = minimum_norm_solution(J, -residuals(fit));
-    step *= std::min(1.0, 0.5 / std::max(step.head<3>().norm(), 1e-300));
-    bool better = false;
-    for (int halving = 0; halving < 20 && !better; ++halving) {
-      AngleFit next = fit;
-      next.R = rotation_by(step.head<3>()) * fit.R;
-      next.cosine += step(3);
-      next.rss = residuals(next).squaredNorm();
-      better = next.rss <= fit.rss * (1.0 + 1e-14);
-      if (better) {
-        fit = next;
-      } else {
-        step *= 0.5;
-      }
-    }
-    if (!better || step.norm() < 1e-14) {
-      break;
-    }
+// Unknowns are a turn of the instrument and the cosine.
+class AngleProblem {
+ public:
+  using State = AngleFit;
+  using Linear = Linearised<>;
+
+  AngleProblem(const Eigen::MatrixXd& f, const Eigen::MatrixXd& g) : f_(f), g_(g) {}
+
+  [[nodiscard]] Eigen::VectorXd cosines(const Eigen::Matrix3d& R) const {
+    return (f_ * R.transpose()).cwiseProduct(g_).rowwise().sum();
   }
-  return fit;
-}
+  [[nodiscard]] double cost(const AngleFit& at) const {
+    return (cosines(at.R).array() - at.cosine).square().sum();
+  }
+
+  void linearise(const AngleFit& at, Linear& linear) const {
+    linear.residuals = (cosines(at.R).array() - at.cosine).matrix();
+    linear.jacobian = angle_jacobian(f_ * at.R.transpose(), g_);
+  }
+  [[nodiscard]] static AngleFit moved(const AngleFit& at, const Eigen::VectorXd& step) {
+    return {.R = rotation_by(step.head<3>()) * at.R, .cosine = at.cosine + step(3)};
+  }
+  [[nodiscard]] double cost(const AngleFit& at, const Linear& /*before*/) const { return cost(at); }
+  [[nodiscard]] static double length(const AngleFit& /*at*/, const Eigen::VectorXd& step) {
+    return step.norm();
+  }
+
+ private:
+  const Eigen::MatrixXd& f_;
+  const Eigen::MatrixXd& g_;
+};
 
 }  // namespace
 
@@ -122,16 +122,19 @@ Alignment align_by_constant_angle(const Eigen::MatrixXd& fields, const Eigen::Ma
   }
   const Eigen::MatrixXd f = unit_rows(fields);
   const Eigen::MatrixXd g = unit_rows(companion);
+  const AngleProblem problem(f, g);
   AngleFit best;
+  double least = std::numeric_limits<double>::infinity();
   for (const DesignEntry& entry : standard_design(24)) {
     // The 24 rotations of a cube: axes that are exchanged or reversed.
     Eigen::Matrix3d R;
     R.col(0) = nominal_normal(entry.point.rest());
     R.col(1) = nominal_normal(entry.point.fence());
     R.col(2) = R.col(0).cross(R.col(1));
-    const AngleFit fit = fit_angle(f, g, R);
-    if (fit.rss < best.rss) {
+    const AngleFit fit = gauss_newton(problem, {.R = R, .cosine = problem.cosines(R).mean()}).state;
+    if (const double rss = problem.cost(fit); rss < least) {
       best = fit;
+      least = rss;
     }
   }
   const Eigen::MatrixXd J = angle_jacobian(f * best.R.transpose(), g);
@@ -145,7 +148,7 @@ Alignment align_by_constant_angle(const Eigen::MatrixXd& fields, const Eigen::Ma
   const LeastSquaresDesign design(J);
   Alignment alignment{.rotation_companion_from_sensor = best.R};
   alignment.angle_rad = std::acos(std::clamp(best.cosine, -1.0, 1.0));
-  alignment.residual_sd = std::sqrt(best.rss / static_cast<double>(J.rows() - 4));
+  alignment.residual_sd = std::sqrt(least / static_cast<double>(J.rows() - 4));
   const Eigen::VectorXd se =
       alignment.residual_sd * design.unscaled_covariance().diagonal().cwiseSqrt();
   alignment.standard_error_rad = se.head<3>();

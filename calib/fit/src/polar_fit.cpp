@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "axiscal/calib/minimum_norm.hpp"
+#include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/not_a_number.hpp"
 
@@ -18,6 +18,64 @@ Eigen::Vector3d row_of(const PolarParameters& p, int axis, AxisConvention conven
   return sensitivity_from_polar(
       {.sensitivity = p(1), .coning_angle_rad = p(2), .azimuth_rad = p(3)}, axis, convention);
 }
+
+// Readings v = b + F s, of the row s in its polar form.
+class PolarProblem {
+ public:
+  using State = PolarParameters;
+  using Linear = Linearised<4>;
+
+  PolarProblem(const Eigen::Matrix<double, Eigen::Dynamic, 3>& field,
+               const Eigen::VectorXd& response,
+               int axis,
+               AxisConvention convention)
+      : field_(field), response_(response), axis_(axis), convention_(convention) {}
+
+  [[nodiscard]] Eigen::VectorXd residuals(const PolarParameters& at) const {
+    return along(at) + Eigen::VectorXd::Constant(response_.size(), at(0)) - response_;
+  }
+
+  void linearise(const PolarParameters& at, Linear& linear) const {
+    linear.residuals = residuals(at);
+    linear.jacobian.resize(response_.size(), 4);
+    linear.jacobian.col(0).setOnes();
+    // The row is linear in s, and its changes with the angles are rows of other angles.
+    PolarParameters unit = at;
+    unit(1) = 1.0;
+    linear.jacobian.col(1) = along(unit);
+    PolarParameters turned = at;
+    turned(2) += 0.5 * std::numbers::pi;  // d/dOmega of (cos, sin)
+    linear.jacobian.col(2) = along(turned);
+    PolarParameters flat = at;
+    flat(2) = 0.5 * std::numbers::pi;
+    flat(3) += 0.5 * std::numbers::pi;
+    linear.jacobian.col(3) = std::sin(at(2)) * along(flat);
+  }
+  [[nodiscard]] static PolarParameters moved(const PolarParameters& at,
+                                             const PolarParameters& step) {
+    return at + step;
+  }
+  [[nodiscard]] double cost(const PolarParameters& at, const Linear& /*before*/) const {
+    return residuals(at).squaredNorm();
+  }
+  // In parts of the readings: an angle of no cone changes nothing.
+  [[nodiscard]] double length(const PolarParameters& at, const PolarParameters& step) const {
+    Linear linear;
+    linearise(at, linear);
+    const PolarParameters lengths = linear.jacobian.colwise().norm();
+    return lengths.cwiseProduct(step).norm() / response_.norm();
+  }
+
+ private:
+  [[nodiscard]] Eigen::VectorXd along(const PolarParameters& at) const {
+    return field_ * row_of(at, axis_, convention_);
+  }
+
+  const Eigen::Matrix<double, Eigen::Dynamic, 3>& field_;
+  const Eigen::VectorXd& response_;
+  int axis_;
+  AxisConvention convention_;
+};
 
 }  // namespace
 
@@ -37,53 +95,19 @@ PolarFit fit_polar_form(const Eigen::Matrix<double, Eigen::Dynamic, 3>& field_in
   const Eigen::Vector3d straight =
       sensitivity_from_polar({.sensitivity = 1.0}, nominal_axis, convention);
   PolarParameters p(response.mean(), slope / straight(nominal_axis), 1e-3, 0.5);
-  const auto residuals = [&](const PolarParameters& at) -> Eigen::VectorXd {
-    return response - (field_in_sensor * row_of(at, nominal_axis, convention)).eval() -
-           Eigen::VectorXd::Constant(n, at(0));
-  };
+  constexpr double first_damping = 1e-3;  // near the singular point the azimuth may be anything
+  const PolarProblem problem(field_in_sensor, response, nominal_axis, convention);
+  const auto found = gauss_newton(problem, p, {.first_damping = first_damping});
+  p = found.state;
   PolarFit fit;
-  Eigen::VectorXd r = residuals(p);
-  double damping = 1e-3;
-  constexpr int most_rounds = 200;
-  for (; fit.rounds < most_rounds && !fit.converged; ++fit.rounds) {
-    Eigen::MatrixXd J(n + 4, 4);
-    J.setZero();
-    J.col(0).head(n).setOnes();
-    // The row is linear in s, and its changes with the angles are rows of other angles.
-    PolarParameters unit = p;
-    unit(1) = 1.0;
-    J.col(1).head(n) = field_in_sensor * row_of(unit, nominal_axis, convention);
-    PolarParameters turned = p;
-    turned(2) += 0.5 * std::numbers::pi;  // d/dOmega of (cos, sin)
-    J.col(2).head(n) = field_in_sensor * row_of(turned, nominal_axis, convention);
-    PolarParameters flat = p;
-    flat(2) = 0.5 * std::numbers::pi;
-    flat(3) += 0.5 * std::numbers::pi;
-    J.col(3).head(n) = std::sin(p(2)) * (field_in_sensor * row_of(flat, nominal_axis, convention));
-    const Eigen::Vector4d length = J.colwise().norm().cwiseMax(1e-300);
-    for (int j = 0; j < 4; ++j) {
-      J(n + j, j) = std::sqrt(damping) * length(j);
-    }
-    Eigen::VectorXd b = Eigen::VectorXd::Zero(n + 4);
-    b.head(n) = r;
-    const PolarParameters step = minimum_norm_solution(J, b);
-    const PolarParameters next = p + step;
-    const Eigen::VectorXd left = residuals(next);
-    if (left.squaredNorm() <= r.squaredNorm() * (1.0 + 1e-14)) {
-      const double change = (length.asDiagonal() * step).norm();
-      fit.converged = change <= 1e-13 * response.norm();
-      p = next;
-      r = left;
-      damping = std::max(0.1 * damping, 1e-15);
-    } else {
-      damping *= 10.0;
-      fit.converged = damping > 1e12;  // nothing is left to gain
-    }
-  }
+  fit.rounds = found.rounds;
+  fit.converged = found.converged;
   fit.bias = p(0);
   // The same row in the one form that is stated: coning angle from 0 to pi/2.
   fit.form = polar_from_sensitivity(row_of(p, nominal_axis, convention), nominal_axis, convention);
-  fit.residual_sd = n > 4 ? std::sqrt(r.squaredNorm() / static_cast<double>(n - 4)) : not_a_number;
+  fit.residual_sd = n > 4
+                        ? std::sqrt(problem.residuals(p).squaredNorm() / static_cast<double>(n - 4))
+                        : not_a_number;
   return fit;
 }
 

@@ -46,7 +46,7 @@ ReadingSource::ReadingSource(const Experiment& experiment,
       weights_(weights_of(observations, weighting)) {
   find_range();
   find_rows();
-  find_sun_time();
+  find_mean_time();
   find_also();
   if (experiment.level_by == LevelBy::block) {
     std::set<int> blocks;
@@ -107,7 +107,7 @@ void ReadingSource::find_range() {
   }
 }
 
-void ReadingSource::find_sun_time() {
+void ReadingSource::find_mean_time() {
   if (!field_moves(experiment_) || by_field_) {
     return;
   }
@@ -118,14 +118,15 @@ void ReadingSource::find_sun_time() {
       return;  // the date of the experiment, if it has a time, counts for all
     }
     if (!is_utc(*reading.time_s)) {
-      throw RefusedError("run " + std::to_string(reading.run) +
-                         ": the sun's place needs the column 'time' as UTC (ISO 8601, or seconds "
-                         "since 1970), not as seconds of the recording");
+      throw RefusedError("run " + std::to_string(reading.run) + ": " +
+                         moving_field_name(experiment_) +
+                         " needs the column 'time' as UTC (ISO 8601, or seconds since 1970), not "
+                         "as seconds of the recording");
     }
     sum += *reading.time_s / static_cast<double>(rows_.size());
   }
   static_cast<void>(turn_of_field(experiment_, sum, sum));  // whether it can be told
-  sun_time_s_ = sum;
+  mean_time_s_ = sum;
 }
 
 void ReadingSource::keep_complete_rows() {
@@ -143,10 +144,10 @@ Eigen::Matrix3d ReadingSource::rotation(const Reading& reading) const {
   const Eigen::Matrix3d R =
       experiment_.rotation_sensor_from_positioner *
       experiment_.positioner.rotation_table_from_positioner(*reading.point).transpose();
-  if (!sun_time_s_) {
+  if (!mean_time_s_) {
     return R;
   }
-  return R * turn_of_field(experiment_, *sun_time_s_, reading.time_s.value_or(*sun_time_s_));
+  return R * turn_of_field(experiment_, *mean_time_s_, reading.time_s.value_or(*mean_time_s_));
 }
 
 void ReadingSource::set_temperature(int order, std::optional<double> reference) {

@@ -8,13 +8,13 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/covariance_root.hpp"
-#include "axiscal/calib/design_advice.hpp"
-#include "axiscal/calib/minimum_norm.hpp"
+#include "axiscal/calib/gauss_newton.hpp"
+#include "axiscal/calib/mixed_model.hpp"
 #include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -129,53 +129,39 @@ struct Candidate {
   Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   TurnSet::State state;
-  int rounds = 0;
 };
 
-Candidate converged(std::span<const GyroscopeTurn> turns,
-                    const Eigen::Matrix3d& start,
-                    const Eigen::Vector3d& bias,
-                    const TurnFitOptions& options) {
-  const bool fit_bias = options.fit_bias;
-  const Eigen::Index unknowns = fit_bias ? 12 : 9;
-  TurnSet set(turns, bias);
-  Candidate at{.B = start, .bias = bias, .state = set.at(start)};
-  double damping = 0.0;
-  for (at.rounds = 1; at.rounds <= most_turn_rounds; ++at.rounds) {
-    const Eigen::MatrixXd J = at.state.jacobian.leftCols(unknowns);
-    const Eigen::VectorXd lengths = J.colwise().norm().cwiseMax(1e-300);
-    bool better = false;
-    double change = 0.0;
-    for (int attempt = 0; attempt < 20 && !better; ++attempt) {
-      Eigen::MatrixXd A(J.rows() + unknowns, unknowns);
-      A << J * lengths.cwiseInverse().asDiagonal(),
-          std::sqrt(damping) * Eigen::MatrixXd::Identity(unknowns, unknowns);
-      Eigen::VectorXd r = Eigen::VectorXd::Zero(A.rows());
-      r.head(J.rows()) = -at.state.residuals;
-      const Eigen::VectorXd step = minimum_norm_solution(A, r).cwiseQuotient(lengths);
-      Candidate next{.B = at.B, .bias = at.bias, .rounds = at.rounds};
-      next.B += Eigen::Map<const RowMajor3>(step.data());
-      if (fit_bias) {
-        next.bias += step.tail<3>();
-        set = TurnSet(turns, next.bias);
-      }
-      next.state = set.at(next.B);
-      better = step.allFinite() && next.state.cost() <= at.state.cost() * (1.0 + 1e-12);
-      if (better) {
-        change =
-            step.head<9>().norm() / at.B.norm() + (fit_bias ? (at.B * step.tail<3>()).norm() : 0.0);
-        at = std::move(next);
-        damping = damping > 1e-9 ? damping / 10.0 : 0.0;
-      } else {
-        damping = std::max(10.0 * damping, 1e-4);
-      }
-    }
-    if (!better || change < options.tolerance) {
-      break;
-    }
+// Unknowns are B row by row, and the bias if it is fitted too.
+class TurnProblem {
+ public:
+  using State = Candidate;
+  using Linear = Linearised<>;
+
+  TurnProblem(std::span<const GyroscopeTurn> turns, bool fit_bias)
+      : turns_(turns), fit_bias_(fit_bias) {}
+
+  [[nodiscard]] Candidate at(const Eigen::Matrix3d& B, const Eigen::Vector3d& bias) const {
+    return {.B = B, .bias = bias, .state = TurnSet(turns_, bias).at(B)};
   }
-  return at;
-}
+  void linearise(const Candidate& at, Linear& linear) const {
+    linear.residuals = at.state.residuals;
+    linear.jacobian = at.state.jacobian.leftCols(fit_bias_ ? 12 : 9);
+  }
+  [[nodiscard]] Candidate moved(const Candidate& from, const Eigen::VectorXd& step) const {
+    const Eigen::Matrix3d B = from.B + Eigen::Map<const RowMajor3>(step.data());
+    return fit_bias_ ? at(B, from.bias + step.tail<3>()) : at(B, from.bias);
+  }
+  [[nodiscard]] static double cost(const Candidate& at, const Linear& /*before*/) {
+    return at.state.cost();
+  }
+  [[nodiscard]] double length(const Candidate& at, const Eigen::VectorXd& step) const {
+    return step.head<9>().norm() / at.B.norm() + (fit_bias_ ? (at.B * step.tail<3>()).norm() : 0.0);
+  }
+
+ private:
+  std::span<const GyroscopeTurn> turns_;
+  bool fit_bias_;
+};
 
 // The usual scales of gyroscopes, rad/s per unit; then any.
 std::vector<double> usual_scales() {
@@ -241,34 +227,23 @@ WeighedStep weigh_bias(const TurnSet::State& state,
                        const Eigen::Matrix3d& bias_root,
                        double informative,
                        double start_sd) {
-  const Eigen::Index n = state.residuals.size();
-  const Eigen::VectorXd lengths = state.jacobian.leftCols<9>().colwise().norm();
-  // Unknowns: B by columns of length 1, the bias by its prior's standard deviations.
-  Eigen::Matrix<double, 12, 12> to_unknowns = Eigen::Matrix<double, 12, 12>::Zero();
-  to_unknowns.topLeftCorner<9, 9>() = lengths.cwiseInverse().asDiagonal();
+  // Unknowns: B, and the bias by its prior's standard deviations.
+  Eigen::Matrix<double, 12, 12> to_unknowns = Eigen::Matrix<double, 12, 12>::Identity();
   to_unknowns.bottomRightCorner<3, 3>() = bias_root;
-  // Residuals and their change, reduced to as many rows as there are unknowns.
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(state.jacobian * to_unknowns);
-  const Eigen::VectorXd turned = qr.householderQ().adjoint() * -state.residuals;
-  const Eigen::Matrix<double, 12, 12> J =
-      qr.matrixQR().topRows<12>().triangularView<Eigen::Upper>();
-  const double beyond = turned.tail(n - 12).squaredNorm();
+  const Eigen::MatrixXd J = state.jacobian * to_unknowns;
   WeighedStep result{.sd = start_sd};
   for (int round = 0; round < 50; ++round) {
-    Eigen::Matrix<double, 15, 12> A = Eigen::Matrix<double, 15, 12>::Zero();
-    A.topRows<12>() = J / result.sd;
-    A.bottomRightCorner<3, 3>().setIdentity();
-    Eigen::Matrix<double, 15, 1> b = Eigen::Matrix<double, 15, 1>::Zero();
-    b.head<12>() = turned.head<12>() / result.sd;
-    const Eigen::Matrix<double, 12, 15> inverse = pseudo_inverse(A);
-    const Eigen::Matrix<double, 12, 1> step = inverse * b;
-    const Eigen::Matrix<double, 12, 12> covariance = inverse * inverse.transpose();
-    const double used = (covariance * (A.topRows<12>().transpose() * A.topRows<12>())).trace();
-    const double rss =
-        beyond / (result.sd * result.sd) + (b.head<12>() - A.topRows<12>() * step).squaredNorm();
-    const double factor = std::sqrt(rss / std::max(informative - used, 1.0));
-    result.step = to_unknowns * step;
-    result.covariance = to_unknowns * covariance * to_unknowns.transpose();
+    const std::optional<MixedModelFit> fit =
+        fit_mixed_model(J / result.sd, -state.residuals / result.sd, 3);
+    if (!fit) {
+      break;
+    }
+    const double used =
+        fit->covariance.cwiseProduct(J.transpose() * J).sum() / (result.sd * result.sd);
+    const double factor =
+        std::sqrt(fit->residuals.squaredNorm() / std::max(informative - used, 1.0));
+    result.step = to_unknowns * fit->estimate;
+    result.covariance = to_unknowns * fit->covariance * to_unknowns.transpose();
     result.sd *= factor;
     if (std::abs(factor - 1.0) < 1e-9) {
       break;
@@ -292,11 +267,8 @@ std::vector<std::string> names_of_unknowns(Eigen::Index unknowns) {
 }
 
 void require_determined(const Eigen::MatrixXd& J, std::size_t turns) {
-  const std::vector<std::string> names = names_of_unknowns(J.cols());
-  std::vector<std::string> open;
-  for (const Eigen::Index j : confounded_columns(J, 1e-6, 1e-3)) {
-    open.push_back(names[static_cast<std::size_t>(j)]);
-  }
+  std::vector<std::string> open =
+      names_of_open(confounded_columns(J, 1e-6, 1e-3), names_of_unknowns(J.cols()));
   if (!open.empty()) {
     const std::string list = joined(open);
     throw RankDeficientError("the " + std::to_string(turns) + " turns do not determine " + list +
@@ -364,7 +336,10 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
                        "rest " +
                        (fit.has_rotations ? "five" : "seven") + " times or more");
   }
-  Candidate found = converged(turns, find_start(turns, bias, options), bias, options);
+  const TurnProblem problem(turns, options.fit_bias);
+  auto search = gauss_newton(problem, problem.at(find_start(turns, bias, options), bias),
+                             {.most_rounds = most_turn_rounds, .settled = options.tolerance});
+  Candidate& found = search.state;
   const double rms = rms_of(found.state.cost(), turns.size());
   if (!(rms < good_rms_rad)) {
     throw RefusedError(
@@ -387,17 +362,14 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
     found.bias += weighed.step.tail<3>();
     of_unknowns = weighed.covariance;
     fit.residual_sd_rad = weighed.sd;
-    found.state = TurnSet(turns, found.bias).at(found.B);
+    found = problem.at(found.B, found.bias);
   } else {
-    // Columns scaled to length 1: rad/s per count are small numbers.
-    const Eigen::MatrixXd J = found.state.jacobian.leftCols(unknowns);
-    const Eigen::VectorXd per_length = J.colwise().norm().cwiseInverse();
-    const Eigen::MatrixXd inverse =
-        per_length.asDiagonal() * pseudo_inverse(J * per_length.asDiagonal());
     of_unknowns.topLeftCorner(unknowns, unknowns) =
-        fit.residual_sd_rad * fit.residual_sd_rad * inverse * inverse.transpose();
+        fit.residual_sd_rad * fit.residual_sd_rad *
+        ScaledQr(found.state.jacobian.leftCols(unknowns)).covariance();
   }
-  fit.rounds = found.rounds;
+  fit.rounds = search.rounds;
+  fit.converged = search.converged;
   fit.inverse = found.B;
   fit.response.bias = found.bias;
   fit.response.sensitivity = found.B.inverse();
@@ -446,7 +418,7 @@ Calibration turn_calibration(const TurnFit& fit,
       (fit.has_rotations ? " between known seats" : " between rests, by the accelerometer") +
       ": attitude errors of " + number_text(fit.residual_sd_rad * deg_per_rad, 3) +
       " degrees (standard deviation of a component)");
-  if (fit.rounds >= most_turn_rounds) {
+  if (!fit.converged) {
     add_warning(record, {.code = "not_converged",
                          .message = "the fit of the turns had not come to rest after 50 rounds; is "
                                     "the gyroscope saturated in the turns?"});

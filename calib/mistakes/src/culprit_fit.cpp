@@ -5,10 +5,9 @@
 #include <cmath>
 #include <optional>
 
-#include <Eigen/QR>
-
 #include "axiscal/calib/minimum_norm.hpp"
-#include "axiscal/core/rotation.hpp"
+#include "axiscal/calib/response_system.hpp"
+#include "axiscal/calib/scaled_qr.hpp"
 
 namespace axiscal {
 namespace {
@@ -72,9 +71,8 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
   HypothesisFit result;
   result.fields = fields_;
   result.coefficients = Eigen::MatrixXd::Zero(p, m);
-  const Eigen::Index D = known_field_ ? 0 : 2 * static_cast<Eigen::Index>(fields_.size());
+  const bool free_field = !known_field_;
   Eigen::MatrixXd A;
-  Eigen::VectorXd b;
   Eigen::VectorXd zeta;
   Eigen::MatrixXd inverse;
   double previous = -1.0;
@@ -82,61 +80,58 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
   for (int round = 0; round < most_rounds; ++round) {
     const Eigen::MatrixXd base = field_design(set, result.fields);
     std::vector<Eigen::MatrixXd> X;
+    std::vector<Eigen::MatrixXd> own;
     for (Eigen::Index k = 0; k < m; ++k) {
+      const Eigen::VectorXd w = root.col(k) / scale_(k);
       X.push_back(set.with_temperature(base, k));
-    }
-    if (!has_coefficients) {
-      for (Eigen::Index k = 0; k < m; ++k) {
-        const Eigen::VectorXd w = root.col(k) / scale_(k);
-        result.coefficients.col(k) = minimum_norm_solution(
-            w.asDiagonal() * X[static_cast<std::size_t>(k)], w.cwiseProduct(set.response.col(k)));
+      own.emplace_back(w.asDiagonal() * X.back());
+      if (!has_coefficients) {
+        result.coefficients.col(k) =
+            minimum_norm_solution(own.back(), w.cwiseProduct(set.response.col(k)));
       }
-      has_coefficients = true;
     }
+    has_coefficients = true;
     const Eigen::MatrixXd Z =
         added ? added(result.fields, result.coefficients) : Eigen::MatrixXd(n * m, 0);
     const Eigen::Index q = Z.cols();
-    A = Eigen::MatrixXd::Zero(n * m, p * m + D + q);
-    b.resize(n * m);
-    std::vector<Eigen::Matrix<double, 3, 2>> tangents;
-    for (const Eigen::Vector3d& field : result.fields) {
-      tangents.push_back(field.norm() * tangents_of(field));
-    }
+    const std::vector<TableField::Tangents> tangents = tangents_of_fields(set, result.fields);
+    const FieldChanges changes =
+        free_field ? changes_with_directions(set, result.fields, tangents)
+                   : FieldChanges(static_cast<std::size_t>(n), Eigen::Matrix3Xd(3, 0));
+    const Eigen::Index D = changes.front().cols();
+    std::vector<Eigen::MatrixXd> shared;
+    Eigen::VectorXd b(n * m);
     for (Eigen::Index k = 0; k < m; ++k) {
       const Eigen::VectorXd w = root.col(k) / scale_(k);
-      const Eigen::MatrixXd& Xk = X[static_cast<std::size_t>(k)];
-      A.block(n * k, p * k, n, p) = w.asDiagonal() * Xk;
-      const Eigen::RowVector3d S = result.coefficients.col(k).segment<3>(1).transpose();
-      for (Eigen::Index i = 0; i < n && D > 0; ++i) {
-        const auto level = static_cast<Eigen::Index>(set.tilt_of(static_cast<std::size_t>(i)));
-        A.block<1, 2>(n * k + i, p * m + 2 * level) =
-            w(i) * set.scale(i, k) * set.readings[static_cast<std::size_t>(i)].level * S *
-            set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
-            tangents[static_cast<std::size_t>(level)];
-      }
-      A.block(n * k, p * m + D, n, q) = w.asDiagonal() * Z.middleRows(n * k, n);
-      b.segment(n * k, n) = w.cwiseProduct(set.response.col(k) - Xk * result.coefficients.col(k));
+      const Eigen::VectorXd of_axis = result.coefficients.col(k);
+      Eigen::MatrixXd& columns = shared.emplace_back(n, D + q);
+      columns << response_changes(set, k, of_axis.segment<3>(1).transpose(), changes),
+          Z.middleRows(n * k, n);
+      columns = w.asDiagonal() * columns;
+      b.segment(n * k, n) =
+          w.cwiseProduct(set.response.col(k) - X[static_cast<std::size_t>(k)] * of_axis);
     }
-    const Eigen::VectorXd length = A.colwise().norm().cwiseMax(1e-300);
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A * length.cwiseInverse().asDiagonal());
+    A = stacked_by_axis(own, shared);
     constexpr double open_below = 1e-7;
-    qr.setThreshold(open_below);
-    if (qr.rank() < A.cols()) {
+    const ScaledQr qr(A, open_below);
+    if (!qr.has_full_rank()) {
       return result;  // not determined
     }
-    const Eigen::VectorXd step = length.cwiseInverse().cwiseProduct(qr.solve(b).eval());
+    const Eigen::VectorXd step = qr.solve(b);
     const Eigen::VectorXd left = b - A * step;
-    for (Eigen::Index k = 0; k < m; ++k) {
-      result.coefficients.col(k) += step.segment(p * k, p);
-    }
+    result.coefficients += step.head(p * m).reshaped(p, m);
     double turned = 0.0;
-    for (std::size_t s = 0; s < result.fields.size() && D > 0; ++s) {
-      Eigen::Vector2d own = step.segment<2>(p * m + 2 * static_cast<Eigen::Index>(s));
-      constexpr double longest_step_rad = 0.5;
-      own *= std::min(1.0, longest_step_rad / std::max(own.norm(), 1e-300));
-      turned = std::max(turned, own.norm());
-      const double F = result.fields[s].norm();
-      result.fields[s] = F * (result.fields[s] + tangents[s] * own).normalized();
+    if (free_field) {
+      Eigen::VectorXd turn = step.segment(p * m, D);
+      Eigen::Index first = 0;
+      for (const TableField::Tangents& of_field : tangents) {
+        constexpr double longest_step_rad = 0.5;
+        auto part = turn.segment(first, of_field.cols());
+        part *= std::min(1.0, longest_step_rad / std::max(part.norm(), 1e-300));
+        turned = std::max(turned, part.norm());
+        first += of_field.cols();
+      }
+      result.fields = moved_fields(result.fields, tangents, turn);
     }
     // Coefficients follow the fields exactly; a linear step for both would go astray far from them.
     has_coefficients = turned < 0.02;
@@ -149,9 +144,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     const bool still = turned < 1e-9 || (round > 2 && std::abs(now - previous) <= 1e-10 * now);
     previous = now;
     if (still) {
-      inverse = Eigen::MatrixXd::Identity(A.cols(), A.cols());
-      qr.matrixQR().topRows(A.cols()).triangularView<Eigen::Upper>().solveInPlace(inverse);
-      inverse = length.cwiseInverse().asDiagonal() * (qr.colsPermutation() * inverse);
+      inverse = qr.root_of_covariance();
       break;
     }
     if (round + 1 == most_rounds) {

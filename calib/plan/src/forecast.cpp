@@ -13,6 +13,7 @@
 #include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -113,11 +114,7 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
   if (const std::vector<Eigen::Index> open = undetermined_columns(J); !open.empty()) {
     std::vector<std::string> all = parameter_names(set.axes);
     all.resize(static_cast<std::size_t>(J.cols()), "direction of the field");
-    std::vector<std::string> names;
-    for (const Eigen::Index j : open) {
-      names.push_back(all[static_cast<std::size_t>(j)]);
-    }
-    names = without_repeats(names);
+    std::vector<std::string> names = names_of_open(open, all);
     const std::string list = joined(names);
     throw RankDeficientError("the design does not determine " + list +
                                  " together; take each face turned round as well, or the method "

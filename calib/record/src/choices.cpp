@@ -10,6 +10,7 @@ constexpr std::array<std::string_view, 6> method_names = {"paired",    "joint", 
                                                           "magnitude", "bias",  "turns"};
 constexpr std::array<std::string_view, 3> status_names = {"ok", "warning", "refused"};
 constexpr std::array<std::string_view, 3> weighting_names = {"none", "samples", "sd"};
+constexpr std::array<std::string_view, 2> role_names = {"local", "induced"};
 constexpr std::array<std::string_view, 2> level_by_names = {"run", "block"};
 constexpr std::array<std::string_view, 2> shape_names = {"symmetric", "triangular"};
 
@@ -37,6 +38,10 @@ std::optional<Method> parse_method(std::string_view name) {
 std::optional<Method> parse_chosen_method(std::string_view name) {
   const std::optional<Method> method = parse_method(name);
   return method == Method::turns ? std::nullopt : method;
+}
+
+std::optional<FieldRole> parse_role(std::string_view name) {
+  return find_in<FieldRole>(role_names, name);
 }
 
 std::string_view status_name(CalibrationStatus status) {

@@ -114,13 +114,15 @@ std::vector<Lamp> lamps_of(const JsonValue& json) {
 
 void read_field_part(const JsonValue& json, FieldPart& field) {
   check_keys(json,
-             {"kind", "unit", "magnitude", "magnitude_u", "in_table", "model", "coil", "lamps",
-              "source", "refraction"},
+             {"kind", "role", "unit", "magnitude", "magnitude_u", "in_table", "model", "coil",
+              "lamps", "source", "refraction"},
              {});
   with(json, "kind", [&](const JsonValue& kind) {
     field.kind = kind.text();
     kind.check([&] { check_field_kind(field.kind); });
   });
+  with(json, "role",
+       [&](const JsonValue& role) { field.role = choice(role, parse_role, "local, induced"); });
   with(json, "unit", [&](const JsonValue& unit) {
     field.unit = unit.text();
     unit.check([&] { check_field_unit(field.kind, field.unit); });

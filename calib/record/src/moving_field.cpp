@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/moving_field.hpp"
 
+#include <algorithm>
+#include <string>
+
 #include "axiscal/calib/resolved_field.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/rotation.hpp"
@@ -9,46 +12,62 @@
 namespace axiscal {
 namespace {
 
-const FieldPart* sun_part(const FieldSetup& field) {
-  if (field.sun) {
+bool moves(const FieldPart& part) {
+  return part.custom ? part.custom->moves() : part.sun;
+}
+
+const FieldPart* moving_part(const FieldSetup& field) {
+  if (moves(field)) {
     return &field;
   }
-  for (const FieldPart& part : field.others) {
-    if (part.sun) {
-      return &part;
-    }
+  const auto other = std::find_if(field.others.begin(), field.others.end(), moves);
+  return other == field.others.end() ? nullptr : &*other;
+}
+
+Eigen::Vector3d direction_in_enu(const FieldSetup& field, const FieldPart& part, double time_s) {
+  if (part.custom) {
+    return part.custom->value_in_enu_at(time_s).normalized();
   }
-  return nullptr;
+  if (!field.site) {
+    throw SetupError("the sun's place needs the site: --latitude and --longitude");
+  }
+  return sun_position(*field.site, time_s, part.refraction).direction_in_enu;
+}
+
+std::string name_of(const FieldPart& part) {
+  return part.custom ? "the field " + std::string(part.custom->kind()) : std::string("the sun");
 }
 
 }  // namespace
 
 bool field_moves(const Experiment& experiment) {
-  return sun_part(experiment.field) != nullptr;
+  return moving_part(experiment.field) != nullptr;
+}
+
+std::string moving_field_name(const Experiment& experiment) {
+  const FieldPart* const moving = moving_part(experiment.field);
+  return moving == nullptr ? "" : moving->custom ? name_of(*moving) : "the sun's place";
 }
 
 Eigen::Matrix3d turn_of_field(const Experiment& experiment, double from_s, double to_s) {
-  const FieldPart* const sun = sun_part(experiment.field);
-  if (sun == nullptr) {
+  const FieldPart* const moving = moving_part(experiment.field);
+  if (moving == nullptr) {
     return Eigen::Matrix3d::Identity();
   }
   if (!experiment.fence_azimuth_rad) {
-    throw SetupError(
-        "the sun moves between the readings; how it does in the table needs --fence-azimuth, to a "
-        "few degrees");
+    throw SetupError(name_of(*moving) +
+                     " moves between the readings; how it does in the table needs --fence-azimuth, "
+                     "to a few degrees");
   }
   if (!experiment.field.others.empty() || !experiment.also.empty()) {
-    throw SetupError("field light by the sun goes with no other field");
-  }
-  if (!experiment.field.site) {
-    throw SetupError("the sun's place needs the site: --latitude and --longitude");
+    throw SetupError(moving->custom ? name_of(*moving) + " moves, and so goes with no other field"
+                                    : "field light by the sun goes with no other field");
   }
   const Eigen::Matrix3d rotation_table_from_level =
       rotation_sloping_from_level(experiment.slope) *
       rotation_table_from_enu(*experiment.fence_azimuth_rad);
   const auto direction_at = [&](double time_s) -> Eigen::Vector3d {
-    return rotation_table_from_level *
-           sun_position(*experiment.field.site, time_s, sun->refraction).direction_in_enu;
+    return rotation_table_from_level * direction_in_enu(experiment.field, *moving, time_s);
   };
   return smallest_rotation(direction_at(from_s), direction_at(to_s));
 }

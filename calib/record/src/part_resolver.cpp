@@ -98,12 +98,20 @@ void PartResolver::resolve_own() {
                      "; another one, " + number_text(*given_.magnitude) +
                      ", is stated beside it: leave one of them out");
   }
+  if (given_.role && (*given_.role == FieldRole::induced) != own.is_induced()) {
+    throw SetupError("field " + std::string(own.kind()) +
+                     ": a field of one's own states its role itself; leave the other one out");
+  }
   part_.part.kind = own.kind();
   part_.unit = own.unit();
   part_.part.magnitude = own.magnitude();
   put_model_u(own.magnitude_uncertainty());
   part_.part.set_by_level = own.is_induced();
-  put_value(own, own.is_induced());
+  if (!own.moves()) {
+    put_value(own.value_in_enu(), own.is_induced());
+  } else if (knows_time()) {
+    put_value(own.value_in_enu_at(time_s_.value_or(date_s())), own.is_induced());
+  }
 }
 
 void PartResolver::resolve_kind() {
@@ -116,7 +124,11 @@ void PartResolver::resolve_kind() {
     part_.unit = kind.units.empty() ? "1" : kind.units.front();
   }
   check_field_unit(given_.kind, part_.unit);
-  part_.part.set_by_level = !kind.local;
+  if (kind.local && given_.role == FieldRole::induced) {
+    throw SetupError("field " + given_.kind +
+                     ": is found at a site, and no one can set it; its role is local");
+  }
+  part_.part.set_by_level = is_made_on_table(given_);
   const auto* const own =
       std::find_if(kind_resolvers.begin(), kind_resolvers.end(),
                    [&](const KindResolver& one) { return one.name == kind.name; });
@@ -127,6 +139,10 @@ void PartResolver::require_longitude() const {
   if (!experiment_.field.has_longitude) {
     throw SetupError("field " + given_.kind + ": the site's longitude is missing (--longitude)");
   }
+}
+
+bool PartResolver::knows_time() const {
+  return time_s_ || experiment_.field.date.find('T') != std::string::npos;
 }
 
 double PartResolver::date_s() const {
@@ -157,8 +173,7 @@ void PartResolver::put_model_u(double magnitude_u) {
   part_.magnitude_u = given_.magnitude_u > 0.0 ? given_.magnitude_u : magnitude_u;
 }
 
-void PartResolver::put_value(const ReferenceField& field, bool induced) {
-  const Eigen::Vector3d value = field.value_in_enu();
+void PartResolver::put_value(const Eigen::Vector3d& value, bool induced) {
   const double azimuth_rad = induced ? 0.0 : experiment_.fence_azimuth_rad.value_or(0.0);
   Eigen::Vector3d in_table = rotation_table_from_enu(azimuth_rad) * value;
   if (!induced) {

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "axiscal/calib/resolved_field.hpp"
-#include "axiscal/field/reference_field.hpp"
 
 namespace axiscal {
 
@@ -21,7 +20,6 @@ class PartResolver {
 
   /// What is stated, and what has been found of it.
   [[nodiscard]] const FieldPart& given() const { return given_; }
-  [[nodiscard]] const FieldSetup& setup() const { return experiment_.field; }
   [[nodiscard]] ResolvedPart& part() { return part_; }
 
   [[nodiscard]] bool has_site() const { return experiment_.field.site.has_value(); }
@@ -29,6 +27,9 @@ class PartResolver {
 
   /// @throws SetupError  where the site's longitude is not stated.
   void require_longitude() const;
+
+  /// Whether the time of day is known, by the readings or the experiment's date.
+  [[nodiscard]] bool knows_time() const;
 
   /// The time of the readings, where it is known.
   [[nodiscard]] const std::optional<double>& reading_time_s() const { return time_s_; }
@@ -49,7 +50,8 @@ class PartResolver {
   void put_model_u(double magnitude_u);
 
   /// The field's value in the table, of the part's magnitude.
-  void put_value(const ReferenceField& field, bool induced);
+  /// @param value    where it points; frame enu, or where it is made on the table that one's.
+  void put_value(const Eigen::Vector3d& value, bool induced);
 
   /// A vector in the table that follows from what makes it; a magnitude that is given wins.
   void put_made(const std::function<Eigen::Vector3d()>& make);

@@ -51,6 +51,13 @@ void check_field_unit(const std::string& kind, const std::string& unit) {
   }
 }
 
+bool is_made_on_table(const FieldPart& part) {
+  if (part.custom) {
+    return part.custom->is_induced();
+  }
+  return part.role ? *part.role == FieldRole::induced : !field_kind(part.kind).local;
+}
+
 ResolvedPart resolve_part(const Experiment& experiment,
                           const FieldPart& part,
                           std::optional<double> time_s) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "axiscal/core/error.hpp"
@@ -55,6 +56,23 @@ BisquareWeights bisquare_weights(const Eigen::Ref<const Eigen::VectorXd>& weight
   result.variance_factor = K * K * (rest.square() * psi.square()).sum() / (count - parameters) /
                            (mean_slope * mean_slope);
   return result;
+}
+
+Eigen::MatrixXd reweight_until_still(Eigen::Index rows,
+                                     Eigen::Index columns,
+                                     const std::function<Eigen::MatrixXd()>& weigh,
+                                     const std::function<void(const Eigen::MatrixXd&)>& fit) {
+  constexpr int most_rounds = 100;
+  constexpr double still = 1e-9;
+  Eigen::MatrixXd weights = Eigen::MatrixXd::Ones(rows, columns);
+  double change = 1.0;
+  for (int round = 0; round < most_rounds && !(change < still); ++round) {
+    Eigen::MatrixXd next = weigh();
+    change = (next - weights).cwiseAbs().maxCoeff();
+    weights = std::move(next);
+    fit(weights);
+  }
+  return weights;
 }
 
 }  // namespace axiscal

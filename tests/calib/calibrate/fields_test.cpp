@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every field and every instrument on the same 12 points: simulated runs on a tilted table.
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 #include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/rotation.hpp"
@@ -395,6 +397,61 @@ TEST(CoilField, OfKnownGeometryIsKnown) {
       1e9 * coil_field_in_table_T(*trial.experiment.field.others.front().coil);
   trial.truth.field.parts[1].in_table = value;
   expect_truth_and_coverage(trial, 60);
+}
+
+// ---- a field of the user's own that moves ----
+
+// A source that goes round a mast, 30 degrees above the horizon, once in an hour.
+class GoingRound final : public ReferenceField {
+ public:
+  Eigen::Vector3d value_in_enu() const override { return value_in_enu_at(0.0); }
+  Eigen::Vector3d value_in_enu_at(double time_s) const override {
+    const double azimuth_rad = 2.0 * std::numbers::pi * time_s / 3600.0;
+    return 5.0 * Eigen::Vector3d(std::cos(0.5) * std::sin(azimuth_rad),
+                                 std::cos(0.5) * std::cos(azimuth_rad), std::sin(0.5));
+  }
+  bool moves() const override { return true; }
+  std::string_view unit() const override { return "lux"; }
+  std::string_view kind() const override { return "mast"; }
+};
+
+TEST(OwnField, ThatMovesIsAskedForAtEachReadingsTime) {
+  const double azimuth_rad = 0.4;
+  const LinearResponse truth = response_of(0.8, 0.1);
+  const auto mast = std::make_shared<GoingRound>();
+  Experiment experiment;
+  experiment.instrument.kind = "generic";
+  experiment.field.custom = mast;
+  experiment.fence_azimuth_rad = azimuth_rad;
+  const std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(12), 2, 4);
+  Observations observations;
+  observations.readings = readings_of(sheet);
+  observations.response.resize(static_cast<Eigen::Index>(sheet.size()), 3);
+  const Positioner cube;
+  for (std::size_t i = 0; i < sheet.size(); ++i) {
+    Reading& reading = observations.readings[i];
+    reading.time_s = 1.8e9 + 20.0 * static_cast<double>(i);
+    const Eigen::Vector3d in_table =
+        rotation_table_from_enu(azimuth_rad) * mast->value_in_enu_at(*reading.time_s);
+    observations.response.row(static_cast<Eigen::Index>(i)) =
+        truth.at(cube.rotation_table_from_positioner(*reading.point).transpose() * in_table);
+  }
+  const Calibration result = calibrate(experiment, observations);
+  EXPECT_EQ(result.field.kind, "mast");
+  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.sensitivity, 1e-9);
+  EXPECT_MATRIX_NEAR(result.response.bias, truth.bias, 1e-9);
+
+  Experiment anywhere = experiment;
+  anywhere.fence_azimuth_rad.reset();
+  EXPECT_THAT(
+      test::complaint_of<SetupError>([&] { static_cast<void>(calibrate(anywhere, observations)); }),
+      HasSubstr("the field mast moves"));
+  for (Reading& reading : observations.readings) {
+    reading.time_s.reset();
+  }
+  EXPECT_THAT(test::complaint_of<RefusedError>(
+                  [&] { static_cast<void>(calibrate(experiment, observations)); }),
+              HasSubstr("the field mast needs the time"));
 }
 
 // ---- light ----

@@ -50,6 +50,24 @@ TEST(ParseExperiment, ReadsEverything) {
   EXPECT_THAT(experiment.leave_out, testing::ElementsAre(3, 4));
 }
 
+TEST(ParseExperiment, ReadsTheRolesOfAFieldsParts) {
+  json file = whole_experiment();
+  file["field"] = json::parse(R"([{"kind":"light","role":"local","in_table":[0.3,0,0.4]},
+                                  {"kind":"light","in_table":[0,0,1]},
+                                  {"kind":"custom","role":"induced","in_table":[1,0,0]}])");
+  file["table"].erase("slope");
+  const Experiment experiment = parse_experiment(file.dump(), "dir/e.json");
+  EXPECT_EQ(experiment.field.role, FieldRole::local);
+  EXPECT_FALSE(is_made_on_table(experiment.field));
+  EXPECT_TRUE(is_made_on_table(experiment.field.others[0]));
+  EXPECT_TRUE(is_made_on_table(experiment.field.others[1]));
+  const FieldDescription field = make_field_description(experiment);
+  EXPECT_FALSE(field.parts[0].set_by_level);
+  EXPECT_TRUE(field.parts[1].set_by_level);
+  file["field"][0]["role"] = "mine";
+  EXPECT_THAT(experiment_complaint(file), HasSubstr("/field/0/role: 'mine' is not known"));
+}
+
 TEST(ParseExperiment, SuggestsTheNearKey) {
   json file = whole_experiment();
   file["feild"] = 1;

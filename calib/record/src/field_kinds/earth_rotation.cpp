@@ -9,7 +9,7 @@ void resolve_earth_rotation(PartResolver& of) {
   if (of.has_site()) {
     const EarthRotationField field(of.site(), of.part().unit);
     of.put_magnitude(of.given_magnitude().value_or(field.magnitude()));
-    of.put_value(field, false);
+    of.put_value(field.value_in_enu(), false);
     return;
   }
   of.put_magnitude(of.given_magnitude().value_or(factor_between("rad/s", of.part().unit) *

@@ -15,7 +15,7 @@ void resolve_geomagnetic(PartResolver& of) {
       of.put_model_u(field.magnitude_uncertainty());
     }
     of.part().model = model.name();
-    of.put_value(field, false);
+    of.put_value(field.value_in_enu(), false);
     return;
   }
   of.put_given_magnitude("the site (--latitude, --longitude, --height)");

@@ -32,7 +32,7 @@ void resolve_gravity(PartResolver& of) {
     of.part().local_gravity = GravityField(of.site(), model).magnitude() / of.part().part.magnitude;
     of.part().model = model;
   }
-  of.put_value(GravityField(of.part().part.magnitude, of.part().unit), false);
+  of.put_value(Eigen::Vector3d::UnitZ(), false);
   of.part().has_heading = true;
 }
 

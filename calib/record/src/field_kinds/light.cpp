@@ -11,7 +11,7 @@ void resolve_sun(PartResolver& of) {
   if (!of.has_site()) {
     throw SetupError("the sun's place needs the site: --latitude and --longitude");
   }
-  if (!of.reading_time_s() && of.setup().date.find('T') == std::string::npos) {
+  if (!of.knows_time()) {
     return;  // the readings' times are not known yet, or there are none
   }
   of.require_longitude();
@@ -28,7 +28,7 @@ void resolve_sun(PartResolver& of) {
     throw SetupError(what);
   }
   of.part().model = "sun";
-  of.put_value(InducedField("light", sun.direction_in_enu, of.part().unit), false);
+  of.put_value(sun.direction_in_enu, false);
 }
 
 }  // namespace

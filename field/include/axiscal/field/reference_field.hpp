@@ -19,6 +19,16 @@ class ReferenceField {
   /// @return the field [unit()], frame enu (east, north, up at the site).
   [[nodiscard]] virtual Eigen::Vector3d value_in_enu() const = 0;
 
+  /// @return whether value_in_enu_at() changes from reading to reading, as with the sun's place.
+  [[nodiscard]] virtual bool moves() const { return false; }
+
+  /// @param time_s  seconds since 1970-01-01, UTC.
+  /// @return the field then [unit()], frame enu; of a field that does not move value_in_enu(). A
+  ///         field that moves keeps its length.
+  [[nodiscard]] virtual Eigen::Vector3d value_in_enu_at([[maybe_unused]] double time_s) const {
+    return value_in_enu();
+  }
+
   /// @return the unit of value_in_enu(), e.g. "m/s^2"; it becomes part of the record.
   [[nodiscard]] virtual std::string_view unit() const = 0;
 

@@ -51,6 +51,7 @@ struct TurnFit {
   std::vector<Eigen::Vector3d> residuals;  ///< attitude error of each turn [rad], frame before
   double most_revolutions = 0.0;  ///< that one turn makes by the fit, there and back counted both
   int rounds = 0;
+  bool converged = false;
   bool has_rotations = false;  ///< whether all three components of each turn counted
 };
 
@@ -59,8 +60,7 @@ struct TurnFit {
 ///     dR/dt = R [w cross],   w = B (v - b)
 ///     residual = log(R_known R(T)^T), or R(T) up_after - up_before: 3 or 2 numbers a turn
 ///
-/// Gauss-Newton in B = S^-1, with the analytic derivative -integral of R(t) e_p (v - b)_q dt,
-/// damped when the cost rises.
+/// Gauss-Newton in B = S^-1, with the analytic derivative -integral of R(t) e_p (v - b)_q dt.
 ///
 /// @param turns            three or more about different axes.
 /// @param bias             of the rests [unit].

@@ -27,16 +27,6 @@ using RowsForPoint = std::function<Eigen::MatrixXd(const DesignPoint&, double le
                                         const RowsForPoint& rows_for,
                                         bool levels_help = false);
 
-/// Columns that are as good as open: with a part of more than `share_above` in a direction whose
-/// singular value, columns of length 1, is below `open_below` of the largest.
-/// @param J  with as many rows as columns, or more.
-[[nodiscard]] std::vector<Eigen::Index> confounded_columns(const Eigen::MatrixXd& J,
-                                                           double open_below,
-                                                           double share_above);
-
-/// Names without those that follow an equal one.
-[[nodiscard]] std::vector<std::string> without_repeats(const std::vector<std::string>& names);
-
 /// What a design leaves open, for an axis by the readings that it uses.
 struct OpenParameters {
   std::vector<std::string> names;  // all axes' coefficients; empty: none

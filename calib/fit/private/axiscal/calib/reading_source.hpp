@@ -44,15 +44,15 @@ class ReadingSource {
   /// Reference and range of the readings that are used; no terms.
   [[nodiscard]] TemperatureResponse temperature_range() const;
 
-  /// How the instrument lies: rotation_sensor_from_table; with the sun as field for the table as it
-  /// stood to the mean sun.
+  /// How the instrument lies: rotation_sensor_from_table; with a field that moves for the table as
+  /// it stood to the field at the mean time.
   [[nodiscard]] Eigen::Matrix3d rotation(const Reading& reading) const;
 
   /// @return which readings of all observations are within the range of an axis.
   [[nodiscard]] const AxisMask& in_range() const { return in_range_; }
 
-  /// @return mean time of the readings, where the field is the sun's and they have times.
-  [[nodiscard]] std::optional<double> sun_time_s() const { return sun_time_s_; }
+  /// @return mean time of the readings, where the field moves and they have times.
+  [[nodiscard]] std::optional<double> mean_time_s() const { return mean_time_s_; }
 
   /// @return the second fields, which are known in the table.
   [[nodiscard]] const std::vector<ResolvedPart>& also() const { return also_; }
@@ -69,7 +69,7 @@ class ReadingSource {
   void find_also();
   void find_rows();
   void find_range();
-  void find_sun_time();
+  void find_mean_time();
 
   const Experiment& experiment_;
   const Observations& observations_;
@@ -79,7 +79,7 @@ class ReadingSource {
   std::vector<ResolvedPart> also_;
   std::vector<int> blocks_;  // those of the readings used, where each has its own levelness
   AxisMask in_range_;
-  std::optional<double> sun_time_s_;
+  std::optional<double> mean_time_s_;
   int temperature_order_ = 0;
   TemperatureResponse temperature_;  // reference and range
 };

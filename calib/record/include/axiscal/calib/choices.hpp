@@ -27,6 +27,15 @@ enum class Method {
 /// @return the method of that name, if an experiment can choose it.
 [[nodiscard]] std::optional<Method> parse_chosen_method(std::string_view name);
 
+/// Who has hold of a part of the field.
+enum class FieldRole {
+  local,    ///< it is found there, and no one can set it
+  induced,  ///< it is made on the table, and a reading's level multiplies it
+};
+
+/// @return the role of that name ("local", "induced"), or nothing.
+[[nodiscard]] std::optional<FieldRole> parse_role(std::string_view name);
+
 /// What a calibration is worth.
 enum class CalibrationStatus {
   ok,

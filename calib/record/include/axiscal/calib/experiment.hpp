@@ -24,6 +24,7 @@ struct FieldPart {
   /// "gravity", "geomagnetic", "earth_rotation", "induced_rotation", "induced_magnetic", "light" or
   /// "custom".
   std::string kind;
+  std::optional<FieldRole> role;            ///< default: the kind's
   std::string unit;                         ///< empty: the first of the kind's
   std::optional<double> magnitude;          ///< F [unit]; default: see make_field_description()
   double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]
@@ -106,6 +107,9 @@ void check_field_kind(const std::string& kind);
 
 /// @throws SetupError  for a unit that a kind of field is not given in.
 void check_field_unit(const std::string& kind, const std::string& unit);
+
+/// @return whether a part is made on the table: by its role, its own class, or its kind.
+[[nodiscard]] bool is_made_on_table(const FieldPart& part);
 
 /// The field of an experiment, before anything is measured.
 ///

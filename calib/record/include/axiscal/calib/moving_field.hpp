@@ -1,14 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
 #include <Eigen/Core>
 
 #include "axiscal/calib/experiment.hpp"
 
 namespace axiscal {
 
-/// @return whether the field turns in the table while readings are taken, as the sun does.
+/// @return whether the field turns in the table while readings are taken, as the sun does, or one
+/// of
+///         the user's own that says so.
 [[nodiscard]] bool field_moves(const Experiment& experiment);
+
+/// @return what moves, for messages: "the sun's place", "the field NAME" of a user's own; else
+/// empty.
+[[nodiscard]] std::string moving_field_name(const Experiment& experiment);
 
 /// How the field turns in the table: the direction at one time becomes that at the other.
 ///

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/reading_set.hpp"
+
+namespace axiscal {
+
+/// The linear system behind every fit of a response v = b + scale S f: rows are the readings, axis
+/// after axis; columns each axis's own p coefficients, then what the axes share: the directions of
+/// the fields, and the errors of inputs or the columns of a hypothesis.
+
+/// How the field in the sensor changes with q unknowns; for each reading 3 x q.
+using FieldChanges = std::vector<Eigen::Matrix3Xd>;
+
+/// With a step along the tangents of the fields [rad]; of all fields in their order, D columns.
+[[nodiscard]] FieldChanges changes_with_directions(
+    const ReadingSet& set,
+    const TableField::Vectors& fields,
+    const std::vector<TableField::Tangents>& tangents);
+
+/// What that makes of an axis's readings, not weighted; n x q.
+/// @param S  the axis's row of the sensitivity.
+[[nodiscard]] Eigen::MatrixXd response_changes(const ReadingSet& set,
+                                               Eigen::Index axis,
+                                               const Eigen::RowVector3d& S,
+                                               const FieldChanges& changes);
+
+/// @param own     of each axis n x p.
+/// @param shared  of each axis n x q.
+/// @return (n m) x (p m + q).
+[[nodiscard]] Eigen::MatrixXd stacked_by_axis(const std::vector<Eigen::MatrixXd>& own,
+                                              const std::vector<Eigen::MatrixXd>& shared);
+
+/// The tangents of all fields, and the fields after a step along them.
+/// @param step  D entries [rad].
+[[nodiscard]] std::vector<TableField::Tangents> tangents_of_fields(
+    const ReadingSet& set, const TableField::Vectors& fields);
+[[nodiscard]] TableField::Vectors moved_fields(const TableField::Vectors& fields,
+                                               const std::vector<TableField::Tangents>& tangents,
+                                               const Eigen::VectorXd& step);
+
+}  // namespace axiscal

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/response_system.hpp"
+
+namespace axiscal {
+
+FieldChanges changes_with_directions(const ReadingSet& set,
+                                     const TableField::Vectors& fields,
+                                     const std::vector<TableField::Tangents>& tangents) {
+  Eigen::Index directions = 0;
+  for (const TableField::Tangents& own : tangents) {
+    directions += own.cols();
+  }
+  FieldChanges changes;
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    Eigen::Matrix3Xd& all = changes.emplace_back(3, directions);
+    Eigen::Index first = 0;
+    for (std::size_t s = 0; s < fields.size(); ++s) {
+      all.middleCols(first, tangents[s].cols()) =
+          set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+          set.field_change(i, fields, s) * (fields[s].norm() * tangents[s]);
+      first += tangents[s].cols();
+    }
+  }
+  return changes;
+}
+
+Eigen::MatrixXd response_changes(const ReadingSet& set,
+                                 Eigen::Index axis,
+                                 const Eigen::RowVector3d& S,
+                                 const FieldChanges& changes) {
+  Eigen::MatrixXd rows(set.size(), changes.empty() ? 0 : changes.front().cols());
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    rows.row(i) = set.scale(i, axis) * S * changes[static_cast<std::size_t>(i)];
+  }
+  return rows;
+}
+
+Eigen::MatrixXd stacked_by_axis(const std::vector<Eigen::MatrixXd>& own,
+                                const std::vector<Eigen::MatrixXd>& shared) {
+  const auto m = static_cast<Eigen::Index>(own.size());
+  const Eigen::Index n = own.front().rows();
+  const Eigen::Index p = own.front().cols();
+  const Eigen::Index q = shared.front().cols();
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(n * m, p * m + q);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const auto axis = static_cast<std::size_t>(k);
+    all.block(n * k, p * k, n, p) = own[axis];
+    all.block(n * k, p * m, n, q) = shared[axis];
+  }
+  return all;
+}
+
+std::vector<TableField::Tangents> tangents_of_fields(const ReadingSet& set,
+                                                     const TableField::Vectors& fields) {
+  std::vector<TableField::Tangents> tangents;
+  for (std::size_t s = 0; s < fields.size(); ++s) {
+    tangents.push_back(set.field.tangents(fields, s));
+  }
+  return tangents;
+}
+
+TableField::Vectors moved_fields(const TableField::Vectors& fields,
+                                 const std::vector<TableField::Tangents>& tangents,
+                                 const Eigen::VectorXd& step) {
+  TableField::Vectors moved;
+  Eigen::Index first = 0;
+  for (std::size_t s = 0; s < fields.size(); ++s) {
+    const Eigen::VectorXd own = step.segment(first, tangents[s].cols());
+    moved.push_back(TableField::moved(fields[s], tangents[s], own));
+    first += own.size();
+  }
+  return moved;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// A least-squares problem as it is seen from one place: the residuals there, and what a small step
+/// of the p unknowns changes of them.
+template <int unknowns = Eigen::Dynamic>
+struct Linearised {
+  using Step = Eigen::Matrix<double, unknowns, 1>;
+
+  Eigen::VectorXd residuals;                                 ///< n, in units of their noise
+  Eigen::Matrix<double, Eigen::Dynamic, unknowns> jacobian;  ///< n x p
+};
+
+/// The step s that makes |r + J s|^2 + damping |L s|^2 smallest, L the lengths of J's columns.
+///
+/// @param by_qr  whether it is to have all digits: by QR, and of smallest norm where J leaves
+///               something open. Else J^T J will do, unless it is too close to singular.
+template <int unknowns>
+[[nodiscard]] typename Linearised<unknowns>::Step damped_step(const Linearised<unknowns>& linear,
+                                                              double damping,
+                                                              bool by_qr);
+
+/// The same by QR alone, compiled in one place.
+[[nodiscard]] Eigen::VectorXd damped_step_by_qr(const Eigen::MatrixXd& jacobian,
+                                                const Eigen::VectorXd& residuals,
+                                                double damping);
+
+template <int unknowns>
+typename Linearised<unknowns>::Step damped_step(const Linearised<unknowns>& linear,
+                                                double damping,
+                                                bool by_qr) {
+  using Square = Eigen::Matrix<double, unknowns, unknowns>;
+  using Step = typename Linearised<unknowns>::Step;
+  if (!by_qr) {
+    const Eigen::Index p = linear.jacobian.cols();
+    Square N = Square::Zero(p, p);
+    N.template selfadjointView<Eigen::Lower>().rankUpdate(linear.jacobian.transpose());
+    const Step per_length = N.diagonal().cwiseSqrt().cwiseInverse();
+    N = per_length.asDiagonal() * N * per_length.asDiagonal();
+    N.diagonal().array() += damping;
+    const Eigen::LLT<Square, Eigen::Lower> cholesky(N);
+    constexpr double smallest_pivot = 1e-5;
+    if (cholesky.info() == Eigen::Success &&
+        cholesky.matrixLLT().diagonal().minCoeff() > smallest_pivot) {
+      const Step gradient = linear.jacobian.transpose() * linear.residuals;
+      return -per_length.cwiseProduct(cholesky.solve(per_length.cwiseProduct(gradient)));
+    }
+  }
+  return damped_step_by_qr(linear.jacobian, linear.residuals, damping);
+}
+
+extern template Eigen::VectorXd damped_step<Eigen::Dynamic>(const Linearised<Eigen::Dynamic>&,
+                                                            double,
+                                                            bool);
+
+/// What a problem brings for gauss_newton(). `State` is where the search stands, on a manifold or
+/// not; `Linear` is a Linearised, and may keep more.
+template <typename Problem>
+concept GaussNewtonProblem = requires(const Problem problem,
+                                      const typename Problem::State at,
+                                      typename Problem::Linear linear,
+                                      const typename Problem::Linear::Step step) {
+  // Residuals and Jacobian at a place. A prior is one row for each of its standard deviations.
+  {problem.linearise(at, linear)};
+  // The retraction: the place that a step leads to.
+  { problem.moved(at, step) } -> std::convertible_to<typename Problem::State>;
+  // Sum of squares at a place, by the weights that `linear` was made with; not a number, or
+  // infinite, where no solution may be.
+  { problem.cost(at, linear) } -> std::convertible_to<double>;
+  // How far a step goes, as the problem measures it; 1 is far.
+  { problem.length(at, step) } -> std::convertible_to<double>;
+};
+
+struct GaussNewtonOptions {
+  int most_rounds = 200;
+  int most_attempts = 30;       ///< of one step, each damped ten times more than the one before
+  double settled = 1e-13;       ///< a step of this length is the last
+  double first_damping = 0.0;   ///< of a start from which an undamped step could go anywhere
+  double qr_from_below = 1e-6;  ///< steps after one that is shorter than this are by QR
+};
+
+template <typename State>
+struct GaussNewtonResult {
+  State state;
+  int rounds = 0;
+  double left_to_go = 1.0;  ///< about the length of the next step, or of one that helped nothing
+  bool converged = false;   ///< no further step is worth taking, or none makes it better
+};
+
+/// Gauss-Newton, damped (Levenberg-Marquardt, columns of length 1) as soon as a step makes the fit
+/// worse. Far from the solution J^T J leads the way; the last steps, which the result rests on, are
+/// by QR.
+///
+/// @par Source
+/// Nocedal & Wright, Numerical Optimization, 2nd ed. (2006), sec. 10.3; Marquardt, J. SIAM 11
+/// (1963) 431-441.
+template <GaussNewtonProblem Problem>
+[[nodiscard]] GaussNewtonResult<typename Problem::State> gauss_newton(
+    const Problem& problem, typename Problem::State start, const GaussNewtonOptions& options = {}) {
+  constexpr double rounding = 1e-12;  // of a cost: it must not stop the last steps
+  constexpr double no_damping_below = 1e-9;
+  constexpr double least_damping = 1e-6;
+  GaussNewtonResult<typename Problem::State> result{.state = std::move(start)};
+  typename Problem::Linear linear;
+  double last_length = 1.0;  // of the last step that was taken
+  double damping = options.first_damping;
+  while (!result.converged && result.rounds < options.most_rounds) {
+    ++result.rounds;
+    problem.linearise(result.state, linear);
+    const double cost = linear.residuals.squaredNorm();
+    const bool by_qr = last_length < options.qr_from_below;
+    const double length_before = last_length;
+    bool better = false;
+    for (int attempt = 0; attempt < options.most_attempts && !better; ++attempt) {
+      const auto step = damped_step(linear, damping, by_qr);
+      typename Problem::State next = problem.moved(result.state, step);
+      better = step.allFinite() && problem.cost(next, linear) <= (1.0 + rounding) * cost;
+      const double length = problem.length(result.state, step);
+      if (attempt == 0) {
+        result.left_to_go = length;
+      }
+      if (better) {
+        last_length = length;
+        result.state = std::move(next);
+        damping = damping > no_damping_below ? damping / 10.0 : 0.0;
+      } else {
+        damping = std::max(10.0 * damping, least_damping);
+      }
+    }
+    // The next step would be shorter by as much again.
+    if (better) {
+      result.left_to_go = last_length * std::min(1.0, last_length / length_before);
+    }
+    result.converged =
+        !better || last_length < options.settled || (by_qr && result.left_to_go < options.settled);
+  }
+  return result;
+}
+
+}  // namespace axiscal
