@@ -15,6 +15,7 @@
 #include "axiscal/acquisition/session_face.hpp"
 #include "axiscal/acquisition/session_header.hpp"
 #include "axiscal/acquisition/web_face.hpp"
+#include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/json_document.hpp"
@@ -82,9 +83,8 @@ Experiment experiment_for(const AcquireCommand& command) {
   }
   Experiment experiment = make_experiment(options);
   if (!experiment.slot.empty()) {
-    if (const std::optional<Mount> mount = experiment.positioner.mount(experiment.slot)) {
-      experiment.rotation_sensor_from_positioner = mount->rotation_sensor_from_positioner;
-    }
+    experiment.rotation_sensor_from_positioner =
+        mount_rotation(experiment.positioner, experiment.slot);
   }
   return experiment;
 }
@@ -256,7 +256,7 @@ std::unique_ptr<SessionFace> web_face_of(const WebOptions& options) {
   try {
     return make_web_face(options);
   } catch (const DomainError& error) {
-    throw UsageError(std::string("acquire: ") + error.what());
+    throw UsageError("acquire", error);
   }
 }
 
@@ -383,7 +383,7 @@ int run_guided(AcquireCommand command) {
     try {
       run_session(session, feed, shown, command.unattended);
     } catch (const DomainError& error) {
-      throw UsageError(std::string("acquire: ") + error.what());
+      throw UsageError("acquire", error);
     }
     // Before the faces go: a page may wait for its slowest browser.
     if (!session.has_quit()) {
@@ -411,7 +411,7 @@ std::vector<std::unique_ptr<Source>> open_sources(const AcquireCommand& command)
     try {
       sources.push_back(open_source(address));
     } catch (const DomainError& error) {
-      throw UsageError(std::string("--connect: ") + error.what());
+      throw UsageError("--connect", error);
     }
   }
   return sources;

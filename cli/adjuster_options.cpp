@@ -34,7 +34,7 @@ void set_adjusters(const std::optional<std::string>& adjusters,
     const Eigen::Vector2d none = Eigen::Vector2d::Zero();
     static_cast<void>(level_table(none, Eigen::Matrix2d::Zero(), surface));
   } catch (const DomainError& error) {
-    throw UsageError(std::string("--adjusters: ") + error.what());
+    throw UsageError("--adjusters", error);
   }
 }
 

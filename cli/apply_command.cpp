@@ -85,7 +85,7 @@ FieldConversion conversion_of(const ApplyCommand& command, const Calibration& ca
     return field_conversion(calibration.field, command.field_unit.value_or(""), magnitude,
                             gravity_there);
   } catch (const DomainError& error) {
-    throw UsageError(std::string("apply: ") + error.what());
+    throw UsageError("apply", error);
   }
 }
 
@@ -116,7 +116,7 @@ Reducer make_reducer(const std::string& record,
   try {
     return Reducer(calibration, options);
   } catch (const DomainError& error) {
-    throw DataError(record, error.what());
+    throw DataError(record, error.what(), error.settings());
   }
 }
 
@@ -163,7 +163,7 @@ std::optional<Calibration> attitude_of(const ApplyCommand& command,
       attitude =
           converted(attitude, field_conversion(attitude.field, calibration.also.front().unit, {}));
     } catch (const DomainError& error) {
-      throw DataError(*command.attitude, error.what());
+      throw DataError(*command.attitude, error.what(), error.settings());
     }
   }
   return attitude;
@@ -193,7 +193,7 @@ void put_propagation(const std::string& record,
   try {
     propagation.emplace(calibration, reducer, noise, factor);
   } catch (const DomainError& error) {
-    throw DataError(record, error.what());
+    throw DataError(record, error.what(), error.settings());
   }
 }
 

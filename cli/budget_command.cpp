@@ -302,7 +302,7 @@ int run(const BudgetCommand& command) {
       show_map(calibration, asked, step, shown);
     }
   } catch (const DomainError& error) {
-    throw DataError(command.record, error.what());
+    throw DataError(command.record, error.what(), error.settings());
   }
   write_whole_file(command.output, command.json ? json_text(shown.json) : shown.text);
   return 0;

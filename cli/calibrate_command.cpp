@@ -20,6 +20,7 @@
 #include "axiscal/core/parallel.hpp"
 #include "experiment_options.hpp"
 #include "log_input.hpp"
+#include "option_names.hpp"
 #include "run_input.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
@@ -135,7 +136,7 @@ void align(const std::string& record,
   } catch (const SetupError&) {
     throw;
   } catch (const DomainError& error) {
-    throw DataError(record, error.what());
+    throw DataError(record, error.what(), error.settings());
   }
 }
 
@@ -156,7 +157,7 @@ void apply_limits(const std::optional<Limits>& limits,
       try {
         calibration.verdict = evaluate(*limits, calibration);
       } catch (const DomainError& error) {
-        throw DataError(path, error.what());
+        throw DataError(path, error.what(), error.settings());
       }
     }
   }
@@ -228,7 +229,7 @@ Unit calibrate_unit(const CalibrateCommand& command,
     }
   } catch (const RefusedError& error) {
     unit.result = "error";
-    unit.reason = error.what();
+    unit.reason = with_options(error);
   }
   return unit;
 }

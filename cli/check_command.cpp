@@ -157,7 +157,7 @@ int run_history(const CheckCommand& command) {
   try {
     units = read_history(*command.history, limits, &passed_over);
   } catch (const DomainError& error) {
-    throw DataError(command.limits.value_or(""), error.what());
+    throw DataError(command.limits.value_or(""), error.what(), error.settings());
   }
   for (const std::string& reason : passed_over) {
     std::fprintf(stderr, "note: passed over: %s\n", reason.c_str());
@@ -254,7 +254,7 @@ int run(const CheckCommand& command) {
       try {
         verdict = evaluate(*limits, fresh, &check);
       } catch (const DomainError& error) {
-        throw DataError(*command.limits, error.what());
+        throw DataError(*command.limits, error.what(), error.settings());
       }
     }
     for (const std::string& note : check.notes) {
@@ -271,7 +271,7 @@ int run(const CheckCommand& command) {
   } catch (const SetupError&) {
     throw;
   } catch (const DomainError& error) {
-    throw DataError(command.record, error.what());
+    throw DataError(command.record, error.what(), error.settings());
   }
 }
 

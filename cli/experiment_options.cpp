@@ -29,13 +29,13 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
   try {
     static_cast<void>(find_instrument_kind(instrument.kind));
   } catch (const DomainError& error) {
-    throw UsageError(std::string("--instrument: ") + error.what());
+    throw UsageError("--instrument", error);
   }
   if (options.serial) {
     try {
       check_serial(*options.serial);
     } catch (const DomainError& error) {
-      throw UsageError(std::string("--serial: ") + error.what());
+      throw UsageError("--serial", error);
     }
     instrument.serial = *options.serial;
   }
@@ -48,7 +48,7 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
     try {
       set_axes(instrument, texts);
     } catch (const DomainError& error) {
-      throw UsageError("--axes: '" + *options.axes + "': " + error.what());
+      throw UsageError("--axes: '" + *options.axes + "'", error);
     }
   }
   if (options.range) {
@@ -59,7 +59,7 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
     try {
       instrument.convention = parse_convention(*options.convention);
     } catch (const DomainError& error) {
-      throw UsageError(std::string("--convention: ") + error.what());
+      throw UsageError("--convention", error);
     }
   }
 }

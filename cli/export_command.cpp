@@ -78,7 +78,7 @@ Exported exported(const ExportCommand& command) {
     const ExportOptions options = options_of(command);
     return export_calibration(read_unrefused(command.record, command.force), format, options);
   } catch (const DomainError& error) {
-    throw UsageError(std::string("export: ") + error.what());
+    throw UsageError("export", error);
   }
 }
 

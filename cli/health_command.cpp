@@ -89,7 +89,7 @@ int run_health_check(const AcquireCommand& command) {
     try {
       return run_health_watch(watch, feed, run);
     } catch (const DomainError& error) {
-      throw UsageError(std::string("acquire: ") + error.what());
+      throw UsageError("acquire", error);
     }
   }();
   if (command.json) {

@@ -44,7 +44,7 @@ int run(const ImportCommand& command) {
     write_whole_file(command.output, calibration_json(import_calibration(
                                          text, command.file, *command.format, options)));
   } catch (const DomainError& error) {
-    throw UsageError(std::string("import: ") + error.what());
+    throw UsageError("import", error);
   }
   return 0;
 }

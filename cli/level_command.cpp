@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <string_view>
 
 #include <fmt/format.h>
 
@@ -134,12 +132,9 @@ Measured measure(const LevelCommand& command, Surface& surface) {
 // A slope that the readings themselves contradict is no ground for turning screws.
 void require_trust(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
-  constexpr std::array<std::string_view, 5> spoiling = {"levelness", "poor_fit", "table_moved",
-                                                        "slot_levelness", "uncertain_direction"};
   const bool spoilt = std::any_of(
-      calibration.warnings.begin(), calibration.warnings.end(), [&](const CalibrationWarning& w) {
-        return std::find(spoiling.begin(), spoiling.end(), w.code) != spoiling.end();
-      });
+      calibration.warnings.begin(), calibration.warnings.end(),
+      [](const CalibrationWarning& warning) { return warning_kind(warning.code).spoils_slope; });
   if (spoilt || calibration.status == CalibrationStatus::refused ||
       (calibration.levelness && !calibration.levelness->consistent)) {
     throw RefusedError(

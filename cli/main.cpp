@@ -13,6 +13,7 @@
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "command_line.hpp"
+#include "option_names.hpp"
 #include "subcommands.hpp"
 #include "usage_error.hpp"
 
@@ -73,17 +74,19 @@ int main(int argc, char** argv) {
         std::vector<std::string>(argv + 1, argv + argc), subcommands());
     return action();
   } catch (const axiscal::cli::UsageError& error) {
-    return fail(wrong_usage, std::string("axiscal: ") + error.what());
+    return fail(wrong_usage, "axiscal: " + axiscal::cli::with_options(error));
   } catch (const axiscal::SetupError& error) {
-    return fail(wrong_usage, std::string("axiscal: ") + error.what());
+    return fail(wrong_usage, "axiscal: " + axiscal::cli::with_options(error));
   } catch (const axiscal::InputOverwriteError& error) {
-    return fail(wrong_usage, std::string("axiscal: ") + error.what());
+    return fail(wrong_usage, "axiscal: " + axiscal::cli::with_options(error));
   } catch (const axiscal::DataError& error) {
-    return fail(bad_input, error.what());
+    return fail(bad_input, axiscal::cli::with_options(error));
   } catch (const axiscal::ClosedPipe&) {
     return done;
   } catch (const axiscal::OutputError& error) {
-    return fail(output_not_written, std::string("axiscal: ") + error.what());
+    return fail(output_not_written, "axiscal: " + axiscal::cli::with_options(error));
+  } catch (const axiscal::Error& error) {
+    return fail(refused, "axiscal: " + axiscal::cli::with_options(error));
   } catch (const std::exception& error) {
     return fail(refused, std::string("axiscal: ") + error.what());
   }

@@ -45,7 +45,7 @@ Positioner with_assembly(const Positioner& positioner,
   try {
     return positioner.with_mounts(mounts_of_assembly(*assembly, slots));
   } catch (const DomainError& error) {
-    throw UsageError(std::string("--assembly: ") + error.what());
+    throw UsageError("--assembly", error);
   }
 }
 
@@ -62,7 +62,8 @@ void print_remarks(const std::vector<Calibration>& calibrations) {
     }
     for (const CalibrationWarning& warning : calibration.warnings) {
       if (said.insert(warning.message).second) {
-        print_remark("warning", (warning.code == "slot_levelness" ? "" : slot) + warning.message);
+        print_remark("warning",
+                     (warning.code == WarningCode::slot_levelness ? "" : slot) + warning.message);
       }
     }
   }

@@ -89,7 +89,7 @@ int merge_shards(const StudyCommand& command) {
   try {
     all = merge(shards);
   } catch (const DomainError& error) {
-    throw DataError(files.front(), error.what());
+    throw DataError(files.front(), error.what(), error.settings());
   }
   const std::int64_t blocks = block_count(all);
   if (static_cast<std::int64_t>(all.blocks.size()) < blocks) {
@@ -193,7 +193,7 @@ int run(const StudyCommand& command) {
   } catch (const SetupError&) {
     throw;
   } catch (const DomainError& error) {
-    throw UsageError(std::string("study: ") + error.what());
+    throw UsageError("study", error);
   }
   if (terminal) {
     std::fputs("\r\x1b[K", stderr);

@@ -9,6 +9,10 @@ namespace axiscal::cli {
 class UsageError : public Error {
  public:
   using Error::Error;
+
+  /// @param where  the command or option that an error of the library came from.
+  UsageError(const std::string& where, const Error& error)
+      : Error(where + ": " + error.what(), error.settings()) {}
 };
 
 }  // namespace axiscal::cli

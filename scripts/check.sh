@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # The long look before a change is handed in: format, g++, clang, address, undefined-behaviour and thread
-# sanitizers, the gates (hostile clients, short fuzzing), each public header alone, Doxygen, and clang-tidy on what changed against origin/main (--all: on everything). Needs
+# sanitizers, libc++ where it is there, the gates (hostile clients, short fuzzing), each public header alone, Doxygen, and clang-tidy on what changed against origin/main (--all: on everything). Needs
 # clang, clang-format, clang-tidy and doxygen beside what dependencies.sh installs.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -10,6 +10,12 @@ scripts/format.sh --check
 for preset in dev clang sanitize thread; do
   cmake --workflow --preset "$preset"
 done
+# The objects of the library proper; programs need a GeographicLib of the same standard library.
+if echo '#include <vector>' | clang++ -stdlib=libc++ -std=c++20 -fsyntax-only -x c++ - 2>/dev/null; then
+  cmake --workflow --preset libcxx
+else
+  echo "check.sh: libc++-dev is not installed; not compiled with it"
+fi
 scripts/gates.sh
 cmake --build --preset dev --target all_verify_interface_header_sets
 doxygen docs/Doxyfile

@@ -31,7 +31,12 @@ rm -f "$text.names"
 for document in $(grep -oE 'docs/[a-z_]+\.md' "$text" | sort -u); do
   [ -e "$document" ] || complain "$document, which a comment cites, is not there"
 done
-for code in $(grep -rhoE '\.code = "[a-z_]+"' calib | grep -oE '"[a-z_]+"' | tr -d '"' | sort -u); do
+for code in $(grep -oE '\.name = "[a-z_]+"' calib/record/src/warning_code.cpp | grep -oE '"[a-z_]+"' | tr -d '"'); do
   grep -q "\`$code\`" docs/messages.md || complain "docs/messages.md does not tell of the warning $code"
 done
+# The library speaks of its own settings; what they are called at the command line, cli alone knows.
+if grep -rnE '"([^"]*[ (])?--[a-z][a-z-]+' --include='*.cpp' --include='*.hpp' \
+  core field positioner instruments kernels calib logs exchange report acquisition; then
+  complain "a message of the library names an option: let the error carry a Setting (axiscal/core/setting.hpp)"
+fi
 exit $status

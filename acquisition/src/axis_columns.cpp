@@ -18,7 +18,8 @@ std::size_t need_channel(const std::vector<Channel>& channels, const std::string
     there.push_back(channel.name);
   }
   throw DomainError("no channel '" + name + "' comes from the sources, only " + joined(there) +
-                    ": name them by names= of the source, or by --axes");
+                        ": name them by names= of the source, or name the axes by them",
+                    {Setting::axes});
 }
 
 }  // namespace

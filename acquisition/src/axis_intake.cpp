@@ -24,7 +24,7 @@ void AxisIntake::set_channels(const std::vector<Channel>& channels) {
     if (!unit.empty() && unit != instrument_.unit && instrument_.unit != "1") {
       unit_text_ = "'" + instrument_.axes[k] + "' comes in " + unit +
                    ", but the readings are to be in " + instrument_.unit +
-                   ": mend --unit, or the source";
+                   ": mend the unit, or the source";
     }
   }
 }

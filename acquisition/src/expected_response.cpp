@@ -58,7 +58,7 @@ std::string unit_mistake_text(double ratio) {
     if (std::abs(std::log(ratio / mistake.factor)) < near) {
       return "the readings are " + number_text(mistake.factor, 4) +
              " times what they should be: " + std::string(mistake.text) +
-             "? Mend --unit, or the source";
+             "? Mend the unit, or the source";
     }
   }
   return "";

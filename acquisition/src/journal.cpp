@@ -66,9 +66,11 @@ Journal Journal::create(const std::string& path) {
   const int descriptor =
       ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644);
   if (descriptor < 0) {
-    throw OutputError(errno == EEXIST ? path + ": is there already; go on with it by --resume " +
-                                            path + ", or choose another name by --journal"
-                                      : path + ": cannot be made: " + reason());
+    if (errno == EEXIST) {
+      throw OutputError(path + ": is there already; resume it, or choose another name",
+                        {Setting::resume, Setting::journal});
+    }
+    throw OutputError(path + ": cannot be made: " + reason());
   }
   Journal journal(path, descriptor, 0);
   lock(path, descriptor);

@@ -128,7 +128,8 @@ class SerialLink final : public ReopenedLink {
         flow_(address.text_or("flow", "none")),
         port_(context_) {
     if (path_.empty()) {
-      address.fail("which port? serial:/dev/ttyUSB0; acquire --list shows what is connected");
+      address.fail("which port? serial:/dev/ttyUSB0; a list shows what is connected",
+                   {Setting::ports});
     }
     if (parity_ != "none" && parity_ != "even" && parity_ != "odd") {
       address.fail("parity=" + parity_ + ": expected none, even or odd");

@@ -65,9 +65,9 @@ class Session::Engine {
     if (knowledge_.field_moves()) {
       static_cast<void>(turn_of_field(setup_.experiment, 0.0, 0.0));  // whether it can be told
       if (!is_utc(time_at_zero_.value_or(0.0))) {
-        throw DomainError(
-            "the sun's place needs times in UTC, and the recording's are of its own: state "
-            "time=COLUMN with seconds since 1970");
+        throw DomainError(moving_field_name(setup_.experiment) +
+                          " needs times in UTC, and the recording's are of its own: state "
+                          "time=COLUMN with seconds since 1970");
       }
     }
     next_point();
@@ -218,7 +218,7 @@ class Session::Engine {
         quit_ = true;
         flush_raw();
         phase_ = SessionPhase::over;
-        news_.tell("quit", "stopped; go on with --resume " + journal_.path());
+        news_.tell("quit", "stopped; " + journal_.path() + " can be resumed");
         break;
     }
   }

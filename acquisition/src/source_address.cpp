@@ -73,8 +73,8 @@ std::vector<std::string> SourceAddress::names(std::string_view option) const {
   return result;
 }
 
-void SourceAddress::fail(const std::string& what) const {
-  throw DomainError(text + ": " + what);
+void SourceAddress::fail(const std::string& what, std::vector<Setting> settings) const {
+  throw DomainError(text + ": " + what, std::move(settings));
 }
 
 SourceAddress parse_source_address(const std::string& text,

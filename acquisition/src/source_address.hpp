@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "axiscal/core/setting.hpp"
+
 namespace axiscal {
 
 /// An address in its parts: SCHEME:PLACE?OPTION=VALUE&...
@@ -27,7 +29,8 @@ struct SourceAddress {
   [[nodiscard]] bool flag(std::string_view option) const;  ///< "1", "yes", "true" or nothing
   [[nodiscard]] std::vector<std::string> names(std::string_view option) const;  ///< A,B,..
 
-  [[noreturn]] void fail(const std::string& what) const;  ///< DomainError `ADDRESS: what`
+  /// @throws DomainError  `ADDRESS: what`.
+  [[noreturn]] void fail(const std::string& what, std::vector<Setting> settings = {}) const;
 };
 
 /// @param schemes  that there are; another word before a colon makes a path.

@@ -60,7 +60,8 @@ class TerminalFace final : public SessionFace {
     std::setlocale(LC_CTYPE, "");
     screen_ = ::newterm(nullptr, stdout, stdin);
     if (screen_ == nullptr) {
-      throw DomainError("this terminal cannot show a whole page (TERM); use --plain");
+      throw DomainError("this terminal cannot show a whole page (TERM); use plain lines",
+                        {Setting::plain_face});
     }
     ::set_term(screen_);
     ::raw();
@@ -316,7 +317,7 @@ std::unique_ptr<SessionFace> make_terminal_face(const std::string& title) {
 #else
 
 std::unique_ptr<SessionFace> make_terminal_face(const std::string& /*title*/) {
-  throw DomainError("this build has no ncurses; use --plain");
+  throw DomainError("this build has no ncurses; use plain lines", {Setting::plain_face});
 }
 
 #endif

@@ -100,7 +100,8 @@ class WebFace final : public SessionFace {
 
 std::unique_ptr<SessionFace> make_web_face(const WebOptions& options) {
   if (acquire_script().empty()) {
-    throw DomainError("--web: this build has no page (it was built without node and npm)");
+    throw DomainError("this build has no page for browsers (it was built without node and npm)",
+                      {Setting::web_face});
   }
   return std::make_unique<WebFace>(options);
 }
@@ -108,7 +109,7 @@ std::unique_ptr<SessionFace> make_web_face(const WebOptions& options) {
 #else
 
 std::unique_ptr<SessionFace> make_web_face(const WebOptions& /*options*/) {
-  throw DomainError("--web: this build has no server (libboost-dev)");
+  throw DomainError("this build has no server for browsers (libboost-dev)", {Setting::web_face});
 }
 
 #endif

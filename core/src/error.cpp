@@ -5,8 +5,8 @@
 
 namespace axiscal {
 
-DataError::DataError(std::string_view path, std::string_view what)
-    : Error(std::string(path) + ": " + std::string(what)) {}
+DataError::DataError(std::string_view path, std::string_view what, std::vector<Setting> settings)
+    : Error(std::string(path) + ": " + std::string(what), std::move(settings)) {}
 
 DataError::DataError(std::string_view path, std::size_t line, std::string_view what)
     : Error(std::string(path) + ":" + std::to_string(line) + ": " + std::string(what)) {}

@@ -5,17 +5,27 @@
 #include <charconv>
 #include <cmath>
 
+#include "axiscal/core/read_double.hpp"
+
 namespace axiscal {
 namespace {
 
+std::from_chars_result read(const char* first, const char* last, double& value) noexcept {
+  return read_double(first, last, value);
+}
+
+std::from_chars_result read(const char* first, const char* last, int& value) noexcept {
+  return std::from_chars(first, last, value);
+}
+
 template <typename Number>
 std::optional<Number> parse_whole(std::string_view text) noexcept {
-  // from_chars takes no plus sign; "+-1" must stay wrong.
+  // Neither takes a plus sign; "+-1" must stay wrong.
   if (text.size() > 1 && text.front() == '+' && text[1] != '-') {
     text.remove_prefix(1);
   }
   Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const auto [end, error] = read(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size()) {
     return std::nullopt;
   }

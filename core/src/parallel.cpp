@@ -9,6 +9,28 @@
 #include <vector>
 
 namespace axiscal {
+namespace {
+
+// Waits for its threads at the end, also where one of them cannot be started. (libc++ 14 has no
+// jthread.)
+class JoinedThreads {
+ public:
+  JoinedThreads() = default;
+  JoinedThreads(const JoinedThreads&) = delete;
+  JoinedThreads& operator=(const JoinedThreads&) = delete;
+  ~JoinedThreads() {
+    for (std::thread& thread : threads_) {
+      thread.join();
+    }
+  }
+
+  void start(const std::function<void()>& work) { threads_.emplace_back(work); }
+
+ private:
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace
 
 void for_each_in_parallel(std::size_t count,
                           const std::function<void(std::size_t)>& work,
@@ -40,9 +62,9 @@ void for_each_in_parallel(std::size_t count,
     }
   };
   {
-    std::vector<std::jthread> pool;
+    JoinedThreads pool;
     for (std::size_t t = 1; t < used; ++t) {
-      pool.emplace_back(run);
+      pool.start(run);
     }
     run();
   }

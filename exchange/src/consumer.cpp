@@ -31,8 +31,9 @@ double reading_factor_of(const Instrument& instrument,
   const std::optional<double> factor = reading_factor_between(instrument.unit, wanted);
   if (!factor) {
     throw RefusedError("the readings are in '" + instrument.unit + "', and this format is for " +
-                       wanted + "; say how many " + wanted + " its driver makes of 1 " +
-                       instrument.unit + " (--reading-factor)");
+                           wanted + "; say how many " + wanted + " its driver makes of 1 " +
+                           instrument.unit,
+                       {Setting::reading_factor});
   }
   return *factor;
 }
@@ -47,15 +48,17 @@ double field_factor_of(FieldDescription field,
   if (options.local_gravity && field.unit == "g") {
     if (field.local_gravity && *field.local_gravity != *options.local_gravity) {
       throw RefusedError("the record says that its g was " + number_text(*field.local_gravity) +
-                         " m/s^2; --gravity is for records that do not");
+                             " m/s^2; state another one only for a record that says none",
+                         {Setting::local_gravity});
     }
     field.local_gravity = options.local_gravity;
   }
   try {
     return field_conversion(field, wanted, std::nullopt).factor;
   } catch (const DomainError& error) {
-    throw RefusedError(std::string(error.what()) +
-                       (field.unit == "g" ? "; or give its gravity (--gravity)" : ""));
+    const bool may_state_it = field.unit == "g";
+    throw RefusedError(std::string(error.what()) + (may_state_it ? "; or state its gravity" : ""),
+                       may_state_it ? std::vector{Setting::local_gravity} : error.settings());
   }
 }
 
@@ -212,8 +215,9 @@ ConsumerModel nearest_model(const Calibration& calibration,
   if (!model.inverse.allFinite() || !(model.bias.cwiseAbs().maxCoeff() < largest) ||
       !(calibration.field.magnitude < largest)) {
     throw RefusedError(
-        "a coefficient is too large to be one; look at the record and at "
-        "--reading-factor");
+        "a coefficient is too large to be one; look at the record and at the factor of its "
+        "readings",
+        {Setting::reading_factor});
   }
   return model;
 }
@@ -262,7 +266,8 @@ std::optional<ExportLoss> accepted_loss(const Calibration& calibration,
   std::optional<ExportLoss> loss = loss_of(calibration, model);
   if (loss && !options.lossy) {
     throw RefusedError("format " + std::string(format) + " cannot hold " + loss_text(*loss) +
-                       "; --lossy writes it all the same");
+                           "; allow the loss, and it is written all the same",
+                       {Setting::lossy});
   }
   return loss;
 }

@@ -213,7 +213,8 @@ void require_details(const Calibration& calibration, const CertificateDetails& d
   need(!details.calibrated.empty() || calibration.created.size() >= 10, "calibrated (date)");
   if (!missing.empty()) {
     throw RefusedError("a digital calibration certificate needs " + joined(missing) +
-                       "; give them by --laboratory");
+                           " in the laboratory's details",
+                       {Setting::laboratory});
   }
   if (calibration.instrument.serial.empty()) {
     throw RefusedError("a digital calibration certificate needs the instrument's serial number");

@@ -45,9 +45,10 @@ constexpr std::array known_exports = {
                 export_csv},
 #ifdef AXISCAL_PUGIXML
     KnownExport{
-        ExportFormat{"dcc",
-                     "Digital Calibration Certificate (PTB's XML schema 3), with --laboratory",
-                     "v = bias(t) + scale(t) S f"},
+        ExportFormat{
+            "dcc",
+            "Digital Calibration Certificate (PTB's XML schema 3), with the laboratory's details",
+            "v = bias(t) + scale(t) S f"},
         export_dcc},
 #endif
     KnownExport{ExportFormat{"kalibr", "Kalibr's imu.yaml, model scale-misalignment: M, C, A",

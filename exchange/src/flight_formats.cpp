@@ -169,8 +169,9 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
     if (one_g < 256.0) {
       throw RefusedError(
           "Betaflight's numbers are counts, some thousands to 1 g, and here 1 g is " +
-          number_text(std::abs(1.0 / in_g.inverse(0, 0)), 3) + " " + calibration.instrument.unit +
-          "; give the counts of 1 " + calibration.instrument.unit + " (--reading-factor)");
+              number_text(std::abs(1.0 / in_g.inverse(0, 0)), 3) + " " +
+              calibration.instrument.unit + "; give the counts of 1 " + calibration.instrument.unit,
+          {Setting::reading_factor});
     }
     per_field = std::copysign(one_g, per_field) * in_g.field_factor;
     lines.emplace_back("in counts, after the sensor's alignment to the board");

@@ -24,7 +24,8 @@ std::string upper(std::string text) {
 
 std::string literal(double value, bool single) {
   if (single && std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {
-    throw RefusedError("a coefficient is beyond what a float holds; use --numbers double");
+    throw RefusedError("a coefficient is beyond what a float holds; use double",
+                       {Setting::numbers});
   }
   std::string text = single ? number_text(value, 9) : number_text(value);
   if (text.find_first_of(".en") == std::string::npos) {

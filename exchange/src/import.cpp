@@ -416,7 +416,8 @@ Calibration import_calibration(std::string_view text,
   }
   calibration.field.magnitude = options.magnitude.value_or(calibration.field.magnitude);
   if (!(calibration.field.magnitude > 0.0)) {
-    throw DomainError("a field's magnitude in " + imported.field_unit + " is needed (--magnitude)");
+    throw DomainError("a field's magnitude in " + imported.field_unit + " is needed",
+                      {Setting::imported_magnitude});
   }
   calibration.response.bias = imported.bias;
   calibration.response.sensitivity = imported.sensitivity;

@@ -119,9 +119,10 @@ Eigen::Vector3d GeomagneticModel::value_in_enu_nT(const Site& site, double year)
   const Coefficients::Range range = coefficients_->range();
   if (!(year >= range.first_year && year <= range.last_year)) {
     throw RefusedError("magnetic model " + name_ + " holds from " + number_text(range.first_year) +
-                       " to " + number_text(range.last_year) + ", not in " +
-                       number_text(std::round(year * 1e6) / 1e6) +
-                       "; give another --date or --magnetic-model");
+                           " to " + number_text(range.last_year) + ", not in " +
+                           number_text(std::round(year * 1e6) / 1e6) +
+                           "; give another date or model",
+                       {Setting::date, Setting::magnetic_model});
   }
   if (!(site.height_m >= range.lowest_m && site.height_m <= range.highest_m)) {
     throw RefusedError("magnetic model " + name_ + " holds from " + number_text(range.lowest_m) +

@@ -362,15 +362,15 @@ class ImuCalibrator {
  private:
   // What is to be looked at in the log is so in each record of it.
   void warn(Calibration& record) const {
-    const auto add = [&](const char* code, const std::vector<std::string>& messages) {
+    const auto add = [&](WarningCode code, const std::vector<std::string>& messages) {
       for (const std::string& message : messages) {
         record.warnings.push_back({.code = code, .message = message});
         record.status = std::max(record.status, CalibrationStatus::warning);
       }
     };
-    add("log", result_.rests.warnings);
+    add(WarningCode::log, result_.rests.warnings);
     if (result_.seats) {
-      add("seat", result_.seats->messages);
+      add(WarningCode::seat, result_.seats->messages);
     }
   }
 
@@ -492,7 +492,7 @@ class ImuCalibrator {
     record.slot = "magnetometer";
     if (relative) {
       record.notes.emplace_back(
-          "the local field's magnitude was not stated (--latitude, or --magnetic-magnitude): "
+          "neither the local field's magnitude nor the site was stated: "
           "fields are in units of it");
     }
     if (!result_.seats) {
@@ -531,7 +531,7 @@ SeatLabels recognise_seats(const RecordedLog& log,
       options.first
           ? ""
           : "; the first one is taken as the standard design's, so that the slope's x and y "
-            "are known up to a turn of the whole table (state it: --first-fence)";
+            "are known up to a turn of the whole table (state its fence face)";
   if (!options.gyroscope.empty()) {
     TurnSource source(log, options, rests.rate_hz);
     const std::vector<GyroscopeTurn> turns = source.turns(rests, all_rests(rests), ups);
@@ -544,8 +544,8 @@ SeatLabels recognise_seats(const RecordedLog& log,
     if (options.magnetometer.empty()) {
       throw RefusedError(
           "the gyroscope lacks samples in " + std::to_string(source.left_out) +
-          " of the turns, so that it does not tell the fence faces; give the run sheet "
-          "(--plan)");
+              " of the turns, so that it does not tell the fence faces; give the run sheet",
+          {Setting::run_sheet});
     }
   }
   if (!options.magnetometer.empty()) {

@@ -38,7 +38,7 @@ Solution solve_not_negative(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) 
     if (p > A.rows()) {
       continue;
     }
-    Eigen::MatrixXd part = A(Eigen::all, columns);
+    Eigen::MatrixXd part = A(Eigen::seqN(0, A.rows()), columns);
     const Eigen::VectorXd lengths = part.colwise().norm();
     part = part * lengths.cwiseInverse().asDiagonal();
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(part);
@@ -49,8 +49,8 @@ Solution solve_not_negative(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) 
     if ((x.array() < 0.0).any()) {
       continue;
     }
-    const double cost =
-        (A(Eigen::all, columns) * x - b).squaredNorm() + price_of_a_kind * static_cast<double>(p);
+    const double cost = (A(Eigen::seqN(0, A.rows()), columns) * x - b).squaredNorm() +
+                        price_of_a_kind * static_cast<double>(p);
     if (cost < best.cost) {
       best.cost = cost;
       best.coefficients.setZero();

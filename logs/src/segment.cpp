@@ -33,7 +33,8 @@ class Clock {
     }
     step_ = usual_step(times) * seconds_;
     if (!(step_ > 0.0)) {
-      throw DataError(path_, "the times never increase; give --rate HZ instead of --time");
+      throw DataError(path_, "the times never increase; state the rate instead of their column",
+                      {Setting::rate, Setting::time_column});
     }
     longest_step_ = std::max(5.0 * step_, 0.25 * window_s_);
   }
@@ -195,7 +196,7 @@ void warn_of_defects(const LogFile& log,
   if (result.rate_hz < 1.0) {
     result.warnings.push_back("the rate is " + number_text(result.rate_hz, 3) +
                               " Hz: are the times in milliseconds or microseconds? Then name the "
-                              "column t_ms or t_us, or give --rate HZ");
+                              "column t_ms or t_us, or state the rate");
   }
   if (clock.repeated > 0) {
     result.notes.push_back(counted(clock.repeated, "time stamp is", "time stamps are") +
@@ -255,9 +256,9 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
       find_time_column(log.path(), log.columns(), options.rate_hz ? "" : options.time);
   if (!found && !options.rate_hz) {
     throw DataError(log.path(),
-                    "has no column of times; name it with --time COLUMN, or give --rate HZ; the "
-                    "columns are: " +
-                        joined(log.columns()));
+                    "has no column of times, only " + joined(log.columns()) +
+                        "; name the column of times, or state the rate",
+                    {Setting::time_column, Setting::rate});
   }
   const TimeColumn clock_column = found.value_or(TimeColumn{.position = log.columns().size()});
   const bool has_times = found && !options.rate_hz;  // a rate stands for a column of times
@@ -348,11 +349,13 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
   result.intervals = std::move(sets[chosen].intervals);
   warn_of_defects(log, clock, repair, result);
   if (result.intervals.empty()) {
-    throw RefusedError("there is no rest of " + number_text(options.shortest_s, 3) + " s in " +
-                       counted(result.samples, "sample", "samples") + " (" +
-                       number_text(static_cast<double>(result.samples) / result.rate_hz, 4) +
-                       " s): let the instrument stand still longer in each position, or ask for "
-                       "shorter rests (--min-length)");
+    throw RefusedError(
+        "there is no rest of " + number_text(options.shortest_s, 3) + " s in " +
+            counted(result.samples, "sample", "samples") + " (" +
+            number_text(static_cast<double>(result.samples) / result.rate_hz, 4) +
+            " s): let the instrument stand still longer in each position, or ask for "
+            "shorter rests",
+        {Setting::shortest_rest});
   }
   if (options.join) {
     const double size = largest_spread(result.intervals, attitude);

@@ -135,7 +135,7 @@ TimeUnit settle_time_unit(const std::string& path,
   const std::string head = "column '" + column.name + "': ";
   const std::string advice = "; name the column " + lower(column.name) + "_s, " +
                              lower(column.name) + "_ms, " + lower(column.name) +
-                             "_us, ... as they are (in its header, or by --map), or give --rate HZ";
+                             "_us, ... by their unit (in its header), or state the rate";
   if (column.unit_is_stated) {
     return {.seconds = column.seconds,
             .remark = is_rate(column.seconds, highest_rate_hz)
@@ -184,7 +184,8 @@ TimeUnit settle_time_unit(const std::string& path,
     rates += (rates.empty() ? "" : ", ") + rate_text(step, unit);
   }
   throw DataError(path,
-                  head + "the unit of the times is not clear from their rate: " + rates + advice);
+                  head + "the unit of the times is not clear from their rate: " + rates + advice,
+                  {Setting::column_names, Setting::rate});
 }
 
 }  // namespace axiscal

@@ -244,8 +244,7 @@ std::vector<std::string> missing_details(const Calibration& calibration,
   need(!details.laboratory.name.empty() && !details.laboratory.address.empty(),
        "laboratory (name, address)");
   need(!details.customer.name.empty(), "customer (name)");
-  need(!calibration.instrument.serial.empty(),
-       "the instrument's serial number (calibrate --serial)");
+  need(!calibration.instrument.serial.empty(), "the instrument's serial number");
   need(!details.condition.empty(), "condition");
   need(!details.issued.empty(), "issued");
   need(!details.environment.empty(), "environment");

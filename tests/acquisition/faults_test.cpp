@@ -418,6 +418,17 @@ TEST_F(FaultTest, AQuitSessionIsResumedByItsJournalAlone) {
   EXPECT_EQ(record["inputs"][0]["sha256"].get<std::string>().size(), 64U);
 }
 
+// A frame that nobody meant would be stored without a word.
+TEST_F(FaultTest, ASlotThatThePositionerLacksIsRefused) {
+  const std::string cube = folder_.write("cube.json", run_axiscal({"template", "positioner"}).out);
+  const ProgramResult wrong = run_axiscal({"acquire", "--connect", "sim:", "--positioner", cube,
+                                           "--slot", "right", "--unattended", "--name", name_});
+  EXPECT_EQ(wrong.status, 2);
+  EXPECT_NE(wrong.err.find("no mount for slot 'right'; its slots: left"), std::string::npos)
+      << wrong.err;
+  EXPECT_FALSE(std::filesystem::exists(name_ + ".journal"));
+}
+
 // A journal may be somebody else's: it does not say where files are written.
 TEST_F(FaultTest, AJournalWritesNoFilesElsewhere) {
   const std::string victim = folder_.write("victim.txt", "precious");

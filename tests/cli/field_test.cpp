@@ -320,6 +320,20 @@ TEST(ApplyField, FlagsSaturatedRows) {
   EXPECT_EQ(run_axiscal({"apply", record, log, "--strict"}).status, 3);
 }
 
+// The library says what is missing in its own words, and the command by what options it is stated.
+TEST(CalibrateCommand, NamesTheOptionsThatWouldMendAnError) {
+  const ScratchFolder folder;
+  const std::string run = folder.write("run.csv",
+                                       "rest,fence,x,y,z\n-Z,-Y,0,0,9.8\n-Z,+Y,0,0,9.8\n"
+                                       "+Z,-Y,0,0,-9.8\n+Z,+Y,0,0,-9.8\n");
+  const ProgramResult result = run_axiscal({"calibrate", run, "--instrument", "accelerometer",
+                                            "--field", "gravity", "--field-unit", "m/s^2"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.err,
+              HasSubstr("its magnitude is not known; state it, or latitude and height of "
+                        "the site (--field-magnitude, --latitude, --longitude)"));
+}
+
 TEST(CalibrateCommand, AddsFieldsUpOnTheCommandLine) {
   const ScratchFolder folder;
   const std::string truth = folder.write("truth.json", R"({"format":"axiscal-calibration",

@@ -3,8 +3,11 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "axiscal/core/random.hpp"
+#include "axiscal/core/read_double.hpp"
 #include "matchers.hpp"
 
 namespace axiscal {
@@ -43,6 +46,58 @@ TEST(NumberText, IsTheShortestThatReadsBack) {
     const Eigen::Vector2d number = random.normals<2>();
     const double value = number(0) * std::pow(10.0, 20.0 * number(1));
     EXPECT_EQ(parse_number(number_text(value)), value);
+  }
+}
+
+// What stands in where a standard library has no from_chars for double says what it would.
+TEST(ReadDouble, ByTheCLibraryIsWhatFromCharsGives) {
+  std::vector<std::string> texts = {"0",
+                                    "-0",
+                                    "1.5",
+                                    "-.5",
+                                    "5.",
+                                    ".",
+                                    "-",
+                                    "",
+                                    "+1",
+                                    " 1",
+                                    "1e5",
+                                    "1e",
+                                    "1e+",
+                                    "1E-3x",
+                                    "1e400",
+                                    "1e-400",
+                                    "0e999",
+                                    "0x10",
+                                    "1,5",
+                                    "1.2.3",
+                                    "12abc",
+                                    "4.9e-324",
+                                    "2.2250738585072011e-308",
+                                    "1.7976931348623159e308",
+                                    "9007199254740993",
+                                    "0.1000000000000000055511151231257827021181583404541015625"};
+  RandomStream random(11);
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector2d number = random.normals<2>();
+    std::string text = number_text(number(0) * std::pow(10.0, 90.0 * number(1)));
+    // Digits beyond what a double holds, too.
+    const std::size_t point = text.find('.');
+    texts.push_back(text);
+    if (point != std::string::npos) {
+      texts.push_back(text.insert(point + 1, number_text(std::abs(number(1))).substr(2)));
+    }
+  }
+  for (const std::string& text : texts) {
+    double standard = 7.0;
+    double own = 7.0;
+    const char* const last = text.data() + text.size();
+    const auto expected = std::from_chars(text.data(), last, standard);
+    const auto result = read_double_by_c_library(text.data(), last, own);
+    EXPECT_EQ(result.ec, expected.ec) << text;
+    EXPECT_EQ(result.ptr, expected.ptr) << text;
+    EXPECT_EQ(own, standard) << text;
+    EXPECT_EQ(std::signbit(own), std::signbit(standard)) << text;
   }
 }
 

@@ -290,18 +290,20 @@ TEST(ExportLoss, OfTemperatureIsOverTheCalibratedRange) {
 
 TEST(Export, RefusesWhatNobodyCouldUse) {
   const auto refused = [](const Calibration& calibration, const std::string& format,
-                          const std::string& why) {
+                          const std::string& why, const std::vector<Setting>& settings = {}) {
     try {
       static_cast<void>(export_calibration(calibration, format));
       ADD_FAILURE() << format << " was not refused";
     } catch (const Error& error) {
       EXPECT_THAT(error.what(), HasSubstr(why));
+      EXPECT_EQ(error.settings(), settings);
     }
   };
-  refused(accelerometer_in("LSB", "m/s^2"), "px4", "--reading-factor");
+  refused(accelerometer_in("LSB", "m/s^2"), "px4", "say how many m/s^2 its driver makes of 1 LSB",
+          {Setting::reading_factor});
   Calibration no_gravity = accelerometer_in("m/s^2", "g");
   no_gravity.field.local_gravity.reset();
-  refused(no_gravity, "px4", "--gravity");
+  refused(no_gravity, "px4", "; or state its gravity", {Setting::local_gravity});
   refused(magnetometer(), "kalibr", "no magnetometer");
   refused(gyroscope(), "betaflight", "at each start");
   refused(gyroscope(), "px44", "did you mean 'px4'?");

@@ -132,7 +132,7 @@ TEST(CalibrationReport, TextIsShownAsTyped) {
   calibration.positioner = hostile;
   calibration.notes = {hostile};
   calibration.inputs = {{.path = hostile, .sha256 = hostile}};
-  calibration.warnings = {{.code = hostile, .runs = {1}, .message = hostile}};
+  calibration.warnings = {{.code = WarningCode::outlier, .runs = {1}, .message = hostile}};
   calibration.status = CalibrationStatus::warning;
   const std::string page = calibration_report(calibration);
   EXPECT_THAT(page, Not(HasSubstr("<img")));
@@ -150,8 +150,10 @@ TEST(CalibrationReport, TextIsShownAsTyped) {
 TEST(CalibrationReport, RefusedIsSaidAtTheTopWithTheLikeliestReason) {
   Calibration calibration = calibrated();
   calibration.status = CalibrationStatus::refused;
-  calibration.warnings = {{.code = "wrong_point", .runs = {7}, .message = "run 7 may lie on +Y"}};
-  calibration.suggestion = Correction{.code = "wrong_point", .message = "run 7 was taken on +Y"};
+  calibration.warnings = {
+      {.code = WarningCode::wrong_pose, .runs = {7}, .message = "run 7 may lie on +Y"}};
+  calibration.suggestion =
+      Correction{.code = WarningCode::wrong_pose, .message = "run 7 was taken on +Y"};
   const std::string page = calibration_report(calibration);
   const std::size_t verdict = page.find("class=\"verdict refused\"");
   ASSERT_NE(verdict, std::string::npos);

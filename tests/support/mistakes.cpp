@@ -105,17 +105,17 @@ SeededMistake seed_mistake(Mistake mistake,
         point = all[random.index(all.size())].point;
       }
       take_at(truth, point, i, observations);
-      seeded.codes = {"wrong_pose"};
+      seeded.codes = {WarningCode::wrong_pose};
       break;
     }
     case Mistake::upside_down:
       take_at(truth, {face_of(axis_of(stated.rest()), !is_positive(stated.rest())), stated.fence()},
               i, observations);
-      seeded.codes = {"wrong_pose"};
+      seeded.codes = {WarningCode::wrong_pose};
       break;
     case Mistake::wrong_way_round:
       take_at(truth, stated.turned_round(), i, observations);
-      seeded.codes = {"wrong_pose"};
+      seeded.codes = {WarningCode::wrong_pose};
       break;
     case Mistake::exchanged: {
       const std::size_t j = other_than(n, i);
@@ -123,39 +123,39 @@ SeededMistake seed_mistake(Mistake mistake,
       observations.response.row(static_cast<Eigen::Index>(j)) = good.response.row(row);
       seeded.runs = {std::min(good.readings[i].run, good.readings[j].run),
                      std::max(good.readings[i].run, good.readings[j].run)};
-      seeded.codes = {"exchanged"};
+      seeded.codes = {WarningCode::exchanged};
       break;
     }
     case Mistake::columns: {
       const auto a = static_cast<Eigen::Index>(random.index(3));
       const Eigen::Index b = (a + 1) % 3;
       std::swap(observations.response(row, a), observations.response(row, b));
-      seeded.codes = {"columns_exchanged"};
+      seeded.codes = {WarningCode::columns_exchanged};
       break;
     }
     case Mistake::sign: {
       const auto a = static_cast<Eigen::Index>(random.index(3));
       observations.response(row, a) *= -1.0;
-      seeded.codes = {"sign"};
+      seeded.codes = {WarningCode::sign};
       break;
     }
     case Mistake::unit_factor: {
       constexpr std::array<double, 4> factors = {1e3, 1e-3, 9.80665, 1.0 / 9.80665};
       observations.response.row(row) *= factors[random.index(4)];
-      seeded.codes = {"unit_factor"};
+      seeded.codes = {WarningCode::unit_factor};
       break;
     }
     case Mistake::repeat: {
       const std::size_t j = other_than(n, i);
       observations.response.row(row) = good.response.row(static_cast<Eigen::Index>(j));
-      seeded.codes = {"stuck"};
+      seeded.codes = {WarningCode::stuck};
       break;
     }
     case Mistake::tilt: {
       const Eigen::Vector3d field = field_of(truth, stated);
       const Eigen::Vector3d axis = field.cross(random_direction(random)).normalized();
       observations.response.row(row) += truth.response.sensitivity * (size * axis.cross(field));
-      seeded.codes = {"tilted_seat"};
+      seeded.codes = {WarningCode::tilted_seat};
       break;
     }
     case Mistake::table_moved: {
@@ -171,7 +171,7 @@ SeededMistake seed_mistake(Mistake mistake,
             truth.response.sensitivity * (field_of(moved, point) - field_of(truth, point));
       }
       seeded.runs.clear();
-      seeded.codes = {"table_moved"};
+      seeded.codes = {WarningCode::table_moved};
       break;
     }
     case Mistake::drift: {
@@ -181,7 +181,7 @@ SeededMistake seed_mistake(Mistake mistake,
         observations.response.row(static_cast<Eigen::Index>(j)) += along * change;
       }
       seeded.runs.clear();
-      seeded.codes = {"drift"};
+      seeded.codes = {WarningCode::drift};
       break;
     }
     case Mistake::saturation: {
@@ -194,7 +194,7 @@ SeededMistake seed_mistake(Mistake mistake,
         observations.response(j, axis) = std::min(observations.response(j, axis), most);
       }
       seeded.runs.clear();
-      seeded.codes = {"saturated"};
+      seeded.codes = {WarningCode::saturated};
       break;
     }
   }

@@ -32,7 +32,7 @@ enum class Mistake {
 /// What a search should say of it.
 struct SeededMistake {
   Observations observations;
-  std::vector<std::string> codes;  ///< any of these names it
+  std::vector<WarningCode> codes;  ///< any of these names it
   std::vector<int> runs;           ///< the readings concerned; empty: not to be checked
 };
 

@@ -44,8 +44,8 @@ double gravity_of(const FieldDescription& field) {
   }
   if (!field.local_gravity) {
     throw DomainError(
-        "the record is in g and does not say what its g was; calibrate with the site (--latitude, "
-        "--height), or in m/s^2");
+        "the record is in g and does not say what its g was; calibrate with the site's latitude "
+        "and height, or in m/s^2");
   }
   return *field.local_gravity;
 }

@@ -76,7 +76,7 @@ void warn_of_disagreement(Calibration& calibration, const CombinedLevelness& com
                 p +
                 "); is its instrument loose, does the table give way, are its readings those of "
                 "other points?";
-  add_warning(calibration, {.code = "slot_levelness", .runs = {}, .message = message});
+  add_warning(calibration, {.code = WarningCode::slot_levelness, .runs = {}, .message = message});
 }
 
 }  // namespace
@@ -213,11 +213,12 @@ std::vector<Calibration> calibrate_assembly(const Experiment& experiment,
     try {
       calibrations.push_back(calibrate(own, slot.observations));
     } catch (const SetupError& error) {
-      throw SetupError("slot " + slot.slot + ": " + error.what());
+      throw SetupError("slot " + slot.slot + ": " + error.what(), error.settings());
     } catch (const RankDeficientError& error) {
-      throw RankDeficientError("slot " + slot.slot + ": " + error.what(), error.undetermined());
+      throw RankDeficientError("slot " + slot.slot + ": " + error.what(), error.undetermined(),
+                               error.settings());
     } catch (const RefusedError& error) {
-      throw RefusedError("slot " + slot.slot + ": " + error.what());
+      throw RefusedError("slot " + slot.slot + ": " + error.what(), error.settings());
     }
     if (const std::optional<Levelness>& measured = calibrations.back().levelness) {
       levelness.push_back({.slot = slot.slot, .levelness = *measured});

@@ -2,8 +2,6 @@
 #include "axiscal/calib/calibrate.hpp"
 
 #include <algorithm>
-#include <array>
-#include <string_view>
 #include <utility>
 
 #include "axiscal/calib/bias_fit.hpp"
@@ -106,7 +104,8 @@ void compare_polar_fit(const ReadingSet& set,
   if (calibration.temperature || !calibration.also.empty() || set.leaves_out() ||
       (fields.empty() && !set.rotation_sensor_from_table.empty())) {
     throw SetupError(
-        "--polar-fit: goes with plain readings of one field, without temperature terms");
+        "the polar fit goes with plain readings of one field, without temperature terms",
+        {Setting::polar_fit});
   }
   Eigen::Matrix<double, Eigen::Dynamic, 3> met(set.size(), 3);
   if (fields.empty()) {
@@ -122,10 +121,6 @@ void compare_polar_fit(const ReadingSet& set,
         fit_polar_form(met, set.response.col(k), axis, calibration.instrument.convention));
   }
 }
-
-// Warnings with which nothing of a run can be used.
-constexpr std::array<std::string_view, 4> refusing = {"uncertain_direction", "one_sided_unsettled",
-                                                      "no_fit", "uncertain_sensitivity"};
 
 Observations without_left_out(const Experiment& experiment, const Observations& observations) {
   Observations used;
@@ -153,9 +148,11 @@ class Run {
     check_method(experiment, observations, used_, method_, by_field_);
     parts_ = resolve_field(experiment, source_.mean_time_s());
     if (field_moves(experiment) && !by_field_ && !parts_.front().has_value) {
-      throw RefusedError(moving_field_name(experiment) +
-                         " needs the time of the readings: a column 'time' (ISO 8601, UTC), or "
-                         "--date with a time of day");
+      throw RefusedError(
+          moving_field_name(experiment) +
+              " needs the time of the readings: a column 'time' (ISO 8601, UTC), or a "
+              "date with a time of day",
+          {Setting::date});
     }
   }
 
@@ -283,7 +280,7 @@ class Run {
     const bool refused =
         (culprit_ && culprit_->effect > largest_effect) ||
         std::any_of(warnings.begin(), warnings.end(), [](const CalibrationWarning& warning) {
-          return std::find(refusing.begin(), refusing.end(), warning.code) != refusing.end();
+          return warning_kind(warning.code).refuses;
         });
     calibration_.status = refused            ? CalibrationStatus::refused
                           : warnings.empty() ? CalibrationStatus::ok

@@ -22,7 +22,7 @@ std::vector<Calibration> calibrate_one(Experiment experiment,
                     ", with its mount's rotation");
   } else if (experiment.slot.empty() && !mounts.empty()) {
     notes.emplace_back(
-        "the positioner's mounts are not used, as no slot is stated (--slot): the instrument's "
+        "the positioner's mounts are not used, as no slot is stated: the instrument's "
         "frame is taken as the cube's");
   }
   return {suggestions == Suggestions::accept
@@ -44,7 +44,7 @@ std::vector<Calibration> calibrate_slots(const Experiment& experiment,
   }
   if (experiment.positioner.mounts().empty() && run.slots.size() > 1) {
     notes.emplace_back(
-        "no mounts are stated (--assembly, or a positioner's mounts): each instrument's frame is "
+        "no mounts are stated (an assembly, or a positioner's mounts): each instrument's frame is "
         "taken as the cube's");
   }
   return calibrate_assembly(experiment, split_by_slot(run.observations, run.slots));

@@ -65,8 +65,8 @@ Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
   constexpr Eigen::Index most_rows = 1000;
   const Eigen::Index step = 1 + (readings.rows() - 1) / most_rows;
   const Eigen::Index n = (readings.rows() + step - 1) / step;
-  const Eigen::MatrixXd v = readings(Eigen::seqN(0, n, step), Eigen::all);
-  const Eigen::MatrixXd w = companions(Eigen::seqN(0, n, step), Eigen::all);
+  const Eigen::MatrixXd v = readings(Eigen::seqN(0, n, step), Eigen::seqN(0, readings.cols()));
+  const Eigen::MatrixXd w = companions(Eigen::seqN(0, n, step), Eigen::seqN(0, companions.cols()));
   const double F = calibration.field.magnitude;
   const LinearResponse& own = calibration.response;
   const Eigen::MatrixXd u = fields_of_readings(own, v).rowwise().normalized();
@@ -128,7 +128,7 @@ void warn_of_mirrored_axes(Calibration& calibration,
   const bool mirrored = std::abs(std::numbers::pi - alignment.angle_rad - expected_rad) < close_rad;
   add_warning(
       calibration,
-      {.code = "alignment",
+      {.code = WarningCode::alignment,
        .runs = {},
        .message = "the angle between the two fields is " + degrees(alignment.angle_rad) +
                   " degrees, but at the site it is " + degrees(expected_rad) +
@@ -173,14 +173,16 @@ void align_with_companion(Calibration& calibration,
     }
   }
   const Alignment alignment =
-      align_by_constant_angle(all(used, Eigen::all), all_of_companion(used, Eigen::all));
+      align_by_constant_angle(all(used, Eigen::seqN(0, all.cols())),
+                              all_of_companion(used, Eigen::seqN(0, all_of_companion.cols())));
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(12, 12);
   const bool simulated = calibration.statistics && calibration.shape == MagnitudeShape::symmetric &&
                          calibration.statistics->residual_sd.allFinite();
   if (simulated) {
-    covariance =
-        covariance_by_simulation(calibration, observations.response(used, Eigen::all), companion,
-                                 companions.response(used, Eigen::all), alignment);
+    covariance = covariance_by_simulation(
+        calibration, observations.response(used, Eigen::seqN(0, observations.response.cols())),
+        companion, companions.response(used, Eigen::seqN(0, companions.response.cols())),
+        alignment);
   }
   const LinearResponse own = calibration.response;
   if (calibration.uncertainty) {
@@ -214,7 +216,7 @@ void align_with_companion(Calibration& calibration,
   }
   for (CalibrationWarning& warning : calibration.warnings) {
     warning.message +=
-        warning.code == "coverage" ? " (in its own axes, before it was aligned)" : "";
+        warning.code == WarningCode::coverage ? " (in its own axes, before it was aligned)" : "";
   }
   warn_of_mirrored_axes(calibration, companion, alignment);
   calibration.alignment = CompanionAlignment{.record = record, .alignment = alignment};
@@ -223,7 +225,7 @@ void align_with_companion(Calibration& calibration,
   if (!(largest_rad < largest_good_rad)) {
     add_warning(
         calibration,
-        {.code = "alignment",
+        {.code = WarningCode::alignment,
          .runs = {},
          .message = "the angle between the two fields (" + degrees(alignment.angle_rad) +
                     " degrees) hardly fixes the rotation between the two instruments: standard "

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "axiscal/calib/calibration_warning.hpp"
+#include "axiscal/calib/moving_field.hpp"
 #include "axiscal/field/field_kind.hpp"
 
 namespace axiscal {
@@ -55,7 +56,7 @@ std::string why_not_paired(const Experiment& experiment, const Observations& obs
 
 bool lies_along_normal(const Experiment& experiment) {
   const FieldSetup& field = experiment.field;
-  if (!field.others.empty() || field.sun || experiment.instrument.one_sided) {
+  if (!field.others.empty() || field_moves(experiment) || experiment.instrument.one_sided) {
     return false;
   }
   if (field.in_table) {
@@ -102,7 +103,7 @@ void note_choice_of_method(const Experiment& experiment,
       lies_along_normal(experiment)) {
     calibration.notes.push_back(
         "method joint instead of paired: " + why_not_paired(experiment, used) +
-        "; take what is missing, or state --method joint");
+        "; take what is missing, or state method joint");
   }
 }
 

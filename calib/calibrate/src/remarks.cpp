@@ -78,14 +78,13 @@ void say_what_length_means(const Experiment& experiment, Calibration& calibratio
   const bool is_one_g = field_kind(field.kind).vertical && calibration.field.unit == "g";
   const std::string what =
       "the field's magnitude is taken as the length of the vector that was "
-      "stated (in_table, --field-table), " +
+      "stated (in_table), " +
       number_text(length, 5) + " " + calibration.field.unit;
   if (is_one_g && std::abs(length - 1.0) > 1e-6) {
     calibration.warnings.push_back(
-        {.code = "field_length",
+        {.code = WarningCode::field_length,
          .runs = {},
-         .message =
-             what + ", and not as 1 g; if it is a direction only, state --field-magnitude 1"});
+         .message = what + ", and not as 1 g; if it is a direction only, state a magnitude of 1"});
   } else if (length != 1.0) {
     calibration.notes.push_back(what);
   }
@@ -109,7 +108,7 @@ void warn_of_other_sensitivity(double nominal, Calibration& calibration) {
       }
     }
     calibration.warnings.push_back(
-        {.code = reason.empty() ? "sensitivity" : "unit_factor",
+        {.code = reason.empty() ? WarningCode::sensitivity : WarningCode::unit_factor,
          .runs = {},
          .message = "axis " + calibration.instrument.axes[static_cast<std::size_t>(k)] +
                     ": its sensitivity is " + number_text(ratio, 3) + " times the nominal one" +

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_checks.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -16,26 +17,27 @@ namespace {
 
 // A field that no one can set, without another that can.
 bool is_local(const FieldSetup& field) {
-  return field.others.empty() && !is_made_on_table(field);
+  return field.others.empty() && !field.custom && !is_made_on_table(field);
 }
 
 void check_range(const Instrument& instrument) {
   if (instrument.range && !(instrument.range->low < instrument.range->high)) {
-    throw SetupError("--range: LO must be less than HI");
+    throw SetupError("the instrument's range: its low end must be less than its high one",
+                     {Setting::range});
   }
 }
 
 void check_instrument(const Instrument& instrument) {
   if (instrument.kind.empty()) {
-    throw SetupError(
-        "the kind of instrument is not stated; give --instrument accelerometer, magnetometer, ...");
+    throw SetupError("the kind of instrument is not stated: accelerometer, magnetometer, ...",
+                     {Setting::instrument});
   }
   static_cast<void>(find_instrument_kind(instrument.kind));
   check_range(instrument);
   try {
     check_axes(instrument);
   } catch (const DomainError& error) {
-    throw SetupError(error.what());
+    throw SetupError(error.what(), error.settings());
   }
 }
 
@@ -149,9 +151,11 @@ void check_method(const Experiment& experiment,
   const std::string name(method_name(method));
   if (!by_field && method != Method::magnitude && method != Method::bias &&
       !has_labels(observations)) {
-    throw RefusedError("method " + name +
-                       ": the readings have no design points; give columns 'rest' and 'fence', or "
-                       "use --method known with fx,fy,fz, or magnitude");
+    throw RefusedError(
+        "method " + name +
+            ": the readings have no design points; give columns 'rest' and 'fence', or "
+            "use method known with fx,fy,fz, or magnitude",
+        {Setting::method});
   }
   const bool has_one_slope = method == Method::known || method == Method::magnitude;
   if (has_one_slope && experiment.level_by == LevelBy::block) {
@@ -179,6 +183,14 @@ void check_method(const Experiment& experiment,
       (method == Method::paired || method == Method::magnitude)) {
     throw SetupError("method " + name +
                      ": one-sided axes see a field from one side only; use joint or known");
+  }
+  const FieldSetup& field = experiment.field;
+  if (experiment.instrument.one_sided && !field.others.empty() &&
+      (!is_made_on_table(field) ||
+       !std::all_of(field.others.begin(), field.others.end(), is_made_on_table))) {
+    throw SetupError(
+        "one-sided axes under a light that stays on beside one that is set: which of them an axis "
+        "sees is not known; darken the room, so that the light that is set is the only one");
   }
   if (method == Method::magnitude &&
       (experiment.temperature.order > 0 || experiment.temperature.automatic)) {

@@ -62,7 +62,7 @@ class Finder {
     find_moved_table();
     find_axes();
     // A curved response looks like a limited axis; repeats tell that it is not chance.
-    if (!culprit_ || culprit_->correction.code == "saturated") {
+    if (!culprit_ || culprit_->correction.code == WarningCode::saturated) {
       find_lack_of_fit();
     }
     find_slope();
@@ -75,9 +75,8 @@ class Finder {
   }
 
  private:
-  void add(std::string code, std::vector<int> runs, std::string message) {
-    warnings_.push_back(
-        {.code = std::move(code), .runs = std::move(runs), .message = std::move(message)});
+  void add(WarningCode code, std::vector<int> runs, std::string message) {
+    warnings_.push_back({.code = code, .runs = std::move(runs), .message = std::move(message)});
   }
 
   [[nodiscard]] const std::string& axis_name(Eigen::Index k) const {
@@ -92,11 +91,11 @@ class Finder {
 
   void find_uncertain_direction() {
     if (estimate_.direction_se_rad > largest_direction_se_rad) {
-      add("uncertain_direction", {},
+      add(WarningCode::uncertain_direction, {},
           "the readings hardly determine the field's direction in the table (standard error " +
               rounded(estimate_.direction_se_rad, 2) +
               " rad), so the sensitivities are as uncertain; take each face turned round as well, "
-              "or use --method known if the table is level");
+              "or use method known if the table is level");
     }
   }
 
@@ -107,27 +106,28 @@ class Finder {
       const double share = statistics().sensitivity_se.row(k).norm() /
                            calibration_.response.sensitivity.row(k).norm();
       if (share > largest_share && estimate_.direction_se_rad > 0.0) {
-        add("uncertain_sensitivity", {},
+        add(WarningCode::uncertain_sensitivity, {},
             "axis " + axis_name(k) + ": its sensitivity is known only to " +
                 rounded(100.0 * share, 2) +
                 " % by these readings; too many of them are left out or of one kind: add readings, "
-                "or use --method known if the table is level");
+                "or use method known if the table is level");
       }
     }
   }
 
   void find_two_solutions() {
     if (!estimate_.ambiguity.empty()) {
-      add("two_solutions", {},
+      add(WarningCode::two_solutions, {},
           estimate_.ambiguity +
-              "; say roughly where it points with --field-table X,Y,Z or --fence-azimuth, or name "
+              "; say roughly where it points (its vector in the table, or the fence's azimuth), or "
+              "name "
               "the axes by what they sense (x, y, z)");
     }
   }
 
   void find_unsettled() {
     if (estimate_.unsettled) {
-      add("one_sided_unsettled", {},
+      add(WarningCode::one_sided_unsettled, {},
           "which readings some one-sided axis sees does not settle: a reading lies at the edge of "
           "its view; move the lamp a little, or leave that reading out");
     }
@@ -137,7 +137,7 @@ class Finder {
     constexpr double largest_good_gap_rad = 60.0 * rad_per_deg;
     const auto& quality = calibration_.orientations;
     if (quality && quality->largest_gap_rad > largest_good_gap_rad) {
-      add("coverage", {},
+      add(WarningCode::coverage, {},
           "the orientations leave a gap: towards " + direction_in_words(quality->gap) +
               " of the sensor the nearest reading is " +
               rounded(quality->largest_gap_rad * deg_per_rad, 2) +
@@ -163,7 +163,7 @@ class Finder {
       return;
     }
     const std::vector<int> runs = runs_of_face(*levelness->suspect);
-    add("levelness", runs,
+    add(WarningCode::levelness, runs,
         name_of_runs(runs) + ": the table's slope by rest face " +
             std::string(face_name(levelness->suspect->point.rest())) +
             " disagrees with the other faces (p = " + rounded(levelness->p_value, 2) +
@@ -189,14 +189,13 @@ class Finder {
         const double p = student_t_two_sided_p(t, statistics().degrees_of_freedom(k) - 1.0);
         const bool rounding = statistics().residual_sd(k) <= 1e-13 * full_response(k);
         if (p * tests < false_outlier && !rounding) {
-          add("outlier", row.runs,
+          add(WarningCode::outlier, row.runs,
               name_of_runs(row.runs) + ": " +
                   (by_magnitude() ? "its magnitude" : "axis " + axis_name(k)) + " is " +
                   rounded(std::abs(t), 3) +
                   " standard deviations from what the other readings say; " +
                   (by_magnitude() ? "if it was moved" : "check the pose and") +
-                  " take it again, or leave it out with --leave-out " +
-                  std::to_string(row.runs.front()));
+                  " take it again, or leave it out");
           break;
         }
       }
@@ -233,7 +232,7 @@ class Finder {
       }
       // Nothing of such a fit can be trusted.
       constexpr double hopeless = 0.2;
-      add(share > hopeless ? "no_fit" : "poor_fit", runs,
+      add(share > hopeless ? WarningCode::no_fit : WarningCode::poor_fit, runs,
           "axis " + axis_name(k) + ": the residuals are " + rounded(100.0 * share, 2) +
               " % of the full response, the largest at " + name_of_runs(runs) +
               "; a reading may be at the wrong design point, or two exchanged, or the noise is "
@@ -255,10 +254,10 @@ class Finder {
       reasons += "; is the column 'level' missing (the multiple of the field that was set)?";
     }
     if (calibration_.instrument.kind == "optical" && !calibration_.instrument.one_sided) {
-      reasons += "; photodiodes that see no light from behind need --one-sided";
+      reasons += "; photodiodes that see no light from behind are one-sided: state that";
     }
     if (calibration_.instrument.kind == "gyroscope" && calibration_.also.empty()) {
-      reasons += "; a gyroscope that answers to gravity needs --also gravity";
+      reasons += "; if the gyroscope answers to gravity, state gravity as a second field (also)";
     }
     return reasons;
   }
@@ -270,11 +269,12 @@ class Finder {
       error = statistics().residual_sd.maxCoeff() / full_response(0);
     }
     if (error > largest_residual_share) {
-      add("poor_fit", {},
+      add(WarningCode::poor_fit, {},
           "the magnitude differs from the field's by " + rounded(100.0 * error, 2) +
               " % (rms): the instrument was moved while it was read, iron nearby disturbs the "
               "field, or the noise is large; " +
-              (calibration_.robust ? "" : "try --robust, or ") + "take the readings again at rest");
+              (calibration_.robust ? "" : "try robust weights, or ") +
+              "take the readings again at rest");
     }
   }
 
@@ -294,11 +294,11 @@ class Finder {
       row.cwiseAbs().maxCoeff(&main);
       const std::string letter(1, "xyz"[main]);
       if (main != *nominal) {
-        add("axis_swapped", {},
+        add(WarningCode::axis_swapped, {},
             "axis " + axis_name(k) + " reads mostly along " + (row(main) < 0.0 ? "-" : "+") +
                 letter + "; are columns exchanged, or is the instrument turned in the cube?");
       } else if (row(main) < 0.0) {
-        add("axis_reversed", {},
+        add(WarningCode::axis_reversed, {},
             "axis " + axis_name(k) + " reads reversed: its sensitivity to " + letter +
                 " is negative; is its sign or wiring exchanged, or are all faces labelled by the "
                 "opposite one?");
@@ -311,7 +311,7 @@ class Finder {
     for (std::size_t k = 0; k < tests.size(); ++k) {
       // NaN, where nothing can be tested, is no warning.
       if (tests[k].p_value * static_cast<double>(tests.size()) < false_lack_of_fit) {
-        add("lack_of_fit", {},
+        add(WarningCode::lack_of_fit, {},
             "axis " + axis_name(static_cast<Eigen::Index>(k)) +
                 ": the readings are further from the model than their repeats allow (" +
                 (std::isfinite(tests[k].f)
@@ -335,36 +335,36 @@ class Finder {
     // NaN, without degrees of freedom, is no warning; 1e-9 is rounding.
     if (x > largest_slope_deviation * levelness->standard_error_x + 1e-9 ||
         y > largest_slope_deviation * levelness->standard_error_y + 1e-9) {
-      add("slope", {},
+      add(WarningCode::slope, {},
           "the field was given as " + rounded(given.x(), 4) + ", " + rounded(given.y(), 4) +
               " in the table's plane (parts of its magnitude), but opposite readings show " +
               rounded(levelness->mean_x, 4) + ", " + rounded(levelness->mean_y, 4) +
-              "; use --method paired or joint, or correct --slope");
+              "; use method paired or joint, or correct the slope");
     }
   }
 
   void find_moved_table() {
     const std::optional<Levelness>& levelness = calibration_.levelness;
     if (levelness && levelness->block_p_value < false_moved_table) {
-      add("table_moved", {},
+      add(WarningCode::table_moved, {},
           "the table's slope differs between blocks (p = " + rounded(levelness->block_p_value, 2) +
               "), so it was moved, and one slope for all blocks is wrong; give each block its "
-              "own with --level-by block");
+              "own (level by block)");
     }
   }
 
   void find_unpaired() {
     if (!unpaired_runs_.empty()) {
-      add("unpaired", unpaired_runs_,
+      add(WarningCode::unpaired, unpaired_runs_,
           name_of_runs(unpaired_runs_) +
               ": left out, as `paired` needs the opposite reading (same rest face, block and "
-              "level; opposite fence face); take it, or use --method joint");
+              "level; opposite fence face); take it, or use method joint");
     }
   }
 
   void find_condition() {
     if (statistics().condition_number > largest_good_condition) {
-      add("ill_conditioned", {},
+      add(WarningCode::ill_conditioned, {},
           "the design hardly tells some coefficients apart (condition number " +
               rounded(statistics().condition_number, 3) +
               "; a standard design has less than 5), so standard errors are inflated; " +
@@ -382,7 +382,7 @@ class Finder {
     constexpr double largest_deviation = 0.05;
     const double ratio = estimate_.mean_field / calibration_.field.magnitude;
     if (!(std::abs(ratio - 1.0) <= largest_deviation)) {
-      add("field_magnitude", {},
+      add(WarningCode::field_magnitude, {},
           "the columns fx, fy, fz have a length of " + rounded(estimate_.mean_field, 4) +
               " on average, but the field is " + rounded(calibration_.field.magnitude, 4) + " " +
               calibration_.field.unit + "; correct the unit, or give the magnitude");
@@ -392,16 +392,16 @@ class Finder {
   // Readings that differ but for their largest (or smallest) value, which is there several times.
   void find_saturated() {
     for (const SaturatedAxis& axis : estimate_.saturated) {
-      add("saturated", axis.runs,
+      add(WarningCode::saturated, axis.runs,
           name_of_runs(axis.runs) + ": axis " + axis_name(axis.axis) + " reads exactly " +
               rounded(axis.value, 8) +
-              " each time, and nothing beyond: is it saturated? Give its range with --range LO,HI");
+              " each time, and nothing beyond: is it saturated? Then state its range");
     }
   }
 
   void find_no_redundancy() {
     if (!(statistics().degrees_of_freedom.minCoeff() > 0.0)) {
-      add("no_redundancy", {},
+      add(WarningCode::no_redundancy, {},
           "there are just as many readings as coefficients: no residual, so no uncertainty and no "
           "check; take more design points");
     }

@@ -332,8 +332,8 @@ void warn_of_scatter(const std::vector<Reference>& references, Characterization&
           "slot " + own.slot + ": its readings scatter by " + significant(own.residual_sd) + " " +
           reference->calibration.field.unit + ", " + significant(own.residual_sd / expected) +
           " times what is to be expected, run " + std::to_string(own.worst_run) +
-          " most; look for a wrong label, a loose instrument, a table that was moved (--level-by "
-          "block), or readings of another instrument");
+          " most; look for a wrong label, a loose instrument, a table that was moved (then "
+          "level by block), or readings of another instrument");
     }
   }
 }
@@ -342,13 +342,12 @@ void find_warnings(const std::vector<Reference>& references, Characterization& r
   warn_of_scatter(references, result);
   if (!result.consistent) {
     const std::string p = " (p = " + significant(result.p_value) + ")";
-    result.warnings.push_back(
-        result.suspect.empty()
-            ? "the two instruments disagree about the cube" + p +
-                  "; a third would tell which one is wrong"
-            : "slot " + result.suspect + " disagrees with the others about the cube" + p +
-                  "; calibrate that instrument again, or leave it out with --leave-out " +
-                  result.suspect);
+    result.warnings.push_back(result.suspect.empty()
+                                  ? "the two instruments disagree about the cube" + p +
+                                        "; a third would tell which one is wrong"
+                                  : "slot " + result.suspect +
+                                        " disagrees with the others about the cube" + p +
+                                        "; calibrate that instrument again, or leave its slot out");
   }
 }
 
@@ -382,7 +381,7 @@ Characterization characterize(const std::vector<Reference>& references,
   for (const std::string& slot : options.leave_out) {
     if (std::none_of(references.begin(), references.end(),
                      [&](const Reference& reference) { return reference.slot == slot; })) {
-      throw SetupError("--leave-out: there is no slot '" + slot + "'");
+      throw SetupError("there is no slot '" + slot + "' to leave out", {Setting::leave_out});
     }
   }
   const std::vector<SolidReference> solid = solid_references(references, options);

@@ -459,8 +459,10 @@ SolidSolution SolidFit::solve() const {
   constexpr int rounds_of_scatter = 4;
   for (int outer = 0; outer <= rounds_of_scatter; ++outer) {
     const Problem problem{.fit = *this, .sigma = solution.sigma};
-    static_cast<void>(
-        factored(jacobian(place.state, place.layout, solution.sigma), place.layout.names));
+    if (outer == 0) {  // what is open is said before a search without an end
+      static_cast<void>(
+          factored(jacobian(place.state, place.layout, solution.sigma), place.layout.names));
+    }
     constexpr double always = std::numeric_limits<double>::infinity();
     auto found =
         gauss_newton(problem, std::move(place),

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/reweighting.hpp"
 #include "axiscal/calib/robust.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -28,7 +29,7 @@ void make_robust(AxisRegression& axis,
   if (axis.fit.degrees_of_freedom < 2.0) {
     throw RefusedError(
         "robust regression needs at least two readings (or, by `paired`, averages) more than "
-        "coefficients; add readings or leave --robust out");
+        "coefficients; add readings, or fit without robust weights");
   }
   const Eigen::VectorXd root = axis.weights.cwiseSqrt();
   BisquareWeights bisquare;
@@ -187,9 +188,10 @@ void require_response(const ReadingSet& set) {
     const double lowest = used.select(response, std::numeric_limits<double>::infinity()).minCoeff();
     if (highest - lowest <= set.rounding(k)) {
       throw RefusedError("axis " + set.axes[static_cast<std::size_t>(k)] +
-                         " does not respond to the field: all its readings are " +
-                         number_text(highest) +
-                         "; check its wiring and its column, or leave it out of --axes");
+                             " does not respond to the field: all its readings are " +
+                             number_text(highest) +
+                             "; check its wiring and its column, or leave the axis out",
+                         {Setting::axes});
     }
   }
 }

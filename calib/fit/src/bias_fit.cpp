@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
@@ -75,7 +76,7 @@ void put_sensitivity(const Experiment& experiment, Calibration& calibration) {
     calibration.response.sensitivity(k, component) = 1.0;
   }
   calibration.notes.emplace_back(
-      "the sensitivity was not fitted and is nominal (1); give the record that has it with --from");
+      "the sensitivity was not fitted and is nominal (1); give the record that has it");
 }
 
 bool has_pose(const ReadingSet& set) {
@@ -98,17 +99,17 @@ Constant what_constant_is(const Experiment& experiment,
   if (experiment.from) {
     calibration.notes.emplace_back(
         "nothing says how the instrument lay in the field, so the biases at the reference "
-        "temperature are those of the record given with --from; only their change with "
+        "temperature are those of the record that was given; only their change with "
         "temperature is new");
     return Constant::from_record;
   }
-  calibration.warnings.push_back(
-      {.code = "field_in_bias",
+  add_warning(
+      calibration,
+      {.code = WarningCode::field_in_bias,
        .runs = {},
        .message = "the biases hold the field's part in the pose in which the instrument lay (of an "
                   "accelerometer gravity), and are no biases yet; to take it out give the record "
-                  "that has the sensitivity, --from RECORD.json, and the columns rest and fence"});
-  calibration.status = CalibrationStatus::warning;
+                  "that has the sensitivity, and the columns rest and fence"});
   return Constant::as_read;
 }
 
@@ -159,9 +160,11 @@ void fit_bias(const Experiment& experiment,
               Calibration& calibration) {
   if (experiment.from &&
       experiment.from->response.bias.size() != experiment.instrument.axis_count()) {
-    throw SetupError(
-        "--from: the record has " + std::to_string(experiment.from->response.bias.size()) +
-        " axes, and the readings " + std::to_string(experiment.instrument.axis_count()));
+    throw SetupError("the record that the sensitivity is from has " +
+                         std::to_string(experiment.from->response.bias.size()) +
+                         " axes, and the readings " +
+                         std::to_string(experiment.instrument.axis_count()),
+                     {Setting::from_record});
   }
   ReadingSource source = unordered;
   source.set_temperature(1, experiment.temperature.reference);
@@ -184,8 +187,8 @@ void fit_bias(const Experiment& experiment,
     throw RankDeficientError(
         "readings at " + std::to_string(temperature_count(set)) +
             " temperatures do not determine a polynomial of order " + std::to_string(order) +
-            "; take a lower --temperature-order, or readings at more temperatures",
-        {set.axes.front() + ".bias" + power_suffix(order)});
+            "; take a lower order, or readings at more temperatures",
+        {set.axes.front() + ".bias" + power_suffix(order)}, {Setting::temperature_order});
   }
   FitStatistics& statistics = calibration.statistics.emplace();
   statistics.observations = static_cast<int>(set.size());

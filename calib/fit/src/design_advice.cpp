@@ -98,7 +98,7 @@ void require_determined(const ReadingSet& set,
         "these axes see too little of the field's directions: take readings with the lamp dark "
         "(level 0) too, take all 24 points, let the light "
         "come from a direction away from the table's normal and the cube's diagonal, or make one "
-        "axis of two opposite ones (--axes d=p-n)";
+        "axis of two opposite ones (d=p-n)";
   } else if (rows_for) {
     const std::string points = points_to_add(open.seen, rows_for, set.field.level_can_be_set());
     if (!points.empty()) {
@@ -110,7 +110,8 @@ void require_determined(const ReadingSet& set,
   }
   const std::string list = joined(open.names);
   throw RankDeficientError("the readings do not determine " + list + "; " + advice,
-                           std::move(open.names));
+                           std::move(open.names),
+                           open.left_out ? std::vector{Setting::axes} : std::vector<Setting>{});
 }
 
 }  // namespace axiscal

@@ -91,8 +91,8 @@ std::vector<Eigen::Vector3d> values_of(const std::vector<ResolvedPart>& parts) {
   std::vector<Eigen::Vector3d> values;
   for (const ResolvedPart& part : parts) {
     if (!part.has_value || part.part.free_length) {
-      throw SetupError("field " + part.part.kind +
-                       ": give the vector in the table's frame with --field-table X,Y,Z");
+      throw SetupError("field " + part.part.kind + ": give its vector in the table's frame",
+                       {Setting::field_table});
     }
     values.push_back(part.part.in_table);
   }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <numeric>
 
 #include <Eigen/Cholesky>
@@ -14,16 +13,6 @@
 
 namespace axiscal {
 namespace {
-
-// Rows of the readings that the axis uses.
-std::vector<Eigen::Index> used_rows(const ReadingSet& set,
-                                    const std::vector<Eigen::Index>& rows,
-                                    Eigen::Index axis) {
-  std::vector<Eigen::Index> used;
-  std::copy_if(rows.begin(), rows.end(), std::back_inserter(used),
-               [&](Eigen::Index i) { return set.weights(i, axis) > 0.0; });
-  return used;
-}
 
 // An axis' part in a linearised problem, in as many rows as it has columns: the residuals are
 // y - P z, and the rest of them no z changes.
@@ -288,51 +277,6 @@ Eigen::MatrixXd JointFit::jacobian(const JointState& state, const Eigen::VectorX
     shared.emplace_back(axis.tangents / sigma(k));
   }
   return stacked_by_axis(own, shared);
-}
-
-Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen::Index>& rows) {
-  const auto parts = static_cast<Eigen::Index>(set.field.parts().size());
-  const Eigen::Index unknowns = 1 + 9 * parts;
-  const Eigen::Index others = 3 * static_cast<Eigen::Index>(set.also_in_table.size());
-  // Rows of M_k of the axes that determine theirs.
-  Eigen::MatrixXd M(3 * set.axis_count(), 3 * parts);
-  Eigen::Index axes = 0;
-  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const std::vector<Eigen::Index> used = used_rows(set, rows, k);
-    const auto n = static_cast<Eigen::Index>(used.size());
-    Eigen::MatrixXd Z(n, unknowns + others + set.temperature.order);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const auto at = static_cast<std::size_t>(used[static_cast<std::size_t>(i)]);
-      const Eigen::Matrix3d& R = set.rotation_sensor_from_table[at];
-      const double level = set.readings[at].level;
-      Z(i, 0) = 1.0;
-      for (Eigen::Index p = 0; p < parts; ++p) {
-        const bool by_level = set.field.parts()[static_cast<std::size_t>(p)].set_by_level;
-        const double factor = by_level ? level : 1.0;
-        Z.row(i).segment<9>(1 + 9 * p) = factor * R.reshaped().transpose();
-      }
-      Z.row(i).segment(unknowns, others) = set.design_row(R, Eigen::Vector3d::Zero()).tail(others);
-      for (int j = 0; j < set.temperature.order; ++j) {
-        Z(i, unknowns + others + j) =
-            std::pow(set.temperature.d(static_cast<Eigen::Index>(at)), j + 1);
-      }
-    }
-    if (n < Z.cols() || !undetermined_columns(Z).empty()) {
-      continue;
-    }
-    const Eigen::VectorXd weights = set.weights.col(k)(used);
-    const Eigen::VectorXd response = set.response.col(k)(used);
-    const Eigen::VectorXd x = LeastSquaresDesign(Z, weights).estimate(response);
-    for (Eigen::Index p = 0; p < parts; ++p) {
-      M.block<3, 3>(3 * axes, 3 * p) = x.segment<9>(1 + 9 * p).reshaped(3, 3);
-    }
-    ++axes;
-  }
-  if (axes == 0) {
-    return {};
-  }
-  const Eigen::MatrixXd rows_of_axes = M.topRows(3 * axes);
-  return Eigen::JacobiSVD<Eigen::MatrixXd>(rows_of_axes, Eigen::ComputeThinV).matrixV().col(0);
 }
 
 }  // namespace axiscal

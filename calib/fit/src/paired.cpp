@@ -17,7 +17,7 @@ namespace {
 constexpr double smallest_normal_part = 0.05;
 constexpr const char* in_plane_message =
     "method paired: the field lies almost in the table's plane, and averages of opposite positions "
-    "have none of it left; use --method joint";
+    "have none of it left; use method joint";
 
 // One pseudo-observation: the pairs of one rest face, block and level.
 struct PseudoObservation {
@@ -145,12 +145,13 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
   if (opposites.pairs.empty()) {
     throw RefusedError(
         "method paired: no reading has its opposite (same rest face, block and level; opposite "
-        "fence face); take each face turned round as well, or use --method joint or known");
+        "fence face); take each face turned round as well, or use method joint or known",
+        {Setting::method});
   }
   const std::vector<PseudoObservation> pooled = pool_by_rest_face(opposites.pairs);
   const double F = nominal_in_table.norm();
   if (!(std::abs(nominal_in_table.z()) > smallest_normal_part * F)) {
-    throw RefusedError(in_plane_message);
+    throw RefusedError(in_plane_message, {Setting::method});
   }
   const Eigen::Vector3d normal(0.0, 0.0, std::copysign(F, nominal_in_table.z()));
   std::vector<Eigen::Vector3d> fields(set.field.blocks().size(), normal);
@@ -200,7 +201,7 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
   }
   for (const Eigen::Vector3d& field : fields) {
     if (!(std::abs(field.z()) > smallest_normal_part * F)) {
-      throw RefusedError(in_plane_message);
+      throw RefusedError(in_plane_message, {Setting::method});
     }
   }
   estimate.unpaired = opposites.unpaired;

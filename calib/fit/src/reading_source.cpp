@@ -74,7 +74,8 @@ void ReadingSource::find_rows() {
     const bool there = std::any_of(observations_.readings.begin(), observations_.readings.end(),
                                    [run](const Reading& reading) { return reading.run == run; });
     if (!there) {
-      throw SetupError("--leave-out: there is no run " + std::to_string(run));
+      throw SetupError("there is no run " + std::to_string(run) + " to leave out",
+                       {Setting::leave_out});
     }
   }
   for (std::size_t i = 0; i < observations_.readings.size(); ++i) {

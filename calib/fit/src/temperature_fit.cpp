@@ -32,9 +32,9 @@ void require_temperatures(const ReadingSet& set) {
   throw RankDeficientError(
       "readings at " + std::to_string(count) + (count == 1 ? " temperature" : " temperatures") +
           " do not determine " + list + "; order " + std::to_string(order) + " needs " +
-          std::to_string(order + 1) + " temperatures: add readings at another, or use " +
-          "--temperature-order " + std::to_string(count - 1),
-      std::move(names));
+          std::to_string(order + 1) + " temperatures: add readings at another, or use order " +
+          std::to_string(count - 1),
+      std::move(names), {Setting::temperature_order});
 }
 
 // Each temperature needs readings with both signs of the axis's field.

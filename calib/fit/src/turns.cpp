@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
+#include <optional>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -128,6 +130,7 @@ class TurnSet {
 struct Candidate {
   Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+  std::shared_ptr<const TurnSet> set;  // of that bias
   TurnSet::State state;
 };
 
@@ -141,7 +144,7 @@ class TurnProblem {
       : turns_(turns), fit_bias_(fit_bias) {}
 
   [[nodiscard]] Candidate at(const Eigen::Matrix3d& B, const Eigen::Vector3d& bias) const {
-    return {.B = B, .bias = bias, .state = TurnSet(turns_, bias).at(B)};
+    return at(B, bias, std::make_shared<const TurnSet>(turns_, bias));
   }
   void linearise(const Candidate& at, Linear& linear) const {
     linear.residuals = at.state.residuals;
@@ -149,7 +152,7 @@ class TurnProblem {
   }
   [[nodiscard]] Candidate moved(const Candidate& from, const Eigen::VectorXd& step) const {
     const Eigen::Matrix3d B = from.B + Eigen::Map<const RowMajor3>(step.data());
-    return fit_bias_ ? at(B, from.bias + step.tail<3>()) : at(B, from.bias);
+    return fit_bias_ ? at(B, from.bias + step.tail<3>()) : at(B, from.bias, from.set);
   }
   [[nodiscard]] static double cost(const Candidate& at, const Linear& /*before*/) {
     return at.state.cost();
@@ -159,6 +162,13 @@ class TurnProblem {
   }
 
  private:
+  [[nodiscard]] static Candidate at(const Eigen::Matrix3d& B,
+                                    const Eigen::Vector3d& bias,
+                                    std::shared_ptr<const TurnSet> set) {
+    TurnSet::State state = set->at(B);
+    return {.B = B, .bias = bias, .set = std::move(set), .state = std::move(state)};
+  }
+
   std::span<const GyroscopeTurn> turns_;
   bool fit_bias_;
 };
@@ -231,15 +241,15 @@ WeighedStep weigh_bias(const TurnSet::State& state,
   Eigen::Matrix<double, 12, 12> to_unknowns = Eigen::Matrix<double, 12, 12>::Identity();
   to_unknowns.bottomRightCorner<3, 3>() = bias_root;
   const Eigen::MatrixXd J = state.jacobian * to_unknowns;
+  const Eigen::MatrixXd N = J.transpose() * J;
   WeighedStep result{.sd = start_sd};
   for (int round = 0; round < 50; ++round) {
     const std::optional<MixedModelFit> fit =
         fit_mixed_model(J / result.sd, -state.residuals / result.sd, 3);
     if (!fit) {
-      break;
+      throw RefusedError("the turns do not determine the gyroscope beside its uncertain bias");
     }
-    const double used =
-        fit->covariance.cwiseProduct(J.transpose() * J).sum() / (result.sd * result.sd);
+    const double used = fit->covariance.cwiseProduct(N).sum() / (result.sd * result.sd);
     const double factor =
         std::sqrt(fit->residuals.squaredNorm() / std::max(informative - used, 1.0));
     result.step = to_unknowns * fit->estimate;
@@ -305,11 +315,12 @@ void check_revolutions(std::span<const GyroscopeTurn> turns,
     const std::span<const double> time_s = turns[worst].time_s;
     throw RefusedError(
         "turn " + std::to_string(worst + 1) + " of the gyroscope would be " +
-        number_text(fit.most_revolutions, 3) + " revolutions in " +
-        number_text(time_s.back() - time_s.front(), 3) +
-        " s, and no hand turns so: are the times in another unit (name the column t_ms, t_us, "
-        "...), "
-        "or are rests missing? If it was a motor, state the gyroscope's scale: --gyroscope-scale");
+            number_text(fit.most_revolutions, 3) + " revolutions in " +
+            number_text(time_s.back() - time_s.front(), 3) +
+            " s, and no hand turns so: are the times in another unit (name the column t_ms, t_us, "
+            "...), "
+            "or are rests missing? If it was a motor, state the gyroscope's scale",
+        {Setting::gyroscope_scale});
   }
 }
 
@@ -419,13 +430,13 @@ Calibration turn_calibration(const TurnFit& fit,
       ": attitude errors of " + number_text(fit.residual_sd_rad * deg_per_rad, 3) +
       " degrees (standard deviation of a component)");
   if (!fit.converged) {
-    add_warning(record, {.code = "not_converged",
+    add_warning(record, {.code = WarningCode::not_converged,
                          .message = "the fit of the turns had not come to rest after 50 rounds; is "
                                     "the gyroscope saturated in the turns?"});
   }
   if (fit.most_revolutions > most_revolutions_by_hand) {
     add_warning(record,
-                {.code = "many_revolutions",
+                {.code = WarningCode::many_revolutions,
                  .message = "a turn between two rests has " + number_text(fit.most_revolutions, 3) +
                             " revolutions by the stated scale; are scale and times right?"});
   }

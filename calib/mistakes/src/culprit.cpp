@@ -110,7 +110,7 @@ std::optional<Culprit> culprit_of(const SuspectRun& run,
       break;
     }
     // The same reading said to be an outlier in several ways is said once.
-    if (explanation.correction.code == "outlier" &&
+    if (explanation.correction.code == WarningCode::outlier &&
         !seen_outliers.insert(explanation.correction.runs).second) {
       continue;
     }

@@ -59,9 +59,9 @@ std::vector<Explanation> Explanations::ranked() && {
 }
 
 Correction about(const SuspectRun& run,
-                 std::string code,
+                 WarningCode code,
                  const std::vector<std::size_t>& readings) {
-  Correction correction{.code = std::move(code)};
+  Correction correction{.code = code};
   for (const std::size_t i : readings) {
     correction.runs.push_back(run.run_of(i));
   }

@@ -47,7 +47,7 @@ class Explanations {
 
 /// What to do about a mistake, by the code of its warning.
 struct MistakeAdvice {
-  std::string_view code;
+  WarningCode code;
   std::string_view one;   // where it concerns one reading, or the run
   std::string_view many;  // where several; empty: the same
 };
@@ -74,7 +74,7 @@ struct MistakeKind {
 
 /// @return a correction of that code about these readings.
 [[nodiscard]] Correction about(const SuspectRun& run,
-                               std::string code,
+                               WarningCode code,
                                const std::vector<std::size_t>& readings);
 
 /// A run of one reading alone.

@@ -144,7 +144,7 @@ std::vector<Eigen::Index> SuspectRun::rows_of(const std::vector<std::size_t>& re
 double SuspectRun::drop_without(const HypothesisFit& fit,
                                 const std::vector<std::size_t>& readings) const {
   const std::vector<Eigen::Index> rows = rows_of(readings);
-  const Eigen::MatrixXd Q = fit.basis(rows, Eigen::all);
+  const Eigen::MatrixXd Q = fit.basis(rows, Eigen::seqN(0, fit.basis.cols()));
   const Eigen::VectorXd e = fit.residuals.reshaped()(rows);
   const auto size = static_cast<Eigen::Index>(rows.size());
   const Eigen::MatrixXd M = Eigen::MatrixXd::Identity(size, size) - Q * Q.transpose();

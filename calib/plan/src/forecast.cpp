@@ -90,7 +90,8 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
     if (paired.design.rows() == 0) {
       throw RefusedError(
           "method paired: no point has its opposite (same rest face, opposite fence face); use "
-          "--method joint");
+          "method joint",
+          {Setting::method});
     }
     require_determined(set, paired.design, row_for, true);
     const Eigen::VectorXd root = paired.weights.cwiseSqrt();
@@ -119,7 +120,7 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
     throw RankDeficientError("the design does not determine " + list +
                                  " together; take each face turned round as well, or the method "
                                  "known on a level table",
-                             std::move(names));
+                             std::move(names), {Setting::method});
   }
   map.coefficients_from_readings = pseudo_inverse(J).topRows(4 * m);
   map.parameters = 4.0 + 2.0 / static_cast<double>(m);

@@ -418,7 +418,8 @@ Study parse_study(std::string_view text, const std::string& path) {
     study.parameters.push_back(parameter.at("parameter").text());
   }
   if (!json.find("blocks")) {
-    json.fail("holds no sums of its blocks; write it with --shard I/N");
+    json.fail(
+        "holds no sums of its blocks, which only a part of a study (a shard) has: make it as one");
   }
   constexpr Eigen::Index numbers = 5;
   for (const JsonValue& block : json.at("blocks").elements()) {

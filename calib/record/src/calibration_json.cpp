@@ -7,9 +7,8 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_members.hpp"
-#include "axiscal/field/field_kind.hpp"
-#include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/instruments/polar_form.hpp"
+#include "setup_members.hpp"
 
 namespace axiscal {
 namespace {
@@ -36,108 +35,6 @@ void point_members(JsonMembers& io, std::optional<DesignPoint>& point) {
     io.from().fail("rest and fence must be faces (+X -X +Y -Y +Z -Z) on two axes");
   }
   point = DesignPoint(*rest_face, *fence_face);
-}
-
-void differences_members(JsonMembers& io, std::vector<DifferentialAxis>& differences) {
-  if (!io.reads()) {
-    for (const DifferentialAxis& difference : differences) {
-      io.to()["differences"][difference.axis] = {difference.plus, difference.minus};
-    }
-  } else if (const auto all = io.from().find("differences")) {
-    for (const std::string& axis : all->keys()) {
-      const std::vector<std::string> columns = all->at(axis).texts();
-      if (columns.size() != 2) {
-        all->at(axis).fail("must be two columns: [plus, minus]");
-      }
-      differences.push_back({.axis = axis, .plus = columns[0], .minus = columns[1]});
-    }
-  }
-}
-
-void members(JsonMembers& io, Instrument& instrument) {
-  io.need("kind", instrument.kind);
-  io.check("kind", [&] { static_cast<void>(find_instrument_kind(instrument.kind)); });
-  io.value("serial", instrument.serial);
-  io.need("axes", instrument.axes);
-  io.check("axes", [&] { check_axes(instrument); });
-  io.need("unit", instrument.unit);
-  std::string convention = instrument.convention == AxisConvention::forward_right_down ? "frd" : "";
-  io.value_if_any("convention", convention);
-  if (!convention.empty()) {
-    io.check("convention", [&] { instrument.convention = parse_convention(convention); });
-  }
-  differences_members(io, instrument.differences);
-  if (io.has("range", instrument.range.has_value())) {
-    ReadingRange range = instrument.range.value_or(ReadingRange{});
-    io.need_pair("range", range.low, range.high);
-    instrument.range = range;
-  }
-  io.flag_unless("one_sided", instrument.one_sided, false);
-}
-
-void members(JsonMembers& io, FieldPartDescription& part) {
-  io.need("kind", part.kind);
-  io.need("magnitude", part.magnitude);
-  io.need_vector("in_table", part.in_table, 3);
-  io.need("set_by_level", part.set_by_level);
-  io.need("turning", part.turning);
-}
-
-void members(JsonMembers& io, Site& site) {
-  io.need("latitude_deg", site.latitude_deg);
-  io.need("longitude_deg", site.longitude_deg);
-  io.need("height_m", site.height_m);
-}
-
-void in_table_members(JsonMembers& io, FieldDescription& field) {
-  if (!io.reads()) {
-    io.to()["in_table"] = field.in_table ? json_from(*field.in_table) : Json();
-  } else if (const auto in_table = io.from().find("in_table")) {
-    field.in_table = in_table->vector(3);
-    io.check("in_table", field.in_table->norm() > 0.0, "must not be zero");
-  }
-  if (io.has("in_table_covariance", field.in_table_covariance.has_value())) {
-    Eigen::Matrix3d covariance = field.in_table_covariance.value_or(Eigen::Matrix3d::Zero());
-    io.matrix("in_table_covariance", covariance, 3, 3);
-    field.in_table_covariance = covariance;
-    io.number("in_table_degrees_of_freedom", field.in_table_degrees_of_freedom);
-  }
-}
-
-void members(JsonMembers& io, FieldDescription& field) {
-  io.need("kind", field.kind);
-  io.need("unit", field.unit);
-  io.need("magnitude", field.magnitude);
-  io.check("magnitude", field.magnitude > 0.0, "must be positive");
-  io.check("unit", !field_kind(field.kind).vertical || field.unit == "g" || field.unit == "m/s^2",
-           "gravity is in g or m/s^2");
-  in_table_members(io, field);
-  io.value_if_any("magnitude_u", field.magnitude_u);
-  io.value_if_any("model", field.model);
-  io.value_if_any("local_gravity_m_s2", field.local_gravity);
-  io.list_if_any("parts", field.parts,
-                 [](JsonMembers& one, FieldPartDescription& part) { members(one, part); });
-  io.object_if_any("site", field.site, [](JsonMembers& one, Site& site) { members(one, site); });
-  io.value_if_any("date", field.date);
-}
-
-// By the second field's kind.
-void also_members(JsonMembers& io, std::vector<AlsoResponse>& all, Eigen::Index m) {
-  if (io.reads()) {
-    for (const std::string& kind : io.from().keys()) {
-      all.push_back({.kind = kind, .unit = "", .sensitivity = {}, .sensitivity_se = {}});
-    }
-  }
-  for (AlsoResponse& also : all) {
-    io.need_object(also.kind.c_str(), [&](JsonMembers& one) {
-      one.need("unit", also.unit);
-      if (one.has("in_table", true)) {
-        one.need_vector("in_table", also.in_table, 3);
-      }
-      one.need_matrix("sensitivity", also.sensitivity, m, 3);
-      one.matrix("standard_error", also.sensitivity_se, m, 3);
-    });
-  }
 }
 
 void members(JsonMembers& io, OrientationQuality& quality) {
@@ -407,16 +304,21 @@ void members(JsonMembers& io, Verdict& verdict) {
           [](JsonMembers& one, LimitVerdict& limit) { members(one, limit); });
 }
 
+// Any word is taken: it may be of a later version.
+std::optional<WarningCode> parse_warning(std::string_view name) {
+  return warning_code_of(name);
+}
+
 // A correction that was made; the file holds what was corrected, not how.
 void members(JsonMembers& io, Correction& correction) {
-  io.value("code", correction.code);
+  io.choice("code", correction.code, warning_name, parse_warning);
   io.need("runs", correction.runs);
   io.value("message", correction.message);
 }
 
 // Of one reading "run", of several "runs".
 void members(JsonMembers& io, CalibrationWarning& warning) {
-  io.value("code", warning.code);
+  io.choice("code", warning.code, warning_name, parse_warning);
   std::optional<int> run =
       warning.runs.size() == 1 ? std::optional<int>(warning.runs.front()) : std::nullopt;
   io.value_if_any("run", run);

@@ -24,12 +24,13 @@ const FieldPart* moving_part(const FieldSetup& field) {
   return other == field.others.end() ? nullptr : &*other;
 }
 
-Eigen::Vector3d direction_in_enu(const FieldSetup& field, const FieldPart& part, double time_s) {
+// Frame enu; of a field that is made on the table that one's.
+Eigen::Vector3d direction_of(const FieldSetup& field, const FieldPart& part, double time_s) {
   if (part.custom) {
     return part.custom->value_in_enu_at(time_s).normalized();
   }
   if (!field.site) {
-    throw SetupError("the sun's place needs the site: --latitude and --longitude");
+    throw SetupError("the sun's place needs the site: latitude and longitude", {Setting::site});
   }
   return sun_position(*field.site, time_s, part.refraction).direction_in_enu;
 }
@@ -54,20 +55,24 @@ Eigen::Matrix3d turn_of_field(const Experiment& experiment, double from_s, doubl
   if (moving == nullptr) {
     return Eigen::Matrix3d::Identity();
   }
-  if (!experiment.fence_azimuth_rad) {
+  const bool on_table = moving->custom && moving->custom->is_induced();
+  if (!on_table && !experiment.fence_azimuth_rad) {
     throw SetupError(name_of(*moving) +
-                     " moves between the readings; how it does in the table needs --fence-azimuth, "
-                     "to a few degrees");
+                         " moves between the readings; how it does in the table needs the fence's "
+                         "azimuth, to a few degrees",
+                     {Setting::fence_azimuth});
   }
   if (!experiment.field.others.empty() || !experiment.also.empty()) {
     throw SetupError(moving->custom ? name_of(*moving) + " moves, and so goes with no other field"
                                     : "field light by the sun goes with no other field");
   }
-  const Eigen::Matrix3d rotation_table_from_level =
-      rotation_sloping_from_level(experiment.slope) *
-      rotation_table_from_enu(*experiment.fence_azimuth_rad);
+  Eigen::Matrix3d rotation_table_from_its = Eigen::Matrix3d::Identity();
+  if (!on_table) {
+    rotation_table_from_its = rotation_sloping_from_level(experiment.slope) *
+                              rotation_table_from_enu(*experiment.fence_azimuth_rad);
+  }
   const auto direction_at = [&](double time_s) -> Eigen::Vector3d {
-    return rotation_table_from_level * direction_in_enu(experiment.field, *moving, time_s);
+    return rotation_table_from_its * direction_of(experiment.field, *moving, time_s);
   };
   return smallest_rotation(direction_at(from_s), direction_at(to_s));
 }

@@ -83,15 +83,17 @@ Observations select_rows(const Observations& observations, const std::vector<std
   for (const std::size_t row : rows) {
     some.readings.push_back(observations.readings[row]);
   }
-  some.response = observations.response(rows, Eigen::all);
+  some.response = observations.response(rows, Eigen::seqN(0, observations.response.cols()));
   if (observations.samples) {
     some.samples = (*observations.samples)(rows);
   }
   if (observations.response_sd) {
-    some.response_sd = (*observations.response_sd)(rows, Eigen::all);
+    some.response_sd =
+        (*observations.response_sd)(rows, Eigen::seqN(0, observations.response_sd->cols()));
   }
   if (observations.saturated) {
-    some.saturated = (*observations.saturated)(rows, Eigen::all);
+    some.saturated =
+        (*observations.saturated)(rows, Eigen::seqN(0, observations.saturated->cols()));
   }
   return some;
 }

@@ -72,13 +72,15 @@ ResolvedPart PartResolver::resolve() {
 
 void PartResolver::check_given() const {
   if (given_.in_table && !(given_.in_table->norm() > 0.0 && given_.in_table->norm() < 1e150)) {
-    throw SetupError("--field-table: the vector must not be zero, and shorter than 1e150");
+    throw SetupError("the field's vector in the table must not be zero, and shorter than 1e150",
+                     {Setting::field_table});
   }
   if (given_.magnitude && !(*given_.magnitude > 0.0 && std::isfinite(*given_.magnitude))) {
-    throw SetupError("--field-magnitude: must be a positive number");
+    throw SetupError("the field's magnitude must be a positive number", {Setting::field_magnitude});
   }
   if (!(given_.magnitude_u >= 0.0)) {
-    throw SetupError("--field-magnitude-u: must not be negative");
+    throw SetupError("the uncertainty of the field's magnitude must not be negative",
+                     {Setting::field_magnitude_u});
   }
   if (!given_.custom) {
     const std::string& kind = given_.kind;
@@ -116,7 +118,7 @@ void PartResolver::resolve_own() {
 
 void PartResolver::resolve_kind() {
   if (given_.kind.empty()) {
-    throw SetupError("the field is not stated; give --field " + list_of_field_kinds());
+    throw SetupError("the field is not stated: " + list_of_field_kinds(), {Setting::field});
   }
   check_field_kind(given_.kind);
   const FieldKind& kind = field_kind(given_.kind);
@@ -137,7 +139,8 @@ void PartResolver::resolve_kind() {
 
 void PartResolver::require_longitude() const {
   if (!experiment_.field.has_longitude) {
-    throw SetupError("field " + given_.kind + ": the site's longitude is missing (--longitude)");
+    throw SetupError("field " + given_.kind + ": the site's longitude is missing",
+                     {Setting::longitude});
   }
 }
 
@@ -152,7 +155,8 @@ double PartResolver::date_s() const {
   }
   const std::optional<double> time_s = parse_date(date);
   if (!time_s) {
-    throw SetupError("--date: '" + date + "' is neither ISO 8601 nor a decimal year");
+    throw SetupError("the date '" + date + "' is neither ISO 8601 nor a decimal year",
+                     {Setting::date});
   }
   return *time_s;
 }
@@ -194,10 +198,11 @@ void PartResolver::put_value(const Eigen::Vector3d& value, bool induced) {
   }
 }
 
-void PartResolver::put_given_magnitude(const std::string& what) {
+void PartResolver::put_given_magnitude(const std::string& what, std::vector<Setting> settings) {
   if (!given_magnitude()) {
-    throw SetupError("field " + given_.kind + ": its magnitude is not known; give " + what +
-                     " or --field-magnitude");
+    settings.push_back(Setting::field_magnitude);
+    throw SetupError("field " + given_.kind + ": its magnitude is not known; state it, or " + what,
+                     std::move(settings));
   }
   put_magnitude(*given_magnitude());
 }
@@ -207,7 +212,7 @@ void PartResolver::put_made(const std::function<Eigen::Vector3d()>& make) {
   try {
     value = make();
   } catch (const DomainError& error) {
-    throw SetupError("field " + given_.kind + ": " + error.what());
+    throw SetupError("field " + given_.kind + ": " + error.what(), error.settings());
   }
   put_magnitude(given_magnitude().value_or(value.norm()));
   part_.part.in_table = part_.part.magnitude * value.normalized();

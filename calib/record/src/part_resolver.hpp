@@ -4,8 +4,10 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "axiscal/calib/resolved_field.hpp"
+#include "axiscal/core/setting.hpp"
 
 namespace axiscal {
 
@@ -44,7 +46,7 @@ class PartResolver {
 
   /// The given magnitude.
   /// @param what  would say it too, for the error.
-  void put_given_magnitude(const std::string& what);
+  void put_given_magnitude(const std::string& what, std::vector<Setting> settings);
 
   /// A model's own uncertainty, unless the user states another.
   void put_model_u(double magnitude_u);

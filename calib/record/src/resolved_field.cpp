@@ -71,11 +71,13 @@ std::vector<ResolvedPart> resolve_field(const Experiment& experiment,
     check_site(*setup.site);
   }
   if (!(experiment.slope.norm() < 1.0)) {
-    throw SetupError("--slope: X^2 + Y^2 must be less than 1");
+    throw SetupError("the table's slope: X^2 + Y^2 must be less than 1", {Setting::slope});
   }
   if (setup.in_table && experiment.slope.norm() > 0.0) {
     throw SetupError(
-        "--slope and --field-table both say how the field lies in the table; give one of them");
+        "the slope and the field's vector both say how the field lies in the table; state one of "
+        "them",
+        {Setting::slope, Setting::field_table});
   }
   std::vector<ResolvedPart> parts = {resolve_part(experiment, setup, time_s)};
   for (const FieldPart& other : setup.others) {
@@ -84,8 +86,9 @@ std::vector<ResolvedPart> resolve_field(const Experiment& experiment,
   }
   if (parts.size() == 1 && parts.front().part.free_length) {
     throw SetupError("field " + parts.front().part.kind +
-                     ": its magnitude is not known; give --field-table, --field-magnitude or a "
-                     "coil");
+                         ": its magnitude is not known; state it, its vector in the table, or a "
+                         "coil",
+                     {Setting::field_table, Setting::field_magnitude});
   }
   const bool all_free = std::all_of(parts.begin(), parts.end(),
                                     [](const ResolvedPart& part) { return part.part.free_length; });

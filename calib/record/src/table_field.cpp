@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "axiscal/core/error.hpp"
@@ -35,7 +36,12 @@ std::size_t TableField::tilt_of_block(int block) const {
 
 std::string TableField::name_of(std::size_t which) const {
   if (is_sum()) {
-    return "the field " + parts_[which].kind;
+    const FieldPartDescription& part = parts_[which];
+    const bool alone = std::count_if(parts_.begin(), parts_.end(), [&](const auto& other) {
+                         return other.kind == part.kind;
+                       }) == 1;
+    const std::string_view role = alone ? "" : part.set_by_level ? "induced " : "local ";
+    return "the " + std::string(role) + "field " + part.kind;
   }
   return blocks_.size() > 1 ? "the field in block " + std::to_string(blocks_[which]) : "the field";
 }

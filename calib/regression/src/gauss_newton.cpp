@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/gauss_newton.hpp"
 
-#include <Eigen/QR>
-
 #include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 

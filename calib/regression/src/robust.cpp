@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "axiscal/calib/reweighting.hpp"
 #include "axiscal/core/error.hpp"
 
 namespace axiscal {

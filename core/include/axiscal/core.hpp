@@ -21,9 +21,9 @@
 /// What every module shares: errors, units, rotations, files in and out, times, random numbers.
 ///
 /// Errors are exceptions that say where and what to do, and their type says whose turn it is:
-/// DomainError (an argument is wrong; calib's SetupError, one of them: the experiment lacks
-/// something), DataError (a file's content, with path and line), RefusedError (the data do not
-/// support an answer), OutputError. Nothing prints, and nothing ends the program.
+/// DomainError (an argument is wrong; SetupError, one of them: a set-up lacks something), DataError
+/// (a file's content, with path and line), RefusedError (the data do not support an answer),
+/// OutputError. Nothing prints, and nothing ends the program.
 ///
 /// @code
 /// axiscal::RandomStream random(7, 0);  // a seed and a stream: the same numbers everywhere

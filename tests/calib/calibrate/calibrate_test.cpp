@@ -26,10 +26,10 @@ Eigen::Vector3d tilted(double x, double y) {
   return {x, y, std::sqrt(1.0 - x * x - y * y)};
 }
 
-std::vector<std::string> codes(const Calibration& calibration) {
-  std::vector<std::string> result;
+std::vector<std::string_view> codes(const Calibration& calibration) {
+  std::vector<std::string_view> result;
   for (const CalibrationWarning& warning : calibration.warnings) {
-    result.push_back(warning.code);
+    result.push_back(warning_name(warning.code));
   }
   return result;
 }
@@ -172,7 +172,7 @@ TEST(Calibrate, PairedLeavesOutWhatHasNoOppositeAndSaysSo) {
   const Observations all = observe(truth, {.replicates = 2, .slope = {0.01, 0.02}});
   const Calibration result = calibrate(experiment, without_runs(all, {5}));
   EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-12);
-  ASSERT_EQ(codes(result), std::vector<std::string>{"unpaired"});
+  ASSERT_EQ(codes(result), std::vector<std::string_view>{"unpaired"});
   EXPECT_EQ(result.warnings[0].runs.size(), 1U);
   EXPECT_EQ(result.status, CalibrationStatus::warning);
   EXPECT_EQ(result.statistics->observations, 22);
@@ -495,8 +495,8 @@ TEST(Calibrate, SaysWhatItTookForTheMagnitude) {
   experiment.field.magnitude.reset();
   experiment.field.in_table = Eigen::Vector3d(0.0, 0.1, 0.93);
   const Calibration doubtful = calibrate(experiment, observations);
-  EXPECT_EQ(doubtful.warnings.front().code, "field_length");
-  EXPECT_THAT(doubtful.warnings.front().message, testing::HasSubstr("--field-magnitude 1"));
+  EXPECT_EQ(doubtful.warnings.front().code, WarningCode::field_length);
+  EXPECT_THAT(doubtful.warnings.front().message, testing::HasSubstr("state a magnitude of 1"));
   experiment.field.magnitude = 1.0;
   EXPECT_TRUE(calibrate(experiment, observations).warnings.empty());
 }
@@ -609,7 +609,7 @@ TEST(Calibrate, RefusesFivePointsOnALevelTable) {
   EXPECT_THAT(undetermined(experiment_for(truth), at_points(truth, points), message),
               testing::Not(testing::IsEmpty()));
   EXPECT_THAT(message, HasSubstr("add readings at rest"));
-  EXPECT_THAT(message, HasSubstr("--method known"));
+  EXPECT_THAT(message, HasSubstr("use method known"));
 }
 
 TEST(Calibrate, RefusesSixNoisyPointsOnANearlyLevelTable) {
@@ -762,12 +762,12 @@ TEST(Calibrate, WarnsOfAReversedAxisAndOfExchangedOnes) {
   Calibration truth = accelerometer_truth();
   truth.response.sensitivity.row(1) *= -1.0;
   const Calibration reversed = calibrate(experiment_for(truth), observe(truth, {}));
-  ASSERT_EQ(codes(reversed), std::vector<std::string>{"axis_reversed"});
+  ASSERT_EQ(codes(reversed), std::vector<std::string_view>{"axis_reversed"});
   EXPECT_THAT(reversed.warnings[0].message, HasSubstr("axis y reads reversed"));
   truth = accelerometer_truth();
   truth.response.sensitivity.row(0).swap(truth.response.sensitivity.row(2));
   const Calibration swapped = calibrate(experiment_for(truth), observe(truth, {}));
-  EXPECT_EQ(codes(swapped), (std::vector<std::string>{"axis_swapped", "axis_swapped"}));
+  EXPECT_EQ(codes(swapped), (std::vector<std::string_view>{"axis_swapped", "axis_swapped"}));
   EXPECT_THAT(swapped.warnings[0].message, HasSubstr("axis x reads mostly along +z"));
 }
 
@@ -803,9 +803,9 @@ TEST(Calibrate, NamesAnOutlier) {
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::joint;
   const Calibration result = calibrate(experiment, observations);
-  const auto outlier =
-      std::find_if(result.warnings.begin(), result.warnings.end(),
-                   [](const CalibrationWarning& warning) { return warning.code == "outlier"; });
+  const auto outlier = std::find_if(
+      result.warnings.begin(), result.warnings.end(),
+      [](const CalibrationWarning& warning) { return warning.code == WarningCode::outlier; });
   ASSERT_NE(outlier, result.warnings.end());
   EXPECT_EQ(outlier->runs, std::vector<int>{11});
   EXPECT_THAT(outlier->message, HasSubstr("run 11: fits"));

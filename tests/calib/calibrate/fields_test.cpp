@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/moving_field.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/calib/simulate.hpp"
@@ -171,7 +172,7 @@ TEST(Joint, SaysWhenNothingTellsTheSign) {
       simulate(trial.truth, make_run_sheet(trial.design, 1, 1), {.noise_sd = trial.noise});
   const Calibration result = calibrate(trial.experiment, observations);
   ASSERT_FALSE(result.warnings.empty());
-  EXPECT_EQ(result.warnings.front().code, "two_solutions");
+  EXPECT_EQ(result.warnings.front().code, WarningCode::two_solutions);
 }
 
 TEST(Joint, StartsAllAroundWhereTheDesignIsTooSmallForALinearStart) {
@@ -188,7 +189,8 @@ TEST(Joint, StartsAllAroundWhereTheDesignIsTooSmallForALinearStart) {
     const bool near =
         (result.response.sensitivity - trial.truth.response.sensitivity).cwiseAbs().maxCoeff() <
         1e-5;
-    const bool said = !result.warnings.empty() && result.warnings.front().code == "two_solutions";
+    const bool said =
+        !result.warnings.empty() && result.warnings.front().code == WarningCode::two_solutions;
     good += near || said ? 1 : 0;
     found += near ? 1 : 0;
   }
@@ -415,6 +417,61 @@ class GoingRound final : public ReferenceField {
   std::string_view kind() const override { return "mast"; }
 };
 
+// The same made on the table: it knows neither the fence's heading nor the table's slope.
+class TurningLamp final : public ReferenceField {
+ public:
+  Eigen::Vector3d value_in_enu() const override { return value_in_enu_at(0.0); }
+  Eigen::Vector3d value_in_enu_at(double time_s) const override {
+    return {std::cos(time_s / 600.0), std::sin(time_s / 600.0), 0.5};
+  }
+  bool moves() const override { return true; }
+  bool is_induced() const override { return true; }
+  std::string_view unit() const override { return "lux"; }
+  std::string_view kind() const override { return "lamp arm"; }
+};
+
+TEST(OwnField, ThatMovesOnTheTableTurnsInTheTablesFrame) {
+  Experiment experiment;
+  experiment.field.custom = std::make_shared<TurningLamp>();
+  experiment.slope = {0.02, -0.03};
+  const Eigen::Matrix3d turn = turn_of_field(experiment, 0.0, 300.0);
+  const TurningLamp lamp;
+  EXPECT_MATRIX_NEAR(turn * lamp.value_in_enu_at(0.0), lamp.value_in_enu_at(300.0), 1e-15);
+  // Times decide how a reading met it, and so do not let opposite positions be averaged.
+  EXPECT_EQ(moving_field_name(experiment), "the field lamp arm");
+}
+
+TEST(RolesOfParts, OfOneKindAreToldApart) {
+  const TableField field({{.kind = "light", .set_by_level = false}, {.kind = "light"}});
+  EXPECT_EQ(field.name_of(0), "the local field light");
+  EXPECT_EQ(field.name_of(1), "the induced field light");
+  const TableField sum(
+      {{.kind = "geomagnetic", .set_by_level = false}, {.kind = "induced_magnetic"}});
+  EXPECT_EQ(sum.name_of(1), "the field induced_magnetic");
+}
+
+TEST(RolesOfParts, ThatContradictTheFieldAreRefused) {
+  const Calibration truth = test::accelerometer_truth();
+  const Observations observations = test::observe(truth, {});
+  Experiment experiment = test::experiment_for(truth);
+  experiment.instrument.kind = "optical";
+  experiment.instrument.one_sided = true;
+  experiment.field.kind = "light";
+  experiment.field.unit = "1";
+  experiment.method = Method::joint;
+  experiment.field.role = FieldRole::local;
+  experiment.field.others.emplace_back().kind = "light";
+  experiment.field.others.front().unit = experiment.field.unit;
+  EXPECT_THAT(test::complaint_of<SetupError>(
+                  [&] { static_cast<void>(calibrate(experiment, observations)); }),
+              HasSubstr("darken the room"));
+  Experiment turntable;
+  turntable.field.kind = "induced_rotation";
+  turntable.field.magnitude = 1.0;
+  turntable.field.role = FieldRole::local;
+  EXPECT_THROW(static_cast<void>(make_field_description(turntable)), SetupError);
+}
+
 TEST(OwnField, ThatMovesIsAskedForAtEachReadingsTime) {
   const double azimuth_rad = 0.4;
   const LinearResponse truth = response_of(0.8, 0.1);
@@ -509,7 +566,7 @@ TEST(Photodiodes, NearTheDiagonalAreWarnedOfUntilThereAre24Points) {
   const Calibration few = run(diagonal);
   bool warned = false;
   for (const CalibrationWarning& warning : few.warnings) {
-    if (warning.code == "ill_conditioned") {
+    if (warning.code == WarningCode::ill_conditioned) {
       warned = true;
       EXPECT_THAT(warning.message, HasSubstr("24 points"));
     }
@@ -592,7 +649,7 @@ TEST(Photodiodes, InTheDarkAreNotCalledSaturated) {
       simulate(trial.truth, make_run_sheet(trial.design, 1, 1), {.noise_sd = 5e-4, .seed = 1});
   observations.response = observations.response.cwiseMax(0.0);  // the converter's floor
   for (const CalibrationWarning& warning : calibrate(trial.experiment, observations).warnings) {
-    EXPECT_NE(warning.code, "saturated");
+    EXPECT_NE(warning.code, WarningCode::saturated);
   }
 }
 

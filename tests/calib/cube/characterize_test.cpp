@@ -523,7 +523,8 @@ TEST(Characterize, RefusesWhatCannotBeMeasured) {
         rows.push_back(i);
       }
     }
-    kept.response = good[0].observations.response(rows, Eigen::all);
+    kept.response =
+        good[0].observations.response(rows, Eigen::seqN(0, good[0].observations.response.cols()));
     references[0].observations = kept;
     return references;
   };

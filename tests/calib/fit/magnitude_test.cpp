@@ -120,7 +120,7 @@ TEST(MagnitudeMethod, IsCorrectedForItsBiasWhereHalfTheSphereIsMissing) {
     if (seed == 1) {
       EXPECT_THAT(result.notes, Contains(HasSubstr("corrected for the estimate's bias")));
       ASSERT_FALSE(result.warnings.empty());
-      EXPECT_EQ(result.warnings.front().code, "coverage");
+      EXPECT_EQ(result.warnings.front().code, WarningCode::coverage);
       EXPECT_THAT(result.warnings.front().message, HasSubstr("-z"));
     }
   }

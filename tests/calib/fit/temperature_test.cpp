@@ -155,7 +155,8 @@ TEST(Temperature, RefusesWhatTheLevelsDoNotDetermine) {
       FAIL();
     } catch (const RankDeficientError& error) {
       EXPECT_THAT(error.what(), HasSubstr("x.bias.d2"));
-      EXPECT_THAT(error.what(), HasSubstr("--temperature-order 1"));
+      EXPECT_THAT(error.what(), HasSubstr("or use order 1"));
+      EXPECT_THAT(error.settings(), testing::ElementsAre(Setting::temperature_order));
     }
   }
   Observations without = observe_at(truth, {});
@@ -310,7 +311,7 @@ TEST(BiasMethod, TakesTheSensitivityFromARecordAndTheFieldOut) {
   const Calibration with_gravity = calibrate(experiment, observations);
   EXPECT_EQ(with_gravity.status, CalibrationStatus::warning);
   ASSERT_EQ(with_gravity.warnings.size(), 1U);
-  EXPECT_EQ(with_gravity.warnings.front().code, "field_in_bias");
+  EXPECT_EQ(with_gravity.warnings.front().code, WarningCode::field_in_bias);
 }
 
 // imu_thermal_tofupilot: numpy.polyfit of degree 3 over all 8400 samples, digits of its SOURCE.md.

@@ -71,7 +71,7 @@ TEST(Culprit, IsFoundAmongManyReadings) {
   const auto first_code = [&](const Observations& observations) {
     const Calibration result = calibrate(experiment, observations);
     return result.warnings.empty() ? std::string("none")
-                                   : result.warnings.front().code + " " +
+                                   : std::string(warning_name(result.warnings.front().code)) + " " +
                                          std::to_string(result.warnings.front().runs.front());
   };
   Observations bad = good;
@@ -113,7 +113,7 @@ TEST(Culprit, SaysWhatToDoAndRefusesWhatCannotBeTrusted) {
   const Calibration result = calibrate(experiment_for(truth), observations);
   ASSERT_FALSE(result.warnings.empty());
   const CalibrationWarning& first = result.warnings.front();
-  EXPECT_EQ(first.code, "wrong_pose");
+  EXPECT_EQ(first.code, WarningCode::wrong_pose);
   EXPECT_EQ(first.runs, std::vector<int>{7});
   EXPECT_THAT(first.message, HasSubstr("run 7: fits "));
   EXPECT_THAT(first.message,
@@ -164,7 +164,7 @@ TEST(Culprit, FindsAWrongLevel) {
   const Calibration result = calibrate(experiment, observations);
   ASSERT_FALSE(result.warnings.empty());
   // A wrong level of -1 and the cube upside down are the same but for the slope and the bias.
-  EXPECT_EQ(result.warnings.front().code, "wrong_level");
+  EXPECT_EQ(result.warnings.front().code, WarningCode::wrong_level);
   EXPECT_EQ(result.warnings.front().runs, std::vector<int>{11});
 }
 
@@ -178,11 +178,12 @@ TEST(Culprit, WholeRunsShowAgainstNominalValues) {
   experiment.nominal_sensitivity = 2.5;
   const Calibration result = calibrate(experiment, observations);
   ASSERT_EQ(result.warnings.size(), 3U);
-  EXPECT_EQ(result.warnings[0].code, "unit_factor");
+  EXPECT_EQ(result.warnings[0].code, WarningCode::unit_factor);
   EXPECT_THAT(result.warnings[0].message, HasSubstr("a factor 1000"));
   Observations swapped = observe(truth, {.noise_sd = 1e-4});
   swapped.response.col(0).swap(swapped.response.col(1));
-  EXPECT_EQ(calibrate(experiment_for(truth), swapped).warnings.front().code, "axis_swapped");
+  EXPECT_EQ(calibrate(experiment_for(truth), swapped).warnings.front().code,
+            WarningCode::axis_swapped);
 }
 
 }  // namespace

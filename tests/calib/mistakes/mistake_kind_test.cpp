@@ -13,8 +13,9 @@ TEST(MistakeKind, SaysWhatToDoForEachCodeOnce) {
   for (const MistakeKind& kind : mistake_kinds()) {
     EXPECT_TRUE(kind.of_reading != nullptr || kind.of_run != nullptr);
     for (const MistakeAdvice& advice : kind.advice) {
-      EXPECT_TRUE(codes.insert(advice.code).second) << advice.code;
-      EXPECT_TRUE(advice.one.ends_with(".")) << advice.code;
+      const std::string_view name = warning_name(advice.code);
+      EXPECT_TRUE(codes.insert(name).second) << name;
+      EXPECT_TRUE(advice.one.ends_with(".")) << name;
     }
   }
   // The codes of docs/messages.md that are about contradicting readings.
@@ -33,16 +34,17 @@ TEST(Explanations, AreRankedByTheirLikelihood) {
     return fit;
   };
   Explanations found;
-  found.add(fit_of(2.0), {}, 10.0, Correction{.code = "bad"}, "");
-  found.add(fit_of(1.0), {}, 10.0, Correction{.code = "good"}, "");
-  found.add(fit_of(1.0), {}, 20.0, Correction{.code = "rarer"}, "");
-  found.add(fit_of(2.0), {}, 10.0, Correction{.code = "sure"}, "", 100.0);
-  found.add(HypothesisFit{}, {}, 1.0, Correction{.code = "not fitted"}, "");
-  std::vector<std::string> codes;
+  found.add(fit_of(2.0), {}, 10.0, Correction{.code = WarningCode::stuck}, "");
+  found.add(fit_of(1.0), {}, 10.0, Correction{.code = WarningCode::sign}, "");
+  found.add(fit_of(1.0), {}, 20.0, Correction{.code = WarningCode::exchanged}, "");
+  found.add(fit_of(2.0), {}, 10.0, Correction{.code = WarningCode::wrong_pose}, "", 100.0);
+  found.add(HypothesisFit{}, {}, 1.0, Correction{.code = WarningCode::drift}, "");
+  std::vector<WarningCode> codes;
   for (const Explanation& explanation : std::move(found).ranked()) {
     codes.push_back(explanation.correction.code);
   }
-  EXPECT_EQ(codes, (std::vector<std::string>{"sure", "good", "rarer", "bad"}));
+  EXPECT_EQ(codes, (std::vector{WarningCode::wrong_pose, WarningCode::sign, WarningCode::exchanged,
+                                WarningCode::stuck}));
 }
 
 }  // namespace

@@ -171,8 +171,8 @@ class Session {
   /// @param channels  of the samples that will come.
   /// @param time_at_zero  when second 0 of their times was, as SampleFeed::time_at_zero().
   /// @throws DomainError  if an axis is not among them; the message lists what there is. Or if the
-  ///                      field is the sun's and the times are not in UTC.
-  /// @throws SetupError   if how the sun moves in the table cannot be told.
+  ///                      field moves and the times are not in UTC.
+  /// @throws SetupError   if how it moves in the table cannot be told.
   void set_channels(const std::vector<Channel>& channels, std::optional<double> time_at_zero = {});
 
   /// Takes up what a journal holds, before the first sample.

@@ -9,8 +9,8 @@
 namespace axiscal {
 namespace {
 
-constexpr std::array exchanged_advice = {
-    MistakeAdvice{.code = "exchanged", .one = "Check which reading is which, or take both again."}};
+constexpr std::array exchanged_advice = {MistakeAdvice{
+    .code = WarningCode::exchanged, .one = "Check which reading is which, or take both again."}};
 
 void explain_by_exchange(const SuspectRun& run, Explanations& found) {
   constexpr std::size_t few = 16;
@@ -38,7 +38,7 @@ void explain_by_exchange(const SuspectRun& run, Explanations& found) {
           run.set().response.row(static_cast<Eigen::Index>(j));
       set.response.row(static_cast<Eigen::Index>(j)) =
           run.set().response.row(static_cast<Eigen::Index>(i));
-      Correction correction = about(run, "exchanged", {i, j});
+      Correction correction = about(run, WarningCode::exchanged, {i, j});
       correction.responses = {
           {run.run_of(i), run.set().response.row(static_cast<Eigen::Index>(j))},
           {run.run_of(j), run.set().response.row(static_cast<Eigen::Index>(i))}};

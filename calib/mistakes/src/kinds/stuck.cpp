@@ -9,7 +9,7 @@ namespace axiscal {
 namespace {
 
 constexpr std::array stuck_advice = {
-    MistakeAdvice{.code = "stuck", .one = "Take the reading again."}};
+    MistakeAdvice{.code = WarningCode::stuck, .one = "Take the reading again."}};
 
 // Nothing else makes all digits the same.
 constexpr double sure = 200.0;
@@ -25,7 +25,7 @@ void explain_by_repeat(const SuspectRun& run, std::size_t i, Explanations& found
         run.set().response.row(row) != run.set().response.row(other)) {
       continue;
     }
-    Correction correction = about(run, "stuck", {i});
+    Correction correction = about(run, WarningCode::stuck, {i});
     correction.leave_out = correction.runs;
     ++said;
     found.add(run.without(i), {}, static_cast<double>(run.n()), std::move(correction),

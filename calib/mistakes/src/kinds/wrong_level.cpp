@@ -9,8 +9,9 @@
 namespace axiscal {
 namespace {
 
-constexpr std::array wrong_level_advice = {MistakeAdvice{
-    .code = "wrong_level", .one = "Check what the field was set to, or take the reading again."}};
+constexpr std::array wrong_level_advice = {
+    MistakeAdvice{.code = WarningCode::wrong_level,
+                  .one = "Check what the field was set to, or take the reading again."}};
 
 void explain_by_level(const SuspectRun& run, std::size_t i, Explanations& found) {
   std::set<double> levels;
@@ -27,7 +28,7 @@ void explain_by_level(const SuspectRun& run, std::size_t i, Explanations& found)
     }
     ReadingSet set = run.set();
     set.readings[i].level = level;
-    Correction correction = about(run, "wrong_level", {i});
+    Correction correction = about(run, WarningCode::wrong_level, {i});
     correction.levels = {{run.run_of(i), level}};
     found.add(run.fitter().fit(set), {},
               static_cast<double>(run.n()) * static_cast<double>(levels.size() - 1),

@@ -11,8 +11,8 @@
 namespace axiscal {
 namespace {
 
-constexpr std::array wrong_pose_advice = {
-    MistakeAdvice{.code = "wrong_pose", .one = "Check the face, or take the reading again."}};
+constexpr std::array wrong_pose_advice = {MistakeAdvice{
+    .code = WarningCode::wrong_pose, .one = "Check the face, or take the reading again."}};
 
 // A point that the run has already, or whose opposite it has not, is so much less likely.
 constexpr double repeated_point = 5.0;
@@ -64,7 +64,7 @@ void explain_by_pose(const SuspectRun& run, std::size_t i, Explanations& found) 
     ReadingSet set = run.set();
     set.readings[i].point = point;
     set.rotation_sensor_from_table[i] = run.set().orientation(point);
-    Correction correction = about(run, "wrong_pose", {i});
+    Correction correction = about(run, WarningCode::wrong_pose, {i});
     correction.points = {{run.run_of(i), point}};
     const bool is_odd =
         std::any_of(run.set().readings.begin(), run.set().readings.end(),

@@ -13,11 +13,14 @@ namespace axiscal {
 namespace {
 
 constexpr std::array wrong_value_advice = {
-    MistakeAdvice{.code = "columns_exchanged", .one = "Correct it, or take the reading again."},
-    MistakeAdvice{.code = "sign", .one = "Correct it, or take the reading again."},
-    MistakeAdvice{.code = "unit_factor", .one = "Correct it, or take the reading again."},
-    MistakeAdvice{
-        .code = "outlier", .one = "Take the reading again.", .many = "Take these readings again."}};
+    MistakeAdvice{.code = WarningCode::columns_exchanged,
+                  .one = "Correct it, or take the reading again."},
+    MistakeAdvice{.code = WarningCode::sign, .one = "Correct it, or take the reading again."},
+    MistakeAdvice{.code = WarningCode::unit_factor,
+                  .one = "Correct it, or take the reading again."},
+    MistakeAdvice{.code = WarningCode::outlier,
+                  .one = "Take the reading again.",
+                  .many = "Take these readings again."}};
 
 std::vector<double> value_ranges(const SuspectRun& run, Eigen::Index repeats) {
   std::vector<double> ranges;
@@ -33,7 +36,7 @@ void try_value(const SuspectRun& run,
                std::size_t i,
                const Eigen::VectorXd& value,
                double alternatives,
-               const std::string& code,
+               WarningCode code,
                const std::string& words) {
   const HypothesisFit& without = run.without(i);
   if (!without.fitted) {
@@ -75,8 +78,8 @@ void explain_by_value(const SuspectRun& run, std::size_t i, Explanations& found)
       for (const Eigen::Index k : order) {
         names += (names.empty() ? "" : ", ") + axis_name(k);
       }
-      try_value(run, found, i, v(order), readings * (permutations - 1.0), "columns_exchanged",
-                "with its columns in the order " + names);
+      try_value(run, found, i, v(order), readings * (permutations - 1.0),
+                WarningCode::columns_exchanged, "with its columns in the order " + names);
     }
   }
   if (run.m() <= 4) {
@@ -90,7 +93,7 @@ void explain_by_value(const SuspectRun& run, std::size_t i, Explanations& found)
           names += (names.empty() ? "" : ", ") + axis_name(k);
         }
       }
-      try_value(run, found, i, turned, readings * subsets, "sign",
+      try_value(run, found, i, turned, readings * subsets, WarningCode::sign,
                 "with the sign of " + names + " reversed");
     }
   }
@@ -99,22 +102,22 @@ void explain_by_value(const SuspectRun& run, std::size_t i, Explanations& found)
     const std::string text = number_text(factor > 1.0 ? factor : 1.0 / factor);
     const std::string words = factor > 1.0 ? "divided by " + text + " (another unit)"
                                            : "times " + text + " (another unit)";
-    try_value(run, found, i, v / factor, readings * kinds, "unit_factor", words);
+    try_value(run, found, i, v / factor, readings * kinds, WarningCode::unit_factor, words);
     for (Eigen::Index k = 0; k < run.m() && run.m() > 1; ++k) {
       Eigen::VectorXd one = v;
       one(k) /= factor;
-      try_value(run, found, i, one, readings * kinds, "unit_factor",
+      try_value(run, found, i, one, readings * kinds, WarningCode::unit_factor,
                 "with " + axis_name(k) + " " + words);
     }
   }
   for (Eigen::Index k = 0; k < run.m() && run.m() > 1; ++k) {
-    Correction correction = about(run, "outlier", {i});
+    Correction correction = about(run, WarningCode::outlier, {i});
     correction.leave_out = correction.runs;
     found.add(run.arbitrary({i}, k), {value_range * run.full_response(k)},
               readings * static_cast<double>(run.m()), std::move(correction),
               "without axis " + axis_name(k));
   }
-  Correction correction = about(run, "outlier", {i});
+  Correction correction = about(run, WarningCode::outlier, {i});
   correction.leave_out = correction.runs;
   found.add(run.arbitrary({i}), value_ranges(run, 1), readings, std::move(correction),
             "without it");
@@ -125,7 +128,7 @@ void explain_by_two(const SuspectRun& run, Explanations& found) {
     return;
   }
   const auto pairs = 0.5 * static_cast<double>(run.n()) * static_cast<double>(run.n() - 1);
-  Correction correction = about(run, "outlier", {run.pair()[0], run.pair()[1]});
+  Correction correction = about(run, WarningCode::outlier, {run.pair()[0], run.pair()[1]});
   std::sort(correction.runs.begin(), correction.runs.end());
   correction.leave_out = correction.runs;
   found.add(run.arbitrary({run.pair()[0], run.pair()[1]}), value_ranges(run, 2), pairs,

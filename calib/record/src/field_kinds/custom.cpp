@@ -6,7 +6,8 @@ namespace axiscal {
 void resolve_custom(PartResolver& of) {
   if (!of.given_magnitude() && of.part().unit != "1") {
     throw SetupError("field custom in " + of.part().unit +
-                     ": its magnitude is not known; give --field-table or --field-magnitude");
+                         ": its magnitude is not known; state it, or its vector in the table",
+                     {Setting::field_table, Setting::field_magnitude});
   }
   of.put_magnitude(of.given_magnitude().value_or(1.0));
 }

@@ -18,7 +18,7 @@ void resolve_geomagnetic(PartResolver& of) {
     of.put_value(field.value_in_enu(), false);
     return;
   }
-  of.put_given_magnitude("the site (--latitude, --longitude, --height)");
+  of.put_given_magnitude("the site", {Setting::site});
 }
 
 }  // namespace axiscal

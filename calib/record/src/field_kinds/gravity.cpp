@@ -21,8 +21,9 @@ void resolve_gravity(PartResolver& of) {
   } else if (of.part().unit != "g") {
     if (!of.has_site()) {
       throw SetupError(
-          "field gravity in m/s^2: its magnitude is not known; give --field-magnitude, or "
-          "--latitude and --height of the site");
+          "field gravity in m/s^2: its magnitude is not known; state it, or latitude and height of "
+          "the site",
+          {Setting::field_magnitude, Setting::site});
     }
     of.put_magnitude(GravityField(of.site(), model).magnitude());
     of.part().model = model;

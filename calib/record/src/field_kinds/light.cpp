@@ -9,7 +9,7 @@ namespace {
 
 void resolve_sun(PartResolver& of) {
   if (!of.has_site()) {
-    throw SetupError("the sun's place needs the site: --latitude and --longitude");
+    throw SetupError("the sun's place needs the site: latitude and longitude", {Setting::site});
   }
   if (!of.knows_time()) {
     return;  // the readings' times are not known yet, or there are none
@@ -35,8 +35,8 @@ void resolve_sun(PartResolver& of) {
 
 void resolve_light(PartResolver& of) {
   if (of.part().unit != "1" && !of.given_magnitude() && of.given().lamps.empty()) {
-    throw SetupError("field light in " + of.part().unit +
-                     ": its magnitude is not known; give --field-magnitude");
+    throw SetupError("field light in " + of.part().unit + ": its magnitude is not known; state it",
+                     {Setting::field_magnitude});
   }
   of.put_magnitude(of.given_magnitude().value_or(1.0));
   if (of.given().sun) {

@@ -5,14 +5,26 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include "axiscal/core/setting.hpp"
 
 namespace axiscal {
 
 /// Everything that the library throws.
 class Error : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  /// @param what      a sentence in the library's own words.
+  /// @param settings  what to state, or to state otherwise, to mend it.
+  explicit Error(const std::string& what, std::vector<Setting> settings = {})
+      : std::runtime_error(what), settings_(std::move(settings)) {}
+
+  /// @return what to state to mend it; empty where no setting would.
+  [[nodiscard]] const std::vector<Setting>& settings() const { return settings_; }
+
+ private:
+  std::vector<Setting> settings_;
 };
 
 /// An argument outside its documented range; the message names function, value and range.
@@ -21,11 +33,17 @@ class DomainError : public Error {
   using Error::Error;
 };
 
+/// A set-up that contradicts itself or lacks what it needs, before any reading is looked at.
+class SetupError : public DomainError {
+ public:
+  using DomainError::DomainError;
+};
+
 /// A file that is missing, unreadable or malformed; the message starts with the place in it.
 class DataError : public Error {
  public:
   /// Message `PATH: what`.
-  DataError(std::string_view path, std::string_view what);
+  DataError(std::string_view path, std::string_view what, std::vector<Setting> settings = {});
 
   /// Message `PATH:LINE: what`; lines are counted from 1, header and comments included.
   DataError(std::string_view path, std::size_t line, std::string_view what);
@@ -63,8 +81,10 @@ class RankDeficientError : public RefusedError {
  public:
   /// @param what          the message; it should say what to add.
   /// @param undetermined  names of the parameters that the data leave open.
-  RankDeficientError(const std::string& what, std::vector<std::string> undetermined)
-      : RefusedError(what), undetermined_(std::move(undetermined)) {}
+  RankDeficientError(const std::string& what,
+                     std::vector<std::string> undetermined,
+                     std::vector<Setting> settings = {})
+      : RefusedError(what, std::move(settings)), undetermined_(std::move(undetermined)) {}
 
   [[nodiscard]] const std::vector<std::string>& undetermined() const { return undetermined_; }
 

@@ -9,20 +9,21 @@
 
 namespace axiscal {
 
-/// The linear system behind every fit of a response v = b + scale S f: rows are the readings, axis
-/// after axis; columns each axis's own p coefficients, then what the axes share: the directions of
-/// the fields, and the errors of inputs or the columns of a hypothesis.
+// The linear system behind every fit of a response v = b + scale S f: rows are the readings, axis
+// after axis; columns each axis's own p coefficients, then what the axes share: the directions of
+// the fields, and the errors of inputs or the columns of a hypothesis.
 
 /// How the field in the sensor changes with q unknowns; for each reading 3 x q.
 using FieldChanges = std::vector<Eigen::Matrix3Xd>;
 
-/// With a step along the tangents of the fields [rad]; of all fields in their order, D columns.
+/// @return how it changes with a step along the tangents of the fields [rad]; the D tangents of all
+///         fields in their order.
 [[nodiscard]] FieldChanges changes_with_directions(
     const ReadingSet& set,
     const TableField::Vectors& fields,
     const std::vector<TableField::Tangents>& tangents);
 
-/// What that makes of an axis's readings, not weighted; n x q.
+/// @return how an axis's readings change with the same unknowns, not weighted; n x q.
 /// @param S  the axis's row of the sensitivity.
 [[nodiscard]] Eigen::MatrixXd response_changes(const ReadingSet& set,
                                                Eigen::Index axis,

@@ -206,7 +206,7 @@ struct CompanionAlignment {
 
 /// Something that asks for the user's attention.
 struct CalibrationWarning {
-  std::string code;       ///< one of docs/messages.md
+  WarningCode code = WarningCode::other;
   std::vector<int> runs;  ///< the readings concerned; may be empty
   std::string message;    ///< what is so and what to do
 };

@@ -8,13 +8,14 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/calib/warning_code.hpp"
 #include "axiscal/positioner/design_point.hpp"
 
 namespace axiscal {
 
 /// What would mend a mistake in the readings. Nothing is ever corrected unasked.
 struct Correction {
-  std::string code;                                        ///< which warning suggests it
+  WarningCode code = WarningCode::other;                   ///< which warning suggests it
   std::string message;                                     ///< what that warning says
   std::vector<int> runs;                                   ///< the readings concerned
   std::vector<std::pair<int, DesignPoint>> points;         ///< run and the point it was taken at

@@ -35,7 +35,7 @@ struct FieldPart {
   bool sun = false;          ///< light is the sun's, at the site and each reading's time
   bool refraction = false;   ///< the sun is seen as the air lifts it
 
-  /// A field of the user's own instead of kind, unit and magnitude.
+  /// A field of the user's own instead of kind, role, unit and magnitude.
   std::shared_ptr<const ReferenceField> custom;
 };
 
@@ -94,12 +94,6 @@ struct Experiment {
   std::shared_ptr<const Calibration> from;
   std::vector<int> leave_out;  ///< runs not used
   std::string limits;          ///< file of what a unit must meet; calibrate() does not look at it
-};
-
-/// An experiment that contradicts itself or lacks what it needs: a usage error.
-class SetupError : public DomainError {
- public:
-  using DomainError::DomainError;
 };
 
 /// @throws SetupError  for a kind of field that is not known; the message lists the kinds.

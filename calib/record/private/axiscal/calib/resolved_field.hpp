@@ -26,7 +26,7 @@ struct ResolvedPart {
 
 /// The field of an experiment, part by part, in the unit of the first.
 ///
-/// @param time_s  of the sun, where the readings tell it; else the experiment's date.
+/// @param time_s  for a field that moves, where the readings tell it; else the experiment's date.
 /// @throws SetupError  if kind or unit are not known, or a magnitude cannot be computed.
 [[nodiscard]] std::vector<ResolvedPart> resolve_field(const Experiment& experiment,
                                                       std::optional<double> time_s = {});

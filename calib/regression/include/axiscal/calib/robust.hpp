@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
-
 #include <Eigen/Core>
 
 #include "axiscal/calib/least_squares.hpp"
@@ -36,16 +34,5 @@ struct BisquareWeights {
     const Eigen::Ref<const Eigen::VectorXd>& leverage,
     double parameters,
     double smallest_scale = 0.0);
-
-/// Iteratively reweighted least squares: weighs and fits in turn, until the weights stay.
-///
-/// @param rows, columns  how many weights there are; they begin as 1.
-/// @param weigh          the weights, by what the last fit left.
-/// @param fit            fits anew with them.
-/// @return the last weights.
-Eigen::MatrixXd reweight_until_still(Eigen::Index rows,
-                                     Eigen::Index columns,
-                                     const std::function<Eigen::MatrixXd()>& weigh,
-                                     const std::function<void(const Eigen::MatrixXd&)>& fit);
 
 }  // namespace axiscal

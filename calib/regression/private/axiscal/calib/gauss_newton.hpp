@@ -45,13 +45,13 @@ typename Linearised<unknowns>::Step damped_step(const Linearised<unknowns>& line
     const Eigen::Index p = linear.jacobian.cols();
     Square N = Square::Zero(p, p);
     N.template selfadjointView<Eigen::Lower>().rankUpdate(linear.jacobian.transpose());
-    const Step per_length = N.diagonal().cwiseSqrt().cwiseInverse();
+    const Step per_length = N.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
     N = per_length.asDiagonal() * N * per_length.asDiagonal();
     N.diagonal().array() += damping;
     const Eigen::LLT<Square, Eigen::Lower> cholesky(N);
     constexpr double smallest_pivot = 1e-5;
     if (cholesky.info() == Eigen::Success &&
-        cholesky.matrixLLT().diagonal().minCoeff() > smallest_pivot) {
+        (cholesky.matrixLLT().diagonal().array() > smallest_pivot).all()) {
       const Step gradient = linear.jacobian.transpose() * linear.residuals;
       return -per_length.cwiseProduct(cholesky.solve(per_length.cwiseProduct(gradient)));
     }
@@ -123,8 +123,11 @@ template <GaussNewtonProblem Problem>
     bool better = false;
     for (int attempt = 0; attempt < options.most_attempts && !better; ++attempt) {
       const auto step = damped_step(linear, damping, by_qr);
+      if (!step.allFinite()) {
+        break;
+      }
       typename Problem::State next = problem.moved(result.state, step);
-      better = step.allFinite() && problem.cost(next, linear) <= (1.0 + rounding) * cost;
+      better = problem.cost(next, linear) <= (1.0 + rounding) * cost;
       const double length = problem.length(result.state, step);
       if (attempt == 0) {
         result.left_to_go = length;
@@ -141,8 +144,12 @@ template <GaussNewtonProblem Problem>
     if (better) {
       result.left_to_go = last_length * std::min(1.0, last_length / length_before);
     }
-    result.converged =
-        !better || last_length < options.settled || (by_qr && result.left_to_go < options.settled);
+    const bool settled =
+        last_length < options.settled || (by_qr && result.left_to_go < options.settled);
+    if (!better && !std::isfinite(cost)) {
+      break;
+    }
+    result.converged = !better || settled;
   }
   return result;
 }

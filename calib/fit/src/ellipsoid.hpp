@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/choices.hpp"
+#include "axiscal/calib/gauss_newton.hpp"
+
+namespace axiscal {
+
+inline constexpr Eigen::Index ellipsoid_parameters = 9;  // b, and six entries of A = S^-1
+
+using EllipsoidParameters = Eigen::Matrix<double, ellipsoid_parameters, 1>;
+
+/// Where the six entries stand: on and above the diagonal.
+inline constexpr std::array<std::array<int, 2>, 6> ellipsoid_entries = {
+    {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
+
+/// f = A (v - b), for readings that were centred and scaled so that all numbers are near 1.
+struct Ellipsoid {
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d A = Eigen::Matrix3d::Identity();
+};
+
+/// The readings in units in which the field has length 1, about their middle.
+struct EllipsoidCloud {
+  Eigen::MatrixXd v;             // n x 3
+  Eigen::VectorXd root_weights;  // n
+  Eigen::Matrix3d noise;         // covariance up to a factor
+  MagnitudeShape shape = MagnitudeShape::symmetric;
+  std::vector<std::string> names;  // what the parameters are called in errors
+
+  [[nodiscard]] Eigen::Index size() const { return v.rows(); }
+};
+
+/// The ellipsoid after a step of its parameters.
+[[nodiscard]] Ellipsoid moved_ellipsoid(const Ellipsoid& from,
+                                        const EllipsoidParameters& step,
+                                        MagnitudeShape shape);
+
+/// Deviations |f| - 1 and what changes them, in units of a reading's noise.
+struct LinearisedEllipsoid : Linearised<ellipsoid_parameters> {
+  Eigen::VectorXd scale;  // n: 1 / standard deviation of |f|, for noise of 1
+};
+
+[[nodiscard]] LinearisedEllipsoid linearise_ellipsoid(const EllipsoidCloud& cloud,
+                                                      const Ellipsoid& at);
+
+/// @param scale  the weights of deviations, as a LinearisedEllipsoid has them.
+/// @return the sum of squares of the weighted deviations |f| - 1.
+[[nodiscard]] double ellipsoid_cost(const EllipsoidCloud& cloud,
+                                    const Ellipsoid& at,
+                                    const Eigen::VectorXd& scale);
+
+/// The quadric through the readings by linear least squares, if it is an ellipsoid; else a sphere.
+[[nodiscard]] Ellipsoid ellipsoid_start(const EllipsoidCloud& cloud);
+
+/// Gauss-Newton, the weights fixed within a step.
+/// @param robust  weights that multiply those of the readings; empty: all 1.
+[[nodiscard]] Ellipsoid converged_ellipsoid(const EllipsoidCloud& cloud,
+                                            const Ellipsoid& start,
+                                            const Eigen::VectorXd& robust);
+
+}  // namespace axiscal

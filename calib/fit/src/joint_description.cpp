@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/SVD>
+
+#include "axis_regression.hpp"
+#include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "joint_solution.hpp"
+
+namespace axiscal {
+namespace {
+
+// Covariance of the field's direction; that weights are estimated costs some of it (method.md,
+// section 4).
+void describe_direction(const ReadingSet& set, const JointSolution& solution, Estimate& estimate) {
+  const Eigen::VectorXd& nu = solution.shares.degrees_of_freedom;
+  if (!(nu.minCoeff() > 0.0)) {
+    estimate.direction_se_rad = not_a_number;
+    return;
+  }
+  const Eigen::ArrayXd information = estimate.response.sensitivity.rowwise().squaredNorm().array() /
+                                     solution.sigma.array().square();
+  const Eigen::ArrayXd p = information / information.sum();
+  const double factor =
+      solution.weights_are_estimated ? 1.0 + 4.0 * (p * (1.0 - p) / nu.array()).sum() : 1.0;
+  const Eigen::MatrixXd C = factor * solution.shares.covariance;
+  const JointState& state = solution.state;
+  // The sum of the parts, or the mean of the blocks.
+  double largest = 0.0;
+  for (const Eigen::Vector3d& field : state.fields) {
+    largest = std::max(largest, field.norm());
+  }
+  Eigen::Matrix<double, 3, Eigen::Dynamic> T(3, state.direction_count());
+  for (std::size_t s = 0; s < state.fields.size(); ++s) {
+    const Eigen::Index first = state.first_direction(s);
+    T.middleCols(first, state.tangents[s].cols()) =
+        set.field.change_of_mean(state.fields, s) * (state.fields[s].norm() * state.tangents[s]);
+    const Eigen::Matrix2d own = C.block<2, 2>(first, first);
+    // A small part, as the Earth's rotation beside a turntable's, may point where it likes.
+    const double weight = set.field.is_sum() ? state.fields[s].norm() / largest : 1.0;
+    estimate.direction_se_rad =
+        std::max(estimate.direction_se_rad,
+                 weight * std::sqrt(Eigen::JacobiSVD<Eigen::Matrix2d>(own).singularValues()(0)));
+  }
+  estimate.field_covariance = T * C * T.transpose();
+  estimate.field_degrees_of_freedom =
+      solution.weights_are_estimated ? 1.0 / (p.square() / nu.array()).sum() : nu.sum();
+}
+
+}  // namespace
+
+Estimate describe_joint(const ReadingSet& set,
+                        const JointFit& fit,
+                        const JointSolution& solution,
+                        const Eigen::MatrixXd& robust_weights) {
+  const Eigen::Index m = set.axis_count();
+  const JointState& state = solution.state;
+  const Eigen::MatrixXd& C = solution.shares.covariance;
+  Estimate estimate;
+  RegressionRows rows = rows_of_readings(set);
+  estimate.statistics = blank_statistics(set, rows);
+  FitStatistics& statistics = estimate.statistics;
+  statistics.degrees_of_freedom = solution.shares.degrees_of_freedom;
+  statistics.residual_sd = Eigen::VectorXd::Constant(m, not_a_number);
+  statistics.condition_number = condition_of(fit.jacobian(state, solution.sigma));
+  estimate.fields = state.fields;
+  const Eigen::Index p = set.column_count();
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+    const double nu = statistics.degrees_of_freedom(k);
+    const double s = solution.sigma(k);
+    if (nu > 0.0) {
+      statistics.residual_sd(k) = set.robust ? s : std::sqrt(axis.residuals.squaredNorm() / nu);
+    }
+    put_coefficients(set, k, axis.estimate, estimate);
+    statistics.r_squared(k) =
+        r_squared_about_mean(set.response.col(k), set.weights.col(k), axis.residuals);
+
+    const double s2 = statistics.residual_sd(k) * statistics.residual_sd(k);
+    const Eigen::MatrixXd own = axis.design->unscaled_covariance() +
+                                axis.take_up * (C / (s * s)) * axis.take_up.transpose();
+    for (Eigen::Index l = 0; l < m; ++l) {
+      const JointAxis& other = state.axes[static_cast<std::size_t>(l)];
+      statistics.covariance.block(p * k, p * l, p, p) =
+          axis.take_up * C * other.take_up.transpose();
+    }
+    statistics.covariance.block(p * k, p * k, p, p) += s2 * axis.design->unscaled_covariance();
+    statistics.variance_inflation.row(k) =
+        variance_inflation(axis.X, set.weights.col(k), own).segment<3>(1);
+
+    const Eigen::VectorXd leverage =
+        axis.design->leverage() +
+        (axis.projected * C).cwiseProduct(axis.projected).rowwise().sum() / (s * s);
+    const double parameters = static_cast<double>(axis.design->observations()) - nu;
+    put_diagnostics(statistics, k, leverage,
+                    set.robust ? scale_residuals(axis.residuals, leverage, s, parameters)
+                               : diagnose_residuals(axis.residuals, leverage, nu, parameters),
+                    set.robust ? robust_weights.col(k) : Eigen::VectorXd());
+    statistics.lack_of_fit.push_back(
+        test_lack_of_fit(rows.group, set.weights.col(k), axis.residuals, nu, set.rounding(k)));
+  }
+  describe_direction(set, solution, estimate);
+  return estimate;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "axiscal/calib/design_advice.hpp"
+#include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/positioner/design.hpp"
+#include "joint_solution.hpp"
+
+namespace axiscal {
+namespace {
+
+// What each column of the Jacobian is of.
+std::vector<std::string> names_with_directions(const ReadingSet& set, const JointState& state) {
+  std::vector<std::string> names = parameter_names(set.axes, set.also_kinds, set.temperature.order);
+  for (std::size_t s = 0; s < state.fields.size(); ++s) {
+    const std::string whose = set.field.name_of(s);
+    names.insert(names.end(), 2, "direction of " + whose);
+    if (state.tangents[s].cols() > 2) {
+      names.push_back("magnitude of " + whose);
+    }
+  }
+  return names;
+}
+
+// What a reading at another point, of the first levelness, would add to the Jacobian.
+Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
+                              const JointSolution& solution,
+                              const DesignPoint& point,
+                              double level) {
+  ReadingSet one = set;
+  one.readings = {Reading{.block = set.field.blocks().front(), .point = point, .level = level}};
+  one.rotation_sensor_from_table = {set.orientation(point)};
+  one.temperature.d = Eigen::VectorXd::Zero(1);  // at the reference
+  const JointState& state = solution.state;
+  const Eigen::Index m = set.axis_count();
+  const Eigen::Index p = set.column_count();
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(m, p * m + state.direction_count());
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Eigen::Matrix3d& R = one.rotation_sensor_from_table.front();
+    const Eigen::Vector3d S = state.axes[static_cast<std::size_t>(k)].estimate.segment<3>(1);
+    rows.block(k, p * k, 1, p) = one.with_temperature(
+        Eigen::RowVectorXd(one.design_row(R, one.field_in_table(0, state.fields))), 0, k);
+    for (std::size_t s = 0; s < state.fields.size(); ++s) {
+      rows.block(k, p * m + state.first_direction(s), 1, state.tangents[s].cols()) =
+          S.transpose() * R * one.field_change(0, state.fields, s) *
+          (state.fields[s].norm() * state.tangents[s]);
+    }
+    rows.row(k) /= solution.sigma(k);
+  }
+  return rows;
+}
+
+}  // namespace
+
+void require_direction(const ReadingSet& set, const JointFit& fit, const JointSolution& solution) {
+  const Eigen::MatrixXd J = fit.jacobian(solution.state, solution.sigma);
+  const Eigen::Index parameters = J.cols();
+  std::vector<Eigen::Index> open;
+  if (J.rows() >= parameters) {
+    open = confounded_columns(J, JointFit::confounded_below, 1e-6);
+    if (open.empty()) {
+      return;
+    }
+  } else {
+    open = undetermined_columns(J);
+  }
+  std::vector<std::string> names = names_of_open(open, names_with_directions(set, solution.state));
+  const std::string points = points_to_add(
+      J,
+      [&](const DesignPoint& point, double level) {
+        return jacobian_rows(set, solution, point, level);
+      },
+      set.field.is_sum());
+  std::vector<Setting> settings = {Setting::method};
+  if (points.empty() && !set.also_in_table.empty()) {
+    settings.insert(settings.end(), {Setting::site, Setting::fence_azimuth, Setting::field_table});
+  }
+  const std::string list = joined(names);
+  throw RankDeficientError(
+      "the readings do not determine " + list + (names.size() > 1 ? " together; " : "; ") +
+          (points.empty()
+               ? set.also_in_table.empty()
+                     ? "take each face turned round as well, or use method known if the table "
+                       "is level"
+                     : "use method known with the field's direction: the site and the fence's "
+                       "azimuth, or its vector in the table"
+               : "add readings at " + points + ", or use method known if the table is level"),
+      std::move(names), std::move(settings));
+}
+
+void require_degrees_of_freedom(const ReadingSet& set, const JointSolution& solution) {
+  std::vector<std::string> axes;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    if (solution.shares.degrees_of_freedom(k) < 0.5) {
+      axes.push_back(set.axes[static_cast<std::size_t>(k)]);
+    }
+  }
+  if (axes.empty()) {
+    return;
+  }
+  std::vector<std::string> points;
+  for (const DesignEntry& entry : standard_design(12)) {
+    const bool taken = std::any_of(set.readings.begin(), set.readings.end(),
+                                   [&](const Reading& r) { return r.point == entry.point; });
+    if (!taken && points.size() < 4) {
+      points.push_back(entry.point.name());
+    }
+  }
+  std::vector<std::string> names = parameter_names(axes, set.also_kinds, set.temperature.order);
+  const std::string list = joined(names);
+  throw RankDeficientError("so few readings do not determine " + list +
+                               " together with the field's direction, with anything left to check "
+                               "them by; add readings" +
+                               (points.empty() ? "" : " at " + joined(points, "; ")) +
+                               ", or use method known if the table is level",
+                           std::move(names), {Setting::method});
+}
+
+}  // namespace axiscal

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "joint_solution.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+// One scatter for all axes; 1 where there is nothing to estimate it from.
+double pooled_scatter(const ReadingSet& set, const JointState& state, double dof) {
+  if (!(dof > 0.5)) {
+    return 1.0;
+  }
+  double rss = 0.0;
+  for (const JointAxis& axis : state.axes) {
+    rss += axis.residuals.squaredNorm();
+  }
+  return std::max(std::sqrt(rss / dof), set.rounding());
+}
+
+// The axes' noise is not known: it is what fits the residuals best, directions and noise in turn.
+JointSolution solve_joint(const ReadingSet& set,
+                          const JointFit& fit,
+                          const std::vector<Eigen::Vector3d>& start) {
+  Eigen::VectorXd sigma = Eigen::VectorXd::Ones(set.axis_count());
+  JointState state = fit.converged(fit.at(start), sigma);
+  const DirectionShares unscaled = fit.shares(state, sigma);
+  sigma.setConstant(pooled_scatter(set, state, unscaled.degrees_of_freedom.sum()));
+  const DirectionShares shares = fit.shares(state, sigma);
+  const JointSolution equal{.state = std::move(state), .sigma = sigma, .shares = shares};
+  // With so little to go by an axis could get all the weight just for fitting by chance.
+  constexpr double fewest_degrees_of_freedom = 1.0;
+  if (shares.degrees_of_freedom.minCoeff() < fewest_degrees_of_freedom) {
+    return equal;
+  }
+  JointSolution solution = equal;
+  solution.weights_are_estimated = true;
+  Eigen::VectorXd smallest(set.axis_count());
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    smallest(k) = set.rounding(k);
+  }
+  constexpr int most_rounds = 100;
+  for (int round = 0; round < most_rounds; ++round) {
+    const Reweighting next = fit.reweighted(solution.state, solution.sigma, smallest);
+    if (!(next.degrees_of_freedom.minCoeff() >= fewest_degrees_of_freedom)) {
+      return equal;
+    }
+    const double change = (next.sigma.array() / solution.sigma.array()).log().abs().maxCoeff();
+    solution.sigma = next.sigma;
+    // The directions go all their way before the noise is asked again: one step only, of readings
+    // that hardly determine them, could go round in circles.
+    solution.state = fit.converged(std::move(solution.state), solution.sigma);
+    if (change < 1e-10) {
+      solution.shares = fit.shares(solution.state, solution.sigma);
+      return solution;
+    }
+  }
+  return equal;  // which is right too, if less sharp
+}
+
+// -2 ln of the likelihood, but for a constant.
+double misfit(const ReadingSet& set, const JointState& state) {
+  double sum = 0.0;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+    const double least = std::pow(set.rounding(k), 2) * static_cast<double>(set.size());
+    sum += static_cast<double>(axis.design->observations()) *
+           std::log(std::max(axis.residuals.squaredNorm(), least));
+  }
+  return sum;
+}
+
+// Angle between two solutions' fields, (S, f) and (-S, -f) being one; parts count as their size.
+double angle_between(const JointState& a, const JointState& b) {
+  double along = 0.0;
+  double all = 0.0;
+  for (std::size_t s = 0; s < a.fields.size(); ++s) {
+    const double size = b.fields[s].norm();
+    along += size * a.fields[s].normalized().dot(b.fields[s].normalized());
+    all += size;
+  }
+  return std::acos(std::min(1.0, std::abs(along) / all));
+}
+
+std::string direction_text(const Eigen::Vector3d& direction) {
+  const auto rounded = [](double value) { return number_text(value, 2); };
+  return rounded(direction.x()) + ", " + rounded(direction.y()) + ", " + rounded(direction.z());
+}
+
+// In words where else the field may point: the part that differs most.
+std::string another_direction(const ReadingSet& set,
+                              const JointState& other,
+                              const JointState& best) {
+  std::size_t part = 0;
+  double least = 2.0;
+  for (std::size_t s = 0; s < best.fields.size(); ++s) {
+    const double along = std::abs(other.fields[s].normalized().dot(best.fields[s].normalized()));
+    if (along < least) {
+      least = along;
+      part = s;
+    }
+  }
+  return "another direction of " + set.field.name_of(part) + ", " +
+         direction_text(other.fields[part].normalized()) +
+         " in the table, fits the readings as well";
+}
+
+}  // namespace
+
+BestSolution best_solution(const ReadingSet& set,
+                           const JointFit& fit,
+                           const std::vector<std::vector<Eigen::Vector3d>>& starts) {
+  if (starts.size() == 1) {
+    return {.solution = solve_joint(set, fit, starts.front()), .ambiguity = ""};
+  }
+  // A few rounds from each start; then to the end from the best, and from what is as good
+  // elsewhere.
+  constexpr int few_rounds = 12;
+  constexpr double another_rad = 0.05;
+  constexpr double as_likely = 6.0;  // likelihoods within a factor of 20
+  const Eigen::VectorXd equal = Eigen::VectorXd::Ones(set.axis_count());
+  std::vector<JointState> found;
+  for (const std::vector<Eigen::Vector3d>& start : starts) {
+    found.push_back(fit.converged(fit.at(start), equal, few_rounds));
+  }
+  const auto less = [&](const JointState& a, const JointState& b) {
+    return misfit(set, a) < misfit(set, b);
+  };
+  const auto best = std::min_element(found.begin(), found.end(), less);
+  BestSolution result{.solution = solve_joint(set, fit, best->fields), .ambiguity = ""};
+  for (const JointState& other : found) {
+    if (angle_between(other, *best) < another_rad ||
+        misfit(set, other) > misfit(set, *best) + as_likely) {
+      continue;
+    }
+    JointSolution rival = solve_joint(set, fit, other.fields);
+    if (angle_between(rival.state, result.solution.state) < another_rad ||
+        misfit(set, rival.state) > misfit(set, result.solution.state) + as_likely) {
+      continue;
+    }
+    if (misfit(set, rival.state) < misfit(set, result.solution.state)) {
+      std::swap(rival, result.solution);
+    }
+    result.ambiguity = another_direction(set, rival.state, result.solution.state);
+    break;
+  }
+  return result;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/joint_fit.hpp"
+
+namespace axiscal {
+
+/// What method joint found, before anything is said of it.
+struct JointSolution {
+  JointState state;
+  Eigen::VectorXd sigma;
+  DirectionShares shares;
+  bool weights_are_estimated = false;
+};
+
+/// The best of what the starts lead to, and in words what fits as well.
+struct BestSolution {
+  JointSolution solution;
+  std::string ambiguity;
+};
+[[nodiscard]] BestSolution best_solution(const ReadingSet& set,
+                                         const JointFit& fit,
+                                         const std::vector<TableField::Vectors>& starts);
+
+/// Refuses readings that do not determine coefficients and directions together.
+/// @throws RankDeficientError  naming what is open, and points that would close it.
+void require_direction(const ReadingSet& set, const JointFit& fit, const JointSolution& solution);
+
+/// Without a degree of freedom to spare for each axis there is neither an uncertainty nor a check,
+/// and the direction may be anything that noise makes of it.
+/// @throws RankDeficientError
+void require_degrees_of_freedom(const ReadingSet& set, const JointSolution& solution);
+
+/// Leverages, standard errors and covariance at the solution, by the given weights.
+/// @param robust_weights  n x m; empty unless robust.
+[[nodiscard]] Estimate describe_joint(const ReadingSet& set,
+                                      const JointFit& fit,
+                                      const JointSolution& solution,
+                                      const Eigen::MatrixXd& robust_weights);
+
+}  // namespace axiscal

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "joint_start.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+
+#include <Eigen/SVD>
+
+#include "axiscal/calib/least_squares.hpp"
+#include "axiscal/core/rotation.hpp"
+
+namespace axiscal {
+namespace {
+
+// Rows of the readings that the axis uses.
+std::vector<Eigen::Index> used_rows(const ReadingSet& set,
+                                    const std::vector<Eigen::Index>& rows,
+                                    Eigen::Index axis) {
+  std::vector<Eigen::Index> used;
+  std::copy_if(rows.begin(), rows.end(), std::back_inserter(used),
+               [&](Eigen::Index i) { return set.weights(i, axis) > 0.0; });
+  return used;
+}
+
+// The directions that follow linearly, their sign open. A levelness with too few readings of its
+// own starts from that of all readings. Empty where they do not follow.
+std::vector<Eigen::Vector3d> linear_start(const ReadingSet& set,
+                                          const std::vector<FieldStart>& starts) {
+  if (set.field.turns()) {
+    return {};  // then its parts are not linear in the level
+  }
+  std::vector<Eigen::Index> all(static_cast<std::size_t>(set.size()));
+  std::iota(all.begin(), all.end(), 0);
+  const Eigen::VectorXd common = linear_directions(set, all);
+  if (common.size() == 0) {
+    return {};
+  }
+  std::vector<Eigen::Vector3d> fields;
+  if (set.field.is_sum()) {
+    // The parts whose magnitude is known say how long the others are.
+    double scale = 0.0;
+    for (std::size_t p = 0; p < starts.size() && scale == 0.0; ++p) {
+      if (!set.field.parts()[p].free_length) {
+        scale = starts[p].value.norm() / common.segment<3>(3 * static_cast<Eigen::Index>(p)).norm();
+      }
+    }
+    for (std::size_t p = 0; p < starts.size(); ++p) {
+      const Eigen::Vector3d part = common.segment<3>(3 * static_cast<Eigen::Index>(p));
+      fields.emplace_back(set.field.parts()[p].free_length
+                              ? scale * part
+                              : starts[p].value.norm() * part.normalized());
+    }
+    return fields;
+  }
+  const double F = starts.front().value.norm();
+  fields.assign(set.field.blocks().size(), F * common);
+  for (std::size_t s = 0; fields.size() > 1 && s < fields.size(); ++s) {
+    std::vector<Eigen::Index> rows;
+    std::copy_if(all.begin(), all.end(), std::back_inserter(rows),
+                 [&](Eigen::Index i) { return set.tilt_of(static_cast<std::size_t>(i)) == s; });
+    const Eigen::VectorXd own = linear_directions(set, rows);
+    if (own.size() > 0) {
+      fields[s] = std::copysign(F, own.dot(common)) * own;
+    }
+  }
+  return fields;
+}
+
+}  // namespace
+
+Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen::Index>& rows) {
+  const auto parts = static_cast<Eigen::Index>(set.field.parts().size());
+  const Eigen::Index unknowns = 1 + 9 * parts;
+  const Eigen::Index others = 3 * static_cast<Eigen::Index>(set.also_in_table.size());
+  // Rows of M_k of the axes that determine theirs.
+  Eigen::MatrixXd M(3 * set.axis_count(), 3 * parts);
+  Eigen::Index axes = 0;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const std::vector<Eigen::Index> used = used_rows(set, rows, k);
+    const auto n = static_cast<Eigen::Index>(used.size());
+    Eigen::MatrixXd Z(n, unknowns + others + set.temperature.order);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto at = static_cast<std::size_t>(used[static_cast<std::size_t>(i)]);
+      const Eigen::Matrix3d& R = set.rotation_sensor_from_table[at];
+      const double level = set.readings[at].level;
+      Z(i, 0) = 1.0;
+      for (Eigen::Index p = 0; p < parts; ++p) {
+        const bool by_level = set.field.parts()[static_cast<std::size_t>(p)].set_by_level;
+        const double factor = by_level ? level : 1.0;
+        Z.row(i).segment<9>(1 + 9 * p) = factor * R.reshaped().transpose();
+      }
+      Z.row(i).segment(unknowns, others) = set.design_row(R, Eigen::Vector3d::Zero()).tail(others);
+      for (int j = 0; j < set.temperature.order; ++j) {
+        Z(i, unknowns + others + j) =
+            std::pow(set.temperature.d(static_cast<Eigen::Index>(at)), j + 1);
+      }
+    }
+    if (n < Z.cols() || !undetermined_columns(Z).empty()) {
+      continue;
+    }
+    const Eigen::VectorXd weights = set.weights.col(k)(used);
+    const Eigen::VectorXd response = set.response.col(k)(used);
+    const Eigen::VectorXd x = LeastSquaresDesign(Z, weights).estimate(response);
+    for (Eigen::Index p = 0; p < parts; ++p) {
+      M.block<3, 3>(3 * axes, 3 * p) = x.segment<9>(1 + 9 * p).reshaped(3, 3);
+    }
+    ++axes;
+  }
+  if (axes == 0) {
+    return {};
+  }
+  const Eigen::MatrixXd rows_of_axes = M.topRows(3 * axes);
+  return Eigen::JacobiSVD<Eigen::MatrixXd>(rows_of_axes, Eigen::ComputeThinV).matrixV().col(0);
+}
+
+std::vector<std::vector<Eigen::Vector3d>> start_fields(const ReadingSet& set,
+                                                       const std::vector<FieldStart>& starts) {
+  if (std::vector<Eigen::Vector3d> linear = linear_start(set, starts); !linear.empty()) {
+    return {std::move(linear)};
+  }
+  std::vector<std::vector<Eigen::Vector3d>> all(1);
+  for (const FieldStart& start : starts) {
+    const int directions = set.field.is_sum() ? 8 : 26;  // all combinations of the parts are tried
+    const std::vector<Eigen::Vector3d> choices =
+        start.has_direction ? std::vector<Eigen::Vector3d>{start.value.normalized()}
+                            : directions_on_sphere(directions);
+    std::vector<std::vector<Eigen::Vector3d>> longer;
+    for (const std::vector<Eigen::Vector3d>& begun : all) {
+      for (const Eigen::Vector3d& direction : choices) {
+        longer.push_back(begun);
+        longer.back().emplace_back(start.value.norm() * direction);
+      }
+    }
+    all = std::move(longer);
+  }
+  if (!set.field.is_sum()) {
+    for (std::vector<Eigen::Vector3d>& fields : all) {
+      fields.resize(set.field.blocks().size(), fields.front());
+    }
+  }
+  return all;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <limits>
+#include <numeric>
+
+#include <Eigen/LU>
+
+#include "axiscal/calib/magnitude.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "joint_start.hpp"
+
+namespace axiscal {
+
+Eigen::MatrixXd fields_of_readings(const LinearResponse& response,
+                                   const Eigen::MatrixXd& readings) {
+  const Eigen::Matrix3d inverse = Eigen::Matrix3d(response.sensitivity).inverse();
+  return (readings.rowwise() - response.bias.transpose()) * inverse.transpose();
+}
+
+void turn_frame(const Eigen::Matrix3d& R, LinearResponse& response, Eigen::MatrixXd& covariance) {
+  response.sensitivity *= R.transpose();
+  const Eigen::Index m = response.bias.size();
+  Eigen::MatrixXd T = Eigen::MatrixXd::Identity(4 * m, 4 * m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    T.block<3, 3>(4 * k + 1, 4 * k + 1) = R;
+  }
+  covariance = T * covariance * T.transpose();
+}
+
+void align_by_points(const ReadingSet& set, double F, Estimate& estimate) {
+  std::vector<Eigen::Index> all(static_cast<std::size_t>(set.size()));
+  std::iota(all.begin(), all.end(), 0);
+  const Eigen::VectorXd linear = linear_directions(set, all);
+  Eigen::Vector3d in_table =
+      F * (linear.size() == 3 ? Eigen::Vector3d(linear) : Eigen::Vector3d::UnitZ());
+  const Eigen::MatrixXd measured = fields_of_readings(estimate.response, set.response);
+  // Either end of the axis that the points show; the better one is where the field points.
+  Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
+  double least = std::numeric_limits<double>::infinity();
+  for (const double sign : {1.0, -1.0}) {
+    Eigen::Vector3d table = sign * in_table;
+    Eigen::Matrix3d Q = Eigen::Matrix3d::Identity();
+    double sum = 0.0;
+    for (int round = 0; round < 200; ++round) {
+      Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
+      for (Eigen::Index i = 0; i < set.size(); ++i) {
+        M += set.rotation_sensor_from_table[static_cast<std::size_t>(i)] * table * measured.row(i);
+      }
+      Q = nearest_rotation(M);
+      Eigen::Vector3d next = Eigen::Vector3d::Zero();
+      sum = 0.0;
+      for (Eigen::Index i = 0; i < set.size(); ++i) {
+        const Eigen::Matrix3d& R = set.rotation_sensor_from_table[static_cast<std::size_t>(i)];
+        const Eigen::Vector3d turned = Q * measured.row(i).transpose();
+        next += R.transpose() * turned;
+        sum += (turned - R * table).squaredNorm();
+      }
+      next = F * next.normalized();
+      const double change = (next - table).norm();
+      table = next;
+      if (change < 1e-14 * F) {
+        break;
+      }
+    }
+    if (sum < least) {
+      least = sum;
+      best = Q;
+      in_table = table;
+    }
+  }
+  turn_frame(best, estimate.response, estimate.statistics.covariance);
+  estimate.fields = {in_table};
+}
+
+}  // namespace axiscal

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string_view>
+
+namespace axiscal {
+
+/// What a warning is about; docs/messages.md says of each when it is given and what to do.
+enum class WarningCode {
+  wrong_pose,
+  exchanged,
+  columns_exchanged,
+  sign,
+  unit_factor,
+  stuck,
+  wrong_level,
+  tilted_seat,
+  drift,
+  levelness,
+  table_moved,
+  slot_levelness,
+  outlier,
+  no_fit,
+  uncertain_direction,
+  uncertain_sensitivity,
+  sensitivity,
+  saturated,
+  two_solutions,
+  one_sided_unsettled,
+  coverage,
+  alignment,
+  not_converged,
+  poor_fit,
+  axis_reversed,
+  axis_swapped,
+  lack_of_fit,
+  slope,
+  field_magnitude,
+  field_length,
+  field_in_bias,
+  log,
+  seat,
+  many_revolutions,
+  unpaired,
+  ill_conditioned,
+  no_redundancy,
+  other,  ///< of a record that another version wrote
+};
+
+/// What is special to a warning.
+struct WarningKind {
+  std::string_view name;      ///< in records: "wrong_pose"
+  bool refuses = false;       ///< nothing of the run can be used
+  bool spoils_slope = false;  ///< the table's slope is not to be trusted either
+};
+
+[[nodiscard]] const WarningKind& warning_kind(WarningCode code);
+
+/// @return its name in records.
+[[nodiscard]] inline std::string_view warning_name(WarningCode code) {
+  return warning_kind(code).name;
+}
+
+/// @return the code of that name; `other` where none has it.
+[[nodiscard]] WarningCode warning_code_of(std::string_view name);
+
+}  // namespace axiscal

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// Iteratively reweighted least squares: weighs and fits in turn, until the weights stay.
+///
+/// @param rows, columns  how many weights there are; they begin as 1.
+/// @param weigh          the weights, by what the last fit left.
+/// @param fit            fits anew with them.
+/// @return the weights of the last fit, after at most 100 rounds.
+Eigen::MatrixXd reweight_until_still(Eigen::Index rows,
+                                     Eigen::Index columns,
+                                     const std::function<Eigen::MatrixXd()>& weigh,
+                                     const std::function<void(const Eigen::MatrixXd&)>& fit);
+
+}  // namespace axiscal
