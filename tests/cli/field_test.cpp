@@ -320,6 +320,22 @@ TEST(ApplyField, FlagsSaturatedRows) {
   EXPECT_EQ(run_axiscal({"apply", record, log, "--strict"}).status, 3);
 }
 
+// The twelve points of the standard design, each at all of these levels.
+ProgramResult simulated_at(const ScratchFolder& folder,
+                           const std::string& truth,
+                           const std::vector<std::string>& levels,
+                           const std::string& run) {
+  std::string sheet = "rest,fence,level\n";
+  for (const DesignEntry& entry : standard_design(12)) {
+    for (const std::string& level : levels) {
+      sheet += std::string(face_name(entry.point.rest())) + "," +
+               std::string(face_name(entry.point.fence())) + "," + level + "\n";
+    }
+  }
+  return run_axiscal({"simulate", "--truth", truth, "--design", folder.write("design.csv", sheet),
+                      "--noise", "1e-6", "-o", run});
+}
+
 // The library says what is missing in its own words, and the command by what options it is stated.
 TEST(CalibrateCommand, NamesTheOptionsThatWouldMendAnError) {
   const ScratchFolder folder;
@@ -346,18 +362,8 @@ TEST(CalibrateCommand, AddsFieldsUpOnTheCommandLine) {
                 "set_by_level":true,"turning":false}]},
     "coefficients":{"bias":[0.1,0.2,-0.1],
       "sensitivity":[[0.00002,0,0],[0,0.000021,0],[0,0,0.000019]]}})");
-  std::string sheet = "rest,fence,level\n";
-  for (const DesignEntry& entry : standard_design(12)) {
-    for (const char* level : {"-1", "1"}) {
-      sheet += std::string(face_name(entry.point.rest())) + "," +
-               std::string(face_name(entry.point.fence())) + "," + level + "\n";
-    }
-  }
   const std::string run = folder.path("run.csv");
-  ASSERT_EQ(run_axiscal({"simulate", "--truth", truth, "--design",
-                         folder.write("design.csv", sheet), "--noise", "1e-6", "-o", run})
-                .status,
-            0);
+  ASSERT_EQ(simulated_at(folder, truth, {"-1", "1"}, run).status, 0);
   const std::string record = folder.path("cal.json");
   const ProgramResult result =
       run_axiscal({"calibrate", run, "--instrument", "magnetometer", "--field",
@@ -383,18 +389,8 @@ TEST(CalibrateCommand, TakesAPartsRoleAndAValueForEachPart) {
                 "set_by_level":true,"turning":false}]},
     "coefficients":{"bias":[0.1,0.2,-0.1],
       "sensitivity":[[2,0.02,-0.01],[0.03,2.1,0.01],[-0.02,0.01,1.9]]}})");
-  std::string sheet = "rest,fence,level\n";
-  for (const DesignEntry& entry : standard_design(12)) {
-    for (const char* level : {"0", "1"}) {
-      sheet += std::string(face_name(entry.point.rest())) + "," +
-               std::string(face_name(entry.point.fence())) + "," + level + "\n";
-    }
-  }
   const std::string run = folder.path("run.csv");
-  ASSERT_EQ(run_axiscal({"simulate", "--truth", truth, "--design",
-                         folder.write("design.csv", sheet), "--noise", "1e-6", "-o", run})
-                .status,
-            0);
+  ASSERT_EQ(simulated_at(folder, truth, {"0", "1"}, run).status, 0);
   const std::string record = folder.path("cal.json");
   const auto calibrate = [&](const std::string& field, const std::string& magnitudes) {
     return run_axiscal({"calibrate", run, "--instrument", "optical", "--unit", "V", "--field",

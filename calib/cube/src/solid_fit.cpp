@@ -443,7 +443,9 @@ struct SolidFit::Problem {
     return fit.residuals(at.state, sigma).squaredNorm();
   }
   // Of the normals, and the mount and slope of the first reference [rad].
-  [[nodiscard]] static double length(const Place& at, const Eigen::VectorXd& step) {
+  [[nodiscard]] static double length(const Place& at,
+                                     const Eigen::VectorXd& step,
+                                     const Linear& /*there*/) {
     return step.head(at.layout.reference.front() + 3).norm();
   }
 
@@ -452,8 +454,9 @@ struct SolidFit::Problem {
 };
 
 SolidSolution SolidFit::solve() const {
-  SolidSolution solution{.state = start()};
-  Place place{.state = solution.state, .layout = layout(solution.state)};
+  SolidSolution solution;
+  Place place{.state = start(), .layout = {}};
+  place.layout = layout(place.state);
   solution.sigma.assign(references_.size(), 1e-3 * references_.front().F);
   // The scatter decides how far the records are believed, and is itself found by the fit.
   constexpr int rounds_of_scatter = 4;

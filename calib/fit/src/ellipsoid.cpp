@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -72,7 +73,9 @@ class EllipsoidProblem {
   [[nodiscard]] double cost(const Ellipsoid& at, const Linear& before) const {
     return at.A.determinant() > 0.0 ? ellipsoid_cost(cloud_, at, before.scale) : not_a_number;
   }
-  [[nodiscard]] static double length(const Ellipsoid& /*at*/, const EllipsoidParameters& step) {
+  [[nodiscard]] static double length(const Ellipsoid& /*at*/,
+                                     const EllipsoidParameters& step,
+                                     const Linear& /*there*/) {
     return step.norm();
   }
 
@@ -93,20 +96,13 @@ Eigen::Matrix3d root_of(const Eigen::Matrix3d& M, MagnitudeShape shape) {
 
 // Least squares for a start: by the normal equations where they are well conditioned.
 template <int columns>
-Eigen::Matrix<double, columns, 1> roughly_solved(
-    const Eigen::Matrix<double, Eigen::Dynamic, columns>& A, const Eigen::VectorXd& b) {
-  using Square = Eigen::Matrix<double, columns, columns>;
-  using Unknowns = Eigen::Matrix<double, columns, 1>;
-  const Unknowns per_length = A.colwise().norm().cwiseMax(1e-300).cwiseInverse().transpose();
-  const Square N = per_length.asDiagonal() * Square(A.transpose() * A) * per_length.asDiagonal();
-  const Eigen::LLT<Square> cholesky(N);
+Eigen::Matrix<double, columns, 1> roughly_solved(Eigen::Matrix<double, Eigen::Dynamic, columns> A,
+                                                 const Eigen::VectorXd& b) {
   constexpr double smallest_pivot = 1e-4;
-  if (cholesky.info() == Eigen::Success &&
-      cholesky.matrixLLT().diagonal().minCoeff() > smallest_pivot) {
-    const Unknowns projected = A.transpose() * b;
-    return per_length.cwiseProduct(cholesky.solve(per_length.cwiseProduct(projected)));
-  }
-  return minimum_norm_solution(A, b);
+  const Linearised<columns> linear{.residuals = -b, .jacobian = std::move(A)};
+  const auto solution = step_by_normal_equations(linear, 0.0, smallest_pivot);
+  return solution ? *solution
+                  : Eigen::Matrix<double, columns, 1>(minimum_norm_solution(linear.jacobian, b));
 }
 
 }  // namespace
@@ -154,7 +150,7 @@ Ellipsoid ellipsoid_start(const EllipsoidCloud& cloud) {
   D.col(4) = 2.0 * v.col(0) * v.col(2);
   D.col(5) = 2.0 * v.col(1) * v.col(2);
   D.rightCols<3>() = 2.0 * v;
-  const Eigen::Matrix<double, 9, 1> q = roughly_solved<9>(D, Eigen::VectorXd::Ones(n));
+  const Eigen::Matrix<double, 9, 1> q = roughly_solved<9>(std::move(D), Eigen::VectorXd::Ones(n));
   Eigen::Matrix3d Q;
   Q << q(0), q(3), q(4), q(3), q(1), q(5), q(4), q(5), q(2);
   const Eigen::LLT<Eigen::Matrix3d> cholesky(Q);
@@ -169,7 +165,8 @@ Ellipsoid ellipsoid_start(const EllipsoidCloud& cloud) {
   }
   Eigen::Matrix<double, Eigen::Dynamic, 4> B(n, 4);
   B << 2.0 * cloud.v, Eigen::VectorXd::Ones(n);
-  const Eigen::Vector4d sphere = roughly_solved<4>(B, v.square().rowwise().sum().matrix());
+  const Eigen::Vector4d sphere =
+      roughly_solved<4>(std::move(B), v.square().rowwise().sum().matrix());
   Ellipsoid start{.b = sphere.head<3>()};
   start.A /= std::sqrt(std::max(sphere(3) + start.b.squaredNorm(), 1e-6));
   return start;

@@ -9,6 +9,7 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
+#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/response_system.hpp"
 
 namespace axiscal {
@@ -277,6 +278,19 @@ Eigen::MatrixXd JointFit::jacobian(const JointState& state, const Eigen::VectorX
     shared.emplace_back(axis.tangents / sigma(k));
   }
   return stacked_by_axis(own, shared);
+}
+
+std::vector<std::string> JointFit::names_of_columns(const JointState& state) const {
+  std::vector<std::string> names =
+      parameter_names(set_.axes, set_.also_kinds, set_.temperature.order);
+  for (std::size_t s = 0; s < state.fields.size(); ++s) {
+    const std::string whose = set_.field.name_of(s);
+    names.insert(names.end(), 2, "direction of " + whose);
+    if (state.tangents[s].cols() > 2) {
+      names.push_back("magnitude of " + whose);
+    }
+  }
+  return names;
 }
 
 }  // namespace axiscal

@@ -6,6 +6,7 @@
 #include "axiscal/calib/design_advice.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/response_system.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -15,19 +16,6 @@
 namespace axiscal {
 namespace {
 
-// What each column of the Jacobian is of.
-std::vector<std::string> names_with_directions(const ReadingSet& set, const JointState& state) {
-  std::vector<std::string> names = parameter_names(set.axes, set.also_kinds, set.temperature.order);
-  for (std::size_t s = 0; s < state.fields.size(); ++s) {
-    const std::string whose = set.field.name_of(s);
-    names.insert(names.end(), 2, "direction of " + whose);
-    if (state.tangents[s].cols() > 2) {
-      names.push_back("magnitude of " + whose);
-    }
-  }
-  return names;
-}
-
 // What a reading at another point, of the first levelness, would add to the Jacobian.
 Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
                               const JointSolution& solution,
@@ -35,25 +23,21 @@ Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
                               double level) {
   ReadingSet one = set;
   one.readings = {Reading{.block = set.field.blocks().front(), .point = point, .level = level}};
+  one.response = Eigen::MatrixXd::Zero(1, set.axis_count());
   one.rotation_sensor_from_table = {set.orientation(point)};
   one.temperature.d = Eigen::VectorXd::Zero(1);  // at the reference
   const JointState& state = solution.state;
-  const Eigen::Index m = set.axis_count();
-  const Eigen::Index p = set.column_count();
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(m, p * m + state.direction_count());
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const Eigen::Matrix3d& R = one.rotation_sensor_from_table.front();
-    const Eigen::Vector3d S = state.axes[static_cast<std::size_t>(k)].estimate.segment<3>(1);
-    rows.block(k, p * k, 1, p) = one.with_temperature(
-        Eigen::RowVectorXd(one.design_row(R, one.field_in_table(0, state.fields))), 0, k);
-    for (std::size_t s = 0; s < state.fields.size(); ++s) {
-      rows.block(k, p * m + state.first_direction(s), 1, state.tangents[s].cols()) =
-          S.transpose() * R * one.field_change(0, state.fields, s) *
-          (state.fields[s].norm() * state.tangents[s]);
-    }
-    rows.row(k) /= solution.sigma(k);
+  const Eigen::MatrixXd base = field_design(one, state.fields);
+  const FieldChanges changes = changes_with_directions(one, state.fields, state.tangents);
+  std::vector<Eigen::MatrixXd> own;
+  std::vector<Eigen::MatrixXd> shared;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const Eigen::VectorXd& estimate = state.axes[static_cast<std::size_t>(k)].estimate;
+    own.emplace_back(one.with_temperature(base, k) / solution.sigma(k));
+    shared.emplace_back(response_changes(one, k, estimate.segment<3>(1).transpose(), changes) /
+                        solution.sigma(k));
   }
-  return rows;
+  return stacked_by_axis(own, shared);
 }
 
 }  // namespace
@@ -70,7 +54,7 @@ void require_direction(const ReadingSet& set, const JointFit& fit, const JointSo
   } else {
     open = undetermined_columns(J);
   }
-  std::vector<std::string> names = names_of_open(open, names_with_directions(set, solution.state));
+  std::vector<std::string> names = names_of_open(open, fit.names_of_columns(solution.state));
   const std::string points = points_to_add(
       J,
       [&](const DesignPoint& point, double level) {

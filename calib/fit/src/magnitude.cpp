@@ -29,7 +29,7 @@ struct Fit {
   LinearisedEllipsoid linear;
   Eigen::MatrixXd unscaled_covariance;  // 9 x 9
   Eigen::VectorXd leverage;             // n
-  Eigen::VectorXd robust;               // n
+  Eigen::VectorXd robust;               // n; empty unless robust
   double condition_number = 1.0;
   double sd = 0.0;  // scatter of a reading of weight 1, in the cloud's units
   double dof = 0.0;
@@ -72,13 +72,12 @@ Fit describe(const EllipsoidCloud& cloud, const Ellipsoid& at, const Eigen::Vect
 }
 
 Fit fit_cloud(const EllipsoidCloud& cloud, bool robust) {
-  Eigen::VectorXd weights = Eigen::VectorXd::Ones(cloud.size());
-  Ellipsoid at = converged_ellipsoid(cloud, ellipsoid_start(cloud), weights);
+  Ellipsoid at = converged_ellipsoid(cloud, ellipsoid_start(cloud), {});
   if (!robust) {
-    return describe(cloud, at, weights);
+    return describe(cloud, at, {});
   }
   BisquareWeights bisquare;
-  weights = reweight_until_still(
+  const Eigen::VectorXd weights = reweight_until_still(
       cloud.size(), 1,
       [&] {
         const Fit now = describe(cloud, at, {});

@@ -63,7 +63,9 @@ class AngleProblem {
     return {.R = rotation_by(step.head<3>()) * at.R, .cosine = at.cosine + step(3)};
   }
   [[nodiscard]] double cost(const AngleFit& at, const Linear& /*before*/) const { return cost(at); }
-  [[nodiscard]] static double length(const AngleFit& /*at*/, const Eigen::VectorXd& step) {
+  [[nodiscard]] static double length(const AngleFit& /*at*/,
+                                     const Eigen::VectorXd& step,
+                                     const Linear& /*there*/) {
     return step.norm();
   }
 

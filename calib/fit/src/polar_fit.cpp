@@ -59,10 +59,10 @@ class PolarProblem {
     return residuals(at).squaredNorm();
   }
   // In parts of the readings: an angle of no cone changes nothing.
-  [[nodiscard]] double length(const PolarParameters& at, const PolarParameters& step) const {
-    Linear linear;
-    linearise(at, linear);
-    const PolarParameters lengths = linear.jacobian.colwise().norm();
+  [[nodiscard]] double length(const PolarParameters& /*at*/,
+                              const PolarParameters& step,
+                              const Linear& there) const {
+    const PolarParameters lengths = there.jacobian.colwise().norm();
     return lengths.cwiseProduct(step).norm() / response_.norm();
   }
 

@@ -157,7 +157,9 @@ class TurnProblem {
   [[nodiscard]] static double cost(const Candidate& at, const Linear& /*before*/) {
     return at.state.cost();
   }
-  [[nodiscard]] double length(const Candidate& at, const Eigen::VectorXd& step) const {
+  [[nodiscard]] double length(const Candidate& at,
+                              const Eigen::VectorXd& step,
+                              const Linear& /*there*/) const {
     return step.head<9>().norm() / at.B.norm() + (fit_bias_ ? (at.B * step.tail<3>()).norm() : 0.0);
   }
 

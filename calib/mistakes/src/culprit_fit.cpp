@@ -64,7 +64,9 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
   const Eigen::Index n = set.size();
   const Eigen::Index m = set.axis_count();
   const Eigen::Index p = set.column_count();
+  // Roots of the weights, in the axes' scale.
   Eigen::MatrixXd root = set.weights.cwiseSqrt();
+  root.array().rowwise() /= scale_.transpose().array();
   for (const std::size_t i : without) {
     root.row(static_cast<Eigen::Index>(i)).setZero();
   }
@@ -82,7 +84,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     std::vector<Eigen::MatrixXd> X;
     std::vector<Eigen::MatrixXd> own;
     for (Eigen::Index k = 0; k < m; ++k) {
-      const Eigen::VectorXd w = root.col(k) / scale_(k);
+      const auto w = root.col(k);
       X.push_back(set.with_temperature(base, k));
       own.emplace_back(w.asDiagonal() * X.back());
       if (!has_coefficients) {
@@ -102,7 +104,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     std::vector<Eigen::MatrixXd> shared;
     Eigen::VectorXd b(n * m);
     for (Eigen::Index k = 0; k < m; ++k) {
-      const Eigen::VectorXd w = root.col(k) / scale_(k);
+      const auto w = root.col(k);
       const Eigen::VectorXd of_axis = result.coefficients.col(k);
       Eigen::MatrixXd& columns = shared.emplace_back(n, D + q);
       columns << response_changes(set, k, of_axis.segment<3>(1).transpose(), changes),

@@ -12,7 +12,6 @@
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/calib/minimum_norm.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/error.hpp"
@@ -113,9 +112,7 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
   const Eigen::VectorXd sigma = Eigen::VectorXd::Ones(m);
   const Eigen::MatrixXd J = fit.jacobian(state, sigma);
   if (const std::vector<Eigen::Index> open = undetermined_columns(J); !open.empty()) {
-    std::vector<std::string> all = parameter_names(set.axes);
-    all.resize(static_cast<std::size_t>(J.cols()), "direction of the field");
-    std::vector<std::string> names = names_of_open(open, all);
+    std::vector<std::string> names = names_of_open(open, fit.names_of_columns(state));
     const std::string list = joined(names);
     throw RankDeficientError("the design does not determine " + list +
                                  " together; take each face turned round as well, or the method "

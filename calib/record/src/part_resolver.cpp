@@ -198,11 +198,11 @@ void PartResolver::put_value(const Eigen::Vector3d& value, bool induced) {
   }
 }
 
-void PartResolver::put_given_magnitude(const std::string& what, std::vector<Setting> settings) {
+void PartResolver::put_given_magnitude(const std::string& otherwise,
+                                       std::vector<Setting> settings) {
   if (!given_magnitude()) {
     settings.push_back(Setting::field_magnitude);
-    throw SetupError("field " + given_.kind + ": its magnitude is not known; state it, or " + what,
-                     std::move(settings));
+    throw SetupError("field " + given_.kind + ": " + otherwise, std::move(settings));
   }
   put_magnitude(*given_magnitude());
 }

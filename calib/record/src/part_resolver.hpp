@@ -45,8 +45,9 @@ class PartResolver {
   void put_magnitude(double magnitude);
 
   /// The given magnitude.
-  /// @param what  would say it too, for the error.
-  void put_given_magnitude(const std::string& what, std::vector<Setting> settings);
+  /// @param otherwise  what is said behind the field's name where there is none.
+  /// @param settings   that would say it too.
+  void put_given_magnitude(const std::string& otherwise, std::vector<Setting> settings);
 
   /// A model's own uncertainty, unless the user states another.
   void put_model_u(double magnitude_u);

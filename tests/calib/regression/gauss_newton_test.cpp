@@ -39,7 +39,7 @@ struct Misra1a {
     linearise(at, linear);
     return linear.residuals.squaredNorm();
   }
-  static double length(const State& at, const Eigen::VectorXd& step) {
+  static double length(const State& at, const Eigen::VectorXd& step, const Linear& /*there*/) {
     return step.cwiseQuotient(at).norm();
   }
 };
@@ -79,7 +79,9 @@ struct Valley {
     linearise(at, linear);
     return at(1) < wall ? std::numeric_limits<double>::quiet_NaN() : linear.residuals.squaredNorm();
   }
-  static double length(const State& /*at*/, const Eigen::Vector2d& step) { return step.norm(); }
+  static double length(const State& /*at*/, const Eigen::Vector2d& step, const Linear& /*there*/) {
+    return step.norm();
+  }
 };
 
 TEST(GaussNewton, DampsStepsThatMakeItWorse) {

@@ -18,7 +18,7 @@ void resolve_geomagnetic(PartResolver& of) {
     of.put_value(field.value_in_enu(), false);
     return;
   }
-  of.put_given_magnitude("the site", {Setting::site});
+  of.put_given_magnitude("its magnitude is not known; state it, or the site", {Setting::site});
 }
 
 }  // namespace axiscal

@@ -10,12 +10,8 @@ void resolve_turntable(PartResolver& of) {
                      ": is what a turntable makes, and its level sets it; its role is induced");
   }
   of.part().part.turning = true;
-  if (!of.given_magnitude()) {
-    throw SetupError("field " + of.given().kind +
-                         ": the turntable's rate is not known; state it as the field's magnitude",
-                     {Setting::field_magnitude});
-  }
-  of.put_magnitude(*of.given_magnitude());
+  of.put_given_magnitude("the turntable's rate is not known; state it as the field's magnitude",
+                         {});
   of.part().part.in_table = {0.0, 0.0, of.part().part.magnitude};
   of.part().has_value = true;
   of.part().sign_by = Eigen::Vector3d::UnitZ();

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -94,6 +95,9 @@ class JointFit {
   /// The whole Jacobian: p columns for each axis, then the tangents; each axis in its sigma.
   [[nodiscard]] Eigen::MatrixXd jacobian(const JointState& state,
                                          const Eigen::VectorXd& sigma) const;
+
+  /// What each of its columns is of.
+  [[nodiscard]] std::vector<std::string> names_of_columns(const JointState& state) const;
 
  private:
   // All residuals below each other, each axis in units of its sigma; and the sum of their squares.

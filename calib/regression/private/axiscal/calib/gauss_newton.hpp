@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <optional>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -30,6 +31,31 @@ template <int unknowns>
                                                               double damping,
                                                               bool by_qr);
 
+/// The same by the normal equations, columns scaled to length 1: quick, and good for steps from
+/// afar.
+///
+/// @return nothing where a pivot is not above the smallest one, so that they are too close to
+///         singular.
+template <int unknowns>
+[[nodiscard]] std::optional<typename Linearised<unknowns>::Step> step_by_normal_equations(
+    const Linearised<unknowns>& linear, double damping, double smallest_pivot) {
+  using Square = Eigen::Matrix<double, unknowns, unknowns>;
+  using Step = typename Linearised<unknowns>::Step;
+  const Eigen::Index p = linear.jacobian.cols();
+  Square N = Square::Zero(p, p);
+  N.template selfadjointView<Eigen::Lower>().rankUpdate(linear.jacobian.transpose());
+  const Step per_length = N.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
+  N = per_length.asDiagonal() * N * per_length.asDiagonal();
+  N.diagonal().array() += damping;
+  const Eigen::LLT<Square, Eigen::Lower> cholesky(N);
+  if (cholesky.info() != Eigen::Success ||
+      !(cholesky.matrixLLT().diagonal().array() > smallest_pivot).all()) {
+    return std::nullopt;
+  }
+  const Step gradient = linear.jacobian.transpose() * linear.residuals;
+  return Step(-per_length.cwiseProduct(cholesky.solve(per_length.cwiseProduct(gradient))));
+}
+
 /// The same by QR alone, compiled in one place.
 [[nodiscard]] Eigen::VectorXd damped_step_by_qr(const Eigen::MatrixXd& jacobian,
                                                 const Eigen::VectorXd& residuals,
@@ -39,21 +65,10 @@ template <int unknowns>
 typename Linearised<unknowns>::Step damped_step(const Linearised<unknowns>& linear,
                                                 double damping,
                                                 bool by_qr) {
-  using Square = Eigen::Matrix<double, unknowns, unknowns>;
-  using Step = typename Linearised<unknowns>::Step;
+  constexpr double smallest_pivot = 1e-5;
   if (!by_qr) {
-    const Eigen::Index p = linear.jacobian.cols();
-    Square N = Square::Zero(p, p);
-    N.template selfadjointView<Eigen::Lower>().rankUpdate(linear.jacobian.transpose());
-    const Step per_length = N.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
-    N = per_length.asDiagonal() * N * per_length.asDiagonal();
-    N.diagonal().array() += damping;
-    const Eigen::LLT<Square, Eigen::Lower> cholesky(N);
-    constexpr double smallest_pivot = 1e-5;
-    if (cholesky.info() == Eigen::Success &&
-        (cholesky.matrixLLT().diagonal().array() > smallest_pivot).all()) {
-      const Step gradient = linear.jacobian.transpose() * linear.residuals;
-      return -per_length.cwiseProduct(cholesky.solve(per_length.cwiseProduct(gradient)));
+    if (const auto step = step_by_normal_equations(linear, damping, smallest_pivot)) {
+      return *step;
     }
   }
   return damped_step_by_qr(linear.jacobian, linear.residuals, damping);
@@ -77,8 +92,8 @@ concept GaussNewtonProblem = requires(const Problem problem,
   // Sum of squares at a place, by the weights that `linear` was made with; not a number, or
   // infinite, where no solution may be.
   { problem.cost(at, linear) } -> std::convertible_to<double>;
-  // How far a step goes, as the problem measures it; 1 is far.
-  { problem.length(at, step) } -> std::convertible_to<double>;
+  // How far a step from there goes, as the problem measures it; 1 is far.
+  { problem.length(at, step, linear) } -> std::convertible_to<double>;
 };
 
 struct GaussNewtonOptions {
@@ -128,7 +143,7 @@ template <GaussNewtonProblem Problem>
       }
       typename Problem::State next = problem.moved(result.state, step);
       better = problem.cost(next, linear) <= (1.0 + rounding) * cost;
-      const double length = problem.length(result.state, step);
+      const double length = problem.length(result.state, step, linear);
       if (attempt == 0) {
         result.left_to_go = length;
       }
@@ -140,16 +155,14 @@ template <GaussNewtonProblem Problem>
         damping = std::max(10.0 * damping, least_damping);
       }
     }
-    // The next step would be shorter by as much again.
-    if (better) {
-      result.left_to_go = last_length * std::min(1.0, last_length / length_before);
-    }
-    const bool settled =
-        last_length < options.settled || (by_qr && result.left_to_go < options.settled);
-    if (!better && !std::isfinite(cost)) {
+    if (!better) {
+      result.converged = std::isfinite(cost);
       break;
     }
-    result.converged = !better || settled;
+    // The next step would be shorter by as much again.
+    result.left_to_go = last_length * std::min(1.0, last_length / length_before);
+    result.converged =
+        last_length < options.settled || (by_qr && result.left_to_go < options.settled);
   }
   return result;
 }
