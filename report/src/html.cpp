@@ -106,4 +106,44 @@ std::string html_table(std::string_view caption,
   return paged_table(caption, head, written);
 }
 
+std::string rounded(double value, int digits) {
+  return number_cell(value, digits).text;
+}
+
+std::string section(const std::string& id, const std::string& title, const std::string& content) {
+  return content.empty() ? ""
+                         : "<section id=\"" + id + "\"><h2>" + escaped(title) + "</h2>\n" +
+                               content + "</section>\n";
+}
+
+std::string paragraph(const std::string& text) {
+  return "<p>" + escaped(text) + "</p>\n";
+}
+
+std::string bullets(const std::vector<std::string>& lines) {
+  if (lines.empty()) {
+    return "";
+  }
+  constexpr std::size_t most = 100;
+  std::string html = "<ul>";
+  for (std::size_t i = 0; i < std::min(lines.size(), most); ++i) {
+    html += "<li>" + escaped(lines[i]) + "</li>";
+  }
+  if (lines.size() > most) {
+    html += "<li>" + std::to_string(lines.size() - most) + " more of these are in the record</li>";
+  }
+  return html + "</ul>\n";
+}
+
+std::string facts(const std::vector<std::pair<std::string, std::string>>& rows) {
+  std::string html = "<table class=\"facts\"><tbody>";
+  for (const auto& [name, value] : rows) {
+    if (!value.empty()) {
+      html +=
+          "<tr><th scope=\"row\">" + escaped(name) + "</th><td>" + escaped(value) + "</td></tr>";
+    }
+  }
+  return html + "</tbody></table>\n";
+}
+
 }  // namespace axiscal

@@ -4,6 +4,7 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace axiscal {
@@ -19,6 +20,20 @@ struct Cell {
 
 /// @return a number to so many digits, with all of them behind it; "-" for NaN.
 Cell number_cell(double value, int digits = 5);
+
+/// @return the number alone, rounded.
+std::string rounded(double value, int digits = 2);
+
+/// @param title, text  as they are to be read; they are escaped here.
+/// @param content      of pieces that are escaped; without any there is no section.
+std::string section(const std::string& id, const std::string& title, const std::string& content);
+std::string paragraph(const std::string& text);
+
+/// A list of at most 100; of more it says how many are left out.
+std::string bullets(const std::vector<std::string>& lines);
+
+/// Names and what they are, in two columns; those of nothing are left out.
+std::string facts(const std::vector<std::pair<std::string, std::string>>& rows);
 
 /// Tables have so many rows; those of more are folded, a page of so many each.
 inline constexpr std::size_t rows_of_page = 200;

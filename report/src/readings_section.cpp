@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "readings_section.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <set>
+#include <vector>
+
+#include "axiscal/positioner/positioner.hpp"
+#include "axiscal/report/run_sheet_page.hpp"
+#include "html.hpp"
+
+namespace axiscal {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// The words of one reading: for the cube's view, and for those who do not see it.
+std::string words_of(const Calibration& calibration, const ReadingResidual& residual) {
+  std::string text = "Run " + std::to_string(residual.run);
+  if (residual.point) {
+    text += ": face " + std::string(face_name(residual.point->rest())) + " on the table, " +
+            std::string(face_name(residual.point->fence())) + " at the fence";
+  }
+  text += "; residual";
+  for (Eigen::Index k = 0; k < residual.response.size(); ++k) {
+    text += (k > 0 ? ", " : " ") + calibration.instrument.axes[static_cast<std::size_t>(k)] + " " +
+            rounded(residual.response(k), 3);
+  }
+  return text + " " + calibration.instrument.unit + (residual.used ? "" : "; left out of the fit");
+}
+
+std::set<int> suspects(const Calibration& calibration) {
+  std::set<int> runs;
+  for (const CalibrationWarning& warning : calibration.warnings) {
+    runs.insert(warning.runs.begin(), warning.runs.end());
+  }
+  return runs;
+}
+
+// Which readings the cube is turned to: all, or of many the first of each seat and those that are
+// named.
+std::vector<bool> readings_of_cube(const Calibration& calibration) {
+  const std::vector<ReadingResidual>& all = calibration.residuals;
+  const bool few = all.size() <= rows_of_page;
+  const std::set<int> named = suspects(calibration);
+  std::set<DesignPoint> seen;
+  std::vector<bool> chosen(all.size(), false);
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    chosen[i] = all[i].point && count < rows_of_page &&
+                (few || named.contains(all[i].run) || !seen.contains(*all[i].point));
+    if (chosen[i]) {
+      seen.insert(*all[i].point);
+      ++count;
+    }
+  }
+  return chosen;
+}
+
+// One reading's row; of many readings without buttons and without digits that nobody sees.
+std::string reading_row(const Calibration& calibration,
+                        const ReadingResidual& residual,
+                        const Observations* observations,
+                        Eigen::Index row,
+                        bool named,
+                        std::optional<std::size_t> button) {
+  const bool short_form = !button && calibration.residuals.size() > rows_of_page;
+  const std::string run = std::to_string(residual.run);
+  std::string html = short_form ? "<tr><th>" : "<tr><th scope=\"row\">";
+  html += button ? "<button type=\"button\" aria-pressed=\"false\" data-reading=\"" +
+                       std::to_string(*button) + "\">" + run + "</button>"
+                 : run;
+  html += short_form ? "" : "</th>";
+  const auto add = [&](const Cell& cell) {
+    html += short_form || cell.value.empty() ? "<td>" : "<td data-value=\"" + cell.value + "\">";
+    html += escaped(cell.text) + (short_form ? "" : "</td>");
+  };
+  const Cell none{"\u2013", ""};
+  add(residual.point ? Cell{std::string(face_name(residual.point->rest())), ""} : none);
+  add(residual.point ? Cell{std::string(face_name(residual.point->fence())), ""} : none);
+  const Eigen::Index m = calibration.instrument.axis_count();
+  for (Eigen::Index k = 0; k < m && observations != nullptr; ++k) {
+    add(row >= 0 && k < observations->response.cols()
+            ? number_cell(observations->response(row, k), 7)
+            : none);
+  }
+  for (Eigen::Index k = 0; k < m; ++k) {
+    add(k < residual.response.size() ? number_cell(residual.response(k), 3) : none);
+  }
+  html += named ? "<td class=\"suspect\">" : "<td>";
+  html += !residual.used ? "left out" : named ? "look at it" : "used";
+  return html + (short_form ? "" : "</td></tr>");
+}
+
+// Of many readings those that are named or shown by the cube come first, then the largest
+// residuals.
+std::vector<std::size_t> by_importance(const Calibration& calibration,
+                                       const std::set<int>& named,
+                                       const std::vector<bool>& in_cube) {
+  const std::vector<ReadingResidual>& all = calibration.residuals;
+  std::vector<double> size(all.size(), 0.0);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (Eigen::Index k = 0; k < all[i].response.size(); ++k) {
+      const double sd = calibration.statistics ? calibration.statistics->residual_sd(k) : 1.0;
+      const double own = std::abs(all[i].response(k)) / (sd > 0.0 ? sd : 1.0);
+      size[i] = std::isfinite(own) ? std::max(size[i], own) : size[i];
+    }
+    const bool is_shown = in_cube[i] || named.contains(all[i].run);
+    size[i] = is_shown ? std::numeric_limits<double>::infinity() : size[i];
+  }
+  std::vector<std::size_t> order(all.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return size[a] > size[b]; });
+  return order;
+}
+
+std::string readings_table(const Calibration& calibration, const Observations* observations) {
+  const Instrument& instrument = calibration.instrument;
+  std::vector<std::string> head = {"run", "rest", "fence"};
+  for (const std::string& axis : instrument.axes) {
+    if (observations != nullptr) {
+      head.push_back(axis + " [" + instrument.unit + "]");
+    }
+  }
+  for (const std::string& axis : instrument.axes) {
+    head.push_back("residual " + axis);
+  }
+  head.emplace_back("state");
+  const std::set<int> named = suspects(calibration);
+  std::map<int, Eigen::Index> row_of_run;
+  for (std::size_t i = 0; observations != nullptr && i < observations->readings.size(); ++i) {
+    row_of_run[observations->readings[i].run] = static_cast<Eigen::Index>(i);
+  }
+  const std::vector<ReadingResidual>& all = calibration.residuals;
+  const std::vector<bool> in_cube = readings_of_cube(calibration);
+  std::vector<std::string> rows;
+  std::size_t seat = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto found = row_of_run.find(all[i].run);
+    const Eigen::Index row = found == row_of_run.end() ? -1 : found->second;
+    std::optional<std::size_t> button;
+    if (in_cube[i]) {
+      button = seat++;
+    }
+    rows.push_back(
+        reading_row(calibration, all[i], observations, row, named.contains(all[i].run), button));
+  }
+  constexpr std::size_t most_bytes = 1U << 20U;
+  std::size_t bytes = 0;
+  std::vector<std::size_t> listed;
+  for (const std::size_t i : by_importance(calibration, named, in_cube)) {
+    bytes += rows[i].size();
+    if (bytes > most_bytes) {
+      break;
+    }
+    listed.push_back(i);
+  }
+  std::sort(listed.begin(), listed.end());
+  std::vector<std::string> shown;
+  for (const std::size_t i : listed) {
+    shown.push_back(std::move(rows[i]));
+  }
+  const std::string remark =
+      shown.size() < all.size()
+          ? paragraph(std::to_string(shown.size()) + " of " + std::to_string(all.size()) +
+                      " readings are listed: those that are named above and those with the largest "
+                      "residuals. All are in the record.")
+          : "";
+  return remark + paged_table("Readings", head, shown);
+}
+
+}  // namespace
+
+Json cube_json(const Calibration& calibration) {
+  const Positioner cube;
+  const std::vector<bool> in_cube = readings_of_cube(calibration);
+  Json readings = Json::array();
+  for (std::size_t i = 0; i < calibration.residuals.size(); ++i) {
+    const ReadingResidual& residual = calibration.residuals[i];
+    if (!in_cube[i]) {
+      continue;
+    }
+    const Eigen::Matrix3d R = cube.rotation_table_from_positioner(*residual.point);
+    Json rotation = Json::array();
+    for (Eigen::Index row = 0; row < 3; ++row) {
+      rotation.push_back({R(row, 0), R(row, 1), R(row, 2)});
+    }
+    readings.push_back(
+        {{"text", words_of(calibration, residual)}, {"rotation_table_from_positioner", rotation}});
+  }
+  Json json = {{"readings", readings}, {"field_in_table", nullptr}};
+  if (calibration.field.in_table) {
+    const Eigen::Vector3d& f = *calibration.field.in_table;
+    json["field_in_table"] = {f.x(), f.y(), f.z()};
+  }
+  return json;
+}
+
+std::string cube_section(const Calibration& calibration, const Observations* observations) {
+  if (calibration.residuals.empty()) {
+    return "";
+  }
+  std::string html;
+  std::set<std::string> drawn;
+  std::string seats;
+  for (const ReadingResidual& residual : calibration.residuals) {
+    if (residual.point) {
+      const std::string key = std::string(face_name(residual.point->rest())) +
+                              std::string(face_name(residual.point->fence()));
+      if (drawn.insert(key).second) {
+        seats += "<li>" + seat_svg(*residual.point) + "<p>" +
+                 escaped(words_of(calibration, residual)) + "</p></li>";
+      }
+    }
+  }
+  if (!seats.empty()) {
+    html +=
+        "<div id=\"cube\"><div id=\"cube-view\"></div><div id=\"cube-buttons\"><button "
+        "type=\"button\" id=\"cube-back\">Back</button><button type=\"button\" "
+        "id=\"cube-next\">Next</button><span id=\"cube-reading\" aria-live=\"polite\"></span>"
+        "</div><ul class=\"seats\">" +
+        seats + "</ul></div>\n";
+  }
+  return html + readings_table(calibration, observations);
+}
+
+}  // namespace axiscal

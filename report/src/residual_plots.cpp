@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "report_plots.hpp"
+
+namespace axiscal {
+namespace {
+
+const std::string& axis_name(const Calibration& calibration, Eigen::Index k) {
+  return calibration.instrument.axes[static_cast<std::size_t>(k)];
+}
+
+// One series of points for each axis: `x_of` gives nothing for a reading that is left out.
+template <typename XOf>
+std::vector<PlotSeries> series_by_axis(const Calibration& calibration, const XOf& x_of) {
+  std::vector<PlotSeries> all;
+  for (Eigen::Index k = 0; k < calibration.instrument.axis_count(); ++k) {
+    PlotSeries series{.name = axis_name(calibration, k)};
+    for (const ReadingResidual& residual : calibration.residuals) {
+      const std::optional<double> x = x_of(residual);
+      if (residual.used && x && k < residual.response.size()) {
+        series.x.push_back(*x);
+        series.y.push_back(residual.response(k));
+      }
+    }
+    all.push_back(std::move(series));
+  }
+  return all;
+}
+
+bool has_points(const std::vector<PlotSeries>& series) {
+  return std::any_of(series.begin(), series.end(),
+                     [](const PlotSeries& one) { return !one.x.empty(); });
+}
+
+Plot by_face(const Calibration& calibration, const std::string& label) {
+  Plot plot{.id = "residuals-by-face",
+            .title = "Residuals by the face on the table",
+            .alternative =
+                "Residuals of each axis for each of the six faces; a face that lies to "
+                "one side in all axes points to its feet",
+            .x_label = "face on the table",
+            .y_label = label};
+  std::vector<std::string> names;
+  for (const Face face : all_faces) {
+    names.emplace_back(face_name(face));
+  }
+  plot.x_names = names;
+  plot.series = series_by_axis(calibration, [](const ReadingResidual& r) -> std::optional<double> {
+    if (!r.point) {
+      return std::nullopt;
+    }
+    const auto at = std::find(all_faces.begin(), all_faces.end(), r.point->rest());
+    return static_cast<double>(at - all_faces.begin());
+  });
+  return plot;
+}
+
+// Blom's positions of a sorted sample on the normal scale.
+Plot normal_plot(const Calibration& calibration) {
+  Plot plot{.id = "residuals-normal",
+            .title = "Normal plot of the residuals",
+            .alternative =
+                "Sorted residuals over their standard deviation against what normal "
+                "noise would give; they should lie along the line",
+            .x_label = "normal quantile",
+            .y_label = "residual / standard deviation"};
+  double reach = 0.0;
+  for (PlotSeries& series : series_by_axis(
+           calibration, [](const ReadingResidual&) { return std::optional<double>(0.0); })) {
+    std::sort(series.y.begin(), series.y.end());
+    const auto n = static_cast<double>(series.y.size());
+    double squares = 0.0;
+    for (const double value : series.y) {
+      squares += value * value;
+    }
+    const double sd = std::sqrt(squares / std::max(1.0, n));
+    for (std::size_t i = 0; i < series.y.size(); ++i) {
+      series.x[i] = normal_quantile((static_cast<double>(i) + 1.0 - 0.375) / (n + 0.25));
+      series.y[i] /= sd > 0.0 ? sd : 1.0;
+      reach = std::max(reach, std::abs(series.x[i]));
+    }
+    plot.series.push_back(std::move(series));
+  }
+  plot.series.push_back(
+      {.name = "normal", .line = true, .x = {-reach, reach}, .y = {-reach, reach}});
+  return plot;
+}
+
+// How many parameters an axis's regression has: the sum of its leverages, the mean over the axes.
+double parameters_of_axis(const std::vector<RegressionRow>& rows) {
+  double sum = 0.0;
+  Eigen::Index axes = 0;
+  for (const RegressionRow& row : rows) {
+    axes = std::max(axes, row.leverage.size());
+    for (const double leverage : row.leverage) {
+      sum += std::isfinite(leverage) ? leverage : 0.0;
+    }
+  }
+  return axes > 0 ? sum / static_cast<double>(axes) : 0.0;
+}
+
+Plot leverage_plot(const Calibration& calibration) {
+  Plot plot{.id = "leverage",
+            .title = "Leverage and studentised residuals, with Cook's distances 0.5 and 1",
+            .alternative =
+                "Studentised residual of each regression row against its leverage; a "
+                "row beyond the curves alone moves the result",
+            .x_label = "leverage",
+            .y_label = "studentised residual"};
+  const std::vector<RegressionRow>& rows = calibration.statistics->rows;
+  double largest = 0.0;
+  for (Eigen::Index k = 0; k < calibration.instrument.axis_count(); ++k) {
+    PlotSeries series{.name = axis_name(calibration, k)};
+    for (const RegressionRow& row : rows) {
+      if (k < row.leverage.size() && std::isfinite(row.studentized(k))) {
+        series.x.push_back(row.leverage(k));
+        series.y.push_back(row.studentized(k));
+        largest = std::max(largest, row.leverage(k));
+      }
+    }
+    plot.series.push_back(std::move(series));
+  }
+  const double parameters = parameters_of_axis(rows);
+  const double nu = calibration.statistics->degrees_of_freedom.minCoeff();
+  for (const double distance : {0.5, 1.0}) {
+    PlotSeries curve{.name = "Cook's distance " + number_text(distance), .line = true};
+    for (const double side : {1.0, -1.0}) {
+      for (int i = 0; i <= 40; ++i) {
+        const double h = largest * (0.3 + 0.75 * i / 40.0);
+        if (h > 0.0 && h < 1.0) {
+          curve.x.push_back(h);
+          // Cook's distance is of the internally studentised residual r, t^2 = r^2 (nu - 1) / (nu -
+          // r^2); r^2 is below nu whatever t is.
+          const double r_squared = distance * parameters * (1.0 - h) / h;
+          curve.y.push_back(r_squared < nu
+                                ? side * std::sqrt(r_squared * (nu - 1.0) / (nu - r_squared))
+                                : std::nan(""));
+        }
+      }
+      curve.x.push_back(largest);
+      curve.y.push_back(std::nan(""));
+    }
+    plot.series.push_back(std::move(curve));
+  }
+  return plot;
+}
+
+}  // namespace
+
+std::vector<Plot> residual_plots(const Calibration& calibration, const Observations* observations) {
+  std::vector<Plot> plots;
+  const std::string label = "residual [" + calibration.instrument.unit + "]";
+  const auto add = [&](const std::string& id, const std::string& title, const std::string& words,
+                       const std::string& x_label, std::vector<PlotSeries> series) {
+    if (has_points(series)) {
+      plots.push_back({.id = id,
+                       .title = title,
+                       .alternative = words,
+                       .x_label = x_label,
+                       .y_label = label,
+                       .series = std::move(series)});
+    }
+  };
+  add("residuals-by-run", "Residuals by run",
+      "Residual of each reading in the order taken, one series for each axis", "run",
+      series_by_axis(calibration,
+                     [](const ReadingResidual& r) { return std::optional<double>(r.run); }));
+  if (plots.empty()) {
+    return plots;
+  }
+  Plot faces = by_face(calibration, label);
+  if (has_points(faces.series)) {
+    plots.push_back(std::move(faces));
+  }
+  if (observations != nullptr) {
+    std::map<int, double> time_of_run;
+    double first = std::numeric_limits<double>::infinity();
+    for (const Reading& reading : observations->readings) {
+      if (reading.time_s) {
+        time_of_run[reading.run] = *reading.time_s;
+        first = std::min(first, *reading.time_s);
+      }
+    }
+    add("residuals-by-time", "Residuals against time",
+        "Residual of each reading against the time at which it was taken",
+        "time since the first reading [s]",
+        series_by_axis(calibration, [&](const ReadingResidual& r) -> std::optional<double> {
+          const auto found = time_of_run.find(r.run);
+          return found == time_of_run.end() ? std::nullopt : std::optional(found->second - first);
+        }));
+  }
+  add("residuals-by-temperature", "Residuals against temperature",
+      "Residual of each reading against the sensor's temperature", "temperature",
+      series_by_axis(calibration, [](const ReadingResidual& r) { return r.temperature; }));
+  plots.push_back(normal_plot(calibration));
+  if (calibration.statistics && !calibration.statistics->rows.empty()) {
+    plots.push_back(leverage_plot(calibration));
+  }
+  return plots;
+}
+
+}  // namespace axiscal
