@@ -11,12 +11,11 @@
 
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/companion.hpp"
-#include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/magnitude_fit.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/positioner/positioner.hpp"
+#include "rest_turns.hpp"
 
 namespace axiscal {
 namespace {
@@ -95,166 +94,12 @@ std::vector<std::size_t> all_rests(const Segmentation& rests) {
   return all;
 }
 
-// The gyroscope's samples between rests. The log must outlive it.
-class TurnSource {
- public:
-  TurnSource(const RecordedLog& log, const ImuOptions& options, double rate_hz)
-      : rate_hz_(rate_hz) {
-    const auto finite = [](double v) { return std::isfinite(v); };
-    owned_.reserve(options.gyroscope.size());
-    for (const std::string& name : options.gyroscope) {
-      const std::vector<double>& x = log.samples[need_column(log.name, log.columns, name)];
-      if (std::all_of(x.begin(), x.end(), finite)) {
-        gyroscope_.emplace_back(x);
-      } else {
-        gyroscope_.emplace_back(owned_.emplace_back(filled(x)));
-      }
-    }
-    make_times(log, options.segment);
-  }
-
-  // The turns from rest to rest; those with missing samples are left out.
-  // @param between  which of the rests to go between, in their order.
-  std::vector<GyroscopeTurn> turns(const Segmentation& rests,
-                                   const std::vector<std::size_t>& between,
-                                   const Eigen::MatrixX3d& ups) {
-    std::vector<GyroscopeTurn> turns;
-    ends.clear();
-    left_out = 0;
-    for (std::size_t i = 0; i + 1 < between.size(); ++i) {
-      const StaticInterval& a = rests.intervals[between[i]];
-      const StaticInterval& b = rests.intervals[between[i + 1]];
-      const std::size_t first = a.end - 1;
-      const std::size_t count = b.first - first + 1;
-      if (!is_whole(first, count)) {
-        ++left_out;
-        continue;
-      }
-      GyroscopeTurn& turn = turns.emplace_back();
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        turn.readings[axis] = gyroscope_[axis].subspan(first, count);
-      }
-      turn.time_s = time_s_.subspan(first, count);
-      turn.up_before = ups.row(static_cast<Eigen::Index>(between[i])).transpose();
-      turn.up_after = ups.row(static_cast<Eigen::Index>(between[i + 1])).transpose();
-      ends.emplace_back(between[i], between[i + 1]);
-    }
-    return turns;
-  }
-
-  // Of the last call: rests before and after each turn, and how many turns were left out.
-  std::vector<std::pair<std::size_t, std::size_t>> ends;
-  std::size_t left_out = 0;
-
- private:
-  // A few missing samples in a row, a tenth of a second, are bridged by a line.
-  [[nodiscard]] std::vector<double> filled(std::vector<double> x) const {
-    const auto longest = static_cast<std::size_t>(0.1 * rate_hz_) + 1;
-    for (std::size_t i = 1; i < x.size(); ++i) {
-      if (std::isfinite(x[i])) {
-        continue;
-      }
-      std::size_t end = i;
-      while (end < x.size() && !std::isfinite(x[end])) {
-        ++end;
-      }
-      if (end < x.size() && end - i <= longest && std::isfinite(x[i - 1])) {
-        const double step = (x[end] - x[i - 1]) / static_cast<double>(end - i + 1);
-        for (std::size_t k = i; k < end; ++k) {
-          x[k] = x[k - 1] + step;
-        }
-      }
-      i = end;
-    }
-    return x;
-  }
-
-  void make_times(const RecordedLog& log, const SegmentOptions& options) {
-    const std::optional<TimeColumn> column =
-        options.rate_hz ? std::nullopt : find_time_column(log.name, log.columns, options.time);
-    const double seconds =
-        column ? settle_time_unit(log.name, *column, log.samples[column->position]).seconds : 1.0;
-    if (column && seconds == 1.0) {
-      time_s_ = log.samples[column->position];
-      return;
-    }
-    owned_times_.resize(log.samples.front().size());
-    for (std::size_t i = 0; i < owned_times_.size(); ++i) {
-      owned_times_[i] =
-          column ? log.samples[column->position][i] * seconds : static_cast<double>(i) / rate_hz_;
-    }
-    time_s_ = owned_times_;
-  }
-
-  [[nodiscard]] bool is_whole(std::size_t first, std::size_t count) const {
-    const double longest_step = std::max(5.0 / rate_hz_, 0.1);
-    for (std::size_t i = first; i < first + count; ++i) {
-      for (const std::span<const double> axis : gyroscope_) {
-        if (!std::isfinite(axis[i])) {
-          return false;
-        }
-      }
-      const double step = i > first ? time_s_[i] - time_s_[i - 1] : 0.0;
-      if (!(step >= 0.0 && step <= longest_step)) {
-        return false;
-      }
-    }
-    return true;
-  }
-
-  double rate_hz_;
-  std::vector<std::span<const double>> gyroscope_;  // the log's columns, where nothing is missing
-  std::span<const double> time_s_;
-  std::vector<std::vector<double>> owned_;
-  std::vector<double> owned_times_;
-};
-
-// What the rests say of the gyroscope: bias, and its change with gravity.
-struct RestFit {
-  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d bias_covariance = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d sd = Eigen::Vector3d::Zero();  // standard deviation of a rest's mean
-  std::optional<Eigen::Matrix3d> g_sensitivity, g_sensitivity_se;
-  Eigen::Vector3d p_value = Eigen::Vector3d::Ones();  // that an axis has none
-};
-
-RestFit fit_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& ups) {
-  RestFit fit;
-  const auto n = static_cast<double>(means.rows());
-  fit.bias = means.colwise().mean().transpose();
-  for (int k = 0; k < 3; ++k) {
-    const double rss = (means.col(k).array() - fit.bias(k)).square().sum();
-    fit.sd(k) = n > 1.0 ? std::sqrt(rss / (n - 1.0)) : 0.0;
-    fit.bias_covariance(k, k) = fit.sd(k) * fit.sd(k) / n;
-  }
-  if (means.rows() < 8) {
-    return fit;
-  }
-  Eigen::MatrixXd X(means.rows(), 4);
-  X << Eigen::VectorXd::Ones(means.rows()), ups;
-  if (!undetermined_columns(X).empty()) {
-    return fit;
-  }
-  const LeastSquaresDesign design(X);
-  fit.g_sensitivity.emplace();
-  fit.g_sensitivity_se.emplace();
-  for (int k = 0; k < 3; ++k) {
-    const LeastSquaresFit axis = design.fit(means.col(k));
-    fit.g_sensitivity->row(k) = axis.estimate.tail<3>().transpose();
-    fit.g_sensitivity_se->row(k) = axis.covariance.diagonal().tail<3>().cwiseSqrt().transpose();
-    const double explained = fit.sd(k) * fit.sd(k) * (n - 1.0) - axis.residuals.squaredNorm();
-    fit.p_value(k) = f_upper_p(
-        std::max(0.0, explained) / 3.0 / (axis.residual_sd * axis.residual_sd), 3.0, n - 4.0);
-  }
-  return fit;
-}
-
 // How well the rests of one threshold serve: the scatter of the fit by the root of its degrees of
 // freedom, as it goes into standard errors. Of gravity's magnitude; with a gyroscope, of the
 // attitudes after the turns, which feel what moves in a rest much sooner.
 double scatter_of(const Segmentation& rests,
                   const ImuOptions& options,
-                  TurnSource& source,
+                  RestTurns& source,
                   TurnFitOptions& turn_options) {
   const Eigen::MatrixX3d means = means_of(rests, options.accelerometer);
   const MagnitudeFit fit = fit_magnitude(means, 1.0, options.experiment.shape);
@@ -286,7 +131,7 @@ std::size_t best_by_scatter(const RecordedLog& log,
   }
   constexpr std::size_t most = 6;  // neighbours hardly differ
   const std::size_t step = 1 + candidates.size() / most;
-  TurnSource source(log, options, rests.rate_hz);
+  RestTurns source(log, options, rests.rate_hz);
   TurnFitOptions turn_options = options.turns;
   turn_options.tolerance = 1e-4;
   const auto scatter_at = [&](std::size_t set) {
@@ -432,7 +277,7 @@ class ImuCalibrator {
         between.push_back(rest);
       }
     }
-    TurnSource source(log_, options_, result_.rests.rate_hz);
+    RestTurns source(log_, options_, result_.rests.rate_hz);
     std::vector<GyroscopeTurn> turns = source.turns(result_.rests, between, ups);
     if (result_.seats) {
       const Positioner& cube = options_.experiment.positioner;
@@ -533,7 +378,7 @@ SeatLabels recognise_seats(const RecordedLog& log,
           : "; the first one is taken as the standard design's, so that the slope's x and y "
             "are known up to a turn of the whole table (state its fence face)";
   if (!options.gyroscope.empty()) {
-    TurnSource source(log, options, rests.rate_hz);
+    RestTurns source(log, options, rests.rate_hz);
     const std::vector<GyroscopeTurn> turns = source.turns(rests, all_rests(rests), ups);
     if (source.left_out == 0) {
       const RestFit still = fit_rests(means_of(rests, options.gyroscope), ups);

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rest_turns.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/least_squares.hpp"
+
+namespace axiscal {
+
+RestTurns::RestTurns(const RecordedLog& log, const ImuOptions& options, double rate_hz)
+    : rate_hz_(rate_hz) {
+  const auto finite = [](double v) { return std::isfinite(v); };
+  owned_.reserve(options.gyroscope.size());
+  for (const std::string& name : options.gyroscope) {
+    const std::vector<double>& x = log.samples[need_column(log.name, log.columns, name)];
+    if (std::all_of(x.begin(), x.end(), finite)) {
+      gyroscope_.emplace_back(x);
+    } else {
+      gyroscope_.emplace_back(owned_.emplace_back(filled(x)));
+    }
+  }
+  make_times(log, options.segment);
+}
+
+std::vector<GyroscopeTurn> RestTurns::turns(const Segmentation& rests,
+                                            const std::vector<std::size_t>& between,
+                                            const Eigen::MatrixX3d& ups) {
+  std::vector<GyroscopeTurn> turns;
+  ends.clear();
+  left_out = 0;
+  for (std::size_t i = 0; i + 1 < between.size(); ++i) {
+    const StaticInterval& a = rests.intervals[between[i]];
+    const StaticInterval& b = rests.intervals[between[i + 1]];
+    const std::size_t first = a.end - 1;
+    const std::size_t count = b.first - first + 1;
+    if (!is_whole(first, count)) {
+      ++left_out;
+      continue;
+    }
+    GyroscopeTurn& turn = turns.emplace_back();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      turn.readings[axis] = gyroscope_[axis].subspan(first, count);
+    }
+    turn.time_s = time_s_.subspan(first, count);
+    turn.up_before = ups.row(static_cast<Eigen::Index>(between[i])).transpose();
+    turn.up_after = ups.row(static_cast<Eigen::Index>(between[i + 1])).transpose();
+    ends.emplace_back(between[i], between[i + 1]);
+  }
+  return turns;
+}
+
+std::vector<double> RestTurns::filled(std::vector<double> x) const {
+  const auto longest = static_cast<std::size_t>(0.1 * rate_hz_) + 1;
+  for (std::size_t i = 1; i < x.size(); ++i) {
+    if (std::isfinite(x[i])) {
+      continue;
+    }
+    std::size_t end = i;
+    while (end < x.size() && !std::isfinite(x[end])) {
+      ++end;
+    }
+    if (end < x.size() && end - i <= longest && std::isfinite(x[i - 1])) {
+      const double step = (x[end] - x[i - 1]) / static_cast<double>(end - i + 1);
+      for (std::size_t k = i; k < end; ++k) {
+        x[k] = x[k - 1] + step;
+      }
+    }
+    i = end;
+  }
+  return x;
+}
+
+void RestTurns::make_times(const RecordedLog& log, const SegmentOptions& options) {
+  const std::optional<TimeColumn> column =
+      options.rate_hz ? std::nullopt : find_time_column(log.name, log.columns, options.time);
+  const double seconds =
+      column ? settle_time_unit(log.name, *column, log.samples[column->position]).seconds : 1.0;
+  if (column && seconds == 1.0) {
+    time_s_ = log.samples[column->position];
+    return;
+  }
+  owned_times_.resize(log.samples.front().size());
+  for (std::size_t i = 0; i < owned_times_.size(); ++i) {
+    owned_times_[i] =
+        column ? log.samples[column->position][i] * seconds : static_cast<double>(i) / rate_hz_;
+  }
+  time_s_ = owned_times_;
+}
+
+bool RestTurns::is_whole(std::size_t first, std::size_t count) const {
+  const double longest_step = std::max(5.0 / rate_hz_, 0.1);
+  for (std::size_t i = first; i < first + count; ++i) {
+    for (const std::span<const double> axis : gyroscope_) {
+      if (!std::isfinite(axis[i])) {
+        return false;
+      }
+    }
+    const double step = i > first ? time_s_[i] - time_s_[i - 1] : 0.0;
+    if (!(step >= 0.0 && step <= longest_step)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+RestFit fit_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& ups) {
+  RestFit fit;
+  const auto n = static_cast<double>(means.rows());
+  fit.bias = means.colwise().mean().transpose();
+  for (int k = 0; k < 3; ++k) {
+    const double rss = (means.col(k).array() - fit.bias(k)).square().sum();
+    fit.sd(k) = n > 1.0 ? std::sqrt(rss / (n - 1.0)) : 0.0;
+    fit.bias_covariance(k, k) = fit.sd(k) * fit.sd(k) / n;
+  }
+  if (means.rows() < 8) {
+    return fit;
+  }
+  Eigen::MatrixXd X(means.rows(), 4);
+  X << Eigen::VectorXd::Ones(means.rows()), ups;
+  if (!undetermined_columns(X).empty()) {
+    return fit;
+  }
+  const LeastSquaresDesign design(X);
+  fit.g_sensitivity.emplace();
+  fit.g_sensitivity_se.emplace();
+  for (int k = 0; k < 3; ++k) {
+    const LeastSquaresFit axis = design.fit(means.col(k));
+    fit.g_sensitivity->row(k) = axis.estimate.tail<3>().transpose();
+    fit.g_sensitivity_se->row(k) = axis.covariance.diagonal().tail<3>().cwiseSqrt().transpose();
+    const double explained = fit.sd(k) * fit.sd(k) * (n - 1.0) - axis.residuals.squaredNorm();
+    fit.p_value(k) = f_upper_p(
+        std::max(0.0, explained) / 3.0 / (axis.residual_sd * axis.residual_sd), 3.0, n - 4.0);
+  }
+  return fit;
+}
+
+}  // namespace axiscal
