@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <filesystem>
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include "axiscal/acquisition/journal.hpp"
@@ -17,6 +16,7 @@
 #include "axiscal/acquisition/web_face.hpp"
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -53,12 +53,12 @@ int list_sources(const AcquireCommand& command) {
   std::string text =
       found.empty() ? "Nothing is connected that announces itself.\n" : "Connected\n";
   for (const FoundSource& one : found) {
-    text += fmt::format("  {}\n      {}\n", one.address, one.description);
+    text += formatted("  {}\n      {}\n", one.address, one.description);
   }
   text += "\nKinds of sources (--connect)\n";
   for (const SourceKind& kind : source_kinds()) {
-    text += fmt::format("  {}{}\n      {}\n", kind.address,
-                        kind.available ? "" : "  (not in this build)", kind.help);
+    text += formatted("  {}{}\n      {}\n", kind.address,
+                      kind.available ? "" : "  (not in this build)", kind.help);
   }
   write_whole_file("-", text);
   return 0;
@@ -72,8 +72,8 @@ Experiment experiment_for(const AcquireCommand& command) {
   ExperimentOptions options = command.experiment;
   if (!options.files.empty() && !options.files.front().ends_with(".json")) {
     throw UsageError(
-        "acquire: '" + options.files.front() +
-        "' is no experiment (.json); a recording is --connect file:" + options.files.front());
+        formatted("acquire: '{}' is no experiment (.json); a recording is --connect file:{}",
+                  options.files.front(), options.files.front()));
   }
   if (is_simulated(command) && options.files.empty()) {
     options.instrument = options.instrument.value_or("accelerometer");
@@ -111,7 +111,7 @@ void set_noise(const AcquireCommand& command, const Instrument& instrument, Sess
     const auto column = std::find_if(noise.columns.begin(), noise.columns.end(),
                                      [&](const ColumnNoise& one) { return one.name == axis; });
     if (column == noise.columns.end()) {
-      throw DataError(*command.noise, "has no column '" + axis + "'");
+      throw DataError(*command.noise, formatted("has no column '{}'", axis));
     }
     setup.stillness.noise_sd(k) =
         column->model.coefficient(NoiseKind::white) * std::sqrt(noise.rate_hz);
@@ -211,8 +211,10 @@ AcquireCommand resumed_command(const AcquireCommand& now, const SessionHeader& h
   command.unattended = now.unattended;
   command.raw = now.raw || command.raw;
   if (std::filesystem::path(header.directory) != std::filesystem::current_path()) {
-    throw UsageError("--resume: the session was begun in '" + header.directory +
-                     "', and its files are named from there: go there first");
+    throw UsageError(
+        formatted("--resume: the session was begun in '{}', and its files are named from there: go "
+                  "there first",
+                  header.directory));
   }
   return command;
 }
@@ -225,8 +227,8 @@ bool reads_standard_input(const AcquireCommand& command) {
 
 std::string title_of(const SessionSetup& setup) {
   const Instrument& instrument = setup.experiment.instrument;
-  return "axiscal acquire: " + instrument.kind +
-         (instrument.serial.empty() ? "" : " " + instrument.serial);
+  return formatted("axiscal acquire: {}{}", instrument.kind,
+                   instrument.serial.empty() ? "" : " " + instrument.serial);
 }
 
 // A port that somebody else may have: 1 to 65535.
@@ -292,8 +294,9 @@ Calibration write_files(const SessionSetup& setup, const Session& session, const
   write_whole_file(outputs.observations,
                    observations_csv(observations, setup.experiment.instrument.axes));
   if (!session.calibration()) {
-    throw RefusedError("the readings are in " + outputs.observations +
-                       ", but no calibration follows from them; calibrate says why");
+    throw RefusedError(formatted(
+        "the readings are in {}, but no calibration follows from them; calibrate says why",
+        outputs.observations));
   }
   Calibration calibration = *session.calibration();
   calibration.inputs = {
@@ -321,9 +324,9 @@ void print_result(const AcquireCommand& command,
                         {"journal", outputs.journal}};
     print_result_text(files.dump() + "\n");
   } else {
-    print_result_text("\n" + summary_text(calibration) + "\nreadings: " + outputs.observations +
-                      "\nrecord: " + outputs.record + "\nreport: " + outputs.report +
-                      "\njournal: " + outputs.journal + "\n");
+    print_result_text(formatted("\n{}\nreadings: {}\nrecord: {}\nreport: {}\njournal: {}\n",
+                                summary_text(calibration), outputs.observations, outputs.record,
+                                outputs.report, outputs.journal));
   }
   for (const CalibrationWarning& warning : calibration.warnings) {
     print_remark("warning", warning.message);
@@ -342,8 +345,10 @@ void check_outputs(const Outputs& outputs) {
     forbid_replacing_input(output);
     std::filesystem::path file = std::filesystem::weakly_canonical(output);
     if (std::find(files.begin(), files.end(), file) != files.end()) {
-      throw UsageError("acquire: journal, readings, record and report need files of their own; '" +
-                       output + "' would be two of them");
+      throw UsageError(
+          formatted("acquire: journal, readings, record and report need files of their own; '{}' "
+                    "would be two of them",
+                    output));
     }
     files.push_back(std::move(file));
   }
@@ -391,8 +396,9 @@ int run_guided(AcquireCommand command) {
     }
   }
   if (!calibration) {
-    throw RefusedError("stopped with " + std::to_string(session.readings().size()) +
-                       " readings; go on with: axiscal acquire --resume " + outputs.journal);
+    throw RefusedError(
+        formatted("stopped with {} readings; go on with: axiscal acquire --resume {}",
+                  session.readings().size(), outputs.journal));
   }
   print_result(command, *calibration, outputs);
   return calibration->status == CalibrationStatus::refused ? 1 : 0;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "typed_values.hpp"
 
@@ -15,8 +16,8 @@ void set_adjusters(const std::optional<std::string>& adjusters,
     surface.adjusters_m.clear();
     for (const std::string_view pair : split(*adjusters, ';')) {
       if (std::count(pair.begin(), pair.end(), ',') != 1) {
-        throw UsageError("--adjusters: '" + *adjusters +
-                         "' must be positions in metres, \"X,Y;X,Y;X,Y\"");
+        throw UsageError(formatted("--adjusters: '{}' must be positions in metres, \"X,Y;X,Y;X,Y\"",
+                                   *adjusters));
       }
       const std::vector<double> xy = numbers_of("--adjusters", std::string(pair), 2);
       surface.adjusters_m.emplace_back(xy[0], xy[1]);

@@ -4,6 +4,7 @@
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/reduction_csv.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
@@ -140,9 +141,10 @@ std::optional<Calibration> attitude_of(const ApplyCommand& command,
                                        const Calibration& calibration) {
   if (!command.attitude) {
     if (!calibration.also.empty()) {
-      throw UsageError("the record answers to " + calibration.also.front().kind +
-                       " too: give the record of an instrument of that field whose axes are in the "
-                       "same file, --attitude RECORD");
+      throw UsageError(
+          formatted("the record answers to {} too: give the record of an instrument of that field "
+                    "whose axes are in the same file, --attitude RECORD",
+                    calibration.also.front().kind));
     }
     if (command.declination) {
       throw UsageError("--declination: a heading needs --attitude RECORD, an accelerometer's");

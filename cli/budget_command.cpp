@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
-#include <fmt/format.h>
-
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/intrinsic.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
@@ -66,9 +65,9 @@ Json json_of(const CombinedUncertainty& uncertainty, const std::vector<std::stri
 
 std::string header(const std::vector<std::string>& sources) {
   std::string text =
-      fmt::format("  {:<20}{:>14}{:>11}{:>7}{:>6}{:>11}", "", "value", "u", "dof", "k", "U (95 %)");
+      formatted("  {:<20}{:>14}{:>11}{:>7}{:>6}{:>11}", "", "value", "u", "dof", "k", "U (95 %)");
   for (const std::string& source : sources) {
-    text += fmt::format("{:>{}}", source, std::max<std::size_t>(source.size() + 2, 11));
+    text += formatted("{:>{}}", source, std::max<std::size_t>(source.size() + 2, 11));
   }
   return text + "\n";
 }
@@ -78,12 +77,12 @@ std::string line(const std::string& name,
                  const CombinedUncertainty& uncertainty,
                  const std::vector<std::string>& sources) {
   const double dof = uncertainty.degrees_of_freedom;
-  std::string text = fmt::format("  {:<20}{:>14.7g}{:>11.2g}{:>7}{:>6.2f}{:>11.2g}", name, value,
-                                 uncertainty.u, dof < 1e4 ? fmt::format("{:.1f}", dof) : "inf",
-                                 uncertainty.coverage_factor, uncertainty.expanded);
+  std::string text = formatted("  {:<20}{:>14.7g}{:>11.2g}{:>7}{:>6.2f}{:>11.2g}", name, value,
+                               uncertainty.u, dof < 1e4 ? formatted("{:.1f}", dof) : "inf",
+                               uncertainty.coverage_factor, uncertainty.expanded);
   for (std::size_t s = 0; s < sources.size(); ++s) {
-    text += fmt::format("{:>{}.2g}", uncertainty.by_source[s],
-                        std::max<std::size_t>(sources[s].size() + 2, 11));
+    text += formatted("{:>{}.2g}", uncertainty.by_source[s],
+                      std::max<std::size_t>(sources[s].size() + 2, 11));
   }
   return text + "\n";
 }
@@ -112,14 +111,13 @@ void show_sources(const Calibration& calibration, Shown& shown) {
                  {"distribution", source.distribution},
                  {"input_u", source.input_u},
                  {"input_unit", source.input_unit}};
-    shown.text +=
-        fmt::format("  {:<18} type {}, {}", source.name, source.type, source.distribution);
+    shown.text += formatted("  {:<18} type {}, {}", source.name, source.type, source.distribution);
     if (source.covariance.size() > 0 && source.input_u > 0.0) {
       // Sensitivity coefficients: contribution over input.
       const Eigen::VectorXd c = source.covariance.diagonal().cwiseSqrt() / source.input_u;
       json["sensitivity_coefficients"] = json_from(c);
-      shown.text += fmt::format(", u {:.3g} {}, sensitivity coefficients up to {:.3g}",
-                                source.input_u, source.input_unit, c.maxCoeff());
+      shown.text += formatted(", u {:.3g} {}, sensitivity coefficients up to {:.3g}",
+                              source.input_u, source.input_unit, c.maxCoeff());
     }
     shown.text += "\n";
     shown.json["sources"].push_back(std::move(json));
@@ -173,8 +171,8 @@ void show_attitude(const Calibration& calibration,
       const Advice advice = advice_to_halve(quantity.uncertainty, budget.sources,
                                             calibration.statistics->observations);
       if (!advice.source.empty()) {
-        shown.text += fmt::format("  {}: {:.0f} % of the variance is '{}'; {}\n", quantity.name,
-                                  100.0 * advice.share, advice.source, advice.text);
+        shown.text += formatted("  {}: {:.0f} % of the variance is '{}'; {}\n", quantity.name,
+                                100.0 * advice.share, advice.source, advice.text);
       }
     }
   }
@@ -189,13 +187,13 @@ void show_monte_carlo(const Calibration& calibration,
   const std::vector<MonteCarloCheck> checks = check_by_monte_carlo(
       calibration, asked.reduction, asked.noise, field, trials, seed, asked.temperature);
   shown.text +=
-      fmt::format("\nMonte Carlo, {} trials: 95 % of the errors\n  {:<20}{:>12}{:>12}{:>12}\n",
-                  trials, "", "from", "to", "linear +-");
+      formatted("\nMonte Carlo, {} trials: 95 % of the errors\n  {:<20}{:>12}{:>12}{:>12}\n",
+                trials, "", "from", "to", "linear +-");
   shown.json["monte_carlo"] = Json::array();
   for (const MonteCarloCheck& check : checks) {
-    shown.text += fmt::format("  {:<20}{:>12.3g}{:>12.3g}{:>12.3g}{}\n", check.name, check.low_95,
-                              check.high_95, check.linear_expanded,
-                              check.agrees ? "" : "  differs: trust the trials here");
+    shown.text += formatted("  {:<20}{:>12.3g}{:>12.3g}{:>12.3g}{}\n", check.name, check.low_95,
+                            check.high_95, check.linear_expanded,
+                            check.agrees ? "" : "  differs: trust the trials here");
     shown.json["monte_carlo"].push_back({{"name", check.name},
                                          {"mean_error", check.mean_error},
                                          {"sd", check.sd},
@@ -211,16 +209,16 @@ void show_monte_carlo(const Calibration& calibration,
 void show_map(const Calibration& calibration, const Asked& asked, double step_deg, Shown& shown) {
   std::string pitch_text = "\nU (95 %) of pitch [deg]; pitch down, roll across\n";
   std::string roll_text = "\nU (95 %) of roll, near +-90 degrees of pitch of yaw [deg]\n";
-  std::string head = fmt::format("  {:>6}", "");
+  std::string head = formatted("  {:>6}", "");
   for (double roll = -180.0; roll < 180.0 - 1e-9; roll += step_deg) {
-    head += fmt::format("{:>9.0f}", roll);
+    head += formatted("{:>9.0f}", roll);
   }
   pitch_text += head + "\n";
   roll_text += head + "\n";
   shown.json["map"] = Json::array();
   for (double pitch = -90.0; pitch <= 90.0 + 1e-9; pitch += step_deg) {
-    pitch_text += fmt::format("  {:>6.0f}", pitch);
-    roll_text += fmt::format("  {:>6.0f}", pitch);
+    pitch_text += formatted("  {:>6.0f}", pitch);
+    roll_text += formatted("  {:>6.0f}", pitch);
     for (double roll = -180.0; roll < 180.0 - 1e-9; roll += step_deg) {
       const AttitudeBudget budget =
           attitude_budget(calibration, asked.reduction, asked.noise,
@@ -230,9 +228,9 @@ void show_map(const Calibration& calibration, const Asked& asked, double step_de
       for (const AttitudeQuantity& quantity : budget.quantities) {
         one["expanded_95"][quantity.name] = quantity.uncertainty.expanded;
         if (quantity.name == "pitch_deg") {
-          pitch_text += fmt::format("{:>9.2g}", quantity.uncertainty.expanded);
+          pitch_text += formatted("{:>9.2g}", quantity.uncertainty.expanded);
         } else if (quantity.name == "roll_deg" || quantity.name == "yaw_deg") {
-          roll_text += fmt::format("{:>9.2g}", quantity.uncertainty.expanded);
+          roll_text += formatted("{:>9.2g}", quantity.uncertainty.expanded);
         }
       }
       shown.json["map"].push_back(std::move(one));

@@ -6,14 +6,13 @@
 #include <filesystem>
 #include <set>
 
-#include <fmt/format.h>
-
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/companion.hpp"
 #include "axiscal/calib/limits.hpp"
 #include "axiscal/calib/reduction_csv.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/csv_reader.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
@@ -74,11 +73,10 @@ void put_name(std::string& path,
     return;
   }
   if (name.empty()) {
-    throw UsageError("-o: '" + pattern + "' holds " + std::string(place) +
-                     ", but none is stated, " + how);
+    throw UsageError(formatted("-o: '{}' holds {}, but none is stated, {}", pattern, place, how));
   }
   if (name.find('/') != std::string::npos) {
-    throw UsageError("-o: '" + name + "' cannot be part of a file's name");
+    throw UsageError(formatted("-o: '{}' cannot be part of a file's name", name));
   }
   path.replace(at, place.size(), name);
 }
@@ -96,8 +94,9 @@ std::string output_for(const std::string& pattern,
 // What would be refused when it is written is refused before the work.
 void check_output(const std::string& output, const Experiment& experiment, const RunReadings& run) {
   if (run.slots.size() > 1 && output != "-" && output.find(slot_place) == std::string::npos) {
-    throw UsageError("-o: the run has " + std::to_string(run.slots.size()) +
-                     " slots, one record each; the file's name must hold {slot}");
+    throw UsageError(
+        formatted("-o: the run has {} slots, one record each; the file's name must hold {{slot}}",
+                  run.slots.size()));
   }
   const std::vector<std::string> slots =
       run.slots.empty() ? std::vector<std::string>{experiment.slot} : run.slots;
@@ -144,9 +143,9 @@ void align(const std::string& record,
 std::string verdict_line(const Calibration& calibration) {
   const Verdict& verdict = *calibration.verdict;
   const std::string& serial = calibration.instrument.serial;
-  return (serial.empty() ? std::string("unit") : serial) +
-         (verdict.passed ? ": pass" : ": fail: " + reason_of(verdict)) + " (rule " + verdict.rule +
-         (verdict.rule == "guarded" ? ", guard band U95)" : ")");
+  return formatted("{}{} (rule {}{}", serial.empty() ? std::string("unit") : serial,
+                   verdict.passed ? ": pass" : ": fail: " + reason_of(verdict), verdict.rule,
+                   verdict.rule == "guarded" ? ", guard band U95)" : ")");
 }
 
 void apply_limits(const std::optional<Limits>& limits,
@@ -189,7 +188,7 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
           output_for(*command.output, calibration.slot, calibration.instrument.serial);
       write_whole_file(path, calibration_json(calibration));
       outcome.stored_refused = outcome.stored_refused || refused;
-      outcome.text += "\nrecord: " + path + "\n";
+      outcome.text += formatted("\nrecord: {}\n", path);
     }
   }
   return outcome;
@@ -244,19 +243,19 @@ std::string table_of(const std::vector<Unit>& units) {
   }
   std::string text = "serial,result,reason";
   for (const std::string& parameter : parameters) {
-    text += "," + csv_cell(parameter) + "," + csv_cell("u_" + parameter);
+    text += formatted(",{},{}", csv_cell(parameter), csv_cell("u_" + parameter));
   }
   text += "\n";
   for (const Unit& unit : units) {
-    text += csv_cell(unit.serial) + "," + unit.result + "," + csv_cell(unit.reason);
+    text += formatted("{},{},{}", csv_cell(unit.serial), unit.result, csv_cell(unit.reason));
     std::vector<ParameterUncertainty> values;
     if (unit.calibration) {
       values = parameter_uncertainties(*unit.calibration);
     }
     for (std::size_t p = 0; p < parameters.size(); ++p) {
       const bool there = p < values.size();
-      text += "," + (there ? number_text(values[p].value) : "") + "," +
-              (there ? number_text(values[p].uncertainty.u) : "");
+      text += formatted(",{},{}", there ? number_text(values[p].value) : "",
+                        there ? number_text(values[p].uncertainty.u) : "");
     }
     text += "\n";
   }
@@ -268,14 +267,16 @@ std::string table_of(const std::vector<Unit>& units) {
 void check_outputs(const CalibrateCommand& command, const std::vector<RunReadings>& units) {
   if (command.output && units.size() > 1 &&
       command.output->find(serial_place) == std::string::npos) {
-    throw UsageError("-o: the readings are of " + std::to_string(units.size()) +
-                     " units, one record each; the file's name must hold {serial}");
+    throw UsageError(formatted(
+        "-o: the readings are of {} units, one record each; the file's name must hold {{serial}}",
+        units.size()));
   }
   std::set<std::filesystem::path> files;
   const auto add = [&](const std::string& path) {
     forbid_replacing_input(path);
     if (path != "-" && !files.insert(std::filesystem::weakly_canonical(path)).second) {
-      throw UsageError("'" + path + "' would be written twice: by -o and --table, or by two units");
+      throw UsageError(
+          formatted("'{}' would be written twice: by -o and --table, or by two units", path));
     }
   };
   if (command.table) {
@@ -322,11 +323,11 @@ int run_batch(const CalibrateCommand& command,
       }
     }
     good += unit.result == "pass" || unit.result == "ok" || unit.result == "warning" ? 1U : 0U;
-    text += (unit.serial.empty() ? std::string("(no serial)") : unit.serial) + ": " + unit.result +
-            (unit.reason.empty() ? "" : ": " + unit.reason) + "\n";
+    text += formatted("{}: {}{}\n", unit.serial.empty() ? std::string("(no serial)") : unit.serial,
+                      unit.result, unit.reason.empty() ? "" : ": " + unit.reason);
   }
-  text += fmt::format("yield: {} of {} units ({:.1f} %)\n", good, units.size(),
-                      100.0 * static_cast<double>(good) / static_cast<double>(units.size()));
+  text += formatted("yield: {} of {} units ({:.1f} %)\n", good, units.size(),
+                    100.0 * static_cast<double>(good) / static_cast<double>(units.size()));
   if (command.table && *command.table != "-") {
     write_whole_file(*command.table, table_of(units));
   }

@@ -7,11 +7,11 @@
 #include <utility>
 
 #include <Eigen/Geometry>
-#include <fmt/format.h>
 
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/characterize.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
@@ -72,7 +72,7 @@ std::vector<ReferenceFiles> reference_files(const CharacterizeCommand& command) 
   for (const std::string& text : command.references) {
     const std::size_t parting = text.find('=');
     if (parting == std::string::npos || parting == 0 || parting + 1 == text.size()) {
-      throw UsageError("--reference: '" + text + "' must be RECORD.json=OBS.csv");
+      throw UsageError(formatted("--reference: '{}' must be RECORD.json=OBS.csv", text));
     }
     files.push_back({.record = text.substr(0, parting), .observations = text.substr(parting + 1)});
     part_slot(files.back());
@@ -93,11 +93,12 @@ Observations own_readings(const ObservationsTable& table,
       return std::move(part.observations);
     }
   }
-  throw DataError(files.observations, "the columns are of slots " + joined(table.slots) +
-                                          ", but the record " + files.record +
-                                          (slot.empty() ? " states none" : " is of slot " + slot) +
-                                          "; say which one: --reference " + files.record + "=" +
-                                          files.observations + ":SLOT");
+  throw DataError(
+      files.observations,
+      formatted(
+          "the columns are of slots {}, but the record {}{}; say which one: --reference {}={}:SLOT",
+          joined(table.slots), files.record, slot.empty() ? " states none" : " is of slot " + slot,
+          files.record, files.observations));
 }
 
 std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
@@ -109,8 +110,9 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
     reference.calibration = read_calibration(files.record);
     // Two records of one serial number are one instrument, whatever the files are called.
     const std::string& serial = reference.calibration.instrument.serial;
-    reference.instrument = serial.empty() ? std::filesystem::weakly_canonical(files.record).string()
-                                          : reference.calibration.instrument.kind + " " + serial;
+    reference.instrument = serial.empty()
+                               ? std::filesystem::weakly_canonical(files.record).string()
+                               : formatted("{} {}", reference.calibration.instrument.kind, serial);
     const Calibration& record = reference.calibration;
     if (record.status == CalibrationStatus::refused) {
       throw RefusedError(files.record +
@@ -123,8 +125,9 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
     const std::string wanted = files.slot.empty() ? record.slot : files.slot;
     const std::string read = slots.empty() ? "" : slots.size() == 1 ? slots.front() : wanted;
     if (!readings.emplace(files.observations, read).second) {
-      throw UsageError("--reference: the readings " + files.observations +
-                       " are there twice; a refit needs readings of its own");
+      throw UsageError(formatted(
+          "--reference: the readings {} are there twice; a refit needs readings of its own",
+          files.observations));
     }
     reference.observations = own_readings(table.table, wanted, files);
     const std::string name = !read.empty()     ? read
@@ -134,7 +137,7 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
                                  : std::filesystem::path(files.record).stem().string();
     reference.slot = name;
     for (int number = 2; !names.insert(reference.slot).second; ++number) {
-      reference.slot = name + "#" + std::to_string(number);
+      reference.slot = formatted("{}#{}", name, number);
     }
     references.push_back(std::move(reference));
   }
@@ -142,57 +145,55 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
 }
 
 std::string micro(double radian) {
-  return std::isfinite(radian) ? fmt::format("{:.2f}", 1e6 * radian) : "-";
+  return std::isfinite(radian) ? formatted("{:.2f}", 1e6 * radian) : "-";
 }
 
 std::string p_text(double p) {
-  return std::isfinite(p) ? fmt::format("{:.2g}", p) : "-";
+  return std::isfinite(p) ? formatted("{:.2g}", p) : "-";
 }
 
 std::string text_of(const Characterization& result) {
   const Positioner& cube = result.positioner;
   const NormalCovariance& C = *cube.description().normal_covariance;
-  std::string text =
-      fmt::format("cube {}: measured with {} reference{}", cube.id(), result.references.size(),
-                  result.references.size() == 1 ? "" : "s");
-  text += fmt::format(
+  std::string text = formatted("cube {}: measured with {} reference{}", cube.id(),
+                               result.references.size(), result.references.size() == 1 ? "" : "s");
+  text += formatted(
       "\n\nFace normals, off the nominal ones [urad]\n  {:<6}{:>10}{:>10}{:>10}{:>8}"
       "{:>8}{:>8}\n",
       "face", "x", "y", "z", "u(x)", "u(y)", "u(z)");
   for (const Face face : all_faces) {
     const Eigen::Vector3d off = cube.normal(face) - nominal_normal(face);
     const Eigen::Index at = 3 * static_cast<Eigen::Index>(face);
-    text += fmt::format("  {:<6}", face_name(face));
+    text += formatted("  {:<6}", face_name(face));
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      text += fmt::format("{:>10}", micro(off(axis)));
+      text += formatted("{:>10}", micro(off(axis)));
     }
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      text += fmt::format("{:>8}", micro(std::sqrt(C(at + axis, at + axis))));
+      text += formatted("{:>8}", micro(std::sqrt(C(at + axis, at + axis))));
     }
     text += "\n";
   }
   const CubeGeometry geometry = describe_geometry(cube);
-  text +=
-      fmt::format("  out of square by up to {} urad, out of parallel by up to {} urad\n",
-                  micro(geometry.worst_from_square_rad), micro(geometry.worst_from_parallel_rad));
-  text += fmt::format("\nInstruments\n  {:<18}{:>13}{:>12}{:>20}{:>10}\n", "slot", "mount [mrad]",
-                      "scatter", "slope [mrad]", "p");
+  text += formatted("  out of square by up to {} urad, out of parallel by up to {} urad\n",
+                    micro(geometry.worst_from_square_rad), micro(geometry.worst_from_parallel_rad));
+  text += formatted("\nInstruments\n  {:<18}{:>13}{:>12}{:>20}{:>10}\n", "slot", "mount [mrad]",
+                    "scatter", "slope [mrad]", "p");
   for (const ReferenceResult& reference : result.references) {
     const Eigen::AngleAxisd turn(reference.rotation_sensor_from_positioner);
-    text += fmt::format(
-        "  {:<18}{:>13.3f}{:>12.2e}{:>20}{:>10}\n", reference.slot.substr(0, 17),
-        1e3 * std::abs(turn.angle()), reference.residual_sd,
-        fmt::format("{:.3f}, {:.3f}", 1e3 * reference.slope.x(), 1e3 * reference.slope.y()),
-        p_text(reference.p_value));
+    text +=
+        formatted("  {:<18}{:>13.3f}{:>12.2e}{:>20}{:>10}\n", reference.slot.substr(0, 17),
+                  1e3 * std::abs(turn.angle()), reference.residual_sd,
+                  formatted("{:.3f}, {:.3f}", 1e3 * reference.slope.x(), 1e3 * reference.slope.y()),
+                  p_text(reference.p_value));
   }
   if (std::isfinite(result.p_value)) {
-    text += fmt::format("  the instruments {} (p = {:.2g})\n",
-                        result.consistent ? "agree" : "DISAGREE", result.p_value);
+    text += formatted("  the instruments {} (p = {:.2g})\n",
+                      result.consistent ? "agree" : "DISAGREE", result.p_value);
   }
   for (const MountRepeatability& repeatability : result.repeatability) {
-    text += wrapped(fmt::format("  mount repeatability of {} ({} fittings): {} urad per axis",
-                                repeatability.slots.front(), repeatability.slots.size(),
-                                micro(repeatability.sd_rad)),
+    text += wrapped(formatted("  mount repeatability of {} ({} fittings): {} urad per axis",
+                              repeatability.slots.front(), repeatability.slots.size(),
+                              micro(repeatability.sd_rad)),
                     80) +
             "\n";
   }
@@ -200,7 +201,7 @@ std::string text_of(const Characterization& result) {
     if (std::find(result.warnings.begin(), result.warnings.end(), note) != result.warnings.end()) {
       continue;  // printed as such
     }
-    text += "\n" + wrapped(note, 80) + "\n";
+    text += formatted("\n{}\n", wrapped(note, 80));
   }
   return text;
 }

@@ -2,12 +2,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include <fmt/format.h>
-
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/drift_check.hpp"
 #include "axiscal/calib/history.hpp"
 #include "axiscal/calib/limits.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -73,12 +72,12 @@ std::string check_json(const DriftCheck& check, const std::optional<Verdict>& ve
 }
 
 std::string changes_text(const std::vector<ParameterChange>& changes, bool with_e_n) {
-  std::string text = fmt::format("  {:<20}{:>15}{:>15}{:>12}{:>8}{}\n", "", "old", "new", "u", "z",
-                                 with_e_n ? "     E_n" : "");
+  std::string text = formatted("  {:<20}{:>15}{:>15}{:>12}{:>8}{}\n", "", "old", "new", "u", "z",
+                               with_e_n ? "     E_n" : "");
   for (const ParameterChange& change : changes) {
-    text += fmt::format("  {:<20}{:>15.7g}{:>15.7g}{:>12.2g}{:>8.1f}", change.parameter,
-                        change.old_value, change.new_value, change.u, change.z);
-    text += with_e_n ? fmt::format("{:>8.2f}\n", change.e_n) : "\n";
+    text += formatted("  {:<20}{:>15.7g}{:>15.7g}{:>12.2g}{:>8.1f}", change.parameter,
+                      change.old_value, change.new_value, change.u, change.z);
+    text += with_e_n ? formatted("{:>8.2f}\n", change.e_n) : "\n";
   }
   return text;
 }
@@ -90,9 +89,9 @@ std::string check_text(const DriftCheck& check, const Calibration& record) {
   text += number_text(check.p_value, 2) + ")\n";
   const bool has_pitch = find_instrument_kind(record.instrument.kind).has_axis_elevation;
   if (std::isfinite(check.pitch_error_deg)) {
-    text += fmt::format("{} by the old record is now off by up to {:.3g} degrees (u {:.2g})\n",
-                        has_pitch ? "pitch (up to 80 degrees)" : "the field's direction",
-                        check.pitch_error_deg, check.pitch_error_u_deg);
+    text += formatted("{} by the old record is now off by up to {:.3g} degrees (u {:.2g})\n",
+                      has_pitch ? "pitch (up to 80 degrees)" : "the field's direction",
+                      check.pitch_error_deg, check.pitch_error_u_deg);
   }
   text += "\nCoefficients\n" + changes_text(check.changes, false);
   text += "\nIndependent of the mounting: biases, sensitivities, angles between axes [rad]\n" +
@@ -119,13 +118,13 @@ std::string in_situ_text(const InSituCheck& check, const std::string& unit) {
   for (const InSituReading& reading : check.readings) {
     outside += reading.within ? 0U : 1U;
   }
-  text += fmt::format("{} of {} readings at rest are outside their control limits (p = {})\n",
-                      outside, check.readings.size(), number_text(check.p_value, 2));
-  text += fmt::format("residual RSS {:.3g} {}, expected {:.3g}\n\n  {:>6}{:>14}{:>14}\n", check.rss,
-                      unit, check.expected_rss, "run", "residual", "limit");
+  text += formatted("{} of {} readings at rest are outside their control limits (p = {})\n",
+                    outside, check.readings.size(), number_text(check.p_value, 2));
+  text += formatted("residual RSS {:.3g} {}, expected {:.3g}\n\n  {:>6}{:>14}{:>14}\n", check.rss,
+                    unit, check.expected_rss, "run", "residual", "limit");
   for (const InSituReading& reading : check.readings) {
-    text += fmt::format("  {:>6}{:>14.3g}{:>14.3g}{}\n", reading.run, reading.residual,
-                        reading.limit, reading.within ? "" : "  outside");
+    text += formatted("  {:>6}{:>14.3g}{:>14.3g}{}\n", reading.run, reading.residual, reading.limit,
+                      reading.within ? "" : "  outside");
   }
   return text;
 }
@@ -178,6 +177,73 @@ int run_history(const CheckCommand& command) {
   return report(command, history_json(units), text, outside);
 }
 
+double level_of(const CheckCommand& command) {
+  double alpha = 0.01;
+  if (command.alpha) {
+    alpha = number_of("--alpha", *command.alpha);
+    if (!(alpha > 0.0 && alpha < 1.0)) {
+      throw UsageError("--alpha: must be between 0 and 1");
+    }
+  }
+  return alpha;
+}
+
+struct FreshReadings {
+  Experiment experiment;
+  RunReadings run;
+};
+
+// Readings for what a record is of, at its reference temperature.
+FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
+  ExperimentOptions options = command.experiment;
+  options.files = {*command.other};
+  FreshReadings fresh{.experiment = make_experiment(options, experiment_of(old))};
+  Experiment without_method = fresh.experiment;  // the readings show whether there are labels
+  without_method.method.reset();
+  fresh.run = read_run(without_method);
+  if (old.temperature && !fresh.run.observations.readings.front().temperature) {
+    std::fprintf(stderr,
+                 "note: the readings have no column 'temperature' and count as taken at the "
+                 "record's reference\n");
+  }
+  fresh.run.observations = at_reference_temperature(std::move(fresh.run.observations), old);
+  return fresh;
+}
+
+Calibration calibration_of(const CheckCommand& command,
+                           FreshReadings readings,
+                           const Calibration& old) {
+  readings.experiment.positioner = with_assembly(readings.experiment.positioner,
+                                                 command.experiment.assembly, readings.run.slots);
+  std::vector<Calibration> calibrations = calibrate_run(readings.experiment, readings.run);
+  print_remarks(calibrations);
+  if (calibrations.size() != 1) {
+    throw UsageError("check: takes one instrument, not several slots");
+  }
+  Calibration fresh = std::move(calibrations.front());
+  if (fresh.status == CalibrationStatus::refused) {
+    throw RefusedError("the fresh readings give no calibration: " + fresh.warnings.front().message);
+  }
+  if (old.temperature) {
+    fresh.temperature = old.temperature;  // it is compared at the reference of both
+  }
+  return fresh;
+}
+
+std::optional<Verdict> verdict_of(const CheckCommand& command,
+                                  const std::optional<Limits>& limits,
+                                  const Calibration& fresh,
+                                  const DriftCheck& check) {
+  if (!limits) {
+    return std::nullopt;
+  }
+  try {
+    return evaluate(*limits, fresh, &check);
+  } catch (const DomainError& error) {
+    throw DataError(*command.limits, error.what(), error.settings());
+  }
+}
+
 int run(const CheckCommand& command) {
   if (command.history) {
     return run_history(command);
@@ -186,13 +252,7 @@ int run(const CheckCommand& command) {
     throw UsageError(
         "check: needs a RECORD, and observations or another record to hold against it");
   }
-  double alpha = 0.01;
-  if (command.alpha) {
-    alpha = number_of("--alpha", *command.alpha);
-    if (!(alpha > 0.0 && alpha < 1.0)) {
-      throw UsageError("--alpha: must be between 0 and 1");
-    }
-  }
+  const double alpha = level_of(command);
   const std::optional<Limits> limits =
       command.limits ? std::optional(read_limits(*command.limits)) : std::nullopt;
   const Calibration old = read_calibration(command.record);
@@ -211,52 +271,20 @@ int run(const CheckCommand& command) {
         throw RefusedError(*command.other + ": this calibration was refused");
       }
     } else {
-      ExperimentOptions options = command.experiment;
-      options.files = {*command.other};
-      Experiment experiment = make_experiment(options, experiment_of(old));
-      Experiment without_method = experiment;  // the readings show whether there are labels
-      without_method.method.reset();
-      RunReadings run = read_run(without_method);
-      if (old.temperature && !run.observations.readings.front().temperature) {
-        std::fprintf(stderr,
-                     "note: the readings have no column 'temperature' and count as taken at the "
-                     "record's reference\n");
-      }
-      run.observations = at_reference_temperature(std::move(run.observations), old);
-      if (!has_pose(run.observations) && old.method != Method::magnitude) {
+      const FreshReadings readings = read_fresh(command, old);
+      if (!has_pose(readings.run.observations) && old.method != Method::magnitude) {
         if (limits) {
           throw UsageError(
               "--limits: readings without labels give no coefficients to hold against limits");
         }
-        const InSituCheck check = check_in_situ(old, run.observations, alpha);
+        const InSituCheck check = check_in_situ(old, readings.run.observations, alpha);
         return report(command, in_situ_json(check), in_situ_text(check, old.field.unit),
                       check.drifted);
       }
-      experiment.positioner =
-          with_assembly(experiment.positioner, command.experiment.assembly, run.slots);
-      std::vector<Calibration> calibrations = calibrate_run(experiment, run);
-      print_remarks(calibrations);
-      if (calibrations.size() != 1) {
-        throw UsageError("check: takes one instrument, not several slots");
-      }
-      fresh = std::move(calibrations.front());
-      if (fresh.status == CalibrationStatus::refused) {
-        throw RefusedError("the fresh readings give no calibration: " +
-                           fresh.warnings.front().message);
-      }
-      if (old.temperature) {
-        fresh.temperature = old.temperature;  // it is compared at the reference of both
-      }
+      fresh = calibration_of(command, readings, old);
     }
     const DriftCheck check = check_drift(old, fresh, alpha);
-    std::optional<Verdict> verdict;
-    if (limits) {
-      try {
-        verdict = evaluate(*limits, fresh, &check);
-      } catch (const DomainError& error) {
-        throw DataError(*command.limits, error.what(), error.settings());
-      }
-    }
+    const std::optional<Verdict> verdict = verdict_of(command, limits, fresh, check);
     for (const std::string& note : check.notes) {
       std::fprintf(stderr, "note: %s\n", note.c_str());
     }

@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/version.hpp"
@@ -37,7 +38,7 @@ std::vector<std::string> with_joined_values(CLI::App& app,
         }
         const std::vector<std::string_view> views(names.begin(), names.end());
         const std::string name = argument.substr(0, argument.find('='));
-        throw UsageError("unknown option '" + name + "'" + did_you_mean(name, views));
+        throw UsageError(formatted("unknown option '{}'{}", name, did_you_mean(name, views)));
       }
       const bool takes_value = option->get_items_expected_min() > 0;
       const bool has_value = argument.find('=') != std::string::npos;
@@ -123,7 +124,7 @@ std::size_t find_subcommand(std::span<const Subcommand> subcommands, const std::
     }
     names.emplace_back(subcommand.name);
   }
-  throw UsageError("unknown subcommand '" + name + "'" + did_you_mean(name, names));
+  throw UsageError(formatted("unknown subcommand '{}'{}", name, did_you_mean(name, names)));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal::cli {
@@ -29,35 +30,35 @@ std::string roff_heading(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](char c) {
     return static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   });
-  return ".SH " + text + "\n";
+  return formatted(".SH {}\n", text);
 }
 
 // "-o, --output FILE" with the names in bold.
 std::string roff_names(const OptionDefinition& option) {
   std::vector<std::string> names;
   for (const std::string& name : option.names) {
-    names.push_back((option.is_argument ? "\\fI" : "\\fB") + roff(name) + "\\fR");
+    names.push_back(formatted("{}{}\\fR", option.is_argument ? "\\fI" : "\\fB", roff(name)));
   }
   return joined(names) +
          (option.type.empty() || option.is_argument ? "" : " \\fI" + roff(option.type) + "\\fR");
 }
 
 std::string man_page(const ProgramDefinition& program) {
-  std::string text = ".TH " + roff(program.name) + " 1 \"\" \"" + roff(program.version) + "\"\n";
-  text += roff_heading("name") + roff(program.name) + " \\- " + roff(program.help) + "\n";
-  text += roff_heading("synopsis") + ".B " + roff(program.name) +
-          "\n\\fISUBCOMMAND\\fR [\\fIOPTIONS\\fR] [\\fIFILES\\fR]\n";
+  std::string text = formatted(".TH {} 1 \"\" \"{}\"\n", roff(program.name), roff(program.version));
+  text += formatted("{}{} \\- {}\n", roff_heading("name"), roff(program.name), roff(program.help));
+  text += formatted("{}.B {}\n\\fISUBCOMMAND\\fR [\\fIOPTIONS\\fR] [\\fIFILES\\fR]\n",
+                    roff_heading("synopsis"), roff(program.name));
   text += roff_heading("description") +
           "A file named \\- is standard input or output. An option's value may start with a minus "
           "sign; \\fB\\-\\-option=value\\fR works too.\n";
   text += roff_heading("subcommands");
   for (const SubcommandDefinition& subcommand : program.subcommands) {
-    text += ".SS " + roff(subcommand.name) + "\n" + roff(subcommand.help) + ".\n";
+    text += formatted(".SS {}\n{}.\n", roff(subcommand.name), roff(subcommand.help));
     for (const OptionDefinition& option : subcommand.options) {
-      text += ".TP\n" + roff_names(option) + "\n" + roff(option.help) + "\n";
+      text += formatted(".TP\n{}\n{}\n", roff_names(option), roff(option.help));
     }
     if (!subcommand.footer.empty()) {
-      text += ".PP\n.nf\n" + roff(subcommand.footer) + "\n.fi\n";
+      text += formatted(".PP\n.nf\n{}\n.fi\n", roff(subcommand.footer));
     }
   }
   text += roff_heading("exit status") +
@@ -100,35 +101,34 @@ std::vector<std::string> choices_of(const OptionDefinition& option) {
 }
 
 std::string bash_completion(const ProgramDefinition& program) {
-  std::string text = "# bash completion for " + program.name +
-                     "; made from its own definitions\n_" + program.name +
-                     "() {\n  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS"
-                     "[COMP_CWORD-1]}\n  COMPREPLY=()\n  if [ \"$COMP_CWORD\" -eq 1 ]; then\n"
-                     "    COMPREPLY=($(compgen -W \"" +
-                     joined(subcommand_names(program), " ") +
-                     " --help --version\" -- \"$word\"))\n    return\n  fi\n"
-                     "  case \"${COMP_WORDS[1]} $before\" in\n";
+  std::string text = formatted(
+      "# bash completion for {}; made from its own definitions\n_{}() {{\n  local "
+      "word=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD-1]}}\n  COMPREPLY=()\n  if "
+      "[ \"$COMP_CWORD\" -eq 1 ]; then\n    COMPREPLY=($(compgen -W \"{} --help --version\" -- "
+      "\"$word\"))\n    return\n  fi\n  case \"${{COMP_WORDS[1]}} $before\" in\n",
+      program.name, program.name, joined(subcommand_names(program), " "));
   for (const SubcommandDefinition& subcommand : program.subcommands) {
     for (const OptionDefinition& option : subcommand.options) {
       const std::vector<std::string> choices = choices_of(option);
       for (const std::string& name : option.names) {
         if (!choices.empty() && !option.is_argument) {
-          text += "    '" + subcommand.name + " " + name + "') COMPREPLY=($(compgen -W \"" +
-                  joined(choices, " ") + "\" -- \"$word\")); return ;;\n";
+          text +=
+              formatted("    '{} {}') COMPREPLY=($(compgen -W \"{}\" -- \"$word\")); return ;;\n",
+                        subcommand.name, name, joined(choices, " "));
         }
       }
     }
   }
   text += "  esac\n  local options=\n  case \"${COMP_WORDS[1]}\" in\n";
   for (const SubcommandDefinition& subcommand : program.subcommands) {
-    text += "    " + subcommand.name + ") options=\"" + joined(option_names(subcommand), " ") +
-            "\" ;;\n";
+    text += formatted("    {}) options=\"{}\" ;;\n", subcommand.name,
+                      joined(option_names(subcommand), " "));
   }
-  text +=
+  text += formatted(
       "  esac\n  if [[ $word == -* ]]; then\n    COMPREPLY=($(compgen -W \"$options\" -- "
-      "\"$word\"))\n  else\n    COMPREPLY=($(compgen -f -- \"$word\"))\n  fi\n}\n"
-      "complete -o filenames -F _" +
-      program.name + " " + program.name + "\n";
+      "\"$word\"))\n  else\n    COMPREPLY=($(compgen -f -- \"$word\"))\n  fi\n}}\ncomplete -o "
+      "filenames -F _{} {}\n",
+      program.name, program.name);
   return text;
 }
 
@@ -150,45 +150,49 @@ std::string zsh_completion(const ProgramDefinition& program) {
     }
     return text;
   };
-  std::string text = "#compdef " + program.name + "\n# made from the command's own definitions\n_" +
-                     program.name +
-                     "() {\n  if (( CURRENT == 2 )); then\n    local -a subcommands=(\n";
+  std::string text = formatted(
+      "#compdef {}\n# made from the command's own definitions\n_{}() {{\n  if (( CURRENT == 2 )); "
+      "then\n    local -a subcommands=(\n",
+      program.name, program.name);
   for (const SubcommandDefinition& subcommand : program.subcommands) {
-    text += "      " + shell_quoted(subcommand.name + ":" + subcommand.help) + "\n";
+    text +=
+        formatted("      {}\n", shell_quoted(formatted("{}:{}", subcommand.name, subcommand.help)));
   }
   text +=
       "    )\n    _describe subcommand subcommands\n    return\n  fi\n  local "
       "subcommand=$words[2]\n"
       "  shift words\n  (( CURRENT-- ))\n  case $subcommand in\n";
   for (const SubcommandDefinition& subcommand : program.subcommands) {
-    text += "    " + subcommand.name + ")\n      _arguments \\\n";
+    text += formatted("    {})\n      _arguments \\\n", subcommand.name);
     for (const OptionDefinition& option : subcommand.options) {
       if (option.is_argument) {
         continue;
       }
       for (const std::string& name : option.names) {
-        std::string entry = name + "[" + within_brackets(option.help) + "]";
+        std::string entry = formatted("{}[{}]", name, within_brackets(option.help));
         if (!option.type.empty()) {
           const std::vector<std::string> choices = choices_of(option);
-          entry += ":" + within_brackets(option.type) +
-                   (choices.empty() ? ":_files" : ":(" + joined(choices, " ") + ")");
+          entry +=
+              formatted(":{}{}", within_brackets(option.type),
+                        choices.empty() ? ":_files" : formatted(":({})", joined(choices, " ")));
         }
-        text += "        " + shell_quoted(entry) + " \\\n";
+        text += formatted("        {} \\\n", shell_quoted(entry));
       }
     }
     text += "        '*:file:_files' ;;\n";
   }
-  return text + "  esac\n}\n_" + program.name + " \"$@\"\n";
+  return formatted("{}  esac\n}}\n_{} \"$@\"\n", text, program.name);
 }
 
 std::string fish_completion(const ProgramDefinition& program) {
   const std::string start = "complete -c " + program.name;
-  std::string text = "# fish completion for " + program.name + "; made from its own definitions\n";
+  std::string text =
+      formatted("# fish completion for {}; made from its own definitions\n", program.name);
   for (const SubcommandDefinition& subcommand : program.subcommands) {
-    text += start + " -n __fish_use_subcommand -f -a " + subcommand.name + " -d " +
-            shell_quoted(subcommand.help) + "\n";
-    const std::string within =
-        start + " -n " + shell_quoted("__fish_seen_subcommand_from " + subcommand.name);
+    text += formatted("{} -n __fish_use_subcommand -f -a {} -d {}\n", start, subcommand.name,
+                      shell_quoted(subcommand.help));
+    const std::string within = formatted(
+        "{} -n {}", start, shell_quoted("__fish_seen_subcommand_from " + subcommand.name));
     for (const OptionDefinition& option : subcommand.options) {
       if (option.is_argument) {
         continue;
@@ -200,7 +204,7 @@ std::string fish_completion(const ProgramDefinition& program) {
       const std::vector<std::string> choices = choices_of(option);
       text += option.type.empty() ? "" : " -r";
       text += choices.empty() ? "" : " -f -a " + shell_quoted(joined(choices, " "));
-      text += " -d " + shell_quoted(option.help) + "\n";
+      text += formatted(" -d {}\n", shell_quoted(option.help));
     }
   }
   return text;

@@ -6,6 +6,7 @@
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/experiment_json.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
@@ -48,7 +49,7 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
     try {
       set_axes(instrument, texts);
     } catch (const DomainError& error) {
-      throw UsageError("--axes: '" + *options.axes + "'", error);
+      throw UsageError(formatted("--axes: '{}'", *options.axes), error);
     }
   }
   if (options.range) {
@@ -82,7 +83,7 @@ void set_kind(std::string_view text, FieldPart& part) {
   if (parting != std::string_view::npos) {
     part.role = parse_role(text.substr(parting + 1));
     if (!part.role) {
-      throw UsageError("--field: '" + std::string(text) + "': the role must be local or induced");
+      throw UsageError(formatted("--field: '{}': the role must be local or induced", text));
     }
   }
 }
@@ -122,9 +123,8 @@ void for_each_part(const char* option,
     return;
   }
   if (values.size() != 1 + field.others.size()) {
-    throw UsageError(std::string(option) + ": '" + text + "' has " + std::to_string(values.size()) +
-                     " values, but the field has " + std::to_string(1 + field.others.size()) +
-                     " parts");
+    throw UsageError(formatted("{}: '{}' has {} values, but the field has {} parts", option, text,
+                               values.size(), 1 + field.others.size()));
   }
   for (std::size_t p = 0; p < values.size(); ++p) {
     if (!values[p].empty()) {
@@ -174,7 +174,7 @@ void set_field(const ExperimentOptions& options, FieldSetup& field) {
   }
   if (options.source) {
     if (*options.source != "sun" && *options.source != "lamp") {
-      throw UsageError("--source: must be sun or lamp, not '" + *options.source + "'");
+      throw UsageError(formatted("--source: must be sun or lamp, not '{}'", *options.source));
     }
     stated.sun = *options.source == "sun";
   }
@@ -203,14 +203,16 @@ void set_method(const ExperimentOptions& options, Experiment& experiment) {
   if (options.shape) {
     const std::optional<MagnitudeShape> shape = parse_shape(*options.shape);
     if (!shape) {
-      throw UsageError("--shape: must be symmetric or triangular, not '" + *options.shape + "'");
+      throw UsageError(
+          formatted("--shape: must be symmetric or triangular, not '{}'", *options.shape));
     }
     experiment.shape = *shape;
   }
   if (options.weights) {
     experiment.weighting = parse_weighting(*options.weights);
     if (!experiment.weighting) {
-      throw UsageError("--weights: must be samples, sd or none, not '" + *options.weights + "'");
+      throw UsageError(
+          formatted("--weights: must be samples, sd or none, not '{}'", *options.weights));
     }
   }
   experiment.robust = experiment.robust || options.robust;
@@ -220,8 +222,8 @@ void set_method(const ExperimentOptions& options, Experiment& experiment) {
     for (const std::string_view run : split(*options.leave_out, ',')) {
       const std::optional<int> number = parse_integer(run);
       if (!number) {
-        throw UsageError("--leave-out: '" + *options.leave_out +
-                         "' must be run numbers parted by commas");
+        throw UsageError(formatted("--leave-out: '{}' must be run numbers parted by commas",
+                                   *options.leave_out));
       }
       experiment.leave_out.push_back(*number);
     }
@@ -244,8 +246,8 @@ void set_temperature(const ExperimentOptions& options, Experiment& experiment) {
     const std::optional<int> order =
         setup.automatic ? std::optional(0) : parse_integer(*options.temperature_order);
     if (!order || *order < 0) {
-      throw UsageError("--temperature-order: must be 0, 1, 2 or auto, not '" +
-                       *options.temperature_order + "'");
+      throw UsageError(formatted("--temperature-order: must be 0, 1, 2 or auto, not '{}'",
+                                 *options.temperature_order));
     }
     setup.order = *order;
   }
@@ -377,7 +379,7 @@ Experiment make_experiment(const ExperimentOptions& options, Experiment experime
     experiment.observations = options.files;
     for (const std::string& file : options.files) {
       if (file.ends_with(".json")) {
-        throw UsageError("'" + file + "' is an experiment and must be the only file");
+        throw UsageError(formatted("'{}' is an experiment and must be the only file", file));
       }
     }
   }

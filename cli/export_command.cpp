@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 
-#include <fmt/format.h>
 #include <unistd.h>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/exchange/export.hpp"
 #include "input.hpp"
@@ -45,8 +45,7 @@ void add_options(OptionSet& options, ExportCommand& command) {
 std::string list_of_formats() {
   std::string text;
   for (const ExportFormat& format : export_formats()) {
-    text +=
-        fmt::format("{:<12}{}\n{:<12}{}\n", format.name, format.description, "", format.formula);
+    text += formatted("{:<12}{}\n{:<12}{}\n", format.name, format.description, "", format.formula);
   }
   return text;
 }
@@ -100,12 +99,12 @@ int run(const ExportCommand& command) {
     throw UsageError("export: needs a RECORD and --format NAME; --list names the formats");
   }
   if (command.output == "-" && !is_text(*command.format) && isatty(STDOUT_FILENO) != 0) {
-    throw UsageError("export: " + *command.format + " is no text; give -o FILE");
+    throw UsageError(formatted("export: {} is no text; give -o FILE", *command.format));
   }
   const Exported result = exported(command);
   write_whole_file(command.output, result.content);
   if (result.loss) {
-    std::fputs(fmt::format("axiscal: not held: {}\n", loss_text(*result.loss)).c_str(), stderr);
+    std::fputs(formatted("axiscal: not held: {}\n", loss_text(*result.loss)).c_str(), stderr);
   }
   return 0;
 }

@@ -4,8 +4,7 @@
 #include <set>
 #include <string_view>
 
-#include <fmt/format.h>
-
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -57,9 +56,9 @@ std::set<std::string_view> wanted_fields(const FieldCommand& command) {
   for (const std::string_view name : split(*command.only, ',')) {
     const auto* const known = std::find(field_names.begin(), field_names.end(), name);
     if (known == field_names.end()) {
-      throw UsageError("--only: unknown field '" + std::string(name) + "'" +
-                       did_you_mean(name, field_names) +
-                       "; the fields are gravity, geomagnetic, earth_rotation, sun");
+      throw UsageError(formatted(
+          "--only: unknown field '{}'{}; the fields are gravity, geomagnetic, earth_rotation, sun",
+          name, did_you_mean(name, field_names)));
     }
     wanted.insert(*known);
   }
@@ -128,15 +127,15 @@ Json fields_json(const FieldCommand& command,
 }
 
 std::string row(const std::string& name, const Json& field, const char* format) {
-  std::string text = fmt::format("{:<15}", name);
+  std::string text = formatted("{:<15}", name);
   for (const Json& component : field.at("enu")) {
-    text += fmt::format(fmt::runtime(format), component.get<double>());
+    text += formatted(fmt::runtime(format), component.get<double>());
   }
   return text;
 }
 
 std::string table(const Json& json, const Site& site, double time_s) {
-  std::string text = fmt::format(
+  std::string text = formatted(
       "latitude {}, longitude {}, height {} m above the ellipsoid, {:.4f}\n\n{:<15}{:>15}{:>15}"
       "{:>15}{:>15}\n",
       number_text(site.latitude_deg), number_text(site.longitude_deg), number_text(site.height_m),
@@ -144,35 +143,36 @@ std::string table(const Json& json, const Site& site, double time_s) {
   const auto add = [&](const char* name, const char* format) {
     if (json.contains(name)) {
       const Json& field = json.at(name);
-      text += row(name, field, format) +
-              fmt::format(fmt::runtime(format), field.at("magnitude").get<double>()) + "  " +
-              field.at("unit").get<std::string>();
-      text += field.contains("model") ? " (" + field.at("model").get<std::string>() + ")\n" : "\n";
+      text += formatted("{}{}  {}", row(name, field, format),
+                        formatted(fmt::runtime(format), field.at("magnitude").get<double>()),
+                        field.at("unit").get<std::string>());
+      text += field.contains("model") ? formatted(" ({})\n", field.at("model").get<std::string>())
+                                      : "\n";
     }
   };
   add("gravity", "{:>15.6f}");
   add("geomagnetic", "{:>15.1f}");
   add("earth_rotation", "{:>15.6e}");
   if (json.contains("sun")) {
-    text += row("sun", json.at("sun"), "{:>15.5f}") + fmt::format("{:>15}\n", "direction");
+    text += row("sun", json.at("sun"), "{:>15.5f}") + formatted("{:>15}\n", "direction");
   }
   if (json.contains("geomagnetic")) {
     const Json& field = json.at("geomagnetic");
-    text += fmt::format(
+    text += formatted(
         "\nmagnetic declination {:.2f} (east of north), inclination {:.2f} (down) "
         "degrees\n",
         field.at("declination_deg").get<double>(), field.at("inclination_deg").get<double>());
     if (field.contains("u_magnitude")) {
-      text += fmt::format(
+      text += formatted(
           "  the model's own standard uncertainty: {:.0f} nT, {:.2f} and {:.2f} degrees\n",
           field.at("u_magnitude").get<double>(), field.at("u_declination_deg").get<double>(),
           field.at("u_inclination_deg").get<double>());
     }
   }
   if (json.contains("sun")) {
-    text += fmt::format("\nsun: azimuth {:.2f}, elevation {:.2f} degrees\n",
-                        json.at("sun").at("azimuth_deg").get<double>(),
-                        json.at("sun").at("elevation_deg").get<double>());
+    text += formatted("\nsun: azimuth {:.2f}, elevation {:.2f} degrees\n",
+                      json.at("sun").at("azimuth_deg").get<double>(),
+                      json.at("sun").at("elevation_deg").get<double>());
   }
   return text;
 }

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 
-#include <fmt/format.h>
-
 #include "acquire_command.hpp"
 #include "axiscal/acquisition/health_watch.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
@@ -17,14 +16,14 @@ namespace axiscal::cli {
 namespace {
 
 std::string health_text(const HealthView& view, const std::string& unit) {
-  std::string text = fmt::format("{:<7} field {:.5g} {:.5g} {:.5g} {}, residual {:.3g}",
-                                 view.is_still ? "still" : "moving", view.now.field_in_sensor.x(),
-                                 view.now.field_in_sensor.y(), view.now.field_in_sensor.z(), unit,
-                                 view.now.residual);
+  std::string text = formatted("{:<7} field {:.5g} {:.5g} {:.5g} {}, residual {:.3g}",
+                               view.is_still ? "still" : "moving", view.now.field_in_sensor.x(),
+                               view.now.field_in_sensor.y(), view.now.field_in_sensor.z(), unit,
+                               view.now.residual);
   if (view.check) {
     const InSituReading& last = view.check->readings.back();
-    text += fmt::format("; reading {}: {:.3g}, limit {:.3g}{}", view.readings, last.residual,
-                        last.limit, last.within ? "" : " OUTSIDE");
+    text += formatted("; reading {}: {:.3g}, limit {:.3g}{}", view.readings, last.residual,
+                      last.limit, last.within ? "" : " OUTSIDE");
   }
   return text;
 }
@@ -96,9 +95,9 @@ int run_health_check(const AcquireCommand& command) {
     run.show(view);
   } else {
     print_result_text(
-        fmt::format("{}: {} readings at rest, residual RSS {:.3g} {}, expected {:.3g} (p = {})\n",
-                    view.check->drifted ? "drifted" : "no drift", view.readings, view.check->rss,
-                    unit, view.check->expected_rss, number_text(view.check->p_value, 2)));
+        formatted("{}: {} readings at rest, residual RSS {:.3g} {}, expected {:.3g} (p = {})\n",
+                  view.check->drifted ? "drifted" : "no drift", view.readings, view.check->rss,
+                  unit, view.check->expected_rss, number_text(view.check->p_value, 2)));
   }
   return view.check->drifted ? 1 : 0;
 }

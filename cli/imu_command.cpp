@@ -2,9 +2,8 @@
 #include <algorithm>
 #include <cstdio>
 
-#include <fmt/format.h>
-
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
 #include "calibrate_command.hpp"
@@ -18,12 +17,12 @@ namespace {
 std::string rests_text(const ImuCalibration& imu) {
   const Segmentation& rests = imu.rests;
   std::string text =
-      fmt::format("{} rests in {:.1f} s at {:.5g} Hz, threshold of the joined variance {:.4g}\n",
-                  rests.intervals.size(), static_cast<double>(rests.samples) / rests.rate_hz,
-                  rests.rate_hz, rests.threshold);
+      formatted("{} rests in {:.1f} s at {:.5g} Hz, threshold of the joined variance {:.4g}\n",
+                rests.intervals.size(), static_cast<double>(rests.samples) / rests.rate_hz,
+                rests.rate_hz, rests.threshold);
   if (imu.turns) {
-    text += fmt::format("{} turns, attitude error {:.3g} degrees a component\n",
-                        imu.turns->residuals.size(), imu.turns->residual_sd_rad * deg_per_rad);
+    text += formatted("{} turns, attitude error {:.3g} degrees a component\n",
+                      imu.turns->residuals.size(), imu.turns->residual_sd_rad * deg_per_rad);
   }
   return text;
 }
@@ -89,8 +88,8 @@ int run_imu(const CalibrateCommand& command) {
       1 + (options.gyroscope.empty() ? 0U : 1U) + (options.magnetometer.empty() ? 0U : 1U);
   if (command.output && *command.output != "-" && instruments > 1 &&
       command.output->find("{slot}") == std::string::npos) {
-    throw UsageError("-o: the log gives " + std::to_string(instruments) +
-                     " records; the file's name must hold {slot}");
+    throw UsageError(
+        formatted("-o: the log gives {} records; the file's name must hold {{slot}}", instruments));
   }
   ImuCalibration imu = calibrate_imu(log, options);
   std::vector<Calibration> records = imu.records();

@@ -2,10 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include <fmt/format.h>
-
 #include "adjuster_options.hpp"
 #include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -147,8 +146,9 @@ void require_trust(const Measured& measured) {
 Slope slope_of(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
   if (!field_kind(calibration.field.kind).vertical) {
-    throw RefusedError("level: the field is " + calibration.field.kind +
-                       ", and only gravity shows where the table is not level");
+    throw RefusedError(
+        formatted("level: the field is {}, and only gravity shows where the table is not level",
+                  calibration.field.kind));
   }
   if (!calibration.levelness && measured.from_record) {
     throw RefusedError(measured.path +
@@ -199,7 +199,7 @@ std::string micro_text(double value) {
     return "unknown";
   }
   const double size = std::abs(1e6 * value);
-  return fmt::format("{:.{}f}", 1e6 * value, size >= 100.0 ? 0 : size >= 10.0 ? 1 : 2);
+  return formatted("{:.{}f}", 1e6 * value, size >= 100.0 ? 0 : size >= 10.0 ? 1 : 2);
 }
 
 std::string text_of(const Slope& slope,
@@ -209,38 +209,35 @@ std::string text_of(const Slope& slope,
     return std::string(value < 0.0 ? "-" : "+") + axis;
   };
   std::string text = wrapped(
-      fmt::format(
-          "The table is level to {} +- {} urad{} (slope {}, {} urad along x and y, standard "
-          "errors {}, {}); it rises towards {} and {}.",
-          micro_text(slope.size()), micro_text(slope.size_error()),
-          slope.of_last_block ? " in the last block" : "", micro_text(slope.value.x()),
-          micro_text(slope.value.y()), micro_text(slope.standard_error.x()),
-          micro_text(slope.standard_error.y()), rises(slope.value.x(), 'x'),
-          rises(slope.value.y(), 'y')),
+      formatted("The table is level to {} +- {} urad{} (slope {}, {} urad along x and y, standard "
+                "errors {}, {}); it rises towards {} and {}.",
+                micro_text(slope.size()), micro_text(slope.size_error()),
+                slope.of_last_block ? " in the last block" : "", micro_text(slope.value.x()),
+                micro_text(slope.value.y()), micro_text(slope.standard_error.x()),
+                micro_text(slope.standard_error.y()), rises(slope.value.x(), 'x'),
+                rises(slope.value.y(), 'y')),
       80);
-  text += fmt::format("\n\n  {:>10}{:>10}{:>16}{:>8}{:>10}\n", "x [mm]", "y [mm]", "raise by [um]",
-                      "+-", "turns");
+  text += formatted("\n\n  {:>10}{:>10}{:>16}{:>8}{:>10}\n", "x [mm]", "y [mm]", "raise by [um]",
+                    "+-", "turns");
   for (const AdjusterMove& move : moves) {
-    text += fmt::format("  {:>10.4g}{:>10.4g}{:>16}{:>8}{:>10}\n", 1e3 * move.position_m.x(),
-                        1e3 * move.position_m.y(), micro_text(move.raise_m),
-                        micro_text(move.uncertainty_m),
-                        move.turns ? fmt::format("{:.3f}", *move.turns) : "-");
+    text += formatted("  {:>10.4g}{:>10.4g}{:>16}{:>8}{:>10}\n", 1e3 * move.position_m.x(),
+                      1e3 * move.position_m.y(), micro_text(move.raise_m),
+                      micro_text(move.uncertainty_m),
+                      move.turns ? formatted("{:.3f}", *move.turns) : "-");
   }
-  text +=
-      "\n" +
+  text += formatted(
+      "\n{}\n",
       wrapped(slope.is_level()
                   ? "That is as level as these readings can tell; more replicates would tell more."
                   : "Raise the adjusters so, then take the 12 readings again.",
-              80) +
-      "\n";
+              80));
   const double lean = fence_lean_when_level(surface, slope.value);
   if (surface.kind == SurfaceKind::separate) {
-    text +=
-        wrapped(fmt::format("The fence stands by itself: once the table is level it leans by {} "
-                            "urad instead of {}; write that into the positioner's file.",
-                            micro_text(lean), micro_text(surface.fence_lean_rad)),
-                80) +
-        "\n";
+    text += wrapped(formatted("The fence stands by itself: once the table is level it leans by {} "
+                              "urad instead of {}; write that into the positioner's file.",
+                              micro_text(lean), micro_text(surface.fence_lean_rad)),
+                    80) +
+            "\n";
   }
   return text;
 }

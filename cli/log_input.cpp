@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "log_input.hpp"
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "sheet_options.hpp"
 #include "summary.hpp"
@@ -13,7 +14,7 @@ namespace {
 std::vector<std::string> three_columns(const char* option, const std::string& text) {
   std::vector<std::string> names = names_of(text);
   if (names.size() != 3) {
-    throw UsageError(std::string(option) + ": '" + text + "' must be three columns, X,Y,Z");
+    throw UsageError(formatted("{}: '{}' must be three columns, X,Y,Z", option, text));
   }
   return names;
 }
@@ -123,8 +124,9 @@ ImuOptions imu_options_of(const RestOptions& options,
   if (options.first_fence) {
     imu.first = parse_face(*options.first_fence);
     if (!imu.first) {
-      throw UsageError("--first-fence: '" + *options.first_fence +
-                       "' is not a face; the faces are +X -X +Y -Y +Z -Z");
+      throw UsageError(
+          formatted("--first-fence: '{}' is not a face; the faces are +X -X +Y -Y +Z -Z",
+                    *options.first_fence));
     }
   }
   if (options.plan) {

@@ -2,9 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <fmt/format.h>
-
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/logs/noise_json.hpp"
 #include "axiscal/logs/segment.hpp"
@@ -58,8 +57,8 @@ void fill_missing(const std::string& name, std::vector<double>& samples, LogNois
     last = value;
   }
   if (missing > 0) {
-    warn(noise, "column '" + name + "': " + std::to_string(missing) +
-                    " cells are no numbers; each counts as the one before it");
+    warn(noise, formatted("column '{}': {} cells are no numbers; each counts as the one before it",
+                          name, missing));
   }
 }
 
@@ -91,39 +90,39 @@ double rate_of(const RecordedLog& log,
     gaps += step > 5.0 * mean_step || step < 0.0 ? 1U : 0U;
   }
   if (gaps > 0) {
-    warn(noise, std::to_string(gaps) +
-                    " gaps or steps back in the times: the samples are taken as evenly spaced all "
-                    "the same");
+    warn(noise, formatted("{} gaps or steps back in the times: the samples are taken as evenly "
+                          "spaced all the same",
+                          gaps));
   }
   return 1.0 / mean_step;
 }
 
 std::string noise_text(const LogNoise& noise) {
-  std::string text = fmt::format(
+  std::string text = formatted(
       "{} samples at {:.6g} Hz, {:.6g} s; coefficients with 95 % intervals, "
       "deviations with 68 %\n",
       noise.samples, noise.rate_hz, static_cast<double>(noise.samples) / noise.rate_hz);
   for (const ColumnNoise& one : noise.columns) {
-    text += fmt::format("\n{}\n", one.name);
+    text += formatted("\n{}\n", one.name);
     for (const NoiseCoefficient& c : one.model.coefficients) {
       text += c.value > 0.0
-                  ? fmt::format("  {:<17}{:>12.5g}  ({:.4g} to {:.4g}) {}\n", noise_name(c.kind),
-                                c.value, c.low, c.high, noise_unit(c.kind))
+                  ? formatted("  {:<17}{:>12.5g}  ({:.4g} to {:.4g}) {}\n", noise_name(c.kind),
+                              c.value, c.low, c.high, noise_unit(c.kind))
               : std::isfinite(c.high)
-                  ? fmt::format("  {:<17}{:>12}  (below {:.2g} {})\n", noise_name(c.kind),
-                                "not seen", c.high, noise_unit(c.kind))
-                  : fmt::format("  {:<17}{:>12}\n", noise_name(c.kind), "not determined");
+                  ? formatted("  {:<17}{:>12}  (below {:.2g} {})\n", noise_name(c.kind), "not seen",
+                              c.high, noise_unit(c.kind))
+                  : formatted("  {:<17}{:>12}\n", noise_name(c.kind), "not determined");
     }
-    text += fmt::format("  dwell {:.3g} s a design point: {:.4g} of a mean; {}\n",
-                        one.dwell.sensible_s, one.dwell.sensible_deviation,
-                        one.dwell.beyond_record
-                            ? "longer may be better still, the record is too short to tell"
-                            : fmt::format("no better than {:.4g}, at {:.3g} s", one.dwell.deviation,
-                                          one.dwell.best_s));
-    text += fmt::format("  {:>11}{:>14}{:>14}{:>14}\n", "tau [s]", "deviation", "low", "high");
+    text += formatted("  dwell {:.3g} s a design point: {:.4g} of a mean; {}\n",
+                      one.dwell.sensible_s, one.dwell.sensible_deviation,
+                      one.dwell.beyond_record
+                          ? "longer may be better still, the record is too short to tell"
+                          : formatted("no better than {:.4g}, at {:.3g} s", one.dwell.deviation,
+                                      one.dwell.best_s));
+    text += formatted("  {:>11}{:>14}{:>14}{:>14}\n", "tau [s]", "deviation", "low", "high");
     for (const AllanPoint& point : one.curve) {
-      text += fmt::format("  {:>11.5g}{:>14.5g}{:>14.5g}{:>14.5g}\n", point.tau_s, point.deviation,
-                          point.low, point.high);
+      text += formatted("  {:>11.5g}{:>14.5g}{:>14.5g}{:>14.5g}\n", point.tau_s, point.deviation,
+                        point.low, point.high);
     }
   }
   return text;
@@ -136,7 +135,7 @@ int run(const NoiseCommand& command) {
   }
   const std::size_t n = log.samples.front().size();
   if (n < 9) {
-    throw RefusedError(std::to_string(n) + " samples are too few for an Allan deviation");
+    throw RefusedError(formatted("{} samples are too few for an Allan deviation", n));
   }
   const std::optional<TimeColumn> time =
       find_time_column(log.name, log.columns, command.options.time.value_or(""));
@@ -160,7 +159,7 @@ int run(const NoiseCommand& command) {
     ColumnNoise one{.name = column, .curve = allan_deviation(samples, rate_hz, lengths)};
     if (std::all_of(one.curve.begin(), one.curve.end(),
                     [](const AllanPoint& point) { return point.deviation <= 0.0; })) {
-      warn(noise, "column '" + column + "' does not vary; it has no noise to speak of");
+      warn(noise, formatted("column '{}' does not vary; it has no noise to speak of", column));
       continue;
     }
     one.model = fit_noise(one.curve);

@@ -5,14 +5,13 @@
 #include <cstdio>
 #include <set>
 
-#include <fmt/format.h>
-
 #include "axiscal/calib/design_quality.hpp"
 #include "axiscal/calib/experiment_json.hpp"
 #include "axiscal/calib/forecast.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/calib/temperature.hpp"
 #include "axiscal/calib/tolerance.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/timestamp.hpp"
@@ -131,19 +130,18 @@ double noise_of(const PlanCommand& command) {
   const double dwell_s =
       command.dwell ? positive_of("--dwell", *command.dwell) : worst->dwell.sensible_s;
   if (dwell_s > worst->curve.back().tau_s) {
-    print_remark("warning", "the noise log tells nothing of averages over more than " +
-                                number_text(worst->curve.back().tau_s, 3) +
-                                " s; the forecast for " + number_text(dwell_s, 3) +
-                                " s may be far too small");
+    print_remark("warning",
+                 formatted("the noise log tells nothing of averages over more than {} s; the "
+                           "forecast for {} s may be far too small",
+                           number_text(worst->curve.back().tau_s, 3), number_text(dwell_s, 3)));
   }
   double largest = 0.0;
   for (const ColumnNoise& column : noise.columns) {
     largest = std::max(largest, column.model.deviation_at(dwell_s));
   }
-  print_remark("note", "dwell " + number_text(dwell_s, 3) +
-                           " s at each design point; a reading, its mean, then has a standard "
-                           "deviation of " +
-                           number_text(largest, 3) + " (noisiest axis)");
+  print_remark("note", formatted("dwell {} s at each design point; a reading, its mean, then has a "
+                                 "standard deviation of {} (noisiest axis)",
+                                 number_text(dwell_s, 3), number_text(largest, 3)));
   return largest;
 }
 
@@ -216,17 +214,17 @@ int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_
     silent.noise_sd = 0.0;
     const Forecast rest = forecast(silent);
     throw RefusedError(
-        "--want-angle-deg: no number of replicates reaches " + short_degrees(wanted_rad) +
-        " degrees: the cube and the table's level alone leave " +
-        short_degrees(largest_angle_uncertainty(rest, rest.covariance())) +
-        "; measure the cube better (characterize), or the level (method paired or joint)");
+        formatted("--want-angle-deg: no number of replicates reaches {} degrees: the cube and the "
+                  "table's level alone leave {}; measure the cube better (characterize), or the "
+                  "level (method paired or joint)",
+                  short_degrees(wanted_rad),
+                  short_degrees(largest_angle_uncertainty(rest, rest.covariance()))));
   }
   if (makes_sheet && *needed > longest_sheet) {
-    throw RefusedError("--want-angle-deg: " + short_degrees(wanted_rad) + " degrees need " +
-                       fmt::format("{:.0f}", *needed) + " replicates of " +
-                       std::to_string(setup.samples) +
-                       " samples a point; average more samples at each point (--samples), or state "
-                       "--replicates");
+    throw RefusedError(
+        formatted("--want-angle-deg: {} degrees need {} replicates of {} samples a point; average "
+                  "more samples at each point (--samples), or state --replicates",
+                  short_degrees(wanted_rad), formatted("{:.0f}", *needed), setup.samples));
   }
   return static_cast<int>(std::min(*needed, 1e9));
 }
@@ -263,13 +261,14 @@ int tell_soak(const PlanCommand& command) {
   const SoakState state = soak_state(times, temperatures, window, tolerance);
   std::string text;
   if (std::isnan(state.rate)) {
-    text = "not steady: the log does not yet hold a window of " + number_text(window) + " s\n";
+    text =
+        formatted("not steady: the log does not yet hold a window of {} s\n", number_text(window));
   } else {
-    text = fmt::format("{}: the temperature changes by {:.2g} in {:g} s (u {:.1g}; allowed {:g})\n",
-                       state.steady ? "steady" : "not steady", state.rate * window, window,
-                       state.rate_u * window, tolerance);
+    text = formatted("{}: the temperature changes by {:.2g} in {:g} s (u {:.1g}; allowed {:g})\n",
+                     state.steady ? "steady" : "not steady", state.rate * window, window,
+                     state.rate_u * window, tolerance);
     if (!state.steady && !std::isnan(state.remaining_s)) {
-      text += fmt::format("about {:.0f} s more\n", state.remaining_s);
+      text += formatted("about {:.0f} s more\n", state.remaining_s);
     }
   }
   write_whole_file(command.output.value_or("-"), text);

@@ -4,8 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include <fmt/format.h>
-
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/units.hpp"
 #include "summary.hpp"
@@ -21,7 +20,7 @@ double degrees(double radian) {
 }
 
 std::string short_number(double value) {
-  return std::isfinite(value) ? fmt::format("{:.4g}", value) : "-";
+  return std::isfinite(value) ? formatted("{:.4g}", value) : "-";
 }
 
 class PlanText {
@@ -39,7 +38,7 @@ class PlanText {
     add_wanted();
     add_tolerances();
     for (const std::string& remark : plan_.remarks) {
-      text_ += "\n" + wrapped(remark, 80) + "\n";
+      text_ += formatted("\n{}\n", wrapped(remark, 80));
     }
     return text_;
   }
@@ -48,36 +47,36 @@ class PlanText {
   void add_design() {
     const ForecastSetup& setup = plan_.setup;
     const DesignQuality& quality = plan_.quality;
-    text_ += fmt::format("{} design points, {} replicate{}: {} readings, method {}\n",
-                         setup.design.size(), setup.replicates, setup.replicates == 1 ? "" : "s",
-                         setup.design.size() * static_cast<std::size_t>(setup.replicates),
-                         method_name(setup.method));
+    text_ += formatted("{} design points, {} replicate{}: {} readings, method {}\n",
+                       setup.design.size(), setup.replicates, setup.replicates == 1 ? "" : "s",
+                       setup.design.size() * static_cast<std::size_t>(setup.replicates),
+                       method_name(setup.method));
     if (!quality.determined) {
       text_ += "The design does not determine all coefficients.\n";
       return;
     }
-    text_ += fmt::format("efficiency against the best {} readings: D {:.3f}, A {:.3f}, G {:.3f}\n",
-                         setup.design.size(), quality.d_efficiency, quality.a_efficiency,
-                         quality.g_efficiency);
+    text_ += formatted("efficiency against the best {} readings: D {:.3f}, A {:.3f}, G {:.3f}\n",
+                       setup.design.size(), quality.d_efficiency, quality.a_efficiency,
+                       quality.g_efficiency);
     text_ +=
-        fmt::format("variance inflation {:.3f}, {:.3f}, {:.3f}\n", quality.variance_inflation.x(),
-                    quality.variance_inflation.y(), quality.variance_inflation.z());
-    text_ += wrapped(
-        fmt::format("largest prediction variance {:.4g} of a reading's, with the field along "
-                    "({:.2f}, {:.2f}, {:.2f})",
-                    quality.largest_prediction_variance / setup.replicates,
-                    quality.worst_direction.x(), quality.worst_direction.y(),
-                    quality.worst_direction.z()),
-        80);
+        formatted("variance inflation {:.3f}, {:.3f}, {:.3f}\n", quality.variance_inflation.x(),
+                  quality.variance_inflation.y(), quality.variance_inflation.z());
+    text_ +=
+        wrapped(formatted("largest prediction variance {:.4g} of a reading's, with the field along "
+                          "({:.2f}, {:.2f}, {:.2f})",
+                          quality.largest_prediction_variance / setup.replicates,
+                          quality.worst_direction.x(), quality.worst_direction.y(),
+                          quality.worst_direction.z()),
+                80);
     text_ += "\n";
     if (plan_.optimal) {
       text_ += wrapped(
-          fmt::format("the {} of the 24 points that determine most, for {}: D-efficiency {:.4f}; "
-                      "the 12-point design has {:.4f}",
-                      plan_.optimal->design.size(),
-                      plan_.optimal->parameters == 10 ? "every direction of the field"
-                                                      : "a field along the normal",
-                      plan_.optimal->d_efficiency, plan_.optimal->d_efficiency_of_standard),
+          formatted("the {} of the 24 points that determine most, for {}: D-efficiency {:.4f}; "
+                    "the 12-point design has {:.4f}",
+                    plan_.optimal->design.size(),
+                    plan_.optimal->parameters == 10 ? "every direction of the field"
+                                                    : "a field along the normal",
+                    plan_.optimal->d_efficiency, plan_.optimal->d_efficiency_of_standard),
           80);
       text_ += "\n";
     }
@@ -87,17 +86,17 @@ class PlanText {
     const Forecast& forecast = *plan_.forecast;
     const Instrument& instrument = plan_.setup.nominal.instrument;
     const Eigen::VectorXd u = forecast.covariance().diagonal().cwiseSqrt();
-    text_ += fmt::format(
+    text_ += formatted(
         "\nForecast: standard uncertainty (root mean square error) of bias [{0}] and "
         "of\nsensitivity to x, y, z [{0} per {1}]\n  "
         "{2:<12}{3:>12}{4:>12}{5:>12}{6:>12}{7:>8}\n",
         instrument.unit, plan_.setup.nominal.field.unit, "axis", "bias", "x", "y", "z", "dof");
     for (Eigen::Index k = 0; k < forecast.response.bias.size(); ++k) {
-      text_ += fmt::format("  {:<12}", instrument.axes[static_cast<std::size_t>(k)].substr(0, 11));
+      text_ += formatted("  {:<12}", instrument.axes[static_cast<std::size_t>(k)].substr(0, 11));
       for (Eigen::Index j = 0; j < 4; ++j) {
-        text_ += fmt::format("{:>12.3g}", u(4 * k + j));
+        text_ += formatted("{:>12.3g}", u(4 * k + j));
       }
-      text_ += fmt::format("{:>8.3g}\n", forecast.degrees_of_freedom(k));
+      text_ += formatted("{:>8.3g}\n", forecast.degrees_of_freedom(k));
     }
   }
 
@@ -107,7 +106,7 @@ class PlanText {
       return;
     }
     const Eigen::MatrixXd C = forecast.covariance();
-    text_ += fmt::format(
+    text_ += formatted(
         "\nStandard uncertainty of calibrated angles [deg], without a reading's own "
         "noise\n  {:<14}{:>12}{:>14}{:>12}\n",
         "pitch [deg]", "pitch", "pitch, atan2", "roll");
@@ -116,13 +115,13 @@ class PlanText {
       const AngleUncertainty by_asin = forecast_angles(forecast, C, pitch, 0.0);
       const AngleUncertainty by_atan2 =
           forecast_angles(forecast, C, pitch, 0.0, PitchFormula::arctangent);
-      text_ += fmt::format("  {:<14}{:>12.3g}{:>14.3g}{:>12.3g}\n", pitch_deg,
-                           degrees(by_asin.pitch_rad), degrees(by_atan2.pitch_rad),
-                           degrees(by_asin.roll_rad));
+      text_ +=
+          formatted("  {:<14}{:>12.3g}{:>14.3g}{:>12.3g}\n", pitch_deg, degrees(by_asin.pitch_rad),
+                    degrees(by_atan2.pitch_rad), degrees(by_asin.roll_rad));
     }
     const auto part = [&](const char* name, const Eigen::MatrixXd& covariance) {
-      text_ += fmt::format("  {:<54}{:>10.3g}\n", name,
-                           degrees(largest_angle_uncertainty(forecast, covariance)));
+      text_ += formatted("  {:<54}{:>10.3g}\n", name,
+                         degrees(largest_angle_uncertainty(forecast, covariance)));
     };
     part("largest, of the direction in any attitude", C);
     part("  by the noise", forecast.noise);
@@ -142,45 +141,44 @@ class PlanText {
       return;
     }
     const int samples = plan_.setup.samples;
-    text_ += "\n" +
-             wrapped(fmt::format("For {} degrees: {} replicate{} of {} sample{} a point, or 1 "
-                                 "replicate of {} samples.",
-                                 short_number(degrees(*plan_.wanted_rad)), plan_.replicates_needed,
-                                 plan_.replicates_needed == 1 ? "" : "s", samples,
-                                 samples == 1 ? "" : "s",
-                                 static_cast<long>(plan_.replicates_needed) * samples),
-                     80) +
-             "\n";
+    text_ += formatted(
+        "\n{}\n",
+        wrapped(formatted("For {} degrees: {} replicate{} of {} sample{} a point, or 1 "
+                          "replicate of {} samples.",
+                          short_number(degrees(*plan_.wanted_rad)), plan_.replicates_needed,
+                          plan_.replicates_needed == 1 ? "" : "s", samples, samples == 1 ? "" : "s",
+                          static_cast<long>(plan_.replicates_needed) * samples),
+                80));
   }
 
   void add_tolerances() {
     if (plan_.tolerances.empty()) {
       return;
     }
-    text_ += fmt::format(
+    text_ += formatted(
         "\nErrors by the cube's tolerances, root mean square [1e-6 of the field, urad]"
         "\n  {:<24}{:>10}{:>13}{:>12}{:>8}{:>11}\n",
         "method", "bias", "sensitivity", "cross-axis", "angle", "95 % of");
     for (const ToleranceEffect& effect : plan_.tolerances) {
       const auto micro = [](double value) { return std::round(1e8 * value) * 1e-2; };
       const auto row = [&](const std::string& name, const CalibrationErrors& errors) {
-        text_ += fmt::format("  {:<24}{:>10.4g}{:>13.4g}{:>12.4g}{:>8.4g}", name,
-                             micro(errors.bias), micro(errors.sensitivity),
-                             micro(errors.cross_axis), micro(errors.angle_rad));
+        text_ +=
+            formatted("  {:<24}{:>10.4g}{:>13.4g}{:>12.4g}{:>8.4g}", name, micro(errors.bias),
+                      micro(errors.sensitivity), micro(errors.cross_axis), micro(errors.angle_rad));
       };
       row(std::string(method_name(effect.method)) + ", closed form", effect.closed_form);
       text_ += "\n";
       row(std::string(method_name(effect.method)) + ", simulated", effect.simulated);
-      text_ += fmt::format("{:>11.4g}\n", 1e6 * effect.worst_angle_95_rad);
+      text_ += formatted("{:>11.4g}\n", 1e6 * effect.worst_angle_95_rad);
     }
     text_ += "  (95 % of: no more than this in any attitude for 95 % of the cubes)\n";
     const int unusable = plan_.tolerances.front().unusable;
     if (unusable > 0) {
-      text_ += fmt::format("  {} of the cubes could not be used\n", unusable);
+      text_ += formatted("  {} of the cubes could not be used\n", unusable);
     }
     if (!plan_.setup.positioner.feet(Face::plus_x)) {
       const BallFrame frame;
-      text_ += wrapped(fmt::format(
+      text_ += wrapped(formatted(
                            "  Drawn as: edge {} mm, feet {} mm high of radius {} mm within {} "
                            "mm of the middle; --positioner takes another drawing.",
                            1e3 * frame.edge_m, 1e3 * frame.foot_height_m, 1e3 * frame.ball_radius_m,

@@ -5,6 +5,7 @@
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/history.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
@@ -66,8 +67,8 @@ Observations readings_for(const Calibration& calibration, const std::string& pat
     observations.response = observations.response.middleCols(m * (slot - slots.begin()), m).eval();
   }
   if (observations.response.cols() != m) {
-    throw DataError(path,
-                    "it holds slots " + joined(slots) + ", and the record is of none of them");
+    throw DataError(
+        path, formatted("it holds slots {}, and the record is of none of them", joined(slots)));
   }
   return observations;
 }
@@ -89,7 +90,7 @@ int run(const ReportCommand& command) {
   if (command.output != "-" && !command.output.ends_with(".pdf") &&
       !command.output.ends_with(".html") && !command.output.ends_with(".htm") &&
       !command.output.starts_with("/dev/")) {
-    throw UsageError("report: -o must end in .html or .pdf, not '" + command.output + "'");
+    throw UsageError(formatted("report: -o must end in .html or .pdf, not '{}'", command.output));
   }
   const Calibration calibration = read_calibration(command.record);
   if (command.output.ends_with(".pdf")) {
@@ -109,8 +110,8 @@ int run(const ReportCommand& command) {
     if (std::none_of(options.history.begin(), options.history.end(), [&](const UnitHistory& unit) {
           return unit.serial == calibration.instrument.serial;
         })) {
-      print_remark("note", *command.history + " holds no record of unit '" +
-                               calibration.instrument.serial + "'");
+      print_remark("note", formatted("{} holds no record of unit '{}'", *command.history,
+                                     calibration.instrument.serial));
     }
   }
   if (command.positioner || command.adjusters || command.thread_pitch) {

@@ -5,6 +5,7 @@
 
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "input.hpp"
 #include "summary.hpp"
 #include "usage_error.hpp"
@@ -53,7 +54,7 @@ void print_remarks(const std::vector<Calibration>& calibrations) {
   std::set<std::string> said;  // what all slots have in common is said once
   for (const Calibration& calibration : calibrations) {
     const std::string slot = calibrations.size() > 1 && !calibration.slot.empty()
-                                 ? "slot " + calibration.slot + ": "
+                                 ? formatted("slot {}: ", calibration.slot)
                                  : "";
     for (const std::string& note : calibration.notes) {
       if (said.insert(note).second) {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 
-#include <fmt/format.h>
-
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "log_input.hpp"
@@ -120,10 +119,10 @@ int run(const SegmentCommand& command) {
                                                 : segmentation_csv(rests, seats, options.sheet));
   print_remarks_of(rests, notes, seats);
   std::fprintf(stderr, "%s\n",
-               fmt::format("{} rest{} in {:.1f} s ({} samples, {:.5g} Hz), threshold {:.4g}",
-                           rests.intervals.size(), rests.intervals.size() == 1 ? "" : "s",
-                           static_cast<double>(rests.samples) / rests.rate_hz, rests.samples,
-                           rests.rate_hz, rests.threshold)
+               formatted("{} rest{} in {:.1f} s ({} samples, {:.5g} Hz), threshold {:.4g}",
+                         rests.intervals.size(), rests.intervals.size() == 1 ? "" : "s",
+                         static_cast<double>(rests.samples) / rests.rate_hz, rests.samples,
+                         rests.rate_hz, rests.threshold)
                    .c_str());
   return 0;
 }

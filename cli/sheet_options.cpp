@@ -5,6 +5,7 @@
 
 #include <system_error>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "input.hpp"
@@ -29,7 +30,8 @@ std::uint64_t seed_of(const SheetOptions& options) {
   const char* end = options.seed->data() + options.seed->size();
   const auto [stop, error] = std::from_chars(options.seed->data(), end, seed);
   if (error != std::errc{} || stop != end) {
-    throw UsageError("--seed: '" + *options.seed + "' is not a whole number from 0 to 2^64 - 1");
+    throw UsageError(
+        formatted("--seed: '{}' is not a whole number from 0 to 2^64 - 1", *options.seed));
   }
   return seed;
 }
@@ -41,8 +43,8 @@ int replicates_of(const SheetOptions& options) {
   }
   const int replicates = parse_integer(*options.replicates).value_or(0);
   if (replicates < 1 || replicates > most_replicates) {
-    throw UsageError("--replicates: '" + *options.replicates +
-                     "' is not a whole number from 1 to 100000");
+    throw UsageError(formatted("--replicates: '{}' is not a whole number from 1 to 100000",
+                               *options.replicates));
   }
   return replicates;
 }
@@ -64,7 +66,7 @@ std::optional<OptimalDesign> optimal_design_of(const SheetOptions& options) {
   }
   const std::optional<int> points = parse_integer(options.design.substr(optimal.size()));
   if (!points || *points < 4 || *points > 24) {
-    throw UsageError("--design: '" + options.design + "' must be optimal:N, N from 4 to 24");
+    throw UsageError(formatted("--design: '{}' must be optimal:N, N from 4 to 24", options.design));
   }
   return optimal_design(*points, Eigen::Vector3d::UnitZ(), seed_of(options));
 }

@@ -5,6 +5,7 @@
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/calib/simulate.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
@@ -55,17 +56,17 @@ std::vector<Truth> read_truths(const SimulateCommand& command) {
     const bool has_slot =
         parting != std::string::npos && !std::filesystem::exists(std::filesystem::path(text));
     if (!has_slot && command.truths.size() > 1) {
-      throw UsageError("--truth: '" + text + "': of several each must be SLOT=RECORD");
+      throw UsageError(formatted("--truth: '{}': of several each must be SLOT=RECORD", text));
     }
     Truth truth{.slot = has_slot ? text.substr(0, parting) : "",
                 .path = has_slot ? text.substr(parting + 1) : text,
                 .calibration = {}};
     if (has_slot && truth.slot.empty()) {
-      throw UsageError("--truth: '" + text + "': the slot's name is missing");
+      throw UsageError(formatted("--truth: '{}': the slot's name is missing", text));
     }
     for (const Truth& other : truths) {
       if (other.slot == truth.slot) {
-        throw UsageError("--truth: slot '" + truth.slot + "' is there twice");
+        throw UsageError(formatted("--truth: slot '{}' is there twice", truth.slot));
       }
     }
     truths.push_back(std::move(truth));
@@ -120,7 +121,7 @@ int run(const SimulateCommand& command) {
     Observations own = simulate(truth.calibration, sheet, options);
     ++options.stream;
     for (const std::string& axis : truth.calibration.instrument.axes) {
-      columns.push_back(truth.slot.empty() ? axis : truth.slot + "." + axis);
+      columns.push_back(truth.slot.empty() ? axis : formatted("{}.{}", truth.slot, axis));
     }
     if (all.readings.empty()) {
       all = std::move(own);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/forecast.hpp"
 #include "axiscal/calib/study.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
@@ -55,13 +55,13 @@ void add_options(OptionSet& options, StudyCommand& command) {
 }
 
 std::string study_text(const Study& study) {
-  std::string text = fmt::format("{} trials, seed {}", study.trials, study.seed);
-  text += study.refused > 0 ? fmt::format(", {} without a calibration\n", study.refused) : "\n";
-  text += fmt::format("  {:<20}{:>13}{:>13}{:>13}{:>12}\n", "", "mean error", "sd", "stated u",
-                      "coverage");
+  std::string text = formatted("{} trials, seed {}", study.trials, study.seed);
+  text += study.refused > 0 ? formatted(", {} without a calibration\n", study.refused) : "\n";
+  text += formatted("  {:<20}{:>13}{:>13}{:>13}{:>12}\n", "", "mean error", "sd", "stated u",
+                    "coverage");
   for (const StudyResult& result : results_of(study)) {
-    text += fmt::format("  {:<20}{:>13.2e}{:>13.4e}{:>13.4e}{:>10.2f} %\n", result.parameter,
-                        result.mean_error, result.sd, result.stated_u, 100.0 * result.coverage_95);
+    text += formatted("  {:<20}{:>13.2e}{:>13.4e}{:>13.4e}{:>10.2f} %\n", result.parameter,
+                      result.mean_error, result.sd, result.stated_u, 100.0 * result.coverage_95);
   }
   return text;
 }
@@ -73,7 +73,7 @@ Shard shard_of(const std::string& text) {
   const std::optional<int> count =
       slash == std::string::npos ? std::nullopt : parse_integer(text.substr(slash + 1));
   if (!number || !count || *number < 1 || *number > *count) {
-    throw UsageError("--shard: '" + text + "' must be I/N with 1 <= I <= N");
+    throw UsageError(formatted("--shard: '{}' must be I/N with 1 <= I <= N", text));
   }
   return {.number = *number, .count = *count};
 }

@@ -7,10 +7,9 @@
 #include <set>
 #include <string_view>
 
-#include <fmt/format.h>
-
 #include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
@@ -35,17 +34,17 @@ std::string rounded(double value, double uncertainty) {
     return "-";
   }
   if (!(uncertainty > 0.0) || !std::isfinite(uncertainty) || !std::isfinite(value)) {
-    return fmt::format("{:.6g}", value);
+    return formatted("{:.6g}", value);
   }
   const int decimals = decimals_for(uncertainty);
-  std::string fixed = fmt::format("{:.{}f}", value, std::clamp(decimals, 0, 17));
+  std::string fixed = formatted("{:.{}f}", value, std::clamp(decimals, 0, 17));
   const bool readable = decimals <= 8 && fixed.size() < cell_width - 1;
   if (readable) {
     return fixed;
   }
   const double size = std::max(std::abs(value), uncertainty);
   const int digits = static_cast<int>(std::floor(std::log10(size))) + decimals;
-  return fmt::format("{:.{}e}", value, std::clamp(digits, 1, 6));
+  return formatted("{:.{}e}", value, std::clamp(digits, 1, 6));
 }
 
 std::string rounded_uncertainty(double uncertainty) {
@@ -53,11 +52,11 @@ std::string rounded_uncertainty(double uncertainty) {
 }
 
 std::string cell(const std::string& text) {
-  return fmt::format("{:>{}}", text, cell_width);
+  return formatted("{:>{}}", text, cell_width);
 }
 
 std::string row(std::string_view label, std::size_t width, const std::vector<std::string>& cells) {
-  std::string line = fmt::format("  {:<{}}", label, width);
+  std::string line = formatted("  {:<{}}", label, width);
   for (const std::string& text : cells) {
     line += cell(text);
   }
@@ -65,7 +64,7 @@ std::string row(std::string_view label, std::size_t width, const std::vector<std
 }
 
 std::string counted(std::size_t count, const std::string& noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+  return formatted("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
 class Summary {
@@ -93,23 +92,23 @@ class Summary {
   }
 
  private:
-  void heading(const std::string& title) { text_ += "\n" + wrapped(title, 80) + "\n"; }
+  void heading(const std::string& title) { text_ += formatted("\n{}\n", wrapped(title, 80)); }
 
   void add_what_was_done() {
     const Instrument& instrument = c_.instrument;
     text_ += instrument.kind;
     text_ += instrument.serial.empty() ? "" : " " + instrument.serial;
     text_ += c_.slot.empty() ? "" : " in slot " + c_.slot;
-    text_ += fmt::format(
+    text_ += formatted(
         ": {}, readings in {}\n",
-        instrument.axes.size() == 1 ? "1 axis" : fmt::format("{} axes", instrument.axes.size()),
+        instrument.axes.size() == 1 ? "1 axis" : formatted("{} axes", instrument.axes.size()),
         instrument.unit == "1" ? "units of 1" : instrument.unit);
-    text_ += fmt::format("field {}, magnitude {:.7g}{}", c_.field.kind, c_.field.magnitude,
-                         c_.field.unit == "1" ? "" : " " + c_.field.unit);
+    text_ += formatted("field {}, magnitude {:.7g}{}", c_.field.kind, c_.field.magnitude,
+                       c_.field.unit == "1" ? "" : " " + c_.field.unit);
     if (c_.field.magnitude_u > 0.0) {
-      text_ += fmt::format(" (standard uncertainty {:.2g})", c_.field.magnitude_u);
+      text_ += formatted(" (standard uncertainty {:.2g})", c_.field.magnitude_u);
     }
-    text_ += c_.field.model.empty() ? "\n" : ", model " + c_.field.model + "\n";
+    text_ += c_.field.model.empty() ? "\n" : formatted(", model {}\n", c_.field.model);
     std::set<DesignPoint> points;
     std::set<int> blocks;
     for (const ReadingResidual& residual : c_.residuals) {
@@ -125,17 +124,17 @@ class Summary {
     std::string used = files.empty() ? "" : files + ": ";
     used += c_.method == Method::turns
                 ? counted(static_cast<std::size_t>(statistics_.observations), "turn")
-                : fmt::format("{} of {} used", statistics_.observations,
-                              counted(c_.residuals.size(), "reading"));
+                : formatted("{} of {} used", statistics_.observations,
+                            counted(c_.residuals.size(), "reading"));
     if (!points.empty()) {
-      used += fmt::format(", at {} in {}", counted(points.size(), "design point"),
-                          counted(blocks.size(), "block"));
+      used += formatted(", at {} in {}", counted(points.size(), "design point"),
+                        counted(blocks.size(), "block"));
     }
     text_ += wrapped(used, 80) + "\n";
     std::string method = "method " + std::string(method_name(c_.method));
     if (c_.method == Method::paired) {
       method +=
-          fmt::format(": {} of opposite positions", counted(statistics_.rows.size(), "average"));
+          formatted(": {} of opposite positions", counted(statistics_.rows.size(), "average"));
     } else if (c_.method == Method::joint) {
       method += ": all readings, the field's direction in the table fitted with them";
     } else if (c_.method == Method::turns) {
@@ -155,8 +154,8 @@ class Summary {
 
   void add_coefficients() {
     const std::string unit = c_.instrument.unit;
-    heading(fmt::format("Coefficients: bias [{}], sensitivity to x, y, z [{}]; +- 95 % interval",
-                        unit, unit_per(unit, c_.field.unit)));
+    heading(formatted("Coefficients: bias [{}], sensitivity to x, y, z [{}]; +- 95 % interval",
+                      unit, unit_per(unit, c_.field.unit)));
     text_ += row("axis", label_width_ + 3, {"bias", "x", "y", "z"});
     for (Eigen::Index k = 0; k < c_.response.bias.size(); ++k) {
       const double t = statistics_.coverage_factor(k);
@@ -168,7 +167,7 @@ class Summary {
         intervals.push_back(rounded_uncertainty(U));
       }
       text_ += row(axis_name(k), label_width_ + 3, values);
-      text_ += row(fmt::format("{:>{}}", "+-", label_width_ + 2), label_width_ + 3, intervals);
+      text_ += row(formatted("{:>{}}", "+-", label_width_ + 2), label_width_ + 3, intervals);
     }
   }
 
@@ -191,8 +190,8 @@ class Summary {
 
   void add_also() {
     for (const AlsoResponse& also : c_.also) {
-      heading(fmt::format("Sensitivity to {} along x, y, z [{}]; +- 95 % interval", also.kind,
-                          unit_per(c_.instrument.unit, also.unit)));
+      heading(formatted("Sensitivity to {} along x, y, z [{}]; +- 95 % interval", also.kind,
+                        unit_per(c_.instrument.unit, also.unit)));
       for (Eigen::Index k = 0; k < also.sensitivity.rows(); ++k) {
         std::vector<std::string> values;
         std::vector<std::string> intervals;
@@ -202,7 +201,7 @@ class Summary {
           intervals.push_back(rounded_uncertainty(U));
         }
         text_ += row(axis_name(k), label_width_ + 3, values);
-        text_ += row(fmt::format("{:>{}}", "+-", label_width_ + 2), label_width_ + 3, intervals);
+        text_ += row(formatted("{:>{}}", "+-", label_width_ + 2), label_width_ + 3, intervals);
       }
     }
   }
@@ -213,7 +212,7 @@ class Summary {
     if (quantities.empty()) {
       return;
     }
-    heading("As " + c_.instrument.kind + "; +- standard uncertainty");
+    heading(formatted("As {}; +- standard uncertainty", c_.instrument.kind));
     for (const Quantity& quantity : quantities) {
       std::string name = quantity.name;
       std::replace(name.begin(), name.end(), '_', ' ');
@@ -221,7 +220,7 @@ class Summary {
         name.resize(name.size() - 4);
       }
       name += quantity.of.empty() ? "" : " " + quantity.of;
-      std::string line = "  " + name + ":";
+      std::string line = formatted("  {}:", name);
       for (std::size_t i = 0; i < quantity.values.size(); ++i) {
         line += " " + rounded(quantity.values[i], quantity.u[i]);
         if (std::isfinite(quantity.u[i])) {
@@ -230,15 +229,15 @@ class Summary {
         line += i + 1 < quantity.values.size() ? "," : "";
       }
       line += quantity.unit == "1" ? "" : " " + quantity.unit;
-      text_ += "  " + wrapped(line.substr(2), 78) + "\n";
+      text_ += formatted("  {}\n", wrapped(line.substr(2), 78));
     }
     if (c_.alignment) {
       const Alignment& alignment = c_.alignment->alignment;
-      text_ += wrapped(fmt::format("  aligned with {}: angle between the two fields {:.3f} degrees "
-                                   "(standard error {:.2g}), rotation to {:.2g} degrees or better",
-                                   c_.alignment->record, alignment.angle_rad * deg_per_rad,
-                                   alignment.angle_se_rad * deg_per_rad,
-                                   alignment.standard_error_rad.maxCoeff() * deg_per_rad),
+      text_ += wrapped(formatted("  aligned with {}: angle between the two fields {:.3f} degrees "
+                                 "(standard error {:.2g}), rotation to {:.2g} degrees or better",
+                                 c_.alignment->record, alignment.angle_rad * deg_per_rad,
+                                 alignment.angle_se_rad * deg_per_rad,
+                                 alignment.standard_error_rad.maxCoeff() * deg_per_rad),
                        80) +
                "\n";
     }
@@ -250,13 +249,13 @@ class Summary {
     }
     const OrientationQuality& quality = *c_.orientations;
     heading("Orientations");
-    text_ += fmt::format("  fit error (rms of |f| - F) {:.3g} % of F\n", 100.0 * quality.fit_error);
-    text_ += fmt::format("  spread of the magnitude (sd) {:.3g} % of F\n",
-                         100.0 * quality.magnitude_spread);
-    text_ += fmt::format("  coverage: {:.0f} % of the sphere within 30 degrees of a reading\n",
-                         100.0 * quality.coverage);
-    text_ += fmt::format("  largest gap: {:.0f} degrees, towards {} of the sensor\n",
-                         quality.largest_gap_rad * deg_per_rad, direction_in_words(quality.gap));
+    text_ += formatted("  fit error (rms of |f| - F) {:.3g} % of F\n", 100.0 * quality.fit_error);
+    text_ += formatted("  spread of the magnitude (sd) {:.3g} % of F\n",
+                       100.0 * quality.magnitude_spread);
+    text_ += formatted("  coverage: {:.0f} % of the sphere within 30 degrees of a reading\n",
+                       100.0 * quality.coverage);
+    text_ += formatted("  largest gap: {:.0f} degrees, towards {} of the sensor\n",
+                       quality.largest_gap_rad * deg_per_rad, direction_in_words(quality.gap));
   }
 
   void add_levelness() {
@@ -273,7 +272,7 @@ class Summary {
     };
     text_ += row("", width, {"x", "y"});
     for (const BlockLevelness& block : levelness.blocks) {
-      text_ += row(fmt::format("block {}", block.block), width,
+      text_ += row(formatted("block {}", block.block), width,
                    pair(block.x, block.y, block.standard_error_x, block.standard_error_y));
       text_ += row("  its standard error", width,
                    {rounded_uncertainty(1e3 * block.standard_error_x),
@@ -287,22 +286,22 @@ class Summary {
                   rounded_uncertainty(1e3 * levelness.standard_error_y)});
     if (levelness.estimates.size() > 1) {
       text_ += row(
-          fmt::format("spread (sd) of {}", counted(levelness.estimates.size(), "estimate")), width,
+          formatted("spread (sd) of {}", counted(levelness.estimates.size(), "estimate")), width,
           {rounded_uncertainty(1e3 * levelness.sd_x), rounded_uncertainty(1e3 * levelness.sd_y)});
     }
     if (!std::isnan(levelness.p_value)) {
-      text_ += fmt::format("  the faces {} (p = {:.2g})\n",
-                           levelness.consistent ? "agree" : "DISAGREE", levelness.p_value);
+      text_ += formatted("  the faces {} (p = {:.2g})\n",
+                         levelness.consistent ? "agree" : "DISAGREE", levelness.p_value);
     }
     if (levelness.combined) {
       const CombinedLevelness& all = *levelness.combined;
-      text_ += row(fmt::format("all {}", counted(all.slots.size(), "slot")), width,
+      text_ += row(formatted("all {}", counted(all.slots.size(), "slot")), width,
                    pair(all.x, all.y, all.standard_error_x, all.standard_error_y));
       text_ += row("standard error of all", width,
                    {rounded_uncertainty(1e3 * all.standard_error_x),
                     rounded_uncertainty(1e3 * all.standard_error_y)});
-      text_ += fmt::format("  the slots {} (p = {:.2g})\n", all.consistent ? "agree" : "DISAGREE",
-                           all.p_value);
+      text_ += formatted("  the slots {} (p = {:.2g})\n", all.consistent ? "agree" : "DISAGREE",
+                         all.p_value);
     }
   }
 
@@ -313,7 +312,7 @@ class Summary {
     for (std::size_t first = 0; first < m; first += axes_at_once) {
       add_quality_of(first, std::min(m, first + axes_at_once));
     }
-    text_ += fmt::format("  condition number of the design {:.3g}\n", statistics_.condition_number);
+    text_ += formatted("  condition number of the design {:.3g}\n", statistics_.condition_number);
   }
 
   void add_quality_of(std::size_t first, std::size_t last) {
@@ -326,10 +325,10 @@ class Summary {
     for (std::size_t i = first; i < last; ++i) {
       const auto k = static_cast<Eigen::Index>(i);
       names.push_back(axis_name(k).substr(0, cell_width - 2));
-      sd.push_back(fmt::format("{:.3g}", statistics_.residual_sd(k)));
-      dof.push_back(fmt::format("{:.4g}", statistics_.degrees_of_freedom(k)));
+      sd.push_back(formatted("{:.3g}", statistics_.residual_sd(k)));
+      dof.push_back(formatted("{:.4g}", statistics_.degrees_of_freedom(k)));
       const double r_squared = statistics_.r_squared(k);
-      unexplained.push_back(std::isnan(r_squared) ? "-" : fmt::format("{:.1e}", 1.0 - r_squared));
+      unexplained.push_back(std::isnan(r_squared) ? "-" : formatted("{:.1e}", 1.0 - r_squared));
       // With next to no degrees of freedom these are huge by chance and tell nothing.
       constexpr double fewest_degrees_of_freedom = 4.0;
       double largest = std::nan("");
@@ -337,15 +336,15 @@ class Summary {
         largest = std::fmax(largest, std::abs(row_of_fit.studentized(k)));
       }
       const bool tells = statistics_.degrees_of_freedom(k) >= fewest_degrees_of_freedom;
-      studentized.push_back(tells && !std::isnan(largest) ? fmt::format("{:.2f}", largest) : "-");
+      studentized.push_back(tells && !std::isnan(largest) ? formatted("{:.2f}", largest) : "-");
       if (!statistics_.lack_of_fit.empty()) {
         const double p = statistics_.lack_of_fit[i].p_value;
-        lack.push_back(std::isnan(p) ? "-" : fmt::format("{:.2g}", p));
+        lack.push_back(std::isnan(p) ? "-" : formatted("{:.2g}", p));
       }
     }
     const std::size_t width = 34;
     text_ += row("axis", width, names);
-    text_ += row(fmt::format("residual sd of a reading [{}]", c_.instrument.unit).substr(0, width),
+    text_ += row(formatted("residual sd of a reading [{}]", c_.instrument.unit).substr(0, width),
                  width, sd);
     if (!statistics_.observations_per_axis.empty()) {
       std::vector<std::string> used;
@@ -371,9 +370,9 @@ class Summary {
     for (std::size_t k = 0; k < c_.polar_fit.size(); ++k) {
       const PolarFit& fit = c_.polar_fit[k];
       text_ += row(axis_name(static_cast<Eigen::Index>(k)), 8,
-                   {fmt::format("{:.6g}", fit.bias), fmt::format("{:.6g}", fit.form.sensitivity),
-                    fmt::format("{:.4f}", fit.form.coning_angle_rad * deg_per_rad),
-                    fmt::format("{:.2f}", fit.form.azimuth_rad * deg_per_rad),
+                   {formatted("{:.6g}", fit.bias), formatted("{:.6g}", fit.form.sensitivity),
+                    formatted("{:.4f}", fit.form.coning_angle_rad * deg_per_rad),
+                    formatted("{:.2f}", fit.form.azimuth_rad * deg_per_rad),
                     fit.converged ? std::to_string(fit.rounds) : "none"});
     }
   }
@@ -384,17 +383,17 @@ class Summary {
       return;
     }
     const TemperatureResponse& terms = *c_.temperature;
-    heading(fmt::format("Temperature: the above at {:.6g}; readings from {:.6g} to {:.6g}",
-                        terms.reference, terms.low, terms.high));
+    heading(formatted("Temperature: the above at {:.6g}; readings from {:.6g} to {:.6g}",
+                      terms.reference, terms.low, terms.high));
     for (Eigen::Index k = 0; k < terms.bias.rows(); ++k) {
       for (Eigen::Index j = 0; j < terms.bias.cols(); ++j) {
-        const std::string power = j == 0 ? "d" : "d^" + std::to_string(j + 1);
-        text_ += row(fmt::format("{} {}", axis_name(k), power), 20,
-                     {"bias", fmt::format("{:.4g}", terms.bias(k, j)), "scale",
-                      fmt::format("{:.4g}", terms.scale(k, j))});
+        const std::string power = j == 0 ? "d" : formatted("d^{}", j + 1);
+        text_ += row(formatted("{} {}", axis_name(k), power), 20,
+                     {"bias", formatted("{:.4g}", terms.bias(k, j)), "scale",
+                      formatted("{:.4g}", terms.scale(k, j))});
         text_ += row("", 20,
-                     {"+- (1 sd)", fmt::format("{:.1g}", terms.bias_se(k, j)), "",
-                      fmt::format("{:.1g}", terms.scale_se(k, j))});
+                     {"+- (1 sd)", formatted("{:.1g}", terms.bias_se(k, j)), "",
+                      formatted("{:.1g}", terms.scale_se(k, j))});
       }
     }
   }
@@ -424,7 +423,7 @@ void print_result_text(const std::string& text) {
 }
 
 void print_remark(const char* what, const std::string& text) {
-  std::fprintf(stderr, "%s\n", wrapped(std::string(what) + ": " + text, 80).c_str());
+  std::fprintf(stderr, "%s\n", wrapped(formatted("{}: {}", what, text), 80).c_str());
 }
 
 std::string wrapped(const std::string& text, std::size_t width) {

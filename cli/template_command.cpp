@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
@@ -45,9 +46,9 @@ int run(const TemplateCommand& command) {
     for (const Template& one : templates) {
       names.push_back(one.name);
     }
-    throw UsageError("template: no file is called '" + command.name + "'" +
-                     did_you_mean(command.name, names) + "; there are " +
-                     joined(std::vector<std::string>(names.begin(), names.end())));
+    throw UsageError(formatted("template: no file is called '{}'{}; there are {}", command.name,
+                               did_you_mean(command.name, names),
+                               joined(std::vector<std::string>(names.begin(), names.end()))));
   }
   write_whole_file(command.output, std::string(found->text()));
   return 0;

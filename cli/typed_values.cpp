@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "typed_values.hpp"
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 
@@ -9,7 +10,7 @@ namespace axiscal::cli {
 double number_of(std::string_view option, const std::string& text) {
   const std::optional<double> number = parse_number(text);
   if (!number) {
-    throw UsageError(std::string(option) + ": '" + text + "' is not a number");
+    throw UsageError(formatted("{}: '{}' is not a number", option, text));
   }
   return *number;
 }
@@ -19,8 +20,8 @@ std::vector<double> numbers_of(std::string_view option,
                                std::size_t count) {
   const std::optional<std::vector<double>> numbers = parse_numbers(text);
   if (!numbers || numbers->size() != count) {
-    throw UsageError(std::string(option) + ": '" + text + "' are not " + std::to_string(count) +
-                     " numbers parted by commas");
+    throw UsageError(
+        formatted("{}: '{}' are not {} numbers parted by commas", option, text, count));
   }
   return *numbers;
 }
@@ -52,15 +53,14 @@ double not_negative_of(std::string_view option, const std::string& text) {
 int whole_number_of(std::string_view option, const std::string& text, int least) {
   const std::optional<int> value = parse_integer(text);
   if (!value || *value < least) {
-    throw UsageError(std::string(option) + ": '" + text + "' is not a whole number from " +
-                     std::to_string(least) + " on");
+    throw UsageError(formatted("{}: '{}' is not a whole number from {} on", option, text, least));
   }
   return *value;
 }
 
 PitchFormula pitch_formula_of(std::string_view option, const std::string& text) {
   if (text != "asin" && text != "atan2") {
-    throw UsageError(std::string(option) + ": must be asin or atan2, not '" + text + "'");
+    throw UsageError(formatted("{}: must be asin or atan2, not '{}'", option, text));
   }
   return text == "atan2" ? PitchFormula::arctangent : PitchFormula::arcsine;
 }
@@ -76,9 +76,10 @@ Tolerances tolerances_of(const std::string& text) {
                     : name == "fence_rad"      ? &tolerances.fence_rad
                                                : nullptr;
     if (value == nullptr || parting == std::string_view::npos) {
-      throw UsageError("--tolerances: '" + std::string(item) +
-                       "' must be one of foot_height_m, ball_radius_m, squareness_rad, fence_rad, "
-                       "=, and its standard deviation");
+      throw UsageError(
+          formatted("--tolerances: '{}' must be one of foot_height_m, ball_radius_m, "
+                    "squareness_rad, fence_rad, =, and its standard deviation",
+                    item));
     }
     *value = not_negative_of("--tolerances", std::string(item.substr(parting + 1)));
   }
@@ -110,7 +111,7 @@ Site site_of_options(const std::optional<std::string>& latitude,
 double date_of_option(const std::string& text) {
   const std::optional<double> time_s = parse_date(text);
   if (!time_s) {
-    throw UsageError("--date: '" + text + "' is neither ISO 8601 nor a decimal year");
+    throw UsageError(formatted("--date: '{}' is neither ISO 8601 nor a decimal year", text));
   }
   return *time_s;
 }
@@ -128,8 +129,9 @@ Method method_of_option(const std::string& text) {
   const std::optional<Method> method = parse_chosen_method(text);
   if (!method) {
     throw UsageError(
-        "--method: '" + text +
-        "' is not known to this version; it knows paired, joint, known, magnitude, bias");
+        formatted("--method: '{}' is not known to this version; it knows paired, joint, known, "
+                  "magnitude, bias",
+                  text));
   }
   return *method;
 }
@@ -137,7 +139,7 @@ Method method_of_option(const std::string& text) {
 LevelBy level_by_of_option(const std::string& text) {
   const std::optional<LevelBy> level_by = parse_level_by(text);
   if (!level_by) {
-    throw UsageError("--level-by: must be run or block, not '" + text + "'");
+    throw UsageError(formatted("--level-by: must be run or block, not '{}'", text));
   }
   return *level_by;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
@@ -17,8 +18,9 @@ std::size_t need_channel(const std::vector<Channel>& channels, const std::string
   for (const Channel& channel : channels) {
     there.push_back(channel.name);
   }
-  throw DomainError("no channel '" + name + "' comes from the sources, only " + joined(there) +
-                        ": name them by names= of the source, or name the axes by them",
+  throw DomainError(formatted("no channel '{}' comes from the sources, only {}: name them by "
+                              "names= of the source, or name the axes by them",
+                              name, joined(there)),
                     {Setting::axes});
 }
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
@@ -22,9 +23,9 @@ void AxisIntake::set_channels(const std::vector<Channel>& channels) {
   for (std::size_t k = 0; k < columns_.size(); ++k) {
     const std::string& unit = channels[columns_[k].plus].unit;
     if (!unit.empty() && unit != instrument_.unit && instrument_.unit != "1") {
-      unit_text_ = "'" + instrument_.axes[k] + "' comes in " + unit +
-                   ", but the readings are to be in " + instrument_.unit +
-                   ": mend the unit, or the source";
+      unit_text_ = formatted(
+          "'{}' comes in {}, but the readings are to be in {}: mend the unit, or the source",
+          instrument_.axes[k], unit, instrument_.unit);
     }
   }
 }

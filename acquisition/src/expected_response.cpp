@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_unit.hpp"
@@ -56,9 +57,9 @@ std::string unit_mistake_text(double ratio) {
   constexpr double near = 0.1;
   for (const UnitMistake& mistake : unit_mistakes) {
     if (std::abs(std::log(ratio / mistake.factor)) < near) {
-      return "the readings are " + number_text(mistake.factor, 4) +
-             " times what they should be: " + std::string(mistake.text) +
-             "? Mend the unit, or the source";
+      return formatted(
+          "the readings are {} times what they should be: {}? Mend the unit, or the source",
+          number_text(mistake.factor, 4), mistake.text);
     }
   }
   return "";

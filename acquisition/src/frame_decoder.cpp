@@ -9,6 +9,7 @@
 
 #include <boost/crc.hpp>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/nearest_name.hpp"
@@ -110,7 +111,7 @@ const auto& find_type(const Types& types, const JsonValue& value) {
     }
     names.push_back(type.name);
   }
-  value.fail("'" + name + "' is not known" + did_you_mean(name, names));
+  value.fail(formatted("'{}' is not known{}", name, did_you_mean(name, names)));
 }
 
 struct Field {
@@ -141,7 +142,7 @@ std::uint64_t bits_of(Bytes bytes, bool big_endian) {
 std::size_t place(const JsonValue& value, std::size_t size, std::size_t length) {
   const int offset = value.integer();
   if (offset < 0 || static_cast<std::size_t>(offset) + size > length) {
-    value.fail("does not lie within the frame's " + std::to_string(length) + " bytes");
+    value.fail(formatted("does not lie within the frame's {} bytes", length));
   }
   return static_cast<std::size_t>(offset);
 }
@@ -154,7 +155,7 @@ std::string bytes_of_hex(const JsonValue& value) {
     char* end = nullptr;
     const unsigned long byte = std::strtoul(pair.c_str(), &end, 16);
     if (pair.size() != 2 || end != pair.c_str() + 2) {
-      value.fail("'" + text + "': expected pairs of hexadecimal digits, as \"AA55\"");
+      value.fail(formatted("'{}': expected pairs of hexadecimal digits, as \"AA55\"", text));
     }
     bytes += static_cast<char>(byte);
   }

@@ -12,6 +12,8 @@
 
 #ifdef AXISCAL_IIO
 #include <iio.h>
+
+#include "axiscal/core/formatted.hpp"
 #endif
 
 namespace axiscal {
@@ -91,7 +93,7 @@ class IioSource final : public Source {
     }
     const int error = poll_hz_ > 0.0 ? poll(batch, report, patience) : refill(batch, report);
     if (error < 0) {
-      message_ = name_ + ": " + error_text(error);
+      message_ = formatted("{}: {}", name_, error_text(error));
       disconnect();
       next_try_s_ = session_seconds() + retry_after_s;
       report.state = LinkState::lost;
@@ -110,7 +112,7 @@ class IioSource final : public Source {
   std::string connect() {
     context_.reset(iio_create_context_from_uri(uri_.c_str()));
     if (!context_) {
-      return name_ + ": no IIO context: " + error_text(errno);
+      return formatted("{}: no IIO context: {}", name_, error_text(errno));
     }
     std::string why = set_up();
     if (!why.empty()) {
@@ -135,10 +137,10 @@ class IioSource final : public Source {
       device = device == nullptr && wanted ? one : device;
     }
     if (device == nullptr) {
-      return name_ + ": " +
-             (wanted_device_.empty() ? "no device with input channels"
-                                     : "no device '" + wanted_device_ + "'") +
-             (there.empty() ? "" : "; there are " + joined(there));
+      return formatted("{}: {}{}", name_,
+                       wanted_device_.empty() ? "no device with input channels"
+                                              : formatted("no device '{}'", wanted_device_),
+                       there.empty() ? "" : "; there are " + joined(there));
     }
     const std::string why = choose_channels(*device);
     if (!why.empty() || poll_hz_ > 0.0) {
@@ -146,8 +148,8 @@ class IioSource final : public Source {
     }
     buffer_.reset(iio_device_create_buffer(device, samples_, false));
     if (!buffer_) {
-      return name_ + ": no buffer (" + error_text(errno) +
-             "); a device without a trigger is read by poll=HZ";
+      return formatted("{}: no buffer ({}); a device without a trigger is read by poll=HZ", name_,
+                       error_text(errno));
     }
     return "";
   }
@@ -189,7 +191,7 @@ class IioSource final : public Source {
     }
     for (const std::string& wanted : wanted_channels_) {
       if (std::find(there.begin(), there.end(), wanted) == there.end()) {
-        return name_ + ": no channel '" + wanted + "'; there are " + joined(there);
+        return formatted("{}: no channel '{}'; there are {}", name_, wanted, joined(there));
       }
     }
     if (channels_.empty()) {

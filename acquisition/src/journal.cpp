@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/json_document.hpp"
@@ -70,7 +71,7 @@ Journal Journal::create(const std::string& path) {
       throw OutputError(path + ": is there already; resume it, or choose another name",
                         {Setting::resume, Setting::journal});
     }
-    throw OutputError(path + ": cannot be made: " + reason());
+    throw OutputError(formatted("{}: cannot be made: {}", path, reason()));
   }
   Journal journal(path, descriptor, 0);
   lock(path, descriptor);
@@ -87,7 +88,7 @@ Journal Journal::open(const std::string& path, std::vector<std::string>& lines) 
   static_cast<void>(InputFile(path));  // says what is wrong with it
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   if (descriptor < 0) {
-    throw OutputError(path + ": cannot be written: " + reason());
+    throw OutputError(formatted("{}: cannot be written: {}", path, reason()));
   }
   Journal journal(path, descriptor, 0);
   lock(path, descriptor);
@@ -111,7 +112,8 @@ Journal Journal::open(const std::string& path, std::vector<std::string>& lines) 
     throw DataError(path, "is no journal: its first line is missing, or not whole");
   }
   if (is_cut && ::ftruncate(descriptor, journal.size_) != 0) {
-    throw OutputError(path + ": its last line is not whole and cannot be cut off: " + reason());
+    throw OutputError(
+        formatted("{}: its last line is not whole and cannot be cut off: {}", path, reason()));
   }
   return journal;
 }
@@ -134,7 +136,7 @@ std::string Journal::write(std::string_view line, bool wait) {
       continue;
     }
     if (count <= 0) {
-      std::string why = path_ + ": " + reason();
+      std::string why = formatted("{}: {}", path_, reason());
       if (::ftruncate(descriptor_, size_) != 0) {
         why += "; and a part of a line stays at its end";
       }
@@ -143,7 +145,7 @@ std::string Journal::write(std::string_view line, bool wait) {
     written += static_cast<std::size_t>(count);
   }
   if (wait && ::fsync(descriptor_) != 0) {
-    std::string why = path_ + ": " + reason();
+    std::string why = formatted("{}: {}", path_, reason());
     if (::ftruncate(descriptor_, size_) != 0) {
       why += "; and a line that may not be on the disk stays at its end";
     }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/text_row.hpp"
@@ -140,7 +141,7 @@ class DelimitedDecoder final : public LineDecoder {
       return;
     }
     for (std::size_t i = 0; i < values_.size(); ++i) {
-      channels_.push_back({.name = "c" + std::to_string(i + 1), .unit = ""});
+      channels_.push_back({.name = formatted("c{}", i + 1), .unit = ""});
     }
     sink.sample(waiting_);
     sink.sample(values_);
@@ -190,11 +191,11 @@ class JsonDecoder final : public LineDecoder {
       found_.emplace_back(name, value.get<double>());
     } else if (value.is_object()) {
       for (const auto& [key, member] : value.items()) {
-        flatten(member, name.empty() ? key : name + "." + key);
+        flatten(member, name.empty() ? key : formatted("{}.{}", name, key));
       }
     } else if (value.is_array()) {
       for (std::size_t i = 0; i < value.size(); ++i) {
-        flatten(value[i], name + "." + std::to_string(i));
+        flatten(value[i], formatted("{}.{}", name, i));
       }
     }
   }
@@ -212,7 +213,7 @@ class PatternDecoder final : public LineDecoder {
       const std::size_t open = std::min(pattern.find('{', at), pattern.size());
       const std::size_t close = pattern.find('}', open);
       if (open < pattern.size() && close == std::string::npos) {
-        address.fail("pattern=" + pattern + ": a { without its }");
+        address.fail(formatted("pattern={}: a {{ without its }}", pattern));
       }
       pieces_.push_back({.before = pattern.substr(at, open - at)});
       if (open == pattern.size()) {
@@ -315,7 +316,7 @@ std::unique_ptr<Decoder> make_decoder(const SourceAddress& address) {
     }
     return make_frame_decoder(path);
   }
-  address.fail("format=" + format + ": expected delimited, json, pattern or frames");
+  address.fail(formatted("format={}: expected delimited, json, pattern or frames", format));
 }
 
 }  // namespace axiscal

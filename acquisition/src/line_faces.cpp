@@ -8,6 +8,7 @@
 
 #include "axiscal/acquisition/session_face.hpp"
 #include "axiscal/acquisition/session_json.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 
@@ -91,9 +92,8 @@ class PlainFace final : public LineFace {
     remember(view);
     for (const SessionEvent& event : events) {
       if (event.kind == "ask") {
-        print("point " + std::to_string(view.done + 1) + " of " +
-              std::to_string(view.done + view.left) + ": " + view.headline +
-              (view.detail.empty() ? "" : "; " + view.detail));
+        print(formatted("point {} of {}: {}{}", view.done + 1, view.done + view.left, view.headline,
+                        view.detail.empty() ? "" : "; " + view.detail));
       } else if (event.kind == "review") {
         for (const std::string& line : view.result) {
           print(line);
@@ -102,14 +102,15 @@ class PlainFace final : public LineFace {
         print(event.text);
       }
       if (event.kind == "captured" && view.slope) {
-        print("  slope so far " + number_text(1e3 * view.slope->x(), 3) + ", " +
-              number_text(1e3 * view.slope->y(), 3) + " mrad" +
-              (view.forecast_deg ? "; at the end a direction to " +
-                                       number_text(*view.forecast_deg, 2) + " degrees (1 sd)"
-                                 : "") +
-              (view.remaining_s ? "; about " + number_text(std::ceil(*view.remaining_s / 60.0), 3) +
-                                      " minutes to go"
-                                : ""));
+        print(formatted(
+            "  slope so far {}, {} mrad{}{}", number_text(1e3 * view.slope->x(), 3),
+            number_text(1e3 * view.slope->y(), 3),
+            view.forecast_deg ? formatted("; at the end a direction to {} degrees (1 sd)",
+                                          number_text(*view.forecast_deg, 2))
+                              : "",
+            view.remaining_s ? formatted("; about {} minutes to go",
+                                         number_text(std::ceil(*view.remaining_s / 60.0), 3))
+                             : ""));
       }
     }
     if (view.phase != last_ &&
@@ -144,7 +145,7 @@ class JsonFace final : public LineFace {
       print(event_json(event));
     }
     if (!events.empty()) {
-      print("{\"event\":\"view\",\"view\":" + view_json(view) + "}");
+      print(formatted("{{\"event\":\"view\",\"view\":{}}}", view_json(view)));
     }
     std::string alarms;
     for (const SessionAlarm& alarm : view.alarms) {
@@ -152,7 +153,7 @@ class JsonFace final : public LineFace {
     }
     if (alarms != alarms_) {
       alarms_ = alarms;
-      print("{\"event\":\"view\",\"view\":" + view_json(view) + "}");
+      print(formatted("{{\"event\":\"view\",\"view\":{}}}", view_json(view)));
     }
   }
 

@@ -13,6 +13,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include "axiscal/core/formatted.hpp"
 #include "byte_link.hpp"
 
 namespace axiscal {
@@ -132,10 +133,10 @@ class SerialLink final : public ReopenedLink {
                    {Setting::ports});
     }
     if (parity_ != "none" && parity_ != "even" && parity_ != "odd") {
-      address.fail("parity=" + parity_ + ": expected none, even or odd");
+      address.fail(formatted("parity={}: expected none, even or odd", parity_));
     }
     if (flow_ != "none" && flow_ != "hardware" && flow_ != "software") {
-      address.fail("flow=" + flow_ + ": expected none, hardware or software");
+      address.fail(formatted("flow={}: expected none, hardware or software", flow_));
     }
   }
 
@@ -148,10 +149,10 @@ class SerialLink final : public ReopenedLink {
     using Port = asio::serial_port_base;
     boost::system::error_code error;
     const auto failed = [&](const std::string& what) {
-      return path_ + ": " + what + error.message() +
-             (error == asio::error::access_denied
-                  ? " (a member of group dialout may open serial ports)"
-                  : "");
+      return formatted("{}: {}{}{}", path_, what, error.message(),
+                       error == asio::error::access_denied
+                           ? " (a member of group dialout may open serial ports)"
+                           : "");
     };
     port_.open(path_, error);
     if (error) {
@@ -192,7 +193,7 @@ class SerialLink final : public ReopenedLink {
                       std::chrono::milliseconds patience,
                       std::size_t& count) override {
     const std::string lost = receive_from(port_, data, size, patience, count);
-    return lost.empty() ? "" : path_ + ": unplugged (" + lost + ")";
+    return lost.empty() ? "" : formatted("{}: unplugged ({})", path_, lost);
   }
 
  private:
@@ -232,7 +233,7 @@ class TcpLink : public ReopenedLink {
                       std::chrono::milliseconds patience,
                       std::size_t& count) override {
     const std::string lost = receive_from(socket_, data, size, patience, count);
-    return lost.empty() ? "" : name_ + ": the connection was closed (" + lost + ")";
+    return lost.empty() ? "" : formatted("{}: the connection was closed ({})", name_, lost);
   }
 
   std::string name_;
@@ -251,7 +252,7 @@ class TcpClientLink final : public TcpLink {
     asio::ip::tcp::resolver resolver(context_);
     const auto found = resolver.resolve(place_.host, place_.port, error);
     if (error) {
-      return name_ + ": " + error.message();
+      return formatted("{}: {}", name_, error.message());
     }
     error = asio::error::timed_out;
     asio::async_connect(socket_, found,
@@ -268,7 +269,7 @@ class TcpClientLink final : public TcpLink {
       socket_.non_blocking(false, error);
       socket_.set_option(asio::socket_base::keep_alive(true), error);
     }
-    return error ? name_ + ": " + error.message() : "";
+    return error ? formatted("{}: {}", name_, error.message()) : "";
   }
 
  private:
@@ -294,16 +295,16 @@ class TcpServerLink final : public TcpLink {
         }
       }
       if (error) {
-        const std::string why = name_ + ": " + error.message();
+        const std::string why = formatted("{}: {}", name_, error.message());
         acceptor_.close(error);
         return why;
       }
     }
     if (!wait_readable(acceptor_.native_handle(), patience)) {
-      return "port " + place_.port + ": nobody has connected yet";
+      return formatted("port {}: nobody has connected yet", place_.port);
     }
     acceptor_.accept(socket_, error);
-    return error ? name_ + ": " + error.message() : "";
+    return error ? formatted("{}: {}", name_, error.message()) : "";
   }
 
  private:
@@ -333,7 +334,7 @@ class UdpLink final : public ReopenedLink {
         socket_.bind(endpoint, error);
       }
     }
-    return error ? name_ + ": " + error.message() : "";
+    return error ? formatted("{}: {}", name_, error.message()) : "";
   }
 
   void close() override {
@@ -350,7 +351,7 @@ class UdpLink final : public ReopenedLink {
     }
     boost::system::error_code error;
     count = socket_.receive(asio::buffer(data, size), 0, error);
-    return error && !would_block(error) ? name_ + ": " + error.message() : "";
+    return error && !would_block(error) ? formatted("{}: {}", name_, error.message()) : "";
   }
 
  private:

@@ -10,6 +10,8 @@
 
 #ifdef AXISCAL_MQTT
 #include <mosquitto.h>
+
+#include "axiscal/core/formatted.hpp"
 #endif
 
 namespace axiscal {
@@ -96,7 +98,7 @@ class MqttLink final : public ByteLink {
  private:
   void connected(mosquitto* client, int code) {
     if (code != 0) {
-      message_ = address_.text + ": " + mosquitto_connack_string(code);
+      message_ = formatted("{}: {}", address_.text, mosquitto_connack_string(code));
       return;
     }
     connected_ = true;
@@ -119,7 +121,7 @@ class MqttLink final : public ByteLink {
   }
 
   [[nodiscard]] std::string text_of(int error) const {
-    return address_.text + ": " + mosquitto_strerror(error);
+    return formatted("{}: {}", address_.text, mosquitto_strerror(error));
   }
 
   SourceAddress address_;

@@ -6,6 +6,7 @@
 
 #include "axiscal/acquisition/simulated_source.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "device_sources.hpp"
@@ -46,7 +47,7 @@ std::unique_ptr<Source> open_simulation(const SourceAddress& address) {
   if (const std::optional<std::string> slope = address.find("slope")) {
     const std::optional<std::vector<double>> numbers = parse_numbers(*slope);
     if (!numbers || numbers->size() != 2 || std::hypot((*numbers)[0], (*numbers)[1]) > 0.3) {
-      address.fail("slope=" + *slope + ": expected X,Y [rad], up to 0.3");
+      address.fail(formatted("slope={}: expected X,Y [rad], up to 0.3", *slope));
     }
     setup.slope = {(*numbers)[0], (*numbers)[1]};
   }
@@ -128,8 +129,8 @@ void check_options(const SourceAddress& address, const SourceKind& kind) {
   const std::vector<std::string_view> known(kind.options.begin(), kind.options.end());
   for (const auto& [name, value] : address.options) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      address.fail("unknown option '" + name + "'" + did_you_mean(name, known) + "; there are " +
-                   joined(kind.options));
+      address.fail(formatted("unknown option '{}'{}; there are {}", name, did_you_mean(name, known),
+                             joined(kind.options)));
     }
   }
 }
@@ -178,8 +179,8 @@ std::unique_ptr<Source> open_source(const std::string& text) {
     const std::size_t colon = text.find("://");
     if (colon != std::string::npos) {
       const std::vector<std::string_view> views(names.begin(), names.end());
-      address.fail("unknown kind of source '" + text.substr(0, colon) + "'" +
-                   did_you_mean(text.substr(0, colon), views) + "; there are " + joined(names));
+      address.fail(formatted("unknown kind of source '{}'{}; there are {}", text.substr(0, colon),
+                             did_you_mean(text.substr(0, colon), views), joined(names)));
     }
   }
   for (const Scheme& scheme : schemes()) {

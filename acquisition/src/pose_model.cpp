@@ -52,6 +52,45 @@ Eigen::MatrixXd derivative_of_reading(const PoseModelFit& fit, const Eigen::Matr
   return J;
 }
 
+// The last rows of the system: what is expected of bias, sensitivity, the field's direction and the
+// scale that the axes have in common.
+void put_expectations(const PoseModelSetup& setup,
+                      const Eigen::MatrixXd& nominal_axes,
+                      double scale,
+                      const PoseModelFit& fit,
+                      const Eigen::Vector2d& tilt,
+                      double common_scale,
+                      Eigen::MatrixXd& J,
+                      Eigen::VectorXd& r) {
+  const LinearResponse& response = fit.response;
+  const Eigen::Index m = response.bias.size();
+  const Eigen::Index tangent = 4 * m;
+  const Eigen::Index common = tangent + 2;
+  const double unit = scale / setup.field.magnitude;
+  const double expected_scale = setup.nominal_sensitivity.value_or(0.0);
+  Eigen::Index row = J.rows() - 4 * m - 3;
+  const double bias_sd = setup.nominal_sensitivity ? 0.3 * scale : wide * scale;
+  for (Eigen::Index k = 0; k < m; ++k, ++row) {
+    J(row, k) = 1.0 / bias_sd;
+    r(row) = -response.bias(k) / bias_sd;
+  }
+  const double sensitivity_sd = setup.misalignment_sd * unit;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    for (Eigen::Index j = 0; j < 3; ++j, ++row) {
+      J(row, m + 3 * k + j) = 1.0 / sensitivity_sd;
+      J(row, common) = -nominal_axes(k, j) / sensitivity_sd;
+      r(row) = -(response.sensitivity(k, j) - common_scale * nominal_axes(k, j)) / sensitivity_sd;
+    }
+  }
+  for (Eigen::Index j = 0; j < 2; ++j, ++row) {
+    J(row, tangent + j) = 1.0 / setup.direction_sd_rad;
+    r(row) = -tilt(j) / setup.direction_sd_rad;
+  }
+  const double common_sd = setup.nominal_sensitivity ? 0.1 * unit : wide * unit;
+  J(row, common) = 1.0 / common_sd;
+  r(row) = (expected_scale - common_scale) / common_sd;
+}
+
 }  // namespace
 
 PoseModel::PoseModel(PoseModelSetup setup)
@@ -130,11 +169,10 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
   const auto n = static_cast<Eigen::Index>(known.size());
   const Eigen::Index unknowns = 4 * m + 3;
   const Eigen::Index tangent = 4 * m;
-  const Eigen::Index common = 4 * m + 2;
+  const Eigen::Index common = tangent + 2;
   const double magnitude = setup_.field.magnitude;
   const double unit = scale / magnitude;
   const double placement = setup_.placement_sd_rad * scale;
-  const double expected_scale = setup_.nominal_sensitivity.value_or(0.0);
   PoseModelFit fit;
   fit.field_in_table = start.normalized() * magnitude;
   fit.response.bias = Eigen::VectorXd::Zero(m);
@@ -162,29 +200,7 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
       r.segment(i * m, m) =
           weight.cwiseProduct(reading.mean - fit.response.at(R * fit.field_in_table));
     }
-    // What is expected.
-    Eigen::Index row = n * m;
-    const double bias_sd = setup_.nominal_sensitivity ? 0.3 * scale : wide * scale;
-    for (Eigen::Index k = 0; k < m; ++k, ++row) {
-      J(row, k) = 1.0 / bias_sd;
-      r(row) = -fit.response.bias(k) / bias_sd;
-    }
-    const double sensitivity_sd = setup_.misalignment_sd * unit;
-    for (Eigen::Index k = 0; k < m; ++k) {
-      for (Eigen::Index j = 0; j < 3; ++j, ++row) {
-        J(row, m + 3 * k + j) = 1.0 / sensitivity_sd;
-        J(row, common) = -nominal_axes_(k, j) / sensitivity_sd;
-        r(row) =
-            -(fit.response.sensitivity(k, j) - common_scale * nominal_axes_(k, j)) / sensitivity_sd;
-      }
-    }
-    for (Eigen::Index j = 0; j < 2; ++j, ++row) {
-      J(row, tangent + j) = 1.0 / setup_.direction_sd_rad;
-      r(row) = -tilt(j) / setup_.direction_sd_rad;
-    }
-    const double common_sd = setup_.nominal_sensitivity ? 0.1 * unit : wide * unit;
-    J(row, common) = 1.0 / common_sd;
-    r(row) = (expected_scale - common_scale) / common_sd;
+    put_expectations(setup_, nominal_axes_, scale, fit, tilt, common_scale, J, r);
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(J);
     factor = qr.matrixQR().topRows(unknowns).triangularView<Eigen::Upper>();
     const Eigen::VectorXd step = qr.solve(r);

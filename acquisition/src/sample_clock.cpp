@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/timestamp.hpp"
 
 namespace axiscal {
@@ -59,9 +60,9 @@ void SampleClock::check_unit(const std::string& path,
   }
   const TimeUnit unit = settle_time_unit(path, *column_, block[column_->position]);
   if (unit.seconds != column_->seconds) {
-    throw DataError(path, "the times of column '" + column_->name +
-                              "' are no seconds by their rate; say what they are: names=t_us,... "
-                              "(t_ms, t_ns), or rate=HZ");
+    throw DataError(path, formatted("the times of column '{}' are no seconds by their rate; say "
+                                    "what they are: names=t_us,... (t_ms, t_ns), or rate=HZ",
+                                    column_->name));
   }
 }
 

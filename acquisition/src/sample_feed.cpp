@@ -2,252 +2,24 @@
 #include "axiscal/acquisition/sample_feed.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <condition_variable>
 #include <deque>
-#include <exception>
-#include <mutex>
 #include <optional>
-#include <thread>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/logs/segment.hpp"
 #include "sample_clock.hpp"
+#include "source_reader.hpp"
 
 namespace axiscal {
 namespace {
 
-constexpr std::size_t most_values_waiting = 1U << 20U;  // 8 MiB a source
-constexpr double shown_for_s = 3.0;                     // a defect that is over
-constexpr double rate_window_s = 0.9;
-constexpr double rate_tolerance = 0.05;
-constexpr double no_sample_s = 1.0;
 constexpr double longest_wait_s = 1.0;   // for another source's next sample
 constexpr double longest_hold_s = 10.0;  // its last sample counts for so long
-
-// One source with what it has delivered and said.
-class Reader {
- public:
-  explicit Reader(std::unique_ptr<Source> source) : source_(std::move(source)) {
-    if (source_->is_live()) {
-      thread_ = std::thread([this] { run(); });
-    }
-  }
-
-  ~Reader() {
-    stop_ = true;
-    room_.notify_all();
-    if (thread_.joinable()) {
-      thread_.join();
-    }
-  }
-
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
-
-  [[nodiscard]] bool is_live() const { return source_->is_live(); }
-  [[nodiscard]] bool is_recorded() const { return source_->is_recorded(); }
-  [[nodiscard]] const std::string& name() const { return source_->name(); }
-
-  // Moves what has come into a batch; of a source that is not live it reads the next.
-  void take(SampleBatch& batch, std::chrono::milliseconds patience) {
-    if (!is_live()) {
-      SampleBatch one;
-      const SourceReport report = source_->read(one, patience);
-      const std::lock_guard lock(mutex_);
-      note(report, one.size());
-      batch.append(one);
-      return;
-    }
-    std::unique_lock lock(mutex_);
-    if (waiting_.time_s.empty() && patience.count() > 0) {
-      arrived_.wait_for(lock, patience, [this] { return !waiting_.time_s.empty() || ended_; });
-    }
-    batch.append(waiting_);
-    waiting_.clear();
-    room_.notify_all();
-    if (failure_ && batch.size() == 0) {
-      std::rethrow_exception(failure_);
-    }
-  }
-
-  [[nodiscard]] std::vector<Channel> channels() const {
-    const std::lock_guard lock(mutex_);
-    return channels_;
-  }
-
-  [[nodiscard]] bool has_ended() const {
-    const std::lock_guard lock(mutex_);
-    return ended_ && waiting_.time_s.empty();
-  }
-
-  [[nodiscard]] std::optional<double> time_at_zero() const {
-    const std::lock_guard lock(mutex_);
-    return time_at_zero_;
-  }
-
-  [[nodiscard]] double silence_s() const {
-    const std::lock_guard lock(mutex_);
-    return is_live() && counts_.samples > 0 ? session_seconds() - last_sample_s_ : 0.0;
-  }
-
-  [[nodiscard]] SampleFeed::Counts counts() const {
-    const std::lock_guard lock(mutex_);
-    return counts_;
-  }
-
-  void request(const DesignEntry* entry, bool warned) {
-    const std::lock_guard lock(mutex_);
-    request_ = entry == nullptr ? std::nullopt : std::optional(*entry);
-    request_warned_ = warned;
-    request_new_ = true;
-    if (!is_live()) {
-      pass_request();
-    }
-  }
-
-  void add_alarms(std::vector<SessionAlarm>& alarms) const {
-    const std::lock_guard lock(mutex_);
-    const double now = session_seconds();
-    if (state_ == LinkState::waiting || state_ == LinkState::lost) {
-      alarms.push_back({.code = "unplugged",
-                        .text = message_.empty() ? source_->name() + ": nothing is connected"
-                                                 : message_ + "; it is tried again"});
-    } else if (ended_) {
-      alarms.push_back({.code = "ended", .text = source_->name() + ": " + message_});
-    } else if (!message_.empty()) {
-      alarms.push_back({.code = "source", .text = message_});
-    }
-    if (is_live() && state_ == LinkState::open && bytes_since_sample_ > 0 &&
-        now - last_sample_s_ > no_sample_s && now - opened_s_ > no_sample_s) {
-      alarms.push_back({.code = "format",
-                        .text = source_->name() +
-                                ": bytes come, but no sample is among them: are baud, format and "
-                                "names right?"});
-    }
-    if (defects_at_s_ > 0.0 && now - defects_at_s_ < shown_for_s) {
-      alarms.push_back({.code = "garbage",
-                        .text = source_->name() + ": " + std::to_string(counts_.defects) +
-                                " lines or frames so far were no samples, and are left out"});
-    }
-    if (stepped_at_s_ > 0.0 && now - stepped_at_s_ < shown_for_s) {
-      alarms.push_back(
-          {.code = "clock",
-           .text = source_->name() + ": its clock was set; the times go on without the jump"});
-    }
-    const double stated = source_->stated_rate_hz();
-    if (is_live() && stated > 0.0 && rate_hz_ > 0.0 &&
-        std::abs(rate_hz_ / stated - 1.0) > rate_tolerance && state_ == LinkState::open) {
-      alarms.push_back({.code = "rate",
-                        .text = source_->name() + ": " + number_text(rate_hz_, 3) +
-                                " samples a second come, not " + number_text(stated) +
-                                " as stated"});
-    }
-  }
-
- private:
-  void run() {
-    constexpr std::chrono::milliseconds patience{50};
-    SampleBatch batch;
-    while (!stop_) {
-      batch.clear();
-      {
-        const std::lock_guard lock(mutex_);
-        pass_request();
-      }
-      SourceReport report;
-      try {
-        report = source_->read(batch, patience);
-      } catch (...) {
-        const std::lock_guard lock(mutex_);
-        failure_ = std::current_exception();
-        ended_ = true;
-        arrived_.notify_all();
-        return;
-      }
-      std::unique_lock lock(mutex_);
-      note(report, batch.size());
-      // A reader that is late stops the source, never the memory.
-      room_.wait(lock, [this] { return stop_ || waiting_.values.size() < most_values_waiting; });
-      waiting_.append(batch);
-      arrived_.notify_all();
-      if (report.state == LinkState::ended) {
-        return;
-      }
-    }
-  }
-
-  void pass_request() {
-    if (std::exchange(request_new_, false)) {
-      source_->request(request_ ? &*request_ : nullptr, request_warned_);
-    }
-  }
-
-  void note(const SourceReport& report, std::size_t samples) {
-    const double now = session_seconds();
-    if (report.state == LinkState::open && state_ != LinkState::open) {
-      opened_s_ = now;
-      rate_from_s_ = 0.0;
-    }
-    state_ = report.state;
-    message_ = report.message;
-    ended_ = ended_ || report.state == LinkState::ended;
-    time_at_zero_ = report.time_at_zero ? report.time_at_zero : time_at_zero_;
-    counts_.samples += samples;
-    counts_.defects += report.defects;
-    counts_.duplicates += report.duplicates;
-    defects_at_s_ = report.defects > 0 ? now : defects_at_s_;
-    stepped_at_s_ = report.clock_stepped ? now : stepped_at_s_;
-    bytes_since_sample_ = samples > 0 ? 0 : bytes_since_sample_ + report.bytes;
-    if (samples > 0) {
-      last_sample_s_ = now;
-      if (channels_.empty()) {
-        channels_ = source_->channels();
-      }
-      if (rate_from_s_ == 0.0) {
-        rate_from_s_ = now;
-        rate_samples_ = 0;
-      } else {
-        rate_samples_ += samples;
-        if (now - rate_from_s_ >= rate_window_s) {
-          rate_hz_ = static_cast<double>(rate_samples_) / (now - rate_from_s_);
-          rate_from_s_ = now;
-          rate_samples_ = 0;
-        }
-      }
-    }
-  }
-
-  std::unique_ptr<Source> source_;
-  mutable std::mutex mutex_;
-  std::condition_variable arrived_;
-  std::condition_variable room_;
-  std::atomic<bool> stop_ = false;
-  SampleBatch waiting_;
-  std::vector<Channel> channels_;
-  LinkState state_ = LinkState::waiting;
-  std::string message_;
-  bool ended_ = false;
-  std::exception_ptr failure_;
-  SampleFeed::Counts counts_;
-  std::optional<double> time_at_zero_;
-  double opened_s_ = 0.0;
-  double last_sample_s_ = 0.0;
-  std::size_t bytes_since_sample_ = 0;
-  double defects_at_s_ = 0.0;
-  double stepped_at_s_ = 0.0;
-  double rate_from_s_ = 0.0;
-  std::size_t rate_samples_ = 0;
-  double rate_hz_ = 0.0;
-  std::optional<DesignEntry> request_;
-  bool request_warned_ = false;
-  bool request_new_ = false;
-  std::thread thread_;
-};
 
 // A sample that waits for those of the other sources.
 struct Pending {
@@ -272,7 +44,7 @@ class SampleFeed::Impl {
       throw DomainError("SampleFeed: no source");
     }
     for (std::unique_ptr<Source>& source : sources) {
-      readers_.push_back(std::make_unique<Reader>(std::move(source)));
+      readers_.push_back(std::make_unique<SourceReader>(std::move(source)));
     }
     others_.resize(readers_.size());
   }
@@ -307,22 +79,23 @@ class SampleFeed::Impl {
     for (std::size_t s = 0; s < readers_.size(); ++s) {
       readers_[s]->add_alarms(alarms);
       if (others_[s].is_apart) {
-        alarms.push_back({.code = "apart",
-                          .text = readers_[s]->name() + ": has no sample within " +
-                                  number_text(longest_hold_s) + " s of those of " +
-                                  readers_.front()->name() + ": are their clocks the same?"});
+        alarms.push_back(
+            {.code = "apart",
+             .text = formatted(
+                 "{}: has no sample within {} s of those of {}: are their clocks the same?",
+                 readers_[s]->name(), number_text(longest_hold_s), readers_.front()->name())});
       }
     }
   }
 
-  std::vector<std::unique_ptr<Reader>> readers_;
+  std::vector<std::unique_ptr<SourceReader>> readers_;
   std::vector<Channel> channels_;
 
  private:
   static constexpr std::size_t most_pending = 1U << 16U;
 
   void take_first(std::chrono::milliseconds patience) {
-    Reader& reader = *readers_.front();
+    SourceReader& reader = *readers_.front();
     if (reader.is_live() ? pending_.size() > most_pending : !pending_.empty()) {
       return;
     }
@@ -339,7 +112,7 @@ class SampleFeed::Impl {
 
   // What a live source has delivered; a recording up to the last sample that waits for it.
   void take_other(std::size_t s) {
-    Reader& reader = *readers_[s];
+    SourceReader& reader = *readers_[s];
     if (reader.is_live()) {
       take_batch(s);
       return;
@@ -370,8 +143,8 @@ class SampleFeed::Impl {
   }
 
   // Recordings by one clock go together by it; others are taken to have begun together.
-  [[nodiscard]] double later_by(const Reader& other) const {
-    const Reader& first = *readers_.front();
+  [[nodiscard]] double later_by(const SourceReader& other) const {
+    const SourceReader& first = *readers_.front();
     const std::optional<double> own = other.time_at_zero();
     const std::optional<double> pace = first.time_at_zero();
     return first.is_recorded() && other.is_recorded() && own && pace &&
@@ -393,8 +166,8 @@ class SampleFeed::Impl {
         }
         if (std::any_of(all.begin(), all.end(),
                         [&](const Channel& one) { return one.name == own[c].name; })) {
-          throw DomainError("channel '" + own[c].name +
-                            "' comes from two sources: name them by names=");
+          throw DomainError(
+              formatted("channel '{}' comes from two sources: name them by names=", own[c].name));
         }
         all.push_back(own[c]);
         others_[s].taken.push_back(c);
@@ -425,7 +198,7 @@ class SampleFeed::Impl {
   // Whether another source may still deliver what belongs to a sample; a live one is not waited for
   // for long.
   [[nodiscard]] bool may_still_come(std::size_t s, const Pending& sample) const {
-    const Reader& reader = *readers_[s];
+    const SourceReader& reader = *readers_[s];
     const auto& samples = others_[s].samples;
     if (reader.has_ended() || (!samples.empty() && samples.back().first >= sample.time_s)) {
       return false;
@@ -496,7 +269,7 @@ double SampleFeed::silence_s() const {
 
 SampleFeed::Counts SampleFeed::counts() const {
   Counts sum;
-  for (const std::unique_ptr<Reader>& reader : impl_->readers_) {
+  for (const std::unique_ptr<SourceReader>& reader : impl_->readers_) {
     const Counts one = reader->counts();
     sum.samples += one.samples;
     sum.defects += one.defects;
@@ -506,7 +279,7 @@ SampleFeed::Counts SampleFeed::counts() const {
 }
 
 void SampleFeed::request(const DesignEntry* entry, bool warned) {
-  for (const std::unique_ptr<Reader>& reader : impl_->readers_) {
+  for (const std::unique_ptr<SourceReader>& reader : impl_->readers_) {
     reader->request(entry, warned);
   }
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/text_row.hpp"
 #include "decoder.hpp"
@@ -31,7 +32,7 @@ class ScpiSource final : public Source {
     }
     names = names.empty() ? std::vector<std::string>{"c1"} : names;
     if (!list.empty() && names.size() != list.size()) {
-      address.fail("names=: as many as channels= (" + std::to_string(list.size()) + ")");
+      address.fail(formatted("names=: as many as channels= ({})", list.size()));
     }
     const double resistor = address.number_or("resistor", 0.0, 1e-6, 1e12);
     factor_ = resistor > 0.0 ? 1.0 / resistor : 1.0;
@@ -41,13 +42,14 @@ class ScpiSource final : public Source {
         channels_.back().unit = resistor > 0.0 ? "A" : "V";
       }
     }
-    const std::string scan = list.empty() ? "" : "(@" + joined(list, ",") + ")";
+    const std::string scan = list.empty() ? "" : formatted("(@{})", joined(list, ","));
     const std::string range =
         address.find("range") ? number_text(address.number_or("range", 10.0, 1e-9, 1e9)) : "DEF";
-    commands_ = {"*CLS", "CONF:VOLT:DC " + range + (scan.empty() ? "" : "," + scan)};
+    commands_ = {"*CLS", formatted("CONF:VOLT:DC {}{}", range, scan.empty() ? "" : "," + scan)};
     if (address.find("nplc")) {
-      commands_.push_back("VOLT:DC:NPLC " + number_text(address.number_or("nplc", 1.0, 1e-4, 1e3)) +
-                          (scan.empty() ? "" : "," + scan));
+      commands_.push_back(formatted("VOLT:DC:NPLC {}{}",
+                                    number_text(address.number_or("nplc", 1.0, 1e-4, 1e3)),
+                                    scan.empty() ? "" : "," + scan));
     }
     if (!scan.empty()) {
       commands_.push_back("ROUT:SCAN " + scan);
@@ -81,8 +83,8 @@ class ScpiSource final : public Source {
     }
     take_replies(batch, report);
     if (step_ != Step::connect && session_seconds() - asked_s_ > longest_answer_s) {
-      report.message = name_ + ": no answer to " + asked_ + " for " +
-                       number_text(longest_answer_s) + " s; it is set up anew";
+      report.message = formatted("{}: no answer to {} for {} s; it is set up anew", name_, asked_,
+                                 number_text(longest_answer_s));
       begin();
     }
     if (!complaint_.empty()) {
@@ -121,7 +123,7 @@ class ScpiSource final : public Source {
       if (step_ == Step::errors) {
         // "-222,"Data out of range"", until +0,"No error".
         if (parse_number(split(reply, ',').front()).value_or(-1.0) != 0.0) {
-          complaint_ = name_ + ": the meter does not take its setup: " + reply;
+          complaint_ = formatted("{}: the meter does not take its setup: {}", name_, reply);
           ask("SYST:ERR?");
           if (++errors_ < 20) {
             continue;

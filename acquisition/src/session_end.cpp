@@ -5,6 +5,7 @@
 #include "axiscal/calib/forecast.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/median.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
@@ -85,9 +86,9 @@ SessionReview review_of(const std::optional<Calibration>& calibration,
   for (const CapturedReading& reading : readings) {
     if (usual > 0.0 && reading.sd.norm() > noisy_reading * usual) {
       runs.insert(reading.run);
-      review.lines.push_back(run_text(reading.run) + " scatters " +
-                             number_text(reading.sd.norm() / usual, 2) +
-                             " times as much as the others");
+      review.lines.push_back(formatted("{} scatters {} times as much as the others",
+                                       run_text(reading.run),
+                                       number_text(reading.sd.norm() / usual, 2)));
     }
   }
   review.again.assign(runs.begin(), runs.end());

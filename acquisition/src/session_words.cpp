@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session_words.hpp"
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
@@ -19,7 +20,7 @@ std::string laying_words(const SessionView& view) {
                                     : "";
   if (view.wanted->entry.level != 1.0) {
     text +=
-        (text.empty() ? "" : "; ") + std::string("level ") + number_text(view.wanted->entry.level);
+        formatted("{}level {}", text.empty() ? "" : "; ", number_text(view.wanted->entry.level));
   }
   return text;
 }
@@ -29,14 +30,14 @@ std::string soaking_words(const SaidBesides& besides) {
     return "no temperature comes; go on when it is there";
   }
   return besides.soak_remaining_s > 0.0
-             ? "about " + number_text(besides.soak_remaining_s / 60.0, 2) + " minutes to go"
+             ? formatted("about {} minutes to go", number_text(besides.soak_remaining_s / 60.0, 2))
              : "waiting until it is steady";
 }
 
 }  // namespace
 
 std::string run_text(int run) {
-  return "run " + std::to_string(run);
+  return formatted("run {}", run);
 }
 
 std::string question_text(const PoseJudgement& judgement, const DesignPoint& stated) {
@@ -45,9 +46,9 @@ std::string question_text(const PoseJudgement& judgement, const DesignPoint& sta
   }
   const DesignPoint& best = judgement.best;
   return best.rest() == stated.rest()
-             ? "this looks turned: fence " + std::string(face_name(best.fence())) + ", not " +
-                   std::string(face_name(stated.fence()))
-             : "this looks like " + best.name() + ", not " + stated.name();
+             ? formatted("this looks turned: fence {}, not {}", face_name(best.fence()),
+                         face_name(stated.fence()))
+             : formatted("this looks like {}, not {}", best.name(), stated.name());
 }
 
 void say_what_to_do(SessionView& view, const SaidBesides& besides) {
@@ -63,9 +64,9 @@ void say_what_to_do(SessionView& view, const SaidBesides& besides) {
       break;
     case SessionPhase::laying:
     case SessionPhase::settling:
-      view.headline = "Face " + std::string(face_name(view.wanted->entry.point.rest())) +
-                      " on the table, face " +
-                      std::string(face_name(view.wanted->entry.point.fence())) + " at the fence";
+      view.headline = formatted("Face {} on the table, face {} at the fence",
+                                face_name(view.wanted->entry.point.rest()),
+                                face_name(view.wanted->entry.point.fence()));
       view.detail = laying_words(view);
       break;
     case SessionPhase::dwelling:
@@ -77,7 +78,8 @@ void say_what_to_do(SessionView& view, const SaidBesides& besides) {
       break;
     case SessionPhase::question:
       view.headline = question_text(*besides.judgement, view.wanted->entry.point);
-      view.detail = "lay it right: " + view.wanted->entry.point.name() + "; or accept it as it is";
+      view.detail =
+          formatted("lay it right: {}; or accept it as it is", view.wanted->entry.point.name());
       break;
     case SessionPhase::storing:
       view.headline = "The reading is not stored yet";

@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
@@ -51,8 +52,8 @@ double SourceAddress::number_or(std::string_view option,
   }
   const std::optional<double> number = parse_number(*value);
   if (!number || !(*number >= low && *number <= high)) {
-    fail(std::string(option) + "=" + *value + ": expected a number from " + number_text(low) +
-         " to " + number_text(high));
+    fail(formatted("{}={}: expected a number from {} to {}", option, *value, number_text(low),
+                   number_text(high)));
   }
   return *number;
 }
@@ -74,7 +75,7 @@ std::vector<std::string> SourceAddress::names(std::string_view option) const {
 }
 
 void SourceAddress::fail(const std::string& what, std::vector<Setting> settings) const {
-  throw DomainError(text + ": " + what, std::move(settings));
+  throw DomainError(formatted("{}: {}", text, what), std::move(settings));
 }
 
 SourceAddress parse_source_address(const std::string& text,

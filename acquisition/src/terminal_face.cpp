@@ -14,6 +14,8 @@
 #ifdef AXISCAL_NCURSES
 #define NCURSES_NOMACROS 1  // erase(), move() and the like are names of others too
 #include <ncurses.h>
+
+#include "axiscal/core/formatted.hpp"
 #endif
 
 namespace axiscal {
@@ -50,8 +52,8 @@ enum Pair : short { plain = 0, good = 1, warn = 2, bad = 3, rest = 4, fence = 5 
 
 std::string bar(double part, int width) {
   const int full = static_cast<int>(std::lround(std::clamp(part, 0.0, 1.0) * width));
-  return "[" + std::string(static_cast<std::size_t>(full), '#') +
-         std::string(static_cast<std::size_t>(width - full), '.') + "]";
+  return formatted("[{}{}]", std::string(static_cast<std::size_t>(full), '#'),
+                   std::string(static_cast<std::size_t>(width - full), '.'));
 }
 
 class TerminalFace final : public SessionFace {
@@ -101,8 +103,8 @@ class TerminalFace final : public SessionFace {
     ::erase();
     if (LINES < fewest_lines || COLS < fewest_columns) {
       put(0, 0,
-          "This window is " + std::to_string(COLS) + " x " + std::to_string(LINES) +
-              "; make it 80 x 24 or larger. The session goes on.");
+          formatted("This window is {} x {}; make it 80 x 24 or larger. The session goes on.", COLS,
+                    LINES));
       ::refresh();
       return;
     }
@@ -172,8 +174,7 @@ class TerminalFace final : public SessionFace {
                                       : view.phase == SessionPhase::over     ? COLOR_PAIR(good)
                                                                              : COLOR_PAIR(plain));
     put(0, 1, title_, static_cast<int>(A_REVERSE));
-    const std::string count =
-        std::to_string(view.done) + " done, " + std::to_string(view.left) + " to go";
+    const std::string count = formatted("{} done, {} to go", view.done, view.left);
     put(0, COLS - static_cast<int>(count.size()) - 1, count);
     put_wrapped(2, 2, view.headline, head);
     put_wrapped(4, 2, view.detail);
@@ -216,10 +217,10 @@ class TerminalFace final : public SessionFace {
         static_cast<int>(A_BOLD) | static_cast<int>(COLOR_PAIR(fence)));
     put(8, 3, "========================");
     put(9, 6, "+---------+");
-    put(10, 5, "/   " + above + "    /|");
+    put(10, 5, formatted("/   {}    /|", above));
     put(11, 4, "+---------+ |");
     put(12, 4, "|         |" + right);
-    put(13, 4, "|   " + front + "    | +");
+    put(13, 4, formatted("|   {}    | +", front));
     put(14, 4, "|         |/");
     put(15, 4, "+---------+");
     put(16, 3, "on the table: " + down,
@@ -238,31 +239,31 @@ class TerminalFace final : public SessionFace {
     put(7, column, std::string(is_still ? "still  " : "moving ") + bar(motion, width),
         static_cast<int>(COLOR_PAIR(is_still ? good : warn)));
     put(8, column,
-        "taken  " + bar(view.progress, width) + " " + number_text(view.dwell_s, 2) + " s");
+        formatted("taken  {} {} s", bar(view.progress, width), number_text(view.dwell_s, 2)));
     std::string reading;
     for (const double value : view.reading) {
       reading += number_text(value, 6) + "  ";
     }
     put(10, column, "reading  " + reading);
     put(11, column,
-        "rate     " + number_text(view.rate_hz, 4) + " samples a second" +
-            (view.automatic ? "" : "; on command"));
+        formatted("rate     {} samples a second{}", number_text(view.rate_hz, 4),
+                  view.automatic ? "" : "; on command"));
     if (view.temperature) {
       put(12, column, "temperature " + number_text(*view.temperature, 5));
     }
     if (view.slope) {
       put(13, column,
-          "slope    " + number_text(1e3 * view.slope->x(), 3) + ", " +
-              number_text(1e3 * view.slope->y(), 3) + " mrad, +- " +
-              number_text(2e3 * view.slope_u.maxCoeff(), 2));
+          formatted("slope    {}, {} mrad, +- {}", number_text(1e3 * view.slope->x(), 3),
+                    number_text(1e3 * view.slope->y(), 3),
+                    number_text(2e3 * view.slope_u.maxCoeff(), 2)));
     }
     if (view.forecast_deg) {
       put(14, column,
-          "at the end a direction to " + number_text(*view.forecast_deg, 2) + " deg (1 sd)");
+          formatted("at the end a direction to {} deg (1 sd)", number_text(*view.forecast_deg, 2)));
     }
     if (view.remaining_s) {
       put(15, column,
-          "about " + number_text(std::ceil(*view.remaining_s / 60.0), 3) + " minutes to go");
+          formatted("about {} minutes to go", number_text(std::ceil(*view.remaining_s / 60.0), 3)));
     }
   }
 

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "axiscal/acquisition/session_json.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "page_assets.hpp"
@@ -46,7 +47,7 @@ bool same_key(const std::string& a, const std::string& b) {
 }
 
 std::string in_url(const std::string& address) {
-  return address.find(':') == std::string::npos ? address : "[" + address + "]";
+  return address.find(':') == std::string::npos ? address : formatted("[{}]", address);
 }
 
 // A name may be bound to any address by its owner, an address by nobody.
@@ -116,7 +117,7 @@ WebPage::WebPage(WebPlace place) : place_(std::move(place)), key_(random_key()) 
 
 std::string WebPage::url() const {
   const std::string host = is_any_address(place_.address) ? host_name() : in_url(place_.address);
-  return place_.scheme + "://" + host + ":" + std::to_string(place_.port) + "/#" + key_;
+  return formatted("{}://{}:{}/#{}", place_.scheme, host, place_.port, key_);
 }
 
 void WebPage::announce() const {
@@ -141,7 +142,7 @@ std::optional<WebAnswer> WebPage::refused_at_once(const WebRequest& request) con
     return refusal(413, "no such request");
   }
   const std::string host = lower(request.header("Host"));
-  const std::string port = ":" + std::to_string(place_.port);
+  const std::string port = formatted(":{}", place_.port);
   std::vector<std::string> names = {"127.0.0.1" + port, "localhost" + port};
   if (!place_.is_loopback) {
     names.push_back(lower(in_url(place_.address)) + port);
@@ -160,7 +161,8 @@ std::optional<WebAnswer> WebPage::refused_at_once(const WebRequest& request) con
   const std::string origin = request.header("Origin");
   const std::string site = request.header("Sec-Fetch-Site");
   const bool good_host = std::find(names.begin(), names.end(), host) != names.end();
-  const bool good_origin = origin.empty() || lower(origin) == place_.scheme + "://" + host;
+  const bool good_origin =
+      origin.empty() || lower(origin) == formatted("{}://{}", place_.scheme, host);
   const bool good_site = site.empty() || site == "same-origin" || site == "none";
   if (!good_host || !good_origin || !good_site) {
     return refusal(403, "not for this server");
@@ -187,7 +189,7 @@ WebAnswer WebPage::answer(const WebRequest& request) {
 }
 
 std::string WebPage::cookie_name() const {
-  return "axiscal-" + std::to_string(place_.port);
+  return formatted("axiscal-{}", place_.port);
 }
 
 // The session of a browser that has the key; empty for another. Under the lock.
@@ -215,9 +217,9 @@ WebAnswer WebPage::login(const WebRequest& request) {
     if (controller_.empty()) {
       controller_ = session;
     }
-    accepted.headers.emplace_back("Set-Cookie", cookie_name() + "=" + session +
-                                                    "; HttpOnly; SameSite=Strict; Path=/" +
-                                                    (place_.scheme == "https" ? "; Secure" : ""));
+    accepted.headers.emplace_back(
+        "Set-Cookie", formatted("{}={}; HttpOnly; SameSite=Strict; Path=/{}", cookie_name(),
+                                session, place_.scheme == "https" ? "; Secure" : ""));
     if (!place_.is_loopback) {
       key_ = random_key();
       used = true;
@@ -293,10 +295,10 @@ std::string WebPage::news_for(Watcher& watcher) const {
     }
   }
   watcher.event = last_event_;
-  return "id: " + std::to_string(last_event_) + "\ndata: {\"title\":" +
-         Json(place_.title).dump(-1, ' ', false, Json::error_handler_t::replace) +
-         ",\"controls\":" + (watcher.session == controller_ ? "true" : "false") + ",\"events\":[" +
-         events + "],\"view\":" + view_ + "}\n\n";
+  return formatted("id: {}\ndata: {{\"title\":{},\"controls\":{},\"events\":[{}],\"view\":{}}}\n\n",
+                   last_event_,
+                   Json(place_.title).dump(-1, ' ', false, Json::error_handler_t::replace),
+                   watcher.session == controller_ ? "true" : "false", events, view_);
 }
 
 void WebPage::show(const SessionView& view, const std::vector<SessionEvent>& events) {

@@ -7,6 +7,8 @@
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
 
+#include "axiscal/core/formatted.hpp"
+
 namespace axiscal {
 
 namespace http = boost::beast::http;
@@ -20,6 +22,29 @@ bool same_name(std::string_view a, std::string_view b) {
 
 std::string text_of(boost::beast::string_view text) {
   return {text.data(), text.size()};
+}
+
+const char* reason_of(int status) {
+  switch (status) {
+    case 200:
+      return "OK";
+    case 400:
+      return "Bad Request";
+    case 403:
+      return "Forbidden";
+    case 404:
+      return "Not Found";
+    case 409:
+      return "Conflict";
+    case 413:
+      return "Payload Too Large";
+    case 429:
+      return "Too Many Requests";
+    case 431:
+      return "Request Header Fields Too Large";
+    default:
+      return "Service Unavailable";
+  }
 }
 
 }  // namespace
@@ -43,7 +68,30 @@ bool WebRequest::has_header(std::string_view name) const {
 }
 
 WebAnswer refusal(int status, std::string_view why) {
-  return {.status = status, .body = "{\"error\":\"" + std::string(why) + "\"}"};
+  return {.status = status, .body = formatted("{{\"error\":\"{}\"}}", why)};
+}
+
+std::string answer_head(const WebAnswer& answer, bool keeps_alive) {
+  std::string head = formatted("HTTP/1.1 {} {}\r\nContent-Type: {}\r\n", answer.status,
+                               reason_of(answer.status), answer.type);
+  head += answer.is_stream ? std::string("Transfer-Encoding: chunked\r\n")
+                           : formatted("Content-Length: {}\r\n", answer.body.size());
+  for (const auto& [name, value] : answer.headers) {
+    head += formatted("{}: {}\r\n", name, value);
+  }
+  head +=
+      "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; "
+      "connect-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'none'; "
+      "form-action 'none'\r\n"
+      "X-Content-Type-Options: nosniff\r\n"
+      "Referrer-Policy: no-referrer\r\n"
+      "Cross-Origin-Resource-Policy: same-origin\r\n"
+      "Cache-Control: no-store\r\n";
+  return formatted("{}Connection: {}\r\n\r\n", head, keeps_alive ? "keep-alive" : "close");
+}
+
+std::string answer_chunk(const std::string& text) {
+  return formatted("{:x}\r\n{}\r\n", text.size(), text);
 }
 
 struct RequestReader::Parser {

@@ -41,6 +41,12 @@ struct WebAnswer {
 /// @return an answer that says why nothing else is.
 [[nodiscard]] WebAnswer refusal(int status, std::string_view why);
 
+/// @return an answer's first line and headers, with what a browser is to keep from doing with it.
+[[nodiscard]] std::string answer_head(const WebAnswer& answer, bool keeps_alive);
+
+/// @return a part of a body whose length is not known beforehand; of an empty text the end.
+[[nodiscard]] std::string answer_chunk(const std::string& text);
+
 /// Makes a request of bytes as they come: Boost.Beast's parser with limits on head and body.
 class RequestReader {
  public:

@@ -2,11 +2,8 @@
 #include "web_server.hpp"
 
 #ifdef AXISCAL_WEB
-#include <algorithm>
 #include <array>
-#include <atomic>
 #include <chrono>
-#include <list>
 #include <optional>
 #include <thread>
 #include <type_traits>
@@ -26,6 +23,8 @@
 #endif
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "web_connections.hpp"
 
 namespace axiscal {
 namespace {
@@ -36,8 +35,6 @@ using Clock = std::chrono::steady_clock;
 using ErrorCode = boost::system::error_code;
 using Tcp = asio::ip::tcp;
 
-constexpr std::size_t most_of_one_address = 32;
-constexpr std::size_t most_connections = 512;
 constexpr std::size_t most_watchers = 16;
 constexpr std::size_t most_requests = 100;  // on one connection
 constexpr std::chrono::seconds request_deadline{5};
@@ -46,58 +43,6 @@ constexpr std::chrono::seconds event_deadline{5};
 constexpr std::chrono::seconds goodbye_deadline{1};
 constexpr std::chrono::milliseconds event_spacing{80};  // a browser is sent nothing more often
 constexpr std::chrono::seconds heartbeat{2};
-
-const char* reason_of(int status) {
-  switch (status) {
-    case 200:
-      return "OK";
-    case 400:
-      return "Bad Request";
-    case 403:
-      return "Forbidden";
-    case 404:
-      return "Not Found";
-    case 409:
-      return "Conflict";
-    case 413:
-      return "Payload Too Large";
-    case 429:
-      return "Too Many Requests";
-    case 431:
-      return "Request Header Fields Too Large";
-    default:
-      return "Service Unavailable";
-  }
-}
-
-std::string head_of(const WebAnswer& answer, bool keeps_alive) {
-  std::string head = "HTTP/1.1 " + std::to_string(answer.status) + " " + reason_of(answer.status) +
-                     "\r\nContent-Type: " + answer.type + "\r\n";
-  head += answer.is_stream ? std::string("Transfer-Encoding: chunked\r\n")
-                           : "Content-Length: " + std::to_string(answer.body.size()) + "\r\n";
-  for (const auto& [name, value] : answer.headers) {
-    head += name + ": " + value + "\r\n";
-  }
-  head +=
-      "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; "
-      "connect-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'none'; "
-      "form-action 'none'\r\n"
-      "X-Content-Type-Options: nosniff\r\n"
-      "Referrer-Policy: no-referrer\r\n"
-      "Cross-Origin-Resource-Policy: same-origin\r\n"
-      "Cache-Control: no-store\r\n";
-  return head + "Connection: " + (keeps_alive ? "keep-alive" : "close") + "\r\n\r\n";
-}
-
-// A part of a body whose length is not known beforehand.
-std::string chunk_of(const std::string& text) {
-  constexpr std::string_view digits = "0123456789abcdef";
-  std::string size;
-  for (std::size_t rest = text.size(); rest > 0; rest /= 16) {
-    size.insert(size.begin(), digits[rest % 16]);
-  }
-  return (size.empty() ? "0" : size) + "\r\n" + text + "\r\n";
-}
 
 // Who connects: an address of IPv4, or the network of one of IPv6 that one customer has.
 std::string network_of(const asio::ip::address& address) {
@@ -112,93 +57,12 @@ std::string network_of(const asio::ip::address& address) {
   return {bytes.begin(), bytes.begin() + 8};
 }
 
-// One client. All of its functions run in the server's thread.
-class Connection {
- public:
-  explicit Connection(std::string network) : network_(std::move(network)) {}
-  virtual ~Connection() = default;
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
-
-  virtual void start() = 0;
-  virtual void close() = 0;
-  // Something is new, or the server ends.
-  virtual void wake() = 0;
-
-  [[nodiscard]] const std::string& network() const { return network_; }
-  [[nodiscard]] bool watches() const { return watches_; }
-
- protected:
-  bool watches_ = false;
-
- private:
-  std::string network_;
-};
-
-// What connections share.
-struct Shared {
-  WebPage* page = nullptr;
-  std::list<std::shared_ptr<Connection>> connections;  // in the order of their coming
-  std::atomic<std::size_t> watchers = 0;
-  bool stopping = false;
-
-  void remove(const Connection* connection) {
-    connections.remove_if(
-        [&](const std::shared_ptr<Connection>& one) { return one.get() == connection; });
-  }
-
-  void wake_all() {
-    const std::list<std::shared_ptr<Connection>> all = connections;  // some may close
-    for (const std::shared_ptr<Connection>& one : all) {
-      one->wake();
-    }
-  }
-
-  // Makes room for one more of a network; false where there is none to be had.
-  bool make_room(const std::string& network) {
-    const auto count_of = [&](const std::string& name) {
-      return static_cast<std::size_t>(std::count_if(
-          connections.begin(), connections.end(),
-          [&](const std::shared_ptr<Connection>& one) { return one->network() == name; }));
-    };
-    if (count_of(network) >= most_of_one_address) {
-      return close_oldest(network);
-    }
-    if (connections.size() < most_connections) {
-      return true;
-    }
-    std::string largest;
-    std::size_t most = 0;
-    for (const std::shared_ptr<Connection>& one : connections) {
-      const std::size_t count = count_of(one->network());
-      if (count > most) {
-        most = count;
-        largest = one->network();
-      }
-    }
-    return close_oldest(largest);
-  }
-
-  bool close_oldest(const std::string& network) {
-    const auto found = std::find_if(connections.begin(), connections.end(),
-                                    [&](const std::shared_ptr<Connection>& one) {
-                                      return one->network() == network && !one->watches();
-                                    });
-    if (found == connections.end()) {
-      return false;
-    }
-    const std::shared_ptr<Connection> oldest = *found;  // close() takes it out of the list
-    oldest->close();
-    return true;
-  }
-};
-
 template <typename Stream>
-class StreamConnection final : public Connection,
+class StreamConnection final : public WebConnection,
                                public std::enable_shared_from_this<StreamConnection<Stream>> {
  public:
-  StreamConnection(Stream stream, std::string network, Shared& shared)
-      : Connection(std::move(network)),
+  StreamConnection(Stream stream, std::string network, WebConnections& shared)
+      : WebConnection(std::move(network)),
         stream_(std::move(stream)),
         timer_(stream_.get_executor()),
         shared_(shared) {}
@@ -289,7 +153,7 @@ class StreamConnection final : public Connection,
   }
 
   void answer(const WebAnswer& what, bool keeps_alive, bool with_body) {
-    out_ = head_of(what, keeps_alive);
+    out_ = answer_head(what, keeps_alive);
     if (with_body) {
       out_ += what.body;
     }
@@ -338,7 +202,7 @@ class StreamConnection final : public Connection,
     ++shared_.watchers;
     watches_ = true;
     watcher_ = shared_.page->watcher_for(stream);
-    send(head_of(stream, false));
+    send(answer_head(stream, false));
   }
 
   void send(std::string text) {
@@ -368,12 +232,12 @@ class StreamConnection final : public Connection,
     }
     const std::string news = shared_.page->news_for(watcher_);
     if (!news.empty()) {
-      send(chunk_of(news));
+      send(answer_chunk(news));
     } else if (shared_.stopping) {
       ended_ = true;
-      send(chunk_of(""));
+      send(answer_chunk(""));
     } else if (now >= sent_ + heartbeat) {
-      send(chunk_of(": still here\n\n"));
+      send(answer_chunk(": still here\n\n"));
     } else {
       wait_until(sent_ + heartbeat);
     }
@@ -390,7 +254,7 @@ class StreamConnection final : public Connection,
 
   Stream stream_;
   asio::steady_timer timer_;
-  Shared& shared_;
+  WebConnections& shared_;
   RequestReader reader_;
   std::array<char, 4096> bytes_{};
   std::string out_;
@@ -429,7 +293,7 @@ class WebServer::Listener {
     if (thread_.joinable()) {
       thread_.join();
     }
-    shared_.connections.clear();  // before what they run in
+    shared_.clear();  // before what they run in
   }
 
   Listener(const Listener&) = delete;
@@ -481,9 +345,9 @@ class WebServer::Listener {
       }
       acceptor_.close(failed);
     }
-    throw OutputError("the page cannot be served at " + listening.address + ", port " +
-                      std::to_string(listening.first_port) +
-                      ": it is taken, or not an address of this machine");
+    throw OutputError(formatted(
+        "the page cannot be served at {}, port {}: it is taken, or not an address of this machine",
+        listening.address, listening.first_port));
   }
 
   void accept() {
@@ -514,7 +378,7 @@ class WebServer::Listener {
       return;
     }
     socket.set_option(Tcp::no_delay(true), error);
-    std::shared_ptr<Connection> connection;
+    std::shared_ptr<WebConnection> connection;
 #ifdef AXISCAL_OPENSSL
     if (tls_) {
       using Tls = beast::ssl_stream<beast::tcp_stream>;
@@ -526,7 +390,7 @@ class WebServer::Listener {
       connection = std::make_shared<StreamConnection<beast::tcp_stream>>(
           beast::tcp_stream(std::move(socket)), network, shared_);
     }
-    shared_.connections.push_back(connection);
+    shared_.add(connection);
     connection->start();
   }
 
@@ -546,7 +410,7 @@ class WebServer::Listener {
   void use_tls(const WebCertificate& /*certificate*/) {}
 #endif
 
-  Shared shared_;
+  WebConnections shared_;
   asio::io_context context_{1};
   Tcp::acceptor acceptor_;
   asio::steady_timer pause_;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
@@ -83,8 +84,9 @@ std::optional<std::size_t> CsvReader::column(std::string_view name) const {
 std::size_t CsvReader::need(const std::string& name) const {
   const std::optional<std::size_t> place = column(name);
   if (!place) {
-    throw DataError(path_, line_,
-                    "column '" + name + "': is missing; the columns are: " + joined(header_));
+    throw DataError(
+        path_, line_,
+        formatted("column '{}': is missing; the columns are: {}", name, joined(header_)));
   }
   return *place;
 }
@@ -157,6 +159,34 @@ bool CsvReader::split_plain() {
   }
 }
 
+// Appends what is between quotes, from behind the first to behind the last; false where none
+// closes.
+bool CsvReader::unquote(std::size_t& i) {
+  const auto at = [&](std::size_t k) { return buffer_[begin_ + k]; };
+  for (;;) {
+    if (i == row_end_) {  // the cell goes on in the next line
+      std::size_t longer = 0;
+      if (quotes_ == Quotes::end_with_line || row_end_ > longest_row ||
+          !find_line_end(row_end_ + 1, longer)) {
+        return false;
+      }
+      row_end_ = longer;
+      consumed_ = std::min(row_end_ + 1, filled_ - begin_);
+      ++next_line_;
+      unquoted_ += '\n';
+      ++i;
+    } else if (at(i) != '"') {
+      unquoted_ += at(i++);
+    } else if (i + 1 < row_end_ && at(i + 1) == '"') {
+      unquoted_ += '"';
+      i += 2;
+    } else {
+      ++i;
+      return true;
+    }
+  }
+}
+
 // Rows with quotes; they may go on over several lines.
 bool CsvReader::split_quoted() {
   const std::size_t first_line_end = row_end_;
@@ -184,30 +214,8 @@ bool CsvReader::split_quoted() {
       ++i;
     }
     if (i < row_end_ && at(i) == '"') {
-      ++i;
-      for (;;) {
-        if (i == row_end_) {  // the cell goes on in the next line
-          std::size_t longer = 0;
-          if (quotes_ == Quotes::end_with_line || row_end_ > longest_row ||
-              !find_line_end(row_end_ + 1, longer)) {
-            return give_up("a quote is opened and not closed");
-          }
-          row_end_ = longer;
-          consumed_ = std::min(row_end_ + 1, filled_ - begin_);
-          ++next_line_;
-          unquoted_ += '\n';
-          ++i;
-          continue;
-        }
-        if (at(i) != '"') {
-          unquoted_ += at(i++);
-        } else if (i + 1 < row_end_ && at(i + 1) == '"') {
-          unquoted_ += '"';
-          i += 2;
-        } else {
-          ++i;
-          break;
-        }
+      if (!unquote(++i)) {
+        return give_up("a quote is opened and not closed");
       }
       while (i < row_end_ && (at(i) == ' ' || at(i) == '\t' || at(i) == '\r')) {
         ++i;
@@ -258,8 +266,7 @@ CsvReader::Row CsvReader::next() {
     return Row::defective;
   }
   if (cells_.size() != header_.size() && !header_.empty()) {
-    defect_ = "the row has " + std::to_string(cells_.size()) + " cells, the header " +
-              std::to_string(header_.size());
+    defect_ = formatted("the row has {} cells, the header {}", cells_.size(), header_.size());
     return Row::defective;
   }
   return Row::good;
@@ -289,11 +296,11 @@ void CsvReader::read_header() {
   header_.assign(cells_.begin(), cells_.end());
   for (std::size_t i = 0; i < header_.size(); ++i) {
     if (header_[i].empty() && header_.size() > 1) {
-      throw DataError(path_, line_, "column " + std::to_string(i + 1) + " has no name");
+      throw DataError(path_, line_, formatted("column {} has no name", i + 1));
     }
     if (std::find(header_.begin(), header_.begin() + static_cast<std::ptrdiff_t>(i), header_[i]) !=
         header_.begin() + static_cast<std::ptrdiff_t>(i)) {
-      throw DataError(path_, line_, "column '" + header_[i] + "': is there twice");
+      throw DataError(path_, line_, formatted("column '{}': is there twice", header_[i]));
     }
   }
 }

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_protection.hpp"
 
 namespace axiscal {
@@ -83,7 +84,7 @@ void for_each_line(const std::string& path,
     if (line.size() > longest) {
       throw DataError(
           path, number,
-          "a line of more than " + std::to_string(longest >> 20U) + " MiB: is this a text file?");
+          formatted("a line of more than {} MiB: is this a text file?", longest >> 20U));
     }
   }
   if (!line.empty()) {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -66,7 +67,7 @@ JsonValue JsonValue::child(const Json& value, std::string_view name) const {
   for (const char c : name) {
     step += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
   }
-  return {document_, &value, path_, pointer_ + "/" + step};
+  return {document_, &value, path_, formatted("{}/{}", pointer_, step)};
 }
 
 std::optional<JsonValue> JsonValue::find(std::string_view key) const {
@@ -174,7 +175,7 @@ Eigen::VectorXd JsonValue::numbers(std::optional<Eigen::Index> size, bool null_i
   const std::vector<JsonValue> values = elements();
   const auto count = static_cast<Eigen::Index>(values.size());
   if (size && *size != count) {
-    fail("must have " + std::to_string(*size) + " numbers, not " + std::to_string(count));
+    fail(formatted("must have {} numbers, not {}", *size, count));
   }
   Eigen::VectorXd numbers(count);
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -187,7 +188,7 @@ Eigen::VectorXd JsonValue::numbers(std::optional<Eigen::Index> size, bool null_i
 Eigen::MatrixXd JsonValue::grid(Eigen::Index rows, Eigen::Index columns, bool null_is_nan) const {
   const std::vector<JsonValue> values = elements();
   if (static_cast<Eigen::Index>(values.size()) != rows) {
-    fail("must have " + std::to_string(rows) + " rows, not " + std::to_string(values.size()));
+    fail(formatted("must have {} rows, not {}", rows, values.size()));
   }
   Eigen::MatrixXd matrix(rows, columns);
   for (Eigen::Index i = 0; i < rows; ++i) {
@@ -226,13 +227,13 @@ void JsonValue::allow_keys(std::span<const std::string_view> keys) const {
 void JsonValue::require_format(std::string_view format) const {
   const JsonValue stated = at("format");
   if (stated.text() != format) {
-    stated.fail("must be \"" + std::string(format) + "\", not \"" + stated.text() + "\"");
+    stated.fail(formatted("must be \"{}\", not \"{}\"", format, stated.text()));
   }
   const JsonValue version = at("version");
   const int number = version.integer();
   if (number != 1) {
-    version.fail("version " + std::to_string(number) + " is not known to this program, only 1" +
-                 (number > 1 ? "; a newer axiscal has written it" : ""));
+    version.fail(formatted("version {} is not known to this program, only 1{}", number,
+                           number > 1 ? "; a newer axiscal has written it" : ""));
   }
 }
 

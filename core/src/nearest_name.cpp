@@ -5,6 +5,8 @@
 #include <cctype>
 #include <vector>
 
+#include "axiscal/core/formatted.hpp"
+
 namespace axiscal {
 namespace {
 
@@ -59,7 +61,7 @@ std::string_view nearest_name(std::string_view name, std::span<const std::string
 
 std::string did_you_mean(std::string_view name, std::span<const std::string_view> candidates) {
   const std::string_view nearest = nearest_name(name, candidates);
-  return nearest.empty() ? "" : "; did you mean '" + std::string(nearest) + "'?";
+  return nearest.empty() ? "" : formatted("; did you mean '{}'?", nearest);
 }
 
 }  // namespace axiscal

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/read_double.hpp"
 
 namespace axiscal {
@@ -75,7 +76,8 @@ std::string unit_per(const std::string& unit, const std::string& other) {
   if (other == "1") {
     return unit;
   }
-  return unit + "/" + (other.find('/') == std::string::npos ? other : "(" + other + ")");
+  return formatted("{}/{}", unit,
+                   other.find('/') == std::string::npos ? other : formatted("({})", other));
 }
 
 std::string_view trimmed(std::string_view text) noexcept {

@@ -19,6 +19,7 @@
 #include <unistd.h>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/number_text.hpp"
 
@@ -55,7 +56,7 @@ std::string followed(std::filesystem::path path) {
 constexpr std::string_view temporary_prefix = ".axiscal-";
 
 std::string temporary_name(int attempt) {
-  return std::string(temporary_prefix) + std::to_string(::getpid()) + "-" + std::to_string(attempt);
+  return formatted("{}{}-{}", temporary_prefix, ::getpid(), attempt);
 }
 
 // The process in the name of a temporary file; 0 where it is none of ours.
@@ -112,7 +113,7 @@ void remove_orphans(const std::filesystem::path& folder) {
 
 // A file without a name can be given one through here.
 std::string link_of(int descriptor) {
-  return "/proc/self/fd/" + std::to_string(descriptor);
+  return formatted("/proc/self/fd/{}", descriptor);
 }
 
 }  // namespace
@@ -237,7 +238,7 @@ void OutputFile::fail(std::string_view action) const {
   if (reason == EPIPE) {
     throw ClosedPipe(name + ": closed by its reader");
   }
-  throw OutputError(name + ": " + std::string(action) + " (" + std::strerror(reason) + ")");
+  throw OutputError(formatted("{}: {} ({})", name, action, std::strerror(reason)));
 }
 
 void OutputFile::write(std::string_view text) {

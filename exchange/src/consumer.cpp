@@ -10,6 +10,7 @@
 
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
@@ -30,9 +31,9 @@ double reading_factor_of(const Instrument& instrument,
   }
   const std::optional<double> factor = reading_factor_between(instrument.unit, wanted);
   if (!factor) {
-    throw RefusedError("the readings are in '" + instrument.unit + "', and this format is for " +
-                           wanted + "; say how many " + wanted + " its driver makes of 1 " +
-                           instrument.unit,
+    throw RefusedError(formatted("the readings are in '{}', and this format is for {}; say how "
+                                 "many {} its driver makes of 1 {}",
+                                 instrument.unit, wanted, wanted, instrument.unit),
                        {Setting::reading_factor});
   }
   return *factor;
@@ -47,8 +48,9 @@ double field_factor_of(FieldDescription field,
   }
   if (options.local_gravity && field.unit == "g") {
     if (field.local_gravity && *field.local_gravity != *options.local_gravity) {
-      throw RefusedError("the record says that its g was " + number_text(*field.local_gravity) +
-                             " m/s^2; state another one only for a record that says none",
+      throw RefusedError(formatted("the record says that its g was {} m/s^2; state another one "
+                                   "only for a record that says none",
+                                   number_text(*field.local_gravity)),
                          {Setting::local_gravity});
     }
     field.local_gravity = options.local_gravity;
@@ -163,7 +165,7 @@ Differences differences_of(const Calibration& calibration,
 
 void require_three_axes(const Calibration& calibration, std::string_view format) {
   if (calibration.instrument.axis_count() != 3 || calibration.instrument.one_sided) {
-    throw RefusedError("format " + std::string(format) + " is for instruments of three axes");
+    throw RefusedError(formatted("format {} is for instruments of three axes", format));
   }
 }
 
@@ -180,8 +182,9 @@ Sensor sensor_of(const Calibration& calibration, std::string_view format) {
   if (kind == "magnetometer") {
     return Sensor::magnetometer;
   }
-  throw RefusedError(of_format + " has no place for this instrument (" + kind +
-                     "): accelerometer, gyroscope or magnetometer");
+  throw RefusedError(formatted(
+      "{} has no place for this instrument ({}): accelerometer, gyroscope or magnetometer",
+      of_format, kind));
 }
 
 std::string usual_unit(Sensor sensor, const std::string& of_magnetometer) {
@@ -245,8 +248,8 @@ std::optional<ExportLoss> loss_of(const Calibration& calibration, const Consumer
     loss.what.emplace_back("temperature");
   }
   if (!calibration.also.empty() && !model.has_also) {
-    loss.what.emplace_back("response to " + calibration.also.front().kind +
-                           " (not in the figures)");
+    loss.what.emplace_back(
+        formatted("response to {} (not in the figures)", calibration.also.front().kind));
   }
   if (loss.what.empty()) {
     return std::nullopt;
@@ -265,18 +268,20 @@ std::optional<ExportLoss> accepted_loss(const Calibration& calibration,
                                         const ExportOptions& options) {
   std::optional<ExportLoss> loss = loss_of(calibration, model);
   if (loss && !options.lossy) {
-    throw RefusedError("format " + std::string(format) + " cannot hold " + loss_text(*loss) +
-                           "; allow the loss, and it is written all the same",
-                       {Setting::lossy});
+    throw RefusedError(
+        formatted("format {} cannot hold {}; allow the loss, and it is written all the same",
+                  format, loss_text(*loss)),
+        {Setting::lossy});
   }
   return loss;
 }
 
 std::string loss_text(const ExportLoss& loss) {
   const auto rounded = [](double value) { return number_text(value, 3); };
-  return joined(loss.what) + ": without, the field is up to " + rounded(loss.worst) + " " +
-         loss.unit + " and " + rounded(loss.worst_deg) + " degrees off (rms " + rounded(loss.rms) +
-         " " + loss.unit + ", " + rounded(loss.rms_deg) + " degrees)";
+  return formatted(
+      "{}: without, the field is up to {} {} and {} degrees off (rms {} {}, {} degrees)",
+      joined(loss.what), rounded(loss.worst), loss.unit, rounded(loss.worst_deg), rounded(loss.rms),
+      loss.unit, rounded(loss.rms_deg));
 }
 
 namespace {
@@ -315,7 +320,7 @@ std::string source_line(const Calibration& calibration) {
   const Instrument& instrument = calibration.instrument;
   std::string line = instrument.kind;
   if (!instrument.serial.empty()) {
-    line += " '" + instrument.serial + "'";
+    line += formatted(" '{}'", instrument.serial);
   }
   if (!calibration.created.empty()) {
     line += ", calibrated " + calibration.created;
@@ -337,7 +342,7 @@ std::vector<std::string> comment_of(const Calibration& calibration,
     comment.push_back(fit_for_comment(line));
   }
   if (loss) {
-    comment.push_back("Not held: " + fit_for_comment(loss_text(*loss)) + ".");
+    comment.push_back(formatted("Not held: {}.", fit_for_comment(loss_text(*loss))));
   }
   return comment;
 }
@@ -348,7 +353,7 @@ std::string comment_lines(const Calibration& calibration,
                           const std::optional<ExportLoss>& loss) {
   std::string text;
   for (const std::string& line : comment_of(calibration, lines, loss)) {
-    text += std::string(mark) + line + "\n";
+    text += formatted("{}{}\n", mark, line);
   }
   return text;
 }

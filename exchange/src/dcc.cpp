@@ -8,6 +8,7 @@
 
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "consumer.hpp"
 #include "formats.hpp"
@@ -71,7 +72,7 @@ std::string si_unit(const Calibration& calibration,
   const Unit* const field = find_unit(calibration.field.unit);
   if ((of_reading && reading == nullptr) || (per_field && field == nullptr)) {
     const std::string unit = of_reading ? calibration.instrument.unit : "1";
-    remark = " [" + (per_field ? unit_per(unit, calibration.field.unit) : unit) + "]";
+    remark = formatted(" [{}]", per_field ? unit_per(unit, calibration.field.unit) : unit);
     return "\\one";
   }
   std::string unit = of_reading && reading->name != "1" ? std::string(reading->si) : "";
@@ -160,8 +161,8 @@ void add_quantity(xml_node list, const Calibration& calibration, const Parameter
   std::string remark;
   const std::string unit = si_unit(calibration, !is_scale, !is_bias && !is_scale, remark);
   if (power != std::string::npos) {
-    remark += " per " + one.name.substr(power + 1) + ", d = temperature - " +
-              number_text(calibration.temperature->reference);
+    remark += formatted(" per {}, d = temperature - {}", one.name.substr(power + 1),
+                        number_text(calibration.temperature->reference));
   }
   xml_node quantity = child(list, "dcc:quantity");
   content(quantity, "dcc:name", one.name + remark);
@@ -181,10 +182,10 @@ void add_results(xml_node root, const Calibration& calibration, const Certificat
   content(method, "dcc:name",
           "linear regression, method " + std::string(method_name(calibration.method)));
   content(method, "dcc:description",
-          "reading = bias + sensitivity times field; field " + calibration.field.kind + " of " +
-              number_text(calibration.field.magnitude) + " " + calibration.field.unit +
-              ", readings in " + calibration.instrument.unit +
-              (details.procedure.empty() ? "" : "; " + details.procedure));
+          formatted("reading = bias + sensitivity times field; field {} of {} {}, readings in {}{}",
+                    calibration.field.kind, number_text(calibration.field.magnitude),
+                    calibration.field.unit, calibration.instrument.unit,
+                    details.procedure.empty() ? "" : "; " + details.procedure));
   if (!details.environment.empty()) {
     xml_node condition = child(child(result, "dcc:influenceConditions"), "dcc:influenceCondition");
     content(condition, "dcc:name", "environment");
@@ -212,9 +213,10 @@ void require_details(const Calibration& calibration, const CertificateDetails& d
   need(!details.authorised.empty(), "authorised");
   need(!details.calibrated.empty() || calibration.created.size() >= 10, "calibrated (date)");
   if (!missing.empty()) {
-    throw RefusedError("a digital calibration certificate needs " + joined(missing) +
-                           " in the laboratory's details",
-                       {Setting::laboratory});
+    throw RefusedError(
+        formatted("a digital calibration certificate needs {} in the laboratory's details",
+                  joined(missing)),
+        {Setting::laboratory});
   }
   if (calibration.instrument.serial.empty()) {
     throw RefusedError("a digital calibration certificate needs the instrument's serial number");
@@ -231,7 +233,7 @@ Exported export_dcc(const Calibration& calibration, const ExportOptions& options
   declaration.append_attribute("version") = "1.0";
   declaration.append_attribute("encoding") = "UTF-8";
   document.append_child(pugi::node_comment)
-      .set_value((" " + source_line(calibration) + " ").c_str());
+      .set_value((formatted(" {} ", source_line(calibration))).c_str());
   xml_node root = document.append_child("dcc:digitalCalibrationCertificate");
   root.append_attribute("xmlns:dcc") = "https://ptb.de/dcc";
   root.append_attribute("xmlns:si") = "https://ptb.de/si";

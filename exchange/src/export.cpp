@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "formats.hpp"
@@ -91,9 +92,8 @@ void require_identifier(const std::string& name) {
       "if",     "inline", "int",   "long",   "main",   "namespace", "new",   "public", "return",
       "short",  "signed", "std",   "struct", "this",   "true",      "union", "void",   "while"};
   if (!starts || !goes_on || std::find(taken.begin(), taken.end(), name) != taken.end()) {
-    throw DomainError("'" + name +
-                      "' is no name for a header: letters, digits and _, no word of "
-                      "the language");
+    throw DomainError(formatted(
+        "'{}' is no name for a header: letters, digits and _, no word of the language", name));
   }
 }
 
@@ -127,9 +127,10 @@ HeaderNumbers parse_header_numbers(std::string_view text) {
       return {.type = HeaderNumbers::Type::fixed, .reading_bits = *first, .field_bits = *last};
     }
   }
-  throw DomainError("'" + std::string(text) +
-                    "' is no type of numbers: double, float, q16 (binary places of readings and "
-                    "field, up to 24), q0:16 (of readings, of the field)");
+  throw DomainError(
+      formatted("'{}' is no type of numbers: double, float, q16 (binary places of readings and "
+                "field, up to 24), q0:16 (of readings, of the field)",
+                text));
 }
 
 Exported export_calibration(const Calibration& calibration,
@@ -150,7 +151,7 @@ Exported export_calibration(const Calibration& calibration,
     }
     names.push_back(one.format.name);
   }
-  throw DomainError("unknown format '" + std::string(format) + "'" + did_you_mean(format, names));
+  throw DomainError(formatted("unknown format '{}'{}", format, did_you_mean(format, names)));
 }
 
 }  // namespace axiscal

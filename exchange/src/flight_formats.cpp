@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "consumer.hpp"
 #include "formats.hpp"
@@ -43,8 +44,7 @@ MatrixShape shape_in_flight(Sensor sensor) {
 
 void require_instance(const ExportOptions& options, int most, std::string_view format) {
   if (options.instance >= most) {
-    throw RefusedError("format " + std::string(format) + " has sensors 0 to " +
-                       std::to_string(most - 1) + " of this kind");
+    throw RefusedError(formatted("format {} has sensors 0 to {} of this kind", format, most - 1));
   }
 }
 
@@ -64,7 +64,7 @@ Exported export_px4(const Calibration& calibration, const ExportOptions& options
   const ConsumerModel model =
       nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "px4", options);
-  const std::string number = std::to_string(options.instance) + "_";
+  const std::string number = formatted("{}_", options.instance);
   std::vector<Parameter> all;
   std::string formula;
   std::string prefix;
@@ -89,11 +89,11 @@ Exported export_px4(const Calibration& calibration, const ExportOptions& options
   std::vector<std::string> lines =
       in_flight(sensor, formula,
                 "in the frame in which PX4 publishes the sensor, before the board's rotation");
-  lines.push_back("PX4 takes them where " + prefix + "ID is the sensor's device number");
+  lines.push_back(formatted("PX4 takes them where {}ID is the sensor's device number", prefix));
   lines.emplace_back("vehicle, component, name, value, type (9: float)");
   std::string text = comment_lines(calibration, "# ", lines, loss);
   for (const Parameter& parameter : all) {
-    text += "1\t1\t" + parameter.name + "\t" + number_text(parameter.value) + "\t9\n";
+    text += formatted("1\t1\t{}\t{}\t9\n", parameter.name, number_text(parameter.value));
   }
   return {.content = text, .loss = loss};
 }
@@ -107,8 +107,8 @@ std::string ardupilot_group(int instance, std::string_view sensor) {
   // From the fourth on the parameters stand in groups of their own.
   const std::string name(sensor);
   return instance == 0  ? "INS_" + name
-         : instance < 3 ? "INS_" + name + number
-                        : "INS" + number + "_" + name;
+         : instance < 3 ? formatted("INS_{}{}", name, number)
+                        : formatted("INS{}_{}", number, name);
 }
 
 Exported export_ardupilot(const Calibration& calibration, const ExportOptions& options) {
@@ -140,14 +140,14 @@ Exported export_ardupilot(const Calibration& calibration, const ExportOptions& o
                   "field = M (v + OFS) in milligauss, M = [DIA_X ODI_X ODI_Y; ODI_X DIA_Y ODI_Z; "
                   "ODI_Y ODI_Z DIA_Z]",
                   "in the vehicle's frame: readings after COMPASS_ORIENT and AHRS_ORIENTATION");
-    add_axes(all, "COMPASS_OFS" + number + "_", "", -model.bias);
-    add_axes(all, "COMPASS_DIA" + number + "_", "", model.inverse.diagonal());
-    add_axes(all, "COMPASS_ODI" + number + "_", "", above_diagonal(model.inverse));
+    add_axes(all, formatted("COMPASS_OFS{}_", number), "", -model.bias);
+    add_axes(all, formatted("COMPASS_DIA{}_", number), "", model.inverse.diagonal());
+    add_axes(all, formatted("COMPASS_ODI{}_", number), "", above_diagonal(model.inverse));
     all.push_back({"COMPASS_SCALE" + number, 0.0});  // none besides the matrix
   }
   std::string text = comment_lines(calibration, "# ", lines, loss);
   for (const Parameter& parameter : all) {
-    text += parameter.name + "," + number_text(parameter.value) + "\n";
+    text += formatted("{},{}\n", parameter.name, number_text(parameter.value));
   }
   return {.content = text, .loss = loss};
 }
@@ -167,16 +167,18 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
     const ConsumerModel in_g = nearest_model(calibration, {"", "g"}, MatrixShape::scalar, options);
     const double one_g = std::exp2(std::round(std::log2(std::abs(1.0 / in_g.inverse(0, 0)))));
     if (one_g < 256.0) {
-      throw RefusedError(
-          "Betaflight's numbers are counts, some thousands to 1 g, and here 1 g is " +
-              number_text(std::abs(1.0 / in_g.inverse(0, 0)), 3) + " " +
-              calibration.instrument.unit + "; give the counts of 1 " + calibration.instrument.unit,
-          {Setting::reading_factor});
+      throw RefusedError(formatted("Betaflight's numbers are counts, some thousands to 1 g, and "
+                                   "here 1 g is {} {}; give the counts of 1 {}",
+                                   number_text(std::abs(1.0 / in_g.inverse(0, 0)), 3),
+                                   calibration.instrument.unit, calibration.instrument.unit),
+                         {Setting::reading_factor});
     }
     per_field = std::copysign(one_g, per_field) * in_g.field_factor;
     lines.emplace_back("in counts, after the sensor's alignment to the board");
-    lines.push_back("field = (v - acc_calibration) / acc_1G; acc_1G of this sensor is " +
-                    number_text(one_g) + " (in its driver, not set here)");
+    lines.push_back(
+        formatted("field = (v - acc_calibration) / acc_1G; acc_1G of this sensor is {} (in its "
+                  "driver, not set here)",
+                  number_text(one_g)));
   } else {
     lines.emplace_back("field = v - mag_calibration, in counts, after the sensor's alignment");
   }

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "consumer.hpp"
 #include "formats.hpp"
@@ -63,35 +64,36 @@ struct Dialect {
                                      const std::string& what,
                                      const std::string& sizes,
                                      const std::string& value) const {
-    return (is_cpp ? "inline constexpr " : "static const ") + type + " " + prefix() + what + sizes +
-           " = " + value + ";\n";
+    return formatted("{}{} {}{}{} = {};\n", is_cpp ? "inline constexpr " : "static const ", type,
+                     prefix(), what, sizes, value);
   }
   [[nodiscard]] std::string prefix() const { return is_cpp ? "" : name + "_"; }
   [[nodiscard]] std::string open() const {
     const std::string guard = upper(name) + (is_cpp ? "_CALIBRATION_HPP" : "_CALIBRATION_H");
-    return "#ifndef " + guard + "\n#define " + guard + "\n\n" +
-           (is_cpp ? "#include <cstdint>\n\nnamespace " + name + " {\n\n"
-                   : "#include <stdint.h>\n\n");
+    return formatted("#ifndef {}\n#define {}\n\n{}", guard, guard,
+                     is_cpp ? formatted("#include <cstdint>\n\nnamespace {} {{\n\n", name)
+                            : "#include <stdint.h>\n\n");
   }
   [[nodiscard]] std::string close() const {
-    return is_cpp ? "\n}  // namespace " + name + "\n\n#endif\n" : "\n#endif\n";
+    return is_cpp ? formatted("\n}}  // namespace {}\n\n#endif\n", name) : "\n#endif\n";
   }
   [[nodiscard]] std::string function() const {
-    return is_cpp ? "constexpr void apply" : "static inline void " + name + "_apply";
+    return is_cpp ? "constexpr void apply" : formatted("static inline void {}_apply", name);
   }
 };
 
 std::vector<std::string> remarks(const Calibration& calibration, bool temperature) {
   std::vector<std::string> lines = {
-      "field [" + calibration.field.unit + "] in the instrument's frame from readings v [" +
-          calibration.instrument.unit + "], axes " + joined(calibration.instrument.axes),
+      formatted("field [{}] in the instrument's frame from readings v [{}], axes {}",
+                calibration.field.unit, calibration.instrument.unit,
+                joined(calibration.instrument.axes)),
       temperature ? "field = inverse ((v - bias - bias_terms d) / (1 + scale_terms d)), powers d, "
                     "d^2, ... of d = temperature - reference_temperature"
                   : "field = inverse (v - bias)"};
   if (temperature) {
     const TemperatureResponse& over = *calibration.temperature;
-    lines.push_back("calibrated from temperature " + number_text(over.low, 6) + " to " +
-                    number_text(over.high, 6));
+    lines.push_back(formatted("calibrated from temperature {} to {}", number_text(over.low, 6),
+                              number_text(over.high, 6)));
   }
   return lines;
 }
@@ -99,7 +101,7 @@ std::vector<std::string> remarks(const Calibration& calibration, bool temperatur
 std::string comment(const Calibration& calibration,
                     const std::vector<std::string>& lines,
                     const std::optional<ExportLoss>& loss) {
-  return "/*\n" + comment_lines(calibration, " * ", lines, loss) + " */\n";
+  return formatted("/*\n{} */\n", comment_lines(calibration, " * ", lines, loss));
 }
 
 Exported floating_header(const Calibration& calibration,
@@ -121,29 +123,30 @@ Exported floating_header(const Calibration& calibration,
     const TemperatureResponse& over = *calibration.temperature;
     const std::string order = std::to_string(over.bias.cols());
     text += dialect.constant(type, "reference_temperature", "", number(over.reference));
-    text += dialect.constant(type, "bias_terms", "[3][" + order + "]", braces(over.bias, number));
-    text += dialect.constant(type, "scale_terms", "[3][" + order + "]", braces(over.scale, number));
-    text += "\n" + dialect.function() + "(const " + type + " v[3], " + type + " temperature, " +
-            type + " field[3]) {\n  const " + type + " d = temperature - " + p +
-            "reference_temperature;\n  " + type + " u[3] = {0, 0, 0};\n";
-    text += "  for (int k = 0; k < 3; ++k) {\n    " + type + " bias_at = 0;\n    " + type +
-            " scale_at = 0;\n    for (int i = " + order +
-            " - 1; i >= 0; --i) {\n"
-            "      bias_at = (bias_at + " +
-            p +
-            "bias_terms[k][i]) * d;\n"
-            "      scale_at = (scale_at + " +
-            p +
-            "scale_terms[k][i]) * d;\n    }\n"
-            "    u[k] = (v[k] - " +
-            p + "bias[k] - bias_at) / (1 + scale_at);\n  }\n";
+    text += dialect.constant(type, "bias_terms", formatted("[3][{}]", order),
+                             braces(over.bias, number));
+    text += dialect.constant(type, "scale_terms", formatted("[3][{}]", order),
+                             braces(over.scale, number));
+    text += formatted(
+        "\n{}(const {} v[3], {} temperature, {} field[3]) {{\n  const {} d = temperature - "
+        "{}reference_temperature;\n  {} u[3] = {{0, 0, 0}};\n",
+        dialect.function(), type, type, type, type, p, type);
+    text += formatted(
+        "  for (int k = 0; k < 3; ++k) {{\n    {} bias_at = 0;\n    {} scale_at = 0;\n    for (int "
+        "i = {} - 1; i >= 0; --i) {{\n      bias_at = (bias_at + {}bias_terms[k][i]) * d;\n      "
+        "scale_at = (scale_at + {}scale_terms[k][i]) * d;\n    }}\n    u[k] = (v[k] - {}bias[k] - "
+        "bias_at) / (1 + scale_at);\n  }}\n",
+        type, type, order, p, p, p);
   } else {
-    text += "\n" + dialect.function() + "(const " + type + " v[3], " + type +
-            " field[3]) {\n  const " + type + " u[3] = {v[0] - " + p + "bias[0], v[1] - " + p +
-            "bias[1], v[2] - " + p + "bias[2]};\n";
+    text += formatted(
+        "\n{}(const {} v[3], {} field[3]) {{\n  const {} u[3] = {{v[0] - {}bias[0], v[1] - "
+        "{}bias[1], v[2] - {}bias[2]}};\n",
+        dialect.function(), type, type, type, p, p, p);
   }
-  text += "  for (int j = 0; j < 3; ++j) {\n    field[j] = " + p + "inverse[j][0] * u[0] + " + p +
-          "inverse[j][1] * u[1] + " + p + "inverse[j][2] * u[2];\n  }\n}\n";
+  text += formatted(
+      "  for (int j = 0; j < 3; ++j) {{\n    field[j] = {}inverse[j][0] * u[0] + {}inverse[j][1] * "
+      "u[1] + {}inverse[j][2] * u[2];\n  }}\n}}\n",
+      p, p, p);
   return {.content = text + dialect.close(), .loss = loss};
 }
 
@@ -180,11 +183,11 @@ Exported fixed_header(const Calibration& calibration,
       std::ldexp(times_field * calibration.field.magnitude, field_bits) < 2.0 * largest;
   const int shift = inverse_bits + bias_bits - field_bits;
   if (shift < 1 || shift > 62 || std::ldexp(span, bias_bits) >= largest || !field_fits) {
-    throw RefusedError("readings, coefficients or a field of " + number_text(times_field) +
-                       " times " + number_text(calibration.field.magnitude, 4) + " " +
-                       calibration.field.unit + " do not fit 32 bits with " +
-                       std::to_string(reading_bits) + " binary places of the readings and " +
-                       std::to_string(field_bits) + " of the field; choose fewer");
+    throw RefusedError(
+        formatted("readings, coefficients or a field of {} times {} {} do not fit 32 bits with {} "
+                  "binary places of the readings and {} of the field; choose fewer",
+                  number_text(times_field), number_text(calibration.field.magnitude, 4),
+                  calibration.field.unit, reading_bits, field_bits));
   }
   const Eigen::Vector3d bias = (model.bias * std::ldexp(1.0, bias_bits)).array().round();
   const Eigen::Matrix3d inverse = (model.inverse * std::ldexp(1.0, inverse_bits)).array().round();
@@ -196,37 +199,32 @@ Exported fixed_header(const Calibration& calibration,
   const std::optional<ExportLoss> rounding = loss_of(calibration, model);
   const std::string places = std::to_string(field_bits);
   std::vector<std::string> lines = remarks(calibration, false);
-  lines.push_back("readings are int32_t, v * 2^" + std::to_string(reading_bits) +
-                  " rounded; the field comes as int32_t, f * 2^" + places + ", up to " +
-                  number_text(times_field) + " times that of the calibration");
-  if (rounding) {
-    lines.push_back("rounding of the coefficients: up to " + number_text(rounding->worst, 2) + " " +
-                    calibration.field.unit + "; of the field itself " +
-                    number_text(std::ldexp(0.5, -field_bits), 2));
-  }
   lines.push_back(
-      "rounding of a reading: up to " +
+      formatted("readings are int32_t, v * 2^{} rounded; the field comes as int32_t, f * 2^{}, up "
+                "to {} times that of the calibration",
+                reading_bits, places, number_text(times_field)));
+  if (rounding) {
+    lines.push_back(formatted("rounding of the coefficients: up to {} {}; of the field itself {}",
+                              number_text(rounding->worst, 2), calibration.field.unit,
+                              number_text(std::ldexp(0.5, -field_bits), 2)));
+  }
+  lines.push_back(formatted(
+      "rounding of a reading: up to {} {}",
       number_text(std::ldexp(0.5, -reading_bits) * exact.inverse.rowwise().lpNorm<1>().maxCoeff(),
-                  2) +
-      " " + calibration.field.unit);
+                  2),
+      calibration.field.unit));
   std::string text = comment(calibration, lines, loss) + dialect.open();
   text += dialect.constant("int32_t", "bias", "[3]", list(bias, integer));
   text += dialect.constant("int32_t", "inverse", "[3][3]", braces(inverse, integer));
   const std::string p = dialect.prefix();
-  const std::string scale = "(INT64_C(1) << " + std::to_string(more) + ")";
-  text += "\n" + dialect.function() +
-          "(const int32_t v[3], int32_t field[3]) {\n"
-          "  const int64_t u[3] = {v[0] * " +
-          scale + " - " + p + "bias[0], v[1] * " + scale + " - " + p + "bias[1], v[2] * " + scale +
-          " - " + p +
-          "bias[2]};\n"
-          "  for (int j = 0; j < 3; ++j) {\n    const int64_t sum = " +
-          p + "inverse[j][0] * u[0] + " + p + "inverse[j][1] * u[1] + " + p +
-          "inverse[j][2] * u[2];\n"
-          "    const int64_t half = INT64_C(1) << " +
-          std::to_string(shift - 1) +
-          ";\n"
-          "    field[j] = (int32_t)((sum < 0 ? sum - half : sum + half) / (2 * half));\n  }\n}\n";
+  const std::string scale = formatted("(INT64_C(1) << {})", more);
+  text += formatted(
+      "\n{}(const int32_t v[3], int32_t field[3]) {{\n  const int64_t u[3] = {{v[0] * {} - "
+      "{}bias[0], v[1] * {} - {}bias[1], v[2] * {} - {}bias[2]}};\n  for (int j = 0; j < 3; ++j) "
+      "{{\n    const int64_t sum = {}inverse[j][0] * u[0] + {}inverse[j][1] * u[1] + "
+      "{}inverse[j][2] * u[2];\n    const int64_t half = INT64_C(1) << {};\n    field[j] = "
+      "(int32_t)((sum < 0 ? sum - half : sum + half) / (2 * half));\n  }}\n}}\n",
+      dialect.function(), scale, p, scale, p, scale, p, p, p, p, shift - 1);
   return {.content = text + dialect.close(), .loss = loss};
 }
 

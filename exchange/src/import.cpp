@@ -13,6 +13,7 @@
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
@@ -81,13 +82,14 @@ ParameterTable read_parameters(const Source& source,
     const std::optional<double> value =
         parts.size() == columns ? parse_number(parts[value_at]) : std::nullopt;
     if (!value) {
-      throw DataError(source.path, line_number,
-                      "no parameter with a number: a line has " + std::to_string(columns) +
-                          " columns in a file of this format");
+      throw DataError(
+          source.path, line_number,
+          formatted("no parameter with a number: a line has {} columns in a file of this format",
+                    columns));
     }
     if (!table.emplace(parts[name_at], *value).second) {
       throw DataError(source.path, line_number,
-                      "parameter " + std::string(parts[name_at]) + " is there twice");
+                      formatted("parameter {} is there twice", parts[name_at]));
     }
   }
   return table;
@@ -130,7 +132,7 @@ Eigen::Matrix3d symmetric(const Eigen::Vector3d& diagonal, const Eigen::Vector3d
 
 Imported import_px4(const Source& source) {
   const ParameterTable table = read_parameters(source, "\t ", 2, 3, 5);
-  const std::string number = std::to_string(source.options.instance) + "_";
+  const std::string number = formatted("{}_", source.options.instance);
   Imported result;
   if (source.is("accelerometer")) {
     const std::string prefix = "CAL_ACC" + number;
@@ -167,16 +169,17 @@ Imported import_ardupilot(const Source& source) {
     result.bias = axes_of(source, table, ins + "OFFS_", "", std::nullopt);
   } else {
     result.unit = result.field_unit = "mG";
-    result.bias = -axes_of(source, table, "COMPASS_OFS" + number + "_", "", std::nullopt);
-    Eigen::Vector3d diagonal = axes_of(source, table, "COMPASS_DIA" + number + "_", "", 1.0);
+    result.bias = -axes_of(source, table, formatted("COMPASS_OFS{}_", number), "", std::nullopt);
+    Eigen::Vector3d diagonal = axes_of(source, table, formatted("COMPASS_DIA{}_", number), "", 1.0);
     if (diagonal.isZero(0.0)) {
       diagonal.setOnes();  // as ArduPilot does
     }
     const auto scale = table.find("COMPASS_SCALE" + number);
     const double factor = scale != table.end() && scale->second != 0.0 ? scale->second : 1.0;
     result.sensitivity = inverted(
-        source, factor * symmetric(diagonal,
-                                   axes_of(source, table, "COMPASS_ODI" + number + "_", "", 0.0)));
+        source,
+        factor * symmetric(diagonal,
+                           axes_of(source, table, formatted("COMPASS_ODI{}_", number), "", 0.0)));
   }
   return result;
 }
@@ -286,14 +289,14 @@ Eigen::Matrix3d yaml_matrix(const Source& source, const YAML::Node& of, const st
 
 Imported read_kalibr(const Source& source) {
   const YAML::Node root = YAML::Load(std::string(source.text));
-  const std::string imu = "imu" + std::to_string(source.options.instance);
+  const std::string imu = formatted("imu{}", source.options.instance);
   const std::string sensor = source.is("gyroscope") ? "gyroscopes" : "accelerometers";
   if (source.is("magnetometer")) {
     throw DataError(source.path, "Kalibr calibrates no magnetometer");
   }
   if (!root.IsMap() || !root[imu] || !root[imu].IsMap() || !root[imu][sensor] ||
       !root[imu][sensor].IsMap()) {
-    throw DataError(source.path, "it has no " + imu + " with " + sensor + ": M, C, ...");
+    throw DataError(source.path, formatted("it has no {} with {}: M, C, ...", imu, sensor));
   }
   const YAML::Node node = root[imu][sensor];
   Imported result;
@@ -356,8 +359,8 @@ Imported read_by_format(const Source& source, std::string_view format) {
       return one.read(source);
     }
   }
-  throw DomainError("unknown format '" + std::string(format) + "'" +
-                    did_you_mean(format, import_formats()));
+  throw DomainError(
+      formatted("unknown format '{}'{}", format, did_you_mean(format, import_formats())));
 }
 
 struct UsualField {
@@ -394,7 +397,7 @@ Calibration import_calibration(std::string_view text,
                                const ImportOptions& options) {
   if (options.kind != "accelerometer" && options.kind != "gyroscope" &&
       options.kind != "magnetometer") {
-    throw DomainError("'" + options.kind + "': accelerometer, gyroscope or magnetometer");
+    throw DomainError(formatted("'{}': accelerometer, gyroscope or magnetometer", options.kind));
   }
   if (options.instance < 0 || options.instance > 9) {
     throw DomainError("the number of a sensor is 0 to 9");
@@ -416,15 +419,15 @@ Calibration import_calibration(std::string_view text,
   }
   calibration.field.magnitude = options.magnitude.value_or(calibration.field.magnitude);
   if (!(calibration.field.magnitude > 0.0)) {
-    throw DomainError("a field's magnitude in " + imported.field_unit + " is needed",
+    throw DomainError(formatted("a field's magnitude in {} is needed", imported.field_unit),
                       {Setting::imported_magnitude});
   }
   calibration.response.bias = imported.bias;
   calibration.response.sensitivity = imported.sensitivity;
   calibration.notes = imported.notes;
-  calibration.notes.insert(calibration.notes.begin(),
-                           "imported from " + path + " (" + std::string(format) +
-                               "): coefficients only, without uncertainty");
+  calibration.notes.insert(
+      calibration.notes.begin(),
+      formatted("imported from {} ({}): coefficients only, without uncertainty", path, format));
   try {
     static_cast<void>(calibration_json(calibration));  // what cannot be stored is not imported
   } catch (const DomainError& error) {

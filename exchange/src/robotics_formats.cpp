@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
@@ -18,13 +19,13 @@ namespace axiscal {
 namespace {
 
 std::string yaml_row(const Eigen::RowVector3d& row) {
-  return "[" + number_text(row(0)) + ", " + number_text(row(1)) + ", " + number_text(row(2)) + "]";
+  return formatted("[{}, {}, {}]", number_text(row(0)), number_text(row(1)), number_text(row(2)));
 }
 
 std::string yaml_matrix(const Eigen::Matrix3d& M, const std::string& indent) {
   std::string text;
   for (int i = 0; i < 3; ++i) {
-    text += indent + "- " + yaml_row(M.row(i)) + "\n";
+    text += formatted("{}- {}\n", indent, yaml_row(M.row(i)));
   }
   return text;
 }
@@ -70,14 +71,14 @@ Exported export_kalibr(const Calibration& calibration, const ExportOptions& opti
       sensor == Sensor::accelerometer ? "v = M C f + bias" : "v = M C w + A C a + bias";
   std::string text = comment_lines(
       calibration, "# ",
-      {formula + ", in " + unit + "; M is lower triangular, C a rotation",
+      {formatted("{}, in {}; M is lower triangular, C a rotation", formula, unit),
        sensor == Sensor::accelerometer
            ? "Kalibr takes C of the accelerometer as the identity: the IMU's frame is then C's"
            : "a: specific force in m/s^2, in the frame of the rates",
        "C of an accelerometer and bias are additions: Kalibr itself writes neither",
        "noise densities and random walks: axiscal noise"},
       loss);
-  text += "imu" + std::to_string(options.instance) + ":\n  model: scale-misalignment\n";
+  text += formatted("imu{}:\n  model: scale-misalignment\n", options.instance);
   text += sensor == Sensor::accelerometer ? "  accelerometers:\n" : "  gyroscopes:\n";
   text += "    M:\n" + yaml_matrix(split.M, "    ");
   text += (sensor == Sensor::accelerometer ? "    C:\n" : "    C_gyro_i:\n") +
@@ -91,7 +92,7 @@ Exported export_kalibr(const Calibration& calibration, const ExportOptions& opti
     }
     text += "    A:\n" + yaml_matrix(A, "    ");
   }
-  text += "    bias: " + yaml_row(model.bias.transpose()) + "\n";
+  text += formatted("    bias: {}\n", yaml_row(model.bias.transpose()));
   return {.content = text, .loss = loss};
 }
 
@@ -102,19 +103,19 @@ Exported export_ros(const Calibration& calibration, const ExportOptions& options
   const ConsumerModel model = nearest_model(calibration, {options.reading_factor ? unit : "", unit},
                                             MatrixShape::full, options);
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "ros", options);
-  std::string text =
-      comment_lines(calibration, "# ",
-                    {"field [" + unit + "] = SM v - bias, v in " + readings +
-                     "; SM row by row; imu_calib itself applies it to accelerometers only"},
-                    loss);
+  std::string text = comment_lines(calibration, "# ",
+                                   {formatted("field [{}] = SM v - bias, v in {}; SM row by row; "
+                                              "imu_calib itself applies it to accelerometers only",
+                                              unit, readings)},
+                                   loss);
   std::string entries;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       entries += (entries.empty() ? "" : ", ") + number_text(model.inverse(i, j));
     }
   }
-  text +=
-      "SM: [" + entries + "]\nbias: " + yaml_row((model.inverse * model.bias).transpose()) + "\n";
+  text += formatted("SM: [{}]\nbias: {}\n", entries,
+                    yaml_row((model.inverse * model.bias).transpose()));
   return {.content = text, .loss = loss};
 }
 
@@ -139,14 +140,14 @@ Exported export_x_io(const Calibration& calibration, const ExportOptions& option
   Json json;
   std::string formula;
   if (sensor == Sensor::magnetometer) {
-    formula = "field [" + unit +
-              "] = softIronMatrix (v - hardIronOffset), as Fusion has it "
-              "since 2022; before, and in the x-IMU3: softIronMatrix v - h, h = softIronMatrix "
-              "hardIronOffset";
+    formula = formatted(
+        "field [{}] = softIronMatrix (v - hardIronOffset), as Fusion has it since 2022; before, "
+        "and in the x-IMU3: softIronMatrix v - h, h = softIronMatrix hardIronOffset",
+        unit);
     json["softIronMatrix"] = row_major(model.inverse);
     json["hardIronOffset"] = vector(model.bias);
   } else {
-    formula = "field [" + unit + "] = misalignment diag(sensitivity) (v - offset)";
+    formula = formatted("field [{}] = misalignment diag(sensitivity) (v - offset)", unit);
     // The length of each column is the sensitivity, the rest misalignment.
     const Eigen::Vector3d lengths = model.inverse.colwise().norm().transpose();
     const std::string name = sensor == Sensor::accelerometer ? "accelerometer" : "gyroscope";
@@ -156,8 +157,8 @@ Exported export_x_io(const Calibration& calibration, const ExportOptions& option
   }
   // JSON has no comments.
   const Json comment = comment_of(
-      calibration, {formula + ", v in " + calibration.instrument.unit + ", matrices row by row"},
-      loss);
+      calibration,
+      {formatted("{}, v in {}, matrices row by row", formula, calibration.instrument.unit)}, loss);
   json["comment"] = comment;
   return {.content = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", .loss = loss};
 }

@@ -25,6 +25,8 @@
 #ifdef AXISCAL_LIBARCHIVE
 #include <archive.h>
 #include <archive_entry.h>
+
+#include "axiscal/core/formatted.hpp"
 #endif
 
 namespace axiscal {
@@ -51,7 +53,7 @@ std::vector<Coefficient> coefficients_of(const Calibration& calibration) {
     for (int j = 0; j < 3; ++j) {
       const bool has_se =
           calibration.statistics && calibration.statistics->sensitivity_se.rows() > k;
-      all.push_back({axis + ".sensitivity." + std::string(1, "xyz"[j]),
+      all.push_back({formatted("{}.sensitivity.{}", axis, std::string(1, "xyz"[j])),
                      calibration.response.sensitivity(k, j),
                      has_se ? calibration.statistics->sensitivity_se(k, j) : std::nan("")});
     }
@@ -63,7 +65,7 @@ std::vector<Coefficient> coefficients_of(const Calibration& calibration) {
       const Eigen::MatrixXd& values = is_bias ? over.bias : over.scale;
       const Eigen::MatrixXd& errors = is_bias ? over.bias_se : over.scale_se;
       for (Eigen::Index i = 0; i < values.cols(); ++i) {
-        const std::string power = i == 0 ? "d" : "d" + std::to_string(i + 1);
+        const std::string power = i == 0 ? "d" : formatted("d{}", i + 1);
         all.push_back({axis + (is_bias ? ".bias." : ".scale.") + power, values(k, i),
                        errors.rows() > k && errors.cols() > i ? errors(k, i) : std::nan("")});
       }
@@ -153,9 +155,8 @@ void add_variable(mat_t* file, matvar_t* variable) {
 #ifdef AXISCAL_LIBARCHIVE
 // NumPy's format 1.0: magic, version, length of the header, header, data.
 std::string npy(const std::string& type, const std::string& shape, bool by_columns) {
-  std::string header = "{'descr': '" + type +
-                       "', 'fortran_order': " + (by_columns ? "True" : "False") +
-                       ", 'shape': " + shape + ", }";
+  std::string header = formatted("{{'descr': '{}', 'fortran_order': {}, 'shape': {}, }}", type,
+                                 by_columns ? "True" : "False", shape);
   constexpr std::size_t before = 10;
   header.append(64 - (before + header.size() + 1) % 64, ' ');
   header += '\n';
@@ -169,10 +170,9 @@ std::string npy(const std::string& type, const std::string& shape, bool by_colum
 
 std::string npy_of(const Eigen::MatrixXd& values) {
   const std::string rows = std::to_string(values.rows());
-  std::string text =
-      values.cols() == 1
-          ? npy("<f8", "(" + rows + ",)", false)
-          : npy("<f8", "(" + rows + ", " + std::to_string(values.cols()) + ")", true);
+  std::string text = values.cols() == 1
+                         ? npy("<f8", formatted("({},)", rows), false)
+                         : npy("<f8", formatted("({}, {})", rows, values.cols()), true);
   const std::size_t start = text.size();
   const std::size_t bytes = static_cast<std::size_t>(values.size()) * sizeof(double);
   text.resize(start + bytes);
@@ -205,22 +205,21 @@ void add_entry(archive* zip, const std::string& name, const std::string& content
 }  // namespace
 
 Exported export_csv(const Calibration& calibration, const ExportOptions&) {
-  std::vector<std::string> lines = {"v = bias + sensitivity f; field f in " +
-                                    calibration.field.unit + ", v in " +
-                                    calibration.instrument.unit};
+  std::vector<std::string> lines = {formatted("v = bias + sensitivity f; field f in {}, v in {}",
+                                              calibration.field.unit, calibration.instrument.unit)};
   if (calibration.temperature) {
     const TemperatureResponse& over = *calibration.temperature;
     lines.push_back(
-        "bias(t) = bias + bias.d d + ..., scale(t) = 1 + scale.d d + ..., d = "
-        "temperature - " +
-        number_text(over.reference) + "; v = bias(t) + scale(t) sensitivity f");
+        formatted("bias(t) = bias + bias.d d + ..., scale(t) = 1 + scale.d d + ..., d = "
+                  "temperature - {}; v = bias(t) + scale(t) sensitivity f",
+                  number_text(over.reference)));
   }
   std::string text = comment_lines(calibration, "# ", lines, std::nullopt);
   text += "parameter,value,standard_error,unit\n";
   for (const Coefficient& one : coefficients_of(calibration)) {
-    text += csv_cell(one.name) + "," + number_text(one.value) + "," +
-            (std::isfinite(one.standard_error) ? number_text(one.standard_error) : "") + "," +
-            csv_cell(parameter_unit(calibration, one.name)) + "\n";
+    text += formatted("{},{},{},{}\n", csv_cell(one.name), number_text(one.value),
+                      std::isfinite(one.standard_error) ? number_text(one.standard_error) : "",
+                      csv_cell(parameter_unit(calibration, one.name)));
   }
   return {.content = text, .loss = std::nullopt};
 }

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/units.hpp"
 
 namespace axiscal {
@@ -42,7 +43,7 @@ double factor_between(std::string_view from, std::string_view to) {
   const Unit* const a = find_unit(from);
   const Unit* const b = find_unit(to);
   if (a == nullptr || b == nullptr || a->quantity != b->quantity) {
-    throw DomainError("'" + std::string(from) + "' does not convert to '" + std::string(to) + "'");
+    throw DomainError(formatted("'{}' does not convert to '{}'", from, to));
   }
   return a->in_si / b->in_si;
 }

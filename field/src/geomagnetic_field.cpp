@@ -10,6 +10,7 @@
 #include <GeographicLib/SphericalHarmonic1.hpp>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_unit.hpp"
@@ -101,11 +102,10 @@ std::shared_ptr<const GeomagneticModel::Coefficients> coefficients_of(const std:
   try {
     return std::make_shared<const Installed>(name);
   } catch (const GeographicLib::GeographicErr& error) {
-    throw DataError(name, "no such magnetic model: looked in " +
-                              GeographicLib::MagneticModel::DefaultMagneticPath() + " (" +
-                              error.what() +
-                              "); install it for GeographicLib, set GEOGRAPHICLIB_MAGNETIC_PATH, "
-                              "or use wmm2025, which is built in");
+    throw DataError(
+        name, formatted("no such magnetic model: looked in {} ({}); install it for GeographicLib, "
+                        "set GEOGRAPHICLIB_MAGNETIC_PATH, or use wmm2025, which is built in",
+                        GeographicLib::MagneticModel::DefaultMagneticPath(), error.what()));
   }
 }
 
@@ -118,16 +118,16 @@ Eigen::Vector3d GeomagneticModel::value_in_enu_nT(const Site& site, double year)
   check_site(site);
   const Coefficients::Range range = coefficients_->range();
   if (!(year >= range.first_year && year <= range.last_year)) {
-    throw RefusedError("magnetic model " + name_ + " holds from " + number_text(range.first_year) +
-                           " to " + number_text(range.last_year) + ", not in " +
-                           number_text(std::round(year * 1e6) / 1e6) +
-                           "; give another date or model",
-                       {Setting::date, Setting::magnetic_model});
+    throw RefusedError(
+        formatted("magnetic model {} holds from {} to {}, not in {}; give another date or model",
+                  name_, number_text(range.first_year), number_text(range.last_year),
+                  number_text(std::round(year * 1e6) / 1e6)),
+        {Setting::date, Setting::magnetic_model});
   }
   if (!(site.height_m >= range.lowest_m && site.height_m <= range.highest_m)) {
-    throw RefusedError("magnetic model " + name_ + " holds from " + number_text(range.lowest_m) +
-                       " to " + number_text(range.highest_m) + " m above the ellipsoid, not at " +
-                       number_text(site.height_m) + " m");
+    throw RefusedError(formatted(
+        "magnetic model {} holds from {} to {} m above the ellipsoid, not at {} m", name_,
+        number_text(range.lowest_m), number_text(range.highest_m), number_text(site.height_m)));
   }
   return coefficients_->at(site, year);
 }

@@ -8,6 +8,7 @@
 #include <GeographicLib/NormalGravity.hpp>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 
 namespace axiscal {
 
@@ -24,11 +25,10 @@ Eigen::Vector3d gravity_in_enu(const Site& site, const std::string& model) {
     installed.Gravity(site.latitude_deg, site.longitude_deg, site.height_m, gravity.x(),
                       gravity.y(), gravity.z());
   } catch (const GeographicLib::GeographicErr& error) {
-    throw DataError(model, "no such gravity model: looked in " +
-                               GeographicLib::GravityModel::DefaultGravityPath() + " (" +
-                               error.what() +
-                               "); install it for GeographicLib, set GEOGRAPHICLIB_GRAVITY_PATH, "
-                               "or use wgs84, which is built in");
+    throw DataError(
+        model, formatted("no such gravity model: looked in {} ({}); install it for GeographicLib, "
+                         "set GEOGRAPHICLIB_GRAVITY_PATH, or use wgs84, which is built in",
+                         GeographicLib::GravityModel::DefaultGravityPath(), error.what()));
   }
   return Eigen::Vector3d::Zero() - gravity;
 }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
@@ -11,8 +12,8 @@ namespace {
 
 void check(double value, double low, double high, const char* name) {
   if (!(value >= low && value <= high)) {
-    throw DomainError("site: " + std::string(name) + " must be from " + number_text(low) + " to " +
-                      number_text(high) + ", not " + number_text(value));
+    throw DomainError(formatted("site: {} must be from {} to {}, not {}", name, number_text(low),
+                                number_text(high), number_text(value)));
   }
 }
 

@@ -7,14 +7,14 @@
 
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 
 namespace axiscal {
 
 void check_serial(std::string_view serial) {
   constexpr std::size_t longest = 200;  // bytes; a file's name has 255
   if (serial.size() > longest) {
-    throw DomainError("the serial number has " + std::to_string(serial.size()) +
-                      " bytes, more than 200");
+    throw DomainError(formatted("the serial number has {} bytes, more than 200", serial.size()));
   }
   if (!is_utf8(serial)) {
     throw DomainError("the serial number is not UTF-8 text");
@@ -24,8 +24,8 @@ void check_serial(std::string_view serial) {
     // U+0080 to U+009F are control characters too: C2 80 to C2 9F in UTF-8.
     const bool second = byte == 0xC2 && static_cast<unsigned char>(serial[i + 1]) < 0xA0;
     if (byte < 0x20 || byte == 0x7F || second) {
-      throw DomainError("the serial number holds a control character, at byte " +
-                        std::to_string(i + 1));
+      throw DomainError(
+          formatted("the serial number holds a control character, at byte {}", i + 1));
     }
   }
 }
@@ -60,7 +60,8 @@ void set_axes(Instrument& instrument, const std::vector<std::string>& texts) {
     const std::size_t minus = text.find('-', equals);
     if (equals == 0 || minus == std::string::npos || minus == equals + 1 ||
         minus + 1 == text.size()) {
-      throw DomainError("axis '" + text + "' must be the name of a column, or NAME=COLUMN-COLUMN");
+      throw DomainError(
+          formatted("axis '{}' must be the name of a column, or NAME=COLUMN-COLUMN", text));
     }
     instrument.axes.push_back(text.substr(0, equals));
     instrument.differences.push_back({.axis = instrument.axes.back(),
@@ -79,7 +80,7 @@ void check_axes(const Instrument& instrument) {
 
 AxisConvention parse_convention(std::string_view name) {
   if (name != "flu" && name != "frd") {
-    throw DomainError("the convention must be flu or frd, not '" + std::string(name) + "'");
+    throw DomainError(formatted("the convention must be flu or frd, not '{}'", name));
   }
   return name == "frd" ? AxisConvention::forward_right_down : AxisConvention::forward_left_up;
 }

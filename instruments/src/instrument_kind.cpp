@@ -4,6 +4,7 @@
 #include <string>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "kinds/kinds.hpp"
 
@@ -26,14 +27,14 @@ const std::deque<InstrumentKind>& instrument_kinds() {
 const InstrumentKind& add_instrument_kind(const InstrumentKind& kind) {
   for (const InstrumentKind& known : known_kinds()) {
     if (kind.name.empty() || known.name == kind.name) {
-      throw DomainError("add_instrument_kind: '" + std::string(kind.name) +
-                        "' is no name, or there already");
+      throw DomainError(
+          formatted("add_instrument_kind: '{}' is no name, or there already", kind.name));
     }
   }
   if (kind.derived_names.size() > DerivedValues{}.values.size() ||
       (!kind.derived_names.empty() && kind.derive == nullptr)) {
-    throw DomainError("add_instrument_kind: '" + std::string(kind.name) +
-                      "' must derive what it names, at most four values");
+    throw DomainError(formatted(
+        "add_instrument_kind: '{}' must derive what it names, at most four values", kind.name));
   }
   return known_kinds().emplace_back(kind);
 }
@@ -48,8 +49,8 @@ const InstrumentKind& find_instrument_kind(std::string_view name) {
     names.push_back(kind.name);
     list += (list.empty() ? "" : ", ") + std::string(kind.name);
   }
-  throw DomainError("unknown kind of instrument '" + std::string(name) + "'" +
-                    did_you_mean(name, names) + "; this version knows: " + list);
+  throw DomainError(formatted("unknown kind of instrument '{}'{}; this version knows: {}", name,
+                              did_you_mean(name, names), list));
 }
 
 }  // namespace axiscal

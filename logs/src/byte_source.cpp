@@ -17,6 +17,7 @@
 #endif
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 
 namespace axiscal {
@@ -101,8 +102,8 @@ struct ByteSource::Reader {
       std::rethrow_exception(error);
     }
     const char* const why = archive_error_string(unpacker.get());
-    throw DataError(file.path(), std::string("the compressed file is damaged or cut short (") +
-                                     (why != nullptr ? why : "unknown") + ")");
+    throw DataError(file.path(), formatted("the compressed file is damaged or cut short ({})",
+                                           why != nullptr ? why : "unknown"));
   }
 
   void unpack() {
@@ -138,7 +139,7 @@ struct ByteSource::Reader {
 
   [[noreturn]] void fail_gzip(const char* why) const {
     throw DataError(file.path(),
-                    std::string("the compressed file is damaged or cut short (gzip: ") + why + ")");
+                    formatted("the compressed file is damaged or cut short (gzip: {})", why));
   }
 
   std::size_t inflate_some(char* buffer, std::size_t size) {

@@ -13,6 +13,7 @@
 #include "axiscal/calib/companion.hpp"
 #include "axiscal/calib/magnitude_fit.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/positioner/positioner.hpp"
 #include "rest_turns.hpp"
@@ -300,16 +301,17 @@ class ImuCalibrator {
                                           rests.sd);
     record.slot = "gyroscope";
     if (source.left_out > 0) {
-      record.notes.push_back(std::to_string(source.left_out) +
-                             " turns with missing samples are left out");
+      record.notes.push_back(
+          formatted("{} turns with missing samples are left out", source.left_out));
     }
     result_.g_sensitivity = rests.g_sensitivity;
     result_.g_sensitivity_se = rests.g_sensitivity_se;
     if (rests.g_sensitivity && rests.p_value.minCoeff() < 1e-3) {
-      record.notes.push_back("the rests' means change with gravity: g-sensitivity of up to " +
-                             number_text(rests.g_sensitivity->cwiseAbs().maxCoeff(), 3) + " " +
-                             unit_per(record.instrument.unit, "g") + " (standard error " +
-                             number_text(rests.g_sensitivity_se->maxCoeff(), 2) + ")");
+      record.notes.push_back(formatted(
+          "the rests' means change with gravity: g-sensitivity of up to {} {} (standard error {})",
+          number_text(rests.g_sensitivity->cwiseAbs().maxCoeff(), 3),
+          unit_per(record.instrument.unit, "g"),
+          number_text(rests.g_sensitivity_se->maxCoeff(), 2)));
     }
     result_.gyroscope = std::move(record);
   }
@@ -387,10 +389,10 @@ SeatLabels recognise_seats(const RecordedLog& log,
       return label_by_turns(faces, integrated_rotations(turns, fit), first_point(options, faces));
     }
     if (options.magnetometer.empty()) {
-      throw RefusedError(
-          "the gyroscope lacks samples in " + std::to_string(source.left_out) +
-              " of the turns, so that it does not tell the fence faces; give the run sheet",
-          {Setting::run_sheet});
+      throw RefusedError(formatted("the gyroscope lacks samples in {} of the turns, so that it "
+                                   "does not tell the fence faces; give the run sheet",
+                                   source.left_out),
+                         {Setting::run_sheet});
     }
   }
   if (!options.magnetometer.empty()) {
@@ -427,10 +429,10 @@ void check_fences(const RecordedLog& log,
   for (std::size_t i = 0; i < labels.points.size(); ++i) {
     if (labels.points[i] && seen.points[i] && labels.points[i]->rest() == seen.points[i]->rest() &&
         labels.points[i]->fence() != seen.points[i]->fence()) {
-      labels.messages.push_back(
-          "rest " + std::to_string(i + 1) + ": the sheet says " + labels.points[i]->name() +
-          ", the " + (options.gyroscope.empty() ? "magnetometer" : "gyroscope") + " fence " +
-          std::string(face_name(seen.points[i]->fence())) + "; was the cube turned as planned?");
+      labels.messages.push_back(formatted(
+          "rest {}: the sheet says {}, the {} fence {}; was the cube turned as planned?", i + 1,
+          labels.points[i]->name(), options.gyroscope.empty() ? "magnetometer" : "gyroscope",
+          face_name(seen.points[i]->fence())));
     }
   }
 }

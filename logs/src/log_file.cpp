@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -38,12 +39,11 @@ std::vector<std::string> column_names(const std::string& path,
                                       const std::vector<std::string>& names,
                                       std::size_t count) {
   if (!names.empty() && names.size() != count) {
-    throw DataError(path, std::to_string(names.size()) + " names are given for " +
-                              std::to_string(count) + " columns");
+    throw DataError(path, formatted("{} names are given for {} columns", names.size(), count));
   }
   std::vector<std::string> all = names;
   for (std::size_t c = all.size(); c < count; ++c) {
-    all.push_back("c" + std::to_string(c + 1));
+    all.push_back(formatted("c{}", c + 1));
   }
   return all;
 }
@@ -60,7 +60,8 @@ std::size_t need_column(const std::string& path,
                         const std::string& name) {
   const std::optional<std::size_t> at = find_column(columns, name);
   if (!at) {
-    throw DataError(path, "column '" + name + "': is missing; the columns are: " + joined(columns));
+    throw DataError(
+        path, formatted("column '{}': is missing; the columns are: {}", name, joined(columns)));
   }
   return *at;
 }
@@ -104,7 +105,7 @@ LogFile::LogFile(const std::string& path, const LogFormat& format) : path_(path)
     const std::string compression = bytes.compression();
     source_ = open_text_log(std::move(bytes), format.names);
     if (!compression.empty()) {
-      source_->notes.push_back("unpacked (" + compression + ")");
+      source_->notes.push_back(formatted("unpacked ({})", compression));
     }
   }
   columns_ = source_->columns;
@@ -113,9 +114,9 @@ LogFile::LogFile(const std::string& path, const LogFormat& format) : path_(path)
     const std::size_t at = need_column(path_, source_->columns, mapped.column);
     columns_[at] = mapped.name;
     factors_[at] = mapped.factor;
-    source_->notes.push_back("column " + mapped.name + " is " +
-                             (mapped.factor == 1.0 ? "" : number_text(mapped.factor) + " times ") +
-                             mapped.column);
+    source_->notes.push_back(formatted(
+        "column {} is {}{}", mapped.name,
+        mapped.factor == 1.0 ? "" : number_text(mapped.factor) + " times ", mapped.column));
   }
   selected_ = factors_;
 }

@@ -22,6 +22,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "series_tables.hpp"
 #endif
@@ -85,7 +86,7 @@ void add_variable(const matvar_t& variable, const std::string& name, SeriesTable
       const matvar_t* const field =
           Mat_VarGetStructFieldByIndex(const_cast<matvar_t*>(&variable), f, 0);
       if (field != nullptr) {
-        add_variable(*field, name + "." + names[f], tables);
+        add_variable(*field, formatted("{}.{}", name, names[f]), tables);
       }
     }
     return;
@@ -134,7 +135,7 @@ std::string answer_of(const std::string& path) {
     // What the file lists must be there; matio says of neither that it is missing.
     const std::unique_ptr<matvar_t, FreeVariable> variable(Mat_VarRead(file.get(), names[i]));
     if (!variable || is_lost(*variable)) {
-      return std::string("0the .mat file is damaged: variable '") + names[i] + "' cannot be read";
+      return formatted("0the .mat file is damaged: variable '{}' cannot be read", names[i]);
     }
     add_variable(*variable, names[i], tables);
   }

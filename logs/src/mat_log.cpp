@@ -17,6 +17,7 @@
 #endif
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "log_source.hpp"
 #include "series_tables.hpp"
 
@@ -175,7 +176,7 @@ class MatReader {
     std::string text =
         read_up_to(size, [&](char* buffer, std::size_t most) { return bytes.read(buffer, most); });
     if (text.size() < size) {
-      fail("an element of " + std::to_string(size) + " bytes has " + std::to_string(text.size()));
+      fail(formatted("an element of {} bytes has {}", size, text.size()));
     }
     return text;
   }
@@ -237,15 +238,14 @@ class MatReader {
     if ((first >> 16U) != 0) {  // small: the data are in the tag
       Tag tag{.type = first & 0xFFFFU, .size = first >> 16U};
       if (tag.size > 4) {
-        fail("a small element has " + std::to_string(tag.size) + " bytes");
+        fail(formatted("a small element has {} bytes", tag.size));
       }
       tag.inside = start.substr(4, tag.size);
       return tag;
     }
     Tag tag{.type = first, .size = number<std::uint32_t>(start.data() + 4)};
     if (tag.size > left) {
-      fail("a part of " + std::to_string(tag.size) + " bytes is in an element that has " +
-           std::to_string(left) + " left");
+      fail(formatted("a part of {} bytes is in an element that has {} left", tag.size, left));
     }
     return tag;
   }
@@ -329,7 +329,7 @@ class MatReader {
         fail("a structure's field is no variable");
       }
       if (tag.size > 0) {
-        read_matrix(bytes, tag.size, name + "." + field, depth + 1);
+        read_matrix(bytes, tag.size, formatted("{}.{}", name, field), depth + 1);
         left -= tag.size;
       }
     }
@@ -344,11 +344,11 @@ class MatReader {
     const std::size_t width = size_of_type(tag.type);
     // Products of two positive 32-bit numbers do not overflow.
     if (width == 0 || tag.size % width != 0 || tag.size / width != rows * columns) {
-      fail("variable '" + name + "' is " + std::to_string(rows) + " x " + std::to_string(columns) +
-           ", but has " + std::to_string(tag.size) + " bytes of numbers");
+      fail(formatted("variable '{}' is {} x {}, but has {} bytes of numbers", name, rows, columns,
+                     tag.size));
     }
     if (rows * columns > most_bytes_ / sizeof(double)) {
-      fail("variable '" + name + "' is far larger than the file");
+      fail(formatted("variable '{}' is far larger than the file", name));
     }
     const std::string data = read_data(bytes, tag, left);
     std::vector<double> values(rows * columns);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "log_source.hpp"
 
@@ -96,7 +97,7 @@ class NpyHeader {
             : std::string_view("iub").find(type.kind) != std::string_view::npos &&
                   (type.size == 1 || type.size == 2 || type.size == 4 || type.size == 8);
     if (!known) {
-      fail("holds '" + std::string(descr) + "', not integers or floats of 4 or 8 bytes");
+      fail(formatted("holds '{}', not integers or floats of 4 or 8 bytes", descr));
     }
     return type;
   }
@@ -157,7 +158,7 @@ class NpyHeader {
       columns = sizes[1];
     }
     if (columns > most_columns) {
-      fail("has " + std::to_string(columns) + " columns, more than 10000");
+      fail(formatted("has {} columns, more than 10000", columns));
     }
   }
 
@@ -191,8 +192,8 @@ class NpyLog : public LogFile::Source {
     raw_.resize(wanted * row_size_);
     const std::size_t got = fill(raw_) / row_size_;
     if (got < wanted) {
-      throw DataError(bytes_.path(), "the .npy array is cut short: " + std::to_string(done_ + got) +
-                                         " of " + std::to_string(header_.rows) + " rows");
+      throw DataError(bytes_.path(), formatted("the .npy array is cut short: {} of {} rows",
+                                               done_ + got, header_.rows));
     }
     block.assign(selected_.size(), std::vector<double>(got));
     for (std::size_t s = 0; s < selected_.size(); ++s) {

@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/median.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
@@ -20,7 +21,7 @@ namespace axiscal {
 namespace {
 
 std::string rest_name(std::size_t rest) {
-  return "rest " + std::to_string(rest + 1);
+  return formatted("rest {}", rest + 1);
 }
 
 std::string seen_name(const std::optional<Face>& face) {
@@ -76,9 +77,10 @@ std::vector<std::optional<Face>> resting_faces(const Eigen::MatrixX3d& means) {
   const Eigen::Vector3d range = means.colwise().maxCoeff() - means.colwise().minCoeff();
   for (int axis = 0; axis < 3; ++axis) {
     if (!(range(axis) > 0.5 * range.maxCoeff())) {
-      throw RefusedError(std::string("the rests do not show which face was down: axis ") +
-                         "xyz"[axis] +
-                         " was never both up and down; lay the cube on all six faces");
+      throw RefusedError(
+          formatted("the rests do not show which face was down: axis {} was never both up and "
+                    "down; lay the cube on all six faces",
+                    "xyz"[axis]));
     }
   }
   // Of all six faces every reading has length 1. Where no axis was turned round, the middle is
@@ -134,20 +136,20 @@ SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
       labels.points[i] = sheet[j].entry.point;
       labels.rows[i] = j;
       if (misfit(i, j) > 0.0) {
-        messages.push_back("run " + std::to_string(sheet[j].run) + " (" + rest_name(i) +
-                           "): the sheet says " + sheet[j].entry.point.name() +
-                           ", the accelerometer " + seen_name(faces[i]) +
-                           "; was the cube laid down as planned?");
+        messages.push_back(formatted(
+            "run {} ({}): the sheet says {}, the accelerometer {}; was the cube laid down as "
+            "planned?",
+            sheet[j].run, rest_name(i), sheet[j].entry.point.name(), seen_name(faces[i])));
       }
     } else if (i > 0 && cost[i][j] == cost[i - 1][j] + 1.0) {
       --i;
-      messages.push_back(rest_name(i) + " (" + seen_name(faces[i]) +
-                         ") fits no row of the sheet and is left out");
+      messages.push_back(formatted("{} ({}) fits no row of the sheet and is left out", rest_name(i),
+                                   seen_name(faces[i])));
     } else {
       --j;
-      messages.push_back("run " + std::to_string(sheet[j].run) + " of the sheet (" +
-                         sheet[j].entry.point.name() +
-                         ") is not in the log: was it skipped, or its rest too short?");
+      messages.push_back(formatted(
+          "run {} of the sheet ({}) is not in the log: was it skipped, or its rest too short?",
+          sheet[j].run, sheet[j].entry.point.name()));
     }
   }
   labels.messages.assign(messages.rbegin(), messages.rend());
@@ -184,8 +186,8 @@ SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,
     }
     if (!best || least > farthest_rad) {
       labels.messages.push_back(
-          rest_name(i) + " (" + seen_name(faces[i]) + "): the turn before it ends " +
-          number_text(least * deg_per_rad, 3) + " degrees from every seat; it has no label");
+          formatted("{} ({}): the turn before it ends {} degrees from every seat; it has no label",
+                    rest_name(i), seen_name(faces[i]), number_text(least * deg_per_rad, 3)));
       continue;
     }
     labels.points[i] = best;
@@ -229,9 +231,9 @@ SeatLabels label_by_heading(const std::vector<std::optional<Face>>& faces,
     }
     if (!faces[i] || least > farthest_rad) {
       labels.points[i].reset();
-      labels.messages.push_back(
-          rest_name(i) + " (" + seen_name(faces[i]) + "): the magnetometer's heading is " +
-          number_text(least * deg_per_rad, 3) + " degrees from every seat; it has no label");
+      labels.messages.push_back(formatted(
+          "{} ({}): the magnetometer's heading is {} degrees from every seat; it has no label",
+          rest_name(i), seen_name(faces[i]), number_text(least * deg_per_rad, 3)));
     }
   }
   return labels;
@@ -243,7 +245,8 @@ SeatLabels label_by_order(const std::vector<std::optional<Face>>& faces) {
   for (std::size_t i = 0; i < faces.size(); ++i) {
     if (!faces[i]) {
       labels.points.emplace_back();
-      labels.messages.push_back(rest_name(i) + ": " + seen_name(faces[i]) + "; it has no label");
+      labels.messages.push_back(
+          formatted("{}: {}; it has no label", rest_name(i), seen_name(faces[i])));
       continue;
     }
     labels.points.emplace_back(

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 
@@ -14,7 +15,7 @@ namespace {
 constexpr std::size_t block_rows = 4096;
 
 std::string counted(std::size_t count, const char* one, const char* many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
+  return formatted("{} {}", count, count == 1 ? one : many);
 }
 
 // Times of the samples, and where they do not go on as they should.
@@ -178,25 +179,26 @@ void warn_of_defects(const LogFile& log,
       result.warnings.push_back(text);
     }
   };
-  warn(defects.ragged_rows,
-       counted(defects.ragged_rows, "row was", "rows were") +
-           " left out, having another number of cells than the others; the first is line " +
-           std::to_string(defects.first_ragged_line));
+  warn(
+      defects.ragged_rows,
+      formatted("{} left out, having another number of cells than the others; the first is line {}",
+                counted(defects.ragged_rows, "row was", "rows were"), defects.first_ragged_line));
   warn(repair.missing,
-       counted(repair.missing, "sample has", "samples have") +
-           " a cell that is no number, and part rests" +
-           (defects.first_missing_line > 0
-                ? "; the first is in line " + std::to_string(defects.first_missing_line)
-                : ""));
+       formatted("{} a cell that is no number, and part rests{}",
+                 counted(repair.missing, "sample has", "samples have"),
+                 defects.first_missing_line > 0
+                     ? formatted("; the first is in line {}", defects.first_missing_line)
+                     : ""));
   warn(repair.saturated,
        counted(repair.saturated, "sample is", "samples are") + " at or beyond the range");
   warn(clock.gaps, counted(clock.gaps, "gap", "gaps") + " in the times: samples were lost there");
   warn(clock.decreasing, counted(clock.decreasing, "time stamp is", "time stamps are") +
                              " before the one before: is the log several recordings put together?");
   if (result.rate_hz < 1.0) {
-    result.warnings.push_back("the rate is " + number_text(result.rate_hz, 3) +
-                              " Hz: are the times in milliseconds or microseconds? Then name the "
-                              "column t_ms or t_us, or state the rate");
+    result.warnings.push_back(
+        formatted("the rate is {} Hz: are the times in milliseconds or microseconds? Then name the "
+                  "column t_ms or t_us, or state the rate",
+                  number_text(result.rate_hz, 3)));
   }
   if (clock.repeated > 0) {
     result.notes.push_back(counted(clock.repeated, "time stamp is", "time stamps are") +
@@ -227,8 +229,8 @@ void warn_of_marks(Segmentation& result) {
       }
     }
     if (!rests.empty()) {
-      result.warnings.push_back((rests.size() == 1 ? "rest " : "rests ") + runs_text(rests) + ": " +
-                                meaning);
+      result.warnings.push_back(
+          formatted("{}{}: {}", rests.size() == 1 ? "rest " : "rests ", runs_text(rests), meaning));
     }
   }
 }
@@ -249,24 +251,29 @@ double largest_spread(const std::vector<StaticInterval>& intervals,
   return largest;
 }
 
-}  // namespace
+// What is read of a log: its columns but the times in their order, then the times.
+struct SelectedColumns {
+  TimeColumn times;
+  bool has_times = false;
+  std::vector<std::size_t> attitude;  // those that tell one attitude from another
+};
 
-Segmentation segment(LogFile& log, const SegmentOptions& options, const ThresholdChoice& choose) {
+SelectedColumns select_columns(LogFile& log, const SegmentOptions& options, Segmentation& result) {
   const std::optional<TimeColumn> found =
       find_time_column(log.path(), log.columns(), options.rate_hz ? "" : options.time);
   if (!found && !options.rate_hz) {
-    throw DataError(log.path(),
-                    "has no column of times, only " + joined(log.columns()) +
-                        "; name the column of times, or state the rate",
-                    {Setting::time_column, Setting::rate});
+    throw DataError(
+        log.path(),
+        formatted("has no column of times, only {}; name the column of times, or state the rate",
+                  joined(log.columns())),
+        {Setting::time_column, Setting::rate});
   }
-  const TimeColumn clock_column = found.value_or(TimeColumn{.position = log.columns().size()});
-  const bool has_times = found && !options.rate_hz;  // a rate stands for a column of times
-  // The times go last; the other columns keep their order.
-  Segmentation result;
+  SelectedColumns chosen;
+  chosen.times = found.value_or(TimeColumn{.position = log.columns().size()});
+  chosen.has_times = found && !options.rate_hz;  // a rate stands for a column of times
   std::vector<std::size_t> selected;
   for (std::size_t c = 0; c < log.columns().size(); ++c) {
-    if (c != clock_column.position) {
+    if (c != chosen.times.position) {
       selected.push_back(c);
       result.columns.push_back(log.columns()[c]);
     }
@@ -280,18 +287,62 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
     return positions;
   };
   for (const std::string& name : options.columns) {
-    if (found && log.need(name) == clock_column.position) {
-      throw DataError(log.path(), "column '" + name + "' is the times, and no quantity");
+    if (found && log.need(name) == chosen.times.position) {
+      throw DataError(log.path(), formatted("column '{}' is the times, and no quantity", name));
     }
   }
   result.detection = positions_of(options.columns);
-  const std::vector<std::size_t> attitude =
-      options.attitude.empty() ? result.detection : positions_of(options.attitude);
-  if (has_times) {
-    selected.push_back(clock_column.position);
+  chosen.attitude = options.attitude.empty() ? result.detection : positions_of(options.attitude);
+  if (chosen.has_times) {
+    selected.push_back(chosen.times.position);
   }
   log.select(selected);
+  return chosen;
+}
 
+DetectorOptions detector_options(const SegmentOptions& options,
+                                 const std::vector<std::size_t>& detection,
+                                 double rate_hz) {
+  const auto in_samples = [&](double seconds) {
+    return static_cast<std::size_t>(std::lround(std::max(0.0, seconds) * rate_hz));
+  };
+  return {.detection = detection,
+          .window = std::max<std::size_t>(in_samples(options.window_s), 3),
+          .trim = in_samples(options.trim_s),
+          .shortest = std::max<std::size_t>(in_samples(options.shortest_s), 2),
+          .threshold = options.threshold};
+}
+
+// Of a rest that a knock has split, the longer part is kept.
+void join_rests(const SegmentOptions& options,
+                const std::vector<std::size_t>& attitude,
+                Segmentation& result) {
+  const double size = largest_spread(result.intervals, attitude);
+  const std::size_t joined_rests = join_split_rests(
+      result.intervals, attitude, options.window_s + 2.0 * options.trim_s + 0.5, 2e-3 * size);
+  if (joined_rests > 0) {
+    result.notes.push_back(counted(joined_rests, "rest was", "rests were") +
+                           " split by a knock; the longer part is kept");
+  }
+}
+
+// Says which columns hold no numbers; no rest has a mean of them.
+void drop_empty_columns(const Repair& repair, Segmentation& result) {
+  for (std::size_t c = 0; c < result.columns.size(); ++c) {
+    if (!repair.has_numbers(c)) {
+      result.notes.push_back(formatted("column '{}' holds no numbers", result.columns[c]));
+      for (StaticInterval& interval : result.intervals) {
+        interval.mean(static_cast<Eigen::Index>(c)) = not_a_number;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Segmentation segment(LogFile& log, const SegmentOptions& options, const ThresholdChoice& choose) {
+  Segmentation result;
+  const SelectedColumns selected = select_columns(log, options, result);
   Clock clock(log.path(), options);
   Repair repair(options, result.detection, result.columns.size());
   std::optional<StaticDetector> detector;
@@ -300,32 +351,24 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
   std::vector<char> broken;
   while (const std::size_t count = log.read(block, block_rows)) {
     std::vector<double> times;
-    if (has_times) {
+    if (selected.has_times) {
       times = std::move(block.back());
       block.pop_back();
     }
     if (!detector) {
       TimeUnit unit;
-      if (has_times) {
-        unit = settle_time_unit(log.path(), clock_column, times);
+      if (selected.has_times) {
+        unit = settle_time_unit(log.path(), selected.times, times);
       }
       if (!unit.remark.empty()) {
         result.warnings.push_back(unit.remark);
       }
       clock.learn(times, unit.seconds);
-      const auto in_samples = [&](double seconds) {
-        return static_cast<std::size_t>(std::lround(std::max(0.0, seconds) * clock.rate_hz()));
-      };
-      detector.emplace(
-          DetectorOptions{.detection = result.detection,
-                          .window = std::max<std::size_t>(in_samples(options.window_s), 3),
-                          .trim = in_samples(options.trim_s),
-                          .shortest = std::max<std::size_t>(in_samples(options.shortest_s), 2),
-                          .threshold = options.threshold},
-          result.columns.size());
+      detector.emplace(detector_options(options, result.detection, clock.rate_hz()),
+                       result.columns.size());
     }
     broken.assign(count, 0);
-    clock.run(has_times ? &times : nullptr, count, time_s, broken);
+    clock.run(selected.has_times ? &times : nullptr, count, time_s, broken);
     repair.run(block, broken);
     result.broken_samples +=
         static_cast<std::size_t>(std::count(broken.begin(), broken.end(), char{1}));
@@ -350,30 +393,16 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
   warn_of_defects(log, clock, repair, result);
   if (result.intervals.empty()) {
     throw RefusedError(
-        "there is no rest of " + number_text(options.shortest_s, 3) + " s in " +
-            counted(result.samples, "sample", "samples") + " (" +
-            number_text(static_cast<double>(result.samples) / result.rate_hz, 4) +
-            " s): let the instrument stand still longer in each position, or ask for "
-            "shorter rests",
+        formatted("there is no rest of {} s in {} ({} s): let the instrument stand still longer in "
+                  "each position, or ask for shorter rests",
+                  number_text(options.shortest_s, 3), counted(result.samples, "sample", "samples"),
+                  number_text(static_cast<double>(result.samples) / result.rate_hz, 4)),
         {Setting::shortest_rest});
   }
   if (options.join) {
-    const double size = largest_spread(result.intervals, attitude);
-    const std::size_t joined_rests = join_split_rests(
-        result.intervals, attitude, options.window_s + 2.0 * options.trim_s + 0.5, 2e-3 * size);
-    if (joined_rests > 0) {
-      result.notes.push_back(counted(joined_rests, "rest was", "rests were") +
-                             " split by a knock; the longer part is kept");
-    }
+    join_rests(options, selected.attitude, result);
   }
-  for (std::size_t c = 0; c < result.columns.size(); ++c) {
-    if (!repair.has_numbers(c)) {
-      result.notes.push_back("column '" + result.columns[c] + "' holds no numbers");
-      for (StaticInterval& interval : result.intervals) {
-        interval.mean(static_cast<Eigen::Index>(c)) = not_a_number;
-      }
-    }
-  }
+  drop_empty_columns(repair, result);
   for (const StaticInterval& interval : result.intervals) {
     result.marks.push_back(marks_of(interval, result.detection));
   }
@@ -396,7 +425,7 @@ std::string segmentation_csv(const Segmentation& segmentation,
     text += "," + column;
   }
   for (const std::size_t c : segmentation.detection) {
-    text += "," + segmentation.columns[c] + "_sd";
+    text += formatted(",{}_sd", segmentation.columns[c]);
   }
   text += ",effective_samples,marks\n";
   int run = 0;
@@ -410,19 +439,19 @@ std::string segmentation_csv(const Segmentation& segmentation,
     if (labels != nullptr && !labels->rows.empty() && labels->rows[i]) {
       row = &sheet[*labels->rows[i]];
     }
-    text += std::to_string(row != nullptr ? row->run : run) + ",";
+    text += formatted("{},", row != nullptr ? row->run : run);
     if (row != nullptr) {
-      text += std::to_string(row->block) + ",";
+      text += formatted("{},", row->block);
     }
     if (labels != nullptr) {
-      text += std::string(face_name(labels->points[i]->rest())) + "," +
-              std::string(face_name(labels->points[i]->fence())) + ",";
+      text += formatted("{},{},", face_name(labels->points[i]->rest()),
+                        face_name(labels->points[i]->fence()));
     }
     if (has_level) {
       text += (row != nullptr ? number_text(row->entry.level) : "1") + ",";
     }
-    text += number_text(interval.start_s) + "," + number_text(interval.end_s) + "," +
-            std::to_string(interval.samples());
+    text += formatted("{},{},{}", number_text(interval.start_s), number_text(interval.end_s),
+                      interval.samples());
     for (const double mean : interval.mean) {
       text += "," + (std::isfinite(mean) ? number_text(mean) : "");
     }
@@ -431,7 +460,7 @@ std::string segmentation_csv(const Segmentation& segmentation,
       text += "," + number_text(interval.sd(static_cast<Eigen::Index>(c)));
       effective = std::min(effective, interval.effective_samples(static_cast<Eigen::Index>(c)));
     }
-    text += "," + number_text(effective, 4) + ",";
+    text += formatted(",{},", number_text(effective, 4));
     for (const std::string& mark : segmentation.marks[i]) {
       text += (text.back() == ',' ? "" : " ") + mark;
     }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 
 namespace axiscal {
 
@@ -17,7 +18,7 @@ void SeriesTables::add(const std::string& name,
   }
   Table& table = tables_[rows];
   for (std::size_t c = 0; c < columns; ++c) {
-    table.names.push_back(columns == 1 ? name : name + "_" + std::to_string(c + 1));
+    table.names.push_back(columns == 1 ? name : formatted("{}_{}", name, c + 1));
     std::vector<double>& column = table.data.emplace_back(rows);
     for (std::size_t r = 0; r < rows; ++r) {
       column[r] = transposed ? values[r * columns + c] : values[c * rows + r];

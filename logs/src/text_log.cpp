@@ -10,6 +10,7 @@
 
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/text_row.hpp"
 #include "log_source.hpp"
@@ -189,7 +190,7 @@ class TextLog : public LogFile::Source {
     }
     if (usual == 0) {
       throw DataError(bytes_.path(), 1,
-                      "no row of numbers in the first " + std::to_string(lines.size()) + " lines");
+                      formatted("no row of numbers in the first {} lines", lines.size()));
     }
     std::size_t header = lines.size();
     std::size_t first = 0;
@@ -220,25 +221,25 @@ class TextLog : public LogFile::Source {
         std::count_if(lines.begin(), lines.begin() + static_cast<std::ptrdiff_t>(before),
                       [](std::string_view line) { return !is_comment_line(line); }));
     if (preamble > 0) {
-      notes.push_back(std::to_string(preamble) + " lines before the table were skipped");
+      notes.push_back(formatted("{} lines before the table were skipped", preamble));
     }
     if (dialect_.delimiter != ',' || dialect_.decimal_comma) {
       const std::string name = dialect_.delimiter == ' '    ? "blanks"
                                : dialect_.delimiter == '\t' ? "tabs"
                                                             : std::string(1, dialect_.delimiter);
-      notes.push_back("cells parted by " + name +
-                      (dialect_.decimal_comma ? ", with decimal commas" : ""));
+      notes.push_back(formatted("cells parted by {}{}", name,
+                                dialect_.decimal_comma ? ", with decimal commas" : ""));
     }
   }
 
   void check_names(std::size_t line) {
     for (std::size_t i = 0; i < columns.size(); ++i) {
       if (columns[i].empty()) {
-        columns[i] = "c" + std::to_string(i + 1);
+        columns[i] = formatted("c{}", i + 1);
       }
       if (std::find(columns.begin(), columns.begin() + static_cast<std::ptrdiff_t>(i),
                     columns[i]) != columns.begin() + static_cast<std::ptrdiff_t>(i)) {
-        throw DataError(bytes_.path(), line, "column '" + columns[i] + "': is there twice");
+        throw DataError(bytes_.path(), line, formatted("column '{}': is there twice", columns[i]));
       }
     }
   }

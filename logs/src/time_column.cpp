@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/log_file.hpp"
@@ -83,8 +84,7 @@ TimeColumn column_at(std::size_t position, const std::string& name) {
 }
 
 std::string rate_text(double step, const Unit& unit) {
-  return "as " + std::string(unit.words) + " " + number_text(1.0 / (step * unit.seconds), 3) +
-         " Hz";
+  return formatted("as {} {} Hz", unit.words, number_text(1.0 / (step * unit.seconds), 3));
 }
 
 }  // namespace
@@ -132,17 +132,19 @@ TimeUnit settle_time_unit(const std::string& path,
   const auto is_rate = [&](double seconds, double highest) {
     return rate_hz(seconds) >= lowest_rate_hz && rate_hz(seconds) <= highest;
   };
-  const std::string head = "column '" + column.name + "': ";
-  const std::string advice = "; name the column " + lower(column.name) + "_s, " +
-                             lower(column.name) + "_ms, " + lower(column.name) +
-                             "_us, ... by their unit (in its header), or state the rate";
+  const std::string head = formatted("column '{}': ", column.name);
+  const std::string advice = formatted(
+      "; name the column {}_s, {}_ms, {}_us, ... by their unit (in its header), or state the rate",
+      lower(column.name), lower(column.name), lower(column.name));
   if (column.unit_is_stated) {
-    return {.seconds = column.seconds,
-            .remark = is_rate(column.seconds, highest_rate_hz)
-                          ? ""
-                          : head + "by the unit that its name states the rate is " +
-                                number_text(rate_hz(column.seconds), 3) +
-                                " Hz; is it the right one?"};
+    return {
+        .seconds = column.seconds,
+        .remark =
+            is_rate(column.seconds, highest_rate_hz)
+                ? ""
+                : formatted(
+                      "{}by the unit that its name states the rate is {} Hz; is it the right one?",
+                      head, number_text(rate_hz(column.seconds), 3))};
   }
   const auto first =
       std::find_if(times.begin(), times.end(), [](double t) { return std::isfinite(t); });
@@ -166,8 +168,8 @@ TimeUnit settle_time_unit(const std::string& path,
       return {};
     }
     return {.seconds = unit.seconds,
-            .remark = head + "the times are taken as " + unit.words + ", " +
-                      number_text(rate_hz(unit.seconds), 3) + " Hz: " + why + advice};
+            .remark = formatted("{}the times are taken as {}, {} Hz: {}{}", head, unit.words,
+                                number_text(rate_hz(unit.seconds), 3), why, advice)};
   };
   if (since_1970) {
     return taken(*since_1970, "so they are times since 1970");
@@ -183,9 +185,10 @@ TimeUnit settle_time_unit(const std::string& path,
   for (const Unit& unit : units) {
     rates += (rates.empty() ? "" : ", ") + rate_text(step, unit);
   }
-  throw DataError(path,
-                  head + "the unit of the times is not clear from their rate: " + rates + advice,
-                  {Setting::column_names, Setting::rate});
+  throw DataError(
+      path,
+      formatted("{}the unit of the times is not clear from their rate: {}{}", head, rates, advice),
+      {Setting::column_names, Setting::rate});
 }
 
 }  // namespace axiscal

@@ -6,14 +6,15 @@
 #include <string>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/random.hpp"
 
 namespace axiscal {
 
 std::vector<DesignEntry> standard_design(int points) {
   if (points != 6 && points != 12 && points != 24) {
-    throw DomainError("standard_design: the designs have 6, 12 or 24 points, not " +
-                      std::to_string(points));
+    throw DomainError(
+        formatted("standard_design: the designs have 6, 12 or 24 points, not {}", points));
   }
   std::vector<DesignEntry> design;
   for (const int step : {1, 2}) {

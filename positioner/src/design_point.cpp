@@ -2,6 +2,7 @@
 #include "axiscal/positioner/design_point.hpp"
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 
 namespace axiscal {
 
@@ -31,13 +32,14 @@ std::optional<Face> parse_face(std::string_view text) noexcept {
 
 DesignPoint::DesignPoint(Face rest, Face fence) : rest_(rest), fence_(fence) {
   if (axis_of(rest) == axis_of(fence)) {
-    throw DomainError("DesignPoint: rest " + std::string(face_name(rest)) + " and fence " +
-                      std::string(face_name(fence)) + " lie on one axis; they must be neighbours");
+    throw DomainError(
+        formatted("DesignPoint: rest {} and fence {} lie on one axis; they must be neighbours",
+                  face_name(rest), face_name(fence)));
   }
 }
 
 std::string DesignPoint::name() const {
-  return "rest " + std::string(face_name(rest_)) + ", fence " + std::string(face_name(fence_));
+  return formatted("rest {}, fence {}", face_name(rest_), face_name(fence_));
 }
 
 }  // namespace axiscal

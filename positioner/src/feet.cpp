@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/positioner/positioner.hpp"
 
@@ -80,7 +81,7 @@ std::string defect_of_feet(Face face, const Feet& feet) {
 
 ContactPlane contact_plane(Face face, const Feet& feet) {
   if (const std::string defect = defect_of_feet(face, feet); !defect.empty()) {
-    throw DomainError("the feet of face " + std::string(face_name(face)) + " " + defect);
+    throw DomainError(formatted("the feet of face {} {}", face_name(face), defect));
   }
   return *tangent_plane(feet, nominal_normal(face));
 }

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/rotation.hpp"
 
 namespace axiscal {
@@ -33,10 +34,11 @@ std::vector<Mount> checked_mounts(std::vector<Mount> mounts) {
       throw DomainError("each mount needs a slot name of its own");
     }
     if (!is_rotation(mount.rotation_sensor_from_positioner, 1e-6)) {
-      throw DomainError("slot " + mount.slot + ": rotation_sensor_from_positioner is no rotation");
+      throw DomainError(
+          formatted("slot {}: rotation_sensor_from_positioner is no rotation", mount.slot));
     }
     if (!(mount.repeatability_rad >= 0.0)) {
-      throw DomainError("slot " + mount.slot + ": the repeatability must not be negative");
+      throw DomainError(formatted("slot {}: the repeatability must not be negative", mount.slot));
     }
     // Exact rotations stay as they are.
     if (!is_rotation(mount.rotation_sensor_from_positioner, 1e-15)) {

@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/positioner/design.hpp"
 
 namespace axiscal {
@@ -40,7 +41,7 @@ FaceNormals nominal_normals() {
 }
 
 std::string of_face(Face face) {
-  return " of face " + std::string(face_name(face)) + " ";
+  return formatted(" of face {} ", face_name(face));
 }
 
 // By the normals alone (method.md, section 2).
@@ -81,8 +82,8 @@ void check_neighbours(const std::array<FaceDescription, all_faces.size()>& faces
       for (const Ball& p : *a) {
         for (const Ball& q : *b) {
           if ((p.centre_m - q.centre_m).norm() < p.radius_m + q.radius_m) {
-            throw DomainError("the feet" + of_face(one) + "and those" + of_face(other) +
-                              "go into each other");
+            throw DomainError(
+                formatted("the feet{}and those{}go into each other", of_face(one), of_face(other)));
           }
         }
       }
@@ -106,8 +107,10 @@ std::string defect_of_normal(Face face, const Eigen::Vector3d& normal) {
     return "must have unit length to 1e-6";
   }
   if (!(normal.dot(nominal_normal(face)) >= std::cos(largest_tilt_rad))) {
-    return "is more than 0.2 rad from the nominal direction " + std::string(face_name(face)) +
-           ": are faces mixed up, or the axes left-handed?";
+    return formatted(
+        "is more than 0.2 rad from the nominal direction {}: are faces mixed up, or the axes "
+        "left-handed?",
+        face_name(face));
   }
   return "";
 }
@@ -131,17 +134,17 @@ Positioner::Positioner(PositionerDescription description)
     FaceDescription& known = description_.faces[static_cast<std::size_t>(face)];
     Eigen::Vector3d& normal = normals_[static_cast<std::size_t>(face)];
     if (!known.normal && !known.feet) {
-      throw DomainError("face " + std::string(face_name(face)) + " needs a normal or feet");
+      throw DomainError(formatted("face {} needs a normal or feet", face_name(face)));
     }
     if (known.feet) {
       if (const std::string defect = defect_of_feet(face, *known.feet); !defect.empty()) {
-        throw DomainError("the feet" + of_face(face) + defect);
+        throw DomainError(formatted("the feet{}{}", of_face(face), defect));
       }
       normal = contact_plane(face, *known.feet).normal;
     }
     if (known.normal) {
       if (const std::string defect = defect_of_normal(face, *known.normal); !defect.empty()) {
-        throw DomainError("the normal" + of_face(face) + defect);
+        throw DomainError(formatted("the normal{}{}", of_face(face), defect));
       }
       normal = known.normal->normalized();
       if (known.feet) {
@@ -198,11 +201,11 @@ Seat Positioner::find_seat(const DesignPoint& point) const {
     }
     for (const Ball& ball : *feet(face)) {
       if (rest_feet && face != point.rest() && passes(ball, rest, rest_feet->front())) {
-        seat.defect = "a foot" + of_face(face) + "reaches below the table";
+        seat.defect = formatted("a foot{}reaches below the table", of_face(face));
       } else if (fence_feet && face != point.fence() &&
                  passes(ball, to_fence,
                         (*fence_feet)[static_cast<std::size_t>(seat.contacts.front())])) {
-        seat.defect = "a foot" + of_face(face) + "reaches through the fence";
+        seat.defect = formatted("a foot{}reaches through the fence", of_face(face));
       }
     }
   }
@@ -217,8 +220,8 @@ const Seat& Positioner::seat(const DesignPoint& point) const {
 const Eigen::Matrix3d& Positioner::rotation_table_from_positioner(const DesignPoint& point) const {
   const Seat& found = seat(point);
   if (!found.defect.empty()) {
-    throw RefusedError(point.name() + ": the cube" + (id().empty() ? "" : " " + id()) +
-                       " cannot lie so: " + found.defect);
+    throw RefusedError(formatted("{}: the cube{} cannot lie so: {}", point.name(),
+                                 id().empty() ? "" : " " + id(), found.defect));
   }
   return found.rotation_table_from_positioner;
 }

@@ -7,6 +7,7 @@
 
 #include <Eigen/LU>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
 
@@ -32,7 +33,7 @@ Feet feet_of(const JsonValue& json) {
   const std::vector<JsonValue> balls = json.elements();
   Feet feet;
   if (balls.size() != feet.size()) {
-    json.fail("a face stands on three feet, not " + std::to_string(balls.size()));
+    json.fail(formatted("a face stands on three feet, not {}", balls.size()));
   }
   for (std::size_t i = 0; i < feet.size(); ++i) {
     balls[i].allow_keys(foot_keys);

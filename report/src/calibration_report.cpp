@@ -8,6 +8,7 @@
 
 #include "axiscal/calib/intrinsic.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
@@ -24,8 +25,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 std::string title_of(const Calibration& calibration) {
-  return "Calibration of " + calibration.instrument.kind +
-         (calibration.instrument.serial.empty() ? "" : " " + calibration.instrument.serial);
+  return formatted(
+      "Calibration of {}{}", calibration.instrument.kind,
+      calibration.instrument.serial.empty() ? "" : " " + calibration.instrument.serial);
 }
 
 // ---- verdict ----
@@ -40,13 +42,13 @@ std::string what_it_is_fit_for(const Calibration& calibration) {
     return "The record states no uncertainty: what it is fit for cannot be said.";
   }
   const bool is_direction = worst.quantity == "direction of the field";
-  return std::string("One reading tells ") +
-         (is_direction ? "the direction of the field" : "pitch and roll") + " to " +
-         rounded(worst.expanded_deg) + " degrees or better (95 %) in any attitude" +
-         (is_direction
-              ? ""
-              : "; the worst is " + worst.quantity + ", which counts up to 80 degrees of pitch") +
-         (calibration.temperature ? ". That is at the reference temperature." : ".");
+  return formatted(
+      "One reading tells {} to {} degrees or better (95 %) in any attitude{}{}",
+      is_direction ? "the direction of the field" : "pitch and roll", rounded(worst.expanded_deg),
+      is_direction
+          ? ""
+          : formatted("; the worst is {}, which counts up to 80 degrees of pitch", worst.quantity),
+      calibration.temperature ? ". That is at the reference temperature." : ".");
 }
 
 std::vector<std::string> what_to_watch(const Calibration& calibration) {
@@ -56,14 +58,15 @@ std::vector<std::string> what_to_watch(const Calibration& calibration) {
   }
   if (calibration.temperature) {
     const TemperatureResponse& over = *calibration.temperature;
-    lines.push_back("It holds from temperature " + rounded(over.low, 5) + " to " +
-                    rounded(over.high, 5) + "; beyond, results are flagged as extrapolated.");
+    lines.push_back(formatted(
+        "It holds from temperature {} to {}; beyond, results are flagged as extrapolated.",
+        rounded(over.low, 5), rounded(over.high, 5)));
   } else if (calibration.statistics) {
     lines.emplace_back(
         "It holds at the temperature of the calibration: no temperature was modelled.");
   }
   if (!calibration.left_out.empty()) {
-    lines.push_back(std::to_string(calibration.left_out.size()) + " readings were left out.");
+    lines.push_back(formatted("{} readings were left out.", calibration.left_out.size()));
   }
   return lines;
 }
@@ -98,8 +101,8 @@ std::string verdict_section(const Calibration& calibration) {
   } else if (calibration.verdict && state == "ok") {
     headline = "Calibrated, and it meets its limits.";
   }
-  std::string html = "<div class=\"verdict " + state + "\" role=\"status\"><strong>" +
-                     escaped(headline) + "</strong>\n";
+  std::string html = formatted("<div class=\"verdict {}\" role=\"status\"><strong>{}</strong>\n",
+                               state, escaped(headline));
   if (state == "refused" && calibration.suggestion) {
     html += paragraph("Most likely: " + calibration.suggestion->message);
   } else if (state == "refused" && !calibration.warnings.empty()) {
@@ -119,9 +122,9 @@ std::string verdict_section(const Calibration& calibration) {
 // ---- instrument and run ----
 
 std::string site_text(const Site& site) {
-  return "latitude " + number_text(site.latitude_deg, 8) + " deg, longitude " +
-         number_text(site.longitude_deg, 8) + " deg, height " + number_text(site.height_m, 6) +
-         " m";
+  return formatted("latitude {} deg, longitude {} deg, height {} m",
+                   number_text(site.latitude_deg, 8), number_text(site.longitude_deg, 8),
+                   number_text(site.height_m, 6));
 }
 
 std::string run_section(const Calibration& calibration) {
@@ -130,7 +133,7 @@ std::string run_section(const Calibration& calibration) {
   std::vector<std::pair<std::string, std::string>> rows = {
       {"Instrument", instrument.kind},
       {"Serial number", instrument.serial},
-      {"Axes, readings in", joined(instrument.axes) + "; " + instrument.unit},
+      {"Axes, readings in", formatted("{}; {}", joined(instrument.axes), instrument.unit)},
       {"Slot", calibration.slot},
       {"Calibrated", calibration.created},
       {"By", calibration.software},
@@ -142,8 +145,8 @@ std::string run_section(const Calibration& calibration) {
       {"Positioner", !calibration.positioner.empty() ? calibration.positioner
                      : calibration.levelness         ? "nominal cube"
                                                      : ""},
-      {"Field", field.kind + ", " + number_text(field.magnitude, 8) + " " + field.unit +
-                    (field.model.empty() ? "" : ", model " + field.model)},
+      {"Field", formatted("{}, {} {}{}", field.kind, number_text(field.magnitude, 8), field.unit,
+                          field.model.empty() ? "" : ", model " + field.model)},
       {"Place", field.site ? site_text(*field.site) : ""},
       {"Date of the field", field.date}};
   if (calibration.statistics) {
@@ -256,8 +259,8 @@ std::string correlation_table(const Calibration& calibration) {
       rows.back().push_back(number_cell(std::abs(r) < rounding ? 0.0 : r, 2));
     }
   }
-  return "<details><summary>Correlation of the coefficients</summary>" +
-         html_table("", head, rows) + "</details>\n";
+  return formatted("<details><summary>Correlation of the coefficients</summary>{}</details>\n",
+                   html_table("", head, rows));
 }
 
 // ---- levelness, uncertainty ----
@@ -267,7 +270,7 @@ std::string figures(const std::vector<Plot>& plots) {
   for (const Plot& plot : plots) {
     html += figure_of(plot);
   }
-  return html.empty() ? "" : "<div class=\"plots\">" + html + "</div>\n";
+  return html.empty() ? "" : formatted("<div class=\"plots\">{}</div>\n", html);
 }
 
 std::vector<Plot> all_thinned(std::vector<Plot> plots) {
@@ -304,10 +307,11 @@ std::string levelness_section(const Calibration& calibration, const std::optiona
     return "";
   }
   const Levelness& level = *calibration.levelness;
-  std::string text = "The table rises by " + micro_text(level.mean_x) + " \u00b1 " +
-                     micro_text(level.standard_error_x) + " urad towards +x and " +
-                     micro_text(level.mean_y) + " \u00b1 " + micro_text(level.standard_error_y) +
-                     " urad towards +y (standard errors). ";
+  std::string text = formatted(
+      "The table rises by {} \u00b1 {} urad towards +x and {} \u00b1 {} urad towards +y (standard "
+      "errors). ",
+      micro_text(level.mean_x), micro_text(level.standard_error_x), micro_text(level.mean_y),
+      micro_text(level.standard_error_y));
   text += level.consistent ? "The faces agree."
                            : "The faces do not agree: one of them, or the table, moved.";
   // A slope that the faces contradict is no ground for turning screws.
@@ -326,7 +330,7 @@ std::string uncertainty_section(const Calibration& calibration) {
   for (const HeatMap& map : uncertainty_maps(calibration)) {
     html += figure_of(map);
   }
-  return html.empty() ? "" : "<div class=\"plots\">" + html + "</div>\n";
+  return html.empty() ? "" : formatted("<div class=\"plots\">{}</div>\n", html);
 }
 
 std::string history_section(const UnitHistory& unit, const std::vector<Plot>& plots) {
@@ -390,7 +394,7 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
   std::string body;
   for (const auto& [id, title, content] : sections) {
     if (!content.empty()) {
-      links += "<li><a href=\"#" + id + "\">" + title + "</a></li>";
+      links += formatted("<li><a href=\"#{}\">{}</a></li>", id, title);
       body += section(id, title, content);
     }
   }
@@ -402,21 +406,22 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
     }
   }
   const bool has_script = !report_script().empty();
-  std::string page =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
-      "'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-      escaped(title_of(calibration)) + "</title>\n<style>" + std::string(report_style()) +
-      std::string(seat_style()) + std::string(plot_style()) +
-      "</style>\n</head>\n<body>\n<header><h1>" + escaped(title_of(calibration)) +
-      "</h1>\n<p class=\"soft\">" +
-      escaped(calibration.created.empty() ? "" : "calibrated " + calibration.created + ", ") +
-      escaped(calibration.software) + "</p></header>\n<main>\n" + verdict_section(calibration) +
-      "<nav aria-label=\"Contents\"><ul>" + links + "</ul></nav>\n" + body + "</main>\n";
+  std::string page = formatted(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta "
+      "http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
+      "'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:\">\n<meta "
+      "name=\"viewport\" content=\"width=device-width, "
+      "initial-scale=1\">\n<title>{}</title>\n<style>{}{}{}</style>\n</"
+      "head>\n<body>\n<header><h1>{}</h1>\n<p class=\"soft\">{}{}</p></header>\n<main>\n{}<nav "
+      "aria-label=\"Contents\"><ul>{}</ul></nav>\n{}</main>\n",
+      escaped(title_of(calibration)), report_style(), seat_style(), plot_style(),
+      escaped(title_of(calibration)),
+      escaped(calibration.created.empty() ? "" : formatted("calibrated {}, ", calibration.created)),
+      escaped(calibration.software), verdict_section(calibration), links, body);
   if (has_script) {
-    page += "<script type=\"application/json\" id=\"report-data\">" + within_script(data) +
-            "</script>\n<script>" + std::string(report_script()) + "</script>\n";
+    page += formatted(
+        "<script type=\"application/json\" id=\"report-data\">{}</script>\n<script>{}</script>\n",
+        within_script(data), report_script());
   }
   return page + "</body>\n</html>\n";
 }

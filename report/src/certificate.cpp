@@ -9,6 +9,7 @@
 #include "axiscal/calib/intrinsic.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "pdf_writer.hpp"
@@ -89,18 +90,18 @@ std::string method_text(const Calibration& calibration) {
         "integrated rates lead from the attitude before each turn to that after it (method "
         "'turns').";
   } else {
-    text =
+    text = formatted(
         "The instrument was read in known orientations to the reference field; bias and "
-        "sensitivity to the field's components follow by linear regression (method '" +
-        std::string(method_name(calibration.method)) + "'" +
-        (calibration.method == Method::paired
-             ? ": opposite positions averaged, which removes the table's slope"
-             : "") +
-        "). Sensitivities are in the frame of the positioner.";
+        "sensitivity to the field's components follow by linear regression (method '{}'{}). "
+        "Sensitivities are in the frame of the positioner.",
+        method_name(calibration.method),
+        calibration.method == Method::paired
+            ? ": opposite positions averaged, which removes the table's slope"
+            : "");
   }
-  return text + " " + std::to_string(calibration.statistics->observations) +
-         (calibration.method == Method::turns ? " turns" : " readings") +
-         " were used. reading = bias + sensitivity times field.";
+  return formatted("{} {}{} were used. reading = bias + sensitivity times field.", text,
+                   calibration.statistics->observations,
+                   calibration.method == Method::turns ? " turns" : " readings");
 }
 
 std::vector<std::vector<std::string>> limit_rows(const Verdict& verdict) {
@@ -127,9 +128,10 @@ std::string decision_rule_of(const CertificateDetails& details, const Verdict& v
 }
 
 #ifdef AXISCAL_CAIRO
-void write_certificate(const Calibration& calibration,
-                       const CertificateDetails& details,
-                       PdfPages& pages) {
+// Who, what, how and by which reference.
+void write_facts(const Calibration& calibration,
+                 const CertificateDetails& details,
+                 PdfPages& pages) {
   const Instrument& instrument = calibration.instrument;
   const FieldDescription& field = calibration.field;
   pages.title("Calibration certificate");
@@ -142,15 +144,16 @@ void write_certificate(const Calibration& calibration,
                                                          : details.calibrated},
                {"Issued", or_not_stated(details.issued)}});
   pages.heading("Item");
-  pages.facts({{"Instrument", instrument.kind + ", axes " + joined(instrument.axes) +
-                                  ", readings in " + instrument.unit},
+  pages.facts({{"Instrument", formatted("{}, axes {}, readings in {}", instrument.kind,
+                                        joined(instrument.axes), instrument.unit)},
                {"Manufacturer", details.manufacturer},
                {"Model", details.model},
                {"Serial number", or_not_stated(instrument.serial)},
                {"Condition", or_not_stated(details.condition)}});
   pages.heading("Method and conditions");
   pages.paragraph(method_text(calibration));
-  std::string reference = field.kind + ", " + number_text(field.magnitude, 8) + " " + field.unit;
+  std::string reference =
+      formatted("{}, {} {}", field.kind, number_text(field.magnitude, 8), field.unit);
   reference +=
       field.magnitude_u > 0.0 ? ", standard uncertainty " + number_text(field.magnitude_u, 2) : "";
   reference += field.model.empty() ? "" : ", model " + field.model;
@@ -167,6 +170,9 @@ void write_certificate(const Calibration& calibration,
   for (const std::string& statement : details.traceability) {
     pages.paragraph(statement);
   }
+}
+
+void write_results(const Calibration& calibration, PdfPages& pages) {
   pages.heading("Results");
   const std::vector<std::string> head = {"parameter", "value", "U", "k", "unit"};
   pages.table(head, coefficient_rows(calibration));
@@ -174,11 +180,16 @@ void write_certificate(const Calibration& calibration,
   pages.table(head, intrinsic_rows(calibration));
   if (calibration.temperature) {
     const TemperatureResponse& over = *calibration.temperature;
-    pages.paragraph("Coefficients at temperature " + number_text(over.reference, 6) +
-                    "; valid from " + number_text(over.low, 6) + " to " +
-                    number_text(over.high, 6) +
-                    ". The terms d, d2 are of the temperature less that.");
+    pages.paragraph(formatted(
+        "Coefficients at temperature {}; valid from {} to {}. The terms d, d2 are of the "
+        "temperature less that.",
+        number_text(over.reference, 6), number_text(over.low, 6), number_text(over.high, 6)));
   }
+}
+
+void write_uncertainty(const Calibration& calibration,
+                       const CertificateDetails& details,
+                       PdfPages& pages) {
   pages.heading("Uncertainty of measurement");
   pages.paragraph(
       "U is the expanded uncertainty: the combined standard uncertainty multiplied by the coverage "
@@ -187,9 +198,9 @@ void write_certificate(const Calibration& calibration,
   std::vector<std::string> sources;
   if (calibration.uncertainty) {
     for (const UncertaintySource& source : calibration.uncertainty->sources) {
-      sources.push_back(source.name + " (type " + source.type + ")");
+      sources.push_back(formatted("{} (type {})", source.name, source.type));
     }
-    pages.paragraph("Sources: " + joined(sources) + ".");
+    pages.paragraph(formatted("Sources: {}.", joined(sources)));
   }
   if (calibration.verdict) {
     pages.heading("Statement of conformity");
@@ -198,6 +209,11 @@ void write_certificate(const Calibration& calibration,
     pages.paragraph(calibration.verdict->passed ? "The item meets the limits above."
                                                 : "The item does not meet the limits above.");
   }
+}
+
+void write_remarks(const Calibration& calibration,
+                   const CertificateDetails& details,
+                   PdfPages& pages) {
   std::vector<std::string> remarks = details.remarks;
   for (const Correction& correction : calibration.corrections) {
     remarks.push_back("Deviation from the procedure: readings were corrected: " +
@@ -212,14 +228,23 @@ void write_certificate(const Calibration& calibration,
       pages.paragraph(remark);
     }
   }
+}
+
+void write_certificate(const Calibration& calibration,
+                       const CertificateDetails& details,
+                       PdfPages& pages) {
+  write_facts(calibration, details, pages);
+  write_results(calibration, pages);
+  write_uncertainty(calibration, details, pages);
+  write_remarks(calibration, details, pages);
   pages.heading("Statements");
   pages.paragraph(
       "The results relate only to the item calibrated, as it was when calibrated. This "
       "certificate may not be reproduced other than in full without approval of the "
       "laboratory.");
   for (const InputFileDigest& input : calibration.inputs) {
-    pages.paragraph("Readings: " + input.path +
-                    (input.sha256.empty() ? "" : ", SHA-256 " + input.sha256));
+    pages.paragraph(formatted("Readings: {}{}", input.path,
+                              input.sha256.empty() ? "" : ", SHA-256 " + input.sha256));
   }
   pages.heading("Authorised by");
   if (details.authorised.empty()) {
@@ -257,8 +282,8 @@ std::string certificate_pdf(const Calibration& calibration, const CertificateDet
   check_certifiable(calibration);
 #ifdef AXISCAL_CAIRO
   const std::string header =
-      "Calibration certificate " + or_not_stated(details.number) +
-      (details.laboratory.name.empty() ? "" : ", " + details.laboratory.name);
+      formatted("Calibration certificate {}{}", or_not_stated(details.number),
+                details.laboratory.name.empty() ? "" : ", " + details.laboratory.name);
   return pdf_of(header, header,
                 [&](PdfPages& pages) { write_certificate(calibration, details, pages); });
 #else

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <span>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
@@ -53,11 +54,11 @@ std::string table_of(std::string_view caption,
                      std::span<const std::string> rows) {
   std::string html = "<table data-copy>";
   if (!caption.empty()) {
-    html += "<caption>" + escaped(caption) + "</caption>";
+    html += formatted("<caption>{}</caption>", escaped(caption));
   }
   html += "<thead><tr>";
   for (const std::string& name : head) {
-    html += "<th scope=\"col\">" + escaped(name) + "</th>";
+    html += formatted("<th scope=\"col\">{}</th>", escaped(name));
   }
   html += "</tr></thead><tbody>";
   for (const std::string& row : rows) {
@@ -76,13 +77,12 @@ std::string paged_table(std::string_view caption,
     return table_of(caption, head, all);
   }
   const std::string what = caption.empty() ? "Table" : escaped(caption);
-  std::string html = "<details><summary>" + what + ": " + std::to_string(rows.size()) +
-                     " rows, on pages of " + std::to_string(rows_of_page) + "</summary>\n";
+  std::string html = formatted("<details><summary>{}: {} rows, on pages of {}</summary>\n", what,
+                               rows.size(), rows_of_page);
   for (std::size_t first = 0; first < rows.size(); first += rows_of_page) {
     const std::size_t count = std::min(rows_of_page, rows.size() - first);
-    html += "<details><summary>Rows " + std::to_string(first + 1) + " to " +
-            std::to_string(first + count) + "</summary>" +
-            table_of("", head, all.subspan(first, count)) + "</details>\n";
+    html += formatted("<details><summary>Rows {} to {}</summary>{}</details>\n", first + 1,
+                      first + count, table_of("", head, all.subspan(first, count)));
   }
   return html + "</details>\n";
 }
@@ -95,11 +95,11 @@ std::string html_table(std::string_view caption,
     std::string html = "<tr>";
     for (std::size_t i = 0; i < row.size(); ++i) {
       const std::string tag = i == 0 ? "th" : "td";
-      html += "<" + tag + (i == 0 ? " scope=\"row\"" : "");
+      html += formatted("<{}{}", tag, i == 0 ? " scope=\"row\"" : "");
       if (!row[i].value.empty() && row[i].value != row[i].text) {
-        html += " data-value=\"" + escaped(row[i].value) + "\"";
+        html += formatted(" data-value=\"{}\"", escaped(row[i].value));
       }
-      html += ">" + escaped(row[i].text) + "</" + tag + ">";
+      html += formatted(">{}</{}>", escaped(row[i].text), tag);
     }
     written.push_back(html + "</tr>");
   }
@@ -112,12 +112,12 @@ std::string rounded(double value, int digits) {
 
 std::string section(const std::string& id, const std::string& title, const std::string& content) {
   return content.empty() ? ""
-                         : "<section id=\"" + id + "\"><h2>" + escaped(title) + "</h2>\n" +
-                               content + "</section>\n";
+                         : formatted("<section id=\"{}\"><h2>{}</h2>\n{}</section>\n", id,
+                                     escaped(title), content);
 }
 
 std::string paragraph(const std::string& text) {
-  return "<p>" + escaped(text) + "</p>\n";
+  return formatted("<p>{}</p>\n", escaped(text));
 }
 
 std::string bullets(const std::vector<std::string>& lines) {
@@ -127,10 +127,10 @@ std::string bullets(const std::vector<std::string>& lines) {
   constexpr std::size_t most = 100;
   std::string html = "<ul>";
   for (std::size_t i = 0; i < std::min(lines.size(), most); ++i) {
-    html += "<li>" + escaped(lines[i]) + "</li>";
+    html += formatted("<li>{}</li>", escaped(lines[i]));
   }
   if (lines.size() > most) {
-    html += "<li>" + std::to_string(lines.size() - most) + " more of these are in the record</li>";
+    html += formatted("<li>{} more of these are in the record</li>", lines.size() - most);
   }
   return html + "</ul>\n";
 }
@@ -140,7 +140,7 @@ std::string facts(const std::vector<std::pair<std::string, std::string>>& rows) 
   for (const auto& [name, value] : rows) {
     if (!value.empty()) {
       html +=
-          "<tr><th scope=\"row\">" + escaped(name) + "</th><td>" + escaped(value) + "</td></tr>";
+          formatted("<tr><th scope=\"row\">{}</th><td>{}</td></tr>", escaped(name), escaped(value));
     }
   }
   return html + "</tbody></table>\n";

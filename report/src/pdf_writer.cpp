@@ -7,6 +7,7 @@
 
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
@@ -104,7 +105,7 @@ class PdfPages::Page {
     std::string line;
     for (std::string_view part : split(text, ' ')) {
       std::string word(part);
-      const std::string longer = line.empty() ? word : line + " " + word;
+      const std::string longer = line.empty() ? word : formatted("{} {}", line, word);
       if (width_of(longer) <= width) {
         line = longer;
         continue;
@@ -166,7 +167,7 @@ class PdfPages::Page {
     font(8.0, false);
     put(margin, margin - 14.0, header_);
     const std::string place =
-        "page " + std::to_string(number_) + (pages_ > 0 ? " of " + std::to_string(pages_) : "");
+        formatted("page {}{}", number_, pages_ > 0 ? formatted(" of {}", pages_) : "");
     put(page_width - margin - width_of(place), margin - 14.0, place);
     y_ = margin - 8.0;
     rule(0.5);

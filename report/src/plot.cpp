@@ -7,6 +7,7 @@
 #include <numeric>
 #include <set>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "html.hpp"
 
@@ -68,39 +69,39 @@ std::string tick_text(double value) {
 }
 
 std::string svg_line(const char* style, double x1, double y1, double x2, double y2) {
-  return "<line class=\"" + std::string(style) + "\" x1=\"" + coordinate(x1) + "\" y1=\"" +
-         coordinate(y1) + "\" x2=\"" + coordinate(x2) + "\" y2=\"" + coordinate(y2) + "\"/>";
+  return formatted("<line class=\"{}\" x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\"/>", style,
+                   coordinate(x1), coordinate(y1), coordinate(x2), coordinate(y2));
 }
 
 std::string svg_text(const char* style, double x, double y, const std::string& text) {
-  return "<text class=\"" + std::string(style) + "\" x=\"" + coordinate(x) + "\" y=\"" +
-         coordinate(y) + "\">" + escaped(text) + "</text>";
+  return formatted("<text class=\"{}\" x=\"{}\" y=\"{}\">{}</text>", style, coordinate(x),
+                   coordinate(y), escaped(text));
 }
 
 std::string svg_open(const std::string& alternative) {
-  return "<svg class=\"drawn\" viewBox=\"0 0 " + coordinate(width) + " " + coordinate(height) +
-         "\" role=\"img\" aria-label=\"" + escaped(alternative) + "\">";
+  return formatted("<svg class=\"drawn\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
+                   coordinate(width), coordinate(height), escaped(alternative));
 }
 
 std::string upright(double x, double y, const std::string& text) {
-  return "<text class=\"label\" transform=\"translate(" + coordinate(x) + " " + coordinate(y) +
-         ") rotate(-90)\">" + escaped(text) + "</text>";
+  return formatted("<text class=\"label\" transform=\"translate({} {}) rotate(-90)\">{}</text>",
+                   coordinate(x), coordinate(y), escaped(text));
 }
 
 // Circle, square or triangle: colours alone do not tell series apart.
 std::string marker(std::size_t series, double x, double y) {
-  const std::string style = "class=\"mark s" + std::to_string(series % 6) + "\"";
+  const std::string style = formatted("class=\"mark s{}\"", series % 6);
   switch (series % 3) {
     case 0:
-      return "<circle " + style + " cx=\"" + coordinate(x) + "\" cy=\"" + coordinate(y) +
-             "\" r=\"4\"/>";
+      return formatted("<circle {} cx=\"{}\" cy=\"{}\" r=\"4\"/>", style, coordinate(x),
+                       coordinate(y));
     case 1:
-      return "<rect " + style + " x=\"" + coordinate(x - 3.6) + "\" y=\"" + coordinate(y - 3.6) +
-             "\" width=\"7.2\" height=\"7.2\"/>";
+      return formatted("<rect {} x=\"{}\" y=\"{}\" width=\"7.2\" height=\"7.2\"/>", style,
+                       coordinate(x - 3.6), coordinate(y - 3.6));
     default:
-      return "<polygon " + style + " points=\"" + coordinate(x) + "," + coordinate(y - 4.8) + " " +
-             coordinate(x + 4.6) + "," + coordinate(y + 3.6) + " " + coordinate(x - 4.6) + "," +
-             coordinate(y + 3.6) + "\"/>";
+      return formatted("<polygon {} points=\"{},{} {},{} {},{}\"/>", style, coordinate(x),
+                       coordinate(y - 4.8), coordinate(x + 4.6), coordinate(y + 3.6),
+                       coordinate(x - 4.6), coordinate(y + 3.6));
   }
 }
 
@@ -199,7 +200,7 @@ std::string drawn(const PlotSeries& series, std::size_t k, const Scales& at) {
     std::string points;
     const auto add = [&](std::size_t i, double y) {
       if (std::isfinite(y)) {
-        points += coordinate(at.x(series.x[i])) + "," + coordinate(at.y(y)) + " ";
+        points += formatted("{},{} ", coordinate(at.x(series.x[i])), coordinate(at.y(y)));
       }
     };
     for (std::size_t i = 0; i < series.x.size(); ++i) {
@@ -208,19 +209,19 @@ std::string drawn(const PlotSeries& series, std::size_t k, const Scales& at) {
     for (std::size_t i = series.x.size(); i-- > 0;) {
       add(i, series.high[i]);
     }
-    return "<polygon class=\"area\" points=\"" + points + "\"/>";
+    return formatted("<polygon class=\"area\" points=\"{}\"/>", points);
   }
   if (series.line) {
-    const std::string open = "<polyline class=\"curve s" + std::to_string(k % 6) + "\" points=\"";
+    const std::string open = formatted("<polyline class=\"curve s{}\" points=\"", k % 6);
     std::string points;
     for (std::size_t i = 0; i < series.x.size(); ++i) {
       if (std::isfinite(series.y[i])) {
-        points += coordinate(at.x(series.x[i])) + "," + coordinate(at.y(series.y[i])) + " ";
+        points += formatted("{},{} ", coordinate(at.x(series.x[i])), coordinate(at.y(series.y[i])));
       } else {  // a gap
         points += "\"/>" + open;
       }
     }
-    return open + points + "\"/>";
+    return formatted("{}{}\"/>", open, points);
   }
   for (std::size_t i = 0; i < series.x.size(); ++i) {
     if (std::isfinite(series.y[i])) {
@@ -241,8 +242,8 @@ std::string legend(const std::vector<LegendEntry>& entries) {
   }
   std::string html = "<p class=\"legend\">";
   for (const LegendEntry& entry : entries) {
-    html += "<span><svg viewBox=\"0 0 12 12\" aria-hidden=\"true\">" + entry.sign + "</svg>" +
-            escaped(entry.name) + "</span> ";
+    html += formatted("<span><svg viewBox=\"0 0 12 12\" aria-hidden=\"true\">{}</svg>{}</span> ",
+                      entry.sign, escaped(entry.name));
   }
   return html + "</p>";
 }
@@ -251,9 +252,8 @@ std::string sign_of(const PlotSeries& series, std::size_t k) {
   if (!series.high.empty()) {
     return "<rect class=\"area\" width=\"12\" height=\"12\"/>";
   }
-  return series.line
-             ? "<polyline class=\"curve s" + std::to_string(k % 6) + "\" points=\"0,6 12,6\"/>"
-             : marker(k, 6.0, 6.0);
+  return series.line ? formatted("<polyline class=\"curve s{}\" points=\"0,6 12,6\"/>", k % 6)
+                     : marker(k, 6.0, 6.0);
 }
 
 std::string figure(const std::string& id,
@@ -261,9 +261,10 @@ std::string figure(const std::string& id,
                    const std::string& svg,
                    const std::string& below,
                    const std::string& table) {
-  return "<figure id=\"" + escaped(id) + "\"><figcaption>" + escaped(title) +
-         "</figcaption><div class=\"plot\">" + svg + "<div class=\"live\"></div></div>" + below +
-         "<details><summary>Data</summary>" + table + "</details></figure>\n";
+  return formatted(
+      "<figure id=\"{}\"><figcaption>{}</figcaption><div class=\"plot\">{}<div "
+      "class=\"live\"></div></div>{}<details><summary>Data</summary>{}</details></figure>\n",
+      escaped(id), escaped(title), svg, below, table);
 }
 
 std::string table_of(const Plot& plot) {
@@ -331,8 +332,9 @@ Plot thinned(Plot plot) {
     drawn_points += kept.x.size();
     series = std::move(kept);
   }
-  plot.title += " (" + std::to_string(drawn_points) + " of " + std::to_string(points) +
-                " points: of each stretch the lowest, the highest and two others)";
+  plot.title +=
+      formatted(" ({} of {} points: of each stretch the lowest, the highest and two others)",
+                drawn_points, points);
   return plot;
 }
 
@@ -376,10 +378,10 @@ std::string figure_of(const BarPlot& plot) {
       const double value = plot.values[i][s];
       rows.back().push_back(number_cell(value, 3));
       if (std::isfinite(value)) {
-        svg += "<rect class=\"bar s" + std::to_string(s % 6) + "\" x=\"" +
-               coordinate(left + static_cast<double>(s) * bar) + "\" y=\"" + coordinate(y(value)) +
-               "\" width=\"" + coordinate(0.92 * bar) + "\" height=\"" +
-               coordinate(frame.bottom - y(value)) + "\"/>";
+        svg +=
+            formatted("<rect class=\"bar s{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>",
+                      s % 6, coordinate(left + static_cast<double>(s) * bar), coordinate(y(value)),
+                      coordinate(0.92 * bar), coordinate(frame.bottom - y(value)));
       }
     }
     svg += svg_text("tick middle", left + 0.4 * group, frame.bottom + 17.0, plot.names[i]);
@@ -389,8 +391,8 @@ std::string figure_of(const BarPlot& plot) {
   head.insert(head.end(), plot.series.begin(), plot.series.end());
   std::vector<LegendEntry> entries;
   for (std::size_t s = 0; s < plot.series.size(); ++s) {
-    entries.push_back({plot.series[s], "<rect class=\"bar s" + std::to_string(s % 6) +
-                                           "\" width=\"12\" height=\"12\"/>"});
+    entries.push_back(
+        {plot.series[s], formatted("<rect class=\"bar s{}\" width=\"12\" height=\"12\"/>", s % 6)});
   }
   return figure(plot.id, plot.title, svg + "</svg>", legend(entries),
                 html_table(plot.value_label, head, rows));
@@ -410,7 +412,7 @@ std::string figure_of(const HeatMap& map) {
   // From light to dark, so that it reads without colours.
   const auto shade = [&](double value) {
     const double share = high > low ? (value - low) / (high - low) : 0.0;
-    return "hsl(215 60% " + coordinate(92.0 - 62.0 * share) + "%)";
+    return formatted("hsl(215 60% {}%)", coordinate(92.0 - 62.0 * share));
   };
   const auto columns = static_cast<double>(map.x.size());
   const auto lines = static_cast<double>(map.y.size());
@@ -425,10 +427,10 @@ std::string figure_of(const HeatMap& map) {
       const double value = map.values[j][i];
       rows.back().push_back(number_cell(value, 3));
       if (std::isfinite(value)) {
-        svg += "<rect x=\"" + coordinate(frame.left + static_cast<double>(i) * cell_width - 0.2) +
-               "\" y=\"" + coordinate(top - 0.2) + "\" width=\"" + coordinate(cell_width + 0.5) +
-               "\" height=\"" + coordinate(cell_height + 0.5) + "\" fill=\"" + shade(value) +
-               "\"/>";
+        svg += formatted("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{}\"/>",
+                         coordinate(frame.left + static_cast<double>(i) * cell_width - 0.2),
+                         coordinate(top - 0.2), coordinate(cell_width + 0.5),
+                         coordinate(cell_height + 0.5), shade(value));
       }
     }
   }
@@ -446,16 +448,16 @@ std::string figure_of(const HeatMap& map) {
   const double key = (frame.bottom - frame.top - 20.0) / steps;
   for (int s = 0; s < steps; ++s) {
     const double value = low + (high - low) * (s + 0.5) / steps;
-    svg += "<rect x=\"" + coordinate(frame.right + 16.0) + "\" y=\"" +
-           coordinate(frame.bottom - (s + 1.0) * key) + "\" width=\"16\" height=\"" +
-           coordinate(key + 0.4) + "\" fill=\"" + shade(value) + "\"/>";
+    svg += formatted("<rect x=\"{}\" y=\"{}\" width=\"16\" height=\"{}\" fill=\"{}\"/>",
+                     coordinate(frame.right + 16.0), coordinate(frame.bottom - (s + 1.0) * key),
+                     coordinate(key + 0.4), shade(value));
   }
   svg += svg_text("tick", frame.right + 36.0, frame.bottom, number_text(low, 2));
   svg += svg_text("tick", frame.right + 36.0, frame.top + 28.0, number_text(high, 2));
   svg += svg_text("tick", frame.right + 8.0, frame.top + 6.0, map.value_label);
   svg += svg_text("label middle", 0.5 * (frame.left + frame.right), height - 8.0, map.x_label);
   svg += upright(16.0, 0.5 * (frame.top + frame.bottom), map.y_label);
-  std::vector<std::string> head = {map.y_label + " \\ " + map.x_label};
+  std::vector<std::string> head = {formatted("{} \\ {}", map.y_label, map.x_label)};
   for (const double x : map.x) {
     head.push_back(number_text(x, 5));
   }

@@ -9,6 +9,7 @@
 #include <set>
 #include <vector>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/positioner/positioner.hpp"
 #include "axiscal/report/run_sheet_page.hpp"
 #include "html.hpp"
@@ -20,17 +21,19 @@ using Json = nlohmann::ordered_json;
 
 // The words of one reading: for the cube's view, and for those who do not see it.
 std::string words_of(const Calibration& calibration, const ReadingResidual& residual) {
-  std::string text = "Run " + std::to_string(residual.run);
+  std::string text = formatted("Run {}", residual.run);
   if (residual.point) {
-    text += ": face " + std::string(face_name(residual.point->rest())) + " on the table, " +
-            std::string(face_name(residual.point->fence())) + " at the fence";
+    text += formatted(": face {} on the table, {} at the fence", face_name(residual.point->rest()),
+                      face_name(residual.point->fence()));
   }
   text += "; residual";
   for (Eigen::Index k = 0; k < residual.response.size(); ++k) {
-    text += (k > 0 ? ", " : " ") + calibration.instrument.axes[static_cast<std::size_t>(k)] + " " +
-            rounded(residual.response(k), 3);
+    text += formatted("{}{} {}", k > 0 ? ", " : " ",
+                      calibration.instrument.axes[static_cast<std::size_t>(k)],
+                      rounded(residual.response(k), 3));
   }
-  return text + " " + calibration.instrument.unit + (residual.used ? "" : "; left out of the fit");
+  return formatted("{} {}{}", text, calibration.instrument.unit,
+                   residual.used ? "" : "; left out of the fit");
 }
 
 std::set<int> suspects(const Calibration& calibration) {
@@ -71,12 +74,15 @@ std::string reading_row(const Calibration& calibration,
   const bool short_form = !button && calibration.residuals.size() > rows_of_page;
   const std::string run = std::to_string(residual.run);
   std::string html = short_form ? "<tr><th>" : "<tr><th scope=\"row\">";
-  html += button ? "<button type=\"button\" aria-pressed=\"false\" data-reading=\"" +
-                       std::to_string(*button) + "\">" + run + "</button>"
-                 : run;
+  html +=
+      button ? formatted(
+                   "<button type=\"button\" aria-pressed=\"false\" data-reading=\"{}\">{}</button>",
+                   *button, run)
+             : run;
   html += short_form ? "" : "</th>";
   const auto add = [&](const Cell& cell) {
-    html += short_form || cell.value.empty() ? "<td>" : "<td data-value=\"" + cell.value + "\">";
+    html +=
+        short_form || cell.value.empty() ? "<td>" : formatted("<td data-value=\"{}\">", cell.value);
     html += escaped(cell.text) + (short_form ? "" : "</td>");
   };
   const Cell none{"\u2013", ""};
@@ -124,7 +130,7 @@ std::string readings_table(const Calibration& calibration, const Observations* o
   std::vector<std::string> head = {"run", "rest", "fence"};
   for (const std::string& axis : instrument.axes) {
     if (observations != nullptr) {
-      head.push_back(axis + " [" + instrument.unit + "]");
+      head.push_back(formatted("{} [{}]", axis, instrument.unit));
     }
   }
   for (const std::string& axis : instrument.axes) {
@@ -167,9 +173,9 @@ std::string readings_table(const Calibration& calibration, const Observations* o
   }
   const std::string remark =
       shown.size() < all.size()
-          ? paragraph(std::to_string(shown.size()) + " of " + std::to_string(all.size()) +
-                      " readings are listed: those that are named above and those with the largest "
-                      "residuals. All are in the record.")
+          ? paragraph(formatted("{} of {} readings are listed: those that are named above and "
+                                "those with the largest residuals. All are in the record.",
+                                shown.size(), all.size()))
           : "";
   return remark + paged_table("Readings", head, shown);
 }
@@ -213,18 +219,18 @@ std::string cube_section(const Calibration& calibration, const Observations* obs
       const std::string key = std::string(face_name(residual.point->rest())) +
                               std::string(face_name(residual.point->fence()));
       if (drawn.insert(key).second) {
-        seats += "<li>" + seat_svg(*residual.point) + "<p>" +
-                 escaped(words_of(calibration, residual)) + "</p></li>";
+        seats += formatted("<li>{}<p>{}</p></li>", seat_svg(*residual.point),
+                           escaped(words_of(calibration, residual)));
       }
     }
   }
   if (!seats.empty()) {
-    html +=
+    html += formatted(
         "<div id=\"cube\"><div id=\"cube-view\"></div><div id=\"cube-buttons\"><button "
         "type=\"button\" id=\"cube-back\">Back</button><button type=\"button\" "
-        "id=\"cube-next\">Next</button><span id=\"cube-reading\" aria-live=\"polite\"></span>"
-        "</div><ul class=\"seats\">" +
-        seats + "</ul></div>\n";
+        "id=\"cube-next\">Next</button><span id=\"cube-reading\" "
+        "aria-live=\"polite\"></span></div><ul class=\"seats\">{}</ul></div>\n",
+        seats);
   }
   return html + readings_table(calibration, observations);
 }

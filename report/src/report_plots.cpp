@@ -9,6 +9,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "axiscal/calib/reading_uncertainty.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 
@@ -127,7 +128,7 @@ std::optional<BarPlot> budget_plot(const Calibration& calibration) {
       .alternative = "Standard uncertainty of each quantity by source",
       .series = budget.sources};
   const std::string unit = has_angles(calibration) ? "deg" : calibration.field.unit;
-  plot.value_label = "standard uncertainty [" + unit + "]";
+  plot.value_label = formatted("standard uncertainty [{}]", unit);
   for (const AttitudeQuantity& quantity : budget.quantities) {
     const bool is_angle = quantity.name.ends_with("_deg");
     if (is_angle == has_angles(calibration) && quantity.name != "residual" &&
@@ -224,15 +225,15 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
   const TemperatureResponse& over = *calibration.temperature;
   std::vector<Plot> plots;
   for (const bool is_bias : {true, false}) {
-    Plot plot{
-        .id = is_bias ? "temperature-bias" : "temperature-scale",
-        .title = is_bias ? "Bias over temperature, less that at the reference"
-                         : "Scale over temperature",
-        .alternative =
-            "Curve of each axis over the calibrated range, with its 95 % band where it is "
-            "known, and a fifth of the range beyond it at both ends, which is extrapolated",
-        .x_label = "temperature",
-        .y_label = is_bias ? "change of bias [" + calibration.instrument.unit + "]" : "scale"};
+    Plot plot{.id = is_bias ? "temperature-bias" : "temperature-scale",
+              .title = is_bias ? "Bias over temperature, less that at the reference"
+                               : "Scale over temperature",
+              .alternative =
+                  "Curve of each axis over the calibrated range, with its 95 % band where it is "
+                  "known, and a fifth of the range beyond it at both ends, which is extrapolated",
+              .x_label = "temperature",
+              .y_label = is_bias ? formatted("change of bias [{}]", calibration.instrument.unit)
+                                 : "scale"};
     const double margin = 0.2 * (over.high - over.low);
     for (Eigen::Index k = 0; k < over.bias.rows(); ++k) {
       PlotSeries within{.name = axis_name(k), .line = true};
@@ -303,7 +304,7 @@ std::vector<Plot> orientation_plots(const Calibration& calibration,
                    .title = "Magnitude of the field, by run",
                    .alternative = "Magnitude of each calibrated reading less the field's own",
                    .x_label = "run",
-                   .y_label = "|f| - F [" + calibration.field.unit + "]",
+                   .y_label = formatted("|f| - F [{}]", calibration.field.unit),
                    .series = {std::move(magnitudes)}});
   if (observations == nullptr || observations->response.cols() != 3) {
     return plots;
@@ -358,9 +359,9 @@ std::vector<Plot> turn_plots(const Calibration& calibration) {
 std::vector<Plot> noise_plots(const LogNoise& noise) {
   std::vector<Plot> plots;
   for (const ColumnNoise& column : noise.columns) {
-    Plot plot{.id = "allan-" + std::to_string(plots.size() + 1),
-              .title = "Allan deviation of " + column.name + "; dwell " +
-                       number_text(column.dwell.sensible_s, 3) + " s",
+    Plot plot{.id = formatted("allan-{}", plots.size() + 1),
+              .title = formatted("Allan deviation of {}; dwell {} s", column.name,
+                                 number_text(column.dwell.sensible_s, 3)),
               .alternative =
                   "Overlapping Allan deviation with its 68 % band, the fitted noise model, "
                   "and the dwell time of a design point that serves best",

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "report_plots.hpp"
 
@@ -155,7 +156,7 @@ Plot leverage_plot(const Calibration& calibration) {
 
 std::vector<Plot> residual_plots(const Calibration& calibration, const Observations* observations) {
   std::vector<Plot> plots;
-  const std::string label = "residual [" + calibration.instrument.unit + "]";
+  const std::string label = formatted("residual [{}]", calibration.instrument.unit);
   const auto add = [&](const std::string& id, const std::string& title, const std::string& words,
                        const std::string& x_label, std::vector<PlotSeries> series) {
     if (has_points(series)) {

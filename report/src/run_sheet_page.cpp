@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/positioner/facing.hpp"
 #include "html.hpp"
@@ -30,17 +31,17 @@ std::string number(double value) {
 std::string corners(const std::vector<Spot>& spots) {
   std::string text;
   for (const Spot& spot : spots) {
-    text += (text.empty() ? "" : " ") + number(spot.x) + "," + number(spot.y);
+    text += formatted("{}{},{}", text.empty() ? "" : " ", number(spot.x), number(spot.y));
   }
   return text;
 }
 
 std::string polygon(const std::string& style, const std::vector<Spot>& spots) {
-  return "<polygon class=\"" + style + "\" points=\"" + corners(spots) + "\"/>";
+  return formatted("<polygon class=\"{}\" points=\"{}\"/>", style, corners(spots));
 }
 
 std::string line(const std::string& style, const std::vector<Spot>& spots) {
-  return "<polyline class=\"" + style + "\" points=\"" + corners(spots) + "\"/>";
+  return formatted("<polyline class=\"{}\" points=\"{}\"/>", style, corners(spots));
 }
 
 // A face's name with a minus that can be read from a distance.
@@ -49,8 +50,8 @@ std::string shown(const std::string& name) {
 }
 
 std::string label(const std::string& style, const Spot& at, const std::string& text) {
-  return "<text class=\"" + style + "\" x=\"" + number(at.x) + "\" y=\"" + number(at.y) + "\">" +
-         text + "</text>";
+  return formatted("<text class=\"{}\" x=\"{}\" y=\"{}\">{}</text>", style, number(at.x),
+                   number(at.y), text);
 }
 
 // The name of the face that looks along an axis of the table.
@@ -111,33 +112,33 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet, const std::str
   const bool several_blocks = !sheet.empty() && sheet.back().block != sheet.front().block;
   const bool with_level = std::any_of(
       sheet.begin(), sheet.end(), [](const RunSheetRow& row) { return row.entry.level != 1.0; });
-  std::string page =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
-      "'unsafe-inline'\">\n<meta name=\"viewport\" content=\"width=device-width\">\n<title>" +
-      escaped(title) + "</title>\n<style>" + page_style + std::string(seat_style()) +
-      "</style>\n</head>\n<body>\n<h1>" + escaped(title) +
-      "</h1>\n<p>Lay the cube down as drawn, seen from the front with the fence behind it: the "
-      "face "
-      "named in blue on the table, the one named in orange pushed against the fence. Wipe feet, "
-      "table and fence; push at the middle; let go; wait until it is still; take the reading; tick "
-      "the box. Take the steps in this order.</p>\n";
+  std::string page = formatted(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta "
+      "http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
+      "'unsafe-inline'\">\n<meta name=\"viewport\" "
+      "content=\"width=device-width\">\n<title>{}</title>\n<style>{}{}</style>\n</"
+      "head>\n<body>\n<h1>{}</h1>\n<p>Lay the cube down as drawn, seen from the front with the "
+      "fence behind it: the face named in blue on the table, the one named in orange pushed "
+      "against the fence. Wipe feet, table and fence; push at the middle; let go; wait until it is "
+      "still; take the reading; tick the box. Take the steps in this order.</p>\n",
+      escaped(title), page_style, seat_style(), escaped(title));
   int block = 0;
   for (const RunSheetRow& row : sheet) {
     if (row.block != block) {
       page += block == 0 ? "" : "</ol>\n";
       if (several_blocks) {
-        page += "<h2>Block " + std::to_string(row.block) +
-                (row.temperature ? ": soak at " + number_text(*row.temperature) : "") + "</h2>\n";
+        page += formatted("<h2>Block {}{}</h2>\n", row.block,
+                          row.temperature ? ": soak at " + number_text(*row.temperature) : "");
       }
       page += "<ol>\n";
       block = row.block;
     }
-    page += "<li><div class=\"head\"><span>Run " + std::to_string(row.run) +
-            (with_level ? ", level " + number_text(row.entry.level) : "") +
-            "</span><span class=\"box\"></span></div>" + seat_svg(row.entry.point) + "</li>\n";
+    page += formatted(
+        "<li><div class=\"head\"><span>Run {}{}</span><span class=\"box\"></span></div>{}</li>\n",
+        row.run, with_level ? ", level " + number_text(row.entry.level) : "",
+        seat_svg(row.entry.point));
   }
-  return page + (block == 0 ? "" : "</ol>\n") + "</body>\n</html>\n";
+  return formatted("{}{}</body>\n</html>\n", page, block == 0 ? "" : "</ol>\n");
 }
 
 }  // namespace axiscal

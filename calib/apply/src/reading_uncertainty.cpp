@@ -6,55 +6,15 @@
 
 #include <Eigen/Geometry>
 
-#include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
-#include "axiscal/core/random.hpp"
 #include "axiscal/core/units.hpp"
+#include "reduced_results.hpp"
 
 namespace axiscal {
 namespace {
-
-constexpr const char* field_magnitude_source = "field magnitude";
-
-// What a reading says, as one vector: components, residual, derived values.
-constexpr Eigen::Index fixed_results = 4;
-
-Eigen::VectorXd results_of(const ReducedReading& reduced, std::size_t derived) {
-  Eigen::VectorXd results(fixed_results + static_cast<Eigen::Index>(derived));
-  results.head<3>() = reduced.field_in_sensor;
-  results(3) = reduced.residual;
-  for (std::size_t j = 0; j < derived; ++j) {
-    results(fixed_results + static_cast<Eigen::Index>(j)) = reduced.derived.values[j];
-  }
-  return results;
-}
-
-std::size_t derived_count(const Reducer& reducer, bool has_up) {
-  const InstrumentKind& kind = reducer.kind();
-  const bool derives = kind.derive != nullptr && (has_up || !kind.derives_with_attitude);
-  return derives ? kind.derived_names.size() : 0;
-}
-
-std::vector<std::string> result_names(const Reducer& reducer) {
-  std::vector<std::string> names = {"field_x", "field_y", "field_z", "residual"};
-  for (std::size_t j = 0; j < derived_count(reducer, false); ++j) {
-    names.emplace_back(reducer.kind().derived_names[j]);
-  }
-  return names;
-}
-
-// a - b; of angles, which names ending in _deg are, the short way round.
-double difference(double a, double b, bool angle) {
-  return angle ? std::remainder(a - b, 360.0) : a - b;
-}
-
-bool is_angle(const Reducer& reducer, Eigen::Index result) {
-  return result >= fixed_results &&
-         reducer.kind().derived_names[static_cast<std::size_t>(result - fixed_results)].ends_with(
-             "_deg");
-}
 
 // Change of the results from `below` to `above`, which are `step` away on either side of `at`. Next
 // to where an angle gives way to another only one side has it.
@@ -141,7 +101,7 @@ Eigen::MatrixXd ReadingPropagation::change_with_parameters(
       const std::string component(1, "xyz"[j]);
       put(k, ".sensitivity." + component, scale * field(j));
       for (const AlsoResponse& also : calibration_.also) {
-        put(k, "." + also.kind + "." + component, up != nullptr ? (*up)(j) : 0.0);
+        put(k, formatted(".{}.{}", also.kind, component), up != nullptr ? (*up)(j) : 0.0);
       }
     }
     double power = 1.0;
@@ -292,237 +252,6 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(std::size_t axis,
   const double low = elevation_of_axis(component - u, F).angle_rad;
   result.angle_rad = 0.5 * (high - low);
   return result;
-}
-
-// ---- budgets ----
-
-/// Puts a budget together from what the propagation knows.
-class AttitudeBudgetMaker {
- public:
-  AttitudeBudgetMaker(const Calibration& calibration,
-                      const ReductionOptions& options,
-                      const ReadingNoise& noise,
-                      const Eigen::Vector3d& field,
-                      std::optional<double> temperature)
-      : calibration_(calibration),
-        reducer_(calibration, one_pair_of_angles(calibration, options, field)),
-        propagation_(calibration, reducer_, noise, options.factor),
-        noise_(noise),
-        field_(field),
-        temperature_(temperature) {
-    if (!reducer_.gives_components()) {
-      throw DomainError("attitude_budget: fewer than three axes give angles of each axis only");
-    }
-    if (calibration.temperature && !temperature_) {
-      temperature_ = calibration.temperature->reference;
-    }
-    const Eigen::VectorXd v = response_at(calibration, field, temperature_);
-    readings_.assign(v.begin(), v.end());
-  }
-
-  [[nodiscard]] AttitudeBudget budget() const {
-    AttitudeBudget result;
-    const bool has_budget = calibration_.uncertainty.has_value();
-    if (has_budget) {
-      for (const UncertaintySource& source : calibration_.uncertainty->sources) {
-        result.sources.push_back(source.name);
-      }
-    } else {
-      result.sources.emplace_back("fit");
-    }
-    result.sources.emplace_back("reading");
-    const Eigen::MatrixXd B = propagation_.change_with_parameters(field_, nullptr, temperature_);
-    const Eigen::VectorXd own = propagation_.reading_variance(field_, temperature_);
-    const Eigen::MatrixXd C = B * propagation_.covariance_ * B.transpose();
-    const Eigen::MatrixXd G = propagation_.change_with_readings(readings_, nullptr, temperature_,
-                                                                (C.diagonal() + own).cwiseSqrt());
-    const Eigen::VectorXd here = results_of(reducer_.reduce(readings_, nullptr, temperature_),
-                                            derived_count(reducer_, false));
-    const std::vector<std::string> names = result_names(reducer_);
-    for (Eigen::Index r = 0; r < here.size(); ++r) {
-      if (std::isnan(here(r))) {
-        continue;
-      }
-      AttitudeQuantity quantity{.name = names[static_cast<std::size_t>(r)], .value = here(r)};
-      VarianceShares shares;
-      // A larger parameter makes the same reading mean less field.
-      const bool free_of_magnitude = r >= 3;
-      const Calibration& used = calibration_;
-      CombinedUncertainty from_calibration = propagate(used, -G.row(r) * B, &shares);
-      if (free_of_magnitude && has_budget) {
-        drop_magnitude(-G.row(r) * B, from_calibration, shares);
-      }
-      const Eigen::VectorXd by_reading = G.row(r).transpose().cwiseAbs2().cwiseProduct(own);
-      add_readings(by_reading, shares);
-      quantity.uncertainty = combine(shares, calibration_.statistics->degrees_of_freedom);
-      quantity.uncertainty.by_source = std::move(from_calibration.by_source);
-      quantity.uncertainty.by_source.push_back(std::sqrt(by_reading.sum()));
-      result.quantities.push_back(std::move(quantity));
-    }
-    return result;
-  }
-
-  [[nodiscard]] std::vector<MonteCarloCheck> monte_carlo(int trials, std::uint64_t seed) const;
-
- private:
-  // Roll and yaw must not take turns around an attitude.
-  static ReductionOptions one_pair_of_angles(const Calibration& calibration,
-                                             ReductionOptions options,
-                                             const Eigen::Vector3d& field) {
-    const bool yaw = std::abs(field.x()) >=
-                     calibration.field.magnitude * std::sin(options.inclination.yaw_above_rad);
-    options.inclination.yaw_above_rad = yaw ? 0.0 : 2.0;
-    return options;
-  }
-
-  void drop_magnitude(const Eigen::RowVectorXd& gradient,
-                      CombinedUncertainty& from_calibration,
-                      VarianceShares& shares) const {
-    const auto& sources = calibration_.uncertainty->sources;
-    for (std::size_t s = 0; s < sources.size(); ++s) {
-      if (sources[s].name == field_magnitude_source) {
-        shares.others -= gradient.dot(sources[s].covariance * gradient.transpose());
-        from_calibration.by_source[s] = 0.0;
-      }
-    }
-    shares.others = std::max(shares.others, 0.0);
-  }
-
-  // Noise that the fit's scatter tells shares its degrees of freedom.
-  void add_readings(const Eigen::VectorXd& by_reading, VarianceShares& shares) const {
-    if (noise_.sd) {
-      shares.others += by_reading.sum();
-    } else {
-      shares.by_axis += by_reading;
-    }
-  }
-
-  const Calibration& calibration_;
-  Reducer reducer_;
-  ReadingPropagation propagation_;
-  ReadingNoise noise_;
-  Eigen::Vector3d field_;
-  std::optional<double> temperature_;
-  std::vector<double> readings_;
-};
-
-std::vector<MonteCarloCheck> AttitudeBudgetMaker::monte_carlo(int trials,
-                                                              std::uint64_t seed) const {
-  const FitStatistics& statistics = *calibration_.statistics;
-  const Eigen::MatrixXd B = propagation_.change_with_parameters(field_, nullptr, temperature_);
-  const Eigen::VectorXd own = propagation_.reading_variance(field_, temperature_).cwiseSqrt();
-  const Eigen::Index m = own.size();
-  // The fit's part as t of each axis's degrees of freedom; all else normal.
-  Eigen::MatrixXd fit = statistics.covariance;
-  Eigen::MatrixXd others = propagation_.covariance_ - fit;
-  const Eigen::MatrixXd fit_root = covariance_root(B * fit * B.transpose());
-  const Eigen::MatrixXd others_root = covariance_root(B * others * B.transpose());
-  const std::size_t derived = derived_count(reducer_, false);
-  const Eigen::VectorXd here =
-      results_of(reducer_.reduce(readings_, nullptr, temperature_), derived);
-  std::vector<std::vector<double>> errors(static_cast<std::size_t>(here.size()));
-  RandomStream random(seed);
-  const auto normals = [&](Eigen::Index n) {
-    Eigen::VectorXd z(n);
-    for (double& value : z) {
-      value = random.normal();
-    }
-    return z;
-  };
-  // sqrt(nu / chi^2) turns a normal into t; nu need not be whole, so chi^2 by its quantile.
-  const auto t_factor = [&](Eigen::Index k) {
-    const double nu = statistics.degrees_of_freedom(k);
-    double chi2 = 0.0;
-    double left = nu;
-    for (; left >= 1.0; left -= 1.0) {
-      const double z = random.normal();
-      chi2 += z * z;
-    }
-    const double z = random.normal();
-    chi2 += left * z * z;
-    return std::sqrt(nu / std::max(chi2, 1e-12));
-  };
-  std::vector<double> moved(readings_.size());
-  for (int trial = 0; trial < trials; ++trial) {
-    Eigen::VectorXd factor(m);
-    for (Eigen::Index k = 0; k < m; ++k) {
-      factor(k) = t_factor(k);
-    }
-    Eigen::VectorXd change = factor.cwiseProduct(fit_root * normals(m));
-    change += others_root * normals(m);
-    const Eigen::VectorXd noise = own.cwiseProduct(normals(m));
-    change += noise_.sd ? noise : Eigen::VectorXd(factor.cwiseProduct(noise));
-    for (std::size_t k = 0; k < moved.size(); ++k) {
-      moved[k] = readings_[k] + change(static_cast<Eigen::Index>(k));
-    }
-    const Eigen::VectorXd results =
-        results_of(reducer_.reduce(moved, nullptr, temperature_), derived);
-    for (Eigen::Index r = 0; r < here.size(); ++r) {
-      errors[static_cast<std::size_t>(r)].push_back(
-          difference(results(r), here(r), is_angle(reducer_, r)));
-    }
-  }
-  std::vector<MonteCarloCheck> checks;
-  std::size_t at = 0;
-  const AttitudeBudget linear = budget();
-  for (Eigen::Index r = 0; r < here.size(); ++r) {
-    std::vector<double>& own_errors = errors[static_cast<std::size_t>(r)];
-    if (std::isnan(here(r))) {
-      continue;
-    }
-    const AttitudeQuantity& quantity = linear.quantities[at++];
-    const Eigen::Map<const Eigen::VectorXd> all(own_errors.data(), trials);
-    MonteCarloCheck check{.name = quantity.name,
-                          .linear_u = quantity.uncertainty.u,
-                          .linear_expanded = quantity.uncertainty.expanded,
-                          .mean_error = all.mean()};
-    check.sd = std::sqrt((all.array() - check.mean_error).square().sum() / (trials - 1));
-    std::sort(own_errors.begin(), own_errors.end());
-    const auto quantile = [&](double p) {
-      return own_errors[static_cast<std::size_t>(p * (trials - 1))];
-    };
-    check.low_95 = quantile(0.025);
-    check.high_95 = quantile(0.975);
-    constexpr double tolerance =
-        0.1;  // in parts of U; effective degrees of freedom alone make up to 5 %
-    check.agrees =
-        std::abs(check.low_95 + check.linear_expanded) <= tolerance * check.linear_expanded &&
-        std::abs(check.high_95 - check.linear_expanded) <= tolerance * check.linear_expanded;
-    checks.push_back(check);
-  }
-  return checks;
-}
-
-AttitudeBudget attitude_budget(const Calibration& calibration,
-                               const ReductionOptions& options,
-                               const ReadingNoise& noise,
-                               const Eigen::Vector3d& field_in_sensor,
-                               std::optional<double> temperature) {
-  return AttitudeBudgetMaker(calibration, options, noise, field_in_sensor, temperature).budget();
-}
-
-Eigen::Vector3d field_of_attitude(const Calibration& calibration,
-                                  double pitch_rad,
-                                  double roll_rad) {
-  const double c = std::cos(pitch_rad);
-  const Eigen::Vector3d up(std::sin(pitch_rad), c * std::sin(roll_rad), c * std::cos(roll_rad));
-  const bool frd = calibration.instrument.convention == AxisConvention::forward_right_down;
-  return calibration.field.magnitude * (frd ? Eigen::Vector3d(up.x(), -up.y(), -up.z()) : up);
-}
-
-std::vector<MonteCarloCheck> check_by_monte_carlo(const Calibration& calibration,
-                                                  const ReductionOptions& options,
-                                                  const ReadingNoise& noise,
-                                                  const Eigen::Vector3d& field_in_sensor,
-                                                  int trials,
-                                                  std::uint64_t seed,
-                                                  std::optional<double> temperature) {
-  constexpr int fewest = 1000;
-  if (trials < fewest) {
-    throw DomainError("check_by_monte_carlo: at least 1000 trials tell anything");
-  }
-  return AttitudeBudgetMaker(calibration, options, noise, field_in_sensor, temperature)
-      .monte_carlo(trials, seed);
 }
 
 }  // namespace axiscal

@@ -9,6 +9,7 @@
 
 #include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/field_unit.hpp"
 
@@ -65,7 +66,7 @@ FieldConversion field_conversion(const FieldDescription& field,
     return conversion;
   }
   if (conversion.unit != "g" && conversion.unit != "m/s^2") {
-    throw DomainError("'" + field.unit + "' does not convert to '" + conversion.unit + "'");
+    throw DomainError(formatted("'{}' does not convert to '{}'", field.unit, conversion.unit));
   }
   if (conversion.unit == field.unit && !gravity_there_m_s2) {
     conversion.magnitude = magnitude.value_or(field.magnitude);
@@ -152,9 +153,8 @@ Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options
     bias_.push_back(calibration.response.bias(k));
     length_.push_back(S.row(k).norm());
     if (!(length_.back() > 0.0)) {
-      throw DomainError("Reducer: axis '" +
-                        calibration.instrument.axes[static_cast<std::size_t>(k)] +
-                        "' has no sensitivity");
+      throw DomainError(formatted("Reducer: axis '{}' has no sensitivity",
+                                  calibration.instrument.axes[static_cast<std::size_t>(k)]));
     }
   }
   constexpr Eigen::Index most_one_sided = 64;
@@ -282,9 +282,9 @@ ReducedReading Reducer::reduce(std::span<const double> readings,
                                const Eigen::Vector3d* up,
                                std::optional<double> temperature) const {
   if (readings.size() != bias_.size() || !gives_components()) {
-    throw DomainError(
-        "Reducer::reduce: needs three readings or more, as many as the record has axes, " +
-        std::to_string(bias_.size()) + ", not " + std::to_string(readings.size()));
+    throw DomainError(formatted(
+        "Reducer::reduce: needs three readings or more, as many as the record has axes, {}, not {}",
+        bias_.size(), readings.size()));
   }
   ReducedReading result;
   if (one_sided_) {

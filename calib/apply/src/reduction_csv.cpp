@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 
@@ -81,7 +82,7 @@ std::vector<std::string> result_names(const std::vector<ReadingColumn>& axes,
     }
     if (reducer.kind().has_axis_elevation) {
       for (const ReadingColumn& column : axes) {
-        names.push_back("angle_" + column.axis + "_deg");
+        names.push_back(formatted("angle_{}_deg", column.axis));
       }
     }
   }
@@ -136,8 +137,8 @@ class RowReader {
   [[nodiscard]] const std::optional<double>& temperature() const { return temperature_; }
   [[nodiscard]] bool saturated() const { return saturated_; }
   [[nodiscard]] std::string defect() const {
-    return "column '" + csv_.header()[defective_] + "': '" +
-           std::string(csv_.cells()[defective_].substr(0, 40)) + "' is not a finite number";
+    return formatted("column '{}': '{}' is not a finite number", csv_.header()[defective_],
+                     std::string(csv_.cells()[defective_].substr(0, 40)));
   }
 
  private:
@@ -182,9 +183,9 @@ class CsvReduction {
     for (const std::string& name : results_) {
       if (csv.column(name)) {
         throw DataError(csv.path(), csv.line(),
-                        "column '" + name +
-                            "': is there already, and apply would write it a second time; "
-                            "rename or remove it");
+                        formatted("column '{}': is there already, and apply would write it a "
+                                  "second time; rename or remove it",
+                                  name));
       }
     }
   }

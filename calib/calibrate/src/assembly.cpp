@@ -11,6 +11,7 @@
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 
@@ -67,15 +68,15 @@ void warn_of_disagreement(Calibration& calibration, const CombinedLevelness& com
   const std::string p = number_text(std::round(combined.p_value * 1e6) * 1e-6);
   const std::string message =
       combined.suspect.empty()
-          ? "slots " + joined(combined.slots) +
-                " stand on one table but disagree about its slope (p = " + p +
-                "); an instrument is loose, or the table gives way under one"
-          : "slot " + combined.suspect +
-                " disagrees with the other slots about the slope of the table that all stand on (p "
-                "= " +
-                p +
-                "); is its instrument loose, does the table give way, are its readings those of "
-                "other points?";
+          ? formatted(
+                "slots {} stand on one table but disagree about its slope (p = {}); an instrument "
+                "is loose, or the table gives way under one",
+                joined(combined.slots), p)
+          : formatted(
+                "slot {} disagrees with the other slots about the slope of the table that all "
+                "stand on (p = {}); is its instrument loose, does the table give way, are its "
+                "readings those of other points?",
+                combined.suspect, p);
   add_warning(calibration, {.code = WarningCode::slot_levelness, .runs = {}, .message = message});
 }
 
@@ -124,8 +125,8 @@ Eigen::Matrix3d mount_rotation(const Positioner& positioner, const std::string& 
   for (const Mount& mount : mounts) {
     names.push_back(mount.slot);
   }
-  throw SetupError("the positioner has no mount for slot '" + slot +
-                   "'; its slots: " + joined(names));
+  throw SetupError(
+      formatted("the positioner has no mount for slot '{}'; its slots: {}", slot, joined(names)));
 }
 
 std::vector<Mount> mounts_of_assembly(const std::string& assembly,
@@ -139,12 +140,12 @@ std::vector<Mount> mounts_of_assembly(const std::string& assembly,
   const auto* found = std::find_if(known.begin(), known.end(),
                                    [&](const Known& one) { return one.name == assembly; });
   if (found == known.end()) {
-    throw DomainError("must be parallel, single, triple, h or h:y, not '" + assembly + "'");
+    throw DomainError(formatted("must be parallel, single, triple, h or h:y, not '{}'", assembly));
   }
   if (slots.empty() || (found->slots != 0 && slots.size() != found->slots)) {
-    throw DomainError("'" + assembly + "' has " +
-                      (found->slots == 0 ? "slots" : std::to_string(found->slots) + " slots") +
-                      ", but the columns SLOT.axis have " + std::to_string(slots.size()));
+    throw DomainError(formatted("'{}' has {}, but the columns SLOT.axis have {}", assembly,
+                                found->slots == 0 ? "slots" : formatted("{} slots", found->slots),
+                                slots.size()));
   }
   if (assembly.starts_with("h")) {
     return h_shaped_mounts(slots[0], slots[1], assembly == "h" ? WebAxis::x : WebAxis::y);
@@ -213,12 +214,12 @@ std::vector<Calibration> calibrate_assembly(const Experiment& experiment,
     try {
       calibrations.push_back(calibrate(own, slot.observations));
     } catch (const SetupError& error) {
-      throw SetupError("slot " + slot.slot + ": " + error.what(), error.settings());
+      throw SetupError(formatted("slot {}: {}", slot.slot, error.what()), error.settings());
     } catch (const RankDeficientError& error) {
-      throw RankDeficientError("slot " + slot.slot + ": " + error.what(), error.undetermined(),
-                               error.settings());
+      throw RankDeficientError(formatted("slot {}: {}", slot.slot, error.what()),
+                               error.undetermined(), error.settings());
     } catch (const RefusedError& error) {
-      throw RefusedError("slot " + slot.slot + ": " + error.what(), error.settings());
+      throw RefusedError(formatted("slot {}: {}", slot.slot, error.what()), error.settings());
     }
     if (const std::optional<Levelness>& measured = calibrations.back().levelness) {
       levelness.push_back({.slot = slot.slot, .levelness = *measured});

@@ -19,6 +19,7 @@
 #include "axiscal/calib/temperature_fit.hpp"
 #include "axiscal/calib/uncertainty_sources.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/version.hpp"
@@ -78,12 +79,11 @@ void put_temperature(const Estimate& estimate,
   if (!trials.empty()) {
     std::string text;
     for (const TemperatureOrderTrial& trial : trials) {
-      text += (text.empty() ? "order " : ", order ") + std::to_string(trial.order) + " AICc " +
-              number_text(trial.aicc, 4);
+      text += formatted("{}{} AICc {}", text.empty() ? "order " : ", order ", trial.order,
+                        number_text(trial.aicc, 4));
     }
-    calibration.notes.push_back("temperature order " +
-                                std::to_string(estimate.temperature_bias.cols()) +
-                                " was chosen: " + text);
+    calibration.notes.push_back(
+        formatted("temperature order {} was chosen: {}", estimate.temperature_bias.cols(), text));
   }
   if (estimate.temperature_bias.cols() == 0) {
     return;
@@ -372,8 +372,8 @@ Calibration calibrate(const Experiment& experiment,
                       std::span<const DesignPoint> points,
                       const Eigen::Ref<const Eigen::MatrixXd>& response) {
   if (static_cast<Eigen::Index>(points.size()) != response.rows()) {
-    throw DomainError("calibrate: " + std::to_string(points.size()) + " design points, but " +
-                      std::to_string(response.rows()) + " readings");
+    throw DomainError(
+        formatted("calibrate: {} design points, but {} readings", points.size(), response.rows()));
   }
   Observations observations;
   observations.response = response;

@@ -4,6 +4,7 @@
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
@@ -18,8 +19,9 @@ std::vector<Calibration> calibrate_one(Experiment experiment,
   experiment.rotation_sensor_from_positioner =
       mount_rotation(experiment.positioner, experiment.slot);
   if (!experiment.slot.empty() && mounts.size() == 1) {
-    notes.push_back("the instrument sits in the positioner's slot " + experiment.slot +
-                    ", with its mount's rotation");
+    notes.push_back(
+        formatted("the instrument sits in the positioner's slot {}, with its mount's rotation",
+                  experiment.slot));
   } else if (experiment.slot.empty() && !mounts.empty()) {
     notes.emplace_back(
         "the positioner's mounts are not used, as no slot is stated: the instrument's "
@@ -36,8 +38,8 @@ std::vector<Calibration> calibrate_slots(const Experiment& experiment,
                                          std::vector<std::string>& notes) {
   if (!experiment.slot.empty()) {
     throw SetupError(
-        "slot '" + experiment.slot +
-        "' is stated, but the columns state the slots themselves: " + joined(run.slots));
+        formatted("slot '{}' is stated, but the columns state the slots themselves: {}",
+                  experiment.slot, joined(run.slots)));
   }
   if (suggestions == Suggestions::accept) {
     throw SetupError("suggestions are accepted for one instrument, not for several slots");

@@ -13,6 +13,7 @@
 #include "axiscal/calib/magnitude.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/core/timestamp.hpp"
@@ -126,16 +127,70 @@ void warn_of_mirrored_axes(Calibration& calibration,
     return;
   }
   const bool mirrored = std::abs(std::numbers::pi - alignment.angle_rad - expected_rad) < close_rad;
-  add_warning(
-      calibration,
-      {.code = WarningCode::alignment,
-       .runs = {},
-       .message = "the angle between the two fields is " + degrees(alignment.angle_rad) +
-                  " degrees, but at the site it is " + degrees(expected_rad) +
-                  (mirrored ? ": an axis of one instrument is reversed, or two are exchanged (a "
+  add_warning(calibration,
+              {.code = WarningCode::alignment,
+               .runs = {},
+               .message = formatted(
+                   "the angle between the two fields is {} degrees, but at the site it is {}{}",
+                   degrees(alignment.angle_rad), degrees(expected_rad),
+                   mirrored ? ": an axis of one instrument is reversed, or two are exchanged (a "
                               "left-handed frame); correct signs or columns"
                             : "; is the site right, is iron nearby, were both read at the same "
                               "times?")});
+}
+
+// The readings that both instruments give.
+std::vector<Eigen::Index> used_of_both(const Calibration& calibration,
+                                       const Calibration& companion,
+                                       const Observations& companions) {
+  std::vector<Eigen::Index> used;
+  for (std::size_t i = 0; i < calibration.residuals.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const auto& range = companion.instrument.range;
+    const auto companion_row = companions.response.row(row).array();
+    const bool saturated =
+        (companions.saturated && companions.saturated->row(row).any()) ||
+        (range && ((companion_row <= range->low).any() || (companion_row >= range->high).any()));
+    if (calibration.residuals[i].used && !saturated) {
+      used.push_back(static_cast<Eigen::Index>(i));
+    }
+  }
+  return used;
+}
+
+// Turns response, covariance and sources to the companion's frame.
+// @param simulated  the covariance as it will be, with what the rotation adds; nothing where it was
+//                   not simulated.
+void turn_to_companion(const Alignment& alignment,
+                       const std::optional<Eigen::MatrixXd>& simulated,
+                       Calibration& calibration) {
+  const LinearResponse own = calibration.response;
+  if (calibration.uncertainty) {
+    for (UncertaintySource& source : calibration.uncertainty->sources) {
+      if (source.covariance.rows() == 12) {
+        LinearResponse response = calibration.response;
+        turn_frame(alignment.rotation_companion_from_sensor, response, source.covariance);
+      }
+    }
+  }
+  Eigen::MatrixXd covariance = simulated.value_or(Eigen::MatrixXd::Zero(12, 12));
+  turn_frame(alignment.rotation_companion_from_sensor, calibration.response, covariance);
+  if (calibration.statistics) {
+    FitStatistics& statistics = *calibration.statistics;
+    if (!simulated) {
+      covariance = statistics.covariance;
+      LinearResponse again = own;
+      turn_frame(alignment.rotation_companion_from_sensor, again, covariance);
+      calibration.notes.emplace_back(
+          "the standard errors take the rotation to the companion's frame as exact");
+    }
+    statistics.covariance = covariance;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      statistics.bias_se(k) = std::sqrt(covariance(4 * k, 4 * k));
+      statistics.sensitivity_se.row(k) =
+          covariance.diagonal().segment<3>(4 * k + 1).cwiseSqrt().transpose();
+    }
+  }
 }
 
 }  // namespace
@@ -160,18 +215,7 @@ void align_with_companion(Calibration& calibration,
   if (all.rows() != all_of_companion.rows()) {
     throw DomainError("align_with_companion: the readings must be as many of both instruments");
   }
-  std::vector<Eigen::Index> used;
-  for (std::size_t i = 0; i < calibration.residuals.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    const auto& range = companion.instrument.range;
-    const auto companion_row = companions.response.row(row).array();
-    const bool saturated =
-        (companions.saturated && companions.saturated->row(row).any()) ||
-        (range && ((companion_row <= range->low).any() || (companion_row >= range->high).any()));
-    if (calibration.residuals[i].used && !saturated) {
-      used.push_back(static_cast<Eigen::Index>(i));
-    }
-  }
+  const std::vector<Eigen::Index> used = used_of_both(calibration, companion, companions);
   const Alignment alignment =
       align_by_constant_angle(all(used, Eigen::seqN(0, all.cols())),
                               all_of_companion(used, Eigen::seqN(0, all_of_companion.cols())));
@@ -184,32 +228,7 @@ void align_with_companion(Calibration& calibration,
         companion, companions.response(used, Eigen::seqN(0, companions.response.cols())),
         alignment);
   }
-  const LinearResponse own = calibration.response;
-  if (calibration.uncertainty) {
-    for (UncertaintySource& source : calibration.uncertainty->sources) {
-      if (source.covariance.rows() == 12) {
-        LinearResponse response = calibration.response;
-        turn_frame(alignment.rotation_companion_from_sensor, response, source.covariance);
-      }
-    }
-  }
-  turn_frame(alignment.rotation_companion_from_sensor, calibration.response, covariance);
-  if (calibration.statistics) {
-    FitStatistics& statistics = *calibration.statistics;
-    if (!simulated) {
-      covariance = statistics.covariance;
-      LinearResponse again = own;
-      turn_frame(alignment.rotation_companion_from_sensor, again, covariance);
-      calibration.notes.emplace_back(
-          "the standard errors take the rotation to the companion's frame as exact");
-    }
-    statistics.covariance = covariance;
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      statistics.bias_se(k) = std::sqrt(covariance(4 * k, 4 * k));
-      statistics.sensitivity_se.row(k) =
-          covariance.diagonal().segment<3>(4 * k + 1).cwiseSqrt().transpose();
-    }
-  }
+  turn_to_companion(alignment, simulated ? std::optional(covariance) : std::nullopt, calibration);
   if (calibration.orientations) {
     calibration.orientations->gap =
         alignment.rotation_companion_from_sensor * calibration.orientations->gap;
@@ -227,11 +246,10 @@ void align_with_companion(Calibration& calibration,
         calibration,
         {.code = WarningCode::alignment,
          .runs = {},
-         .message = "the angle between the two fields (" + degrees(alignment.angle_rad) +
-                    " degrees) hardly fixes the rotation between the two instruments: standard "
-                    "error up to " +
-                    degrees(largest_rad) +
-                    " degrees; take more orientations, or give the design points (labels)"});
+         .message = formatted("the angle between the two fields ({} degrees) hardly fixes the "
+                              "rotation between the two instruments: standard error up to {} "
+                              "degrees; take more orientations, or give the design points (labels)",
+                              degrees(alignment.angle_rad), degrees(largest_rad))});
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/moving_field.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/field/field_kind.hpp"
 
 namespace axiscal {
@@ -47,11 +48,11 @@ std::string why_not_paired(const Experiment& experiment, const Observations& obs
     }
   }
   const std::vector<int> runs = runs_without_opposite(observations, soak);
-  return runs.empty()
-             ? ""
-             : name_of_runs(runs) + (runs.size() == 1 ? " has" : " have") +
-                   " no opposite reading (the same rest face, the fence face turned by 180 "
-                   "degrees)";
+  return runs.empty() ? ""
+                      : formatted(
+                            "{}{} no opposite reading (the same rest face, the fence face turned "
+                            "by 180 degrees)",
+                            name_of_runs(runs), runs.size() == 1 ? " has" : " have");
 }
 
 bool lies_along_normal(const Experiment& experiment) {
@@ -102,8 +103,8 @@ void note_choice_of_method(const Experiment& experiment,
   if (!experiment.method && method == Method::joint && has_labels(used) &&
       lies_along_normal(experiment)) {
     calibration.notes.push_back(
-        "method joint instead of paired: " + why_not_paired(experiment, used) +
-        "; take what is missing, or state method joint");
+        formatted("method joint instead of paired: {}; take what is missing, or state method joint",
+                  why_not_paired(experiment, used)));
   }
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "axiscal/calib/calibration_warning.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/field_kind.hpp"
 
@@ -21,11 +22,12 @@ void note_field_uncertainty(Calibration& calibration) {
   }
   const std::string percent = number_text(100.0 * field.magnitude_u / field.magnitude, 3);
   const std::string share =
-      field.parts.empty() ? ": " + percent + " % of every sensitivity at once" : "";
+      field.parts.empty() ? formatted(": {} % of every sensitivity at once", percent) : "";
   calibration.notes.push_back(
-      "the field's magnitude is uncertain by " + number_text(field.magnitude_u) + " " + field.unit +
-      " (one standard deviation" + (field.model.empty() ? "" : ", model " + field.model) + ")" +
-      share + "; the expanded uncertainties hold it, the standard errors of the fit do not");
+      formatted("the field's magnitude is uncertain by {} {} (one standard deviation{}){}; the "
+                "expanded uncertainties hold it, the standard errors of the fit do not",
+                number_text(field.magnitude_u), field.unit,
+                field.model.empty() ? "" : ", model " + field.model, share));
 }
 
 }  // namespace
@@ -42,9 +44,9 @@ void add_notes(Calibration& calibration,
   for (const RegressionRow& row : calibration.statistics->rows) {
     for (Eigen::Index k = 0; k < row.robust_weight.size(); ++k) {
       if (row.robust_weight(k) == 0.0) {
-        calibration.notes.push_back(name_of_runs(row.runs) + ": given no weight for axis " +
-                                    calibration.instrument.axes[static_cast<std::size_t>(k)] +
-                                    " by the robust regression");
+        calibration.notes.push_back(formatted(
+            "{}: given no weight for axis {} by the robust regression", name_of_runs(row.runs),
+            calibration.instrument.axes[static_cast<std::size_t>(k)]));
       }
     }
   }
@@ -76,10 +78,10 @@ void say_what_length_means(const Experiment& experiment, Calibration& calibratio
   }
   const double length = field.in_table->norm();
   const bool is_one_g = field_kind(field.kind).vertical && calibration.field.unit == "g";
-  const std::string what =
-      "the field's magnitude is taken as the length of the vector that was "
-      "stated (in_table), " +
-      number_text(length, 5) + " " + calibration.field.unit;
+  const std::string what = formatted(
+      "the field's magnitude is taken as the length of the vector that was stated (in_table), {} "
+      "{}",
+      number_text(length, 5), calibration.field.unit);
   if (is_one_g && std::abs(length - 1.0) > 1e-6) {
     calibration.warnings.push_back(
         {.code = WarningCode::field_length,
@@ -102,17 +104,18 @@ void warn_of_other_sensitivity(double nominal, Calibration& calibration) {
              {1e3, "1000"}, {9.80665, "9.80665"}}) {
       for (const double one : {factor, 1.0 / factor}) {
         if (std::abs(ratio / one - 1.0) <= far_off) {
-          reason = std::string(": a factor ") + (one > 1.0 ? "" : "1/") + text +
-                   ", so the readings or the field are in another unit";
+          reason = formatted(": a factor {}{}, so the readings or the field are in another unit",
+                             one > 1.0 ? "" : "1/", text);
         }
       }
     }
     calibration.warnings.push_back(
         {.code = reason.empty() ? WarningCode::sensitivity : WarningCode::unit_factor,
          .runs = {},
-         .message = "axis " + calibration.instrument.axes[static_cast<std::size_t>(k)] +
-                    ": its sensitivity is " + number_text(ratio, 3) + " times the nominal one" +
-                    reason + "; check unit, range and wiring"});
+         .message = formatted(
+             "axis {}: its sensitivity is {} times the nominal one{}; check unit, range and wiring",
+             calibration.instrument.axes[static_cast<std::size_t>(k)], number_text(ratio, 3),
+             reason)});
   }
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/field/field_kind.hpp"
@@ -70,8 +71,9 @@ void check_values(const Observations& observations) {
     if (!(observations.response.row(static_cast<Eigen::Index>(i)).cwiseAbs().maxCoeff() <
           largest) ||
         (reading.field_in_sensor && !(reading.field_in_sensor->cwiseAbs().maxCoeff() < largest))) {
-      throw RefusedError("run " + std::to_string(reading.run) +
-                         ": a value of 1e150 or more is no reading; correct it or leave it out");
+      throw RefusedError(
+          formatted("run {}: a value of 1e150 or more is no reading; correct it or leave it out",
+                    reading.run));
     }
   }
 }
@@ -86,11 +88,10 @@ void check_readings(const Experiment& experiment, const Observations& observatio
       throw DomainError("calibrate: every reading needs its design point, or every one its field");
     }
     if (reading.level != 1.0 && is_local(experiment.field)) {
-      throw RefusedError(
-          "run " + std::to_string(reading.run) + ": level " + number_text(reading.level) +
-          ", but " +
-          (field_kind(experiment.field.kind).vertical ? experiment.field.kind : "a local field") +
-          " cannot be set; its level is always 1");
+      throw RefusedError(formatted(
+          "run {}: level {}, but {} cannot be set; its level is always 1", reading.run,
+          number_text(reading.level),
+          field_kind(experiment.field.kind).vertical ? experiment.field.kind : "a local field"));
     }
   }
 }
@@ -98,10 +99,10 @@ void check_readings(const Experiment& experiment, const Observations& observatio
 void check_levels(const Observations& observations, Method method) {
   for (const Reading& reading : observations.readings) {
     if (method == Method::magnitude && reading.level != 1.0) {
-      throw RefusedError("run " + std::to_string(reading.run) + ": level " +
-                         number_text(reading.level) +
-                         ", but method magnitude takes the field's magnitude as the same in all "
-                         "readings");
+      throw RefusedError(
+          formatted("run {}: level {}, but method magnitude takes the field's magnitude as the "
+                    "same in all readings",
+                    reading.run, number_text(reading.level)));
     }
   }
 }
@@ -132,13 +133,13 @@ void check_temperature(const Experiment& experiment,
     return;
   }
   if (setup.order < 0 || (setup.order > 2 && method != Method::bias)) {
-    throw SetupError("temperature order " + std::to_string(setup.order) +
-                     ": must be 0, 1 or 2; method bias takes any");
+    throw SetupError(
+        formatted("temperature order {}: must be 0, 1 or 2; method bias takes any", setup.order));
   }
   for (const Reading& reading : readings) {
     if (!reading.temperature) {
-      throw RefusedError("temperature terms need the column 'temperature'; run " +
-                         std::to_string(reading.run) + " has none");
+      throw RefusedError(formatted(
+          "temperature terms need the column 'temperature'; run {} has none", reading.run));
     }
   }
 }
@@ -152,15 +153,15 @@ void check_method(const Experiment& experiment,
   if (!by_field && method != Method::magnitude && method != Method::bias &&
       !has_labels(observations)) {
     throw RefusedError(
-        "method " + name +
-            ": the readings have no design points; give columns 'rest' and 'fence', or "
-            "use method known with fx,fy,fz, or magnitude",
+        formatted("method {}: the readings have no design points; give columns 'rest' and 'fence', "
+                  "or use method known with fx,fy,fz, or magnitude",
+                  name),
         {Setting::method});
   }
   const bool has_one_slope = method == Method::known || method == Method::magnitude;
   if (has_one_slope && experiment.level_by == LevelBy::block) {
-    throw SetupError("method " + name +
-                     " estimates no levelness; level by block goes with paired and joint");
+    throw SetupError(formatted(
+        "method {} estimates no levelness; level by block goes with paired and joint", name));
   }
   if (!experiment.field.others.empty() &&
       (method == Method::paired || method == Method::magnitude ||
@@ -171,7 +172,7 @@ void check_method(const Experiment& experiment,
   }
   for (std::size_t i = 1; i < experiment.also.size(); ++i) {
     if (experiment.also[i].kind == experiment.also.front().kind) {
-      throw SetupError("also " + experiment.also[i].kind + ": is there twice");
+      throw SetupError(formatted("also {}: is there twice", experiment.also[i].kind));
     }
   }
   if (!experiment.also.empty() && (by_field || method == Method::magnitude)) {
@@ -181,8 +182,8 @@ void check_method(const Experiment& experiment,
   }
   if (experiment.instrument.one_sided &&
       (method == Method::paired || method == Method::magnitude)) {
-    throw SetupError("method " + name +
-                     ": one-sided axes see a field from one side only; use joint or known");
+    throw SetupError(formatted(
+        "method {}: one-sided axes see a field from one side only; use joint or known", name));
   }
   const FieldSetup& field = experiment.field;
   if (experiment.instrument.one_sided && !field.others.empty() &&
@@ -204,9 +205,10 @@ void check_method(const Experiment& experiment,
 void check_known_magnitude(const FieldDescription& field) {
   if (field.in_table && field.parts.empty() &&
       !(std::abs(field.in_table->norm() / field.magnitude - 1.0) <= 1e-6)) {
-    throw SetupError("method known: the field in the table has the length " +
-                     number_text(field.in_table->norm()) + ", but its magnitude is given as " +
-                     number_text(field.magnitude) + "; give one of them");
+    throw SetupError(
+        formatted("method known: the field in the table has the length {}, but its magnitude is "
+                  "given as {}; give one of them",
+                  number_text(field.in_table->norm()), number_text(field.magnitude)));
   }
 }
 

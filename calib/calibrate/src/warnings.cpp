@@ -7,6 +7,7 @@
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 
@@ -92,10 +93,10 @@ class Finder {
   void find_uncertain_direction() {
     if (estimate_.direction_se_rad > largest_direction_se_rad) {
       add(WarningCode::uncertain_direction, {},
-          "the readings hardly determine the field's direction in the table (standard error " +
-              rounded(estimate_.direction_se_rad, 2) +
-              " rad), so the sensitivities are as uncertain; take each face turned round as well, "
-              "or use method known if the table is level");
+          formatted("the readings hardly determine the field's direction in the table (standard "
+                    "error {} rad), so the sensitivities are as uncertain; take each face turned "
+                    "round as well, or use method known if the table is level",
+                    rounded(estimate_.direction_se_rad, 2)));
     }
   }
 
@@ -107,10 +108,10 @@ class Finder {
                            calibration_.response.sensitivity.row(k).norm();
       if (share > largest_share && estimate_.direction_se_rad > 0.0) {
         add(WarningCode::uncertain_sensitivity, {},
-            "axis " + axis_name(k) + ": its sensitivity is known only to " +
-                rounded(100.0 * share, 2) +
-                " % by these readings; too many of them are left out or of one kind: add readings, "
-                "or use method known if the table is level");
+            formatted("axis {}: its sensitivity is known only to {} % by these readings; too many "
+                      "of them are left out or of one kind: add readings, or use method known if "
+                      "the table is level",
+                      axis_name(k), rounded(100.0 * share, 2)));
       }
     }
   }
@@ -138,10 +139,10 @@ class Finder {
     const auto& quality = calibration_.orientations;
     if (quality && quality->largest_gap_rad > largest_good_gap_rad) {
       add(WarningCode::coverage, {},
-          "the orientations leave a gap: towards " + direction_in_words(quality->gap) +
-              " of the sensor the nearest reading is " +
-              rounded(quality->largest_gap_rad * deg_per_rad, 2) +
-              " degrees away; add orientations in which that side meets the field");
+          formatted("the orientations leave a gap: towards {} of the sensor the nearest reading is "
+                    "{} degrees away; add orientations in which that side meets the field",
+                    direction_in_words(quality->gap),
+                    rounded(quality->largest_gap_rad * deg_per_rad, 2)));
     }
   }
 
@@ -164,11 +165,11 @@ class Finder {
     }
     const std::vector<int> runs = runs_of_face(*levelness->suspect);
     add(WarningCode::levelness, runs,
-        name_of_runs(runs) + ": the table's slope by rest face " +
-            std::string(face_name(levelness->suspect->point.rest())) +
-            " disagrees with the other faces (p = " + rounded(levelness->p_value, 2) +
-            "); look for grit under a foot, a wrong face, a fence not touched or a moved table, "
-            "and take these readings again");
+        formatted("{}: the table's slope by rest face {} disagrees with the other faces (p = {}); "
+                  "look for grit under a foot, a wrong face, a fence not touched or a moved table, "
+                  "and take these readings again",
+                  name_of_runs(runs), face_name(levelness->suspect->point.rest()),
+                  rounded(levelness->p_value, 2)));
   }
 
   // By `paired` a mistake shows in the differences, which the levelness test sees, or spreads over
@@ -190,12 +191,12 @@ class Finder {
         const bool rounding = statistics().residual_sd(k) <= 1e-13 * full_response(k);
         if (p * tests < false_outlier && !rounding) {
           add(WarningCode::outlier, row.runs,
-              name_of_runs(row.runs) + ": " +
-                  (by_magnitude() ? "its magnitude" : "axis " + axis_name(k)) + " is " +
-                  rounded(std::abs(t), 3) +
-                  " standard deviations from what the other readings say; " +
-                  (by_magnitude() ? "if it was moved" : "check the pose and") +
-                  " take it again, or leave it out");
+              formatted("{}: {} is {} standard deviations from what the other readings say; {} "
+                        "take it again, or leave it out",
+                        name_of_runs(row.runs),
+                        by_magnitude() ? "its magnitude" : "axis " + axis_name(k),
+                        rounded(std::abs(t), 3),
+                        by_magnitude() ? "if it was moved" : "check the pose and"));
           break;
         }
       }
@@ -233,11 +234,10 @@ class Finder {
       // Nothing of such a fit can be trusted.
       constexpr double hopeless = 0.2;
       add(share > hopeless ? WarningCode::no_fit : WarningCode::poor_fit, runs,
-          "axis " + axis_name(k) + ": the residuals are " + rounded(100.0 * share, 2) +
-              " % of the full response, the largest at " + name_of_runs(runs) +
-              "; a reading may be at the wrong design point, or two exchanged, or the noise is "
-              "large: correct the labels or take these readings again" +
-              other_reasons());
+          formatted("axis {}: the residuals are {} % of the full response, the largest at {}; a "
+                    "reading may be at the wrong design point, or two exchanged, or the noise is "
+                    "large: correct the labels or take these readings again{}",
+                    axis_name(k), rounded(100.0 * share, 2), name_of_runs(runs), other_reasons()));
     }
   }
 
@@ -270,11 +270,11 @@ class Finder {
     }
     if (error > largest_residual_share) {
       add(WarningCode::poor_fit, {},
-          "the magnitude differs from the field's by " + rounded(100.0 * error, 2) +
-              " % (rms): the instrument was moved while it was read, iron nearby disturbs the "
-              "field, or the noise is large; " +
-              (calibration_.robust ? "" : "try robust weights, or ") +
-              "take the readings again at rest");
+          formatted("the magnitude differs from the field's by {} % (rms): the instrument was "
+                    "moved while it was read, iron nearby disturbs the field, or the noise is "
+                    "large; {}take the readings again at rest",
+                    rounded(100.0 * error, 2),
+                    calibration_.robust ? "" : "try robust weights, or "));
     }
   }
 
@@ -295,13 +295,14 @@ class Finder {
       const std::string letter(1, "xyz"[main]);
       if (main != *nominal) {
         add(WarningCode::axis_swapped, {},
-            "axis " + axis_name(k) + " reads mostly along " + (row(main) < 0.0 ? "-" : "+") +
-                letter + "; are columns exchanged, or is the instrument turned in the cube?");
+            formatted("axis {} reads mostly along {}{}; are columns exchanged, or is the "
+                      "instrument turned in the cube?",
+                      axis_name(k), row(main) < 0.0 ? "-" : "+", letter));
       } else if (row(main) < 0.0) {
         add(WarningCode::axis_reversed, {},
-            "axis " + axis_name(k) + " reads reversed: its sensitivity to " + letter +
-                " is negative; is its sign or wiring exchanged, or are all faces labelled by the "
-                "opposite one?");
+            formatted("axis {} reads reversed: its sensitivity to {} is negative; is its sign or "
+                      "wiring exchanged, or are all faces labelled by the opposite one?",
+                      axis_name(k), letter));
       }
     }
   }
@@ -312,13 +313,14 @@ class Finder {
       // NaN, where nothing can be tested, is no warning.
       if (tests[k].p_value * static_cast<double>(tests.size()) < false_lack_of_fit) {
         add(WarningCode::lack_of_fit, {},
-            "axis " + axis_name(static_cast<Eigen::Index>(k)) +
-                ": the readings are further from the model than their repeats allow (" +
-                (std::isfinite(tests[k].f)
-                     ? "F = " + rounded(tests[k].f, 3) + ", p = " + rounded(tests[k].p_value, 2)
-                     : std::string("which agree to the last digit")) +
-                "); the cube's faces, its seating or the axis's linearity limit this run, and the "
-                "standard errors include it");
+            formatted("axis {}: the readings are further from the model than their repeats allow "
+                      "({}); the cube's faces, its seating or the axis's linearity limit this run, "
+                      "and the standard errors include it",
+                      axis_name(static_cast<Eigen::Index>(k)),
+                      std::isfinite(tests[k].f)
+                          ? formatted("F = {}, p = {}", rounded(tests[k].f, 3),
+                                      rounded(tests[k].p_value, 2))
+                          : std::string("which agree to the last digit")));
         return;
       }
     }
@@ -336,10 +338,11 @@ class Finder {
     if (x > largest_slope_deviation * levelness->standard_error_x + 1e-9 ||
         y > largest_slope_deviation * levelness->standard_error_y + 1e-9) {
       add(WarningCode::slope, {},
-          "the field was given as " + rounded(given.x(), 4) + ", " + rounded(given.y(), 4) +
-              " in the table's plane (parts of its magnitude), but opposite readings show " +
-              rounded(levelness->mean_x, 4) + ", " + rounded(levelness->mean_y, 4) +
-              "; use method paired or joint, or correct the slope");
+          formatted(
+              "the field was given as {}, {} in the table's plane (parts of its magnitude), but "
+              "opposite readings show {}, {}; use method paired or joint, or correct the slope",
+              rounded(given.x(), 4), rounded(given.y(), 4), rounded(levelness->mean_x, 4),
+              rounded(levelness->mean_y, 4)));
     }
   }
 
@@ -347,9 +350,9 @@ class Finder {
     const std::optional<Levelness>& levelness = calibration_.levelness;
     if (levelness && levelness->block_p_value < false_moved_table) {
       add(WarningCode::table_moved, {},
-          "the table's slope differs between blocks (p = " + rounded(levelness->block_p_value, 2) +
-              "), so it was moved, and one slope for all blocks is wrong; give each block its "
-              "own (level by block)");
+          formatted("the table's slope differs between blocks (p = {}), so it was moved, and one "
+                    "slope for all blocks is wrong; give each block its own (level by block)",
+                    rounded(levelness->block_p_value, 2)));
     }
   }
 
@@ -365,13 +368,14 @@ class Finder {
   void find_condition() {
     if (statistics().condition_number > largest_good_condition) {
       add(WarningCode::ill_conditioned, {},
-          "the design hardly tells some coefficients apart (condition number " +
-              rounded(statistics().condition_number, 3) +
-              "; a standard design has less than 5), so standard errors are inflated; " +
-              (calibration_.instrument.one_sided
-                   ? "take all 24 points, or move the lamp away from the cube's diagonal"
-               : calibration_.method == Method::magnitude ? "add orientations all around"
-                                                          : "take each face turned round as well"));
+          formatted("the design hardly tells some coefficients apart (condition number {}; a "
+                    "standard design has less than 5), so standard errors are inflated; {}",
+                    rounded(statistics().condition_number, 3),
+                    calibration_.instrument.one_sided
+                        ? "take all 24 points, or move the lamp away from the cube's diagonal"
+                    : calibration_.method == Method::magnitude
+                        ? "add orientations all around"
+                        : "take each face turned round as well"));
     }
   }
 
@@ -383,9 +387,10 @@ class Finder {
     const double ratio = estimate_.mean_field / calibration_.field.magnitude;
     if (!(std::abs(ratio - 1.0) <= largest_deviation)) {
       add(WarningCode::field_magnitude, {},
-          "the columns fx, fy, fz have a length of " + rounded(estimate_.mean_field, 4) +
-              " on average, but the field is " + rounded(calibration_.field.magnitude, 4) + " " +
-              calibration_.field.unit + "; correct the unit, or give the magnitude");
+          formatted("the columns fx, fy, fz have a length of {} on average, but the field is {} "
+                    "{}; correct the unit, or give the magnitude",
+                    rounded(estimate_.mean_field, 4), rounded(calibration_.field.magnitude, 4),
+                    calibration_.field.unit));
     }
   }
 
@@ -393,9 +398,9 @@ class Finder {
   void find_saturated() {
     for (const SaturatedAxis& axis : estimate_.saturated) {
       add(WarningCode::saturated, axis.runs,
-          name_of_runs(axis.runs) + ": axis " + axis_name(axis.axis) + " reads exactly " +
-              rounded(axis.value, 8) +
-              " each time, and nothing beyond: is it saturated? Then state its range");
+          formatted("{}: axis {} reads exactly {} each time, and nothing beyond: is it saturated? "
+                    "Then state its range",
+                    name_of_runs(axis.runs), axis_name(axis.axis), rounded(axis.value, 8)));
     }
   }
 

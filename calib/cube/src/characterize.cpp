@@ -14,6 +14,7 @@
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/median.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -35,7 +36,7 @@ void check(const std::vector<Reference>& references) {
       throw DomainError("characterize: each reference needs a slot name of its own");
     }
     const Calibration& calibration = reference.calibration;
-    const std::string slot = "slot " + reference.slot + ": ";
+    const std::string slot = formatted("slot {}: ", reference.slot);
     if (calibration.response.bias.size() < 3) {
       throw RefusedError(slot +
                          "the instrument has fewer than three axes; it cannot measure a cube");
@@ -47,12 +48,13 @@ void check(const std::vector<Reference>& references) {
     const bool along_normal = field_kind(calibration.field.kind).vertical ||
                               (field && std::abs(field->z()) > 0.99 * field->norm());
     if (!along_normal) {
-      throw RefusedError(slot + "the field is " + calibration.field.kind +
-                         "; a cube is measured by one along the table's normal, as gravity is");
+      throw RefusedError(formatted(
+          "{}the field is {}; a cube is measured by one along the table's normal, as gravity is",
+          slot, calibration.field.kind));
     }
     for (const Reading& reading : reference.observations.readings) {
       if (!reading.point) {
-        throw RefusedError(slot + "run " + std::to_string(reading.run) + " has no design point");
+        throw RefusedError(formatted("{}run {} has no design point", slot, reading.run));
       }
     }
   }
@@ -73,8 +75,9 @@ void require_faces(const std::vector<SolidReference>& references) {
     }
   }
   if (!missing.empty()) {
-    throw RefusedError("no reading rests on face " + joined(missing) +
-                       ", so nothing shows where it points; add such readings");
+    throw RefusedError(formatted(
+        "no reading rests on face {}, so nothing shows where it points; add such readings",
+        joined(missing)));
   }
 }
 
@@ -89,10 +92,10 @@ void require_opposites(const SolidReference& reference) {
       return entry.first == level && there.contains({level, entry.second.turned_round()});
     });
     if (!has_pair) {
-      throw RefusedError("slot " + reference.slot +
-                         ": no reading has its opposite (same rest face, opposite fence face), so "
-                         "the table's slope cannot be told from the cube's faces; take each face "
-                         "turned round as well");
+      throw RefusedError(formatted(
+          "slot {}: no reading has its opposite (same rest face, opposite fence face), so the "
+          "table's slope cannot be told from the cube's faces; take each face turned round as well",
+          reference.slot));
     }
   }
 }
@@ -329,11 +332,11 @@ void warn_of_scatter(const std::vector<Reference>& references, Characterization&
     if (own.residual_sd > suspicious * expected &&
         own.residual_sd > 1e-12 * reference->calibration.field.magnitude) {
       result.warnings.push_back(
-          "slot " + own.slot + ": its readings scatter by " + significant(own.residual_sd) + " " +
-          reference->calibration.field.unit + ", " + significant(own.residual_sd / expected) +
-          " times what is to be expected, run " + std::to_string(own.worst_run) +
-          " most; look for a wrong label, a loose instrument, a table that was moved (then "
-          "level by block), or readings of another instrument");
+          formatted("slot {}: its readings scatter by {} {}, {} times what is to be expected, run "
+                    "{} most; look for a wrong label, a loose instrument, a table that was moved "
+                    "(then level by block), or readings of another instrument",
+                    own.slot, significant(own.residual_sd), reference->calibration.field.unit,
+                    significant(own.residual_sd / expected), own.worst_run));
     }
   }
 }
@@ -341,13 +344,59 @@ void warn_of_scatter(const std::vector<Reference>& references, Characterization&
 void find_warnings(const std::vector<Reference>& references, Characterization& result) {
   warn_of_scatter(references, result);
   if (!result.consistent) {
-    const std::string p = " (p = " + significant(result.p_value) + ")";
-    result.warnings.push_back(result.suspect.empty()
-                                  ? "the two instruments disagree about the cube" + p +
-                                        "; a third would tell which one is wrong"
-                                  : "slot " + result.suspect +
-                                        " disagrees with the others about the cube" + p +
-                                        "; calibrate that instrument again, or leave its slot out");
+    const std::string p = formatted(" (p = {})", significant(result.p_value));
+    result.warnings.push_back(
+        result.suspect.empty() ? formatted("the two instruments disagree about the cube{}; a third "
+                                           "would tell which one is wrong",
+                                           p)
+                               : formatted("slot {} disagrees with the others about the cube{}; "
+                                           "calibrate that instrument again, or leave its slot out",
+                                           result.suspect, p));
+  }
+}
+
+void check_left_out(const std::vector<Reference>& references, const CharacterizeOptions& options) {
+  for (const std::string& slot : options.leave_out) {
+    if (std::none_of(references.begin(), references.end(),
+                     [&](const Reference& reference) { return reference.slot == slot; })) {
+      throw SetupError(formatted("there is no slot '{}' to leave out", slot), {Setting::leave_out});
+    }
+  }
+}
+
+std::set<DesignPoint> points_of(const std::vector<SolidReference>& solid) {
+  std::set<DesignPoint> points;
+  for (const SolidReference& reference : solid) {
+    for (const Reading& reading : reference.readings) {
+      points.insert(*reading.point);
+    }
+  }
+  return points;
+}
+
+// What a reader of the positioner's file is to know of its figures.
+void describe_in_notes(const CharacterizeOptions& options,
+                       const Characterization& result,
+                       bool all_have_covariance,
+                       PositionerDescription& description) {
+  description.notes.push_back(formatted(
+      "standard uncertainty of a normal's component {} urad: {} by the readings' scatter, {} "
+      "handed on by the instruments' own calibrations",
+      micro(result.normal_u_rad), micro(result.noise_rad), micro(result.transferred_rad)));
+  description.notes.emplace_back(
+      "an error that all instruments share (calibrated in one cube, by one method) is handed on "
+      "whole, and is not in the covariance");
+  const bool has_feet = std::all_of(all_faces.begin(), all_faces.end(), [&](Face face) {
+    return options.drawing.feet(face).has_value();
+  });
+  if (!has_feet) {
+    description.notes.emplace_back(
+        "no drawing with feet: seats by the face normals alone; for a cube on feet, or a leaning "
+        "fence, errors of about the slope times how far the faces are out of square come on top");
+  }
+  if (!all_have_covariance) {
+    description.notes.emplace_back(
+        "a record states no covariance; its instrument was taken as exact");
   }
 }
 
@@ -378,12 +427,7 @@ MountRepeatability estimate_repeatability(const std::vector<Eigen::Matrix3d>& mo
 Characterization characterize(const std::vector<Reference>& references,
                               const CharacterizeOptions& options) {
   check(references);
-  for (const std::string& slot : options.leave_out) {
-    if (std::none_of(references.begin(), references.end(),
-                     [&](const Reference& reference) { return reference.slot == slot; })) {
-      throw SetupError("there is no slot '" + slot + "' to leave out", {Setting::leave_out});
-    }
-  }
+  check_left_out(references, options);
   const std::vector<SolidReference> solid = solid_references(references, options);
   if (solid.empty()) {
     throw RefusedError("no references are left to measure the cube with");
@@ -435,25 +479,7 @@ Characterization characterize(const std::vector<Reference>& references,
       }
     }
   }
-  description.notes.push_back("standard uncertainty of a normal's component " +
-                              micro(result.normal_u_rad) + " urad: " + micro(result.noise_rad) +
-                              " by the readings' scatter, " + micro(result.transferred_rad) +
-                              " handed on by the instruments' own calibrations");
-  description.notes.emplace_back(
-      "an error that all instruments share (calibrated in one cube, by one method) is handed on "
-      "whole, and is not in the covariance");
-  const bool has_feet = std::all_of(all_faces.begin(), all_faces.end(), [&](Face face) {
-    return options.drawing.feet(face).has_value();
-  });
-  if (!has_feet) {
-    description.notes.emplace_back(
-        "no drawing with feet: seats by the face normals alone; for a cube on feet, or a leaning "
-        "fence, errors of about the slope times how far the faces are out of square come on top");
-  }
-  if (!all_have_covariance) {
-    description.notes.emplace_back(
-        "a record states no covariance; its instrument was taken as exact");
-  }
+  describe_in_notes(options, result, all_have_covariance, description);
   compare_instruments(solid, options, result);
   find_warnings(references, result);
   for (const std::string& warning : result.warnings) {
@@ -461,13 +487,7 @@ Characterization characterize(const std::vector<Reference>& references,
   }
   const Positioner positioner(std::move(description));
   description = positioner.description();
-  std::set<DesignPoint> points;
-  for (const SolidReference& reference : solid) {
-    for (const Reading& reading : reference.readings) {
-      points.insert(*reading.point);
-    }
-  }
-  for (std::string& remark : rocking_remarks(positioner, points)) {
+  for (std::string& remark : rocking_remarks(positioner, points_of(solid))) {
     description.notes.push_back(std::move(remark));
   }
   result.positioner = Positioner(std::move(description));

@@ -13,6 +13,7 @@
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 
@@ -61,7 +62,8 @@ ScaledQr factored(const Eigen::MatrixXd& J, const std::vector<std::string>& name
     std::vector<std::string> open = names_of_open(undetermined_columns(J), names);
     const std::string list = joined(open);
     throw RankDeficientError(
-        "the readings do not determine " + list + "; take all 12 points with each instrument",
+        formatted("the readings do not determine {}; take all 12 points with each instrument",
+                  list),
         std::move(open));
   }
   return factors;
@@ -133,9 +135,9 @@ SolidState SolidFit::start() const {
   for (const SolidReference& reference : references_) {
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> inverse(reference.calibrated.sensitivity);
     if (inverse.rank() < 3) {
-      throw RefusedError(
-          "slot " + reference.slot +
-          ": an instrument needs three axes in different directions to measure a cube");
+      throw RefusedError(formatted(
+          "slot {}: an instrument needs three axes in different directions to measure a cube",
+          reference.slot));
     }
     std::map<Face, Eigen::Vector3d>& own = seen.emplace_back();
     for (std::size_t i = 0; i < reference.readings.size(); ++i) {
@@ -175,9 +177,10 @@ SolidState SolidFit::start() const {
   for (const Face face : all_faces) {
     const Eigen::Vector3d& normal = state.normals[static_cast<std::size_t>(face)];
     if (const std::string defect = defect_of_normal(face, normal); !defect.empty()) {
-      throw RefusedError("the normal of face " + std::string(face_name(face)) +
-                         ", by the average of its readings, " + defect +
-                         " Check the labels and the records.");
+      throw RefusedError(
+          formatted("the normal of face {}, by the average of its readings, {} Check the labels "
+                    "and the records.",
+                    face_name(face), defect));
     }
   }
   return state;

@@ -12,6 +12,7 @@
 #include "axiscal/calib/reweighting.hpp"
 #include "axiscal/calib/robust.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 
@@ -187,10 +188,9 @@ void require_response(const ReadingSet& set) {
         used.select(response, -std::numeric_limits<double>::infinity()).maxCoeff();
     const double lowest = used.select(response, std::numeric_limits<double>::infinity()).minCoeff();
     if (highest - lowest <= set.rounding(k)) {
-      throw RefusedError("axis " + set.axes[static_cast<std::size_t>(k)] +
-                             " does not respond to the field: all its readings are " +
-                             number_text(highest) +
-                             "; check its wiring and its column, or leave the axis out",
+      throw RefusedError(formatted("axis {} does not respond to the field: all its readings are "
+                                   "{}; check its wiring and its column, or leave the axis out",
+                                   set.axes[static_cast<std::size_t>(k)], number_text(highest)),
                          {Setting::axes});
     }
   }

@@ -10,6 +10,7 @@
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/temperature_fit.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/field_kind.hpp"
@@ -152,6 +153,60 @@ void put_covariance_of(const Calibration& from,
   }
 }
 
+// The polynomial's order, as stated or as the readings have it.
+int settled_order(const Experiment& experiment,
+                  const ReadingSet& set,
+                  TemperatureResponse& temperature) {
+  int order = experiment.temperature.order;
+  if (experiment.temperature.automatic) {
+    temperature.trials = try_orders(set);
+    order = temperature.trials.empty() ? 0 : chosen_order(temperature.trials);
+  }
+  if (temperature_count(set) <= order) {
+    throw RankDeficientError(
+        formatted("readings at {} temperatures do not determine a polynomial of order {}; take a "
+                  "lower order, or readings at more temperatures",
+                  temperature_count(set), order),
+        {formatted("{}.bias{}", set.axes.front(), power_suffix(order))},
+        {Setting::temperature_order});
+  }
+  return order;
+}
+
+// As they are of an axis of which nothing is fitted.
+FitStatistics no_statistics(Eigen::Index readings, Eigen::Index m) {
+  FitStatistics statistics;
+  statistics.observations = static_cast<int>(readings);
+  for (Eigen::VectorXd* const of_axes :
+       {&statistics.degrees_of_freedom, &statistics.residual_sd, &statistics.r_squared,
+        &statistics.bias_se, &statistics.coverage_factor}) {
+    of_axes->setConstant(m, not_a_number);
+  }
+  statistics.sensitivity_se.setConstant(m, 3, not_a_number);
+  statistics.variance_inflation.setConstant(m, 3, not_a_number);
+  return statistics;
+}
+
+// @param left  what the fit leaves of the source's readings.
+void put_residuals(const Observations& observations,
+                   const ReadingSource& source,
+                   const Eigen::MatrixXd& left,
+                   Calibration& calibration) {
+  for (const Reading& reading : observations.readings) {
+    ReadingResidual residual{.run = reading.run, .point = reading.point};
+    residual.temperature = reading.temperature;
+    residual.response = Eigen::VectorXd::Constant(left.cols(), not_a_number);
+    residual.magnitude = not_a_number;
+    residual.used = false;
+    calibration.residuals.push_back(std::move(residual));
+  }
+  for (Eigen::Index i = 0; i < left.rows(); ++i) {
+    ReadingResidual& residual = calibration.residuals[source.rows()[static_cast<std::size_t>(i)]];
+    residual.used = true;
+    residual.response = left.row(i);
+  }
+}
+
 }  // namespace
 
 void fit_bias(const Experiment& experiment,
@@ -160,11 +215,10 @@ void fit_bias(const Experiment& experiment,
               Calibration& calibration) {
   if (experiment.from &&
       experiment.from->response.bias.size() != experiment.instrument.axis_count()) {
-    throw SetupError("the record that the sensitivity is from has " +
-                         std::to_string(experiment.from->response.bias.size()) +
-                         " axes, and the readings " +
-                         std::to_string(experiment.instrument.axis_count()),
-                     {Setting::from_record});
+    throw SetupError(
+        formatted("the record that the sensitivity is from has {} axes, and the readings {}",
+                  experiment.from->response.bias.size(), experiment.instrument.axis_count()),
+        {Setting::from_record});
   }
   ReadingSource source = unordered;
   source.set_temperature(1, experiment.temperature.reference);
@@ -178,27 +232,8 @@ void fit_bias(const Experiment& experiment,
 
   TemperatureResponse& temperature = calibration.temperature.emplace();
   temperature = source.temperature_range();
-  int order = experiment.temperature.order;
-  if (experiment.temperature.automatic) {
-    temperature.trials = try_orders(set);
-    order = temperature.trials.empty() ? 0 : chosen_order(temperature.trials);
-  }
-  if (temperature_count(set) <= order) {
-    throw RankDeficientError(
-        "readings at " + std::to_string(temperature_count(set)) +
-            " temperatures do not determine a polynomial of order " + std::to_string(order) +
-            "; take a lower order, or readings at more temperatures",
-        {set.axes.front() + ".bias" + power_suffix(order)}, {Setting::temperature_order});
-  }
-  FitStatistics& statistics = calibration.statistics.emplace();
-  statistics.observations = static_cast<int>(set.size());
-  for (Eigen::VectorXd* const of_axes :
-       {&statistics.degrees_of_freedom, &statistics.residual_sd, &statistics.r_squared,
-        &statistics.bias_se, &statistics.coverage_factor}) {
-    of_axes->setConstant(m, not_a_number);
-  }
-  statistics.sensitivity_se.setConstant(m, 3, not_a_number);
-  statistics.variance_inflation.setConstant(m, 3, not_a_number);
+  const int order = settled_order(experiment, set, temperature);
+  FitStatistics& statistics = calibration.statistics.emplace(no_statistics(set.size(), m));
   temperature.bias.resize(m, order);
   temperature.scale.setZero(m, order);
   temperature.bias_se.resize(m, order);
@@ -223,7 +258,7 @@ void fit_bias(const Experiment& experiment,
     std::vector<std::string> own = parameter_names({axis});
     own.resize(static_cast<std::size_t>(1 + given));
     for (int j = 1; j <= order; ++j) {
-      own.push_back(axis + ".bias" + power_suffix(j));
+      own.push_back(formatted("{}.bias{}", axis, power_suffix(j)));
     }
     statistics.parameter_names.insert(statistics.parameter_names.end(), own.begin(), own.end());
     std::vector<Eigen::Index> at = {p * k};
@@ -242,19 +277,7 @@ void fit_bias(const Experiment& experiment,
   statistics.condition_number =
       LeastSquaresDesign(powers(set.temperature.d, order)).condition_number();
 
-  for (const Reading& reading : observations.readings) {
-    ReadingResidual residual{.run = reading.run, .point = reading.point};
-    residual.temperature = reading.temperature;
-    residual.response = Eigen::VectorXd::Constant(m, not_a_number);
-    residual.magnitude = not_a_number;
-    residual.used = false;
-    calibration.residuals.push_back(std::move(residual));
-  }
-  for (Eigen::Index i = 0; i < set.size(); ++i) {
-    ReadingResidual& residual = calibration.residuals[source.rows()[static_cast<std::size_t>(i)]];
-    residual.used = true;
-    residual.response = left.row(i);
-  }
+  put_residuals(observations, source, left, calibration);
   calibration.field.in_table.reset();
 }
 

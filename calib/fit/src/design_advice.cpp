@@ -5,6 +5,7 @@
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/positioner/design.hpp"
 
@@ -109,7 +110,7 @@ void require_determined(const ReadingSet& set,
     }
   }
   const std::string list = joined(open.names);
-  throw RankDeficientError("the readings do not determine " + list + "; " + advice,
+  throw RankDeficientError(formatted("the readings do not determine {}; {}", list, advice),
                            std::move(open.names),
                            open.left_out ? std::vector{Setting::axes} : std::vector<Setting>{});
 }

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "axiscal/calib/temperature_fit.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/rotation.hpp"
 
 namespace axiscal {
@@ -91,7 +92,7 @@ std::vector<Eigen::Vector3d> values_of(const std::vector<ResolvedPart>& parts) {
   std::vector<Eigen::Vector3d> values;
   for (const ResolvedPart& part : parts) {
     if (!part.has_value || part.part.free_length) {
-      throw SetupError("field " + part.part.kind + ": give its vector in the table's frame",
+      throw SetupError(formatted("field {}: give its vector in the table's frame", part.part.kind),
                        {Setting::field_table});
     }
     values.push_back(part.part.in_table);

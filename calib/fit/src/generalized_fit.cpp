@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/calib/joint_fit.hpp"
@@ -29,6 +30,46 @@ FieldChanges changes_with_inputs(const std::vector<UncertainInput>& inputs,
     changes.push_back(std::move(all));
   }
   return changes;
+}
+
+// How many of an axis's readings the fit leaves free, and the degrees of freedom of their scatter.
+struct AxisFreedom {
+  double free = 0.0;
+  double degrees_of_freedom = 0.0;
+};
+
+AxisFreedom freedom_of(const Eigen::MatrixXd& rows,
+                       const Eigen::MatrixXd& covariance,
+                       double used) {
+  const Eigen::MatrixXd N = rows.transpose() * rows;
+  const Eigen::MatrixXd CN = covariance * N;
+  const double free = used - CN.trace();
+  return {.free = free, .degrees_of_freedom = free - CN.trace() + (CN * CN).trace()};
+}
+
+// Of each axis as it was fitted; where nothing scatters, little.
+Eigen::VectorXd first_scatter(const Estimate& estimate, const Eigen::MatrixXd& theta) {
+  Eigen::VectorXd sigma = estimate.statistics.residual_sd;
+  for (Eigen::Index k = 0; k < sigma.size(); ++k) {
+    if (!(sigma(k) > 0.0)) {
+      sigma(k) = 1e-9 * theta.col(k).segment<3>(1).norm() * estimate.fields.front().norm();
+    }
+  }
+  return sigma;
+}
+
+// What each input adds to the coefficients' covariance.
+// @param to_all  the coefficients by the columns of the system; the inputs' begin with `first`.
+std::vector<Eigen::MatrixXd> shares_of(const std::vector<UncertainInput>& inputs,
+                                       const Eigen::MatrixXd& to_all,
+                                       Eigen::Index first) {
+  std::vector<Eigen::MatrixXd> shares;
+  for (const UncertainInput& input : inputs) {
+    const Eigen::MatrixXd to_input = to_all.middleCols(first, input.parts);
+    shares.emplace_back(to_input * to_input.transpose());
+    first += input.parts;
+  }
+  return shares;
 }
 
 }  // namespace
@@ -105,10 +146,9 @@ std::optional<std::vector<Eigen::MatrixXd>> fit_with_uncertain_inputs(
   const Eigen::Index n = set.size();
   const Eigen::Index m = set.axis_count();
   const Eigen::Index p = set.column_count();
-  Eigen::Index errors = 0;
-  for (const UncertainInput& input : inputs) {
-    errors += input.parts;
-  }
+  const Eigen::Index errors =
+      std::accumulate(inputs.begin(), inputs.end(), Eigen::Index{0},
+                      [](Eigen::Index sum, const UncertainInput& one) { return sum + one.parts; });
   const JointFit fit(set, set.weights);
   JointState state = fit.at(estimate.fields);
   const Eigen::Index directions = known_field ? 0 : state.direction_count();
@@ -116,12 +156,7 @@ std::optional<std::vector<Eigen::MatrixXd>> fit_with_uncertain_inputs(
   for (Eigen::Index k = 0; k < m; ++k) {
     theta.col(k) = state.axes[static_cast<std::size_t>(k)].estimate;
   }
-  Eigen::VectorXd sigma = estimate.statistics.residual_sd;
-  for (Eigen::Index k = 0; k < m; ++k) {
-    if (!(sigma(k) > 0.0)) {
-      sigma(k) = 1e-9 * theta.col(k).segment<3>(1).norm() * estimate.fields.front().norm();
-    }
-  }
+  Eigen::VectorXd sigma = first_scatter(estimate, theta);
   std::vector<Eigen::Vector3d> fields = estimate.fields;
   Eigen::MatrixXd W;
   std::optional<MixedModelFit> model;
@@ -152,16 +187,14 @@ std::optional<std::vector<Eigen::MatrixXd>> fit_with_uncertain_inputs(
     }
     double change = 0.0;
     for (Eigen::Index k = 0; k < m; ++k) {
-      const auto Wk = W.middleRows(n * k, n);
-      const Eigen::MatrixXd N = Wk.transpose() * Wk;
-      const Eigen::MatrixXd CN = model->covariance * N;
       const auto used = static_cast<double>((set.weights.col(k).array() > 0.0).count());
-      const double free = used - CN.trace();
-      if (!(free > 0.5)) {
+      const AxisFreedom freedom = freedom_of(W.middleRows(n * k, n), model->covariance, used);
+      if (!(freedom.free > 0.5)) {
         return std::nullopt;
       }
-      dof(k) = free - CN.trace() + (CN * CN).trace();
-      const double factor = std::sqrt(model->residuals.segment(n * k, n).squaredNorm() / free);
+      dof(k) = freedom.degrees_of_freedom;
+      const double factor =
+          std::sqrt(model->residuals.segment(n * k, n).squaredNorm() / freedom.free);
       const double next = std::max(sigma(k) * factor, set.rounding(k));
       change = std::max(change, std::abs(next / sigma(k) - 1.0));
       sigma(k) = next;
@@ -182,14 +215,7 @@ std::optional<std::vector<Eigen::MatrixXd>> fit_with_uncertain_inputs(
   }
   const Eigen::MatrixXd to_all = model->covariance.topRows(p * m);
   estimate.statistics.covariance = to_all * (W.transpose() * W) * to_all.transpose();
-  std::vector<Eigen::MatrixXd> shares;
-  Eigen::Index first = p * m + directions;
-  for (const UncertainInput& input : inputs) {
-    const Eigen::MatrixXd to_input = to_all.middleCols(first, input.parts);
-    shares.emplace_back(to_input * to_input.transpose());
-    first += input.parts;
-  }
-  return shares;
+  return shares_of(inputs, to_all, p * m + directions);
 }
 
 std::vector<UncertaintySource> weigh_inputs(const Experiment& experiment,

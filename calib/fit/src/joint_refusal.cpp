@@ -9,6 +9,7 @@
 #include "axiscal/calib/response_system.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "joint_solution.hpp"
@@ -67,14 +68,15 @@ void require_direction(const ReadingSet& set, const JointFit& fit, const JointSo
   }
   const std::string list = joined(names);
   throw RankDeficientError(
-      "the readings do not determine " + list + (names.size() > 1 ? " together; " : "; ") +
-          (points.empty()
-               ? set.also_in_table.empty()
-                     ? "take each face turned round as well, or use method known if the table "
-                       "is level"
-                     : "use method known with the field's direction: the site and the fence's "
-                       "azimuth, or its vector in the table"
-               : "add readings at " + points + ", or use method known if the table is level"),
+      formatted(
+          "the readings do not determine {}{}{}", list, names.size() > 1 ? " together; " : "; ",
+          points.empty()
+              ? set.also_in_table.empty()
+                    ? "take each face turned round as well, or use method known if the table "
+                      "is level"
+                    : "use method known with the field's direction: the site and the fence's "
+                      "azimuth, or its vector in the table"
+              : formatted("add readings at {}, or use method known if the table is level", points)),
       std::move(names), std::move(settings));
 }
 
@@ -98,12 +100,12 @@ void require_degrees_of_freedom(const ReadingSet& set, const JointSolution& solu
   }
   std::vector<std::string> names = parameter_names(axes, set.also_kinds, set.temperature.order);
   const std::string list = joined(names);
-  throw RankDeficientError("so few readings do not determine " + list +
-                               " together with the field's direction, with anything left to check "
-                               "them by; add readings" +
-                               (points.empty() ? "" : " at " + joined(points, "; ")) +
-                               ", or use method known if the table is level",
-                           std::move(names), {Setting::method});
+  throw RankDeficientError(
+      formatted(
+          "so few readings do not determine {} together with the field's direction, with anything "
+          "left to check them by; add readings{}, or use method known if the table is level",
+          list, points.empty() ? "" : " at " + joined(points, "; ")),
+      std::move(names), {Setting::method});
 }
 
 }  // namespace axiscal

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
@@ -88,7 +89,8 @@ double angle_between(const JointState& a, const JointState& b) {
 
 std::string direction_text(const Eigen::Vector3d& direction) {
   const auto rounded = [](double value) { return number_text(value, 2); };
-  return rounded(direction.x()) + ", " + rounded(direction.y()) + ", " + rounded(direction.z());
+  return formatted("{}, {}, {}", rounded(direction.x()), rounded(direction.y()),
+                   rounded(direction.z()));
 }
 
 // In words where else the field may point: the part that differs most.
@@ -104,9 +106,8 @@ std::string another_direction(const ReadingSet& set,
       part = s;
     }
   }
-  return "another direction of " + set.field.name_of(part) + ", " +
-         direction_text(other.fields[part].normalized()) +
-         " in the table, fits the readings as well";
+  return formatted("another direction of {}, {} in the table, fits the readings as well",
+                   set.field.name_of(part), direction_text(other.fields[part].normalized()));
 }
 
 }  // namespace

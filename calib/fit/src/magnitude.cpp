@@ -15,6 +15,7 @@
 #include "axiscal/calib/robust.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/random.hpp"
@@ -41,8 +42,8 @@ std::vector<std::string> names_of(const ReadingSet& set) {
     names.push_back(axis + ".bias");
   }
   for (const auto& [i, j] : ellipsoid_entries) {
-    names.push_back(set.axes[static_cast<std::size_t>(i)] + ".sensitivity." +
-                    std::string(1, "xyz"[j]));
+    names.push_back(formatted("{}.sensitivity.{}", set.axes[static_cast<std::size_t>(i)],
+                              std::string(1, "xyz"[j])));
   }
   return names;
 }
@@ -53,9 +54,10 @@ void require_open_nothing(const ReadingSet& set, const LinearisedEllipsoid& line
   if (!open.empty()) {
     const std::string list = joined(open);
     throw RankDeficientError(
-        "the orientations do not determine " + list +
-            "; method magnitude needs nine directions or more that lie on no other quadric: a "
-            "level cube gives six, so add oblique orientations, or give the design points",
+        formatted("the orientations do not determine {}; method magnitude needs nine directions or "
+                  "more that lie on no other quadric: a level cube gives six, so add oblique "
+                  "orientations, or give the design points",
+                  list),
         std::move(open));
   }
 }
@@ -187,14 +189,14 @@ void require_good_orientations(const Fit& fit, double bias_in_se) {
   const double size = fit.at.A.norm() / std::sqrt(3.0);
   const double worst = std::max(se.head<3>().maxCoeff() * size, se.tail<6>().maxCoeff() / size);
   if (worst > largest_relative_se || bias_in_se > largest_bias_in_se) {
-    throw RefusedError(
+    throw RefusedError(formatted(
         "method magnitude: the orientations cover too little of the sphere (or an axis is dead) to "
-        "tell bias from sensitivity: " +
-        (worst > largest_relative_se
-             ? "standard errors of " + number_text(std::round(100.0 * worst)) + " % of the field"
-             : "a bias of " + number_text(std::round(10.0 * bias_in_se) / 10.0) +
-                   " standard errors by the noise alone") +
-        "; turn the instrument so that each side meets the field");
+        "tell bias from sensitivity: {}; turn the instrument so that each side meets the field",
+        worst > largest_relative_se
+            ? formatted("standard errors of {} % of the field",
+                        number_text(std::round(100.0 * worst)))
+            : formatted("a bias of {} standard errors by the noise alone",
+                        number_text(std::round(10.0 * bias_in_se) / 10.0))));
   }
 }
 
@@ -205,13 +207,13 @@ Estimate estimate_magnitude(const ReadingSet& set,
                             MagnitudeShape shape,
                             const Eigen::Matrix3d& noise) {
   if (set.axis_count() != 3) {
-    throw RefusedError("method magnitude needs an instrument of three axes, not " +
-                       std::to_string(set.axis_count()));
+    throw RefusedError(
+        formatted("method magnitude needs an instrument of three axes, not {}", set.axis_count()));
   }
   if (set.size() < ellipsoid_parameters + 1) {
     throw RefusedError(
-        "method magnitude needs ten readings or more in different orientations, not " +
-        std::to_string(set.size()));
+        formatted("method magnitude needs ten readings or more in different orientations, not {}",
+                  set.size()));
   }
   require_response(set);
   const Eigen::Vector3d lowest = set.response.colwise().minCoeff();
@@ -242,11 +244,13 @@ Estimate estimate_magnitude(const ReadingSet& set,
   if (bias_in_se > worth_correcting && fit.sd > rounding) {
     const std::string size_in_se = number_text(std::round(bias_in_se * 100.0) / 100.0);
     estimate.notes.push_back(
-        correct ? "corrected for the estimate's bias of order sigma^2, up to " + size_in_se +
-                      " standard errors (parametric bootstrap)"
-                : "not corrected for the estimate's bias of order sigma^2, which would be up to " +
-                      size_in_se +
-                      " standard errors if the residuals were independent noise; they are not");
+        correct ? formatted("corrected for the estimate's bias of order sigma^2, up to {} standard "
+                            "errors (parametric bootstrap)",
+                            size_in_se)
+                : formatted(
+                      "not corrected for the estimate's bias of order sigma^2, which would be up "
+                      "to {} standard errors if the residuals were independent noise; they are not",
+                      size_in_se));
   }
   RegressionRows rows = rows_of_readings(set);
   estimate.statistics = blank_statistics(set, rows);
@@ -283,8 +287,8 @@ MagnitudeFit fit_magnitude(const Eigen::Ref<const Eigen::MatrixX3d>& readings,
                            MagnitudeShape shape,
                            const Eigen::Ref<const Eigen::VectorXd>& weights) {
   if (readings.rows() <= ellipsoid_parameters || !readings.allFinite()) {
-    throw RefusedError("fit_magnitude needs ten finite readings or more, not " +
-                       std::to_string(readings.rows()));
+    throw RefusedError(
+        formatted("fit_magnitude needs ten finite readings or more, not {}", readings.rows()));
   }
   const Eigen::Vector3d lowest = readings.colwise().minCoeff();
   const Eigen::Vector3d highest = readings.colwise().maxCoeff();

@@ -7,6 +7,7 @@
 
 #include "axiscal/calib/moving_field.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 
@@ -61,9 +62,10 @@ void ReadingSource::find_also() {
   for (const FieldPart& also : experiment_.also) {
     also_.push_back(resolve_part(experiment_, also));
     if (!also_.back().has_value) {
-      throw SetupError("also " + also_.back().part.kind +
-                       ": where it points in the table must be known; give the site and the "
-                       "fence's azimuth, or its in_table");
+      throw SetupError(
+          formatted("also {}: where it points in the table must be known; give the site and the "
+                    "fence's azimuth, or its in_table",
+                    also_.back().part.kind));
     }
   }
 }
@@ -74,8 +76,7 @@ void ReadingSource::find_rows() {
     const bool there = std::any_of(observations_.readings.begin(), observations_.readings.end(),
                                    [run](const Reading& reading) { return reading.run == run; });
     if (!there) {
-      throw SetupError("there is no run " + std::to_string(run) + " to leave out",
-                       {Setting::leave_out});
+      throw SetupError(formatted("there is no run {} to leave out", run), {Setting::leave_out});
     }
   }
   for (std::size_t i = 0; i < observations_.readings.size(); ++i) {
@@ -119,10 +120,10 @@ void ReadingSource::find_mean_time() {
       return;  // the date of the experiment, if it has a time, counts for all
     }
     if (!is_utc(*reading.time_s)) {
-      throw RefusedError("run " + std::to_string(reading.run) + ": " +
-                         moving_field_name(experiment_) +
-                         " needs the column 'time' as UTC (ISO 8601, or seconds since 1970), not "
-                         "as seconds of the recording");
+      throw RefusedError(
+          formatted("run {}: {} needs the column 'time' as UTC (ISO 8601, or seconds since 1970), "
+                    "not as seconds of the recording",
+                    reading.run, moving_field_name(experiment_)));
     }
     sum += *reading.time_s / static_cast<double>(rows_.size());
   }
@@ -216,8 +217,8 @@ ReadingSet ReadingSource::set(const std::vector<ResolvedPart>& parts, const Axis
   for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
     const auto used = static_cast<double>((set.weights.col(k).array() > 0.0).count());
     if (!(used > 0.0)) {
-      throw RefusedError("axis " + set.axes[static_cast<std::size_t>(k)] +
-                         ": no reading is within its range and sees the field");
+      throw RefusedError(formatted("axis {}: no reading is within its range and sees the field",
+                                   set.axes[static_cast<std::size_t>(k)]));
     }
     set.weights.col(k) /= set.weights.col(k).sum() / used;
   }

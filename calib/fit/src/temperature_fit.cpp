@@ -9,6 +9,7 @@
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 
@@ -24,17 +25,16 @@ void require_temperatures(const ReadingSet& set) {
   std::vector<std::string> names;
   for (const std::string& axis : set.axes) {
     for (int j = std::max(count, 1); j <= order; ++j) {
-      names.push_back(axis + ".bias" + power_suffix(j));
-      names.push_back(axis + ".scale" + power_suffix(j));
+      names.push_back(formatted("{}.bias{}", axis, power_suffix(j)));
+      names.push_back(formatted("{}.scale{}", axis, power_suffix(j)));
     }
   }
   const std::string list = joined(names);
-  throw RankDeficientError(
-      "readings at " + std::to_string(count) + (count == 1 ? " temperature" : " temperatures") +
-          " do not determine " + list + "; order " + std::to_string(order) + " needs " +
-          std::to_string(order + 1) + " temperatures: add readings at another, or use order " +
-          std::to_string(count - 1),
-      std::move(names), {Setting::temperature_order});
+  throw RankDeficientError(formatted("readings at {}{} do not determine {}; order {} needs {} "
+                                     "temperatures: add readings at another, or use order {}",
+                                     count, count == 1 ? " temperature" : " temperatures", list,
+                                     order, order + 1, count - 1),
+                           std::move(names), {Setting::temperature_order});
 }
 
 // Each temperature needs readings with both signs of the axis's field.
@@ -52,8 +52,9 @@ void require_terms(const ReadingSet& set, const Estimate& estimate) {
   }
   if (!names.empty()) {
     const std::string list = joined(names);
-    throw RankDeficientError("the readings do not determine " + list +
-                                 "; take at each temperature readings with each axis up and down",
+    throw RankDeficientError(formatted("the readings do not determine {}; take at each temperature "
+                                       "readings with each axis up and down",
+                                       list),
                              std::move(names));
   }
 }

@@ -18,6 +18,7 @@
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
@@ -268,7 +269,7 @@ std::vector<std::string> names_of_unknowns(Eigen::Index unknowns) {
   std::vector<std::string> names;
   for (const char k : {'x', 'y', 'z'}) {
     for (const char j : {'x', 'y', 'z'}) {
-      names.push_back(std::string(1, k) + ".sensitivity." + j);
+      names.push_back(formatted("{}.sensitivity.{}", std::string(1, k), j));
     }
   }
   for (const char k : {'x', 'y', 'z'}) {
@@ -283,10 +284,11 @@ void require_determined(const Eigen::MatrixXd& J, std::size_t turns) {
       names_of_open(confounded_columns(J, 1e-6, 1e-3), names_of_unknowns(J.cols()));
   if (!open.empty()) {
     const std::string list = joined(open);
-    throw RankDeficientError("the " + std::to_string(turns) + " turns do not determine " + list +
-                                 "; turn the instrument about each of its axes, at least a quarter "
-                                 "turn from rest to rest",
-                             std::move(open));
+    throw RankDeficientError(
+        formatted("the {} turns do not determine {}; turn the instrument about each of its axes, "
+                  "at least a quarter turn from rest to rest",
+                  turns, list),
+        std::move(open));
   }
 }
 
@@ -316,12 +318,11 @@ void check_revolutions(std::span<const GyroscopeTurn> turns,
   if (fit.most_revolutions > most_revolutions_by_hand && !options.rate_per_unit) {
     const std::span<const double> time_s = turns[worst].time_s;
     throw RefusedError(
-        "turn " + std::to_string(worst + 1) + " of the gyroscope would be " +
-            number_text(fit.most_revolutions, 3) + " revolutions in " +
-            number_text(time_s.back() - time_s.front(), 3) +
-            " s, and no hand turns so: are the times in another unit (name the column t_ms, t_us, "
-            "...), "
-            "or are rests missing? If it was a motor, state the gyroscope's scale",
+        formatted("turn {} of the gyroscope would be {} revolutions in {} s, and no hand turns so: "
+                  "are the times in another unit (name the column t_ms, t_us, ...), or are rests "
+                  "missing? If it was a motor, state the gyroscope's scale",
+                  worst + 1, number_text(fit.most_revolutions, 3),
+                  number_text(time_s.back() - time_s.front(), 3)),
         {Setting::gyroscope_scale});
   }
 }
@@ -343,11 +344,10 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
   }
   fit.degrees_of_freedom = informative - static_cast<double>(unknowns);
   if (fit.degrees_of_freedom < 1.0) {
-    throw RefusedError(std::to_string(turns.size()) + " turns are too few for the " +
-                       std::to_string(unknowns) +
-                       " unknowns of a gyroscope; turn it from rest to "
-                       "rest " +
-                       (fit.has_rotations ? "five" : "seven") + " times or more");
+    throw RefusedError(
+        formatted("{} turns are too few for the {} unknowns of a gyroscope; turn it from rest to "
+                  "rest {} times or more",
+                  turns.size(), unknowns, fit.has_rotations ? "five" : "seven"));
   }
   const TurnProblem problem(turns, options.fit_bias);
   auto search = gauss_newton(problem, problem.at(find_start(turns, bias, options), bias),
@@ -355,13 +355,13 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
   Candidate& found = search.state;
   const double rms = rms_of(found.state.cost(), turns.size());
   if (!(rms < good_rms_rad)) {
-    throw RefusedError(
-        "no scale of the gyroscope fits the turns: at the best one, " +
-        number_text(found.B.determinant() > 0.0 ? std::cbrt(found.B.determinant()) : 0.0, 3) +
-        " rad/s per unit, the attitudes after the turns are " + number_text(rms * deg_per_rad, 3) +
-        " degrees off (rms). Are its axes those of the accelerometer (order and signs), did it "
-        "stay "
-        "within its range, and are the seats right, where they are labelled?");
+    throw RefusedError(formatted(
+        "no scale of the gyroscope fits the turns: at the best one, {} rad/s per unit, the "
+        "attitudes after the turns are {} degrees off (rms). Are its axes those of the "
+        "accelerometer (order and signs), did it stay within its range, and are the seats right, "
+        "where they are labelled?",
+        number_text(found.B.determinant() > 0.0 ? std::cbrt(found.B.determinant()) : 0.0, 3),
+        number_text(rms * deg_per_rad, 3)));
   }
   require_determined(found.state.jacobian.leftCols(unknowns), turns.size());
   fit.residual_sd_rad = std::sqrt(found.state.cost() / fit.degrees_of_freedom);
@@ -427,20 +427,20 @@ Calibration turn_calibration(const TurnFit& fit,
   statistics.variance_inflation = SensitivityMatrix::Constant(3, 3, not_a_number);
   add_intervals(record);
   record.notes.push_back(
-      std::to_string(fit.residuals.size()) + " turns" +
-      (fit.has_rotations ? " between known seats" : " between rests, by the accelerometer") +
-      ": attitude errors of " + number_text(fit.residual_sd_rad * deg_per_rad, 3) +
-      " degrees (standard deviation of a component)");
+      formatted("{} turns{}: attitude errors of {} degrees (standard deviation of a component)",
+                fit.residuals.size(),
+                fit.has_rotations ? " between known seats" : " between rests, by the accelerometer",
+                number_text(fit.residual_sd_rad * deg_per_rad, 3)));
   if (!fit.converged) {
     add_warning(record, {.code = WarningCode::not_converged,
                          .message = "the fit of the turns had not come to rest after 50 rounds; is "
                                     "the gyroscope saturated in the turns?"});
   }
   if (fit.most_revolutions > most_revolutions_by_hand) {
-    add_warning(record,
-                {.code = WarningCode::many_revolutions,
-                 .message = "a turn between two rests has " + number_text(fit.most_revolutions, 3) +
-                            " revolutions by the stated scale; are scale and times right?"});
+    add_warning(record, {.code = WarningCode::many_revolutions,
+                         .message = formatted("a turn between two rests has {} revolutions by the "
+                                              "stated scale; are scale and times right?",
+                                              number_text(fit.most_revolutions, 3))});
   }
   return record;
 }

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "axiscal/calib/least_squares.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/rotation.hpp"
 
@@ -71,9 +72,9 @@ class BudgetMaker {
     Eigen::VectorXd all = Eigen::VectorXd::Zero(parameters());
     for (Eigen::Index k = 0; k < change.rows(); ++k) {
       for (int j = 0; j < 3; ++j) {
-        const auto at =
-            statistics_.position_of(calibration_.instrument.axes[static_cast<std::size_t>(k)] +
-                                    ".sensitivity." + std::string(1, "xyz"[j]));
+        const auto at = statistics_.position_of(formatted(
+            "{}.sensitivity.{}", calibration_.instrument.axes[static_cast<std::size_t>(k)],
+            std::string(1, "xyz"[j])));
         if (at) {
           all(*at) = change(k, j);
         }

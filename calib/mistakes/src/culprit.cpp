@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "axiscal/calib/calibration_warning.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "detection.hpp"
 #include "mistake_kind.hpp"
@@ -62,8 +63,8 @@ std::string sentence(const SuspectRun& run, const Explanation& explanation) {
   const std::string who =
       correction.runs.empty() ? std::string("the run") : name_of_runs(correction.runs);
   const bool one = correction.runs.size() < 2;
-  return who + (one ? ": fits " : ": fit ") + better(run, explanation.fit) + " times better " +
-         explanation.words + ". " + std::string(advice_of(correction));
+  return formatted("{}{}{} times better {}. {}", who, one ? ": fits " : ": fit ",
+                   better(run, explanation.fit), explanation.words, advice_of(correction));
 }
 
 // A tilt of the first reading is the table moved after it, and one of the last moved before it.
@@ -117,10 +118,9 @@ std::optional<Culprit> culprit_of(const SuspectRun& run,
     std::string message = sentence(run, explanation);
     if (&explanation != &best) {
       const double ratio = std::exp(behind);
-      message =
-          "or " + message + " (" +
-          (ratio < 1.05 ? std::string("as likely") : number_text(ratio, 2) + " times less likely") +
-          ")";
+      message = formatted(
+          "or {} ({})", message,
+          ratio < 1.05 ? std::string("as likely") : number_text(ratio, 2) + " times less likely");
     }
     result.warnings.push_back({.code = explanation.correction.code,
                                .runs = explanation.correction.runs,

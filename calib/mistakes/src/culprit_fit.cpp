@@ -49,7 +49,65 @@ double fold_scales(Eigen::MatrixXd& coefficients, ReadingSet& set) {
   return change;
 }
 
+// Moves the fields by a step of their directions, cut to what a linear step is good for.
+// @return the largest turn [rad].
+double turn_fields(const std::vector<TableField::Tangents>& tangents,
+                   Eigen::VectorXd turn,
+                   std::vector<Eigen::Vector3d>& fields) {
+  double turned = 0.0;
+  Eigen::Index first = 0;
+  for (const TableField::Tangents& of_field : tangents) {
+    constexpr double longest_step_rad = 0.5;
+    auto part = turn.segment(first, of_field.cols());
+    part *= std::min(1.0, longest_step_rad / std::max(part.norm(), 1e-300));
+    turned = std::max(turned, part.norm());
+    first += of_field.cols();
+  }
+  fields = moved_fields(fields, tangents, turn);
+  return turned;
+}
+
 }  // namespace
+
+// In the axes' scale; n x m.
+Eigen::MatrixXd HypothesisFitter::roots_of_weights(const ReadingSet& set,
+                                                   const std::vector<std::size_t>& without) const {
+  Eigen::MatrixXd root = set.weights.cwiseSqrt();
+  root.array().rowwise() /= scale_.transpose().array();
+  for (const std::size_t i : without) {
+    root.row(static_cast<Eigen::Index>(i)).setZero();
+  }
+  return root;
+}
+
+// What is said of a fit that has settled.
+// @param A, inverse  the weighted system, and the root of its covariance.
+// @param added       what the added columns came to.
+void HypothesisFitter::describe(const ReadingSet& set,
+                                const Eigen::MatrixXd& root,
+                                const Eigen::MatrixXd& A,
+                                const Eigen::MatrixXd& inverse,
+                                const Eigen::VectorXd& added,
+                                HypothesisFit& result) const {
+  const Eigen::Index n = set.size();
+  const Eigen::Index m = set.axis_count();
+  result.fitted = true;
+  result.added = added;
+  result.information.resize(added.size());
+  for (Eigen::Index j = 0; j < added.size(); ++j) {
+    result.information(j) = 1.0 / inverse.row(inverse.rows() - added.size() + j).squaredNorm();
+  }
+  result.rss.resize(m);
+  result.degrees_of_freedom.resize(m);
+  result.basis = A * inverse;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const auto used = static_cast<double>((root.col(k).array() > 0.0).count());
+    const double least = std::pow(set.rounding(k) / scale_(k), 2);
+    result.degrees_of_freedom(k) = used - result.basis.middleRows(n * k, n).squaredNorm();
+    result.rss(k) = std::max(result.residuals.col(k).squaredNorm(),
+                             least * std::max(result.degrees_of_freedom(k), 0.0));
+  }
+}
 
 HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
                                     const std::vector<std::size_t>& without,
@@ -64,12 +122,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
   const Eigen::Index n = set.size();
   const Eigen::Index m = set.axis_count();
   const Eigen::Index p = set.column_count();
-  // Roots of the weights, in the axes' scale.
-  Eigen::MatrixXd root = set.weights.cwiseSqrt();
-  root.array().rowwise() /= scale_.transpose().array();
-  for (const std::size_t i : without) {
-    root.row(static_cast<Eigen::Index>(i)).setZero();
-  }
+  const Eigen::MatrixXd root = roots_of_weights(set, without);
   HypothesisFit result;
   result.fields = fields_;
   result.coefficients = Eigen::MatrixXd::Zero(p, m);
@@ -124,16 +177,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     result.coefficients += step.head(p * m).reshaped(p, m);
     double turned = 0.0;
     if (free_field) {
-      Eigen::VectorXd turn = step.segment(p * m, D);
-      Eigen::Index first = 0;
-      for (const TableField::Tangents& of_field : tangents) {
-        constexpr double longest_step_rad = 0.5;
-        auto part = turn.segment(first, of_field.cols());
-        part *= std::min(1.0, longest_step_rad / std::max(part.norm(), 1e-300));
-        turned = std::max(turned, part.norm());
-        first += of_field.cols();
-      }
-      result.fields = moved_fields(result.fields, tangents, turn);
+      turned = turn_fields(tangents, step.segment(p * m, D), result.fields);
     }
     // Coefficients follow the fields exactly; a linear step for both would go astray far from them.
     has_coefficients = turned < 0.02;
@@ -153,22 +197,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
       return result;  // does not settle
     }
   }
-  result.fitted = true;
-  result.added = zeta;
-  result.information.resize(zeta.size());
-  for (Eigen::Index j = 0; j < zeta.size(); ++j) {
-    result.information(j) = 1.0 / inverse.row(inverse.rows() - zeta.size() + j).squaredNorm();
-  }
-  result.rss.resize(m);
-  result.degrees_of_freedom.resize(m);
-  result.basis = A * inverse;
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const auto used = static_cast<double>((root.col(k).array() > 0.0).count());
-    const double least = std::pow(set.rounding(k) / scale_(k), 2);
-    result.degrees_of_freedom(k) = used - result.basis.middleRows(n * k, n).squaredNorm();
-    result.rss(k) = std::max(result.residuals.col(k).squaredNorm(),
-                             least * std::max(result.degrees_of_freedom(k), 0.0));
-  }
+  describe(set, root, A, inverse, zeta, result);
   return result;
 }
 

@@ -60,6 +60,15 @@ class HypothesisFitter {
   void start_at(std::vector<Eigen::Vector3d> fields) { fields_ = std::move(fields); }
 
  private:
+  [[nodiscard]] Eigen::MatrixXd roots_of_weights(const ReadingSet& set,
+                                                 const std::vector<std::size_t>& without) const;
+  void describe(const ReadingSet& set,
+                const Eigen::MatrixXd& root,
+                const Eigen::MatrixXd& A,
+                const Eigen::MatrixXd& inverse,
+                const Eigen::VectorXd& added,
+                HypothesisFit& result) const;
+
   std::vector<Eigen::Vector3d> fields_;
   bool known_field_;
   Eigen::VectorXd scale_;

@@ -12,6 +12,7 @@
 
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/random.hpp"
 
 namespace axiscal {
@@ -111,7 +112,7 @@ OptimalDesign optimal_design(int points,
                              std::uint64_t seed) {
   const std::vector<DesignEntry> candidates = standard_design(24);
   if (points < 4 || points > static_cast<int>(candidates.size())) {
-    throw DomainError("optimal_design: 4 to 24 points, not " + std::to_string(points));
+    throw DomainError(formatted("optimal_design: 4 to 24 points, not {}", points));
   }
   constexpr int fewest_for_every_direction = 10;
   const bool every_direction = points >= fewest_for_every_direction;

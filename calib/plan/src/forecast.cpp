@@ -15,6 +15,7 @@
 #include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
@@ -114,9 +115,9 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
   if (const std::vector<Eigen::Index> open = undetermined_columns(J); !open.empty()) {
     std::vector<std::string> names = names_of_open(open, fit.names_of_columns(state));
     const std::string list = joined(names);
-    throw RankDeficientError("the design does not determine " + list +
-                                 " together; take each face turned round as well, or the method "
-                                 "known on a level table",
+    throw RankDeficientError(formatted("the design does not determine {} together; take each face "
+                                       "turned round as well, or the method known on a level table",
+                                       list),
                              std::move(names), {Setting::method});
   }
   map.coefficients_from_readings = pseudo_inverse(J).topRows(4 * m);

@@ -221,6 +221,67 @@ bool gives_angles(const StudySetup& setup) {
          find_instrument_kind(setup.truth.instrument.kind).has_axis_elevation;
 }
 
+// Of the positioner's covariance of its normals, where they are to be drawn.
+Eigen::MatrixXd root_of_normals(const StudySetup& setup) {
+  if (!setup.random_normals) {
+    return {};
+  }
+  const auto& covariance = setup.experiment.positioner.description().normal_covariance;
+  if (!covariance) {
+    throw DomainError("run_study: the positioner states no covariance of its normals");
+  }
+  return covariance_root(*covariance);
+}
+
+// What the trials of a block add up to.
+struct StudyBlock {
+  std::vector<std::string> parameters;
+  std::vector<StudySums> sums;
+  std::int64_t refused = 0;
+};
+
+// @param is_first  of a shard: its first trial must give a calibration, else it says why none does.
+StudyBlock run_block(const StudySetup& setup,
+                     const Eigen::MatrixXd& normal_root,
+                     const Study& study,
+                     std::int64_t number,
+                     bool is_first) {
+  const bool angles = gives_angles(setup);
+  StudyBlock block;
+  const std::int64_t last = std::min(study.trials, (number + 1) * study.block);
+  for (std::int64_t t = number * study.block; t < last; ++t) {
+    Calibration calibration;
+    Trial trial(setup, normal_root, seed_of_trial(study.seed, t));
+    try {
+      calibration = trial.calibrated();
+    } catch (const RefusedError&) {
+      if (is_first && block.parameters.empty()) {
+        throw;
+      }
+      ++block.refused;
+      continue;
+    }
+    if (block.parameters.empty()) {
+      block.parameters = calibration.statistics->parameter_names;
+      if (angles) {
+        block.parameters.insert(block.parameters.end(), Trial::angle_names.begin(),
+                                Trial::angle_names.end());
+      }
+      block.sums.resize(block.parameters.size());
+    }
+    const std::vector<ParameterUncertainty> stated = parameter_uncertainties(calibration);
+    const Calibration truth = truth_about(setup.truth, calibration);
+    for (std::size_t p = 0; p < stated.size() && p < block.sums.size(); ++p) {
+      Trial::add(block.sums[p], stated[p].value - parameter_value(truth, stated[p].name),
+                 stated[p].uncertainty.u, stated[p].uncertainty.expanded);
+    }
+    if (angles) {
+      trial.add_angles(calibration, block.sums, stated.size());
+    }
+  }
+  return block;
+}
+
 }  // namespace
 
 Study run_study(const StudySetup& given,
@@ -238,65 +299,13 @@ Study run_study(const StudySetup& given,
   }
   StudySetup setup = given;
   setup.experiment.search_for_mistakes = false;  // it changes no coefficient
-  Eigen::MatrixXd normal_root;
-  const auto& covariance = setup.experiment.positioner.description().normal_covariance;
-  if (setup.random_normals && !covariance) {
-    throw DomainError("run_study: the positioner states no covariance of its normals");
-  }
-  if (setup.random_normals) {
-    normal_root = covariance_root(*covariance);
-  }
-  const bool angles = gives_angles(setup);
+  const Eigen::MatrixXd normal_root = root_of_normals(setup);
   study.block = 250;
-  const auto names_of = [&](const Calibration& calibration) {
-    std::vector<std::string> names = calibration.statistics->parameter_names;
-    if (angles) {
-      names.insert(names.end(), Trial::angle_names.begin(), Trial::angle_names.end());
-    }
-    return names;
-  };
-  struct Block {
-    std::vector<std::string> parameters;
-    std::vector<StudySums> sums;
-    std::int64_t refused = 0;
-  };
-  // The first trial of a shard must give a calibration: else it says why none does.
-  const auto run_block = [&](std::int64_t number, bool is_first) {
-    Block block;
-    const std::int64_t last = std::min(trials, (number + 1) * study.block);
-    for (std::int64_t t = number * study.block; t < last; ++t) {
-      Calibration calibration;
-      Trial trial(setup, normal_root, seed_of_trial(seed, t));
-      try {
-        calibration = trial.calibrated();
-      } catch (const RefusedError&) {
-        if (is_first && block.parameters.empty()) {
-          throw;
-        }
-        ++block.refused;
-        continue;
-      }
-      if (block.parameters.empty()) {
-        block.parameters = names_of(calibration);
-        block.sums.resize(block.parameters.size());
-      }
-      const std::vector<ParameterUncertainty> stated = parameter_uncertainties(calibration);
-      const Calibration truth = truth_about(setup.truth, calibration);
-      for (std::size_t p = 0; p < stated.size() && p < block.sums.size(); ++p) {
-        Trial::add(block.sums[p], stated[p].value - parameter_value(truth, stated[p].name),
-                   stated[p].uncertainty.u, stated[p].uncertainty.expanded);
-      }
-      if (angles) {
-        trial.add_angles(calibration, block.sums, stated.size());
-      }
-    }
-    return block;
-  };
   study.blocks = blocks_of_shard(study, shard);
-  std::vector<Block> blocks(study.blocks.size());
+  std::vector<StudyBlock> blocks(study.blocks.size());
   ProgressReport report(progress);
   const auto run_one = [&](std::size_t i) {
-    blocks[i] = run_block(study.blocks[i], i == 0);
+    blocks[i] = run_block(setup, normal_root, study, study.blocks[i], i == 0);
     report.add(std::min(trials, (study.blocks[i] + 1) * study.block) -
                study.blocks[i] * study.block);
   };
@@ -305,7 +314,7 @@ Study run_study(const StudySetup& given,
     for_each_in_parallel(blocks.size() - 1, [&](std::size_t i) { run_one(i + 1); });
     study.parameters = blocks.front().parameters;
   }
-  for (Block& block : blocks) {
+  for (StudyBlock& block : blocks) {
     study.refused += block.refused;
     study.sums.push_back(std::move(block.sums));
   }

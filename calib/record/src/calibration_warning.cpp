@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "axiscal/core/formatted.hpp"
+
 namespace axiscal {
 
 std::string name_of_runs(const std::vector<int>& runs) {
@@ -13,8 +15,7 @@ std::string name_of_runs(const std::vector<int>& runs) {
     text += i == 0 ? "" : i + 1 == runs.size() ? " and " : ", ";
     text += std::to_string(runs[i]);
   }
-  return named < runs.size() ? text + " and " + std::to_string(runs.size() - named) + " more"
-                             : text;
+  return named < runs.size() ? formatted("{} and {} more", text, runs.size() - named) : text;
 }
 
 void add_warning(Calibration& calibration, CalibrationWarning warning) {

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -80,7 +81,7 @@ Enum choice(const JsonValue& value,
             const char* names) {
   const std::optional<Enum> parsed = parse(value.text());
   if (!parsed) {
-    value.fail("'" + value.text() + "' is not known to this version; known: " + names);
+    value.fail(formatted("'{}' is not known to this version; known: {}", value.text(), names));
   }
   return *parsed;
 }

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
@@ -36,12 +37,11 @@ class Table {
     if (names.size() == 1 && names.front().find_first_of(";\t") != std::string_view::npos) {
       hint = "; columns must be parted by commas";
     }
-    fail(name, "is missing; the columns are: " + joined(csv_.header()) + hint);
+    fail(name, formatted("is missing; the columns are: {}{}", joined(csv_.header()), hint));
   }
 
   [[noreturn]] void fail(std::string_view column, std::string_view what) const {
-    throw DataError(csv_.path(), csv_.line(),
-                    "column '" + std::string(column) + "': " + std::string(what));
+    throw DataError(csv_.path(), csv_.line(), formatted("column '{}': {}", column, what));
   }
 
   [[noreturn]] void fail(std::size_t column, std::string_view what) const {
@@ -66,7 +66,7 @@ class Table {
   [[nodiscard]] double number(std::size_t column) const {
     const std::optional<double> number = parse_number(text(column));
     if (!number) {
-      fail(column, quoted(column) + " is not a finite number" + advice(text(column)));
+      fail(column, formatted("{} is not a finite number{}", quoted(column), advice(text(column))));
     }
     return *number;
   }
@@ -99,8 +99,9 @@ class Table {
     const Face rest_face = face(rest);
     const Face fence_face = face(fence);
     if (axis_of(rest_face) == axis_of(fence_face)) {
-      fail(fence, "'" + std::string(face_name(fence_face)) + "' lies on one axis with rest '" +
-                      std::string(face_name(rest_face)) + "'; the two faces must be neighbours");
+      fail(fence,
+           formatted("'{}' lies on one axis with rest '{}'; the two faces must be neighbours",
+                     face_name(fence_face), face_name(rest_face)));
     }
     return {rest_face, fence_face};
   }
@@ -143,7 +144,7 @@ class Table {
 
  private:
   [[nodiscard]] std::string quoted(std::size_t column) const {
-    return "'" + std::string(text(column).substr(0, 40)) + "'";
+    return formatted("'{}'", std::string(text(column).substr(0, 40)));
   }
 
   static std::string advice(std::string_view text) {
@@ -322,7 +323,7 @@ ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& as
     wanted.axes.clear();
     for (const std::string& slot : result.slots) {
       for (const std::string& axis : asked_for.axes) {
-        wanted.axes.push_back(slot + "." + axis);
+        wanted.axes.push_back(formatted("{}.{}", slot, axis));
       }
     }
   }
@@ -356,9 +357,10 @@ ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& as
     if (columns.serial) {
       const std::string_view serial = table.text(*columns.serial);
       if (row > 1 && serial != result.serial && !wanted.takes_several_units) {
-        table.fail(*columns.serial, "'" + std::string(serial) + "' follows '" + result.serial +
-                                        "': one unit at a time is taken here; give each its own "
-                                        "file");
+        table.fail(
+            *columns.serial,
+            formatted("'{}' follows '{}': one unit at a time is taken here; give each its own file",
+                      serial, result.serial));
       }
       if (row == 1 || serial != result.serials.back()) {
         try {

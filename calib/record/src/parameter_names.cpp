@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/core/formatted.hpp"
 
 namespace axiscal {
 
@@ -15,7 +16,7 @@ std::vector<std::string> names_of_columns(const std::vector<std::string>& axes,
   fields.insert(fields.end(), also_kinds.begin(), also_kinds.end());
   for (const std::string& field : fields) {
     for (const char component : {'x', 'y', 'z'}) {
-      suffixes.push_back("." + field + "." + component);
+      suffixes.push_back(formatted(".{}.{}", field, component));
     }
   }
   std::vector<std::string> names;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
@@ -93,16 +94,15 @@ void PartResolver::check_given() const {
 void PartResolver::resolve_own() {
   const ReferenceField& own = *given_.custom;
   if (given_.magnitude && !(std::abs(*given_.magnitude / own.magnitude() - 1.0) <= 1e-9)) {
-    throw SetupError("field " + std::string(own.kind()) +
-                     ": a field of one's own states its "
-                     "magnitude itself, " +
-                     number_text(own.magnitude()) + " " + std::string(own.unit()) +
-                     "; another one, " + number_text(*given_.magnitude) +
-                     ", is stated beside it: leave one of them out");
+    throw SetupError(formatted(
+        "field {}: a field of one's own states its magnitude itself, {} {}; another one, {}, is "
+        "stated beside it: leave one of them out",
+        own.kind(), number_text(own.magnitude()), own.unit(), number_text(*given_.magnitude)));
   }
   if (given_.role && (*given_.role == FieldRole::induced) != own.is_induced()) {
-    throw SetupError("field " + std::string(own.kind()) +
-                     ": a field of one's own states its role itself; leave the other one out");
+    throw SetupError(
+        formatted("field {}: a field of one's own states its role itself; leave the other one out",
+                  own.kind()));
   }
   part_.part.kind = own.kind();
   part_.unit = own.unit();
@@ -127,8 +127,8 @@ void PartResolver::resolve_kind() {
   }
   check_field_unit(given_.kind, part_.unit);
   if (kind.local && given_.role == FieldRole::induced) {
-    throw SetupError("field " + given_.kind +
-                     ": is found at a site, and no one can set it; its role is local");
+    throw SetupError(formatted(
+        "field {}: is found at a site, and no one can set it; its role is local", given_.kind));
   }
   part_.part.set_by_level = is_made_on_table(given_);
   const auto* const own =
@@ -139,7 +139,7 @@ void PartResolver::resolve_kind() {
 
 void PartResolver::require_longitude() const {
   if (!experiment_.field.has_longitude) {
-    throw SetupError("field " + given_.kind + ": the site's longitude is missing",
+    throw SetupError(formatted("field {}: the site's longitude is missing", given_.kind),
                      {Setting::longitude});
   }
 }
@@ -155,7 +155,7 @@ double PartResolver::date_s() const {
   }
   const std::optional<double> time_s = parse_date(date);
   if (!time_s) {
-    throw SetupError("the date '" + date + "' is neither ISO 8601 nor a decimal year",
+    throw SetupError(formatted("the date '{}' is neither ISO 8601 nor a decimal year", date),
                      {Setting::date});
   }
   return *time_s;
@@ -202,7 +202,7 @@ void PartResolver::put_given_magnitude(const std::string& otherwise,
                                        std::vector<Setting> settings) {
   if (!given_magnitude()) {
     settings.push_back(Setting::field_magnitude);
-    throw SetupError("field " + given_.kind + ": " + otherwise, std::move(settings));
+    throw SetupError(formatted("field {}: {}", given_.kind, otherwise), std::move(settings));
   }
   put_magnitude(*given_magnitude());
 }
@@ -212,7 +212,7 @@ void PartResolver::put_made(const std::function<Eigen::Vector3d()>& make) {
   try {
     value = make();
   } catch (const DomainError& error) {
-    throw SetupError("field " + given_.kind + ": " + error.what(), error.settings());
+    throw SetupError(formatted("field {}: {}", given_.kind, error.what()), error.settings());
   }
   put_magnitude(given_magnitude().value_or(value.norm()));
   part_.part.in_table = part_.part.magnitude * value.normalized();

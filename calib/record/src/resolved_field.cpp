@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
@@ -20,8 +21,9 @@ void convert(ResolvedPart& part, const std::string& unit) {
   try {
     factor = factor_between(part.unit, unit);
   } catch (const DomainError&) {
-    throw SetupError("field: its parts must be of one quantity; " + part.part.kind + " is in " +
-                     part.unit + ", the first part in " + unit);
+    throw SetupError(
+        formatted("field: its parts must be of one quantity; {} is in {}, the first part in {}",
+                  part.part.kind, part.unit, unit));
   }
   part.part.magnitude *= factor;
   part.part.in_table *= factor;
@@ -37,8 +39,8 @@ void check_field_kind(const std::string& kind) {
     for (const FieldKind& known : field_kinds()) {
       names.push_back(known.name);
     }
-    throw SetupError("unknown field '" + kind + "'" + did_you_mean(kind, names) +
-                     "; this version knows: " + list_of_field_kinds());
+    throw SetupError(formatted("unknown field '{}'{}; this version knows: {}", kind,
+                               did_you_mean(kind, names), list_of_field_kinds()));
   }
 }
 
@@ -46,8 +48,8 @@ void check_field_unit(const std::string& kind, const std::string& unit) {
   const auto units = field_kind(kind).units;
   if (!units.empty() && std::find(units.begin(), units.end(), unit) == units.end()) {
     const std::vector<std::string> names(units.begin(), units.end());
-    throw SetupError("field " + kind + ": the unit must be " + joined(names, " or ") + ", not '" +
-                     unit + "'");
+    throw SetupError(
+        formatted("field {}: the unit must be {}, not '{}'", kind, joined(names, " or "), unit));
   }
 }
 
@@ -85,10 +87,11 @@ std::vector<ResolvedPart> resolve_field(const Experiment& experiment,
     convert(parts.back(), parts.front().unit);
   }
   if (parts.size() == 1 && parts.front().part.free_length) {
-    throw SetupError("field " + parts.front().part.kind +
-                         ": its magnitude is not known; state it, its vector in the table, or a "
-                         "coil",
-                     {Setting::field_table, Setting::field_magnitude});
+    throw SetupError(
+        formatted(
+            "field {}: its magnitude is not known; state it, its vector in the table, or a coil",
+            parts.front().part.kind),
+        {Setting::field_table, Setting::field_magnitude});
   }
   const bool all_free = std::all_of(parts.begin(), parts.end(),
                                     [](const ResolvedPart& part) { return part.part.free_length; });

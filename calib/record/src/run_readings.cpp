@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
@@ -13,9 +14,9 @@ namespace {
 
 void check_same_unit(const RunReadings& run, const RunFile& file) {
   if (!run.serial.empty() && !file.table.serial.empty() && run.serial != file.table.serial) {
-    throw DataError(file.digest.path, "column 'serial': '" + file.table.serial +
-                                          "', but an earlier file is of '" + run.serial +
-                                          "'; one unit at a time is taken here");
+    throw DataError(file.digest.path, formatted("column 'serial': '{}', but an earlier file is of "
+                                                "'{}'; one unit at a time is taken here",
+                                                file.table.serial, run.serial));
   }
 }
 
@@ -23,8 +24,8 @@ void note_ignored_columns(const RunFile& file, std::vector<std::string>& notes) 
   const std::vector<std::string>& ignored = file.table.ignored_columns;
   if (!ignored.empty()) {
     const bool one = ignored.size() == 1;
-    notes.push_back(file.digest.path + ": " + (one ? "column " : "columns ") + joined(ignored) +
-                    (one ? " was" : " were") + " ignored");
+    notes.push_back(formatted("{}: {}{}{} ignored", file.digest.path, one ? "column " : "columns ",
+                              joined(ignored), one ? " was" : " were"));
   }
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/rotation.hpp"
 
 namespace axiscal {
@@ -41,9 +42,9 @@ std::string TableField::name_of(std::size_t which) const {
                          return other.kind == part.kind;
                        }) == 1;
     const std::string_view role = alone ? "" : part.set_by_level ? "induced " : "local ";
-    return "the " + std::string(role) + "field " + part.kind;
+    return formatted("the {}field {}", role, part.kind);
   }
-  return blocks_.size() > 1 ? "the field in block " + std::to_string(blocks_[which]) : "the field";
+  return blocks_.size() > 1 ? formatted("the field in block {}", blocks_[which]) : "the field";
 }
 
 std::size_t TableField::turning_part(double level) const {

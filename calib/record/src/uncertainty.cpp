@@ -7,6 +7,7 @@
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 
@@ -146,7 +147,7 @@ double parameter_value(const Calibration& calibration, const std::string& name) 
       }
     }
   }
-  throw DomainError("'" + name + "' is no parameter of this record");
+  throw DomainError(formatted("'{}' is no parameter of this record", name));
 }
 
 std::vector<ParameterUncertainty> parameter_uncertainties(const Calibration& calibration) {
@@ -180,7 +181,7 @@ std::string parameter_unit(const Calibration& calibration, const std::string& na
   const bool is_bias = name.find(".bias") != std::string::npos;
   const std::size_t power = name.rfind(".d");
   if (power != std::string::npos) {
-    return (is_bias ? unit : std::string("1")) + " per " + name.substr(power + 1);
+    return formatted("{} per {}", is_bias ? unit : std::string("1"), name.substr(power + 1));
   }
   return is_bias ? unit : unit_per(unit, calibration.field.unit);
 }
@@ -205,21 +206,21 @@ Advice advice_to_halve(const CombinedUncertainty& uncertainty,
   advice.share = own / all;
   const double allowed = 0.25 * all - (all - own);
   if (!(allowed > 0.0)) {
-    advice.text = "no single source halves it: without '" + advice.source + "' it is still " +
-                  number_text(100.0 * std::sqrt((all - own) / all), 2) + " %";
+    advice.text = formatted("no single source halves it: without '{}' it is still {} %",
+                            advice.source, number_text(100.0 * std::sqrt((all - own) / all), 2));
     return advice;
   }
   const double factor = own / allowed;  // what the variance is multiplied with
   if (advice.source == "fit") {
-    advice.text = "it halves with " + number_text(std::ceil(factor * readings)) +
-                  " readings instead of " + std::to_string(readings) +
-                  ", or a reading's noise divided by " + number_text(std::sqrt(factor), 3);
+    advice.text = formatted(
+        "it halves with {} readings instead of {}, or a reading's noise divided by {}",
+        number_text(std::ceil(factor * readings)), readings, number_text(std::sqrt(factor), 3));
   } else if (advice.source == "reading") {
-    advice.text =
-        "it halves with the mean of " + number_text(std::ceil(factor)) + " readings instead of one";
+    advice.text = formatted("it halves with the mean of {} readings instead of one",
+                            number_text(std::ceil(factor)));
   } else {
-    advice.text = "it halves when the uncertainty of '" + advice.source + "' is divided by " +
-                  number_text(std::sqrt(factor), 3);
+    advice.text = formatted("it halves when the uncertainty of '{}' is divided by {}",
+                            advice.source, number_text(std::sqrt(factor), 3));
   }
   return advice;
 }

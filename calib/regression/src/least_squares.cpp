@@ -7,6 +7,7 @@
 #include <Eigen/SVD>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "double_double.hpp"
@@ -59,7 +60,7 @@ std::vector<Eigen::Index> open_columns(const Eigen::ColPivHouseholderQR<Eigen::M
 
 std::string name_of(Eigen::Index j, const std::vector<std::string>& names) {
   const auto i = static_cast<std::size_t>(j);
-  return i < names.size() ? names[i] : "parameter " + std::to_string(j + 1);
+  return i < names.size() ? names[i] : formatted("parameter {}", j + 1);
 }
 
 }  // namespace
@@ -76,8 +77,8 @@ LeastSquaresDesign::LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& 
   const Eigen::Index n = design.rows();
   const Eigen::Index p = design.cols();
   if (weights.size() != 0 && weights.size() != n) {
-    throw DomainError("LeastSquaresDesign: " + std::to_string(weights.size()) + " weights for " +
-                      std::to_string(n) + " observations");
+    throw DomainError(
+        formatted("LeastSquaresDesign: {} weights for {} observations", weights.size(), n));
   }
   if (p == 0 || !design.allFinite() || !weights.allFinite() || !(weights.array() >= 0.0).all()) {
     throw DomainError(
@@ -211,8 +212,7 @@ LeastSquaresFit LeastSquaresDesign::fit(
   const Eigen::Index n = scaled_.rows();
   const auto p = static_cast<double>(scaled_.cols());
   if (observations.size() != n || !observations.allFinite()) {
-    throw DomainError("LeastSquaresDesign::fit: " + std::to_string(n) +
-                      " finite observations are needed");
+    throw DomainError(formatted("LeastSquaresDesign::fit: {} finite observations are needed", n));
   }
   const Eigen::VectorXd weighted_y = root_weights_.cwiseProduct(observations);
   const Solution solution = solve(weighted_y);

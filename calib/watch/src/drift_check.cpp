@@ -15,6 +15,7 @@
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
@@ -153,6 +154,119 @@ double pitch_rad(const Eigen::Vector3d& field) {
   return std::atan2(field.x(), std::hypot(field.y(), field.z()));
 }
 
+// @throws DomainError  unless the records are of one kind of instrument, field and unit, and one
+// states
+//                      a covariance.
+void require_comparable(const Calibration& old_record, const Calibration& fresh_record) {
+  if (old_record.instrument.axes != fresh_record.instrument.axes) {
+    throw DomainError(formatted("the records are of different axes: {} and {}",
+                                joined(old_record.instrument.axes),
+                                joined(fresh_record.instrument.axes)));
+  }
+  if (old_record.instrument.kind != fresh_record.instrument.kind) {
+    throw DomainError(formatted("the records are of different kinds of instrument: {} and {}",
+                                old_record.instrument.kind, fresh_record.instrument.kind));
+  }
+  if (old_record.field.kind != fresh_record.field.kind ||
+      old_record.instrument.unit != fresh_record.instrument.unit) {
+    throw DomainError(formatted("the records are of field {} in unit {} and of field {} in unit {}",
+                                old_record.field.kind, old_record.instrument.unit,
+                                fresh_record.field.kind, fresh_record.instrument.unit));
+  }
+  if (!states_covariance(old_record) && !states_covariance(fresh_record)) {
+    throw DomainError(
+        "neither record states a covariance, so nothing says how much they may differ");
+  }
+}
+
+// Appends an axis's changes.
+// @return the probability of differences as large as these where nothing changed.
+double compare_axis(const Calibration& old,
+                    const Calibration& fresh,
+                    Eigen::Index k,
+                    std::vector<ParameterChange>& changes) {
+  const std::vector<std::string> names =
+      parameter_names({old.instrument.axes[static_cast<std::size_t>(k)]});
+  Eigen::MatrixXd C = covariance_of(old, names) + covariance_of(fresh, names);
+  Eigen::Vector4d difference;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const double a = parameter_value(old, names[i]);
+    const double b = parameter_value(fresh, names[i]);
+    difference(row) = b - a;
+    // Numbers agree to some digits even without noise.
+    const double size =
+        old.response.sensitivity.row(k).norm() * (i == 0 ? old.field.magnitude : 1.0);
+    C(row, row) += std::pow(1e-12 * size, 2);
+    changes.push_back({.parameter = names[i],
+                       .old_value = a,
+                       .new_value = b,
+                       .u = std::sqrt(C(row, row)),
+                       .z = (b - a) / std::sqrt(C(row, row)),
+                       .e_n = not_a_number});
+  }
+  const double t2 = difference.dot(C.ldlt().solve(difference));
+  const Scatter before = scatter_of(old, names, k, C.diagonal());
+  const Scatter after = scatter_of(fresh, names, k, C.diagonal());
+  // Of one pooled scatter both shares are the same quantity; else Welch and Satterthwaite.
+  const bool pooled = before.share > 0.0 && after.share > 0.0 &&
+                      old.statistics->residual_sd(k) == fresh.statistics->residual_sd(k);
+  double inverse = 0.0;
+  if (pooled) {
+    inverse = std::pow(before.share + after.share, 2) / before.degrees_of_freedom;
+  } else {
+    for (const Scatter& scatter : {before, after}) {
+      if (scatter.share > 0.0) {
+        inverse += scatter.share * scatter.share / scatter.degrees_of_freedom;
+      }
+    }
+  }
+  const double nu = inverse > 0.0 ? 1.0 / inverse : 1e6;
+  return f_upper_p(std::max(t2 / 4.0, 1e-300), 4.0, nu);
+}
+
+std::vector<ParameterChange> intrinsic_changes(const Calibration& old, const Calibration& fresh) {
+  std::vector<ParameterChange> changes;
+  const IntrinsicParameters then = intrinsic_parameters(old);
+  const IntrinsicParameters now = intrinsic_parameters(fresh);
+  for (std::size_t i = 0; i < then.names.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    ParameterChange change{
+        .parameter = then.names[i], .old_value = then.values(row), .new_value = now.values(row)};
+    const auto u_of = [&](const IntrinsicParameters& one) {
+      return one.uncertainty.empty() ? CombinedUncertainty{} : one.uncertainty[i];
+    };
+    change.u = std::hypot(u_of(then).u, u_of(now).u);
+    change.z = (change.new_value - change.old_value) / change.u;
+    change.e_n =
+        e_n_score(change.new_value, u_of(now).expanded, change.old_value, u_of(then).expanded);
+    changes.push_back(std::move(change));
+  }
+  return changes;
+}
+
+// Where the error of an angle is largest, what both covariances leave open of it; three axes.
+double u_of_error_deg(const Calibration& old, const Calibration& fresh, const WorstAngle& worst) {
+  const Eigen::Index m = old.instrument.axis_count();
+  const Eigen::MatrixXd inverse = pseudo_inverse(old.response.sensitivity);
+  const Eigen::Vector3d f = worst.field / worst.field.norm();
+  const Eigen::Vector3d across =
+      (Eigen::Vector3d::UnitX() - f.x() * f).squaredNorm() > 1e-9
+          ? Eigen::Vector3d((Eigen::Vector3d::UnitX() - f.x() * f).normalized())
+          : f.unitOrthogonal();
+  double variance = 0.0;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const std::vector<std::string> names =
+        parameter_names({old.instrument.axes[static_cast<std::size_t>(k)]});
+    const Eigen::MatrixXd C = covariance_of(old, names) + covariance_of(fresh, names);
+    Eigen::Vector4d g;
+    g << 1.0, worst.field;
+    g *= across.dot(inverse.col(k)) / worst.field.norm();
+    variance += g.dot(C * g);
+  }
+  return std::sqrt(variance) * deg_per_rad;
+}
+
 }  // namespace
 
 WorstAngle worst_angle(const Calibration& used, const Calibration& now) {
@@ -183,30 +297,13 @@ WorstAngle worst_angle(const Calibration& used, const Calibration& now) {
 DriftCheck check_drift(const Calibration& old_record,
                        const Calibration& fresh_record,
                        double alpha) {
-  if (old_record.instrument.axes != fresh_record.instrument.axes) {
-    throw DomainError("the records are of different axes: " + joined(old_record.instrument.axes) +
-                      " and " + joined(fresh_record.instrument.axes));
-  }
-  if (old_record.instrument.kind != fresh_record.instrument.kind) {
-    throw DomainError("the records are of different kinds of instrument: " +
-                      old_record.instrument.kind + " and " + fresh_record.instrument.kind);
-  }
-  if (old_record.field.kind != fresh_record.field.kind ||
-      old_record.instrument.unit != fresh_record.instrument.unit) {
-    throw DomainError("the records are of field " + old_record.field.kind + " in unit " +
-                      old_record.instrument.unit + " and of field " + fresh_record.field.kind +
-                      " in unit " + fresh_record.instrument.unit);
-  }
-  if (!states_covariance(old_record) && !states_covariance(fresh_record)) {
-    throw DomainError(
-        "neither record states a covariance, so nothing says how much they may differ");
-  }
+  require_comparable(old_record, fresh_record);
   DriftCheck check{.alpha = alpha};
   const std::string& then_serial = old_record.instrument.serial;
   const std::string& now_serial = fresh_record.instrument.serial;
   if (!then_serial.empty() && !now_serial.empty() && then_serial != now_serial) {
-    check.notes.push_back("the records are of different units: " + then_serial + " and " +
-                          now_serial);
+    check.notes.push_back(
+        formatted("the records are of different units: {} and {}", then_serial, now_serial));
   }
   const bool same_positioner =
       old_record.positioner == fresh_record.positioner && old_record.slot == fresh_record.slot;
@@ -229,88 +326,16 @@ DriftCheck check_drift(const Calibration& old_record,
   const Eigen::Index m = old.instrument.axis_count();
   pool_scatters(old, fresh);
   for (Eigen::Index k = 0; k < m; ++k) {
-    const std::vector<std::string> names =
-        parameter_names({old.instrument.axes[static_cast<std::size_t>(k)]});
-    Eigen::MatrixXd C = covariance_of(old, names) + covariance_of(fresh, names);
-    Eigen::Vector4d difference;
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      const auto row = static_cast<Eigen::Index>(i);
-      const double a = parameter_value(old, names[i]);
-      const double b = parameter_value(fresh, names[i]);
-      difference(row) = b - a;
-      // Numbers agree to some digits even without noise.
-      const double size =
-          old.response.sensitivity.row(k).norm() * (i == 0 ? old.field.magnitude : 1.0);
-      C(row, row) += std::pow(1e-12 * size, 2);
-      check.changes.push_back({.parameter = names[i],
-                               .old_value = a,
-                               .new_value = b,
-                               .u = std::sqrt(C(row, row)),
-                               .z = (b - a) / std::sqrt(C(row, row)),
-                               .e_n = not_a_number});
-    }
-    const double t2 = difference.dot(C.ldlt().solve(difference));
-    const Scatter before = scatter_of(old, names, k, C.diagonal());
-    const Scatter after = scatter_of(fresh, names, k, C.diagonal());
-    // Of one pooled scatter both shares are the same quantity; else Welch and Satterthwaite.
-    const bool pooled = before.share > 0.0 && after.share > 0.0 &&
-                        old.statistics->residual_sd(k) == fresh.statistics->residual_sd(k);
-    double inverse = 0.0;
-    if (pooled) {
-      inverse = std::pow(before.share + after.share, 2) / before.degrees_of_freedom;
-    } else {
-      for (const Scatter& scatter : {before, after}) {
-        if (scatter.share > 0.0) {
-          inverse += scatter.share * scatter.share / scatter.degrees_of_freedom;
-        }
-      }
-    }
-    const double nu = inverse > 0.0 ? 1.0 / inverse : 1e6;
-    const double p = f_upper_p(std::max(t2 / 4.0, 1e-300), 4.0, nu);
+    const double p = compare_axis(old, fresh, k, check.changes);
     sum -= 2.0 * std::log(std::max(p, 1e-300));
   }
   check.p_value = chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * static_cast<double>(m));
   check.drifted = check.p_value < alpha;
 
-  const IntrinsicParameters then = intrinsic_parameters(old);
-  const IntrinsicParameters now = intrinsic_parameters(fresh);
-  for (std::size_t i = 0; i < then.names.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    ParameterChange change{
-        .parameter = then.names[i], .old_value = then.values(row), .new_value = now.values(row)};
-    const auto u_of = [&](const IntrinsicParameters& one) {
-      return one.uncertainty.empty() ? CombinedUncertainty{} : one.uncertainty[i];
-    };
-    change.u = std::hypot(u_of(then).u, u_of(now).u);
-    change.z = (change.new_value - change.old_value) / change.u;
-    change.e_n =
-        e_n_score(change.new_value, u_of(now).expanded, change.old_value, u_of(then).expanded);
-    check.intrinsic.push_back(std::move(change));
-  }
-
+  check.intrinsic = intrinsic_changes(old, fresh);
   const WorstAngle worst = worst_angle(old, fresh);
   check.pitch_error_deg = worst.error_deg;
-  check.pitch_error_u_deg = not_a_number;
-  if (m >= 3) {
-    // Where the error is largest, what both covariances leave open of it.
-    const Eigen::MatrixXd inverse = pseudo_inverse(old.response.sensitivity);
-    const Eigen::Vector3d f = worst.field / worst.field.norm();
-    const Eigen::Vector3d across =
-        (Eigen::Vector3d::UnitX() - f.x() * f).squaredNorm() > 1e-9
-            ? Eigen::Vector3d((Eigen::Vector3d::UnitX() - f.x() * f).normalized())
-            : f.unitOrthogonal();
-    double variance = 0.0;
-    for (Eigen::Index k = 0; k < m; ++k) {
-      const std::vector<std::string> names =
-          parameter_names({old.instrument.axes[static_cast<std::size_t>(k)]});
-      const Eigen::MatrixXd C = covariance_of(old, names) + covariance_of(fresh, names);
-      Eigen::Vector4d g;
-      g << 1.0, worst.field;
-      g *= across.dot(inverse.col(k)) / worst.field.norm();
-      variance += g.dot(C * g);
-    }
-    check.pitch_error_u_deg = std::sqrt(variance) * deg_per_rad;
-  }
+  check.pitch_error_u_deg = m >= 3 ? u_of_error_deg(old, fresh, worst) : not_a_number;
   return check;
 }
 

@@ -13,6 +13,7 @@
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -36,8 +37,9 @@ std::string date_text(double seconds) {
   const auto two = [](unsigned number) {
     return (number < 10 ? "0" : "") + std::to_string(number);
   };
-  return std::to_string(static_cast<int>(date.year())) + "-" +
-         two(static_cast<unsigned>(date.month())) + "-" + two(static_cast<unsigned>(date.day()));
+  return formatted("{}-{}-{}", static_cast<int>(date.year()),
+                   two(static_cast<unsigned>(date.month())),
+                   two(static_cast<unsigned>(date.day())));
 }
 
 // A line through the values; where their uncertainties are known by these, else by the scatter.
@@ -184,26 +186,26 @@ std::vector<UnitHistory> read_history(const std::string& folder,
               [&](const ParameterTrend& trend) { return trend.parameter == limit.parameter; });
         });
     if (!known && !histories.empty()) {
-      throw DomainError("limit '" + limit.parameter +
-                        "': a history knows biases and sensitivities only, as x.bias or "
-                        "x.sensitivity.y");
+      throw DomainError(formatted(
+          "limit '{}': a history knows biases and sensitivities only, as x.bias or x.sensitivity.y",
+          limit.parameter));
     }
   }
   return histories;
 }
 
 std::string history_text(const UnitHistory& unit) {
-  std::string text = (unit.serial.empty() ? std::string("(no serial)") : unit.serial) + ": " +
-                     std::to_string(unit.paths.size()) + " records from " + unit.created.front() +
-                     " to " + unit.created.back() + "\n";
+  std::string text = formatted("{}: {} records from {} to {}\n",
+                               unit.serial.empty() ? std::string("(no serial)") : unit.serial,
+                               unit.paths.size(), unit.created.front(), unit.created.back());
   for (const ParameterTrend& trend : unit.trends) {
-    text += "  " + trend.parameter + ": " + number_text(trend.values.back(), 7);
+    text += formatted("  {}: {}", trend.parameter, number_text(trend.values.back(), 7));
     if (!std::isnan(trend.slope_per_year)) {
-      text += ", " + number_text(trend.slope_per_year, 2) + " a year (u " +
-              number_text(trend.slope_u_per_year, 2) + ")";
+      text += formatted(", {} a year (u {})", number_text(trend.slope_per_year, 2),
+                        number_text(trend.slope_u_per_year, 2));
     }
     if (trend.p_value < 0.05) {
-      text += ", a trend (p = " + number_text(trend.p_value, 2) + ")";
+      text += formatted(", a trend (p = {})", number_text(trend.p_value, 2));
     }
     if (trend.outside) {
       text += ", outside its limits";

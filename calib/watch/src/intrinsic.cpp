@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "axiscal/core/formatted.hpp"
+
 namespace axiscal {
 
 IntrinsicParameters intrinsic_parameters(const Calibration& calibration) {
@@ -62,7 +64,8 @@ IntrinsicParameters intrinsic_parameters(const Calibration& calibration) {
       Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(parameters);
       put_row(gradient, k, -(v - cosine * u) / (a.norm() * sine));
       put_row(gradient, l, -(u - cosine * v) / (b.norm() * sine));
-      add("angle." + axes[static_cast<std::size_t>(k)] + "." + axes[static_cast<std::size_t>(l)],
+      add(formatted("angle.{}.{}", axes[static_cast<std::size_t>(k)],
+                    axes[static_cast<std::size_t>(l)]),
           std::acos(cosine), gradient);
     }
   }

@@ -10,6 +10,7 @@
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/nearest_name.hpp"
@@ -161,9 +162,9 @@ Verdict evaluate(const Limits& limits, const Calibration& calibration, const Dri
       for (const Measured& one : all) {
         names.push_back(one.name);
       }
-      throw DomainError("limit '" + limit.parameter + "': the record has no such parameter" +
-                        did_you_mean(limit.parameter, names) + "; it has " +
-                        joined(std::vector<std::string>(names.begin(), names.end())));
+      throw DomainError(formatted("limit '{}': the record has no such parameter{}; it has {}",
+                                  limit.parameter, did_you_mean(limit.parameter, names),
+                                  joined(std::vector<std::string>(names.begin(), names.end()))));
     }
     LimitVerdict one{.parameter = limit.parameter,
                      .value = found->value,
@@ -188,7 +189,8 @@ std::string reason_of(const Verdict& verdict) {
     if (one.passed) {
       continue;
     }
-    text += (text.empty() ? "" : "; ") + one.parameter + " = " + number_text(one.value, 6);
+    text +=
+        formatted("{}{} = {}", text.empty() ? "" : "; ", one.parameter, number_text(one.value, 6));
     const bool below = one.low && one.value < *one.low + one.guard_band;
     const double limit = below ? *one.low : *one.high;
     text += (below ? " is below " : " is above ") + number_text(limit, 6);

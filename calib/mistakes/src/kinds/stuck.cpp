@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "axiscal/core/formatted.hpp"
 #include "mistake_kind.hpp"
 
 namespace axiscal {
@@ -29,8 +30,7 @@ void explain_by_repeat(const SuspectRun& run, std::size_t i, Explanations& found
     correction.leave_out = correction.runs;
     ++said;
     found.add(run.without(i), {}, static_cast<double>(run.n()), std::move(correction),
-              "without it: it repeats run " + std::to_string(run.run_of(j)) + " to the last digit",
-              sure);
+              formatted("without it: it repeats run {} to the last digit", run.run_of(j)), sure);
   }
 }
 

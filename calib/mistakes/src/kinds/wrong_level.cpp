@@ -3,6 +3,7 @@
 #include <set>
 #include <utility>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "mistake_kind.hpp"
 
@@ -33,8 +34,8 @@ void explain_by_level(const SuspectRun& run, std::size_t i, Explanations& found)
     found.add(run.fitter().fit(set), {},
               static_cast<double>(run.n()) * static_cast<double>(levels.size() - 1),
               std::move(correction),
-              "at level " + number_text(level) + " instead of " +
-                  number_text(run.set().readings[i].level));
+              formatted("at level {} instead of {}", number_text(level),
+                        number_text(run.set().readings[i].level)));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "mistake_kind.hpp"
 
@@ -23,15 +24,16 @@ std::string pose_words(const DesignPoint& stated, const DesignPoint& point) {
   const bool same_rest = stated.rest() == point.rest();
   const bool same_fence = stated.fence() == point.fence();
   if (same_fence) {
-    return "rest " + face(point.rest()) + " instead of " + face(stated.rest()) +
-           (axis_of(point.rest()) == axis_of(stated.rest()) ? " (upside down)" : "");
+    return formatted("rest {} instead of {}{}", face(point.rest()), face(stated.rest()),
+                     axis_of(point.rest()) == axis_of(stated.rest()) ? " (upside down)" : "");
   }
   if (same_rest) {
-    return "fence " + face(point.fence()) + " instead of " + face(stated.fence()) +
-           (axis_of(point.fence()) == axis_of(stated.fence()) ? " (the wrong way round)" : "");
+    return formatted(
+        "fence {} instead of {}{}", face(point.fence()), face(stated.fence()),
+        axis_of(point.fence()) == axis_of(stated.fence()) ? " (the wrong way round)" : "");
   }
-  return "rest " + face(point.rest()) + ", fence " + face(point.fence()) + " instead of rest " +
-         face(stated.rest()) + ", fence " + face(stated.fence());
+  return formatted("rest {}, fence {} instead of rest {}, fence {}", face(point.rest()),
+                   face(point.fence()), face(stated.rest()), face(stated.fence()));
 }
 
 void explain_by_pose(const SuspectRun& run, std::size_t i, Explanations& found) {

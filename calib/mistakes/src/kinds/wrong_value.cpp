@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "mistake_kind.hpp"
@@ -94,20 +95,20 @@ void explain_by_value(const SuspectRun& run, std::size_t i, Explanations& found)
         }
       }
       try_value(run, found, i, turned, readings * subsets, WarningCode::sign,
-                "with the sign of " + names + " reversed");
+                formatted("with the sign of {} reversed", names));
     }
   }
   const auto kinds = 4.0 * static_cast<double>(run.m() > 1 ? 1 + run.m() : 1);
   for (const double factor : {1e3, 1e-3, standard_gravity, 1.0 / standard_gravity}) {
     const std::string text = number_text(factor > 1.0 ? factor : 1.0 / factor);
-    const std::string words = factor > 1.0 ? "divided by " + text + " (another unit)"
-                                           : "times " + text + " (another unit)";
+    const std::string words = factor > 1.0 ? formatted("divided by {} (another unit)", text)
+                                           : formatted("times {} (another unit)", text);
     try_value(run, found, i, v / factor, readings * kinds, WarningCode::unit_factor, words);
     for (Eigen::Index k = 0; k < run.m() && run.m() > 1; ++k) {
       Eigen::VectorXd one = v;
       one(k) /= factor;
       try_value(run, found, i, one, readings * kinds, WarningCode::unit_factor,
-                "with " + axis_name(k) + " " + words);
+                formatted("with {} {}", axis_name(k), words));
     }
   }
   for (Eigen::Index k = 0; k < run.m() && run.m() > 1; ++k) {

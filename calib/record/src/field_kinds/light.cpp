@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/field/induced_field.hpp"
 #include "axiscal/field/sun.hpp"
 #include "part_resolver.hpp"
@@ -35,8 +36,9 @@ void resolve_sun(PartResolver& of) {
 
 void resolve_light(PartResolver& of) {
   if (of.part().unit != "1" && !of.given_magnitude() && of.given().lamps.empty()) {
-    throw SetupError("field light in " + of.part().unit + ": its magnitude is not known; state it",
-                     {Setting::field_magnitude});
+    throw SetupError(
+        formatted("field light in {}: its magnitude is not known; state it", of.part().unit),
+        {Setting::field_magnitude});
   }
   of.put_magnitude(of.given_magnitude().value_or(1.0));
   if (of.given().sun) {

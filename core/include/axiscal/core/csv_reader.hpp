@@ -83,6 +83,7 @@ class CsvReader {
   bool next_content_line();
   bool split_plain();
   bool split_quoted();
+  bool unquote(std::size_t& i);
   void read_header();
 
   Source source_;

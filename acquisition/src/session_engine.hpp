@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "axis_intake.hpp"
+#include "axiscal/acquisition/session.hpp"
+#include "dwell_sums.hpp"
+#include "raw_samples.hpp"
+#include "reading_list.hpp"
+#include "session_knowledge.hpp"
+#include "session_news.hpp"
+#include "soak_watch.hpp"
+#include "stuck_watch.hpp"
+
+namespace axiscal {
+
+/// What a session does; its calls are the session's own. What it knows, lists, tells and shows are
+/// classes of their own; here is what leads from one phase to the next.
+class Session::Engine {
+ public:
+  Engine(SessionSetup setup, Journal& journal);
+
+  void set_channels(const std::vector<Channel>& channels, std::optional<double> time_at_zero);
+  void restore(const std::vector<std::string>& lines, const std::string& path);
+  void add(double time_s, std::span<const double> values);
+  void idle(double seconds);
+  void set_source_alarms(const std::vector<SessionAlarm>& alarms);
+  void no_more_samples() { samples_ended_ = true; }
+  void command(const SessionCommand& command);
+
+  [[nodiscard]] bool is_over() const { return phase_ == SessionPhase::over; }
+  [[nodiscard]] bool has_quit() const { return quit_; }
+  [[nodiscard]] const ReadingList& list() const { return list_; }
+  [[nodiscard]] const std::optional<Calibration>& calibration() const { return calibration_; }
+  [[nodiscard]] std::vector<SessionEvent> take_events() { return news_.take_events(); }
+  const SessionView& view();
+  [[nodiscard]] Observations observations() const { return list_.observations(m_); }
+
+ private:
+  // ---- samples: session_engine.cpp
+
+  void flush_raw();
+  void take_temperature(std::span<const double> values);
+  void look_for_defects();
+  [[nodiscard]] double level() const;
+  // As it is kept: in UTC, or by the recording's clock.
+  [[nodiscard]] double shown_time(double time_s) const;
+  // What is being taken is broken off.
+  void interrupt(const std::string& why);
+
+  // ---- what the readings so far say: session_engine.cpp
+
+  // The cube lies as at this reading until it is moved.
+  void remember(const CapturedReading& taken);
+  void learn_from_readings();
+  // The model knows the sun as it stood at the first reading, or stands when the first sample
+  // comes.
+  void find_moving_field();
+  // How far the field may have turned by itself since the last reading [rad].
+  [[nodiscard]] double field_angle_since_last() const;
+
+  // ---- the way of a point: session_points.cpp
+
+  [[nodiscard]] const RunSheetRow& wanted_row() const { return list_.steps()[*wanted_].row; }
+  void next_point();
+  void go_on();
+  void soak();
+  [[nodiscard]] bool is_nearest_level(double planned) const;
+  // After a question: a bump is no new pose.
+  void look_for_laying_anew();
+  void begin_dwell();
+  void dwell();
+  // It was touched, and lies as it did at the last reading, though another face is wanted below.
+  [[nodiscard]] bool lies_as_before() const;
+  // Since the last reading.
+  [[nodiscard]] bool has_moved() const;
+  // The dwell is over: does it look as it should?
+  void complete();
+  // First to the disk, then to the eye.
+  void store();
+
+  // ---- what the person asks for, and the end: session_commands.cpp
+
+  void capture_now();
+  void take_as_seen();
+  // A copy of the runs: the view's own list of suspects changes on the way.
+  void retake(std::vector<int> runs, const std::string& why);
+  // A change of the list that is no reading; without room on the disk nothing changes.
+  bool change(const Json& entry,
+              const std::string& kind,
+              const std::string& text,
+              std::optional<int> run = {});
+  void finish();
+  void review();
+
+  SessionSetup setup_;
+  Journal& journal_;
+  std::optional<double> time_at_zero_;
+  Eigen::Index m_;
+  ReadingList list_;
+  Stillness stillness_;
+  SessionKnowledge knowledge_;
+  StuckWatch stuck_;
+  DwellSums dwell_;
+
+  AxisIntake axes_;
+  RawSamples raw_;
+  std::size_t samples_ = 0;
+  double now_s_ = 0.0;
+
+  SessionPhase phase_ = SessionPhase::waiting;
+  SessionPhase before_pause_ = SessionPhase::waiting;
+  std::optional<std::size_t> wanted_;  // step
+  std::optional<DesignPoint> present_;
+  std::optional<Eigen::VectorXd> last_mean_;  // what the reading taken last said
+  std::optional<DesignPoint> last_point_;
+  bool said_as_before_ = false;
+  bool moved_ = true;
+  double moving_from_s_ = 0.0;  // in a question
+  double tried_to_store_s_ = 0.0;
+  bool samples_ended_ = false;
+  double settled_s_ = 0.0;
+  double asked_s_ = 0.0;
+  int drift_restarts_ = 0;
+  std::optional<CapturedReading> pending_;
+  std::optional<PoseJudgement> judgement_;
+  std::vector<double> point_seconds_;
+  bool quit_ = false;
+
+  std::optional<std::size_t> temperature_column_;
+  SoakWatch soak_;
+  bool soaked_ = false;
+  std::optional<double> soaked_at_;
+
+  std::optional<DesignPoint> questioned_;  // what this point was said to look like
+  int retake_rounds_ = 0;
+  std::optional<Calibration> calibration_;
+
+  SessionNews news_;
+  SessionView view_;
+};
+
+}  // namespace axiscal

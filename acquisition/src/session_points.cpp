@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+// The way of a point: asked for, laid, still, taken, judged, stored.
+#include <algorithm>
+#include <cmath>
+
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "session_engine.hpp"
+#include "session_words.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double settle_parts = 0.4;  // this part of the window is left out after it became still
+constexpr double first_floor_age_s = 3.0;  // before a first reading the noise floor must stand
+constexpr double laying_anew_s = 1.0;      // motion that lasts less is a bump
+constexpr double store_again_s = 0.5;
+constexpr double telling_drift = 5.0;  // standard errors
+constexpr int most_drift_restarts = 5;
+
+}  // namespace
+
+void Session::Engine::next_point() {
+  if (phase_ == SessionPhase::over || phase_ == SessionPhase::paused) {
+    return;
+  }
+  wanted_ = list_.next();
+  pending_.reset();
+  questioned_.reset();
+  view_.lies_as_before = false;
+  said_as_before_ = false;
+  dwell_.clear();
+  drift_restarts_ = 0;
+  if (!wanted_ || list_.is_finished()) {
+    review();
+    return;
+  }
+  calibration_.reset();
+  if (samples_ == 0) {
+    phase_ = SessionPhase::waiting;
+    return;
+  }
+  phase_ = SessionPhase::laying;
+  const std::optional<double>& planned = wanted_row().temperature;
+  if (planned && planned != soaked_at_) {
+    phase_ = SessionPhase::soaking;
+    soaked_ = false;
+    news_.tell("soak", "soak at " + number_text(*planned), {}, wanted_row().entry.point);
+  }
+  asked_s_ = now_s_;
+  news_.tell("ask", "next: " + wanted_row().entry.point.name(), {}, wanted_row().entry.point);
+}
+
+void Session::Engine::go_on() {
+  switch (phase_) {
+    case SessionPhase::soaking:
+      soak();
+      break;
+    case SessionPhase::laying:
+      if (!moved_) {
+        moved_ = has_moved();
+        view_.lies_as_before = view_.lies_as_before && !moved_;
+      }
+      if (moved_ && stillness_.is_still() && !axes_.is_saturated() && !stuck_.is_stuck()) {
+        phase_ = SessionPhase::settling;
+        settled_s_ = now_s_ + settle_parts * setup_.stillness.window_s - time_rounding_s;
+      }
+      break;
+    case SessionPhase::settling:
+      if (!stillness_.is_still()) {
+        phase_ = SessionPhase::laying;
+      } else if (now_s_ >= settled_s_ &&
+                 (!list_.readings().empty() ||
+                  stillness_.floor_age_s() >= first_floor_age_s - time_rounding_s)) {
+        begin_dwell();
+      }
+      break;
+    case SessionPhase::dwelling:
+    case SessionPhase::ready:
+      dwell();
+      break;
+    case SessionPhase::question:
+      look_for_laying_anew();
+      break;
+    case SessionPhase::storing:
+      if (now_s_ - tried_to_store_s_ > store_again_s) {
+        store();
+      }
+      break;
+    default:
+      break;
+  }
+}
+
+void Session::Engine::soak() {
+  const std::optional<double>& planned = wanted_row().temperature;
+  soaked_ = soaked_ || (temperature_column_ && soak_.look() && is_nearest_level(*planned));
+  if (soaked_) {
+    soaked_at_ = planned;
+    phase_ = SessionPhase::laying;
+    news_.tell("soaked", "soaked: lay the cube", {}, wanted_row().entry.point);
+  }
+}
+
+bool Session::Engine::is_nearest_level(double planned) const {
+  const double now = soak_.temperature().value();
+  return std::none_of(list_.steps().begin(), list_.steps().end(), [&](const SessionStep& step) {
+    return step.row.temperature && std::abs(*step.row.temperature - now) < std::abs(planned - now);
+  });
+}
+
+void Session::Engine::look_for_laying_anew() {
+  if (!stillness_.is_ready() || stillness_.is_still()) {
+    moving_from_s_ = now_s_;
+  } else if (now_s_ - moving_from_s_ > laying_anew_s) {
+    pending_.reset();
+    phase_ = SessionPhase::laying;
+    moved_ = true;
+  }
+}
+
+void Session::Engine::begin_dwell() {
+  phase_ = SessionPhase::dwelling;
+  dwell_.clear();
+  soak_.begin_mean();
+  news_.tell("still", "still: taking the reading", {}, wanted_row().entry.point);
+}
+
+void Session::Engine::dwell() {
+  if (!stillness_.is_still() || axes_.is_saturated() || stuck_.is_stuck()) {
+    news_.tell("knock", axes_.is_saturated() || stuck_.is_stuck()
+                            ? "the reading is broken off"
+                            : "a knock: the reading begins anew");
+    dwell_.clear();
+    phase_ = SessionPhase::laying;
+    moved_ = true;
+    return;
+  }
+  dwell_.add(now_s_, axes_.values());
+  if (dwell_.seconds() < knowledge_.dwell_needed() - time_rounding_s ||
+      dwell_.samples() < fewest_samples_of_dwell) {
+    return;
+  }
+  const bool may_drift = knowledge_.field_moves();  // with the sun
+  if (!may_drift && dwell_.drift() > telling_drift && drift_restarts_ < most_drift_restarts) {
+    ++drift_restarts_;
+    news_.tell("drift", drift_restarts_ < most_drift_restarts
+                            ? "it drifts: the reading begins anew"
+                            : "it still drifts: the next reading is taken as it is");
+    begin_dwell();
+    return;
+  }
+  if (lies_as_before()) {
+    phase_ = SessionPhase::laying;
+    moved_ = false;
+    view_.lies_as_before = true;
+    said_as_before_ = true;  // laid so again, it is meant so
+    news_.tell("as_before", "it lies as at the last reading: lay it as asked for", {},
+               wanted_row().entry.point);
+    return;
+  }
+  if (view_.automatic) {
+    complete();
+  } else {
+    if (phase_ != SessionPhase::ready) {
+      news_.tell("ready", "ready: take it");
+    }
+    phase_ = SessionPhase::ready;
+  }
+}
+
+bool Session::Engine::lies_as_before() const {
+  if (said_as_before_ || !last_mean_ || last_point_->rest() == wanted_row().entry.point.rest()) {
+    return false;
+  }
+  const Eigen::VectorXd difference = dwell_.mean() - *last_mean_;
+  const double limit = 3.0 * setup_.placement_sd_rad * knowledge_.response_scale() +
+                       field_angle_since_last() * last_mean_->norm();
+  return (difference.array().abs() <= stillness_.floor().array() * stillness_.factor() + limit)
+      .all();
+}
+
+bool Session::Engine::has_moved() const {
+  if (!last_mean_) {
+    return true;
+  }
+  if (!stillness_.is_still()) {
+    return stillness_.is_ready();
+  }
+  if (knowledge_.field_moves()) {
+    return false;  // another mean may be the sun's doing
+  }
+  constexpr double clearly = 10.0;
+  return ((stillness_.mean() - *last_mean_).array().abs() >
+          clearly * stillness_.floor().array() +
+              10.0 * setup_.placement_sd_rad * knowledge_.response_scale())
+      .any();
+}
+
+void Session::Engine::complete() {
+  CapturedReading reading{.run = list_.next_run(),
+                          .step = *wanted_,
+                          .row = wanted_row(),
+                          .mean = dwell_.mean(),
+                          .sd = dwell_.sd(),
+                          .samples = dwell_.samples(),
+                          .start_s = shown_time(dwell_.start_s()),
+                          .end_s = shown_time(dwell_.end_s()),
+                          .temperature = soak_.mean()};
+  pending_ = reading;
+  judgement_ = knowledge_.judge(list_.readings(), reading);
+  if (judgement_ && (judgement_->looks_like_another || judgement_->fits_none)) {
+    // Laid anew and the same again: then the doubt is about a reading before.
+    if (questioned_ == judgement_->best) {
+      knowledge_.insist(reading.run);
+      store();
+      return;
+    }
+    questioned_ = judgement_->best;
+    phase_ = SessionPhase::question;
+    moving_from_s_ = now_s_;
+    news_.tell("question", question_text(*judgement_, reading.row.entry.point), {},
+               judgement_->looks_like_another ? std::optional(judgement_->best) : std::nullopt);
+    present_ = judgement_->looks_like_another ? std::optional(judgement_->best) : std::nullopt;
+    return;
+  }
+  store();
+}
+
+void Session::Engine::store() {
+  tried_to_store_s_ = now_s_;
+  flush_raw();
+  const Json entry = ReadingList::captured(*pending_);
+  const std::string why = journal_.append(entry.dump());
+  if (!why.empty()) {
+    if (phase_ != SessionPhase::storing) {
+      news_.tell("not_stored", formatted("{} is not stored yet: {}", run_text(pending_->run), why));
+    }
+    phase_ = SessionPhase::storing;
+    news_.set_alarm("disk", why +
+                                ": make room; the reading is kept and tried again, and those "
+                                "before it are safe");
+    return;
+  }
+  news_.set_alarm("disk", "");
+  list_.apply(entry);
+  const CapturedReading taken = *pending_;
+  phase_ = SessionPhase::laying;
+  point_seconds_.push_back(now_s_ - asked_s_);
+  remember(taken);
+  news_.tell("captured",
+             formatted("{}: {}, {} samples", run_text(taken.run), taken.row.entry.point.name(),
+                       taken.samples),
+             taken.run, taken.row.entry.point);
+  learn_from_readings();
+  next_point();
+}
+
+}  // namespace axiscal

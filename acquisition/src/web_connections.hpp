@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <list>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "web_page.hpp"
+
+namespace axiscal {
+
+/// One client of the page. All of its functions run in the server's thread.
+class WebConnection {
+ public:
+  /// @param network  that it comes from: so many connections has each, see make_room().
+  explicit WebConnection(std::string network) : network_(std::move(network)) {}
+  virtual ~WebConnection() = default;
+  WebConnection(const WebConnection&) = delete;
+  WebConnection& operator=(const WebConnection&) = delete;
+
+  virtual void start() = 0;
+  virtual void close() = 0;
+  /// Something is new, or the server ends.
+  virtual void wake() = 0;
+
+  [[nodiscard]] const std::string& network() const { return network_; }
+  [[nodiscard]] bool watches() const { return watches_; }
+
+ protected:
+  bool watches_ = false;
+
+ private:
+  std::string network_;
+};
+
+/// The clients there are, and what they share.
+class WebConnections {
+ public:
+  WebPage* page = nullptr;
+  std::atomic<std::size_t> watchers = 0;
+  bool stopping = false;
+
+  void add(std::shared_ptr<WebConnection> connection);
+  void remove(const WebConnection* connection);
+  void clear() { all_.clear(); }
+  void wake_all();
+
+  /// Makes room for one more of a network: the oldest of it, or of the network that has most, gives
+  /// way, unless it watches.
+  /// @return false where there is none to be had.
+  [[nodiscard]] bool make_room(const std::string& network);
+
+ private:
+  [[nodiscard]] std::size_t count_of(const std::string& network) const;
+  bool close_oldest(const std::string& network);
+
+  std::list<std::shared_ptr<WebConnection>> all_;  // in the order of their coming
+};
+
+}  // namespace axiscal

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "reduced_results.hpp"
+
+#include <cmath>
+
+namespace axiscal {
+
+Eigen::VectorXd results_of(const ReducedReading& reduced, std::size_t derived) {
+  Eigen::VectorXd results(fixed_results + static_cast<Eigen::Index>(derived));
+  results.head<3>() = reduced.field_in_sensor;
+  results(3) = reduced.residual;
+  for (std::size_t j = 0; j < derived; ++j) {
+    results(fixed_results + static_cast<Eigen::Index>(j)) = reduced.derived.values[j];
+  }
+  return results;
+}
+
+std::size_t derived_count(const Reducer& reducer, bool has_up) {
+  const InstrumentKind& kind = reducer.kind();
+  const bool derives = kind.derive != nullptr && (has_up || !kind.derives_with_attitude);
+  return derives ? kind.derived_names.size() : 0;
+}
+
+std::vector<std::string> result_names(const Reducer& reducer) {
+  std::vector<std::string> names = {"field_x", "field_y", "field_z", "residual"};
+  for (std::size_t j = 0; j < derived_count(reducer, false); ++j) {
+    names.emplace_back(reducer.kind().derived_names[j]);
+  }
+  return names;
+}
+
+double difference(double a, double b, bool angle) {
+  return angle ? std::remainder(a - b, 360.0) : a - b;
+}
+
+// Names ending in _deg are angles.
+bool is_angle(const Reducer& reducer, Eigen::Index result) {
+  return result >= fixed_results &&
+         reducer.kind().derived_names[static_cast<std::size_t>(result - fixed_results)].ends_with(
+             "_deg");
+}
+
+}  // namespace axiscal

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/reduction.hpp"
+
+namespace axiscal {
+
+/// The source of a budget that the error of the field's magnitude is.
+inline constexpr const char* field_magnitude_source = "field magnitude";
+
+/// What a reading says, as one vector: components, residual, then the derived values.
+inline constexpr Eigen::Index fixed_results = 4;
+
+/// @param derived  how many derived values are wanted, see derived_count().
+[[nodiscard]] Eigen::VectorXd results_of(const ReducedReading& reduced, std::size_t derived);
+
+/// @param has_up  whether the direction of up is known besides.
+[[nodiscard]] std::size_t derived_count(const Reducer& reducer, bool has_up);
+
+/// @return the names of results_of(), without a direction of up.
+[[nodiscard]] std::vector<std::string> result_names(const Reducer& reducer);
+
+[[nodiscard]] bool is_angle(const Reducer& reducer, Eigen::Index result);
+
+/// @return a - b; of angles the short way round [deg].
+[[nodiscard]] double difference(double a, double b, bool angle);
+
+}  // namespace axiscal

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#if __has_include(<fmt/base.h>)
+#include <fmt/base.h>
+#else
+#include <fmt/core.h>
+#endif
+
+namespace axiscal {
+
+/// Does the work of formatted(); the rest of fmt is compiled there alone.
+[[nodiscard]] std::string formatted_all(fmt::string_view text, fmt::format_args values);
+
+/// A text with values in place of its {}: `formatted("run {}: {}", run, why)`. What is between the
+/// braces is fmt's: {:.3g}, {:>8}, {{ for a brace.
+///
+/// A number is written as fmt does, whatever the locale; a double that is to be read back goes
+/// through number_text().
+template <typename... Values>
+[[nodiscard]] std::string formatted(fmt::format_string<const Values&...> text,
+                                    const Values&... values) {
+  return formatted_all(text, fmt::make_format_args(values...));
+}
+
+}  // namespace axiscal
