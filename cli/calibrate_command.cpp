@@ -143,9 +143,9 @@ void align(const std::string& record,
 std::string verdict_line(const Calibration& calibration) {
   const Verdict& verdict = *calibration.verdict;
   const std::string& serial = calibration.instrument.serial;
-  return formatted("{}{} (rule {}{}", serial.empty() ? std::string("unit") : serial,
+  return formatted("{}{} (rule {}{})", serial.empty() ? std::string("unit") : serial,
                    verdict.passed ? ": pass" : ": fail: " + reason_of(verdict), verdict.rule,
-                   verdict.rule == "guarded" ? ", guard band U95)" : ")");
+                   verdict.rule == "guarded" ? ", guard band U95" : "");
 }
 
 void apply_limits(const std::optional<Limits>& limits,

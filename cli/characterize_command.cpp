@@ -158,8 +158,8 @@ std::string text_of(const Characterization& result) {
   std::string text = formatted("cube {}: measured with {} reference{}", cube.id(),
                                result.references.size(), result.references.size() == 1 ? "" : "s");
   text += formatted(
-      "\n\nFace normals, off the nominal ones [urad]\n  {:<6}{:>10}{:>10}{:>10}{:>8}"
-      "{:>8}{:>8}\n",
+      "\n\nFace normals, off the nominal ones [urad]\n"
+      "  {:<6}{:>10}{:>10}{:>10}{:>8}{:>8}{:>8}\n",
       "face", "x", "y", "z", "u(x)", "u(y)", "u(z)");
   for (const Face face : all_faces) {
     const Eigen::Vector3d off = cube.normal(face) - nominal_normal(face);

@@ -177,7 +177,7 @@ int run_history(const CheckCommand& command) {
   return report(command, history_json(units), text, outside);
 }
 
-double level_of(const CheckCommand& command) {
+double alpha_of(const CheckCommand& command) {
   double alpha = 0.01;
   if (command.alpha) {
     alpha = number_of("--alpha", *command.alpha);
@@ -252,7 +252,7 @@ int run(const CheckCommand& command) {
     throw UsageError(
         "check: needs a RECORD, and observations or another record to hold against it");
   }
-  const double alpha = level_of(command);
+  const double alpha = alpha_of(command);
   const std::optional<Limits> limits =
       command.limits ? std::optional(read_limits(*command.limits)) : std::nullopt;
   const Calibration old = read_calibration(command.record);
@@ -271,7 +271,7 @@ int run(const CheckCommand& command) {
         throw RefusedError(*command.other + ": this calibration was refused");
       }
     } else {
-      const FreshReadings readings = read_fresh(command, old);
+      FreshReadings readings = read_fresh(command, old);
       if (!has_pose(readings.run.observations) && old.method != Method::magnitude) {
         if (limits) {
           throw UsageError(
@@ -281,7 +281,7 @@ int run(const CheckCommand& command) {
         return report(command, in_situ_json(check), in_situ_text(check, old.field.unit),
                       check.drifted);
       }
-      fresh = calibration_of(command, readings, old);
+      fresh = calibration_of(command, std::move(readings), old);
     }
     const DriftCheck check = check_drift(old, fresh, alpha);
     const std::optional<Verdict> verdict = verdict_of(command, limits, fresh, check);

@@ -62,8 +62,21 @@ std::string man_page(const ProgramDefinition& program) {
     }
   }
   text += roff_heading("exit status") +
-          ".TP\n0\ndone, perhaps with warnings\n.TP\n1\nthe result is refused, or a check failed\n"
-          ".TP\n2\nusage\n.TP\n3\nbad input\n.TP\n4\nan output cannot be written\n";
+          ".TP\n"
+          "0\n"
+          "done, perhaps with warnings\n"
+          ".TP\n"
+          "1\n"
+          "the result is refused, or a check failed\n"
+          ".TP\n"
+          "2\n"
+          "usage\n"
+          ".TP\n"
+          "3\n"
+          "bad input\n"
+          ".TP\n"
+          "4\n"
+          "an output cannot be written\n";
   return text;
 }
 
@@ -102,10 +115,15 @@ std::vector<std::string> choices_of(const OptionDefinition& option) {
 
 std::string bash_completion(const ProgramDefinition& program) {
   std::string text = formatted(
-      "# bash completion for {}; made from its own definitions\n_{}() {{\n  local "
-      "word=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD-1]}}\n  COMPREPLY=()\n  if "
-      "[ \"$COMP_CWORD\" -eq 1 ]; then\n    COMPREPLY=($(compgen -W \"{} --help --version\" -- "
-      "\"$word\"))\n    return\n  fi\n  case \"${{COMP_WORDS[1]}} $before\" in\n",
+      "# bash completion for {}; made from its own definitions\n"
+      "_{}() {{\n"
+      "  local word=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD-1]}}\n"
+      "  COMPREPLY=()\n"
+      "  if [ \"$COMP_CWORD\" -eq 1 ]; then\n"
+      "    COMPREPLY=($(compgen -W \"{} --help --version\" -- \"$word\"))\n"
+      "    return\n"
+      "  fi\n"
+      "  case \"${{COMP_WORDS[1]}} $before\" in\n",
       program.name, program.name, joined(subcommand_names(program), " "));
   for (const SubcommandDefinition& subcommand : program.subcommands) {
     for (const OptionDefinition& option : subcommand.options) {
@@ -125,9 +143,14 @@ std::string bash_completion(const ProgramDefinition& program) {
                       joined(option_names(subcommand), " "));
   }
   text += formatted(
-      "  esac\n  if [[ $word == -* ]]; then\n    COMPREPLY=($(compgen -W \"$options\" -- "
-      "\"$word\"))\n  else\n    COMPREPLY=($(compgen -f -- \"$word\"))\n  fi\n}}\ncomplete -o "
-      "filenames -F _{} {}\n",
+      "  esac\n"
+      "  if [[ $word == -* ]]; then\n"
+      "    COMPREPLY=($(compgen -W \"$options\" -- \"$word\"))\n"
+      "  else\n"
+      "    COMPREPLY=($(compgen -f -- \"$word\"))\n"
+      "  fi\n"
+      "}}\n"
+      "complete -o filenames -F _{} {}\n",
       program.name, program.name);
   return text;
 }
@@ -151,17 +174,25 @@ std::string zsh_completion(const ProgramDefinition& program) {
     return text;
   };
   std::string text = formatted(
-      "#compdef {}\n# made from the command's own definitions\n_{}() {{\n  if (( CURRENT == 2 )); "
-      "then\n    local -a subcommands=(\n",
+      "#compdef {}\n"
+      "# made from the command's own definitions\n"
+      "_{}() {{\n"
+      "  if (( CURRENT == 2 )); then\n"
+      "    local -a subcommands=(\n",
       program.name, program.name);
   for (const SubcommandDefinition& subcommand : program.subcommands) {
     text +=
         formatted("      {}\n", shell_quoted(formatted("{}:{}", subcommand.name, subcommand.help)));
   }
   text +=
-      "    )\n    _describe subcommand subcommands\n    return\n  fi\n  local "
-      "subcommand=$words[2]\n"
-      "  shift words\n  (( CURRENT-- ))\n  case $subcommand in\n";
+      "    )\n"
+      "    _describe subcommand subcommands\n"
+      "    return\n"
+      "  fi\n"
+      "  local subcommand=$words[2]\n"
+      "  shift words\n"
+      "  (( CURRENT-- ))\n"
+      "  case $subcommand in\n";
   for (const SubcommandDefinition& subcommand : program.subcommands) {
     text += formatted("    {})\n      _arguments \\\n", subcommand.name);
     for (const OptionDefinition& option : subcommand.options) {

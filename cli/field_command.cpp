@@ -129,22 +129,22 @@ Json fields_json(const FieldCommand& command,
 std::string row(const std::string& name, const Json& field, const char* format) {
   std::string text = formatted("{:<15}", name);
   for (const Json& component : field.at("enu")) {
-    text += formatted(fmt::runtime(format), component.get<double>());
+    text += formatted_by(format, component.get<double>());
   }
   return text;
 }
 
 std::string table(const Json& json, const Site& site, double time_s) {
   std::string text = formatted(
-      "latitude {}, longitude {}, height {} m above the ellipsoid, {:.4f}\n\n{:<15}{:>15}{:>15}"
-      "{:>15}{:>15}\n",
+      "latitude {}, longitude {}, height {} m above the ellipsoid, {:.4f}\n"
+      "\n{:<15}{:>15}{:>15}{:>15}{:>15}\n",
       number_text(site.latitude_deg), number_text(site.longitude_deg), number_text(site.height_m),
       decimal_year_of(time_s), "", "east", "north", "up", "magnitude");
   const auto add = [&](const char* name, const char* format) {
     if (json.contains(name)) {
       const Json& field = json.at(name);
       text += formatted("{}{}  {}", row(name, field, format),
-                        formatted(fmt::runtime(format), field.at("magnitude").get<double>()),
+                        formatted_by(format, field.at("magnitude").get<double>()),
                         field.at("unit").get<std::string>());
       text += field.contains("model") ? formatted(" ({})\n", field.at("model").get<std::string>())
                                       : "\n";

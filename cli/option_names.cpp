@@ -4,7 +4,6 @@
 #include <string_view>
 #include <vector>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal::cli {

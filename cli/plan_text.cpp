@@ -87,9 +87,9 @@ class PlanText {
     const Instrument& instrument = plan_.setup.nominal.instrument;
     const Eigen::VectorXd u = forecast.covariance().diagonal().cwiseSqrt();
     text_ += formatted(
-        "\nForecast: standard uncertainty (root mean square error) of bias [{0}] and "
-        "of\nsensitivity to x, y, z [{0} per {1}]\n  "
-        "{2:<12}{3:>12}{4:>12}{5:>12}{6:>12}{7:>8}\n",
+        "\nForecast: standard uncertainty (root mean square error) of bias [{0}] and of\n"
+        "sensitivity to x, y, z [{0} per {1}]\n"
+        "  {2:<12}{3:>12}{4:>12}{5:>12}{6:>12}{7:>8}\n",
         instrument.unit, plan_.setup.nominal.field.unit, "axis", "bias", "x", "y", "z", "dof");
     for (Eigen::Index k = 0; k < forecast.response.bias.size(); ++k) {
       text_ += formatted("  {:<12}", instrument.axes[static_cast<std::size_t>(k)].substr(0, 11));
@@ -107,8 +107,8 @@ class PlanText {
     }
     const Eigen::MatrixXd C = forecast.covariance();
     text_ += formatted(
-        "\nStandard uncertainty of calibrated angles [deg], without a reading's own "
-        "noise\n  {:<14}{:>12}{:>14}{:>12}\n",
+        "\nStandard uncertainty of calibrated angles [deg], without a reading's own noise\n"
+        "  {:<14}{:>12}{:>14}{:>12}\n",
         "pitch [deg]", "pitch", "pitch, atan2", "roll");
     for (const double pitch_deg : pitches_deg) {
       const double pitch = pitch_deg * rad_per_deg;
@@ -156,8 +156,8 @@ class PlanText {
       return;
     }
     text_ += formatted(
-        "\nErrors by the cube's tolerances, root mean square [1e-6 of the field, urad]"
-        "\n  {:<24}{:>10}{:>13}{:>12}{:>8}{:>11}\n",
+        "\nErrors by the cube's tolerances, root mean square [1e-6 of the field, urad]\n"
+        "  {:<24}{:>10}{:>13}{:>12}{:>8}{:>11}\n",
         "method", "bias", "sensitivity", "cross-axis", "angle", "95 % of");
     for (const ToleranceEffect& effect : plan_.tolerances) {
       const auto micro = [](double value) { return std::round(1e8 * value) * 1e-2; };

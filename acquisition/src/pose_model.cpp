@@ -52,14 +52,15 @@ Eigen::MatrixXd derivative_of_reading(const PoseModelFit& fit, const Eigen::Matr
   return J;
 }
 
-// The last rows of the system: what is expected of bias, sensitivity, the field's direction and the
-// scale that the axes have in common.
+// The rows of the system from `row` on: what is expected of bias, sensitivity, the field's
+// direction and the scale that the axes have in common.
 void put_expectations(const PoseModelSetup& setup,
                       const Eigen::MatrixXd& nominal_axes,
                       double scale,
                       const PoseModelFit& fit,
                       const Eigen::Vector2d& tilt,
                       double common_scale,
+                      Eigen::Index row,
                       Eigen::MatrixXd& J,
                       Eigen::VectorXd& r) {
   const LinearResponse& response = fit.response;
@@ -68,7 +69,6 @@ void put_expectations(const PoseModelSetup& setup,
   const Eigen::Index common = tangent + 2;
   const double unit = scale / setup.field.magnitude;
   const double expected_scale = setup.nominal_sensitivity.value_or(0.0);
-  Eigen::Index row = J.rows() - 4 * m - 3;
   const double bias_sd = setup.nominal_sensitivity ? 0.3 * scale : wide * scale;
   for (Eigen::Index k = 0; k < m; ++k, ++row) {
     J(row, k) = 1.0 / bias_sd;
@@ -200,7 +200,7 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
       r.segment(i * m, m) =
           weight.cwiseProduct(reading.mean - fit.response.at(R * fit.field_in_table));
     }
-    put_expectations(setup_, nominal_axes_, scale, fit, tilt, common_scale, J, r);
+    put_expectations(setup_, nominal_axes_, scale, fit, tilt, common_scale, n * m, J, r);
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(J);
     factor = qr.matrixQR().topRows(unknowns).triangularView<Eigen::Upper>();
     const Eigen::VectorXd step = qr.solve(r);

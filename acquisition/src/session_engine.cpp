@@ -2,12 +2,15 @@
 // Samples come in, a view goes out.
 #include "session_engine.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "axis_columns.hpp"
 #include "axiscal/calib/moving_field.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/median.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"

@@ -26,7 +26,10 @@ SourceReader::SourceReader(std::unique_ptr<Source> source) : source_(std::move(s
 }
 
 SourceReader::~SourceReader() {
-  stop_ = true;
+  {
+    const std::lock_guard lock(mutex_);  // else it could miss that it is to stop, and sleep on
+    stop_ = true;
+  }
   room_.notify_all();
   if (thread_.joinable()) {
     thread_.join();
@@ -149,9 +152,10 @@ void SourceReader::run() {
       return;
     }
     std::unique_lock lock(mutex_);
-    note(report, batch.size());
-    // A reader that is late stops the source, never the memory.
+    // A reader that is late stops the source, never the memory. It learns of the end with the last
+    // batch, not before.
     room_.wait(lock, [this] { return stop_ || waiting_.values.size() < most_values_waiting; });
+    note(report, batch.size());
     waiting_.append(batch);
     arrived_.notify_all();
     if (report.state == LinkState::ended) {

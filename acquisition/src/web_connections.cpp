@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "web_connections.hpp"
 
+#ifdef AXISCAL_WEB
 #include <algorithm>
 
 namespace axiscal {
@@ -66,3 +67,4 @@ bool WebConnections::close_oldest(const std::string& network) {
 }
 
 }  // namespace axiscal
+#endif

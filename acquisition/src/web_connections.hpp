@@ -15,7 +15,7 @@ namespace axiscal {
 /// One client of the page. All of its functions run in the server's thread.
 class WebConnection {
  public:
-  /// @param network  that it comes from: so many connections has each, see make_room().
+  /// @param network  where it comes from; make_room() limits the connections of each network.
   explicit WebConnection(std::string network) : network_(std::move(network)) {}
   virtual ~WebConnection() = default;
   WebConnection(const WebConnection&) = delete;
@@ -39,9 +39,9 @@ class WebConnection {
 /// The clients there are, and what they share.
 class WebConnections {
  public:
-  WebPage* page = nullptr;
-  std::atomic<std::size_t> watchers = 0;
-  bool stopping = false;
+  WebPage* page = nullptr;                ///< what they are shown
+  std::atomic<std::size_t> watchers = 0;  ///< browsers that watch; read by other threads too
+  bool stopping = false;                  ///< the server ends
 
   void add(std::shared_ptr<WebConnection> connection);
   void remove(const WebConnection* connection);

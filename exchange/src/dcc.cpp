@@ -233,7 +233,7 @@ Exported export_dcc(const Calibration& calibration, const ExportOptions& options
   declaration.append_attribute("version") = "1.0";
   declaration.append_attribute("encoding") = "UTF-8";
   document.append_child(pugi::node_comment)
-      .set_value((formatted(" {} ", source_line(calibration))).c_str());
+      .set_value(formatted(" {} ", source_line(calibration)).c_str());
   xml_node root = document.append_child("dcc:digitalCalibrationCertificate");
   root.append_attribute("xmlns:dcc") = "https://ptb.de/dcc";
   root.append_attribute("xmlns:si") = "https://ptb.de/si";

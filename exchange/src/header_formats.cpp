@@ -128,24 +128,32 @@ Exported floating_header(const Calibration& calibration,
     text += dialect.constant(type, "scale_terms", formatted("[3][{}]", order),
                              braces(over.scale, number));
     text += formatted(
-        "\n{}(const {} v[3], {} temperature, {} field[3]) {{\n  const {} d = temperature - "
-        "{}reference_temperature;\n  {} u[3] = {{0, 0, 0}};\n",
+        "\n{}(const {} v[3], {} temperature, {} field[3]) {{\n"
+        "  const {} d = temperature - {}reference_temperature;\n"
+        "  {} u[3] = {{0, 0, 0}};\n",
         dialect.function(), type, type, type, type, p, type);
     text += formatted(
-        "  for (int k = 0; k < 3; ++k) {{\n    {} bias_at = 0;\n    {} scale_at = 0;\n    for (int "
-        "i = {} - 1; i >= 0; --i) {{\n      bias_at = (bias_at + {}bias_terms[k][i]) * d;\n      "
-        "scale_at = (scale_at + {}scale_terms[k][i]) * d;\n    }}\n    u[k] = (v[k] - {}bias[k] - "
-        "bias_at) / (1 + scale_at);\n  }}\n",
+        "  for (int k = 0; k < 3; ++k) {{\n"
+        "    {} bias_at = 0;\n"
+        "    {} scale_at = 0;\n"
+        "    for (int i = {} - 1; i >= 0; --i) {{\n"
+        "      bias_at = (bias_at + {}bias_terms[k][i]) * d;\n"
+        "      scale_at = (scale_at + {}scale_terms[k][i]) * d;\n"
+        "    }}\n"
+        "    u[k] = (v[k] - {}bias[k] - bias_at) / (1 + scale_at);\n"
+        "  }}\n",
         type, type, order, p, p, p);
   } else {
     text += formatted(
-        "\n{}(const {} v[3], {} field[3]) {{\n  const {} u[3] = {{v[0] - {}bias[0], v[1] - "
-        "{}bias[1], v[2] - {}bias[2]}};\n",
+        "\n{}(const {} v[3], {} field[3]) {{\n"
+        "  const {} u[3] = {{v[0] - {}bias[0], v[1] - {}bias[1], v[2] - {}bias[2]}};\n",
         dialect.function(), type, type, type, p, p, p);
   }
   text += formatted(
-      "  for (int j = 0; j < 3; ++j) {{\n    field[j] = {}inverse[j][0] * u[0] + {}inverse[j][1] * "
-      "u[1] + {}inverse[j][2] * u[2];\n  }}\n}}\n",
+      "  for (int j = 0; j < 3; ++j) {{\n"
+      "    field[j] = {}inverse[j][0] * u[0] + {}inverse[j][1] * u[1] + {}inverse[j][2] * u[2];\n"
+      "  }}\n"
+      "}}\n",
       p, p, p);
   return {.content = text + dialect.close(), .loss = loss};
 }
@@ -219,11 +227,16 @@ Exported fixed_header(const Calibration& calibration,
   const std::string p = dialect.prefix();
   const std::string scale = formatted("(INT64_C(1) << {})", more);
   text += formatted(
-      "\n{}(const int32_t v[3], int32_t field[3]) {{\n  const int64_t u[3] = {{v[0] * {} - "
-      "{}bias[0], v[1] * {} - {}bias[1], v[2] * {} - {}bias[2]}};\n  for (int j = 0; j < 3; ++j) "
-      "{{\n    const int64_t sum = {}inverse[j][0] * u[0] + {}inverse[j][1] * u[1] + "
-      "{}inverse[j][2] * u[2];\n    const int64_t half = INT64_C(1) << {};\n    field[j] = "
-      "(int32_t)((sum < 0 ? sum - half : sum + half) / (2 * half));\n  }}\n}}\n",
+      "\n{}(const int32_t v[3], int32_t field[3]) {{\n"
+      "  const int64_t u[3] = {{v[0] * {} - {}bias[0], v[1] * {} - {}bias[1], v[2] * {} - "
+      "{}bias[2]}};\n"
+      "  for (int j = 0; j < 3; ++j) {{\n"
+      "    const int64_t sum = {}inverse[j][0] * u[0] + {}inverse[j][1] * u[1] + {}inverse[j][2] * "
+      "u[2];\n"
+      "    const int64_t half = INT64_C(1) << {};\n"
+      "    field[j] = (int32_t)((sum < 0 ? sum - half : sum + half) / (2 * half));\n"
+      "  }}\n"
+      "}}\n",
       dialect.function(), scale, p, scale, p, scale, p, p, p, p, shift - 1);
   return {.content = text + dialect.close(), .loss = loss};
 }

@@ -12,6 +12,7 @@
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "consumer.hpp"
@@ -25,8 +26,6 @@
 #ifdef AXISCAL_LIBARCHIVE
 #include <archive.h>
 #include <archive_entry.h>
-
-#include "axiscal/core/formatted.hpp"
 #endif
 
 namespace axiscal {
@@ -53,7 +52,7 @@ std::vector<Coefficient> coefficients_of(const Calibration& calibration) {
     for (int j = 0; j < 3; ++j) {
       const bool has_se =
           calibration.statistics && calibration.statistics->sensitivity_se.rows() > k;
-      all.push_back({formatted("{}.sensitivity.{}", axis, std::string(1, "xyz"[j])),
+      all.push_back({formatted("{}.sensitivity.{}", axis, "xyz"[j]),
                      calibration.response.sensitivity(k, j),
                      has_se ? calibration.statistics->sensitivity_se(k, j) : std::nan("")});
     }

@@ -327,7 +327,7 @@ void join_rests(const SegmentOptions& options,
 }
 
 // Says which columns hold no numbers; no rest has a mean of them.
-void drop_empty_columns(const Repair& repair, Segmentation& result) {
+void blank_empty_columns(const Repair& repair, Segmentation& result) {
   for (std::size_t c = 0; c < result.columns.size(); ++c) {
     if (!repair.has_numbers(c)) {
       result.notes.push_back(formatted("column '{}' holds no numbers", result.columns[c]));
@@ -402,7 +402,7 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
   if (options.join) {
     join_rests(options, selected.attitude, result);
   }
-  drop_empty_columns(repair, result);
+  blank_empty_columns(repair, result);
   for (const StaticInterval& interval : result.intervals) {
     result.marks.push_back(marks_of(interval, result.detection));
   }

@@ -41,7 +41,7 @@ FaceNormals nominal_normals() {
 }
 
 std::string of_face(Face face) {
-  return formatted(" of face {} ", face_name(face));
+  return formatted("of face {}", face_name(face));
 }
 
 // By the normals alone (method.md, section 2).
@@ -82,8 +82,8 @@ void check_neighbours(const std::array<FaceDescription, all_faces.size()>& faces
       for (const Ball& p : *a) {
         for (const Ball& q : *b) {
           if ((p.centre_m - q.centre_m).norm() < p.radius_m + q.radius_m) {
-            throw DomainError(
-                formatted("the feet{}and those{}go into each other", of_face(one), of_face(other)));
+            throw DomainError(formatted("the feet {} and those {} go into each other", of_face(one),
+                                        of_face(other)));
           }
         }
       }
@@ -138,13 +138,13 @@ Positioner::Positioner(PositionerDescription description)
     }
     if (known.feet) {
       if (const std::string defect = defect_of_feet(face, *known.feet); !defect.empty()) {
-        throw DomainError(formatted("the feet{}{}", of_face(face), defect));
+        throw DomainError(formatted("the feet {} {}", of_face(face), defect));
       }
       normal = contact_plane(face, *known.feet).normal;
     }
     if (known.normal) {
       if (const std::string defect = defect_of_normal(face, *known.normal); !defect.empty()) {
-        throw DomainError(formatted("the normal{}{}", of_face(face), defect));
+        throw DomainError(formatted("the normal {} {}", of_face(face), defect));
       }
       normal = known.normal->normalized();
       if (known.feet) {
@@ -201,11 +201,11 @@ Seat Positioner::find_seat(const DesignPoint& point) const {
     }
     for (const Ball& ball : *feet(face)) {
       if (rest_feet && face != point.rest() && passes(ball, rest, rest_feet->front())) {
-        seat.defect = formatted("a foot{}reaches below the table", of_face(face));
+        seat.defect = formatted("a foot {} reaches below the table", of_face(face));
       } else if (fence_feet && face != point.fence() &&
                  passes(ball, to_fence,
                         (*fence_feet)[static_cast<std::size_t>(seat.contacts.front())])) {
-        seat.defect = formatted("a foot{}reaches through the fence", of_face(face));
+        seat.defect = formatted("a foot {} reaches through the fence", of_face(face));
       }
     }
   }

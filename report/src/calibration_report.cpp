@@ -407,13 +407,22 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
   }
   const bool has_script = !report_script().empty();
   std::string page = formatted(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta "
-      "http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
-      "'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:\">\n<meta "
-      "name=\"viewport\" content=\"width=device-width, "
-      "initial-scale=1\">\n<title>{}</title>\n<style>{}{}{}</style>\n</"
-      "head>\n<body>\n<header><h1>{}</h1>\n<p class=\"soft\">{}{}</p></header>\n<main>\n{}<nav "
-      "aria-label=\"Contents\"><ul>{}</ul></nav>\n{}</main>\n",
+      "<!DOCTYPE html>\n"
+      "<html lang=\"en\">\n"
+      "<head>\n"
+      "<meta charset=\"utf-8\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
+      "'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<title>{}</title>\n"
+      "<style>{}{}{}</style>\n"
+      "</head>\n"
+      "<body>\n"
+      "<header><h1>{}</h1>\n"
+      "<p class=\"soft\">{}{}</p></header>\n"
+      "<main>\n"
+      "{}<nav aria-label=\"Contents\"><ul>{}</ul></nav>\n"
+      "{}</main>\n",
       escaped(title_of(calibration)), report_style(), seat_style(), plot_style(),
       escaped(title_of(calibration)),
       escaped(calibration.created.empty() ? "" : formatted("calibrated {}, ", calibration.created)),

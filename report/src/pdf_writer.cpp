@@ -105,7 +105,7 @@ class PdfPages::Page {
     std::string line;
     for (std::string_view part : split(text, ' ')) {
       std::string word(part);
-      const std::string longer = line.empty() ? word : formatted("{} {}", line, word);
+      const std::string longer = line.empty() ? word : line + " " + word;
       if (width_of(longer) <= width) {
         line = longer;
         continue;

@@ -221,7 +221,7 @@ std::string drawn(const PlotSeries& series, std::size_t k, const Scales& at) {
         points += "\"/>" + open;
       }
     }
-    return formatted("{}{}\"/>", open, points);
+    return open + points + "\"/>";
   }
   for (std::size_t i = 0; i < series.x.size(); ++i) {
     if (std::isfinite(series.y[i])) {

@@ -113,14 +113,22 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet, const std::str
   const bool with_level = std::any_of(
       sheet.begin(), sheet.end(), [](const RunSheetRow& row) { return row.entry.level != 1.0; });
   std::string page = formatted(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta "
-      "http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
-      "'unsafe-inline'\">\n<meta name=\"viewport\" "
-      "content=\"width=device-width\">\n<title>{}</title>\n<style>{}{}</style>\n</"
-      "head>\n<body>\n<h1>{}</h1>\n<p>Lay the cube down as drawn, seen from the front with the "
-      "fence behind it: the face named in blue on the table, the one named in orange pushed "
-      "against the fence. Wipe feet, table and fence; push at the middle; let go; wait until it is "
-      "still; take the reading; tick the box. Take the steps in this order.</p>\n",
+      "<!DOCTYPE html>\n"
+      "<html lang=\"en\">\n"
+      "<head>\n"
+      "<meta charset=\"utf-8\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
+      "'unsafe-inline'\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width\">\n"
+      "<title>{}</title>\n"
+      "<style>{}{}</style>\n"
+      "</head>\n"
+      "<body>\n"
+      "<h1>{}</h1>\n"
+      "<p>Lay the cube down as drawn, seen from the front with the fence behind it: the face named "
+      "in blue on the table, the one named in orange pushed against the fence. Wipe feet, table "
+      "and fence; push at the middle; let go; wait until it is still; take the reading; tick the "
+      "box. Take the steps in this order.</p>\n",
       escaped(title), page_style, seat_style(), escaped(title));
   int block = 0;
   for (const RunSheetRow& row : sheet) {
@@ -138,7 +146,9 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet, const std::str
         row.run, with_level ? ", level " + number_text(row.entry.level) : "",
         seat_svg(row.entry.point));
   }
-  return formatted("{}{}</body>\n</html>\n", page, block == 0 ? "" : "</ol>\n");
+  page += block == 0 ? "" : "</ol>\n";
+  page += "</body>\n</html>\n";
+  return page;
 }
 
 }  // namespace axiscal

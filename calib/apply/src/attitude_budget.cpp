@@ -79,7 +79,7 @@ class AttitudeBudgetMaker {
                                                                 (C.diagonal() + own).cwiseSqrt());
     const Eigen::VectorXd here = results_of(reducer_.reduce(readings_, nullptr, temperature_),
                                             derived_count(reducer_, false));
-    const std::vector<std::string> names = result_names(reducer_);
+    const std::vector<std::string> names = names_of_results(reducer_);
     for (Eigen::Index r = 0; r < here.size(); ++r) {
       if (std::isnan(here(r))) {
         continue;
@@ -218,7 +218,7 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
     for (Eigen::Index r = 0; r < here.size(); ++r) {
       if (!std::isnan(here(r))) {
         errors[static_cast<std::size_t>(r)].push_back(
-            difference(results(r), here(r), is_angle(reducer_, r)));
+            difference_of_results(results(r), here(r), result_is_angle(reducer_, r)));
       }
     }
   }

@@ -25,16 +25,17 @@ Eigen::VectorXd slope(const Reducer& reducer,
                       double step) {
   Eigen::VectorXd result(at.size());
   for (Eigen::Index r = 0; r < at.size(); ++r) {
-    const bool angle = is_angle(reducer, r);
+    const bool angle = result_is_angle(reducer, r);
     if (std::isnan(at(r))) {
       result(r) = not_a_number;
     } else if (std::isnan(below(r))) {
-      result(r) = difference(above(r), at(r), angle) / step;
+      result(r) = difference_of_results(above(r), at(r), angle) / step;
     } else if (std::isnan(above(r))) {
-      result(r) = difference(at(r), below(r), angle) / step;
+      result(r) = difference_of_results(at(r), below(r), angle) / step;
     } else {
-      result(r) =
-          (difference(above(r), at(r), angle) + difference(at(r), below(r), angle)) / (2.0 * step);
+      result(r) = (difference_of_results(above(r), at(r), angle) +
+                   difference_of_results(at(r), below(r), angle)) /
+                  (2.0 * step);
     }
   }
   return result;

@@ -21,7 +21,7 @@ std::size_t derived_count(const Reducer& reducer, bool has_up) {
   return derives ? kind.derived_names.size() : 0;
 }
 
-std::vector<std::string> result_names(const Reducer& reducer) {
+std::vector<std::string> names_of_results(const Reducer& reducer) {
   std::vector<std::string> names = {"field_x", "field_y", "field_z", "residual"};
   for (std::size_t j = 0; j < derived_count(reducer, false); ++j) {
     names.emplace_back(reducer.kind().derived_names[j]);
@@ -29,12 +29,12 @@ std::vector<std::string> result_names(const Reducer& reducer) {
   return names;
 }
 
-double difference(double a, double b, bool angle) {
+double difference_of_results(double a, double b, bool angle) {
   return angle ? std::remainder(a - b, 360.0) : a - b;
 }
 
 // Names ending in _deg are angles.
-bool is_angle(const Reducer& reducer, Eigen::Index result) {
+bool result_is_angle(const Reducer& reducer, Eigen::Index result) {
   return result >= fixed_results &&
          reducer.kind().derived_names[static_cast<std::size_t>(result - fixed_results)].ends_with(
              "_deg");

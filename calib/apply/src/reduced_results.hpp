@@ -11,9 +11,6 @@
 
 namespace axiscal {
 
-/// The source of a budget that the error of the field's magnitude is.
-inline constexpr const char* field_magnitude_source = "field magnitude";
-
 /// What a reading says, as one vector: components, residual, then the derived values.
 inline constexpr Eigen::Index fixed_results = 4;
 
@@ -24,11 +21,12 @@ inline constexpr Eigen::Index fixed_results = 4;
 [[nodiscard]] std::size_t derived_count(const Reducer& reducer, bool has_up);
 
 /// @return the names of results_of(), without a direction of up.
-[[nodiscard]] std::vector<std::string> result_names(const Reducer& reducer);
+[[nodiscard]] std::vector<std::string> names_of_results(const Reducer& reducer);
 
-[[nodiscard]] bool is_angle(const Reducer& reducer, Eigen::Index result);
+/// @return whether a result is an angle [deg], so that differences go the short way round.
+[[nodiscard]] bool result_is_angle(const Reducer& reducer, Eigen::Index result);
 
 /// @return a - b; of angles the short way round [deg].
-[[nodiscard]] double difference(double a, double b, bool angle);
+[[nodiscard]] double difference_of_results(double a, double b, bool angle);
 
 }  // namespace axiscal

@@ -138,7 +138,7 @@ class RowReader {
   [[nodiscard]] bool saturated() const { return saturated_; }
   [[nodiscard]] std::string defect() const {
     return formatted("column '{}': '{}' is not a finite number", csv_.header()[defective_],
-                     std::string(csv_.cells()[defective_].substr(0, 40)));
+                     csv_.cells()[defective_].substr(0, 40));
   }
 
  private:

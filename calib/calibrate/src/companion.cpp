@@ -219,16 +219,15 @@ void align_with_companion(Calibration& calibration,
   const Alignment alignment =
       align_by_constant_angle(all(used, Eigen::seqN(0, all.cols())),
                               all_of_companion(used, Eigen::seqN(0, all_of_companion.cols())));
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(12, 12);
-  const bool simulated = calibration.statistics && calibration.shape == MagnitudeShape::symmetric &&
-                         calibration.statistics->residual_sd.allFinite();
-  if (simulated) {
-    covariance = covariance_by_simulation(
+  std::optional<Eigen::MatrixXd> simulated;
+  if (calibration.statistics && calibration.shape == MagnitudeShape::symmetric &&
+      calibration.statistics->residual_sd.allFinite()) {
+    simulated = covariance_by_simulation(
         calibration, observations.response(used, Eigen::seqN(0, observations.response.cols())),
         companion, companions.response(used, Eigen::seqN(0, companions.response.cols())),
         alignment);
   }
-  turn_to_companion(alignment, simulated ? std::optional(covariance) : std::nullopt, calibration);
+  turn_to_companion(alignment, simulated, calibration);
   if (calibration.orientations) {
     calibration.orientations->gap =
         alignment.rotation_companion_from_sensor * calibration.orientations->gap;

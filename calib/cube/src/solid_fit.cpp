@@ -430,7 +430,7 @@ struct SolidFit::Place {
 // The whole cube at a given scatter of each reference.
 struct SolidFit::Problem {
   using State = Place;
-  using Linear = Linearised<>;
+  using Linear = Linearised;
 
   void linearise(const Place& at, Linear& linear) const {
     linear.residuals = -fit.residuals(at.state, sigma);

@@ -153,7 +153,8 @@ void put_covariance_of(const Calibration& from,
   }
 }
 
-// The polynomial's order, as stated or as the readings have it.
+// The polynomial's order: as stated, or as the trials have it, which it puts into `temperature`.
+// Throws RankDeficientError where the readings are at too few temperatures.
 int settled_order(const Experiment& experiment,
                   const ReadingSet& set,
                   TemperatureResponse& temperature) {
@@ -173,8 +174,8 @@ int settled_order(const Experiment& experiment,
   return order;
 }
 
-// As they are of an axis of which nothing is fitted.
-FitStatistics no_statistics(Eigen::Index readings, Eigen::Index m) {
+// All NaN until an axis is fitted.
+FitStatistics unknown_statistics(Eigen::Index readings, Eigen::Index m) {
   FitStatistics statistics;
   statistics.observations = static_cast<int>(readings);
   for (Eigen::VectorXd* const of_axes :
@@ -233,7 +234,7 @@ void fit_bias(const Experiment& experiment,
   TemperatureResponse& temperature = calibration.temperature.emplace();
   temperature = source.temperature_range();
   const int order = settled_order(experiment, set, temperature);
-  FitStatistics& statistics = calibration.statistics.emplace(no_statistics(set.size(), m));
+  FitStatistics& statistics = calibration.statistics.emplace(unknown_statistics(set.size(), m));
   temperature.bias.resize(m, order);
   temperature.scale.setZero(m, order);
   temperature.bias_se.resize(m, order);

@@ -95,14 +95,11 @@ Eigen::Matrix3d root_of(const Eigen::Matrix3d& M, MagnitudeShape shape) {
 }
 
 // Least squares for a start: by the normal equations where they are well conditioned.
-template <int columns>
-Eigen::Matrix<double, columns, 1> roughly_solved(Eigen::Matrix<double, Eigen::Dynamic, columns> A,
-                                                 const Eigen::VectorXd& b) {
+Eigen::VectorXd roughly_solved(Eigen::MatrixXd A, const Eigen::VectorXd& b) {
   constexpr double smallest_pivot = 1e-4;
-  const Linearised<columns> linear{.residuals = -b, .jacobian = std::move(A)};
+  const Linearised linear{.residuals = -b, .jacobian = std::move(A)};
   const auto solution = step_by_normal_equations(linear, 0.0, smallest_pivot);
-  return solution ? *solution
-                  : Eigen::Matrix<double, columns, 1>(minimum_norm_solution(linear.jacobian, b));
+  return solution ? *solution : minimum_norm_solution(linear.jacobian, b);
 }
 
 }  // namespace
@@ -144,13 +141,13 @@ double ellipsoid_cost(const EllipsoidCloud& cloud,
 Ellipsoid ellipsoid_start(const EllipsoidCloud& cloud) {
   const Eigen::Index n = cloud.size();
   const Eigen::Array<double, Eigen::Dynamic, 3> v = cloud.v.array();
-  Eigen::Matrix<double, Eigen::Dynamic, 9> D(n, 9);
+  Eigen::MatrixXd D(n, 9);
   D.leftCols<3>() = v.square();
   D.col(3) = 2.0 * v.col(0) * v.col(1);
   D.col(4) = 2.0 * v.col(0) * v.col(2);
   D.col(5) = 2.0 * v.col(1) * v.col(2);
   D.rightCols<3>() = 2.0 * v;
-  const Eigen::Matrix<double, 9, 1> q = roughly_solved<9>(std::move(D), Eigen::VectorXd::Ones(n));
+  const EllipsoidParameters q = roughly_solved(std::move(D), Eigen::VectorXd::Ones(n));
   Eigen::Matrix3d Q;
   Q << q(0), q(3), q(4), q(3), q(1), q(5), q(4), q(5), q(2);
   const Eigen::LLT<Eigen::Matrix3d> cholesky(Q);
@@ -163,10 +160,9 @@ Ellipsoid ellipsoid_start(const EllipsoidCloud& cloud) {
       return {.b = centre, .A = A};
     }
   }
-  Eigen::Matrix<double, Eigen::Dynamic, 4> B(n, 4);
+  Eigen::MatrixXd B(n, 4);
   B << 2.0 * cloud.v, Eigen::VectorXd::Ones(n);
-  const Eigen::Vector4d sphere =
-      roughly_solved<4>(std::move(B), v.square().rowwise().sum().matrix());
+  const Eigen::Vector4d sphere = roughly_solved(std::move(B), v.square().rowwise().sum().matrix());
   Ellipsoid start{.b = sphere.head<3>()};
   start.A /= std::sqrt(std::max(sphere(3) + start.b.squaredNorm(), 1e-6));
   return start;

@@ -43,7 +43,7 @@ struct EllipsoidCloud {
                                         MagnitudeShape shape);
 
 /// Deviations |f| - 1 and what changes them, in units of a reading's noise.
-struct LinearisedEllipsoid : Linearised<ellipsoid_parameters> {
+struct LinearisedEllipsoid : Linearised {
   Eigen::VectorXd scale;  // n: 1 / standard deviation of |f|, for noise of 1
 };
 

@@ -38,7 +38,7 @@ struct AxisFreedom {
   double degrees_of_freedom = 0.0;
 };
 
-AxisFreedom freedom_of(const Eigen::MatrixXd& rows,
+AxisFreedom freedom_of(const Eigen::Ref<const Eigen::MatrixXd>& rows,
                        const Eigen::MatrixXd& covariance,
                        double used) {
   const Eigen::MatrixXd N = rows.transpose() * rows;
@@ -47,7 +47,8 @@ AxisFreedom freedom_of(const Eigen::MatrixXd& rows,
   return {.free = free, .degrees_of_freedom = free - CN.trace() + (CN * CN).trace()};
 }
 
-// Of each axis as it was fitted; where nothing scatters, little.
+// Each axis's scatter to begin with: that of the fit, or 1e-9 of its response where nothing
+// scatters.
 Eigen::VectorXd first_scatter(const Estimate& estimate, const Eigen::MatrixXd& theta) {
   Eigen::VectorXd sigma = estimate.statistics.residual_sd;
   for (Eigen::Index k = 0; k < sigma.size(); ++k) {

@@ -66,18 +66,17 @@ void require_direction(const ReadingSet& set, const JointFit& fit, const JointSo
   if (points.empty() && !set.also_in_table.empty()) {
     settings.insert(settings.end(), {Setting::site, Setting::fence_azimuth, Setting::field_table});
   }
-  const std::string list = joined(names);
-  throw RankDeficientError(
-      formatted(
-          "the readings do not determine {}{}{}", list, names.size() > 1 ? " together; " : "; ",
-          points.empty()
-              ? set.also_in_table.empty()
-                    ? "take each face turned round as well, or use method known if the table "
-                      "is level"
-                    : "use method known with the field's direction: the site and the fence's "
-                      "azimuth, or its vector in the table"
-              : formatted("add readings at {}, or use method known if the table is level", points)),
-      std::move(names), std::move(settings));
+  std::string advice =
+      formatted("add readings at {}, or use method known if the table is level", points);
+  if (points.empty()) {
+    advice = set.also_in_table.empty()
+                 ? "take each face turned round as well, or use method known if the table is level"
+                 : "use method known with the field's direction: the site and the fence's azimuth, "
+                   "or its vector in the table";
+  }
+  const std::string why = formatted("the readings do not determine {}{}; {}", joined(names),
+                                    names.size() > 1 ? " together" : "", advice);
+  throw RankDeficientError(why, std::move(names), std::move(settings));
 }
 
 void require_degrees_of_freedom(const ReadingSet& set, const JointSolution& solution) {

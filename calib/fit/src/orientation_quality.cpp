@@ -44,7 +44,7 @@ Eigen::MatrixXd angle_jacobian(const Eigen::MatrixXd& turned, const Eigen::Matri
 class AngleProblem {
  public:
   using State = AngleFit;
-  using Linear = Linearised<>;
+  using Linear = Linearised;
 
   AngleProblem(const Eigen::MatrixXd& f, const Eigen::MatrixXd& g) : f_(f), g_(g) {}
 

@@ -23,7 +23,7 @@ Eigen::Vector3d row_of(const PolarParameters& p, int axis, AxisConvention conven
 class PolarProblem {
  public:
   using State = PolarParameters;
-  using Linear = Linearised<4>;
+  using Linear = Linearised;
 
   PolarProblem(const Eigen::Matrix<double, Eigen::Dynamic, 3>& field,
                const Eigen::VectorXd& response,

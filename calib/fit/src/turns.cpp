@@ -139,7 +139,7 @@ struct Candidate {
 class TurnProblem {
  public:
   using State = Candidate;
-  using Linear = Linearised<>;
+  using Linear = Linearised;
 
   TurnProblem(std::span<const GyroscopeTurn> turns, bool fit_bias)
       : turns_(turns), fit_bias_(fit_bias) {}
@@ -269,7 +269,7 @@ std::vector<std::string> names_of_unknowns(Eigen::Index unknowns) {
   std::vector<std::string> names;
   for (const char k : {'x', 'y', 'z'}) {
     for (const char j : {'x', 'y', 'z'}) {
-      names.push_back(formatted("{}.sensitivity.{}", std::string(1, k), j));
+      names.push_back(formatted("{}.sensitivity.{}", k, j));
     }
   }
   for (const char k : {'x', 'y', 'z'}) {

@@ -90,7 +90,8 @@ class BudgetMaker {
     }
     const Eigen::VectorXd change =
         field.magnitude_u / field.magnitude * parameters_of(calibration_.response.sensitivity);
-    add("field magnitude", "normal", field.magnitude_u, field.unit, change * change.transpose());
+    add(field_magnitude_source, "normal", field.magnitude_u, field.unit,
+        change * change.transpose());
   }
 
   // What the coefficients take up of a field that turns in the table; `known` takes it as given.

@@ -144,7 +144,7 @@ class Table {
 
  private:
   [[nodiscard]] std::string quoted(std::size_t column) const {
-    return formatted("'{}'", std::string(text(column).substr(0, 40)));
+    return formatted("'{}'", text(column).substr(0, 40));
   }
 
   static std::string advice(std::string_view text) {

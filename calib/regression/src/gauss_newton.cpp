@@ -1,33 +1,62 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/gauss_newton.hpp"
 
+#include <Eigen/Cholesky>
+
 #include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 
 namespace axiscal {
+namespace {
 
-Eigen::VectorXd damped_step_by_qr(const Eigen::MatrixXd& jacobian,
-                                  const Eigen::VectorXd& residuals,
-                                  double damping) {
+Eigen::VectorXd damped_step_by_qr(const Linearised& linear, double damping) {
+  const Eigen::MatrixXd& J = linear.jacobian;
   if (damping == 0.0) {
-    const ScaledQr qr(jacobian);
+    const ScaledQr qr(J);
     if (qr.has_full_rank()) {
-      return -qr.solve(residuals);
+      return -qr.solve(linear.residuals);
     }
   }
-  const Eigen::Index n = jacobian.rows();
-  const Eigen::Index p = jacobian.cols();
-  const Eigen::VectorXd lengths = jacobian.colwise().norm().cwiseMax(1e-300);
+  const Eigen::Index n = J.rows();
+  const Eigen::Index p = J.cols();
+  const Eigen::VectorXd lengths = J.colwise().norm().cwiseMax(1e-300);
   Eigen::MatrixXd A(n + p, p);
-  A << jacobian * lengths.cwiseInverse().asDiagonal(),
+  A << J * lengths.cwiseInverse().asDiagonal(),
       std::sqrt(damping) * Eigen::MatrixXd::Identity(p, p);
   Eigen::VectorXd b = Eigen::VectorXd::Zero(n + p);
-  b.head(n) = -residuals;
+  b.head(n) = -linear.residuals;
   return minimum_norm_solution(A, b).cwiseQuotient(lengths);
 }
 
-template Eigen::VectorXd damped_step<Eigen::Dynamic>(const Linearised<Eigen::Dynamic>&,
-                                                     double,
-                                                     bool);
+}  // namespace
+
+std::optional<Eigen::VectorXd> step_by_normal_equations(const Linearised& linear,
+                                                        double damping,
+                                                        double smallest_pivot) {
+  const Eigen::Index p = linear.jacobian.cols();
+  Eigen::MatrixXd N = Eigen::MatrixXd::Zero(p, p);
+  N.selfadjointView<Eigen::Lower>().rankUpdate(linear.jacobian.transpose());
+  const Eigen::VectorXd per_length = N.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
+  N = per_length.asDiagonal() * N * per_length.asDiagonal();
+  N.diagonal().array() += damping;
+  const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> cholesky(N);
+  if (cholesky.info() != Eigen::Success ||
+      !(cholesky.matrixLLT().diagonal().array() > smallest_pivot).all()) {
+    return std::nullopt;
+  }
+  const Eigen::VectorXd gradient = linear.jacobian.transpose() * linear.residuals;
+  return Eigen::VectorXd(
+      -per_length.cwiseProduct(cholesky.solve(per_length.cwiseProduct(gradient))));
+}
+
+Eigen::VectorXd damped_step(const Linearised& linear, double damping, bool by_qr) {
+  constexpr double smallest_pivot = 1e-5;
+  if (!by_qr) {
+    if (auto step = step_by_normal_equations(linear, damping, smallest_pivot)) {
+      return *std::move(step);
+    }
+  }
+  return damped_step_by_qr(linear, damping);
+}
 
 }  // namespace axiscal

@@ -49,7 +49,7 @@ Calibration without_common(Calibration calibration,
     drop("positioner", "both runs used one positioner: its normals count as the same");
   }
   if (same_field) {
-    drop("field magnitude",
+    drop(field_magnitude_source,
          "both runs took the field from one source: its magnitude counts as the same");
   }
   return calibration;
@@ -154,9 +154,8 @@ double pitch_rad(const Eigen::Vector3d& field) {
   return std::atan2(field.x(), std::hypot(field.y(), field.z()));
 }
 
-// @throws DomainError  unless the records are of one kind of instrument, field and unit, and one
-// states
-//                      a covariance.
+// Throws DomainError unless the records are of one kind of instrument, field and unit, and one of
+// them states a covariance.
 void require_comparable(const Calibration& old_record, const Calibration& fresh_record) {
   if (old_record.instrument.axes != fresh_record.instrument.axes) {
     throw DomainError(formatted("the records are of different axes: {} and {}",

@@ -16,7 +16,7 @@ namespace {
 // https://www.itl.nist.gov/div898/strd/nls/data/misra1a.shtml
 struct Misra1a {
   using State = Eigen::Vector2d;
-  using Linear = Linearised<>;
+  using Linear = Linearised;
 
   static constexpr std::array<double, 14> y = {10.07, 14.73, 17.94, 23.93, 29.61, 35.18, 40.02,
                                                44.82, 50.76, 55.05, 61.01, 66.40, 75.47, 81.78};
@@ -52,7 +52,7 @@ TEST(GaussNewton, ReachesTheCertifiedValuesOfMisra1a) {
     EXPECT_TRUE(found.converged);
     EXPECT_NEAR(found.state(0) / certified(0), 1.0, 2e-10);
     EXPECT_NEAR(found.state(1) / certified(1), 1.0, 2e-10);
-    Linearised<> there;
+    Linearised there;
     Misra1a::linearise(found.state, there);
     const double sd = std::sqrt(there.residuals.squaredNorm() / 12.0);
     EXPECT_NEAR(sd / 1.0187876330e-01, 1.0, 1e-9);
@@ -65,7 +65,7 @@ TEST(GaussNewton, ReachesTheCertifiedValuesOfMisra1a) {
 // A valley with a curved floor (Rosenbrock), whose second unknown no step may take below `wall`.
 struct Valley {
   using State = Eigen::Vector2d;
-  using Linear = Linearised<2>;
+  using Linear = Linearised;
   double wall = -std::numeric_limits<double>::infinity();
 
   static void linearise(const State& at, Linear& linear) {
@@ -99,7 +99,7 @@ TEST(GaussNewton, StaysWhereACostIsANumber) {
 }
 
 TEST(DampedStep, OfAnOpenProblemIsTheShortest) {
-  Linearised<> open;
+  Linearised open;
   open.residuals = Eigen::Vector3d(1.0, 2.0, 3.0);
   open.jacobian = Eigen::MatrixXd(3, 2);
   open.jacobian << 1.0, 1.0, 2.0, 2.0, 3.0, 3.0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #if __has_include(<fmt/base.h>)
 #include <fmt/base.h>
@@ -11,7 +12,7 @@
 
 namespace axiscal {
 
-/// Does the work of formatted(); the rest of fmt is compiled there alone.
+/// Does the work of formatted(). formatted.cpp alone compiles the rest of fmt.
 [[nodiscard]] std::string formatted_all(fmt::string_view text, fmt::format_args values);
 
 /// A text with values in place of its {}: `formatted("run {}: {}", run, why)`. What is between the
@@ -23,6 +24,13 @@ template <typename... Values>
 [[nodiscard]] std::string formatted(fmt::format_string<const Values&...> text,
                                     const Values&... values) {
   return formatted_all(text, fmt::make_format_args(values...));
+}
+
+/// As formatted(), where the text is known only when it runs.
+/// @throws fmt::format_error  if it does not fit the values.
+template <typename... Values>
+[[nodiscard]] std::string formatted_by(std::string_view text, const Values&... values) {
+  return formatted_all({text.data(), text.size()}, fmt::make_format_args(values...));
 }
 
 }  // namespace axiscal

@@ -8,6 +8,9 @@
 
 namespace axiscal {
 
+/// The name of the source that is the error of the field's magnitude.
+inline constexpr const char* field_magnitude_source = "field magnitude";
+
 /// One source of a calibration's uncertainty, and what it does to every parameter.
 struct UncertaintySource {
   std::string name;          ///< "fit", "positioner", "levelness", "field magnitude", ...

@@ -7,76 +7,31 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 namespace axiscal {
 
 /// A least-squares problem as it is seen from one place: the residuals there, and what a small step
 /// of the p unknowns changes of them.
-template <int unknowns = Eigen::Dynamic>
 struct Linearised {
-  using Step = Eigen::Matrix<double, unknowns, 1>;
-
-  Eigen::VectorXd residuals;                                 ///< n, in units of their noise
-  Eigen::Matrix<double, Eigen::Dynamic, unknowns> jacobian;  ///< n x p
+  Eigen::VectorXd residuals;  ///< n, in units of their noise
+  Eigen::MatrixXd jacobian;   ///< n x p
 };
 
 /// The step s that makes |r + J s|^2 + damping |L s|^2 smallest, L the lengths of J's columns.
 ///
 /// @param by_qr  whether it is to have all digits: by QR, and of smallest norm where J leaves
 ///               something open. Else J^T J will do, unless it is too close to singular.
-template <int unknowns>
-[[nodiscard]] typename Linearised<unknowns>::Step damped_step(const Linearised<unknowns>& linear,
-                                                              double damping,
-                                                              bool by_qr);
+[[nodiscard]] Eigen::VectorXd damped_step(const Linearised& linear, double damping, bool by_qr);
 
 /// The same by the normal equations, columns scaled to length 1: quick, and good for steps from
 /// afar.
 ///
 /// @return nothing where a pivot is not above the smallest one, so that they are too close to
 ///         singular.
-template <int unknowns>
-[[nodiscard]] std::optional<typename Linearised<unknowns>::Step> step_by_normal_equations(
-    const Linearised<unknowns>& linear, double damping, double smallest_pivot) {
-  using Square = Eigen::Matrix<double, unknowns, unknowns>;
-  using Step = typename Linearised<unknowns>::Step;
-  const Eigen::Index p = linear.jacobian.cols();
-  Square N = Square::Zero(p, p);
-  N.template selfadjointView<Eigen::Lower>().rankUpdate(linear.jacobian.transpose());
-  const Step per_length = N.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
-  N = per_length.asDiagonal() * N * per_length.asDiagonal();
-  N.diagonal().array() += damping;
-  const Eigen::LLT<Square, Eigen::Lower> cholesky(N);
-  if (cholesky.info() != Eigen::Success ||
-      !(cholesky.matrixLLT().diagonal().array() > smallest_pivot).all()) {
-    return std::nullopt;
-  }
-  const Step gradient = linear.jacobian.transpose() * linear.residuals;
-  return Step(-per_length.cwiseProduct(cholesky.solve(per_length.cwiseProduct(gradient))));
-}
-
-/// The same by QR alone, compiled in one place.
-[[nodiscard]] Eigen::VectorXd damped_step_by_qr(const Eigen::MatrixXd& jacobian,
-                                                const Eigen::VectorXd& residuals,
-                                                double damping);
-
-template <int unknowns>
-typename Linearised<unknowns>::Step damped_step(const Linearised<unknowns>& linear,
-                                                double damping,
-                                                bool by_qr) {
-  constexpr double smallest_pivot = 1e-5;
-  if (!by_qr) {
-    if (const auto step = step_by_normal_equations(linear, damping, smallest_pivot)) {
-      return *step;
-    }
-  }
-  return damped_step_by_qr(linear.jacobian, linear.residuals, damping);
-}
-
-extern template Eigen::VectorXd damped_step<Eigen::Dynamic>(const Linearised<Eigen::Dynamic>&,
-                                                            double,
-                                                            bool);
+[[nodiscard]] std::optional<Eigen::VectorXd> step_by_normal_equations(const Linearised& linear,
+                                                                      double damping,
+                                                                      double smallest_pivot);
 
 /// What a problem brings for gauss_newton(). `State` is where the search stands, on a manifold or
 /// not; `Linear` is a Linearised, and may keep more.
@@ -84,7 +39,7 @@ template <typename Problem>
 concept GaussNewtonProblem = requires(const Problem problem,
                                       const typename Problem::State at,
                                       typename Problem::Linear linear,
-                                      const typename Problem::Linear::Step step) {
+                                      const Eigen::VectorXd step) {
   // Residuals and Jacobian at a place. A prior is one row for each of its standard deviations.
   {problem.linearise(at, linear)};
   // The retraction: the place that a step leads to.
@@ -137,7 +92,7 @@ template <GaussNewtonProblem Problem>
     const double length_before = last_length;
     bool better = false;
     for (int attempt = 0; attempt < options.most_attempts && !better; ++attempt) {
-      const auto step = damped_step(linear, damping, by_qr);
+      const Eigen::VectorXd step = damped_step(linear, damping, by_qr);
       if (!step.allFinite()) {
         break;
       }
