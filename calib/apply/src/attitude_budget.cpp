@@ -88,8 +88,7 @@ class AttitudeBudgetMaker {
       VarianceShares shares;
       // A larger parameter makes the same reading mean less field.
       const bool free_of_magnitude = r >= 3;
-      const Calibration& used = calibration_;
-      CombinedUncertainty from_calibration = propagate(used, -G.row(r) * B, &shares);
+      CombinedUncertainty from_calibration = propagate(calibration_, -G.row(r) * B, &shares);
       if (free_of_magnitude && has_budget) {
         drop_magnitude(-G.row(r) * B, from_calibration, shares);
       }

@@ -11,6 +11,7 @@
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/magnitude_fit.hpp"
+#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/reweighting.hpp"
 #include "axiscal/calib/robust.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
@@ -37,13 +38,10 @@ struct Fit {
 };
 
 std::vector<std::string> names_of(const ReadingSet& set) {
-  std::vector<std::string> names;
-  for (const std::string& axis : set.axes) {
-    names.push_back(axis + ".bias");
-  }
+  std::vector<std::string> names = names_of_columns(set.axes, {0}, {});
   for (const auto& [i, j] : ellipsoid_entries) {
-    names.push_back(formatted("{}.sensitivity.{}", set.axes[static_cast<std::size_t>(i)],
-                              std::string(1, "xyz"[j])));
+    const std::string& axis = set.axes[static_cast<std::size_t>(i)];
+    names.push_back(names_of_columns({axis}, {1 + j}, {}).front());
   }
   return names;
 }

@@ -266,15 +266,10 @@ WeighedStep weigh_bias(const TurnSet::State& state,
 }
 
 std::vector<std::string> names_of_unknowns(Eigen::Index unknowns) {
-  std::vector<std::string> names;
-  for (const char k : {'x', 'y', 'z'}) {
-    for (const char j : {'x', 'y', 'z'}) {
-      names.push_back(formatted("{}.sensitivity.{}", k, j));
-    }
-  }
-  for (const char k : {'x', 'y', 'z'}) {
-    names.push_back(std::string(1, k) + ".bias");
-  }
+  const std::vector<std::string> axes = {"x", "y", "z"};
+  std::vector<std::string> names = names_of_columns(axes, {1, 2, 3}, {});
+  const std::vector<std::string> biases = names_of_columns(axes, {0}, {});
+  names.insert(names.end(), biases.begin(), biases.end());
   names.resize(static_cast<std::size_t>(unknowns));
   return names;
 }

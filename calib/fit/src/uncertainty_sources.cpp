@@ -8,7 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "axiscal/calib/least_squares.hpp"
-#include "axiscal/core/formatted.hpp"
+#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/rotation.hpp"
 
@@ -71,11 +71,10 @@ class BudgetMaker {
   [[nodiscard]] Eigen::VectorXd parameters_of(const SensitivityMatrix& change) const {
     Eigen::VectorXd all = Eigen::VectorXd::Zero(parameters());
     for (Eigen::Index k = 0; k < change.rows(); ++k) {
+      const std::string& axis = calibration_.instrument.axes[static_cast<std::size_t>(k)];
+      const std::vector<std::string> names = names_of_columns({axis}, {1, 2, 3}, {});
       for (int j = 0; j < 3; ++j) {
-        const auto at = statistics_.position_of(formatted(
-            "{}.sensitivity.{}", calibration_.instrument.axes[static_cast<std::size_t>(k)],
-            std::string(1, "xyz"[j])));
-        if (at) {
+        if (const auto at = statistics_.position_of(names[static_cast<std::size_t>(j)])) {
           all(*at) = change(k, j);
         }
       }
