@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/LU>
+
 #include "axiscal/calib/mixed_model.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 #include "matchers.hpp"
