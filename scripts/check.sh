@@ -6,6 +6,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+. scripts/jobs.sh
 scripts/format.sh --check
 for preset in dev clang sanitize thread; do
   cmake --workflow --preset "$preset"

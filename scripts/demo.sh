@@ -7,8 +7,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 scripts/dependencies.sh
-# Ninja's own choice is two more; on two cores four compilers are in each other's way.
-export CMAKE_BUILD_PARALLEL_LEVEL="${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}"
+. scripts/jobs.sh
 # Without the data collector the command is built an eighth sooner; only the guided session needs it.
 preset=demo
 [ "${1:-}" != --guided ] || preset=release

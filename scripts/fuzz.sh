@@ -22,6 +22,7 @@ if [ ${#packages[@]} -gt 0 ]; then
   DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -y -q --no-install-recommends "${packages[@]}"
 fi
 
+. scripts/jobs.sh
 cmake --preset fuzz
 cmake --build --preset fuzz
 program=$PWD/build/fuzz/tests/fuzz/axiscal_fuzz

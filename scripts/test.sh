@@ -6,8 +6,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 scripts/dependencies.sh
-# Ninja's own choice is two more; on two cores four compilers are in each other's way.
-export CMAKE_BUILD_PARALLEL_LEVEL="${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}"
+. scripts/jobs.sh
 # A compiler that we have not seen may warn of something new; that is no failure of a user's build.
 strict=(--compile-no-warning-as-error)
 [ -z "${CI:-}" ] || strict=()

@@ -1,0 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
+# Sourced by the scripts that build: one compiler a core. Ninja's own choice is two more, and on two cores
+# four compilers are in each other's way.
+export CMAKE_BUILD_PARALLEL_LEVEL="${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}"
