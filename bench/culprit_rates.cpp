@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // How often seeded mistakes are caught and named, and how often good runs are called bad: the table
 // of docs/accuracy.md. Usage: axiscal_culprit_rates [TRIALS [SEED]]
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/core/error.hpp"
@@ -42,7 +44,7 @@ void run(const Case& one, int trials, std::uint64_t seed) {
       const axiscal::test::Verdict verdict = axiscal::test::judge(result, seeded);
       caught += verdict.caught ? 1 : 0;
       named += verdict.named ? 1 : 0;
-      refused += result.status == CalibrationStatus::refused ? 1 : 0;
+      refused += result.status == axiscal::CalibrationStatus::refused ? 1 : 0;
     } catch (const axiscal::Error& error) {
       std::printf("  %s\n", error.what());
     }
