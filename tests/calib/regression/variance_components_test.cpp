@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/variance_components.hpp"
+
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "axiscal/core/random.hpp"
+#include "matchers.hpp"
+
+namespace axiscal {
+namespace {
+
+// Units of two rows: noise of their own sd, and a turn that moves both.
+VarianceProblem problem_of(Eigen::Index units, double sigma, double tau, RandomStream& random) {
+  VarianceProblem problem{.rows = 2,
+                          .W = Eigen::MatrixXd(2 * units, 3),
+                          .y = Eigen::VectorXd(2 * units),
+                          .roots = {{}, {}, {}}};
+  for (Eigen::Index i = 0; i < units; ++i) {
+    const Eigen::Vector2d along = random.normals<2>();
+    const Eigen::Vector2d noise = sigma * random.normals<2>();
+    const double turn = tau * random.normal();
+    for (Eigen::Index k = 0; k < 2; ++k) {
+      problem.W.row(2 * i + k) << 1.0, random.normal(), random.normal();
+      problem.y(2 * i + k) = (k == 0 ? 1.0 : 2.0) * noise(k) + turn * along(k);
+    }
+    problem.roots[0].emplace_back(Eigen::Vector2d(1.0, 0.0));
+    problem.roots[1].emplace_back(Eigen::Vector2d(0.0, 1.0));
+    problem.roots[2].emplace_back(along);
+  }
+  return problem;
+}
+
+// -2 ln of the restricted likelihood by the whole matrices, theta_q each in its own turn.
+double misfit(const VarianceProblem& problem, const Eigen::VectorXd& theta) {
+  const Eigen::Index n = problem.y.size();
+  Eigen::MatrixXd V = Eigen::MatrixXd::Zero(n, n);
+  for (std::size_t q = 0; q < 3; ++q) {
+    for (std::size_t i = 0; i < problem.roots[q].size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(2 * i);
+      V.block<2, 2>(at, at) += theta(static_cast<Eigen::Index>(q)) * problem.roots[q][i] *
+                               problem.roots[q][i].transpose();
+    }
+  }
+  const Eigen::MatrixXd inverse = V.inverse();
+  const Eigen::MatrixXd N = problem.W.transpose() * inverse * problem.W;
+  const Eigen::VectorXd b = N.inverse() * (problem.W.transpose() * inverse * problem.y);
+  const Eigen::VectorXd r = problem.y - problem.W * b;
+  return std::log(V.determinant()) + std::log(N.determinant()) + r.dot(inverse * r);
+}
+
+TEST(VarianceComponents, MaximisesTheRestrictedLikelihood) {
+  RandomStream random(2);
+  const VarianceProblem problem = problem_of(20, 1.0, 2.0, random);
+  const auto fit = fit_variance_components(problem, Eigen::Vector3d(1.0, 1.0, 1.0));
+  ASSERT_TRUE(fit);
+  const double best = misfit(problem, fit->theta);
+  for (Eigen::Index q = 0; q < 3; ++q) {
+    for (const double factor : {0.97, 1.03}) {
+      Eigen::VectorXd beside = fit->theta;
+      beside(q) *= factor;
+      EXPECT_GT(misfit(problem, beside), best) << q << " " << factor;
+    }
+  }
+  EXPECT_MATRIX_NEAR(fit->scatter(), fit->covariance, 1e-8);
+}
+
+TEST(VarianceComponents, AreRightInTheMean) {
+  RandomStream random(5);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  constexpr int runs = 300;
+  for (int run = 0; run < runs; ++run) {
+    const VarianceProblem problem = problem_of(40, 1.0, 2.0, random);
+    const auto fit = fit_variance_components(problem, Eigen::Vector3d(1.0, 1.0, 1.0));
+    ASSERT_TRUE(fit);
+    sum += fit->theta / runs;
+  }
+  EXPECT_NEAR(sum(0), 1.0, 0.1);
+  EXPECT_NEAR(sum(1), 4.0, 0.4);
+  EXPECT_NEAR(sum(2), 4.0, 0.4);
+}
+
+TEST(VarianceComponents, SetsToZeroWhatIsNotThere) {
+  RandomStream random(6);
+  int zeros = 0;
+  for (int run = 0; run < 100; ++run) {
+    const auto fit =
+        fit_variance_components(problem_of(20, 1.0, 0.0, random), Eigen::Vector3d(1.0, 1.0, 1.0));
+    ASSERT_TRUE(fit);
+    EXPECT_GE(fit->theta.minCoeff(), 0.0);
+    zeros += fit->theta(2) == 0.0 ? 1 : 0;
+  }
+  EXPECT_GT(zeros, 30);
+  EXPECT_LT(zeros, 80);
+}
+
+// Errors with a prior count as a variance of their own: V + H H^T.
+TEST(VarianceComponents, TakesColumnsWithAPriorAsErrors) {
+  RandomStream random(8);
+  VarianceProblem problem = problem_of(20, 1.0, 0.0, random);
+  problem.roots.resize(2);
+  problem.prior = 1;
+  const Eigen::Vector2d theta(1.0, 4.0);
+  const auto fit = fit_variance_components(problem, theta);
+  ASSERT_TRUE(fit);
+  const Eigen::Index n = problem.y.size();
+  Eigen::MatrixXd V = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    V(i, i) = fit->theta(i % 2);
+  }
+  const Eigen::VectorXd H = problem.W.col(2);
+  const Eigen::MatrixXd inverse = (V + H * H.transpose()).inverse();
+  const Eigen::MatrixXd X = problem.W.leftCols<2>();
+  const Eigen::MatrixXd C = (X.transpose() * inverse * X).inverse();
+  EXPECT_MATRIX_NEAR(fit->covariance.topLeftCorner(2, 2), C, 1e-10);
+  EXPECT_MATRIX_NEAR(fit->estimate.head(2), C * (X.transpose() * inverse * problem.y), 1e-9);
+}
+
+TEST(VarianceComponents, RefusesColumnsThatAreNotDetermined) {
+  RandomStream random(10);
+  VarianceProblem problem = problem_of(20, 1.0, 1.0, random);
+  problem.W.col(2) = problem.W.col(1);
+  EXPECT_FALSE(fit_variance_components(problem, Eigen::Vector3d(1.0, 1.0, 1.0)));
+}
+
+}  // namespace
+}  // namespace axiscal
