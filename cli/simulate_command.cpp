@@ -21,7 +21,7 @@ struct SimulateCommand {
   std::vector<std::string> truths;  ///< a record, or SLOT=RECORD for each slot
   SheetOptions sheet;
   std::optional<std::string> noise, slope, fence_azimuth, positioner, slot, assembly;
-  std::optional<std::string> temperature_sd, resolution;
+  std::optional<std::string> temperature_sd, resolution, world;
   std::string output = "-";
 };
 
@@ -34,6 +34,9 @@ void add_options(OptionSet& options, SimulateCommand& command) {
   options.add("--temperature-sd", command.temperature_sd, "SD",
               "scatter of the temperatures about their levels; 0");
   options.add("--resolution", command.resolution, "Q", "readings are rounded to multiples of it");
+  options.add("--world", command.world, "FILE|NAME=V,..",
+              "what else readings suffer: block_sd, seat_rad, mount_rad, ar, ar_white, walk_sd, "
+              "drift, round, tails, k2, k3, stated");
   options.add("--fence-azimuth", command.fence_azimuth, "DEG",
               "of the table's y axis; turns the field of the truth");
   options.add("--positioner", command.positioner, "FILE", "cube: feet or normals, fence, mounts");
@@ -85,6 +88,9 @@ SimulationOptions simulation_options(const SimulateCommand& command) {
   }
   if (command.resolution) {
     options.resolution = not_negative_of("--resolution", *command.resolution);
+  }
+  if (command.world) {
+    options.world = world_of_option(*command.world);
   }
   if (command.slope) {
     options.slope = slope_of_option(*command.slope);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstdio>
 
 #include <unistd.h>
@@ -23,10 +24,11 @@ struct StudyCommand {
   std::vector<std::string> merge;
   ExperimentOptions experiment;
   SheetOptions sheet;
-  std::optional<std::string> trials, shard, noise, slope_sd, temperature_sd, tolerances;
+  std::optional<std::string> trials, shard, noise, slope_sd, temperature_sd, tolerances, world;
   std::string output = "-";
   bool random_normals = false;
   bool regression_only = false;
+  bool alarms = false;
   bool json = false;
 };
 
@@ -49,9 +51,23 @@ void add_options(OptionSet& options, StudyCommand& command) {
                    "each run's cube differs from --positioner by its normal_covariance");
   options.add_flag("--regression-only", command.regression_only,
                    "noise alone on a field known exactly: millions of trials a second");
+  options.add("--world", command.world, "FILE|NAME=V,..",
+              "what else readings suffer: block_sd, seat_rad, mount_rad, ar, ar_white, walk_sd, "
+              "drift, round, tails, k2, k3, stated");
+  options.add_flag("--alarms", command.alarms,
+                   "look for mistakes in every run and count the trials with each warning");
   options.add("--merge", command.merge, "FILES", "put shards together");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of a table");
+}
+
+// With those that gave no calibration.
+std::int64_t trials_done(const Study& study) {
+  std::int64_t done = 0;
+  for (const std::int64_t block : study.blocks) {
+    done += std::min(study.block, study.trials - block * study.block);
+  }
+  return done;
 }
 
 std::string study_text(const Study& study) {
@@ -62,6 +78,10 @@ std::string study_text(const Study& study) {
   for (const StudyResult& result : results_of(study)) {
     text += formatted("  {:<20}{:>13.2e}{:>13.4e}{:>13.4e}{:>10.2f} %\n", result.parameter,
                       result.mean_error, result.sd, result.stated_u, 100.0 * result.coverage_95);
+  }
+  for (const auto& [name, count] : study.warnings) {
+    text += formatted("  warning {:<28}{:>10.3f} % of the trials\n", name,
+                      100.0 * static_cast<double>(count) / static_cast<double>(trials_done(study)));
   }
   return text;
 }
@@ -155,6 +175,10 @@ StudySetup setup_of(const StudyCommand& command) {
   if (command.slope_sd) {
     setup.slope_sd = not_negative_of("--slope-sd", *command.slope_sd);
   }
+  if (command.world) {
+    setup.simulation.world = world_of_option(*command.world);
+  }
+  setup.alarms = command.alarms;
   setup.random_normals = command.random_normals;
   setup.regression_only = command.regression_only;
   if (command.tolerances) {

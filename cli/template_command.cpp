@@ -21,8 +21,8 @@ struct TemplateCommand {
 };
 
 void add_options(OptionSet& options, TemplateCommand& command) {
-  options.add("name", command.name, "NAME", "experiment, laboratory, limits, map or positioner",
-              Need::required);
+  options.add("name", command.name, "NAME",
+              "experiment, laboratory, limits, map, positioner or world", Need::required);
   options.add_output(command.output);
 }
 
@@ -31,11 +31,12 @@ struct Template {
   std::string_view (*text)();
 };
 
-constexpr std::array<Template, 5> templates = {{{"experiment", &experiment_template},
+constexpr std::array<Template, 6> templates = {{{"experiment", &experiment_template},
                                                 {"laboratory", &laboratory_template},
                                                 {"limits", &limits_template},
                                                 {"map", &map_template},
-                                                {"positioner", &positioner_template}}};
+                                                {"positioner", &positioner_template},
+                                                {"world", &world_template}}};
 
 int run(const TemplateCommand& command) {
   const auto* const found =

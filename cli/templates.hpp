@@ -11,5 +11,6 @@ namespace axiscal {
 [[nodiscard]] std::string_view limits_template();
 [[nodiscard]] std::string_view map_template();
 [[nodiscard]] std::string_view positioner_template();
+[[nodiscard]] std::string_view world_template();
 
 }  // namespace axiscal

@@ -43,6 +43,7 @@
 #include "axiscal/calib/uncertainty_budget.hpp"
 #include "axiscal/calib/verdict.hpp"
 #include "axiscal/calib/warning_code.hpp"
+#include "axiscal/calib/world.hpp"
 
 /// @file
 /// From readings to bias and sensitivity with their uncertainty, and from these to angles.

@@ -63,10 +63,11 @@ void run_regression_study(const StudySetup& setup,
                           Study& study) {
   if (setup.truth.temperature || !setup.truth.also.empty() || setup.truth.instrument.one_sided ||
       setup.drawing || setup.random_normals || setup.slope_sd > 0.0 ||
-      setup.simulation.resolution > 0.0) {
+      setup.simulation.resolution > 0.0 || !setup.simulation.world.is_white() || setup.alarms) {
     throw DomainError(
-        "the regression alone knows noise only: no temperature terms, second fields, one-sided "
-        "axes, resolution, random slopes or cubes");
+        "the regression alone knows noise only: no worlds, alarms, temperature terms, second "
+        "fields, "
+        "one-sided axes, resolution, random slopes or cubes");
   }
   const RegressionTrials trials = trials_of(setup);
   study.parameters = parameter_names(setup.truth.instrument.axes);

@@ -31,38 +31,50 @@ std::uint64_t seed_of_trial(std::uint64_t seed, std::int64_t trial) {
   return z ^ (z >> 31U);
 }
 
+// Each run's table is tilted by so much more.
+double slope_sd_of(const StudySetup& setup) {
+  return setup.simulation.world.stated ? std::hypot(setup.slope_sd, setup.experiment.stated.slope_u)
+                                       : setup.slope_sd;
+}
+
 class Trial {
  public:
   Trial(const StudySetup& setup, const Eigen::MatrixXd& normal_root, std::uint64_t seed)
-      : setup_(setup), random_(seed, 7) {
+      : setup_(setup), truth_(setup.truth), random_(seed, 7) {
     simulation_ = setup.simulation;
     simulation_.seed = seed;
     if (setup.noise_sd.size() > 0) {
-      simulation_.noise_sd = 0.0;
+      simulation_.noise_sds = setup.noise_sd;
     }
-    simulation_.slope += setup.slope_sd * random_.normals<2>();
+    simulation_.slope += slope_sd_of(setup) * random_.normals<2>();
     if (setup.drawing) {
       simulation_.positioner =
           random_positioner(*setup.drawing, setup.surface, setup.tolerances, random_);
-    } else if (setup.random_normals) {
+    } else if (normal_root.size() > 0) {
       simulation_.positioner = with_errors(setup.experiment.positioner, normal_root);
     } else {
       simulation_.positioner = setup.experiment.positioner;
     }
     simulation_.rotation_sensor_from_positioner = setup.experiment.rotation_sensor_from_positioner;
+    if (setup.simulation.world.stated && truth_.field.in_table) {
+      draw_field(setup.experiment);
+    }
   }
 
   [[nodiscard]] Calibration calibrated() {
-    Observations observations = simulate(
-        setup_.truth,
+    SimulatedRun run = simulate_run(
+        truth_,
         make_run_sheet(setup_.design, setup_.replicates, simulation_.seed, setup_.temperatures),
         simulation_);
-    for (Eigen::Index k = 0; k < setup_.noise_sd.size(); ++k) {
-      for (Eigen::Index i = 0; i < observations.response.rows(); ++i) {
-        observations.response(i, k) += setup_.noise_sd(k) * random_.normal();
-      }
-    }
-    return calibrate(setup_.experiment, observations);
+    bias_of_run_ = std::move(run.bias_of_run);
+    return calibrate(setup_.experiment, run.observations);
+  }
+
+  // What a calibration of the run can find out, at best: the truth, the bias as it was in its mean.
+  [[nodiscard]] Calibration truth() const {
+    Calibration truth = setup_.truth;
+    truth.response.bias += bias_of_run_;
+    return truth;
   }
 
   // Errors, stated u and U of what one reading says in some attitude.
@@ -119,6 +131,14 @@ class Trial {
                                     : std::nullopt;
   }
 
+  // The field as it is where its direction and magnitude are known only as stated.
+  void draw_field(const Experiment& experiment) {
+    Eigen::Vector3d& field = *truth_.field.in_table;
+    field *= 1.0 + experiment.field.magnitude_u / truth_.field.magnitude * random_.normal();
+    const Eigen::Vector2d turn = experiment.stated.direction_u_rad * random_.normals<2>();
+    field = rotation_by(tangents_of(field) * turn) * field;
+  }
+
   [[nodiscard]] Positioner with_errors(const Positioner& positioner, const Eigen::MatrixXd& root) {
     Eigen::VectorXd z(18);
     for (double& value : z) {
@@ -134,8 +154,10 @@ class Trial {
   }
 
   const StudySetup& setup_;
+  Calibration truth_;  // its field as drawn
   RandomStream random_;
   SimulationOptions simulation_;
+  Eigen::VectorXd bias_of_run_;
 };
 
 // The truth as a calibration states it: polynomials about that one's reference temperature.
@@ -199,6 +221,7 @@ std::string digest_of(const StudySetup& setup) {
         setup.experiment.stated.direction_u_rad, setup.experiment.field.magnitude_u}) {
     put(value);
   }
+  text += world_text(setup.simulation.world) + (setup.alarms ? " alarms " : "");
   text += setup.experiment.method ? method_name(*setup.experiment.method) : "";
   for (const Eigen::Vector3d& normal : setup.experiment.positioner.normals()) {
     put(normal.sum());
@@ -223,10 +246,10 @@ bool gives_angles(const StudySetup& setup) {
 
 // Of the positioner's covariance of its normals, where they are to be drawn.
 Eigen::MatrixXd root_of_normals(const StudySetup& setup) {
-  if (!setup.random_normals) {
+  const auto& covariance = setup.experiment.positioner.description().normal_covariance;
+  if (!setup.random_normals && !(setup.simulation.world.stated && covariance)) {
     return {};
   }
-  const auto& covariance = setup.experiment.positioner.description().normal_covariance;
   if (!covariance) {
     throw DomainError("run_study: the positioner states no covariance of its normals");
   }
@@ -238,7 +261,20 @@ struct StudyBlock {
   std::vector<std::string> parameters;
   std::vector<StudySums> sums;
   std::int64_t refused = 0;
+  std::map<std::string, std::int64_t> warnings;
 };
+
+// Each kind of warning once a trial.
+void count_warnings(const Calibration& calibration, std::map<std::string, std::int64_t>& counts) {
+  std::set<std::string> names;
+  for (const CalibrationWarning& warning : calibration.warnings) {
+    names.emplace(warning_name(warning.code));
+    names.emplace("any");
+  }
+  for (const std::string& name : names) {
+    ++counts[name];
+  }
+}
 
 // @param is_first  of a shard: its first trial must give a calibration, else it says why none does.
 StudyBlock run_block(const StudySetup& setup,
@@ -270,7 +306,10 @@ StudyBlock run_block(const StudySetup& setup,
       block.sums.resize(block.parameters.size());
     }
     const std::vector<ParameterUncertainty> stated = parameter_uncertainties(calibration);
-    const Calibration truth = truth_about(setup.truth, calibration);
+    const Calibration truth = truth_about(trial.truth(), calibration);
+    if (setup.alarms) {
+      count_warnings(calibration, block.warnings);
+    }
     for (std::size_t p = 0; p < stated.size() && p < block.sums.size(); ++p) {
       Trial::add(block.sums[p], stated[p].value - parameter_value(truth, stated[p].name),
                  stated[p].uncertainty.u, stated[p].uncertainty.expanded);
@@ -298,7 +337,8 @@ Study run_study(const StudySetup& given,
     return study;
   }
   StudySetup setup = given;
-  setup.experiment.search_for_mistakes = false;  // it changes no coefficient
+  // Without drift it changes no coefficient.
+  setup.experiment.search_for_mistakes = setup.alarms || !setup.simulation.world.is_white();
   const Eigen::MatrixXd normal_root = root_of_normals(setup);
   study.block = 250;
   study.blocks = blocks_of_shard(study, shard);
@@ -316,132 +356,8 @@ Study run_study(const StudySetup& given,
   }
   for (StudyBlock& block : blocks) {
     study.refused += block.refused;
+    add_counts(block.warnings, study.warnings);
     study.sums.push_back(std::move(block.sums));
-  }
-  return study;
-}
-
-std::int64_t block_count(const Study& study) {
-  return study.block > 0 ? (study.trials + study.block - 1) / study.block : 0;
-}
-
-Study merge(const std::vector<Study>& shards) {
-  if (shards.empty()) {
-    throw DomainError("merge: no studies");
-  }
-  Study all{.seed = shards.front().seed,
-            .trials = shards.front().trials,
-            .block = shards.front().block,
-            .setup = shards.front().setup,
-            .parameters = shards.front().parameters};
-  std::vector<std::pair<std::int64_t, const std::vector<StudySums>*>> parts;
-  for (const Study& shard : shards) {
-    if (shard.seed != all.seed || shard.trials != all.trials || shard.setup != all.setup) {
-      throw DomainError(
-          "the shards are of different studies: their seeds, numbers of trials or what they "
-          "simulate differ");
-    }
-    if (all.parameters.empty()) {
-      all.parameters = shard.parameters;
-    }
-    if (!shard.parameters.empty() && shard.parameters != all.parameters) {
-      throw DomainError("the shards are of different studies: their parameters differ");
-    }
-    all.refused += shard.refused;
-    for (std::size_t i = 0; i < shard.blocks.size(); ++i) {
-      parts.emplace_back(shard.blocks[i], &shard.sums[i]);
-    }
-  }
-  std::sort(parts.begin(), parts.end());
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (i > 0 && parts[i].first == parts[i - 1].first) {
-      throw DomainError("the same trials are in two of the shards");
-    }
-    all.blocks.push_back(parts[i].first);
-    all.sums.push_back(*parts[i].second);
-  }
-  return all;
-}
-
-std::vector<StudyResult> results_of(const Study& study) {
-  std::vector<StudyResult> results;
-  for (std::size_t p = 0; p < study.parameters.size(); ++p) {
-    StudySums all;
-    for (const std::vector<StudySums>& block : study.sums) {
-      if (p < block.size()) {
-        all.trials += block[p].trials;
-        all.error += block[p].error;
-        all.error_squared += block[p].error_squared;
-        all.u_squared += block[p].u_squared;
-        all.covered += block[p].covered;
-      }
-    }
-    const double n = all.trials;
-    StudyResult result{.parameter = study.parameters[p]};
-    result.mean_error = all.error / n;
-    result.sd =
-        std::sqrt(std::max(0.0, (all.error_squared - n * result.mean_error * result.mean_error) /
-                                    std::max(n - 1.0, 1.0)));
-    result.stated_u = std::sqrt(all.u_squared / n);
-    result.coverage_95 = all.covered / n;
-    results.push_back(std::move(result));
-  }
-  return results;
-}
-
-std::string study_json(const Study& study, bool with_blocks) {
-  Json json = {{"format", "axiscal-study"}, {"version", 1},
-               {"seed", study.seed},        {"trials", study.trials},
-               {"block", study.block},      {"setup", study.setup},
-               {"refused", study.refused},  {"parameters", Json::array()}};
-  for (const StudyResult& result : results_of(study)) {
-    json["parameters"].push_back({{"parameter", result.parameter},
-                                  {"mean_error", result.mean_error},
-                                  {"sd", result.sd},
-                                  {"stated_u", result.stated_u},
-                                  {"coverage_95", result.coverage_95}});
-  }
-  if (with_blocks) {
-    json["blocks"] = Json::array();
-    for (std::size_t i = 0; i < study.blocks.size(); ++i) {
-      Json sums = Json::array();
-      for (const StudySums& one : study.sums[i]) {
-        sums.push_back({one.trials, one.error, one.error_squared, one.u_squared, one.covered});
-      }
-      json["blocks"].push_back({{"block", study.blocks[i]}, {"sums", sums}});
-    }
-  }
-  return json_text(json);
-}
-
-Study parse_study(std::string_view text, const std::string& path) {
-  const JsonValue json = parse_json(text, path);
-  json.require_format("axiscal-study");
-  Study study;
-  study.seed = static_cast<std::uint64_t>(json.at("seed").number());
-  study.trials = static_cast<std::int64_t>(json.at("trials").number());
-  study.block = static_cast<std::int64_t>(json.at("block").number());
-  study.setup = json.text_or("setup");
-  study.refused = static_cast<std::int64_t>(json.at("refused").number());
-  for (const JsonValue& parameter : json.at("parameters").elements()) {
-    study.parameters.push_back(parameter.at("parameter").text());
-  }
-  if (!json.find("blocks")) {
-    json.fail(
-        "holds no sums of its blocks, which only a part of a study (a shard) has: make it as one");
-  }
-  constexpr Eigen::Index numbers = 5;
-  for (const JsonValue& block : json.at("blocks").elements()) {
-    study.blocks.push_back(static_cast<std::int64_t>(block.at("block").number()));
-    std::vector<StudySums>& sums = study.sums.emplace_back();
-    for (const JsonValue& one : block.at("sums").elements()) {
-      const Eigen::VectorXd v = one.vector(numbers);
-      sums.push_back({.trials = v(0),
-                      .error = v(1),
-                      .error_squared = v(2),
-                      .u_squared = v(3),
-                      .covered = v(4)});
-    }
   }
   return study;
 }

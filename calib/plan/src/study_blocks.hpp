@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <mutex>
+#include <string>
 
 #include "axiscal/calib/study.hpp"
 
@@ -15,6 +17,14 @@ namespace axiscal {
     blocks.push_back(block);
   }
   return blocks;
+}
+
+/// Adds counts by name to their sum.
+inline void add_counts(const std::map<std::string, std::int64_t>& counts,
+                       std::map<std::string, std::int64_t>& sum) {
+  for (const auto& [name, count] : counts) {
+    sum[name] += count;
+  }
 }
 
 /// Tells how many trials are done, from whichever thread has done some.

@@ -8,13 +8,16 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/calib/world.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "axiscal/positioner/positioner.hpp"
 
 namespace axiscal {
 
 struct SimulationOptions {
-  double noise_sd = 0.0;  ///< each reading's, normal and independent [unit of the readings]
+  double noise_sd = 0.0;      ///< each reading's [unit of the readings]
+  Eigen::VectorXd noise_sds;  ///< one for each axis, in place of noise_sd; may be empty
+  World world;                ///< what else the readings suffer from
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< the table is tilted further by this
   double fence_azimuth_rad = 0.0;  ///< the fence's; the truth's field is that of one to the north
   Positioner positioner;           ///< the cube
@@ -37,6 +40,14 @@ struct SimulationOptions {
 ///         the north; without a site it stays as it is.
 [[nodiscard]] Calibration with_field_of_site(Calibration truth);
 
+/// A simulated run.
+struct SimulatedRun {
+  Observations observations;
+  /// What the walk of the bias adds to it in the mean of the run, m entries [unit]: no calibration
+  /// can know it from the bias.
+  Eigen::VectorXd bias_of_run;
+};
+
 /// Observations of a known truth: v_i = b + S R_sp R_i f_table + noise.
 ///
 /// The field in the table is the truth's `in_table` (without one, its magnitude along the normal),
@@ -47,9 +58,15 @@ struct SimulationOptions {
 /// @param truth  a calibration; its instrument, field and response count.
 /// @param sheet  the design points in the order in which they are taken.
 /// @return the readings; the same seed gives the same numbers.
-/// @throws DomainError  if the noise is negative or not finite, or the slope is not below 1.
+/// @throws DomainError  if the noise is negative or not finite, the slope is not below 1, or the
+///                      world has numbers for another count of axes.
 /// @par Source
-/// method.md, sections 2 and 3.
+/// method.md, sections 2, 3 and 8.
+[[nodiscard]] SimulatedRun simulate_run(const Calibration& truth,
+                                        const std::vector<RunSheetRow>& sheet,
+                                        const SimulationOptions& options = {});
+
+/// The observations of such a run alone.
 [[nodiscard]] Observations simulate(const Calibration& truth,
                                     const std::vector<RunSheetRow>& sheet,
                                     const SimulationOptions& options = {});

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -21,7 +22,7 @@ struct StudySetup {
   std::vector<DesignEntry> design;
   int replicates = 1;
   std::vector<double> temperatures;  ///< soak levels; none: no temperatures
-  SimulationOptions simulation;      ///< noise, slope, resolution, ...; its seed does not count
+  SimulationOptions simulation;      ///< noise, slope, the world, ...; its seed does not count
   Eigen::VectorXd noise_sd;          ///< one for each axis [unit]; empty: simulation.noise_sd
   double slope_sd = 0.0;  ///< each run's table is tilted by this much more, x and y [rad]
   /// Each run has a cube of its own, made with these errors; the calibration believes the drawing.
@@ -36,6 +37,8 @@ struct StudySetup {
   /// Also components and angles that one reading gives, in a random attitude for each run (|pitch|
   /// below 80 degrees).
   bool angles = true;
+  /// Mistakes are looked for in every run, as for a user, and warnings are counted.
+  bool alarms = false;
 };
 
 /// Which part of a study this run does: shards of one seed are together the same trials as one run.
@@ -64,6 +67,9 @@ struct Study {
   std::vector<std::int64_t> blocks;          ///< numbers of those that were done
   std::vector<std::vector<StudySums>> sums;  ///< for each block, one for each parameter
   std::int64_t refused = 0;                  ///< trials that gave no calibration
+  /// How many trials gave a warning, by its name, and `any` for any; empty where none were looked
+  /// for.
+  std::map<std::string, std::int64_t> warnings;
 };
 
 /// How one quantity came out.
@@ -78,8 +84,11 @@ struct StudyResult {
 /// Runs the trials of a shard, on all cores. Trial t depends on the seed and t alone, so that
 /// neither shards nor cores change the result.
 /// @param progress  told how many trials are done; may be empty; never called twice at once.
+/// In a world that is not white mistakes are looked for as well, as a drift that is found is
+/// fitted.
 /// @throws DomainError  for fewer than 1 trial, a shard that is none, or `regression_only` with
-///                      what it cannot do (temperature terms, second fields, one-sided axes).
+///                      what it cannot do (worlds, alarms, temperature terms, second fields,
+///                      one-sided axes).
 /// @throws SetupError, RefusedError  as calibrate(), if the first trial has no calibration.
 [[nodiscard]] Study run_study(const StudySetup& setup,
                               std::int64_t trials,

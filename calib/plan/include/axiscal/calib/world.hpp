@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace axiscal {
+
+/// How a run differs from readings with white noise of one standard deviation (method.md, section
+/// 8). An entry of 0 is not there; with all at 0 noise is white and normal.
+struct World {
+  double block_sd = 0.0;   ///< scatter of the bias from block to block, each axis [unit]
+  double seat_rad = 0.0;   ///< turn of the cube each time it is laid, about x, y and z each [rad]
+  double mount_rad = 0.0;  ///< turn of the instrument in the cube in each block, likewise [rad]
+  double ar = 0.0;         ///< correlation of a reading's noise with the one before, in -1 .. 1
+  double ar_white = 0.0;   ///< white noise besides [unit]
+  double walk_sd = 0.0;    ///< step of the bias from reading to reading, a random walk [unit]
+  double drift = 0.0;      ///< change of the bias over the run, linear in its order [unit]
+  double round = 0.0;      ///< readings are rounded to multiples of it [unit]
+  int tails = 0;           ///< degrees of freedom of Student's noise, 3 or more; 0: normal
+  /// What the squared, the cubed part of the field along an axis adds at full field, as one number
+  /// for all axes or one for each [unit]; empty: nothing.
+  std::vector<double> k2;
+  std::vector<double> k3;
+  bool stated = false;  ///< stated uncertainties are drawn: face normals, slope, direction, F
+
+  /// @return whether anything is there.
+  [[nodiscard]] bool is_white() const;
+};
+
+/// @return the world of `NAME=VALUE,...`; numbers of single axes are joined by colons.
+/// @throws DomainError  for a name or value that is none.
+[[nodiscard]] World world_of(std::string_view text);
+
+/// Reads a world (formats.md, World). @throws DataError
+[[nodiscard]] World read_world(const std::string& path);
+
+/// @return the world as `NAME=VALUE,...`, as world_of() takes it; empty for white noise.
+[[nodiscard]] std::string world_text(const World& world);
+
+}  // namespace axiscal
