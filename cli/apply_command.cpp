@@ -23,7 +23,9 @@ struct ApplyCommand {
   std::optional<std::string> field_magnitude, field_unit, yaw_above, pitch;
   std::optional<std::string> attitude, declination, latitude, longitude, height, gravity_model;
   std::optional<std::string> noise, resolution, temperature_u, temperature_column;
+  std::optional<std::string> field_magnitude_u, level;
   bool uncertainty = false;
+  bool expanded = false;
   bool follow = false;
   bool strict = false;
   bool force = false;
@@ -51,6 +53,13 @@ void add_options(OptionSet& options, ApplyCommand& command) {
               "pitch by asin(f_x / F), or by atan2 without F; asin");
   options.add_flag("--uncertainty", command.uncertainty,
                    "state the standard uncertainty of each result, in columns u_...");
+  options.add_flag("--expanded", command.expanded,
+                   "state the expanded uncertainty and its coverage factor too, in columns U_... "
+                   "and k_...; implies --uncertainty");
+  options.add("--level", command.level, "P", "probability of --expanded; 0.95");
+  options.add("--field-magnitude-u", command.field_magnitude_u, "U",
+              "standard uncertainty of the field where the readings were taken, in the results' "
+              "unit; 0");
   options.add("--noise", command.noise, "SD",
               "of a reading, for --uncertainty; the scatter of the calibration");
   options.add("--resolution", command.resolution, "Q",
@@ -186,14 +195,26 @@ ReadingNoise reading_noise(const ApplyCommand& command, const Calibration& calib
   return noise;
 }
 
+double level_of(const ApplyCommand& command) {
+  if (!command.level) {
+    return 0.95;
+  }
+  const double level = number_of("--level", *command.level);
+  if (!(level > 0.0 && level < 1.0)) {
+    throw UsageError("--level: must be between 0 and 1");
+  }
+  return level;
+}
+
 void put_propagation(const std::string& record,
                      const Calibration& calibration,
                      const Reducer& reducer,
                      const ReadingNoise& noise,
                      double factor,
+                     double level,
                      std::optional<ReadingPropagation>& propagation) {
   try {
-    propagation.emplace(calibration, reducer, noise, factor);
+    propagation.emplace(calibration, reducer, noise, factor, level);
   } catch (const DomainError& error) {
     throw DataError(record, error.what(), error.settings());
   }
@@ -223,17 +244,25 @@ int run(const ApplyCommand& command) {
   options.temperature_column = command.temperature_column.value_or("temperature");
   std::optional<ReadingPropagation> uncertainty;
   std::optional<ReadingPropagation> attitude_uncertainty;
-  if (command.uncertainty) {
+  if (command.uncertainty || command.expanded) {
     put_propagation(command.record, calibration, reducer, reading_noise(command, calibration),
-                    reduction_options(command, calibration).factor, uncertainty);
+                    reduction_options(command, calibration).factor, level_of(command), uncertainty);
     options.uncertainty = &*uncertainty;
+    options.expanded = command.expanded;
+    if (command.field_magnitude_u) {
+      uncertainty->set_magnitude_u(
+          not_negative_of("--field-magnitude-u", *command.field_magnitude_u));
+    }
     if (attitude_reducer) {
-      put_propagation(*command.attitude, *attitude, *attitude_reducer, {}, 1.0,
+      put_propagation(*command.attitude, *attitude, *attitude_reducer, {}, 1.0, level_of(command),
                       attitude_uncertainty);
       options.attitude_uncertainty = &*attitude_uncertainty;
     }
-  } else if (command.noise || command.resolution || command.temperature_u) {
-    throw UsageError("--noise, --resolution and --temperature-u go with --uncertainty");
+  } else if (command.noise || command.resolution || command.temperature_u ||
+             command.field_magnitude_u || command.level) {
+    throw UsageError(
+        "--noise, --resolution, --temperature-u and --field-magnitude-u go with --uncertainty, "
+        "--level with --expanded");
   }
   const ReductionCsvSummary summary =
       reduce_csv(csv, columns_of(calibration, csv), reducer, options,

@@ -234,6 +234,12 @@ void set_method(const ExperimentOptions& options, Experiment& experiment) {
     experiment.noise_ratio =
         Eigen::Map<const Eigen::VectorXd>(ratio.data(), static_cast<Eigen::Index>(ratio.size()));
   }
+  if (options.drift) {
+    experiment.drift = drift_of_option(*options.drift);
+  }
+  if (options.seats) {
+    experiment.seats = seats_of_option(*options.seats);
+  }
   if (options.level_by) {
     experiment.level_by = level_by_of_option(*options.level_by);
   }
@@ -354,6 +360,12 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   method.add("--leave-out", experiment.leave_out, "RUNS", "runs not to use, e.g. 7,8");
   method.add("--noise-ratio", experiment.noise_ratio, "A,B,..",
              "how the noise of the axes compares (1,1,1: equal); mistakes are then seen better");
+  method.add("--drift", experiment.drift, "auto|none|linear",
+             "a drift of the bias over the run as a term of the fit; auto: where the readings show "
+             "one");
+  method.add("--seats", experiment.seats, "auto|fit|none",
+             "the turn of the cube each time it is laid as a part of the scatter; auto: from 24 "
+             "readings on");
   method.add("--level-by", experiment.level_by, "run|block",
              "one levelness for the run (default) or one for each block");
   method.add(
@@ -446,6 +458,7 @@ Experiment experiment_of(const Calibration& record) {
     part.kind = field.parts[p].kind;
     part.unit = field.unit;
     part.in_table = field.parts[p].in_table;
+    part.magnitude_u = field.parts[p].magnitude_u;
     part.role = field.parts[p].set_by_level ? FieldRole::induced : FieldRole::local;
   }
   for (const AlsoResponse& also : record.also) {

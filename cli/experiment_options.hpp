@@ -19,7 +19,7 @@ struct ExperimentOptions {
   std::optional<std::string> magnetic_model, gravity_model, source;
   std::optional<std::string> latitude, longitude, height, date;
   std::optional<std::string> fence_azimuth, slope, positioner, slot, assembly;
-  std::optional<std::string> method, shape, weights, leave_out, level_by, noise_ratio;
+  std::optional<std::string> method, shape, weights, leave_out, level_by, drift, seats, noise_ratio;
   std::optional<std::string> temperature_order, temperature_reference, from;
   std::optional<std::string> resolution, slope_u, direction_u, temperature_u;
   std::optional<std::string> nominal_sensitivity;

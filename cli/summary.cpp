@@ -158,17 +158,27 @@ class Summary {
                       unit, unit_per(unit, c_.field.unit)));
     text_ += row("axis", label_width_ + 3, {"bias", "x", "y", "z"});
     for (Eigen::Index k = 0; k < c_.response.bias.size(); ++k) {
-      const double t = statistics_.coverage_factor(k);
-      std::vector<std::string> values = {rounded(c_.response.bias(k), t * statistics_.bias_se(k))};
-      std::vector<std::string> intervals = {rounded_uncertainty(t * statistics_.bias_se(k))};
+      const double U_bias = half_width(k, ".bias");
+      std::vector<std::string> values = {rounded(c_.response.bias(k), U_bias)};
+      std::vector<std::string> intervals = {rounded_uncertainty(U_bias)};
       for (Eigen::Index j = 0; j < 3; ++j) {
-        const double U = t * statistics_.sensitivity_se(k, j);
+        const double U = half_width(k, component_of("sensitivity", j));
         values.push_back(rounded(c_.response.sensitivity(k, j), U));
         intervals.push_back(rounded_uncertainty(U));
       }
       text_ += row(axis_name(k), label_width_ + 3, values);
       text_ += row(formatted("{:>{}}", "+-", label_width_ + 2), label_width_ + 3, intervals);
     }
+  }
+
+  static std::string component_of(const std::string& what, Eigen::Index j) {
+    return formatted(".{}.{}", what, "xyz"[j]);
+  }
+
+  // Of the 95 % interval of a parameter of axis k.
+  [[nodiscard]] double half_width(Eigen::Index k, const std::string& what) const {
+    const auto at = statistics_.position_of(c_.instrument.axes[static_cast<std::size_t>(k)] + what);
+    return at ? statistics_.interval_95(*at) : std::nan("");
   }
 
   void add_axes() {
@@ -178,8 +188,10 @@ class Summary {
       const Eigen::Vector3d S = c_.response.sensitivity.row(k);
       const int nominal = main_axis(c_.instrument, c_.response, k);
       const PolarForm polar = polar_from_sensitivity(S, nominal, c_.instrument.convention);
-      const double t = statistics_.coverage_factor(k);
-      const double U = t * statistics_.sensitivity_se.row(k).maxCoeff();
+      double U = 0.0;
+      for (Eigen::Index j = 0; j < 3; ++j) {
+        U = std::fmax(U, half_width(k, component_of("sensitivity", j)));
+      }
       const double across = S.norm() * std::sin(polar.coning_angle_rad);
       text_ += row(axis_name(k), label_width_ + 3,
                    {rounded(S.norm(), U), std::string(1, "xyz"[nominal]),
@@ -196,7 +208,7 @@ class Summary {
         std::vector<std::string> values;
         std::vector<std::string> intervals;
         for (Eigen::Index j = 0; j < 3; ++j) {
-          const double U = statistics_.coverage_factor(k) * also.sensitivity_se(k, j);
+          const double U = half_width(k, component_of(also.kind, j));
           values.push_back(rounded(also.sensitivity(k, j), U));
           intervals.push_back(rounded_uncertainty(U));
         }

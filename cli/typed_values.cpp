@@ -86,6 +86,17 @@ Tolerances tolerances_of(const std::string& text) {
   return tolerances;
 }
 
+World world_of_option(const std::string& text) {
+  if (text.find('=') == std::string::npos) {
+    return read_world(text);
+  }
+  try {
+    return world_of(text);
+  } catch (const DomainError& error) {
+    throw UsageError("--world", error);
+  }
+}
+
 Site site_of_options(const std::optional<std::string>& latitude,
                      const std::optional<std::string>& longitude,
                      const std::optional<std::string>& height,
@@ -134,6 +145,22 @@ Method method_of_option(const std::string& text) {
                   text));
   }
   return *method;
+}
+
+DriftSetup drift_of_option(const std::string& text) {
+  const std::optional<DriftSetup> drift = parse_drift(text);
+  if (!drift) {
+    throw UsageError(formatted("--drift: must be auto, none or linear, not '{}'", text));
+  }
+  return *drift;
+}
+
+SeatSetup seats_of_option(const std::string& text) {
+  const std::optional<SeatSetup> seats = parse_seats(text);
+  if (!seats) {
+    throw UsageError(formatted("--seats: must be auto, fit or none, not '{}'", text));
+  }
+  return *seats;
 }
 
 LevelBy level_by_of_option(const std::string& text) {

@@ -9,6 +9,7 @@
 
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/tolerance.hpp"
+#include "axiscal/calib/world.hpp"
 #include "axiscal/instruments/inclination.hpp"
 #include "usage_error.hpp"
 
@@ -41,6 +42,9 @@ namespace axiscal::cli {
 /// The value of --tolerances: NAME=SD,.. @throws UsageError for a name or number that is none.
 [[nodiscard]] Tolerances tolerances_of(const std::string& text);
 
+/// The value of --world: NAME=V,.. or a file of it. @throws UsageError, DataError
+[[nodiscard]] World world_of_option(const std::string& text);
+
 /// The site of --latitude, --longitude and --height; what is not given is as in `otherwise`.
 /// @throws UsageError for one out of range.
 [[nodiscard]] Site site_of_options(const std::optional<std::string>& latitude,
@@ -56,6 +60,12 @@ namespace axiscal::cli {
 
 /// The value of --method. @throws UsageError for one that is not known.
 [[nodiscard]] Method method_of_option(const std::string& text);
+
+/// The value of --drift. @throws UsageError for one that is not known.
+[[nodiscard]] DriftSetup drift_of_option(const std::string& text);
+
+/// The value of --seats. @throws UsageError for one that is not known.
+[[nodiscard]] SeatSetup seats_of_option(const std::string& text);
 
 /// The value of --level-by. @throws UsageError for one that is not known.
 [[nodiscard]] LevelBy level_by_of_option(const std::string& text);

@@ -94,7 +94,7 @@ class AttitudeBudgetMaker {
       }
       const Eigen::VectorXd by_reading = G.row(r).transpose().cwiseAbs2().cwiseProduct(own);
       add_readings(by_reading, shares);
-      quantity.uncertainty = combine(shares, calibration_.statistics->degrees_of_freedom);
+      quantity.uncertainty = combine(shares);
       quantity.uncertainty.by_source = std::move(from_calibration.by_source);
       quantity.uncertainty.by_source.push_back(std::sqrt(by_reading.sum()));
       result.quantities.push_back(std::move(quantity));
@@ -136,7 +136,9 @@ class AttitudeBudgetMaker {
     if (noise_.sd) {
       shares.others += by_reading.sum();
     } else {
-      shares.by_axis += by_reading;
+      for (std::size_t k = 0; k < shares.axes.size(); ++k) {
+        shares.axes[k].variance += by_reading(static_cast<Eigen::Index>(k));
+      }
     }
   }
 
@@ -169,11 +171,14 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
   const Eigen::MatrixXd B = propagation_.change_with_parameters(field_, nullptr, temperature_);
   const Eigen::VectorXd own = propagation_.reading_variance(field_, temperature_).cwiseSqrt();
   const Eigen::Index m = own.size();
-  // The fit's part as t of each axis's degrees of freedom; all else normal.
-  Eigen::MatrixXd fit = statistics.covariance;
-  Eigen::MatrixXd others = propagation_.covariance_ - fit;
-  const Eigen::MatrixXd fit_root = covariance_root(B * fit * B.transpose());
-  const Eigen::MatrixXd others_root = covariance_root(B * others * B.transpose());
+  // The fit's part as t of each axis's degrees of freedom, each component of its scatter as t of
+  // its own; all else normal.
+  const Eigen::MatrixXd fit_root = covariance_root(B * propagation_.of_readings_ * B.transpose());
+  const Eigen::MatrixXd others_root = covariance_root(B * propagation_.of_inputs_ * B.transpose());
+  std::vector<Eigen::MatrixXd> component_roots;
+  for (const ReadingPropagation::Part& part : propagation_.components_) {
+    component_roots.push_back(covariance_root(B * part.covariance * B.transpose()));
+  }
   const std::size_t derived = derived_count(reducer_, false);
   const Eigen::VectorXd here =
       results_of(reducer_.reduce(readings_, nullptr, temperature_), derived);
@@ -187,8 +192,7 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
     return z;
   };
   // sqrt(nu / chi^2) turns a normal into t; nu need not be whole, so chi^2 by its quantile.
-  const auto t_factor = [&](Eigen::Index k) {
-    const double nu = statistics.degrees_of_freedom(k);
+  const auto t_factor = [&](double nu) {
     double chi2 = 0.0;
     double left = nu;
     for (; left >= 1.0; left -= 1.0) {
@@ -203,9 +207,13 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
   for (int trial = 0; trial < trials; ++trial) {
     Eigen::VectorXd factor(m);
     for (Eigen::Index k = 0; k < m; ++k) {
-      factor(k) = t_factor(k);
+      factor(k) = t_factor(statistics.degrees_of_freedom(k));
     }
     Eigen::VectorXd change = factor.cwiseProduct(fit_root * normals(m));
+    for (std::size_t c = 0; c < component_roots.size(); ++c) {
+      change += t_factor(propagation_.components_[c].degrees_of_freedom) *
+                (component_roots[c] * normals(m));
+    }
     change += others_root * normals(m);
     const Eigen::VectorXd noise = own.cwiseProduct(normals(m));
     change += noise_.sd ? noise : Eigen::VectorXd(factor.cwiseProduct(noise));

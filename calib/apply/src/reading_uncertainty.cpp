@@ -41,6 +41,27 @@ Eigen::VectorXd slope(const Reducer& reducer,
   return result;
 }
 
+// Adds shares of the same causes.
+void add(const VarianceShares& more, VarianceShares& shares) {
+  for (std::size_t i = 0; i < shares.axes.size(); ++i) {
+    shares.axes[i].variance += more.axes[i].variance;
+  }
+  for (std::size_t i = 0; i < shares.components.size(); ++i) {
+    shares.components[i].variance += more.components[i].variance;
+  }
+  shares.others += more.others;
+}
+
+double variance_of(const VarianceShares& shares) {
+  double sum = shares.others;
+  for (const auto* const all : {&shares.axes, &shares.components}) {
+    for (const VarianceShare& share : *all) {
+      sum += share.variance;
+    }
+  }
+  return sum;
+}
+
 }  // namespace
 
 ReadingNoise stated_noise(const Calibration& calibration) {
@@ -55,8 +76,13 @@ ReadingNoise stated_noise(const Calibration& calibration) {
 ReadingPropagation::ReadingPropagation(const Calibration& calibration,
                                        const Reducer& reducer,
                                        const ReadingNoise& noise,
-                                       double factor)
-    : calibration_(calibration), reducer_(reducer), noise_(noise), factor_(factor) {
+                                       double factor,
+                                       double level)
+    : calibration_(calibration),
+      reducer_(reducer),
+      noise_(noise),
+      factor_(factor),
+      factors_(level) {
   const Eigen::Index m = calibration.instrument.axis_count();
   covariance_ = parameter_covariance(calibration);
   if (covariance_.size() == 0 || !covariance_.allFinite()) {
@@ -71,6 +97,13 @@ ReadingPropagation::ReadingPropagation(const Calibration& calibration,
         relative_magnitude_u_ = calibration.field.magnitude_u / calibration.field.magnitude;
       }
     }
+  }
+  of_readings_ = calibration.statistics->covariance;
+  of_inputs_ = covariance_ - of_readings_;
+  for (const ScatterComponent& component : calibration.statistics->components) {
+    of_readings_ -= component.covariance;
+    components_.push_back(
+        {.covariance = component.covariance, .degrees_of_freedom = component.degrees_of_freedom});
   }
   sd_ = noise.sd.value_or(calibration.statistics->residual_sd);
   if (sd_.size() != m || !(sd_.array() >= 0.0).all()) {
@@ -156,6 +189,33 @@ Eigen::MatrixXd ReadingPropagation::change_with_readings(std::span<const double>
   return G;
 }
 
+VarianceShares ReadingPropagation::shares_of(const Eigen::RowVectorXd& gradient,
+                                             const Eigen::MatrixXd& B,
+                                             const Eigen::VectorXd& reading_variance) const {
+  const Eigen::VectorXd& nu = calibration_.statistics->degrees_of_freedom;
+  const Eigen::RowVectorXd g = gradient * B;
+  const auto variance = [&](const Eigen::MatrixXd& covariance) {
+    return g.dot(covariance * g.transpose());
+  };
+  VarianceShares shares{.others = variance(of_inputs_)};
+  for (const Part& part : components_) {
+    shares.components.push_back(
+        {.variance = variance(part.covariance), .degrees_of_freedom = part.degrees_of_freedom});
+  }
+  // What the axes share through the field's direction goes with each in proportion.
+  const Eigen::VectorXd own =
+      gradient.transpose().cwiseAbs2().cwiseProduct((B * of_readings_ * B.transpose()).diagonal());
+  const double factor = own.sum() > 0.0 ? variance(of_readings_) / own.sum() : 0.0;
+  for (Eigen::Index k = 0; k < own.size(); ++k) {
+    const double reading = gradient(k) * gradient(k) * reading_variance(k);
+    // Noise that is stated has no scatter to be known by.
+    shares.others += noise_.sd ? reading : 0.0;
+    shares.axes.push_back(
+        {.variance = factor * own(k) + (noise_.sd ? 0.0 : reading), .degrees_of_freedom = nu(k)});
+  }
+  return shares;
+}
+
 ReducedUncertainty ReadingPropagation::at(std::span<const double> readings,
                                           const Eigen::Vector3d* up,
                                           std::optional<double> temperature,
@@ -163,11 +223,14 @@ ReducedUncertainty ReadingPropagation::at(std::span<const double> readings,
   const ReducedReading reduced = reducer_.reduce(readings, up, temperature);
   const Eigen::Vector3d field = reduced.field_in_sensor / factor_;
   const Eigen::MatrixXd B = change_with_parameters(field, up, temperature);
-  Eigen::MatrixXd C = B * covariance_ * B.transpose();
-  C.diagonal() += reading_variance(field, temperature);
-  const Eigen::MatrixXd G =
-      change_with_readings(readings, up, temperature, C.diagonal().cwiseSqrt());
-  Eigen::VectorXd variance = (G * C).cwiseProduct(G).rowwise().sum();
+  const Eigen::VectorXd own = reading_variance(field, temperature);
+  const Eigen::VectorXd u_readings =
+      ((B * covariance_ * B.transpose()).diagonal() + own).cwiseSqrt();
+  const Eigen::MatrixXd G = change_with_readings(readings, up, temperature, u_readings);
+  std::vector<VarianceShares> shares;
+  for (Eigen::Index r = 0; r < G.rows(); ++r) {
+    shares.push_back(shares_of(G.row(r), B, own));
+  }
   if (up != nullptr && up_covariance != nullptr) {
     const std::size_t derived = derived_count(reducer_, true);
     const Eigen::VectorXd here = results_of(reduced, derived);
@@ -180,28 +243,86 @@ ReducedUncertainty ReadingPropagation::at(std::span<const double> readings,
           slope(reducer_, results_of(reducer_.reduce(readings, &below, temperature), derived), here,
                 results_of(reducer_.reduce(readings, &above, temperature), derived), h);
     }
-    variance += (by_up * *up_covariance).cwiseProduct(by_up).rowwise().sum();
+    const Eigen::VectorXd more = (by_up * *up_covariance).cwiseProduct(by_up).rowwise().sum();
+    for (Eigen::Index r = 0; r < more.size(); ++r) {
+      shares[static_cast<std::size_t>(r)].others += more(r);
+    }
   }
-  variance.head<3>() += (relative_magnitude_u_ * reduced.field_in_sensor).cwiseAbs2();
-  if (reducer_.magnitude() != factor_ * calibration_.field.magnitude) {
-    // Readings in a field of another place: only theirs is scaled by the calibration's error.
-    variance(3) += std::pow(relative_magnitude_u_ * reduced.field_in_sensor.norm(), 2);
-  }
+  add_magnitude(reduced, readings, up, temperature, shares);
   ReducedUncertainty result;
   result.derived.fill(not_a_number);
-  result.field_in_sensor = variance.head<3>().cwiseSqrt();
-  result.residual = std::sqrt(variance(3));
-  for (Eigen::Index r = fixed_results; r < variance.size(); ++r) {
-    result.derived[static_cast<std::size_t>(r - fixed_results)] = std::sqrt(variance(r));
+  result.expanded.derived.fill(not_a_number);
+  for (std::size_t r = 0; r < shares.size(); ++r) {
+    const double u = std::sqrt(variance_of(shares[r]));
+    const double U = factors_.expanded(shares[r]);
+    if (r < 3) {
+      result.field_in_sensor(static_cast<Eigen::Index>(r)) = u;
+      result.expanded.field_in_sensor(static_cast<Eigen::Index>(r)) = U;
+    } else if (r == 3) {
+      result.residual = u;
+      result.expanded.residual = U;
+    } else {
+      result.derived[r - fixed_results] = u;
+      result.expanded.derived[r - fixed_results] = U;
+    }
   }
   if (reduced.derived.clamped && reducer_.kind().has_axis_elevation) {
-    // Beyond F the arcsine stands still: what is left open there is the angle that u of f_x makes
-    // at the pole, cos(angle) = 1 - u / F.
-    const double pole_deg =
-        std::sqrt(2.0 * result.field_in_sensor.x() / reducer_.magnitude()) * deg_per_rad;
-    result.derived[0] = std::max(result.derived[0], pole_deg);
+    put_pole(result);
   }
   return result;
+}
+
+// The field's magnitude: that of the calibration scales what is read; another place's is the length
+// that angles are taken by.
+void ReadingPropagation::add_magnitude(const ReducedReading& reduced,
+                                       std::span<const double> readings,
+                                       const Eigen::Vector3d* up,
+                                       std::optional<double> temperature,
+                                       std::vector<VarianceShares>& shares) const {
+  for (int j = 0; j < 3; ++j) {
+    shares[static_cast<std::size_t>(j)].others +=
+        std::pow(relative_magnitude_u_ * reduced.field_in_sensor(j), 2);
+  }
+  const bool elsewhere =
+      reducer_.magnitude() != factor_ * calibration_.field.magnitude || magnitude_there_u_ > 0.0;
+  if (!elsewhere) {
+    return;
+  }
+  // Readings in a field of another place: only they are scaled by the calibration's error.
+  const double there = magnitude_there_u_ / reducer_.magnitude();
+  shares[3].others += std::pow(relative_magnitude_u_ * reduced.field_in_sensor.norm(), 2) +
+                      magnitude_there_u_ * magnitude_there_u_;
+  const double ratio = std::hypot(relative_magnitude_u_, there);
+  if (!(ratio > 0.0) || shares.size() <= fixed_results) {
+    return;
+  }
+  // A field that is longer by a factor is read as one of that place that is shorter.
+  const std::size_t derived = derived_count(reducer_, up != nullptr);
+  const auto scaled = [&](double factor) {
+    const Eigen::VectorXd v =
+        response_at(calibration_, factor * reduced.field_in_sensor / factor_, temperature);
+    return results_of(
+        reducer_.reduce(std::span<const double>(v.data(), static_cast<std::size_t>(v.size())), up,
+                        temperature),
+        derived);
+  };
+  const Eigen::VectorXd here = results_of(reducer_.reduce(readings, up, temperature), derived);
+  const Eigen::VectorXd change =
+      slope(reducer_, scaled(1.0 - ratio), here, scaled(1.0 + ratio), 1.0);
+  for (Eigen::Index r = fixed_results; r < change.size(); ++r) {
+    shares[static_cast<std::size_t>(r)].others += change(r) * change(r);
+  }
+}
+
+// Beyond F the arcsine stands still: what is left open there is the angle that u of f_x makes at
+// the pole, cos(angle) = 1 - u / F.
+void ReadingPropagation::put_pole(ReducedUncertainty& result) const {
+  const auto angle_deg = [&](double u) {
+    return std::sqrt(2.0 * u / reducer_.magnitude()) * deg_per_rad;
+  };
+  result.derived[0] = std::max(result.derived[0], angle_deg(result.field_in_sensor.x()));
+  result.expanded.derived[0] =
+      std::max(result.expanded.derived[0], angle_deg(result.expanded.field_in_sensor.x()));
 }
 
 Eigen::Matrix3d ReadingPropagation::field_covariance(std::span<const double> readings,
@@ -230,24 +351,28 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(std::size_t axis,
   const double across = std::sqrt(std::max(0.0, 0.5 * (F * F - component * component)));
   const Eigen::Vector3d first = along.unitOrthogonal();
   const Eigen::Vector3d second = along.cross(first);
-  double variance = 0.0;
-  const Eigen::RowVectorXd b =
-      change_with_parameters(component * along, nullptr, temperature).row(k);
-  variance += b.dot(covariance_ * b.transpose());
-  const Eigen::RowVectorXd zero =
-      change_with_parameters(Eigen::Vector3d::Zero(), nullptr, temperature).row(k);
+  const Eigen::RowVectorXd unit = Eigen::RowVectorXd::Unit(calibration_.instrument.axis_count(), k);
+  VarianceShares shares =
+      shares_of(unit, change_with_parameters(component * along, nullptr, temperature),
+                reading_variance(component * along, temperature));
+  const Eigen::MatrixXd zero =
+      change_with_parameters(Eigen::Vector3d::Zero(), nullptr, temperature);
+  const Eigen::VectorXd no_noise = Eigen::VectorXd::Zero(unit.size());
   for (const Eigen::Vector3d& side : {first, second}) {
-    const Eigen::RowVectorXd c =
-        change_with_parameters(across * side, nullptr, temperature).row(k) - zero;
-    variance += c.dot(covariance_ * c.transpose());
+    add(shares_of(unit, change_with_parameters(across * side, nullptr, temperature) - zero,
+                  no_noise),
+        shares);
   }
-  variance += reading_variance(component * along, temperature)(k);
+  const double variance = variance_of(shares);
   const double scale = calibration_.temperature && temperature
                            ? calibration_.temperature->scale_at(k, *temperature)
                            : 1.0;
   const double u = std::sqrt(variance) / (std::abs(scale) * S.norm());
   Axis result;
   result.component = factor_ * std::hypot(u, relative_magnitude_u_ * std::abs(component));
+  result.coverage_factor = variance > 0.0
+                               ? factors_.expanded(shares) / std::sqrt(variance)
+                               : factors_.at(calibration_.statistics->degrees_of_freedom(k));
   // Over a step of its uncertainty, as beyond F there is no angle.
   const double high = elevation_of_axis(component + u, F).angle_rad;
   const double low = elevation_of_axis(component - u, F).angle_rad;

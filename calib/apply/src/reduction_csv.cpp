@@ -88,8 +88,13 @@ std::vector<std::string> result_names(const std::vector<ReadingColumn>& axes,
   }
   if (options.uncertainty != nullptr) {
     const std::size_t results = names.size();
-    for (std::size_t i = 0; i < results; ++i) {
-      names.push_back("u_" + names[i]);
+    const std::vector<const char*> prefixes = options.expanded
+                                                  ? std::vector<const char*>{"u_", "U_", "k_"}
+                                                  : std::vector<const char*>{"u_"};
+    for (const char* const prefix : prefixes) {
+      for (std::size_t i = 0; i < results; ++i) {
+        names.push_back(prefix + names[i]);
+      }
     }
   }
   names.emplace_back("flag");
@@ -324,7 +329,8 @@ class CsvReduction {
     }
     out_.put_cell(reduced.residual);
     const bool with_u = options_.uncertainty != nullptr;
-    const std::size_t derived = (results_.size() - 1) / (with_u ? 2 : 1) - 4;
+    const std::size_t sets = !with_u ? 1 : options_.expanded ? 4 : 2;
+    const std::size_t derived = (results_.size() - 1) / sets - 4;
     for (std::size_t i = 0; i < derived; ++i) {
       out_.put_cell(reduced.derived.values[i]);
     }
@@ -342,12 +348,26 @@ class CsvReduction {
     }
     const ReducedUncertainty u =
         options_.uncertainty->at(row_.readings(), up, row_.temperature(), &up_covariance);
-    for (const double component : u.field_in_sensor) {
+    put_values(u, derived);
+    if (options_.expanded) {
+      put_values(u.expanded, derived);
+      UncertaintyOfResults factors;
+      factors.field_in_sensor = u.expanded.field_in_sensor.cwiseQuotient(u.field_in_sensor);
+      factors.residual = u.expanded.residual / u.residual;
+      for (std::size_t i = 0; i < derived; ++i) {
+        factors.derived[i] = u.expanded.derived[i] / u.derived[i];
+      }
+      put_values(factors, derived);
+    }
+  }
+
+  void put_values(const UncertaintyOfResults& values, std::size_t derived) {
+    for (const double component : values.field_in_sensor) {
       out_.put_cell(component);
     }
-    out_.put_cell(u.residual);
+    out_.put_cell(values.residual);
     for (std::size_t i = 0; i < derived; ++i) {
-      out_.put_cell(u.derived[i]);
+      out_.put_cell(values.derived[i]);
     }
   }
 
@@ -384,12 +404,25 @@ class CsvReduction {
     std::vector<ReadingPropagation::Axis> all;
     for (std::size_t k = 0; k < row_.readings().size(); ++k) {
       all.push_back(options_.uncertainty->at_axis(k, row_.readings()[k], row_.temperature()));
-      out_.put_cell(all.back().component);
     }
-    for (const ReadingPropagation::Axis& u : all) {
-      if (reducer_.kind().has_axis_elevation) {
-        out_.put_cell(u.angle_rad * deg_per_rad);
+    const auto put_all = [&](auto of_component, auto of_angle) {
+      for (const ReadingPropagation::Axis& u : all) {
+        out_.put_cell(of_component(u));
       }
+      for (const ReadingPropagation::Axis& u : all) {
+        if (reducer_.kind().has_axis_elevation) {
+          out_.put_cell(of_angle(u));
+        }
+      }
+    };
+    using Axis = ReadingPropagation::Axis;
+    put_all([](const Axis& u) { return u.component; },
+            [](const Axis& u) { return u.angle_rad * deg_per_rad; });
+    if (options_.expanded) {
+      put_all([](const Axis& u) { return u.coverage_factor * u.component; },
+              [](const Axis& u) { return u.coverage_factor * u.angle_rad * deg_per_rad; });
+      put_all([](const Axis& u) { return u.coverage_factor; },
+              [](const Axis& u) { return u.coverage_factor; });
     }
   }
 

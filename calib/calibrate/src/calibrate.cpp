@@ -9,6 +9,7 @@
 #include "axiscal/calib/estimate_by_method.hpp"
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/generalized_fit.hpp"
+#include "axiscal/calib/levelness_test.hpp"
 #include "axiscal/calib/magnitude.hpp"
 #include "axiscal/calib/moving_field.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
@@ -16,6 +17,8 @@
 #include "axiscal/calib/polar_fit.hpp"
 #include "axiscal/calib/reading_source.hpp"
 #include "axiscal/calib/resolved_field.hpp"
+#include "axiscal/calib/rounding_scatter.hpp"
+#include "axiscal/calib/run_scatter.hpp"
 #include "axiscal/calib/temperature_fit.hpp"
 #include "axiscal/calib/uncertainty_sources.hpp"
 #include "axiscal/core/error.hpp"
@@ -107,14 +110,7 @@ void compare_polar_fit(const ReadingSet& set,
         "the polar fit goes with plain readings of one field, without temperature terms",
         {Setting::polar_fit});
   }
-  Eigen::Matrix<double, Eigen::Dynamic, 3> met(set.size(), 3);
-  if (fields.empty()) {
-    for (Eigen::Index i = 0; i < set.size(); ++i) {
-      met.row(i) = set.readings[static_cast<std::size_t>(i)].field_in_sensor->transpose();
-    }
-  } else {
-    met = field_design(set, fields).middleCols<3>(1);
-  }
+  const Eigen::Matrix<double, Eigen::Dynamic, 3> met = field_design(set, fields).middleCols<3>(1);
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const int axis = main_axis(calibration.instrument, calibration.response, k);
     calibration.polar_fit.push_back(
@@ -196,15 +192,10 @@ class Run {
   void fit() {
     if (method_ == Method::magnitude) {
       fit_without_labels();
-    } else if (experiment_.instrument.one_sided) {
-      estimate_ = estimate_one_sided(method_, source_, parts_, seen_);
+      take_fitted();
     } else {
-      estimate_ = estimate_by(method_, source_.set(parts_, {}), parts_, by_field_);
-    }
-    fitted_ = source_.set(parts_, seen_);
-    if (fitted_.temperature.order > 0) {
-      fitted_.temperature.scale = estimate_.temperature_scale;
-      fitted_.temperature.along = estimate_.response.sensitivity;
+      source_.set_effects({.blocks = true, .drift = experiment_.drift == DriftSetup::linear});
+      fit_by_labels();
     }
   }
 
@@ -214,11 +205,28 @@ class Run {
     if (searched_) {
       culprit_ = find_culprit(fitted_, estimate_, method_ == Method::known);
     }
+    const bool drifts = culprit_ && culprit_->correction.code == WarningCode::drift;
+    if (drifts && experiment_.drift == DriftSetup::automatic && !fitted_.effects.has_drift) {
+      source_.set_effects({.blocks = true, .drift = true});
+      fit_by_labels();
+      estimate_.notes.push_back(note_of_drift());
+      culprit_ = find_culprit(fitted_, estimate_, method_ == Method::known);
+    }
   }
 
   // The estimate with its uncertainty becomes the record's.
   void take_over() {
-    std::vector<UncertaintySource> weighed = weigh_inputs(experiment_, fitted_, method_, estimate_);
+    std::vector<UncertaintySource> weighed =
+        weigh_shared_errors(experiment_, fitted_, method_, estimate_);
+    if (method_ != Method::magnitude) {
+      test_levelness(fitted_, method_ == Method::known, estimate_);
+      estimate_.curvature = test_curvature(experiment_, fitted_, method_, estimate_);
+      count_rounding(fitted_, method_ == Method::known, experiment_.stated.resolution, estimate_);
+      count_run_scatter(fitted_, estimate_);
+      calibration_.conditions.blocks =
+          static_cast<int>(std::max<std::size_t>(fitted_.effects.blocks.size(), 1));
+      calibration_.conditions.intermediate = calibration_.conditions.blocks > 1;
+    }
     calibration_.response = std::move(estimate_.response);
     calibration_.statistics = std::move(estimate_.statistics);
     put_temperature(estimate_, source_, std::move(trials_), calibration_);
@@ -294,6 +302,46 @@ class Run {
                                    Method method) {
     check_temperature(experiment, used.readings, method);
     return experiment;
+  }
+
+  // With the effects of the run where the readings tell them from the coefficients.
+  void fit_by_labels() {
+    const auto fit_once = [&] {
+      estimate_ = experiment_.instrument.one_sided
+                      ? estimate_one_sided(method_, source_, parts_, seen_)
+                      : estimate_by(method_, source_.set(parts_, {}), parts_, by_field_);
+    };
+    try {
+      fit_once();
+    } catch (const RefusedError&) {
+      if (!source_.set_effects({})) {
+        throw;
+      }
+      fit_once();
+    }
+    take_fitted();
+  }
+
+  // What the drift that was found came to; it is the last of the effects.
+  [[nodiscard]] std::string note_of_drift() const {
+    std::string changes;
+    for (Eigen::Index k = 0; k < estimate_.effects.cols() && fitted_.effects.has_drift; ++k) {
+      changes += formatted("{}{} {}", changes.empty() ? "" : ", ",
+                           experiment_.instrument.axes[static_cast<std::size_t>(k)],
+                           number_text(estimate_.effects(estimate_.effects.rows() - 1, k), 2));
+    }
+    return formatted(
+        "the biases drift over the run, by {} {}; a linear drift is a term of the fit, "
+        "and the biases are those of the middle of the run: let the instrument warm up",
+        changes, experiment_.instrument.unit);
+  }
+
+  void take_fitted() {
+    fitted_ = source_.set(parts_, seen_);
+    if (fitted_.temperature.order > 0) {
+      fitted_.temperature.scale = estimate_.temperature_scale;
+      fitted_.temperature.along = estimate_.response.sensitivity;
+    }
   }
 
   void fit_without_labels() {

@@ -30,6 +30,58 @@ void note_field_uncertainty(Calibration& calibration) {
                 field.model.empty() ? "" : ", model " + field.model, share));
 }
 
+// One note an axis; where there are many, the first of them and how many.
+void note_readings_without_weight(Calibration& calibration) {
+  const std::vector<RegressionRow>& rows = calibration.statistics->rows;
+  for (std::size_t k = 0; k < calibration.instrument.axes.size(); ++k) {
+    constexpr std::size_t most_named = 5;
+    std::vector<int> named;
+    std::size_t count = 0;
+    for (const RegressionRow& row : rows) {
+      if (row.robust_weight.size() > 0 && row.robust_weight(static_cast<Eigen::Index>(k)) == 0.0) {
+        ++count;
+        if (count <= most_named) {
+          named.insert(named.end(), row.runs.begin(), row.runs.end());
+        }
+      }
+    }
+    if (count > 0) {
+      calibration.notes.push_back(formatted(
+          "{}{}: given no weight for axis {} by the robust regression", name_of_runs(named),
+          count > most_named ? formatted(" and {} more", count - most_named) : "",
+          calibration.instrument.axes[k]));
+    }
+  }
+}
+
+// Averages of few readings leave few degrees of freedom where all readings have more.
+void note_few_averages(Calibration& calibration) {
+  constexpr double few = 5.0;
+  const FitStatistics& statistics = *calibration.statistics;
+  const auto m = static_cast<double>(calibration.response.bias.size());
+  const double own = statistics.degrees_of_freedom(0);
+  const double joint = statistics.observations -
+                       static_cast<double>(statistics.covariance.rows()) / m -
+                       (calibration.conditions.blocks - 1.0) - 2.0 / m;
+  if (calibration.method == Method::paired && own > 0.0 && own < few && joint > 2.0 * own) {
+    calibration.notes.push_back(formatted(
+        "the averages of opposite positions leave {} degrees of freedom; method joint makes nearly "
+        "the same estimates of all readings, with about {}, and states shorter intervals",
+        number_text(own, 2), number_text(joint, 2)));
+  }
+}
+
+void note_conditions(Calibration& calibration) {
+  const bool by_table = calibration.method == Method::paired ||
+                        calibration.method == Method::joint || calibration.method == Method::known;
+  if (by_table && !calibration.conditions.intermediate && !calibration.residuals.empty() &&
+      calibration.statistics->degrees_of_freedom.minCoeff() > 0.0) {
+    calibration.notes.emplace_back(
+        "repeatability only: one block of readings does not tell how the biases change from day to "
+        "day or when all is set up anew; three or four blocks do");
+  }
+}
+
 }  // namespace
 
 void add_notes(Calibration& calibration,
@@ -41,15 +93,9 @@ void add_notes(Calibration& calibration,
         "with fewer than three axes readings give the field along each axis and that axis's angle, "
         "not all three components");
   }
-  for (const RegressionRow& row : calibration.statistics->rows) {
-    for (Eigen::Index k = 0; k < row.robust_weight.size(); ++k) {
-      if (row.robust_weight(k) == 0.0) {
-        calibration.notes.push_back(formatted(
-            "{}: given no weight for axis {} by the robust regression", name_of_runs(row.runs),
-            calibration.instrument.axes[static_cast<std::size_t>(k)]));
-      }
-    }
-  }
+  note_readings_without_weight(calibration);
+  note_few_averages(calibration);
+  note_conditions(calibration);
   std::set<DesignPoint> points;
   for (const Reading& reading : observations.readings) {
     if (reading.point) {

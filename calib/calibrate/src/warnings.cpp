@@ -10,6 +10,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
+#include "outliers.hpp"
 
 namespace axiscal {
 namespace {
@@ -17,15 +18,14 @@ namespace {
 // Probability of a false alarm over a whole run. Studentised residuals of `joint` have heavier
 // tails than t where readings are few: at 1e-4 outliers are announced in 0.1 to 0.2 % of good runs.
 constexpr double false_lack_of_fit = 1e-3;
-constexpr double false_outlier = 1e-4;
 constexpr double false_moved_table = 1e-3;
 // Residual scatter above this part of the full response is no calibration but a mistake.
 constexpr double largest_residual_share = 0.02;
 constexpr double largest_good_condition = 30.0;
 // Above this standard error the direction of the field is unknown, and with it S.
 constexpr double largest_direction_se_rad = 0.05;
-// A slope that was stated and one that was measured may differ by this many standard errors.
-constexpr double largest_slope_deviation = 6.0;
+constexpr double false_slope = 0.005;
+constexpr double false_nonlinearity = 0.005;
 
 std::string rounded(double value, int digits) {
   return number_text(value, digits);
@@ -55,7 +55,9 @@ class Finder {
     } else {
       if (!searched_) {
         find_inconsistent_levelness();
-        find_outliers();
+        if (std::optional<CalibrationWarning> outliers = warning_of_outliers(calibration_)) {
+          warnings_.push_back(std::move(*outliers));
+        }
       }
       find_uncertain_sensitivity();
       find_poor_fit();
@@ -66,6 +68,7 @@ class Finder {
     if (!culprit_ || culprit_->correction.code == WarningCode::saturated) {
       find_lack_of_fit();
     }
+    find_nonlinearity();
     find_slope();
     find_unpaired();
     find_other_magnitude();
@@ -170,37 +173,6 @@ class Finder {
                   "and take these readings again",
                   name_of_runs(runs), face_name(levelness->suspect->point.rest()),
                   rounded(levelness->p_value, 2)));
-  }
-
-  // By `paired` a mistake shows in the differences, which the levelness test sees, or spreads over
-  // averages that have too few degrees of freedom to name one.
-  void find_outliers() {
-    if (calibration_.method == Method::paired) {
-      return;
-    }
-    const std::vector<RegressionRow>& rows = statistics().rows;
-    const auto tests =
-        static_cast<double>(rows.size()) * static_cast<double>(calibration_.response.bias.size());
-    for (const RegressionRow& row : rows) {
-      for (Eigen::Index k = 0; k < row.studentized.size(); ++k) {
-        const double t = row.studentized(k);
-        if (!(std::abs(t) > 3.0)) {
-          continue;  // never that unlikely
-        }
-        const double p = student_t_two_sided_p(t, statistics().degrees_of_freedom(k) - 1.0);
-        const bool rounding = statistics().residual_sd(k) <= 1e-13 * full_response(k);
-        if (p * tests < false_outlier && !rounding) {
-          add(WarningCode::outlier, row.runs,
-              formatted("{}: {} is {} standard deviations from what the other readings say; {} "
-                        "take it again, or leave it out",
-                        name_of_runs(row.runs),
-                        by_magnitude() ? "its magnitude" : "axis " + axis_name(k),
-                        rounded(std::abs(t), 3),
-                        by_magnitude() ? "if it was moved" : "check the pose and"));
-          break;
-        }
-      }
-    }
   }
 
   // By `paired` a mistake can hide in the averages, so the readings' own residuals count too.
@@ -326,17 +298,57 @@ class Finder {
     }
   }
 
+  void find_nonlinearity() {
+    const std::optional<CurvatureTest>& curvature = estimate_.curvature;
+    // A response that bends looks like an axis that is limited; which of both it is nobody can
+    // tell.
+    const bool explained = culprit_ && culprit_->correction.code != WarningCode::saturated;
+    if (explained || !curvature || !(curvature->p_value < false_nonlinearity)) {
+      return;
+    }
+    Eigen::Index most = 0;
+    curvature->bends.cwiseAbs().maxCoeff(&most);
+    const double bend = curvature->bends(most);
+    add(WarningCode::nonlinearity, {},
+        formatted(
+            "the response is not straight (p = {}): the square of the field adds {} {} to "
+            "axis {} at full field, and its bias holds a third of that; the instrument bends, "
+            "or opposite faces of the cube are not parallel: state the cube's face normals, or "
+            "keep in mind that calibrated readings are off by so much",
+            rounded(curvature->p_value, 2), rounded(bend, 2), calibration_.instrument.unit,
+            axis_name(most)));
+  }
+
+  // What is known of a stated direction, x and y in the table [parts of the magnitude].
+  [[nodiscard]] double stated_slope_u() const {
+    double variance = 0.0;
+    if (calibration_.uncertainty) {
+      for (const UncertaintySource& source : calibration_.uncertainty->sources) {
+        if (source.name == "levelness" || source.name == "field direction") {
+          variance += source.input_u * source.input_u;
+        }
+      }
+    }
+    return std::sqrt(variance);
+  }
+
+  // F(2, nu) with the stated uncertainty beside that of the differences.
   void find_slope() {
     const std::optional<Levelness>& levelness = calibration_.levelness;
     if (calibration_.method != Method::known || !levelness || !calibration_.field.in_table) {
       return;
     }
     const Eigen::Vector3d given = *calibration_.field.in_table / calibration_.field.magnitude;
-    const double x = std::abs(levelness->mean_x - given.x());
-    const double y = std::abs(levelness->mean_y - given.y());
-    // NaN, without degrees of freedom, is no warning; 1e-9 is rounding.
-    if (x > largest_slope_deviation * levelness->standard_error_x + 1e-9 ||
-        y > largest_slope_deviation * levelness->standard_error_y + 1e-9) {
+    const Eigen::Array2d off(levelness->mean_x - given.x(), levelness->mean_y - given.y());
+    const Eigen::Array2d own =
+        Eigen::Array2d(levelness->standard_error_x, levelness->standard_error_y).square();
+    const Eigen::Array2d all = own + stated_slope_u() * stated_slope_u();
+    const double share = (own / all).mean();
+    constexpr double rounding = 1e-9;
+    const double p = f_upper_p(0.5 * (off.square() / all).sum(), 2.0,
+                               levelness->degrees_of_freedom / (share * share));
+    // NaN, without degrees of freedom, is no warning.
+    if (off.abs().maxCoeff() > rounding && p < false_slope) {
       add(WarningCode::slope, {},
           formatted(
               "the field was given as {}, {} in the table's plane (parts of its magnitude), but "

@@ -91,7 +91,8 @@ LackOfFit test_lack_of_fit(const std::vector<int>& group,
                            const Eigen::VectorXd& weights,
                            const Eigen::VectorXd& weighted_residuals,
                            double degrees_of_freedom,
-                           double rounding) {
+                           double rounding,
+                           Eigen::Index effects) {
   struct Sums {
     double weight = 0.0;
     double residual = 0.0;
@@ -115,6 +116,7 @@ LackOfFit test_lack_of_fit(const std::vector<int>& group,
     between += sums.weight > 0.0 ? sums.residual * sums.residual / sums.weight : 0.0;
     pure_error_dof += sums.count - 1;
   }
+  pure_error_dof -= static_cast<double>(effects);
   const double lack_of_fit_dof = degrees_of_freedom - pure_error_dof;
   LackOfFit result{.pure_error_sd = not_a_number,
                    .pure_error_dof = pure_error_dof,
@@ -144,7 +146,7 @@ FitStatistics blank_statistics(const ReadingSet& set, RegressionRows& rows) {
   statistics.residual_sd.resize(m);
   statistics.r_squared.resize(m);
   statistics.variance_inflation.resize(m, 3);
-  const Eigen::Index p = set.column_count();
+  const Eigen::Index p = set.coefficient_count();
   statistics.covariance = Eigen::MatrixXd::Zero(p * m, p * m);
   for (Eigen::Index k = 0; k < m && set.leaves_out(); ++k) {
     statistics.observations_per_axis.push_back(
@@ -203,7 +205,7 @@ Estimate summarize(const ReadingSet& set,
   Estimate estimate;
   estimate.statistics = blank_statistics(set, rows);
   FitStatistics& statistics = estimate.statistics;
-  const Eigen::Index p = set.column_count();
+  const Eigen::Index p = set.coefficient_count();
   for (Eigen::Index k = 0; k < m; ++k) {
     const AxisRegression& axis = axes[static_cast<std::size_t>(k)];
     const LeastSquaresFit& fit = axis.fit;
@@ -213,13 +215,14 @@ Estimate summarize(const ReadingSet& set,
     statistics.r_squared(k) = fit.r_squared;
     statistics.variance_inflation.row(k) = axis.variance_inflation.segment<3>(1);
     statistics.condition_number = std::max(statistics.condition_number, axis.condition_number);
-    statistics.covariance.block(p * k, p * k, p, p) = fit.covariance;
+    statistics.covariance.block(p * k, p * k, p, p) = fit.covariance.topLeftCorner(p, p);
     put_diagnostics(statistics, k, fit.leverage,
                     {.studentized = fit.studentized, .cooks_distance = fit.cooks_distance},
                     axis.robust_weights);
     const Eigen::VectorXd weighted = axis.weights.cwiseSqrt().cwiseProduct(fit.residuals);
     statistics.lack_of_fit.push_back(test_lack_of_fit(rows.group, axis.weights, weighted,
-                                                      fit.degrees_of_freedom, set.rounding(k)));
+                                                      fit.degrees_of_freedom, set.rounding(k),
+                                                      set.effects.columns.cols()));
   }
   return estimate;
 }

@@ -42,12 +42,16 @@ struct RegressionRows {
 
 /// Pure error against lack of fit for one axis.
 /// @param weighted_residuals  sqrt(w_i) (y_i - fit_i).
+/// @param effects             columns of the run's effects, which differ between repeats and so
+/// take
+///                            their degrees of freedom from the pure error.
 /// @return F and p are NaN where there are no degrees of freedom for either part.
 [[nodiscard]] LackOfFit test_lack_of_fit(const std::vector<int>& group,
                                          const Eigen::VectorXd& weights,
                                          const Eigen::VectorXd& weighted_residuals,
                                          double degrees_of_freedom,
-                                         double rounding);
+                                         double rounding,
+                                         Eigen::Index effects);
 
 /// Statistics with room for each axis, and no more in them than the rows.
 [[nodiscard]] FitStatistics blank_statistics(const ReadingSet& set, RegressionRows& rows);

@@ -275,6 +275,7 @@ void fit_bias(const Experiment& experiment,
       statistics.sensitivity_se = experiment.from->statistics->sensitivity_se;
     }
   }
+  fill_intervals(statistics);
   statistics.condition_number =
       LeastSquaresDesign(powers(set.temperature.d, order)).condition_number();
 

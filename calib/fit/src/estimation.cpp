@@ -15,7 +15,9 @@ void put_coefficients(const ReadingSet& set,
     estimate.also.assign(set.also_in_table.size(), SensitivityMatrix::Zero(m, 3));
     estimate.temperature_bias.resize(m, order);
     estimate.temperature_scale.resize(m, order);
+    estimate.effects.resize(set.effects.columns.cols(), m);
   }
+  estimate.effects.col(axis) = coefficients.tail(estimate.effects.rows());
   const Eigen::RowVector3d S = coefficients.segment<3>(1).transpose();
   estimate.response.bias(axis) = coefficients(0);
   estimate.response.sensitivity.row(axis) = S;
@@ -28,18 +30,26 @@ void put_coefficients(const ReadingSet& set,
     const auto along = set.temperature.along.row(axis);
     const double unit = along.dot(S) / along.squaredNorm();
     estimate.temperature_scale.row(axis) =
-        set.temperature.scale.row(axis) + coefficients.tail(order).transpose() / unit;
+        set.temperature.scale.row(axis) +
+        coefficients.segment(set.base_column_count() + order, order).transpose() / unit;
   }
 }
 
-ReadingSet without_temperature(ReadingSet set, const Estimate& estimate) {
-  const int order = set.temperature.order;
-  for (Eigen::Index i = 0; i < set.size() && order > 0; ++i) {
+ReadingSet without_unpaired(ReadingSet set, const Estimate& estimate) {
+  for (const std::size_t i : estimate.unpaired) {
+    set.weights.row(static_cast<Eigen::Index>(i)).setZero();
+  }
+  return set;
+}
+
+ReadingSet at_reference(ReadingSet set, const Estimate& estimate) {
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-      double shift = 0.0;
+      double shift =
+          set.effects.names.empty() ? 0.0 : set.effects.columns.row(i).dot(estimate.effects.col(k));
       double factor = 1.0;
       double power = 1.0;
-      for (int j = 0; j < order; ++j) {
+      for (int j = 0; j < set.temperature.order; ++j) {
         power *= set.temperature.d(i);
         shift += estimate.temperature_bias(k, j) * power;
         factor += estimate.temperature_scale(k, j) * power;

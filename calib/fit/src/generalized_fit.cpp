@@ -5,253 +5,385 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
-#include "axiscal/calib/covariance_root.hpp"
+#include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/joint_fit.hpp"
-#include "axiscal/calib/mixed_model.hpp"
+#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/response_system.hpp"
-#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/calib/uncertain_inputs.hpp"
+#include "axiscal/calib/variance_components.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 
 namespace axiscal {
 namespace {
 
-// By all inputs' errors beside each other.
-FieldChanges changes_with_inputs(const std::vector<UncertainInput>& inputs,
-                                 Eigen::Index readings,
-                                 const std::vector<Eigen::Vector3d>& fields) {
-  FieldChanges changes;
-  for (Eigen::Index i = 0; i < readings; ++i) {
-    Eigen::Matrix3Xd all(3, 0);
-    for (const UncertainInput& input : inputs) {
-      all.conservativeResize(3, all.cols() + input.parts);
-      all.rightCols(input.parts) = input.change(i, fields);
-    }
-    changes.push_back(std::move(all));
-  }
-  return changes;
-}
-
-// How many of an axis's readings the fit leaves free, and the degrees of freedom of their scatter.
-struct AxisFreedom {
-  double free = 0.0;
-  double degrees_of_freedom = 0.0;
+// Readings of which each is the mean of one laying, with what the laying's own scatter says.
+struct Layings {
+  ReadingSet set;
+  Eigen::VectorXd squares;             // m: sums of squares within layings
+  Eigen::VectorXd degrees_of_freedom;  // m
 };
 
-AxisFreedom freedom_of(const Eigen::Ref<const Eigen::MatrixXd>& rows,
-                       const Eigen::MatrixXd& covariance,
-                       double used) {
-  const Eigen::MatrixXd N = rows.transpose() * rows;
-  const Eigen::MatrixXd CN = covariance * N;
-  const double free = used - CN.trace();
-  return {.free = free, .degrees_of_freedom = free - CN.trace() + (CN * CN).trace()};
+// Consecutive readings at one design point, level and block are one laying. Over temperature each
+// reading stands for itself.
+Layings layings_of(const ReadingSet& set) {
+  const Eigen::Index m = set.axis_count();
+  Layings layings{.set = set,
+                  .squares = Eigen::VectorXd::Zero(m),
+                  .degrees_of_freedom = Eigen::VectorXd::Zero(m)};
+  if (set.temperature.order > 0) {
+    return layings;
+  }
+  const auto continues = [&](std::size_t i) {
+    const Reading& now = set.readings[i];
+    const Reading& before = set.readings[i - 1];
+    return now.point == before.point && now.block == before.block && now.level == before.level &&
+           set.rotation_sensor_from_table[i] == set.rotation_sensor_from_table[i - 1];
+  };
+  std::vector<Eigen::Index> firsts;
+  for (std::size_t i = 0; i < set.readings.size(); ++i) {
+    if (i == 0 || !continues(i)) {
+      firsts.push_back(static_cast<Eigen::Index>(i));
+    }
+  }
+  if (firsts.size() == set.readings.size()) {
+    return layings;
+  }
+  ReadingSet& means = layings.set;
+  const auto count = static_cast<Eigen::Index>(firsts.size());
+  means.readings.clear();
+  means.rotation_sensor_from_table.clear();
+  means.response.resize(count, m);
+  means.weights.resize(count, m);
+  means.effects.columns.resize(count, set.effects.columns.cols());
+  for (Eigen::Index s = 0; s < count; ++s) {
+    const Eigen::Index first = firsts[static_cast<std::size_t>(s)];
+    const Eigen::Index rows =
+        (s + 1 < count ? firsts[static_cast<std::size_t>(s) + 1] : set.size()) - first;
+    means.readings.push_back(set.readings[static_cast<std::size_t>(first)]);
+    means.rotation_sensor_from_table.push_back(
+        set.rotation_sensor_from_table[static_cast<std::size_t>(first)]);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const Eigen::VectorXd w = set.weights.col(k).segment(first, rows);
+      const Eigen::VectorXd v = set.response.col(k).segment(first, rows);
+      const double sum = w.sum();
+      const double mean = sum > 0.0 ? w.dot(v) / sum : v(0);
+      means.weights(s, k) = sum;
+      means.response(s, k) = mean;
+      layings.squares(k) += w.dot((v.array() - mean).square().matrix());
+      layings.degrees_of_freedom(k) +=
+          std::max(static_cast<double>((w.array() > 0.0).count()) - 1.0, 0.0);
+    }
+    if (!set.effects.names.empty()) {
+      means.effects.columns.row(s) = set.effects.columns.middleRows(first, rows).colwise().mean();
+    }
+  }
+  return layings;
 }
 
 // Each axis's scatter to begin with: that of the fit, or 1e-9 of its response where nothing
 // scatters.
-Eigen::VectorXd first_scatter(const Estimate& estimate, const Eigen::MatrixXd& theta) {
+Eigen::VectorXd first_scatter(const Estimate& estimate) {
   Eigen::VectorXd sigma = estimate.statistics.residual_sd;
   for (Eigen::Index k = 0; k < sigma.size(); ++k) {
     if (!(sigma(k) > 0.0)) {
-      sigma(k) = 1e-9 * theta.col(k).segment<3>(1).norm() * estimate.fields.front().norm();
+      sigma(k) =
+          1e-9 * estimate.response.sensitivity.row(k).norm() * estimate.fields.front().norm();
     }
   }
   return sigma;
 }
 
-// What each input adds to the coefficients' covariance.
-// @param to_all  the coefficients by the columns of the system; the inputs' begin with `first`.
-std::vector<Eigen::MatrixXd> shares_of(const std::vector<UncertainInput>& inputs,
-                                       const Eigen::MatrixXd& to_all,
-                                       Eigen::Index first) {
-  std::vector<Eigen::MatrixXd> shares;
-  for (const UncertainInput& input : inputs) {
-    const Eigen::MatrixXd to_input = to_all.middleCols(first, input.parts);
-    shares.emplace_back(to_input * to_input.transpose());
-    first += input.parts;
-  }
-  return shares;
-}
-
-}  // namespace
-
-Eigen::Matrix<double, 3, 18> change_with_normals(
-    const Eigen::Matrix3d& rotation_table_from_positioner,
-    const DesignPoint& point,
-    const Eigen::Vector3d& field_in_table) {
-  const Eigen::Vector3d x = rotation_table_from_positioner.row(0);
-  const Eigen::Vector3d y = rotation_table_from_positioner.row(1);
-  const Eigen::Vector3d z = rotation_table_from_positioner.row(2);
-  const Eigen::Vector3d& f = field_in_table;
-  Eigen::Matrix<double, 3, 18> change = Eigen::Matrix<double, 3, 18>::Zero();
-  change.middleCols<3>(3 * static_cast<Eigen::Index>(point.rest())) =
-      -f.z() * Eigen::Matrix3d::Identity() + f.y() * z * y.transpose() + f.x() * z * x.transpose();
-  change.middleCols<3>(3 * static_cast<Eigen::Index>(point.fence())) =
-      f.y() * x * x.transpose() - f.x() * y * x.transpose();
-  return change;
-}
-
-std::vector<UncertainInput> uncertain_inputs(const Experiment& experiment,
-                                             const ReadingSet& set,
-                                             bool known_field,
-                                             const std::vector<Eigen::Vector3d>& fields) {
-  std::vector<UncertainInput> inputs;
-  if (fields.empty()) {
-    return inputs;
-  }
-  const auto& covariance = experiment.positioner.description().normal_covariance;
-  if (covariance && !covariance->isZero(0.0)) {
-    inputs.push_back({.name = "positioner",
-                      .u = not_a_number,
-                      .parts = covariance->cols(),
-                      .change = [&set, &positioner = experiment.positioner,
-                                 &mount = experiment.rotation_sensor_from_positioner,
-                                 root = covariance_root(*covariance)](
-                                    Eigen::Index i, const std::vector<Eigen::Vector3d>& f) {
-                        const DesignPoint& point = *set.readings[static_cast<std::size_t>(i)].point;
-                        return Eigen::Matrix3Xd(
-                            mount *
-                            change_with_normals(positioner.rotation_table_from_positioner(point),
-                                                point, set.field_in_table(i, f)) *
-                            root);
-                      }});
-  }
-  const auto add_turns = [&](const char* name, double u, const Eigen::Matrix<double, 3, 2>& axes) {
-    inputs.push_back(
-        {.name = name,
-         .u = u,
-         .unit = "rad",
-         .parts = axes.cols(),
-         .change = [&set, u, axes](Eigen::Index i, const std::vector<Eigen::Vector3d>& f) {
-           const Eigen::Vector3d field = set.field_in_table(i, f);
-           // w cross f = -(f cross w).
-           return Eigen::Matrix3Xd(set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
-                                   (-u * cross_matrix(field) * axes));
-         }});
-  };
-  if (known_field && experiment.stated.slope_u > 0.0) {
-    // A slope turns the field about the table's x and y.
-    add_turns("levelness", experiment.stated.slope_u, Eigen::Matrix<double, 3, 2>::Identity());
-  }
-  if (known_field && experiment.stated.direction_u_rad > 0.0) {
-    add_turns("field direction", experiment.stated.direction_u_rad, tangents_of(fields.front()));
-  }
-  return inputs;
-}
-
-std::optional<std::vector<Eigen::MatrixXd>> fit_with_uncertain_inputs(
-    const ReadingSet& set,
-    const std::vector<UncertainInput>& inputs,
-    bool known_field,
-    Estimate& estimate) {
-  const Eigen::Index n = set.size();
-  const Eigen::Index m = set.axis_count();
-  const Eigen::Index p = set.column_count();
-  const Eigen::Index errors =
-      std::accumulate(inputs.begin(), inputs.end(), Eigen::Index{0},
-                      [](Eigen::Index sum, const UncertainInput& one) { return sum + one.parts; });
-  const JointFit fit(set, set.weights);
-  JointState state = fit.at(estimate.fields);
-  const Eigen::Index directions = known_field ? 0 : state.direction_count();
-  Eigen::MatrixXd theta(p, m);
-  for (Eigen::Index k = 0; k < m; ++k) {
-    theta.col(k) = state.axes[static_cast<std::size_t>(k)].estimate;
-  }
-  Eigen::VectorXd sigma = first_scatter(estimate, theta);
-  std::vector<Eigen::Vector3d> fields = estimate.fields;
-  Eigen::MatrixXd W;
-  std::optional<MixedModelFit> model;
-  Eigen::VectorXd dof = Eigen::VectorXd::Zero(m);
-  constexpr int most_rounds = 100;
-  for (int round = 0; round < most_rounds; ++round) {
-    if (round > 0) {
-      state = fit.at(fields);
+class GeneralizedFit {
+ public:
+  // @param set  must outlive it.
+  GeneralizedFit(const Layings& layings,
+                 const std::vector<UncertainInput>& inputs,
+                 bool known_field,
+                 bool seats,
+                 const Estimate& start)
+      : set_(layings.set),
+        layings_(layings),
+        inputs_(inputs),
+        known_field_(known_field),
+        seats_(seats),
+        fields_(start.fields),
+        joint_(set_, set_.weights) {
+    const Eigen::Index m = set_.axis_count();
+    variances_.resize(m + (seats ? 1 : 0));
+    variances_.head(m) = first_scatter(start).cwiseAbs2();
+    const auto found =
+        std::find_if(start.statistics.components.begin(), start.statistics.components.end(),
+                     [](const ScatterComponent& component) { return component.name == "seats"; });
+    if (found != start.statistics.components.end() && seats) {
+      variances_(m) = found->sd(0) * found->sd(0);
+    } else if (seats) {
+      // Half of the noise, as a turn that moves the field as much.
+      const Eigen::ArrayXd turn =
+          start.response.sensitivity.rowwise().norm().array() * fields_.front().norm();
+      variances_(m) = 0.5 * (variances_.head(m).array() / turn.square()).mean();
     }
-    const FieldChanges by_inputs = changes_with_inputs(inputs, n, fields);
-    std::vector<Eigen::MatrixXd> own;
-    std::vector<Eigen::MatrixXd> shared;
-    Eigen::VectorXd left(n * m);
+    smallest_ = Eigen::VectorXd::Zero(variances_.size());
     for (Eigen::Index k = 0; k < m; ++k) {
-      const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
-      const Eigen::VectorXd root = axis.root_weights / sigma(k);
-      own.emplace_back(root.asDiagonal() * axis.X);
-      Eigen::MatrixXd& columns = shared.emplace_back(n, directions + errors);
-      columns << axis.tangents.leftCols(directions) / sigma(k),
-          root.asDiagonal() *
-              response_changes(set, k, theta.col(k).segment<3>(1).transpose(), by_inputs);
-      left.segment(n * k, n) = root.cwiseProduct(set.response.col(k) - axis.X * theta.col(k));
+      smallest_(k) = std::pow(set_.rounding(k), 2);
     }
-    W = stacked_by_axis(own, shared);
-    model = fit_mixed_model(W, left, errors);
-    if (!model) {
+  }
+
+  // @return false where the readings do not determine it.
+  bool solve() {
+    JointState state = joint_.at(fields_);
+    const Eigen::Index p = set_.column_count();
+    const Eigen::Index m = set_.axis_count();
+    coefficients_.resize(p, m);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      coefficients_.col(k) = state.axes[static_cast<std::size_t>(k)].estimate;
+    }
+    constexpr int most_rounds = 30;
+    for (int round = 0; round < most_rounds; ++round) {
+      const Eigen::Index directions = known_field_ ? 0 : state.direction_count();
+      fit_ = fit_variance_components(problem(state, directions), start());
+      if (!fit_) {
+        return false;
+      }
+      const Eigen::VectorXd before = variances_;
+      variances_ = fit_->theta;
+      coefficients_ += fit_->estimate.head(p * m).reshaped(p, m);
+      const Eigen::VectorXd step = fit_->estimate.segment(p * m, directions);
+      if (directions > 0) {
+        fields_ = moved_fields(fields_, state.tangents, step);
+      }
+      const double change =
+          ((variances_ - before).array() / before.array().max(smallest_.array() + 1e-300))
+              .abs()
+              .maxCoeff();
+      constexpr double still = 1e-9;
+      if (round > 1 && change < still && step.lpNorm<Eigen::Infinity>() < still) {
+        break;
+      }
+      state = joint_.at(fields_);
+    }
+    for (Eigen::Index k = 0; k < m; ++k) {
+      if (!(degrees_of_freedom(k) > 0.5)) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  // Columns f_k^2 at the variances and fields that it began with.
+  [[nodiscard]] std::optional<CurvatureTest> curvature() {
+    const JointState state = joint_.at(fields_);
+    const Eigen::Index p = set_.column_count();
+    const Eigen::Index m = set_.axis_count();
+    coefficients_.resize(p, m);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      coefficients_.col(k) = state.axes[static_cast<std::size_t>(k)].estimate;
+    }
+    const Eigen::Index directions = known_field_ ? 0 : state.direction_count();
+    VarianceProblem straight = problem(state, directions);
+    const std::optional<WeightedFit> before = fit_at_variances(straight, variances_);
+    VarianceProblem bent = straight;
+    bent.W.resize(straight.W.rows(), straight.W.cols() + m);
+    bent.W << with_squares(state), straight.W;
+    const std::optional<WeightedFit> after = fit_at_variances(bent, variances_);
+    if (!before || !after) {
       return std::nullopt;
     }
-    double change = 0.0;
+    double squares = before->squares;
+    double free = -static_cast<double>(p * m + directions);
     for (Eigen::Index k = 0; k < m; ++k) {
-      const auto used = static_cast<double>((set.weights.col(k).array() > 0.0).count());
-      const AxisFreedom freedom = freedom_of(W.middleRows(n * k, n), model->covariance, used);
-      if (!(freedom.free > 0.5)) {
-        return std::nullopt;
+      squares += layings_.squares(k) / variances_(k);
+      free += static_cast<double>((set_.weights.col(k).array() > 0.0).count()) +
+              layings_.degrees_of_freedom(k);
+    }
+    const auto more = static_cast<double>(m);
+    const double drop = std::max(before->squares - after->squares, 1e-12);
+    if (!(free - more >= 1.0)) {
+      return std::nullopt;
+    }
+    const double left = std::max(squares - drop, 1e-300);
+    const double F = fields_.front().norm();
+    return CurvatureTest{
+        .p_value = f_upper_p((drop / more) / (left / (free - more)), more, free - more),
+        .bends = F * F * after->estimate.head(m)};
+  }
+
+  // The turn of the cube each time it is laid, about each axis [rad]; 0 where none was seen.
+  [[nodiscard]] double seat_sd() const {
+    return seats_ ? std::sqrt(variances_(set_.axis_count())) : 0.0;
+  }
+
+  // Whether their variance is more than 1.6 times its standard error: less is as likely chance, and
+  // would take from the noise what is its own.
+  [[nodiscard]] bool sees_seats() const {
+    constexpr double fewest_degrees_of_freedom = 5.0;  // 2 (theta / u)^2
+    return seat_sd() > 0.0 &&
+           fit_->component_degrees_of_freedom(set_.axis_count()) > fewest_degrees_of_freedom;
+  }
+
+  void put(Estimate& estimate) const {
+    const Eigen::Index m = set_.axis_count();
+    FitStatistics& statistics = estimate.statistics;
+    estimate.fields = fields_;
+    statistics.residual_sd = variances_.head(m).cwiseSqrt();
+    for (Eigen::Index k = 0; k < m; ++k) {
+      statistics.degrees_of_freedom(k) = degrees_of_freedom(k);
+      put_coefficients(set_, k, coefficients_.col(k), estimate);
+    }
+    const std::vector<Eigen::Index> places = set_.places_of_coefficients();
+    statistics.covariance = fit_->scatter()(places, places);
+    if (!seats_) {
+      return;
+    }
+    const Eigen::MatrixXd of_seats =
+        variances_(m) * fit_->unit_shares[static_cast<std::size_t>(m)](places, places);
+    statistics.components.push_back({.name = "seats",
+                                     .sd = Eigen::VectorXd::Constant(1, seat_sd()),
+                                     .unit = "rad",
+                                     .covariance = of_seats,
+                                     .degrees_of_freedom = fit_->component_degrees_of_freedom(m)});
+    statistics.interval_dof.resize(statistics.covariance.rows());
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      statistics.interval_dof(static_cast<Eigen::Index>(i)) = fit_->degrees_of_freedom(places[i]);
+    }
+    put_intervals(statistics);
+  }
+
+  // What each input adds to the coefficients' covariance.
+  [[nodiscard]] std::vector<Eigen::MatrixXd> shares() const {
+    std::vector<Eigen::MatrixXd> all;
+    const Eigen::MatrixXd to_all = fit_->covariance(set_.places_of_coefficients(), Eigen::all);
+    Eigen::Index first = fit_->covariance.cols() - errors();
+    for (const UncertainInput& input : inputs_) {
+      const Eigen::MatrixXd to_input = to_all.middleCols(first, input.parts);
+      all.emplace_back(to_input * to_input.transpose());
+      first += input.parts;
+    }
+    return all;
+  }
+
+ private:
+  [[nodiscard]] double degrees_of_freedom(Eigen::Index axis) const {
+    return fit_->information(axis, axis) * variances_(axis) * variances_(axis);
+  }
+
+  // The squared field along each axis, weighted; n m x m.
+  [[nodiscard]] Eigen::MatrixXd with_squares(const JointState& state) const {
+    const Eigen::Index m = set_.axis_count();
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(set_.size() * m, m);
+    for (Eigen::Index i = 0; i < set_.size(); ++i) {
+      for (Eigen::Index k = 0; k < m; ++k) {
+        const Eigen::Vector3d along = coefficients_.col(k).segment<3>(1).normalized();
+        const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+        const double met = axis.X.row(i).segment<3>(1).dot(along.transpose());
+        columns(m * i + k, k) = axis.root_weights(i) * met * met;
       }
-      dof(k) = freedom.degrees_of_freedom;
-      const double factor =
-          std::sqrt(model->residuals.segment(n * k, n).squaredNorm() / freedom.free);
-      const double next = std::max(sigma(k) * factor, set.rounding(k));
-      change = std::max(change, std::abs(next / sigma(k) - 1.0));
-      sigma(k) = next;
-      theta.col(k) += model->estimate.segment(p * k, p);
     }
-    if (directions > 0) {
-      fields = moved_fields(fields, state.tangents, model->estimate.segment(p * m, directions));
-    }
-    if (change < 1e-9 && round > 1) {
-      break;
-    }
+    return columns;
   }
-  estimate.fields = fields;
-  estimate.statistics.residual_sd = sigma;
-  estimate.statistics.degrees_of_freedom = dof;
-  for (Eigen::Index k = 0; k < m; ++k) {
-    put_coefficients(set, k, theta.col(k), estimate);
+
+  [[nodiscard]] Eigen::Index errors() const {
+    return std::accumulate(
+        inputs_.begin(), inputs_.end(), Eigen::Index{0},
+        [](Eigen::Index sum, const UncertainInput& one) { return sum + one.parts; });
   }
-  const Eigen::MatrixXd to_all = model->covariance.topRows(p * m);
-  estimate.statistics.covariance = to_all * (W.transpose() * W) * to_all.transpose();
-  return shares_of(inputs, to_all, p * m + directions);
+
+  // A variance that was 0 may come back.
+  [[nodiscard]] Eigen::VectorXd start() const {
+    Eigen::VectorXd from = variances_;
+    const Eigen::Index m = set_.axis_count();
+    if (seats_ && !(from(m) > 0.0)) {
+      from(m) =
+          1e-4 * from.head(m).mean() /
+          std::pow(coefficients_.middleRows<3>(1).colwise().norm().mean() * fields_.front().norm(),
+                   2);
+    }
+    return from;
+  }
+
+  [[nodiscard]] VarianceProblem problem(const JointState& state, Eigen::Index directions) const {
+    const Eigen::Index n = set_.size();
+    const Eigen::Index m = set_.axis_count();
+    const Eigen::Index p = set_.column_count();
+    VarianceProblem problem{.rows = m,
+                            .W = Eigen::MatrixXd::Zero(n * m, p * m + directions + errors()),
+                            .y = Eigen::VectorXd(n * m),
+                            .prior = errors(),
+                            .pure_squares = Eigen::VectorXd::Zero(variances_.size()),
+                            .pure_degrees_of_freedom = Eigen::VectorXd::Zero(variances_.size()),
+                            .smallest = smallest_};
+    problem.pure_squares.head(m) = layings_.squares;
+    problem.pure_degrees_of_freedom.head(m) = layings_.degrees_of_freedom;
+    problem.roots.resize(static_cast<std::size_t>(variances_.size()));
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Eigen::VectorXd root = set_.weights.row(i).cwiseSqrt();
+      for (Eigen::Index k = 0; k < m; ++k) {
+        const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+        const Eigen::Index row = m * i + k;
+        problem.W.block(row, p * k, 1, p) = root(k) * axis.X.row(i);
+        problem.W.block(row, p * m, 1, directions) = axis.tangents.row(i).head(directions);
+        problem.y(row) = root(k) * (set_.response(i, k) - axis.X.row(i).dot(coefficients_.col(k)));
+        problem.roots[static_cast<std::size_t>(k)].emplace_back((root(k) > 0.0 ? 1.0 : 0.0) *
+                                                                Eigen::VectorXd::Unit(m, k));
+      }
+      const Eigen::MatrixXd by_field = changes_with_field(i, root);
+      Eigen::Index at = p * m + directions;
+      for (const UncertainInput& input : inputs_) {
+        problem.W.block(m * i, at, m, input.parts) = by_field * input.change(i, fields_);
+        at += input.parts;
+      }
+      if (seats_) {
+        problem.roots.back().emplace_back(
+            by_field * set_.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+            cross_matrix(set_.field_in_table(i, fields_)));
+      }
+    }
+    return problem;
+  }
+
+  // How a laying's readings change with the field in the sensor, weighted; m x 3.
+  [[nodiscard]] Eigen::MatrixXd changes_with_field(Eigen::Index i,
+                                                   const Eigen::VectorXd& root) const {
+    Eigen::MatrixXd changes(set_.axis_count(), 3);
+    for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+      changes.row(k) = root(k) * set_.scale(i, k) * coefficients_.col(k).segment<3>(1).transpose();
+    }
+    return changes;
+  }
+
+  const ReadingSet& set_;
+  const Layings& layings_;
+  const std::vector<UncertainInput>& inputs_;
+  bool known_field_;
+  bool seats_;
+  TableField::Vectors fields_;
+  JointFit joint_;
+  Eigen::VectorXd variances_;  // sigma_k^2, and tau^2
+  Eigen::VectorXd smallest_;
+  Eigen::MatrixXd coefficients_;  // p x m
+  std::optional<VarianceFit> fit_;
+};
+
+// Whether the cube's seats are looked for.
+bool looks_for_seats(const Experiment& experiment,
+                     const ReadingSet& set,
+                     const Layings& layings,
+                     const Estimate& estimate) {
+  constexpr Eigen::Index fewest = 24;
+  constexpr Eigen::Index most = 2000;  // nobody lays a cube so often
+  if (experiment.seats == SeatSetup::none || experiment.robust || estimate.fields.empty() ||
+      set.axis_count() < 2 || set.field.is_sum()) {
+    return false;
+  }
+  return experiment.seats == SeatSetup::fit ||
+         (layings.set.size() >= fewest && layings.set.size() <= most);
 }
 
-std::vector<UncertaintySource> weigh_inputs(const Experiment& experiment,
-                                            const ReadingSet& set,
-                                            Method method,
-                                            Estimate& estimate) {
-  const bool known = method == Method::known;
-  const std::vector<UncertainInput> inputs =
-      uncertain_inputs(experiment, set, known, estimate.fields);
-  if (inputs.empty()) {
-    return {};
-  }
-  const bool has_normals = inputs.front().name == "positioner";
-  if (experiment.robust) {
-    if (has_normals) {
-      estimate.notes.emplace_back(
-          "robust regression does not weigh the uncertainty of the cube's face normals; the stated "
-          "uncertainties lack it");
-    }
-    return {};
-  }
-  ReadingSet used = set;
-  for (const std::size_t i : estimate.unpaired) {
-    used.weights.row(static_cast<Eigen::Index>(i)).setZero();
-  }
-  std::optional<std::vector<Eigen::MatrixXd>> shares =
-      fit_with_uncertain_inputs(used, inputs, known, estimate);
-  if (!shares) {
-    if (has_normals) {
-      estimate.notes.emplace_back(
-          "the readings do not tell the errors of the cube's faces from noise; the stated "
-          "uncertainties lack that of its face normals");
-    }
-    return {};
-  }
+std::vector<UncertaintySource> sources_of(const std::vector<UncertainInput>& inputs,
+                                          std::vector<Eigen::MatrixXd> shares) {
   std::vector<UncertaintySource> sources;
   for (std::size_t s = 0; s < inputs.size(); ++s) {
     sources.push_back({.name = inputs[s].name,
@@ -260,9 +392,82 @@ std::vector<UncertaintySource> weigh_inputs(const Experiment& experiment,
                        .input_u = inputs[s].u,
                        .input_unit = inputs[s].unit,
                        .degrees_of_freedom = std::numeric_limits<double>::infinity(),
-                       .covariance = std::move((*shares)[s])});
+                       .covariance = std::move(shares[s])});
   }
   return sources;
+}
+
+}  // namespace
+
+std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
+                                            const ReadingSet& set,
+                                            Method method,
+                                            const Estimate& estimate) {
+  const FitStatistics& statistics = estimate.statistics;
+  if (estimate.fields.empty() || set.rotation_sensor_from_table.empty() || experiment.robust ||
+      !(statistics.residual_sd.array() > 0.0).all()) {
+    return std::nullopt;
+  }
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    if (statistics.residual_sd(k) <= 2.0 * set.rounding(k)) {
+      return std::nullopt;  // rounding bends as it likes
+    }
+  }
+  const Layings layings = layings_of(without_unpaired(set, estimate));
+  const bool known = method == Method::known;
+  const std::vector<UncertainInput> inputs =
+      uncertain_inputs(experiment, layings.set, known, estimate.fields);
+  const bool seats =
+      std::any_of(statistics.components.begin(), statistics.components.end(),
+                  [](const ScatterComponent& component) { return component.name == "seats"; });
+  return GeneralizedFit(layings, inputs, known, seats, estimate).curvature();
+}
+
+std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
+                                                   const ReadingSet& set,
+                                                   Method method,
+                                                   Estimate& estimate) {
+  const bool known = method == Method::known;
+  if (estimate.fields.empty() || set.rotation_sensor_from_table.empty()) {
+    return {};
+  }
+  const Layings layings = layings_of(without_unpaired(set, estimate));
+  const std::vector<UncertainInput> inputs =
+      uncertain_inputs(experiment, layings.set, known, estimate.fields);
+  const bool has_normals = !inputs.empty() && inputs.front().name == "positioner";
+  if (experiment.robust) {
+    if (has_normals) {
+      estimate.notes.emplace_back(
+          "robust regression does not weigh the uncertainty of the cube's face normals; the stated "
+          "uncertainties lack it");
+    }
+    return {};
+  }
+  for (const bool seats : {true, false}) {
+    const bool shared =
+        seats ? looks_for_seats(experiment, set, layings, estimate) : !inputs.empty();
+    if (!shared) {
+      continue;
+    }
+    GeneralizedFit fit(layings, inputs, known, seats, estimate);
+    if (!fit.solve() || (seats && !fit.sees_seats())) {
+      continue;
+    }
+    fit.put(estimate);
+    if (seats) {
+      estimate.notes.push_back(
+          formatted("each time it is laid the cube lies anew by {} rad about each axis (standard "
+                    "deviation); the coefficients and their uncertainty count it",
+                    number_text(fit.seat_sd(), 2)));
+    }
+    return sources_of(inputs, fit.shares());
+  }
+  if (has_normals) {
+    estimate.notes.emplace_back(
+        "the readings do not tell the errors of the cube's faces from noise; the stated "
+        "uncertainties lack that of its face normals");
+  }
+  return {};
 }
 
 }  // namespace axiscal

@@ -66,7 +66,7 @@ Estimate describe_joint(const ReadingSet& set,
   statistics.residual_sd = Eigen::VectorXd::Constant(m, not_a_number);
   statistics.condition_number = condition_of(fit.jacobian(state, solution.sigma));
   estimate.fields = state.fields;
-  const Eigen::Index p = set.column_count();
+  const Eigen::Index p = set.coefficient_count();
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
     const double nu = statistics.degrees_of_freedom(k);
@@ -84,9 +84,10 @@ Estimate describe_joint(const ReadingSet& set,
     for (Eigen::Index l = 0; l < m; ++l) {
       const JointAxis& other = state.axes[static_cast<std::size_t>(l)];
       statistics.covariance.block(p * k, p * l, p, p) =
-          axis.take_up * C * other.take_up.transpose();
+          axis.take_up.topRows(p) * C * other.take_up.topRows(p).transpose();
     }
-    statistics.covariance.block(p * k, p * k, p, p) += s2 * axis.design->unscaled_covariance();
+    statistics.covariance.block(p * k, p * k, p, p) +=
+        s2 * axis.design->unscaled_covariance().topLeftCorner(p, p);
     statistics.variance_inflation.row(k) =
         variance_inflation(axis.X, set.weights.col(k), own).segment<3>(1);
 
@@ -98,8 +99,9 @@ Estimate describe_joint(const ReadingSet& set,
                     set.robust ? scale_residuals(axis.residuals, leverage, s, parameters)
                                : diagnose_residuals(axis.residuals, leverage, nu, parameters),
                     set.robust ? robust_weights.col(k) : Eigen::VectorXd());
-    statistics.lack_of_fit.push_back(
-        test_lack_of_fit(rows.group, set.weights.col(k), axis.residuals, nu, set.rounding(k)));
+    statistics.lack_of_fit.push_back(test_lack_of_fit(rows.group, set.weights.col(k),
+                                                      axis.residuals, nu, set.rounding(k),
+                                                      set.effects.columns.cols()));
   }
   describe_direction(set, solution, estimate);
   return estimate;

@@ -9,7 +9,6 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/response_system.hpp"
 
 namespace axiscal {
@@ -130,7 +129,7 @@ JointState JointFit::at(const std::vector<Eigen::Vector3d>& fields) const {
     // Axes of the same weights share one factorisation.
     const bool shared =
         k > 0 && weights_.col(k) == weights_.col(k - 1) && set_.temperature.order == 0;
-    axis.X = set_.with_temperature(base, k);
+    axis.X = set_.all_columns(base, k);
     axis.design = shared ? state.axes.back().design
                          : std::make_shared<const LeastSquaresDesign>(axis.X, weights_.col(k),
                                                                       set_.names_of_axis(k));
@@ -281,8 +280,11 @@ Eigen::MatrixXd JointFit::jacobian(const JointState& state, const Eigen::VectorX
 }
 
 std::vector<std::string> JointFit::names_of_columns(const JointState& state) const {
-  std::vector<std::string> names =
-      parameter_names(set_.axes, set_.also_kinds, set_.temperature.order);
+  std::vector<std::string> names;
+  for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+    const std::vector<std::string> own = set_.names_of_axis(k);
+    names.insert(names.end(), own.begin(), own.end());
+  }
   for (std::size_t s = 0; s < state.fields.size(); ++s) {
     const std::string whose = set_.field.name_of(s);
     names.insert(names.end(), 2, "direction of " + whose);

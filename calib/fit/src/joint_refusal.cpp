@@ -27,6 +27,7 @@ Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
   one.response = Eigen::MatrixXd::Zero(1, set.axis_count());
   one.rotation_sensor_from_table = {set.orientation(point)};
   one.temperature.d = Eigen::VectorXd::Zero(1);  // at the reference
+  one.effects.columns = Eigen::MatrixXd::Zero(1, set.effects.columns.cols());
   const JointState& state = solution.state;
   const Eigen::MatrixXd base = field_design(one, state.fields);
   const FieldChanges changes = changes_with_directions(one, state.fields, state.tangents);
@@ -34,7 +35,7 @@ Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
   std::vector<Eigen::MatrixXd> shared;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const Eigen::VectorXd& estimate = state.axes[static_cast<std::size_t>(k)].estimate;
-    own.emplace_back(one.with_temperature(base, k) / solution.sigma(k));
+    own.emplace_back(one.all_columns(base, k) / solution.sigma(k));
     shared.emplace_back(response_changes(one, k, estimate.segment<3>(1).transpose(), changes) /
                         solution.sigma(k));
   }

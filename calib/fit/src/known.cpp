@@ -7,25 +7,14 @@
 namespace axiscal {
 
 Estimate estimate_known(const ReadingSet& set, const std::vector<Eigen::Vector3d>& in_table) {
-  Eigen::MatrixXd design;
-  if (in_table.empty()) {
-    design.resize(set.size(), 4);
-    design.col(0).setOnes();
-    for (Eigen::Index i = 0; i < set.size(); ++i) {
-      const Reading& reading = set.readings[static_cast<std::size_t>(i)];
-      design.row(i).tail<3>() = *reading.field_in_sensor;
-    }
-    require_determined(set, design, {});
-  } else {
-    design = field_design(set, in_table);
-    require_determined(set, design, rows_of_points(set, in_table));
-  }
+  const Eigen::MatrixXd design = field_design(set, in_table);
+  require_determined(set, design,
+                     in_table.empty() ? RowsForPoint() : rows_of_points(set, in_table));
   require_response(set);
   std::vector<AxisRegression> axes;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    axes.push_back(regress_axis(set.with_temperature(design, k), set.response.col(k),
-                                set.weights.col(k), set.names_of_axis(k), set.robust,
-                                set.rounding(k)));
+    axes.push_back(regress_axis(set.all_columns(design, k), set.response.col(k), set.weights.col(k),
+                                set.names_of_axis(k), set.robust, set.rounding(k)));
   }
   Estimate estimate = summarize(set, axes, rows_of_readings(set));
   estimate.mean_field = design.middleCols<3>(1).rowwise().norm().mean();

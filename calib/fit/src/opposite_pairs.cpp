@@ -14,7 +14,6 @@
 namespace axiscal {
 namespace {
 
-constexpr double unlevel_below = 0.005;  // probability below which estimates disagree
 // What is seen only through cross-axis terms is no estimate of a face.
 constexpr double smallest_pivot_of_a_face = 0.2;
 
@@ -81,22 +80,18 @@ struct PlaneFit {
 };
 
 // @param smallest_pivot  relative; below it the two components count as not determined.
-PlaneFit fit_plane(const std::vector<FaceDifferences>& faces,
-                   const FaceDifferences* without,
-                   double smallest_pivot = 1e-3) {
+PlaneFit fit_plane(const std::vector<FaceDifferences>& faces, double smallest_pivot = 1e-3) {
   PlaneFit fit;
   for (const FaceDifferences& face : faces) {
-    fit.rows += &face == without ? 0 : face.d.size();
+    fit.rows += face.d.size();
   }
   Eigen::MatrixXd G(fit.rows, 2);
   Eigen::VectorXd d(fit.rows);
   Eigen::Index at = 0;
   for (const FaceDifferences& face : faces) {
-    if (&face != without) {
-      G.middleRows(at, face.d.size()) = face.G;
-      d.segment(at, face.d.size()) = face.d;
-      at += face.d.size();
-    }
+    G.middleRows(at, face.d.size()) = face.G;
+    d.segment(at, face.d.size()) = face.d;
+    at += face.d.size();
   }
   if (fit.rows < 2) {
     return fit;
@@ -140,58 +135,15 @@ struct PlaneFits {
   double dof = 0.0;
 };
 
-PlaneFits fit_planes(const FacesByLevel& levels, const FaceDifferences* without) {
+PlaneFits fit_planes(const FacesByLevel& levels) {
   PlaneFits all;
   for (const std::vector<FaceDifferences>& faces : levels) {
-    const PlaneFit& fit = all.fits.emplace_back(fit_plane(faces, without));
+    const PlaneFit& fit = all.fits.emplace_back(fit_plane(faces));
     all.determined = all.determined && fit.determined;
     all.rss += fit.rss;
     all.dof += static_cast<double>(fit.rows) - 2.0;
   }
   return all;
-}
-
-// Agreement of the faces by deletion within the differences.
-void test_consistency(const ReadingSet& set,
-                      const FacesByLevel& levels,
-                      const PlaneFits& all,
-                      Levelness& levelness) {
-  const double rounding = set.rounding();
-  levelness.p_value = not_a_number;
-  if (all.dof > 0.0 && all.rss <= all.dof * rounding * rounding) {
-    levelness.p_value = 1.0;
-    return;
-  }
-  double smallest = 2.0;
-  double tests = 0.0;
-  const FaceDifferences* suspect = nullptr;
-  for (const std::vector<FaceDifferences>& faces : levels) {
-    for (const FaceDifferences& face : faces) {
-      const PlaneFits without = fit_planes(levels, &face);
-      const auto rows = static_cast<double>(face.d.size());
-      if (!without.determined || without.dof < 1.0) {
-        return;
-      }
-      const double f = ((all.rss - without.rss) / rows) / (without.rss / without.dof);
-      const double p = without.rss > 0.0 ? f_upper_p(std::max(f, 0.0), rows, without.dof) : 0.0;
-      tests += 1.0;
-      if (p < smallest) {
-        smallest = p;
-        suspect = &face;
-      }
-    }
-  }
-  if (suspect == nullptr) {
-    return;
-  }
-  levelness.p_value = std::min(1.0, tests * smallest);
-  levelness.consistent = !(levelness.p_value < unlevel_below);
-  if (!levelness.consistent) {
-    levelness.suspect = LevelnessEstimate{.point = suspect->pair->point,
-                                          .block = suspect->pair->block,
-                                          .x = not_a_number,
-                                          .y = not_a_number};
-  }
 }
 
 // One slope for all blocks against one for each, by the F test of nested models.
@@ -206,7 +158,7 @@ double block_p_value(const ReadingSet& set,
   for (auto& [number, members] : by_block) {
     blocks.push_back(std::move(members));
   }
-  const PlaneFits own = fit_planes(blocks, nullptr);
+  const PlaneFits own = fit_planes(blocks);
   const double more = 2.0 * static_cast<double>(blocks.size() - 1);
   if (!own.determined || !(more > 0.0) || !(own.dof > 0.0)) {
     return not_a_number;
@@ -233,7 +185,7 @@ MeanSlope mean_slope(const std::vector<FaceDifferences>& faces,
   MeanSlope mean;
   const auto n = static_cast<double>(faces.size());
   for (const FaceDifferences& face : faces) {
-    const PlaneFit alone = fit_plane({face}, nullptr, smallest_pivot_of_a_face);
+    const PlaneFit alone = fit_plane({face}, smallest_pivot_of_a_face);
     if (!alone.determined || !three_axes) {
       return {.f = together.f, .unscaled_covariance = together.unscaled_covariance};
     }
@@ -293,11 +245,12 @@ std::optional<Levelness> levelness_of(const ReadingSet& set,
                                       const Estimate& estimate,
                                       double F) {
   const SensitivityMatrix& S = estimate.response.sensitivity;
-  if (set.temperature.order == 0) {
+  // Shifts of whole blocks cancel in the differences.
+  if (set.temperature.order == 0 && !set.effects.has_drift) {
     return estimate_levelness(set, pairs, S, F);
   }
-  const ReadingSet at_reference = without_temperature(set, estimate);
-  return estimate_levelness(at_reference, find_opposite_pairs(at_reference).pairs, S, F);
+  const ReadingSet still = at_reference(set, estimate);
+  return estimate_levelness(still, find_opposite_pairs(still).pairs, S, F);
 }
 
 std::optional<Levelness> estimate_levelness(const ReadingSet& set,
@@ -309,14 +262,14 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
   for (const FaceDifferences& face : faces) {
     levels[face.pair->levelness].push_back(face);
   }
-  const PlaneFits planes = fit_planes(levels, nullptr);
-  const PlaneFit all = fit_plane(faces, nullptr);
+  const PlaneFits planes = fit_planes(levels);
+  const PlaneFit all = fit_plane(faces);
   if (!planes.determined) {
     return std::nullopt;
   }
   Levelness levelness;
   for (const FaceDifferences& face : faces) {
-    const PlaneFit alone = fit_plane({face}, nullptr, smallest_pivot_of_a_face);
+    const PlaneFit alone = fit_plane({face}, smallest_pivot_of_a_face);
     if (alone.determined) {
       levelness.estimates.push_back({.point = face.pair->point,
                                      .block = face.pair->block,
@@ -337,7 +290,7 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
   };
   levelness.standard_error_x = standard_errors(mean).x();
   levelness.standard_error_y = standard_errors(mean).y();
-  test_consistency(set, levels, planes, levelness);
+  levelness.p_value = not_a_number;  // by test_levelness()
   for (std::size_t i = 0; i < levels.size() && levels.size() > 1; ++i) {
     const MeanSlope own = mean_slope(levels[i], planes.fits[i], three_axes);
     levelness.blocks.push_back({.block = set.field.blocks()[i],

@@ -68,12 +68,13 @@ struct AxisData {
   Eigen::VectorXd weights;
 };
 
-// The row of a pair: of each of its readings where temperatures differ, else of the mean rotation.
+// The row of a pair: of each of its readings where they differ by more than their rotations, else
+// of the mean rotation.
 Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
                                const OppositePair& pair,
                                Eigen::Index axis,
                                const Eigen::Vector3d& field) {
-  if (set.temperature.order == 0) {
+  if (set.column_count() == set.base_column_count()) {
     return set.design_row(pair.mean_rotation, field);
   }
   Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(set.column_count());
@@ -84,8 +85,8 @@ Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
       const auto at = static_cast<Eigen::Index>(i);
       const double weight = set.weights(at, axis);
       sum += weight;
-      mean += weight * set.with_temperature(
-                           set.design_row(set.rotation_sensor_from_table[i], field), at, axis);
+      mean += weight *
+              set.all_columns(set.design_row(set.rotation_sensor_from_table[i], field), at, axis);
     }
     row += sum > 0.0 ? Eigen::RowVectorXd(0.5 / sum * mean) : mean;
   }

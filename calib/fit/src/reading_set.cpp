@@ -6,6 +6,7 @@
 #include <map>
 
 #include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/core/formatted.hpp"
 
 namespace axiscal {
 
@@ -55,44 +56,65 @@ double ReadingSet::scale(Eigen::Index reading, Eigen::Index axis) const {
   return factor;
 }
 
-Eigen::RowVectorXd ReadingSet::with_temperature(const Eigen::RowVectorXd& row,
-                                                Eigen::Index reading,
-                                                Eigen::Index axis) const {
-  if (temperature.order == 0) {
-    return row;
+std::vector<Eigen::Index> ReadingSet::places_of_coefficients() const {
+  std::vector<Eigen::Index> places;
+  for (Eigen::Index k = 0; k < axis_count(); ++k) {
+    for (Eigen::Index j = 0; j < coefficient_count(); ++j) {
+      places.push_back(column_count() * k + j);
+    }
   }
+  return places;
+}
+
+Eigen::RowVectorXd ReadingSet::all_columns(const Eigen::RowVectorXd& row,
+                                           Eigen::Index reading,
+                                           Eigen::Index axis) const {
   Eigen::RowVectorXd full(column_count());
   full.head(row.size()) = row;
-  full.segment<3>(1) *= scale(reading, axis);
-  const double sensed = temperature.along.row(axis).dot(row.segment<3>(1));
-  double power = 1.0;
-  for (int j = 0; j < temperature.order; ++j) {
-    power *= temperature.d(reading);
-    full(row.size() + j) = power;
-    full(row.size() + temperature.order + j) = power * sensed;
+  if (temperature.order > 0) {
+    full.segment<3>(1) *= scale(reading, axis);
+    const double sensed = temperature.along.row(axis).dot(row.segment<3>(1));
+    double power = 1.0;
+    for (int j = 0; j < temperature.order; ++j) {
+      power *= temperature.d(reading);
+      full(row.size() + j) = power;
+      full(row.size() + temperature.order + j) = power * sensed;
+    }
+  }
+  if (effects.columns.cols() > 0) {
+    full.tail(effects.columns.cols()) = effects.columns.row(reading);
   }
   return full;
 }
 
-Eigen::MatrixXd ReadingSet::with_temperature(const Eigen::MatrixXd& design,
-                                             Eigen::Index axis) const {
-  if (temperature.order == 0) {
+Eigen::MatrixXd ReadingSet::all_columns(const Eigen::MatrixXd& design, Eigen::Index axis) const {
+  if (column_count() == design.cols()) {
     return design;
   }
   Eigen::MatrixXd full(design.rows(), column_count());
   for (Eigen::Index i = 0; i < design.rows(); ++i) {
-    full.row(i) = with_temperature(Eigen::RowVectorXd(design.row(i)), i, axis);
+    full.row(i) = all_columns(Eigen::RowVectorXd(design.row(i)), i, axis);
   }
   return full;
 }
 
 std::vector<std::string> ReadingSet::names_of_axis(Eigen::Index axis) const {
-  return parameter_names({axes[static_cast<std::size_t>(axis)]}, also_kinds, temperature.order);
+  const std::string& name = axes[static_cast<std::size_t>(axis)];
+  std::vector<std::string> names = parameter_names({name}, also_kinds, temperature.order);
+  for (const std::string& effect : effects.names) {
+    names.push_back(formatted("{}.{}", name, effect));
+  }
+  return names;
 }
 
 Eigen::MatrixXd field_design(const ReadingSet& set, const std::vector<Eigen::Vector3d>& fields) {
   Eigen::MatrixXd design(set.size(), set.base_column_count());
   for (Eigen::Index i = 0; i < set.size(); ++i) {
+    if (fields.empty()) {
+      design(i, 0) = 1.0;
+      design.row(i).tail<3>() = *set.readings[static_cast<std::size_t>(i)].field_in_sensor;
+      continue;
+    }
     design.row(i) = set.design_row(set.rotation_sensor_from_table[static_cast<std::size_t>(i)],
                                    set.field_in_table(i, fields));
   }

@@ -166,6 +166,13 @@ void ReadingSource::set_temperature(int order, std::optional<double> reference) 
   temperature_.reference = reference.value_or(sum / static_cast<double>(rows_.size()));
 }
 
+bool ReadingSource::set_effects(EffectSetup effects) {
+  effects.blocks = effects.blocks && temperature_order_ == 0;
+  const bool changes = effects != effects_;
+  effects_ = effects;
+  return changes;
+}
+
 TemperatureResponse ReadingSource::temperature_range() const {
   return temperature_;
 }
@@ -232,6 +239,7 @@ ReadingSet ReadingSource::set(const std::vector<ResolvedPart>& parts, const Axis
     }
     set.temperature.soak = soak_levels(temperatures);
   }
+  set.effects = run_effects(set.readings, set.weights, effects_);
   return set;
 }
 

@@ -46,7 +46,7 @@ void require_terms(const ReadingSet& set, const Estimate& estimate) {
   std::vector<std::string> names;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const std::vector<std::string> all = set.names_of_axis(k);
-    for (const Eigen::Index column : undetermined_columns(set.with_temperature(base, k))) {
+    for (const Eigen::Index column : undetermined_columns(set.all_columns(base, k))) {
       names.push_back(all[static_cast<std::size_t>(column)]);
     }
   }

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/uncertainty_sources.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <limits>
 
 #include <Eigen/Geometry>
 
+#include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -84,6 +86,9 @@ class BudgetMaker {
 
   void add_field_magnitude() {
     const FieldDescription& field = calibration_.field;
+    for (std::size_t part = 0; part < field.parts.size(); ++part) {
+      add_part_magnitude(part);
+    }
     if (!(field.magnitude_u > 0.0) || !field.parts.empty()) {
       return;
     }
@@ -93,22 +98,55 @@ class BudgetMaker {
         change * change.transpose());
   }
 
-  // What the coefficients take up of a field that turns in the table; `known` takes it as given.
-  [[nodiscard]] Eigen::VectorXd taken_up(const Eigen::Vector3d& rotation_vector) const {
-    const Eigen::MatrixXd base = field_design(set_, fields_);
-    const Eigen::Index p = set_.column_count();
+  // A part that is longer than it was taken to be. One whose length is fitted has none to doubt.
+  void add_part_magnitude(std::size_t which) {
+    const FieldPartDescription& part = calibration_.field.parts[which];
+    if (!(part.magnitude_u > 0.0) || part.free_length || fields_.size() <= which) {
+      return;
+    }
+    const Eigen::Vector3d longer = part.magnitude_u / part.magnitude * fields_[which];
+    const Eigen::VectorXd change = taken_up([&](Eigen::Index i) -> Eigen::Vector3d {
+      return set_.field_change(i, fields_, which) * longer;
+    });
+    add("magnitude of " + part.kind, "normal", part.magnitude_u, calibration_.field.unit,
+        change * change.transpose());
+  }
+
+  // What the coefficients take up of a field that differs from what it was taken to be. Where the
+  // directions are fitted, they take up their part of it first.
+  // @param change_of_field  at a reading, frame table.
+  template <typename Change>
+  [[nodiscard]] Eigen::VectorXd taken_up(const Change& change_of_field) const {
+    const JointFit fit(set_, set_.weights);
+    const JointState state = fit.at(fields_);
+    const Eigen::Index p = set_.coefficient_count();
+    const Eigen::Index m = set_.axis_count();
+    const bool open =
+        calibration_.method != Method::known && (statistics_.residual_sd.array() > 0.0).all();
     Eigen::VectorXd all(parameters());
-    for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+    Eigen::VectorXd turn = Eigen::VectorXd::Zero(state.direction_count());
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
       Eigen::VectorXd change(set_.size());
       for (Eigen::Index i = 0; i < set_.size(); ++i) {
-        const Eigen::Vector3d turned = rotation_vector.cross(set_.field_in_table(i, fields_));
-        change(i) = set_.scale(i, k) *
-                    calibration_.response.sensitivity.row(k).dot(
-                        (set_.rotation_sensor_from_table[static_cast<std::size_t>(i)] * turned)
-                            .transpose());
+        change(i) =
+            set_.scale(i, k) *
+            calibration_.response.sensitivity.row(k).dot(
+                (set_.rotation_sensor_from_table[static_cast<std::size_t>(i)] * change_of_field(i))
+                    .transpose());
       }
-      all.segment(p * k, p) =
-          LeastSquaresDesign(set_.with_temperature(base, k), set_.weights.col(k)).estimate(change);
+      const Eigen::VectorXd own = axis.design->estimate(change);
+      all.segment(p * k, p) = own.head(p);
+      if (open) {
+        turn += axis.projected.transpose() * axis.root_weights.cwiseProduct(change - axis.X * own) /
+                std::pow(statistics_.residual_sd(k), 2);
+      }
+    }
+    if (open) {
+      turn = fit.shares(state, statistics_.residual_sd).covariance * turn;
+      for (Eigen::Index k = 0; k < m; ++k) {
+        all.segment(p * k, p) -= state.axes[static_cast<std::size_t>(k)].take_up.topRows(p) * turn;
+      }
     }
     return all;
   }
@@ -118,7 +156,10 @@ class BudgetMaker {
     const auto add_turns = [&](const char* name, double u, const Eigen::MatrixXd& axes) {
       Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(parameters(), parameters());
       for (Eigen::Index j = 0; j < axes.cols(); ++j) {
-        const Eigen::VectorXd change = u * taken_up(axes.col(j));
+        const Eigen::Vector3d axis = axes.col(j);
+        const Eigen::VectorXd change = u * taken_up([&](Eigen::Index i) -> Eigen::Vector3d {
+                                         return axis.cross(set_.field_in_table(i, fields_));
+                                       });
         covariance += change * change.transpose();
       }
       add(name, "normal", u, "rad", std::move(covariance));
@@ -154,6 +195,14 @@ class BudgetMaker {
     add("mount", "normal", mount->repeatability_rad, "rad", std::move(covariance));
   }
 
+  // Whether the scatter has the steps of an axis already.
+  [[nodiscard]] bool is_counted_as_scatter(Eigen::Index axis) const {
+    return std::any_of(statistics_.components.begin(), statistics_.components.end(),
+                       [axis](const ScatterComponent& component) {
+                         return component.name == "rounding" && component.sd(axis) > 0.0;
+                       });
+  }
+
   // Steps that are wider than the scatter do not show in it: what it lacks is added.
   void add_resolution() {
     const double q = experiment_.stated.resolution;
@@ -161,15 +210,17 @@ class BudgetMaker {
       return;
     }
     const Eigen::MatrixXd base = field_design(set_, fields_);
-    const Eigen::Index p = set_.column_count();
+    const Eigen::Index p = set_.coefficient_count();
     Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(parameters(), parameters());
     for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
       const double seen = statistics_.residual_sd(k);
-      const double hidden = q * q / 12.0 - (seen > 0.0 ? seen * seen : 0.0);
+      const double hidden =
+          is_counted_as_scatter(k) ? 0.0 : q * q / 12.0 - (seen > 0.0 ? seen * seen : 0.0);
       if (hidden > 0.0) {
         covariance.block(p * k, p * k, p, p) =
-            hidden * LeastSquaresDesign(set_.with_temperature(base, k), set_.weights.col(k))
-                         .unscaled_covariance();
+            hidden * LeastSquaresDesign(set_.all_columns(base, k), set_.weights.col(k))
+                         .unscaled_covariance()
+                         .topLeftCorner(p, p);
       }
     }
     add("resolution", "rectangular", q / std::sqrt(12.0), calibration_.instrument.unit,

@@ -138,7 +138,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     std::vector<Eigen::MatrixXd> own;
     for (Eigen::Index k = 0; k < m; ++k) {
       const auto w = root.col(k);
-      X.push_back(set.with_temperature(base, k));
+      X.push_back(set.all_columns(base, k));
       own.emplace_back(w.asDiagonal() * X.back());
       if (!has_coefficients) {
         result.coefficients.col(k) =

@@ -75,6 +75,9 @@ ReadingSet one_reading(const ReadingSet& set, std::size_t i) {
   one.response = set.response.row(row);
   one.weights = set.weights.row(row);
   one.rotation_sensor_from_table = {set.rotation_sensor_from_table[i]};
+  if (!set.effects.names.empty()) {
+    one.effects.columns = set.effects.columns.row(row);
+  }
   if (set.temperature.order > 0) {
     one.temperature.d = set.temperature.d.segment(row, 1);
     one.temperature.soak = {set.soak_of(i)};
@@ -90,7 +93,7 @@ double distance_squared(const SuspectRun& run,
   double distance = 0.0;
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     const double expected =
-        one.with_temperature(base, k).row(0).dot(without.coefficients.col(k).transpose());
+        one.all_columns(base, k).row(0).dot(without.coefficients.col(k).transpose());
     distance += std::pow((response(k) - expected) / run.fitter().scale()(k), 2);
   }
   return distance;

@@ -9,33 +9,13 @@
 #include "axiscal/core/json_members.hpp"
 #include "axiscal/instruments/polar_form.hpp"
 #include "setup_members.hpp"
+#include "statistics_members.hpp"
 
 namespace axiscal {
 namespace {
 
 // Each struct's members(), in the order of the file, serve for writing and for reading. What is
 // only written, as it follows from the rest, is put in where the table does not read.
-
-void point_members(JsonMembers& io, std::optional<DesignPoint>& point) {
-  if (!io.reads()) {
-    if (point) {
-      io.to()["rest"] = face_name(point->rest());
-      io.to()["fence"] = face_name(point->fence());
-    }
-    return;
-  }
-  const std::optional<JsonValue> rest = io.from().find("rest");
-  const std::optional<JsonValue> fence = io.from().find("fence");
-  if (!rest || !fence) {
-    return;
-  }
-  const std::optional<Face> rest_face = parse_face(rest->text());
-  const std::optional<Face> fence_face = parse_face(fence->text());
-  if (!rest_face || !fence_face || axis_of(*rest_face) == axis_of(*fence_face)) {
-    io.from().fail("rest and fence must be faces (+X -X +Y -Y +Z -Z) on two axes");
-  }
-  point = DesignPoint(*rest_face, *fence_face);
-}
 
 void members(JsonMembers& io, OrientationQuality& quality) {
   io.number("fit_error", quality.fit_error);
@@ -115,65 +95,6 @@ void members(JsonMembers& io, TemperatureResponse& temperature, Eigen::Index m) 
   });
   io.list_if_any("orders", temperature.trials,
                  [](JsonMembers& one, TemperatureOrderTrial& trial) { members(one, trial); });
-}
-
-void members(JsonMembers& io, RegressionRow& row, Eigen::Index m) {
-  io.value("runs", row.runs);
-  point_members(io, row.point);
-  io.value("block", row.block);
-  io.vector("leverage", row.leverage, m);
-  io.vector("studentized", row.studentized, m);
-  io.vector("cooks_distance", row.cooks_distance, m);
-  if (io.has("robust_weight", row.robust_weight.size() > 0)) {
-    io.vector("robust_weight", row.robust_weight, m);
-  }
-}
-
-void members(JsonMembers& io, LackOfFit& test) {
-  io.number("pure_error_sd", test.pure_error_sd);
-  io.number("pure_error_dof", test.pure_error_dof);
-  io.number("lack_of_fit_dof", test.lack_of_fit_dof);
-  io.number("f", test.f);
-  io.number("p_value", test.p_value);
-}
-
-void error_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
-  if (io.reads()) {
-    statistics.bias_se = Eigen::VectorXd::Constant(m, not_a_number);
-    statistics.sensitivity_se = Eigen::MatrixXd::Constant(m, 3, not_a_number);
-  }
-  io.object("standard_error", true, [&](JsonMembers& errors) {
-    errors.vector("bias", statistics.bias_se, m);
-    errors.matrix("sensitivity", statistics.sensitivity_se, m, 3);
-  });
-  io.vector("coverage_factor_95", statistics.coverage_factor, m);
-  if (!io.reads()) {
-    const Eigen::VectorXd& t = statistics.coverage_factor;
-    io.to()["interval_95"] = {
-        {"bias", json_from(t.cwiseProduct(statistics.bias_se))},
-        {"sensitivity", json_from_matrix(t.asDiagonal() * statistics.sensitivity_se)}};
-  }
-}
-
-void members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
-  io.value("observations", statistics.observations);
-  io.vector("degrees_of_freedom", statistics.degrees_of_freedom, m);
-  io.vector("residual_sd", statistics.residual_sd, m);
-  io.vector("r_squared", statistics.r_squared, m);
-  error_members(io, statistics, m);
-  io.value("parameter_names", statistics.parameter_names);
-  // Without names nobody knows what the covariance is of.
-  const auto parameters = static_cast<Eigen::Index>(statistics.parameter_names.size());
-  if (!io.reads() || parameters > 0) {
-    io.matrix("covariance", statistics.covariance, parameters, parameters);
-  }
-  io.number("condition_number", statistics.condition_number);
-  io.matrix("variance_inflation", statistics.variance_inflation, m, 3);
-  io.list_if_any("lack_of_fit", statistics.lack_of_fit,
-                 [](JsonMembers& one, LackOfFit& test) { members(one, test); });
-  io.value_if_any("observations_per_axis", statistics.observations_per_axis);
-  io.list("rows", statistics.rows,
-          [m](JsonMembers& one, RegressionRow& row) { members(one, row, m); });
 }
 
 void members(JsonMembers& io, UncertaintySource& source, Eigen::Index parameters) {
@@ -295,6 +216,8 @@ void members(JsonMembers& io, LimitVerdict& limit) {
   io.value_if_any("high", limit.high);
   io.number("guard_band", limit.guard_band);
   io.need("passed", limit.passed);
+  io.number("conformity", limit.conformity);
+  io.value_if_any("note", limit.note);
 }
 
 void members(JsonMembers& io, Verdict& verdict) {
@@ -361,6 +284,14 @@ void coefficient_members(JsonMembers& io, Calibration& calibration) {
             [&](JsonMembers& one) { also_members(one, calibration.also, m); });
 }
 
+void members(JsonMembers& io, CalibrationConditions& conditions) {
+  io.value("blocks", conditions.blocks);
+  io.value("mounts", conditions.mounts);
+  std::string kind = conditions.intermediate ? "intermediate" : "repeatability";
+  io.value("kind", kind);
+  conditions.intermediate = kind == "intermediate";
+}
+
 // What was fitted, and how well.
 void result_members(JsonMembers& io, Calibration& calibration) {
   const Eigen::Index m = calibration.instrument.axis_count();
@@ -386,6 +317,8 @@ void result_members(JsonMembers& io, Calibration& calibration) {
     io.object("uncertainty", calibration.uncertainty.has_value(),
               [&](JsonMembers& one) { budget_members(one, calibration); });
   }
+  io.object("conditions", calibration.statistics.has_value(),
+            [&](JsonMembers& one) { members(one, calibration.conditions); });
   io.object_if_any("orientations", calibration.orientations,
                    [](JsonMembers& one, OrientationQuality& quality) { members(one, quality); });
 }

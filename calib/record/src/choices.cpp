@@ -12,6 +12,8 @@ constexpr std::array<std::string_view, 3> status_names = {"ok", "warning", "refu
 constexpr std::array<std::string_view, 3> weighting_names = {"none", "samples", "sd"};
 constexpr std::array<std::string_view, 2> role_names = {"local", "induced"};
 constexpr std::array<std::string_view, 2> level_by_names = {"run", "block"};
+constexpr std::array<std::string_view, 3> drift_names = {"auto", "none", "linear"};
+constexpr std::array<std::string_view, 3> seat_names = {"auto", "fit", "none"};
 constexpr std::array<std::string_view, 2> shape_names = {"symmetric", "triangular"};
 
 template <typename Enum, std::size_t Size>
@@ -58,6 +60,14 @@ std::string_view weighting_name(Weighting weighting) {
 
 std::optional<Weighting> parse_weighting(std::string_view name) {
   return find_in<Weighting>(weighting_names, name);
+}
+
+std::optional<DriftSetup> parse_drift(std::string_view name) {
+  return find_in<DriftSetup>(drift_names, name);
+}
+
+std::optional<SeatSetup> parse_seats(std::string_view name) {
+  return find_in<SeatSetup>(seat_names, name);
 }
 
 std::optional<LevelBy> parse_level_by(std::string_view name) {

@@ -229,10 +229,11 @@ void read_table(const JsonValue& json, Experiment& experiment) {
 Experiment parse_experiment(std::string_view text, const std::string& path) {
   const JsonValue json = parse_json(text, path);
   json.require_format("axiscal-experiment");
-  check_keys(json, {"format",      "version",     "observations", "instrument", "field",   "site",
-                    "table",       "positioner",  "slot",         "method",     "weights", "robust",
-                    "leave_out",   "level_by",    "temperature",  "also",       "shape",   "from",
-                    "uncertainty", "noise_ratio", "limits"},
+  check_keys(json,
+             {"format",    "version",    "observations", "instrument",  "field",       "site",
+              "table",     "positioner", "slot",         "method",      "weights",     "robust",
+              "leave_out", "level_by",   "drift",        "seats",       "temperature", "also",
+              "shape",     "from",       "uncertainty",  "noise_ratio", "limits"},
              {});
   Experiment experiment;
   with(json, "observations", [&](const JsonValue& files) {
@@ -274,6 +275,12 @@ Experiment parse_experiment(std::string_view text, const std::string& path) {
     for (const JsonValue& run : runs.elements()) {
       experiment.leave_out.push_back(run.integer());
     }
+  });
+  with(json, "drift", [&](const JsonValue& value) {
+    experiment.drift = choice(value, parse_drift, "auto, none, linear");
+  });
+  with(json, "seats", [&](const JsonValue& value) {
+    experiment.seats = choice(value, parse_seats, "auto, fit, none");
   });
   with(json, "level_by", [&](const JsonValue& value) {
     experiment.level_by = choice(value, parse_level_by, "run, block");

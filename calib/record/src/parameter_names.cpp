@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/parameter_names.hpp"
 
+#include <cmath>
 #include <numeric>
 
 #include "axiscal/calib/distributions.hpp"
@@ -58,6 +59,29 @@ std::vector<std::string> parameter_names(const std::vector<std::string>& axes,
   return names;
 }
 
+void fill_intervals(FitStatistics& statistics) {
+  const Eigen::Index count = statistics.covariance.rows();
+  if (statistics.interval_dof.size() == count) {
+    return;
+  }
+  const Eigen::Index m = statistics.degrees_of_freedom.size();
+  const Eigen::Index p = m > 0 ? count / m : 0;
+  statistics.interval_dof.resize(count);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    statistics.interval_dof.segment(p * k, p).setConstant(statistics.degrees_of_freedom(k));
+  }
+  put_intervals(statistics);
+}
+
+void put_intervals(FitStatistics& statistics) {
+  const Eigen::Index count = statistics.covariance.rows();
+  statistics.interval_95.resize(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    statistics.interval_95(i) =
+        student_t_factor(0.95, statistics.interval_dof(i)) * std::sqrt(statistics.covariance(i, i));
+  }
+}
+
 void add_intervals(Calibration& calibration) {
   FitStatistics& statistics = *calibration.statistics;
   const Eigen::Index m = calibration.response.bias.size();
@@ -87,6 +111,7 @@ void add_intervals(Calibration& calibration) {
     }
     statistics.coverage_factor(k) = student_t_factor(0.95, statistics.degrees_of_freedom(k));
   }
+  fill_intervals(statistics);
 }
 
 }  // namespace axiscal

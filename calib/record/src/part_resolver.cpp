@@ -170,11 +170,11 @@ std::optional<double> PartResolver::given_magnitude() const {
 
 void PartResolver::put_magnitude(double magnitude) {
   part_.part.magnitude = magnitude;
-  part_.magnitude_u = given_.magnitude_u;
+  part_.part.magnitude_u = given_.magnitude_u;
 }
 
 void PartResolver::put_model_u(double magnitude_u) {
-  part_.magnitude_u = given_.magnitude_u > 0.0 ? given_.magnitude_u : magnitude_u;
+  part_.part.magnitude_u = given_.magnitude_u > 0.0 ? given_.magnitude_u : magnitude_u;
 }
 
 void PartResolver::put_value(const Eigen::Vector3d& value, bool induced) {

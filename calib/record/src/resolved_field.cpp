@@ -27,7 +27,7 @@ void convert(ResolvedPart& part, const std::string& unit) {
   }
   part.part.magnitude *= factor;
   part.part.in_table *= factor;
-  part.magnitude_u *= factor;
+  part.part.magnitude_u *= factor;
   part.unit = unit;
 }
 
@@ -127,7 +127,7 @@ FieldDescription describe_field(const Experiment& experiment,
     const ResolvedPart& only = parts.front();
     field.kind = only.part.kind;
     field.magnitude = only.part.magnitude;
-    field.magnitude_u = only.magnitude_u;
+    field.magnitude_u = only.part.magnitude_u;
     if (only.has_value) {
       field.in_table = only.part.in_table;
     }
@@ -137,7 +137,7 @@ FieldDescription describe_field(const Experiment& experiment,
   for (const ResolvedPart& part : parts) {
     field.kind += (field.kind.empty() ? "" : "+") + part.part.kind;
     field.parts.push_back(part.part);
-    field.magnitude_u = std::hypot(field.magnitude_u, part.magnitude_u);
+    field.magnitude_u = std::hypot(field.magnitude_u, part.part.magnitude_u);
     has_value = has_value && part.has_value;
   }
   if (has_value) {

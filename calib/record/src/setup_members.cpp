@@ -27,6 +27,7 @@ void differences_members(JsonMembers& io, std::vector<DifferentialAxis>& differe
 void members(JsonMembers& io, FieldPartDescription& part) {
   io.need("kind", part.kind);
   io.need("magnitude", part.magnitude);
+  io.value_if_any("magnitude_u", part.magnitude_u);
   io.need_vector("in_table", part.in_table, 3);
   io.need("set_by_level", part.set_by_level);
   io.need("turning", part.turning);

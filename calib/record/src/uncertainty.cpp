@@ -30,10 +30,10 @@ double variance(const Eigen::RowVectorXd& gradient, const Eigen::MatrixXd& covar
   return gradient.dot(covariance * gradient.transpose());
 }
 
-// The part of the fit's variance that is of each axis's scatter.
-Eigen::VectorXd fit_shares(const Calibration& calibration,
-                           const Eigen::RowVectorXd& gradient,
-                           const Eigen::MatrixXd& covariance) {
+// The variance of a scatter that each axis has its own of, by axis.
+Eigen::VectorXd shares_of_axes(const Calibration& calibration,
+                               const Eigen::RowVectorXd& gradient,
+                               const Eigen::MatrixXd& covariance) {
   const Eigen::Index m = calibration.instrument.axis_count();
   Eigen::VectorXd shares(m);
   for (Eigen::Index k = 0; k < m; ++k) {
@@ -47,57 +47,136 @@ Eigen::VectorXd fit_shares(const Calibration& calibration,
   return sum > 0.0 ? Eigen::VectorXd(shares * (all / sum)) : shares;
 }
 
-}  // namespace
+constexpr double as_good_as_infinite = 1e6;
 
-CombinedUncertainty combine(const VarianceShares& shares,
-                            const Eigen::VectorXd& degrees_of_freedom) {
-  CombinedUncertainty result;
-  const double all = shares.by_axis.sum() + shares.others;
-  result.u = std::sqrt(std::max(all, 0.0));
+// Welch's and Satterthwaite's degrees of freedom, and whether each share has enough for them.
+struct EffectiveFreedom {
+  double variance = 0.0;
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();
+  bool by_welch = true;
+};
+
+EffectiveFreedom effective_freedom(const VarianceShares& shares) {
+  constexpr double fewest_for_welch = 5.0;
+  EffectiveFreedom result;
   double sum = 0.0;
-  for (Eigen::Index k = 0; k < shares.by_axis.size(); ++k) {
-    if (shares.by_axis(k) != 0.0) {
-      sum += shares.by_axis(k) * shares.by_axis(k) / degrees_of_freedom(k);
+  result.variance = shares.others;
+  for (const auto* const all : {&shares.axes, &shares.components}) {
+    for (const VarianceShare& share : *all) {
+      if (share.variance != 0.0) {
+        result.variance += share.variance;
+        sum += share.variance * share.variance / share.degrees_of_freedom;
+        result.by_welch = result.by_welch && share.degrees_of_freedom >= fewest_for_welch;
+      }
     }
   }
-  result.degrees_of_freedom = sum > 0.0    ? all * all / sum
-                              : sum == 0.0 ? std::numeric_limits<double>::infinity()
-                                           : not_a_number;
-  constexpr double as_good_as_infinite = 1e6;
-  result.coverage_factor =
-      student_t_factor(0.95, std::min(result.degrees_of_freedom, as_good_as_infinite));
-  result.expanded = result.coverage_factor * result.u;
+  result.variance = std::max(result.variance, 0.0);
+  if (sum != 0.0) {
+    result.degrees_of_freedom = sum > 0.0 ? result.variance * result.variance / sum : not_a_number;
+  }
   return result;
+}
+
+// @param factor  Student's t of degrees of freedom.
+template <typename Factor>
+double half_width(const VarianceShares& shares, const EffectiveFreedom& freedom, Factor factor) {
+  const auto t = [&](double nu) { return factor(std::min(nu, as_good_as_infinite)); };
+  if (freedom.by_welch || !(freedom.variance > 0.0)) {
+    return t(freedom.degrees_of_freedom) * std::sqrt(freedom.variance);
+  }
+  double squares = shares.others * std::pow(t(as_good_as_infinite), 2);
+  for (const auto* const all : {&shares.axes, &shares.components}) {
+    for (const VarianceShare& share : *all) {
+      squares += share.variance * std::pow(t(share.degrees_of_freedom), 2);
+    }
+  }
+  return std::sqrt(std::max(squares, 0.0));
+}
+
+}  // namespace
+
+CombinedUncertainty combine(const VarianceShares& shares, double coverage) {
+  const EffectiveFreedom freedom = effective_freedom(shares);
+  CombinedUncertainty result;
+  result.u = std::sqrt(freedom.variance);
+  result.degrees_of_freedom = freedom.degrees_of_freedom;
+  result.expanded =
+      half_width(shares, freedom, [&](double nu) { return student_t_factor(coverage, nu); });
+  result.coverage_factor =
+      freedom.by_welch || !(result.u > 0.0)
+          ? student_t_factor(coverage, std::min(result.degrees_of_freedom, as_good_as_infinite))
+          : result.expanded / result.u;
+  return result;
+}
+
+CoverageFactors::CoverageFactors(double coverage) {
+  if (!(coverage > 0.0 && coverage < 1.0)) {
+    throw DomainError("a level of coverage must be between 0 and 1");
+  }
+  for (const double nu : {1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0,
+                          60.0, as_good_as_infinite}) {
+    inverse_.push_back(1.0 / nu);
+    log_t_.push_back(std::log(student_t_factor(coverage, nu)));
+  }
+}
+
+double CoverageFactors::at(double degrees_of_freedom) const {
+  if (std::isnan(degrees_of_freedom)) {
+    return not_a_number;
+  }
+  const double x = std::clamp(1.0 / degrees_of_freedom, inverse_.back(), inverse_.front());
+  const auto after = std::find_if(inverse_.begin() + 1, inverse_.end() - 1,
+                                  [&](double node) { return node <= x; });
+  const auto i = static_cast<std::size_t>(after - inverse_.begin());
+  const double share = (x - inverse_[i]) / (inverse_[i - 1] - inverse_[i]);
+  return std::exp(log_t_[i] + share * (log_t_[i - 1] - log_t_[i]));
+}
+
+double CoverageFactors::expanded(const VarianceShares& shares) const {
+  return half_width(shares, effective_freedom(shares), [&](double nu) { return at(nu); });
+}
+
+VarianceShares scatter_shares(const Calibration& calibration, const Eigen::RowVectorXd& gradient) {
+  VarianceShares shares;
+  const FitStatistics& statistics = *calibration.statistics;
+  Eigen::MatrixXd of_readings = statistics.covariance;
+  for (const ScatterComponent& component : statistics.components) {
+    of_readings -= component.covariance;
+    shares.components.push_back({.variance = variance(gradient, component.covariance),
+                                 .degrees_of_freedom = component.degrees_of_freedom});
+  }
+  const Eigen::VectorXd by_axis = shares_of_axes(calibration, gradient, of_readings);
+  for (Eigen::Index k = 0; k < by_axis.size(); ++k) {
+    shares.axes.push_back(
+        {.variance = by_axis(k), .degrees_of_freedom = statistics.degrees_of_freedom(k)});
+  }
+  return shares;
 }
 
 CombinedUncertainty propagate(const Calibration& calibration,
                               const Eigen::RowVectorXd& gradient,
                               VarianceShares* shares) {
-  const FitStatistics& statistics = *calibration.statistics;
-  VarianceShares own{.by_axis = Eigen::VectorXd::Zero(calibration.instrument.axis_count())};
+  VarianceShares own = scatter_shares(calibration, gradient);
   std::vector<double> by_source;
+  const double of_fit =
+      std::sqrt(std::max(variance(gradient, calibration.statistics->covariance), 0.0));
   if (!calibration.uncertainty) {
-    own.by_axis = fit_shares(calibration, gradient, statistics.covariance);
-    by_source.push_back(std::sqrt(std::max(own.by_axis.sum(), 0.0)));
+    by_source.push_back(of_fit);
   } else {
     for (const UncertaintySource& source : calibration.uncertainty->sources) {
-      const bool from_scatter = source.type == "A";
-      const Eigen::MatrixXd& covariance = from_scatter ? statistics.covariance : source.covariance;
-      const double part = variance(gradient, covariance);
-      by_source.push_back(std::sqrt(std::max(part, 0.0)));
-      if (from_scatter) {
-        own.by_axis += fit_shares(calibration, gradient, covariance);
-      } else {
-        own.others += part;
+      if (source.type == "A") {
+        by_source.push_back(of_fit);
+        continue;
       }
+      const double part = variance(gradient, source.covariance);
+      by_source.push_back(std::sqrt(std::max(part, 0.0)));
+      own.others += part;
     }
   }
   if (shares != nullptr) {
-    shares->by_axis =
-        shares->by_axis.size() == 0 ? own.by_axis : Eigen::VectorXd(shares->by_axis + own.by_axis);
-    shares->others += own.others;
+    *shares = own;
   }
-  CombinedUncertainty result = combine(own, statistics.degrees_of_freedom);
+  CombinedUncertainty result = combine(own);
   result.by_source = std::move(by_source);
   return result;
 }
@@ -150,6 +229,32 @@ double parameter_value(const Calibration& calibration, const std::string& name) 
   throw DomainError(formatted("'{}' is no parameter of this record", name));
 }
 
+namespace {
+
+// A parameter's interval is known better than by its shares: the fit states it.
+CombinedUncertainty with_interval(CombinedUncertainty uncertainty,
+                                  const Calibration& calibration,
+                                  Eigen::Index parameter) {
+  const FitStatistics& statistics = *calibration.statistics;
+  if (statistics.interval_95.size() <= parameter) {
+    return uncertainty;
+  }
+  const double nu = statistics.interval_dof(parameter);
+  const double scatter = statistics.interval_95(parameter) / student_t_factor(0.95, nu);
+  const VarianceShares shares{
+      .axes = {{.variance = scatter * scatter, .degrees_of_freedom = nu}},
+      .components = {},
+      .others = std::max(
+          uncertainty.u * uncertainty.u - statistics.covariance(parameter, parameter), 0.0)};
+  const CombinedUncertainty combined = combine(shares);
+  uncertainty.degrees_of_freedom = combined.degrees_of_freedom;
+  uncertainty.expanded = combined.expanded;
+  uncertainty.coverage_factor = combined.expanded / uncertainty.u;
+  return uncertainty;
+}
+
+}  // namespace
+
 std::vector<ParameterUncertainty> parameter_uncertainties(const Calibration& calibration) {
   std::vector<ParameterUncertainty> all;
   if (!calibration.statistics) {
@@ -164,7 +269,8 @@ std::vector<ParameterUncertainty> parameter_uncertainties(const Calibration& cal
         static_cast<Eigen::Index>(names.size()), static_cast<Eigen::Index>(i));
     all.push_back({.name = names[i],
                    .value = parameter_value(calibration, names[i]),
-                   .uncertainty = propagate(calibration, gradient)});
+                   .uncertainty = with_interval(propagate(calibration, gradient), calibration,
+                                                static_cast<Eigen::Index>(i))});
   }
   return all;
 }

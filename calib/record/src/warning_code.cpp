@@ -37,6 +37,7 @@ constexpr std::array warning_kinds = {
     WarningKind{.name = "axis_reversed"},
     WarningKind{.name = "axis_swapped"},
     WarningKind{.name = "lack_of_fit"},
+    WarningKind{.name = "nonlinearity"},
     WarningKind{.name = "slope"},
     WarningKind{.name = "field_magnitude"},
     WarningKind{.name = "field_length"},

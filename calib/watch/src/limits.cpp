@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/drift_check.hpp"
 #include "axiscal/calib/intrinsic.hpp"
 #include "axiscal/calib/parameter_names.hpp"
@@ -27,7 +28,37 @@ struct Measured {
   double value = 0.0;
   double u = not_a_number;
   double expanded = 0.0;
+  double degrees_of_freedom = not_a_number;  // of u; of a scatter its own
+  bool is_scatter = false;
 };
+
+constexpr double as_good_as_infinite = 1e6;
+
+// The probability that a quantity is not above a limit, by what was measured of it.
+double probability_below(const Measured& one, double limit) {
+  const double nu = std::min(one.degrees_of_freedom, as_good_as_infinite);
+  if (one.is_scatter) {
+    // sigma^2 = nu s^2 / chi^2.
+    return limit > 0.0 ? chi_squared_upper_p(nu * std::pow(one.value / limit, 2), nu) : 0.0;
+  }
+  const double t = (limit - one.value) / one.u;
+  const double beyond = 0.5 * student_t_two_sided_p(t, nu);
+  return t > 0.0 ? 1.0 - beyond : beyond;
+}
+
+double conformity_of(const Measured& one, const Limit& limit) {
+  if (!(one.u > 0.0) || !(one.degrees_of_freedom > 0.0)) {
+    return not_a_number;
+  }
+  return (limit.high ? probability_below(one, *limit.high) : 1.0) -
+         (limit.low ? probability_below(one, *limit.low) : 0.0);
+}
+
+// The true scatter is below s sqrt(nu / chi^2) with this probability.
+double scatter_guard_band(double s, double nu) {
+  constexpr double risk = 0.05;
+  return s * (std::sqrt(nu / chi_squared_quantile(risk, nu)) - 1.0);
+}
 
 // What the calibration's own uncertainty leaves of the pitch, expanded, in the worst attitude.
 double pitch_uncertainty_deg(const Calibration& calibration) {
@@ -55,7 +86,8 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
     all.push_back({.name = one.name,
                    .value = one.value,
                    .u = one.uncertainty.u,
-                   .expanded = one.uncertainty.expanded});
+                   .expanded = one.uncertainty.expanded,
+                   .degrees_of_freedom = one.uncertainty.degrees_of_freedom});
   }
   if (parameters.empty()) {
     for (const std::string& name : parameter_names(calibration.instrument.axes)) {
@@ -72,6 +104,7 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
     if (!intrinsic.uncertainty.empty()) {
       one.u = intrinsic.uncertainty[i].u;
       one.expanded = intrinsic.uncertainty[i].expanded;
+      one.degrees_of_freedom = intrinsic.uncertainty[i].degrees_of_freedom;
     }
     all.push_back(std::move(one));
   }
@@ -79,13 +112,15 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
     const FitStatistics& statistics = *calibration.statistics;
     for (Eigen::Index k = 0; k < statistics.residual_sd.size(); ++k) {
       const double s = statistics.residual_sd(k);
+      const double nu = statistics.degrees_of_freedom(k);
       // A scatter is known to about 1 / sqrt(2 nu) of itself.
-      const double u = s / std::sqrt(2.0 * statistics.degrees_of_freedom(k));
       all.push_back(
           {.name = calibration.instrument.axes[static_cast<std::size_t>(k)] + ".residual_sd",
            .value = s,
-           .u = u,
-           .expanded = 2.0 * u});
+           .u = s / std::sqrt(2.0 * nu),
+           .expanded = scatter_guard_band(s, nu),
+           .degrees_of_freedom = nu,
+           .is_scatter = true});
     }
   }
   if (calibration.levelness) {
@@ -93,11 +128,13 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
     all.push_back({.name = "levelness.x",
                    .value = level.mean_x,
                    .u = level.standard_error_x,
-                   .expanded = 2.0 * level.standard_error_x});
+                   .expanded = 2.0 * level.standard_error_x,
+                   .degrees_of_freedom = level.degrees_of_freedom});
     all.push_back({.name = "levelness.y",
                    .value = level.mean_y,
                    .u = level.standard_error_y,
-                   .expanded = 2.0 * level.standard_error_y});
+                   .expanded = 2.0 * level.standard_error_y,
+                   .degrees_of_freedom = level.degrees_of_freedom});
   }
   if (check != nullptr) {
     all.push_back({.name = "pitch_error_deg",
@@ -118,11 +155,17 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
 Limits parse_limits(std::string_view text, const std::string& path) {
   const JsonValue json = parse_json(text, path);
   json.require_format("axiscal-limits");
-  json.allow_keys(std::array<std::string_view, 4>{"format", "version", "rule", "limits"});
+  json.allow_keys(
+      std::array<std::string_view, 5>{"format", "version", "rule", "conditions", "limits"});
   Limits limits;
   limits.rule = json.text_or("rule", "simple");
   if (limits.rule != "simple" && limits.rule != "guarded") {
     json.at("rule").fail("must be simple or guarded");
+  }
+  const std::string conditions = json.text_or("conditions", "repeatability");
+  limits.intermediate = conditions == "intermediate";
+  if (!limits.intermediate && conditions != "repeatability") {
+    json.at("conditions").fail("must be repeatability or intermediate");
   }
   for (const JsonValue& one : json.at("limits").elements()) {
     one.allow_keys(std::array<std::string_view, 3>{"parameter", "low", "high"});
@@ -177,6 +220,15 @@ Verdict evaluate(const Limits& limits, const Calibration& calibration, const Dri
     one.passed = !std::isnan(one.value) &&
                  !(limit.low && one.value < *limit.low + one.guard_band) &&
                  !(limit.high && one.value > *limit.high - one.guard_band);
+    one.conformity = conformity_of(*found, limit);
+    const bool by_one_block = limit.parameter.ends_with(".bias") && calibration.statistics &&
+                              !calibration.conditions.intermediate;
+    if (by_one_block && limits.rule == "guarded") {
+      one.note =
+          "one block of readings: the guard band holds what repeats within it, not the change from "
+          "day to day";
+      one.passed = one.passed && !limits.intermediate;
+    }
     verdict.passed = verdict.passed && one.passed;
     verdict.limits.push_back(std::move(one));
   }
@@ -192,6 +244,12 @@ std::string reason_of(const Verdict& verdict) {
     text +=
         formatted("{}{} = {}", text.empty() ? "" : "; ", one.parameter, number_text(one.value, 6));
     const bool below = one.low && one.value < *one.low + one.guard_band;
+    if (!below && !(one.high && one.value > *one.high - one.guard_band)) {
+      text += std::isnan(one.value) ? " is not known"
+                                    : " is known by one block only, and the limits ask for "
+                                      "intermediate conditions: take two blocks or more";
+      continue;
+    }
     const double limit = below ? *one.low : *one.high;
     text += (below ? " is below " : " is above ") + number_text(limit, 6);
     if (one.guard_band > 0.0) {

@@ -30,11 +30,16 @@ struct ReadingNoise {
 ///         their scatter is that of the fit.
 [[nodiscard]] ReadingNoise stated_noise(const Calibration& calibration);
 
-/// Standard uncertainties of what a reading says, in the same units.
-struct ReducedUncertainty {
+/// Uncertainties of what a reading says, in the same units.
+struct UncertaintyOfResults {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< [field unit]
   double residual = 0.0;
   std::array<double, DerivedValues{}.values.size()> derived{};  ///< NaN where the value is
+};
+
+/// Standard uncertainties of what a reading says, and the expanded ones.
+struct ReducedUncertainty : UncertaintyOfResults {
+  UncertaintyOfResults expanded;  ///< half widths of intervals at the level that was asked for
 };
 
 /// Propagates a calibration's uncertainty and a reading's own to field components and what is
@@ -55,12 +60,18 @@ class ReadingPropagation {
   /// @param reducer      of the same record; must outlive this.
   /// @param noise        of new readings.
   /// @param factor       ReductionOptions::factor of the reducer.
+  /// @param level        probability of the expanded uncertainties' intervals.
   /// @throws DomainError  if the record states no covariance of its parameters, or no scatter and
-  ///                      no noise is given.
+  ///                      no noise is given, or the level is not between 0 and 1.
   ReadingPropagation(const Calibration& calibration,
                      const Reducer& reducer,
                      const ReadingNoise& noise = {},
-                     double factor = 1.0);
+                     double factor = 1.0,
+                     double level = 0.95);
+
+  /// From now on the field where readings are taken is known with this standard uncertainty
+  /// [field unit of the results], independent of that of the calibration's.
+  void set_magnitude_u(double u) { magnitude_there_u_ = u; }
 
   /// @param readings, up, temperature  as Reducer::reduce().
   /// @param up_covariance  of `up` [unit of up, squared]; null: none.
@@ -77,6 +88,7 @@ class ReadingPropagation {
   struct Axis {
     double component = 0.0;  ///< [field unit]
     double angle_rad = 0.0;
+    double coverage_factor = 0.0;  ///< of both, at the level
   };
   [[nodiscard]] Axis at_axis(std::size_t axis,
                              double reading,
@@ -97,13 +109,36 @@ class ReadingPropagation {
                                                      std::optional<double> temperature,
                                                      const Eigen::VectorXd& step) const;
 
+  void add_magnitude(const ReducedReading& reduced,
+                     std::span<const double> readings,
+                     const Eigen::Vector3d* up,
+                     std::optional<double> temperature,
+                     std::vector<VarianceShares>& shares) const;
+  void put_pole(ReducedUncertainty& result) const;
+
+  // A covariance of the parameters, and how well it is known.
+  struct Part {
+    Eigen::MatrixXd covariance;
+    double degrees_of_freedom = 0.0;
+  };
+
+  // The variance of g^T (errors as of the readings) with its shares.
+  [[nodiscard]] VarianceShares shares_of(const Eigen::RowVectorXd& gradient,
+                                         const Eigen::MatrixXd& B,
+                                         const Eigen::VectorXd& reading_variance) const;
+
   const Calibration& calibration_;
   const Reducer& reducer_;
   ReadingNoise noise_;
   Eigen::VectorXd sd_;
   double factor_;
+  CoverageFactors factors_;
   double relative_magnitude_u_ = 0.0;  // u_F / F
+  double magnitude_there_u_ = 0.0;     // of the field that is read; 0: as the calibration's
   Eigen::MatrixXd covariance_;         // covers the parameters, without the field's magnitude
+  Eigen::MatrixXd of_readings_;        // of it, what the readings' scatter makes
+  Eigen::MatrixXd of_inputs_;          // likewise, type B
+  std::vector<Part> components_;       // likewise, blocks, seats, ...
 };
 
 /// One quantity in one attitude, as a budget states it.

@@ -32,6 +32,7 @@ struct ReductionCsvOptions {
   /// States the uncertainty of each result; null: not. That of `attitude` beside it.
   const ReadingPropagation* uncertainty = nullptr;
   const ReadingPropagation* attitude_uncertainty = nullptr;
+  bool expanded = false;   ///< with `uncertainty`: the expanded one and its coverage factor too
   bool strict = false;     ///< a row that cannot be reduced is an error
   bool every_row = false;  ///< hand over each row at once instead of large blocks
 };
@@ -52,7 +53,8 @@ struct ReductionCsvSummary {
 /// residual`, what the kind of instrument derives, and `flag`. With fewer than three axes instead:
 /// `component_AXIS` for each axis, and `angle_AXIS_deg` where the kind has angles. A row that
 /// cannot be reduced keeps its place, with empty results and the flag `unreadable` or `saturated`.
-/// With `uncertainty` the same names follow with u_ before them.
+/// With `uncertainty` the same names follow with u_ before them, with `expanded` again with U_ and
+/// with k_ before them.
 ///
 /// @param csv      the readings, positioned behind their header.
 /// @param axes     the columns to reduce, in the reducer's order.

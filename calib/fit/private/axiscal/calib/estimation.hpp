@@ -20,6 +20,12 @@ struct FieldStart {
   Eigen::Vector3d sign_by = Eigen::Vector3d::Zero();
 };
 
+/// Whether the axes' responses bend.
+struct CurvatureTest {
+  double p_value = 1.0;   // that they seem to bend so much by chance
+  Eigen::VectorXd bends;  // m: what the squared field along each axis adds at full field [unit]
+};
+
 /// What each method gives.
 struct Estimate {
   std::vector<SaturatedAxis> saturated;
@@ -27,6 +33,7 @@ struct Estimate {
   std::vector<SensitivityMatrix> also;  // one for each second field
   Eigen::MatrixXd temperature_bias;     // m x order, method.md, section 6
   Eigen::MatrixXd temperature_scale;
+  Eigen::MatrixXd effects;  // e x m: what the columns of the run's effects came to
   // In the table, one for each levelness (of a sum: for each part); empty: as readings.
   std::vector<Eigen::Vector3d> fields;
   FitStatistics statistics;
@@ -37,8 +44,9 @@ struct Estimate {
   double direction_se_rad = 0.0;      // joint: the larger standard error of the field's direction
   std::vector<std::size_t> unpaired;  // paired: readings without their opposite, left out
   bool unsettled = false;             // one-sided axes: which readings they see does not settle
-  std::vector<std::string> notes;     // remarks that ask for nothing
-  std::string ambiguity;              // joint: two solutions that fit alike, in words
+  std::optional<CurvatureTest> curvature;
+  std::vector<std::string> notes;  // remarks that ask for nothing
+  std::string ambiguity;           // joint: two solutions that fit alike, in words
 };
 
 /// Averages of opposite positions, the measured tilt put back in (method.md, section 4).
@@ -63,8 +71,11 @@ struct PairedDesign {
 [[nodiscard]] Estimate estimate_known(const ReadingSet& set,
                                       const std::vector<Eigen::Vector3d>& in_table);
 
-/// The set as it would have been read at the reference temperature.
-[[nodiscard]] ReadingSet without_temperature(ReadingSet set, const Estimate& estimate);
+/// The set as it would have been read at the reference temperature, in the middle of the run.
+[[nodiscard]] ReadingSet at_reference(ReadingSet set, const Estimate& estimate);
+
+/// The set with weight 0 for what method paired left out.
+[[nodiscard]] ReadingSet without_unpaired(ReadingSet set, const Estimate& estimate);
 
 /// Takes what the columns of an axis's regression say into the estimate.
 void put_coefficients(const ReadingSet& set,

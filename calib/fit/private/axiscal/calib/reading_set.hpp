@@ -10,6 +10,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/calib/run_effects.hpp"
 
 namespace axiscal {
 
@@ -39,6 +40,7 @@ struct ReadingSet {
   Eigen::VectorXd noise_ratio;  // m: stated; empty where it is not known
   bool robust = false;
   TemperatureTerms temperature;
+  RunEffects effects;  // of the run, beside the coefficients; may have no columns
 
   // Which of the field's tilts a reading was taken at.
   [[nodiscard]] std::size_t tilt_of(std::size_t reading) const {
@@ -49,20 +51,27 @@ struct ReadingSet {
     return temperature.soak.empty() ? 0 : temperature.soak[reading];
   }
 
-  // The columns [1, f, second fields, d, .., d S f, ..] of the regression of an axis.
+  // The columns of the regression of an axis: the coefficients' [1, f, second fields, d, .., d S f,
+  // ..], then those of the run's effects.
   [[nodiscard]] Eigen::Index column_count() const {
+    return coefficient_count() + effects.columns.cols();
+  }
+  [[nodiscard]] Eigen::Index coefficient_count() const {
     return base_column_count() + 2 * temperature.order;
   }
   [[nodiscard]] Eigen::Index base_column_count() const {
     return 4 + 3 * static_cast<Eigen::Index>(also_in_table.size());
   }
 
-  // Columns [1, f, second fields] of an axis with those of temperature; all readings, and one row.
-  [[nodiscard]] Eigen::MatrixXd with_temperature(const Eigen::MatrixXd& design,
-                                                 Eigen::Index axis) const;
-  [[nodiscard]] Eigen::RowVectorXd with_temperature(const Eigen::RowVectorXd& row,
-                                                    Eigen::Index reading,
-                                                    Eigen::Index axis) const;
+  // Where the coefficients of all axes stand among all their columns, one axis after another.
+  [[nodiscard]] std::vector<Eigen::Index> places_of_coefficients() const;
+
+  // Columns [1, f, second fields] of an axis with those of temperature and of the run; all
+  // readings, and one row.
+  [[nodiscard]] Eigen::MatrixXd all_columns(const Eigen::MatrixXd& design, Eigen::Index axis) const;
+  [[nodiscard]] Eigen::RowVectorXd all_columns(const Eigen::RowVectorXd& row,
+                                               Eigen::Index reading,
+                                               Eigen::Index axis) const;
 
   // 1 + c_1 d + ..., as far as known.
   [[nodiscard]] double scale(Eigen::Index reading, Eigen::Index axis) const;
@@ -93,8 +102,8 @@ struct ReadingSet {
   [[nodiscard]] double rounding() const;
 };
 
-/// Rows [1, f_i, second fields] of the regression for the fields in the table; n x
-/// base_column_count().
+/// Rows [1, f_i, second fields] of the regression for the fields in the table, or where there are
+/// none for those that the readings bring; n x base_column_count().
 [[nodiscard]] Eigen::MatrixXd field_design(const ReadingSet& set,
                                            const std::vector<Eigen::Vector3d>& fields);
 

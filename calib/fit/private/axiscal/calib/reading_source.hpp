@@ -41,6 +41,11 @@ class ReadingSource {
   /// @param reference  t0; nothing: the mean of the readings that are used.
   void set_temperature(int order, std::optional<double> reference);
 
+  /// From now on set() has these effects of the run; blocks only without temperature terms, which
+  /// they would take the place of.
+  /// @return whether that is a change.
+  bool set_effects(EffectSetup effects);
+
   /// Reference and range of the readings that are used; no terms.
   [[nodiscard]] TemperatureResponse temperature_range() const;
 
@@ -81,6 +86,7 @@ class ReadingSource {
   AxisMask in_range_;
   std::optional<double> mean_time_s_;
   int temperature_order_ = 0;
+  EffectSetup effects_;
   TemperatureResponse temperature_;  // reference and range
 };
 

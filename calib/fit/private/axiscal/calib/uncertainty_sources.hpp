@@ -13,7 +13,7 @@ namespace axiscal {
 /// section 8).
 ///
 /// @param set             the readings that were fitted; empty for method `bias`.
-/// @param weighed         those that the fit itself weighed, as fit_with_uncertain_inputs() says.
+/// @param weighed         those that the fit itself weighed, as weigh_shared_errors() says.
 [[nodiscard]] UncertaintyBudget make_budget(const Experiment& experiment,
                                             const ReadingSet& set,
                                             const Calibration& calibration,

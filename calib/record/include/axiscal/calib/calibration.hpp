@@ -61,15 +61,35 @@ struct LackOfFit {
   double p_value = 0.0;
 };
 
+/// A cause of scatter that the residuals of one fit do not show as such, as the run shows it
+/// (method.md, section 4).
+struct ScatterComponent {
+  std::string name;            ///< "blocks", "correlation", "seats", "mounts", "rounding"
+  Eigen::VectorXd sd;          ///< what was found: one for each axis, or one for all
+  std::string unit;            ///< of sd
+  Eigen::MatrixXd covariance;  ///< what it adds to that of the coefficients, as theirs
+  double degrees_of_freedom = 0.0;
+};
+
+/// Under which conditions the scatter was seen (VIM 2.20, 2.22).
+struct CalibrationConditions {
+  int blocks = 1;             ///< over whose biases the scatter counts
+  int mounts = 1;             ///< likewise of the instrument in the cube
+  bool intermediate = false;  ///< whether blocks or mounts were several; else repeatability
+};
+
 /// Statistics of the fit (method.md, section 5); m axes. NaN stands for what does not exist.
 struct FitStatistics {
-  int observations = 0;                      ///< readings used
-  Eigen::VectorXd degrees_of_freedom;        ///< per axis, of residual_sd
-  Eigen::VectorXd residual_sd;               ///< per axis, of one reading [unit]
-  Eigen::VectorXd r_squared;                 ///< per axis
-  Eigen::VectorXd bias_se;                   ///< standard errors [unit]
-  SensitivityMatrix sensitivity_se;          ///< [unit per field unit]
-  Eigen::VectorXd coverage_factor;           ///< per axis, Student's t for 95 %
+  int observations = 0;                ///< readings used
+  Eigen::VectorXd degrees_of_freedom;  ///< per axis, of residual_sd
+  Eigen::VectorXd residual_sd;         ///< per axis, of one reading [unit]
+  Eigen::VectorXd r_squared;           ///< per axis
+  Eigen::VectorXd bias_se;             ///< standard errors [unit]
+  SensitivityMatrix sensitivity_se;    ///< [unit per field unit]
+  Eigen::VectorXd coverage_factor;     ///< per axis, Student's t for 95 %
+  Eigen::VectorXd interval_95;         ///< half width of each parameter's interval, of all scatter
+  Eigen::VectorXd interval_dof;        ///< degrees of freedom of each parameter's interval
+  std::vector<ScatterComponent> components;  ///< which the covariance holds besides residual_sd's
   std::vector<std::string> parameter_names;  ///< "x.bias", "x.sensitivity.x", ...: 4 m
   Eigen::MatrixXd covariance;                ///< 4m x 4m, in that order
   double condition_number = 1.0;             ///< the design's, its columns of length 1
@@ -239,6 +259,7 @@ struct Calibration {
   std::optional<MagnitudeShape> shape;  ///< how method magnitude takes S
   std::optional<FitStatistics> statistics;
   std::optional<UncertaintyBudget> uncertainty;    ///< where there are statistics
+  CalibrationConditions conditions;                ///< of the scatter in the statistics
   std::optional<OrientationQuality> orientations;  ///< method magnitude
   /// Method turns: the attitude error after each turn [rad], in the sensor's frame before it.
   std::vector<Eigen::Vector3d> turn_errors_rad;

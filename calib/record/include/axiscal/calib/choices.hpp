@@ -71,6 +71,26 @@ enum class LevelBy {
 /// @return the choice of that name ("run", "block"), or nothing.
 [[nodiscard]] std::optional<LevelBy> parse_level_by(std::string_view name);
 
+/// Whether a drift of the bias over the run is a term of the fit.
+enum class DriftSetup {
+  automatic,  ///< where the readings show one
+  none,
+  linear,
+};
+
+/// @return the choice of that name ("auto", "none", "linear"), or nothing.
+[[nodiscard]] std::optional<DriftSetup> parse_drift(std::string_view name);
+
+/// Whether the turn of the cube each time it is laid is a component of the scatter.
+enum class SeatSetup {
+  automatic,  ///< from 24 readings on
+  fit,
+  none,
+};
+
+/// @return the choice of that name ("auto", "fit", "none"), or nothing.
+[[nodiscard]] std::optional<SeatSetup> parse_seats(std::string_view name);
+
 /// The matrix that `magnitude` takes for S, as a rotation of it stays open.
 enum class MagnitudeShape {
   symmetric,   ///< and positive: the frame that is turned least from the axes

@@ -88,6 +88,8 @@ struct Experiment {
   bool search_for_mistakes = true;  ///< whether readings that contradict each other are looked for
   bool robust = false;              ///< bisquare
   LevelBy level_by = LevelBy::run;  ///< `block`: for methods paired and joint
+  DriftSetup drift = DriftSetup::automatic;  ///< methods paired, joint and known
+  SeatSetup seats = SeatSetup::automatic;    ///< likewise
   TemperatureSetup temperature;
   StatedUncertainties stated;
   /// What is not fitted is taken from it: of method `bias` the sensitivity.

@@ -13,7 +13,8 @@ namespace axiscal {
 /// One part of a field that is a sum, as the Earth's rotation and a turntable's.
 struct FieldPartDescription {
   std::string kind;
-  double magnitude = 1.0;  ///< at level 1 [unit of the whole]; fitted where it was not known
+  double magnitude = 1.0;    ///< at level 1 [unit of the whole]; fitted where it was not known
+  double magnitude_u = 0.0;  ///< its standard uncertainty [unit of the whole]; 0: not stated
   Eigen::Vector3d in_table = Eigen::Vector3d::Zero();  ///< at level 1 [unit of the whole]
   bool set_by_level = true;                            ///< a reading's level multiplies it: induced
   bool turning = false;      ///< the table turns about it: of the other parts what lies along its

@@ -14,33 +14,63 @@ namespace axiscal {
 struct CombinedUncertainty {
   double u = 0.0;                   ///< combined standard uncertainty [unit of the quantity]
   double degrees_of_freedom = 0.0;  ///< effective, Welch and Satterthwaite; may be infinite
-  double coverage_factor = 0.0;     ///< Student's t for 95 %
-  double expanded = 0.0;            ///< coverage_factor * u
+  double coverage_factor = 0.0;     ///< expanded / u
+  double expanded = 0.0;            ///< half width of the 95 % interval
   std::vector<double> by_source;    ///< u of each source alone, in their order
 };
 
-/// A variance of a quantity that comes from the scatter of one axis, and one that does not.
-struct VarianceShares {
-  Eigen::VectorXd
-      by_axis;  ///< what the scatter of axis k adds, whose degrees of freedom the fit states
-  double others = 0.0;  ///< known well: infinite degrees of freedom
+/// A part of a quantity's variance that scatter says, with its degrees of freedom.
+struct VarianceShare {
+  double variance = 0.0;
+  double degrees_of_freedom = 0.0;
 };
 
-/// Puts shares together by Welch and Satterthwaite's formula.
-/// @param degrees_of_freedom  of each axis's scatter.
+/// The variance of a quantity by where it comes from.
+struct VarianceShares {
+  std::vector<VarianceShare> axes;        ///< of the readings' scatter, one for each axis
+  std::vector<VarianceShare> components;  ///< of blocks, seats, ...
+  double others = 0.0;                    ///< known well: infinite degrees of freedom
+};
+
+/// Puts shares together: by Welch and Satterthwaite's formula where each has five degrees of
+/// freedom or more, else U^2 = sum (t u_i)^2, as the formula is too short there (method.md, section
+/// 8).
+/// @param coverage  of the expanded uncertainty.
 /// @par Source
 /// JCGM 100:2008, G.4.
-[[nodiscard]] CombinedUncertainty combine(const VarianceShares& shares,
-                                          const Eigen::VectorXd& degrees_of_freedom);
+[[nodiscard]] CombinedUncertainty combine(const VarianceShares& shares, double coverage = 0.95);
+
+/// Student's t at one probability for any degrees of freedom, from a table: to 0.4 %, and a hundred
+/// times as fast as the quantile; for streams.
+class CoverageFactors {
+ public:
+  /// @throws DomainError  unless 0 < coverage < 1.
+  explicit CoverageFactors(double coverage = 0.95);
+
+  /// @param degrees_of_freedom  1 or more; fewer count as 1.
+  [[nodiscard]] double at(double degrees_of_freedom) const;
+
+  /// @return the half width of the interval, as combine().
+  [[nodiscard]] double expanded(const VarianceShares& shares) const;
+
+ private:
+  std::vector<double> inverse_;  // 1 / nu, descending
+  std::vector<double> log_t_;
+};
 
 /// The uncertainty of a quantity that depends on the parameters.
 ///
 /// @param calibration  with statistics; its uncertainty, if there, else the fit alone.
 /// @param gradient     of the quantity by the parameters, in the order of parameter_names.
-/// @param shares       the same as variances, to be added to; may be null.
+/// @param shares       set to the same as variances; may be null.
 [[nodiscard]] CombinedUncertainty propagate(const Calibration& calibration,
                                             const Eigen::RowVectorXd& gradient,
                                             VarianceShares* shares = nullptr);
+
+/// @param gradient  of the quantity by the parameters.
+/// @return what the scatter of a fit makes of such a quantity.
+[[nodiscard]] VarianceShares scatter_shares(const Calibration& calibration,
+                                            const Eigen::RowVectorXd& gradient);
 
 /// @return covariance of the parameters from all sources; empty where none is stated.
 [[nodiscard]] Eigen::MatrixXd parameter_covariance(const Calibration& calibration);

@@ -16,6 +16,8 @@ struct LimitVerdict {
   std::optional<double> low;
   std::optional<double> high;
   bool passed = true;
+  double conformity = 0.0;  ///< probability that the true value is within the limits; NaN: unknown
+  std::string note;         ///< what the limit cannot mean; may be empty
 };
 
 /// Whether a unit is accepted.

@@ -34,6 +34,7 @@ enum class WarningCode {
   axis_reversed,
   axis_swapped,
   lack_of_fit,
+  nonlinearity,
   slope,
   field_magnitude,
   field_length,

@@ -20,13 +20,21 @@ namespace axiscal {
     const std::vector<std::string>& also_kinds = {},
     int temperature_order = 0);
 
-/// From the covariance of a record's statistics: names of the parameters, standard errors, coverage
-/// factors.
-void add_intervals(Calibration& calibration);
+/// The names of some columns of [1, f, second fields], for all axes.
+[[nodiscard]] std::vector<std::string> names_of_columns(
+    const std::vector<std::string>& axes,
+    const std::vector<Eigen::Index>& columns,
+    const std::vector<std::string>& also_kinds = {});
 
-/// The same for the columns that are open, for all axes.
-[[nodiscard]] std::vector<std::string> names_of_columns(const std::vector<std::string>& axes,
-                                                        const std::vector<Eigen::Index>& columns,
-                                                        const std::vector<std::string>& also_kinds);
+/// Intervals of the parameters by the covariance and each axis's degrees of freedom, where they are
+/// not there yet.
+void fill_intervals(FitStatistics& statistics);
+
+/// Intervals of the parameters by the covariance and the degrees of freedom of each.
+void put_intervals(FitStatistics& statistics);
+
+/// From the covariance of a record's statistics: names of the parameters, standard errors, coverage
+/// factors, intervals.
+void add_intervals(Calibration& calibration);
 
 }  // namespace axiscal

@@ -16,7 +16,6 @@ struct ResolvedPart {
   FieldPartDescription part;  // in_table counts where has_value
   std::string unit;
   std::string model;
-  double magnitude_u = 0.0;
   bool has_value = false;   // whether its direction is known, at least roughly
   bool has_heading = true;  // false: from the site, but the fence's azimuth is not stated
   std::optional<double> local_gravity;  // what 1 g is, for a part in g [m/s^2]

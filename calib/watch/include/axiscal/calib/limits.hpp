@@ -23,6 +23,7 @@ struct Limit {
 /// What a unit must meet (formats.md, Limits).
 struct Limits {
   std::string rule = "simple";  ///< "simple" or "guarded"
+  bool intermediate = false;    ///< biases must be known between days or mounts, not by one block
   std::vector<Limit> limits;
 };
 
@@ -33,7 +34,12 @@ struct Limits {
 
 /// Accepts or rejects (JCGM 106:2012). `simple`: the value is within its limits, whatever its
 /// uncertainty. `guarded`: it is within them by a guard band of its expanded uncertainty (95 %), so
-/// that of the units that pass hardly one is outside.
+/// that of the units that pass hardly one is outside; a residual_sd by the quantile of chi-squared
+/// that its 95 % bound has. Each verdict states the probability that the true value conforms, with
+/// nothing known beforehand.
+///
+/// A guarded limit on a bias that one block of readings found passes with a note, or where the
+/// limits ask for intermediate conditions not at all.
 ///
 /// A parameter is a coefficient's name ("x.sensitivity.x", "z.bias.d"), an axis's residual_sd, an
 /// intrinsic parameter ("x.sensitivity", "angle.x.y" in rad), "levelness.x", "levelness.y",
@@ -42,6 +48,8 @@ struct Limits {
 ///
 /// @param check  where the limits are applied to a check; else null.
 /// @throws DomainError  for a parameter that there is not; the message lists what there is.
+/// @par Source
+/// JCGM 106:2012, secs. 7.2, 8.3; method.md, section 9.
 [[nodiscard]] Verdict evaluate(const Limits& limits,
                                const Calibration& calibration,
                                const DriftCheck* check = nullptr);

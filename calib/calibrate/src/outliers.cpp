@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "outliers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "axiscal/calib/calibration_warning.hpp"
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double false_outlier = 1e-4;  // in a run
+
+struct Outlier {
+  const RegressionRow* row = nullptr;
+  Eigen::Index axis = 0;
+  double deviation = 0.0;  // standard deviations from what the others say
+};
+
+std::vector<Outlier> find_outliers(const Calibration& calibration) {
+  const FitStatistics& statistics = *calibration.statistics;
+  const auto tests = static_cast<double>(statistics.rows.size()) *
+                     static_cast<double>(calibration.response.bias.size());
+  std::vector<Outlier> outliers;
+  for (const RegressionRow& row : statistics.rows) {
+    for (Eigen::Index k = 0; k < row.studentized.size(); ++k) {
+      const double t = row.studentized(k);
+      if (!(std::abs(t) > 3.0)) {
+        continue;  // never that unlikely
+      }
+      const double p = student_t_two_sided_p(t, statistics.degrees_of_freedom(k) - 1.0);
+      const double full_response =
+          calibration.response.sensitivity.row(k).norm() * calibration.field.magnitude;
+      const bool rounding = statistics.residual_sd(k) <= 1e-13 * full_response;
+      const bool has_no_weight = row.robust_weight.size() > 0 && row.robust_weight(k) == 0.0;
+      if (p * tests < false_outlier && !rounding && !has_no_weight) {
+        outliers.push_back({.row = &row, .axis = k, .deviation = std::abs(t)});
+        break;
+      }
+    }
+  }
+  return outliers;
+}
+
+}  // namespace
+
+// By `paired` a mistake shows in the differences, which the levelness test sees, or spreads over
+// averages that have too few degrees of freedom to name one.
+std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibration) {
+  std::vector<Outlier> outliers;
+  if (calibration.method != Method::paired) {
+    outliers = find_outliers(calibration);
+  }
+  if (outliers.empty()) {
+    return std::nullopt;
+  }
+  constexpr std::size_t most_named = 5;
+  const std::size_t named = std::min(most_named, outliers.size());
+  std::vector<int> runs;
+  for (const Outlier& outlier : outliers) {
+    runs.insert(runs.end(), outlier.row->runs.begin(), outlier.row->runs.end());
+  }
+  std::partial_sort(outliers.begin(), outliers.begin() + static_cast<std::ptrdiff_t>(named),
+                    outliers.end(),
+                    [](const Outlier& a, const Outlier& b) { return a.deviation > b.deviation; });
+  const bool by_magnitude = calibration.method == Method::magnitude;
+  std::vector<std::string> worst;
+  for (std::size_t i = 0; i < named; ++i) {
+    const std::string& axis =
+        calibration.instrument.axes[static_cast<std::size_t>(outliers[i].axis)];
+    worst.push_back(formatted(
+        "{}: {} is {} standard deviations", name_of_runs(outliers[i].row->runs),
+        by_magnitude ? "its magnitude" : "axis " + axis, number_text(outliers[i].deviation, 3)));
+  }
+  const std::string more =
+      outliers.size() > named
+          ? formatted(" ({} such readings in all, which the record's rows show)", outliers.size())
+          : "";
+  const char* const them = outliers.size() == 1 ? "it" : "them";
+  return CalibrationWarning{
+      .code = WarningCode::outlier,
+      .runs = std::move(runs),
+      .message =
+          formatted("{} from what the other readings say{}; {} take {} again, or leave {} out",
+                    joined(worst, "; "), more, by_magnitude ? "if moved," : "check the pose and",
+                    them, them)};
+}
+
+}  // namespace axiscal

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/reading_set.hpp"
+
+namespace axiscal {
+
+/// Readings against what the others predict of them, each axis by the scatter that the others have
+/// on it (method.md, section 5). All is linear in the readings: what is left out is taken off sums
+/// that were made once.
+class DeletionFit {
+ public:
+  /// @param set          with design points; must outlive it.
+  /// @param fields       in the table, as fitted or given.
+  /// @param known_field  whether they are given.
+  DeletionFit(const ReadingSet& set, const TableField::Vectors& fields, bool known_field);
+
+  /// How unlikely contrasts of some readings are by the others: for each axis F(q, nu_k) with the
+  /// others' fit, its noise by axis iterated anew, and the axes put together by Fisher's method.
+  ///
+  /// @param readings   d positions in the set.
+  /// @param contrasts  q x d.
+  /// @return the probability; nothing where the others do not determine it.
+  [[nodiscard]] std::optional<double> p_value(const std::vector<std::size_t>& readings,
+                                              const Eigen::MatrixXd& contrasts) const;
+
+ private:
+  struct Axis {
+    Eigen::MatrixXd J;  // n x c, weighted; the columns of other axes are left out
+    Eigen::VectorXd y;  // n: weighted residuals
+    Eigen::MatrixXd G;  // J^T J
+    Eigen::VectorXd b;  // J^T y
+    double squares = 0.0;
+    double readings = 0.0;
+  };
+  struct Others;
+
+  // Where the columns of an axis's J stand among all.
+  [[nodiscard]] std::vector<Eigen::Index> places_of(Eigen::Index axis) const;
+  [[nodiscard]] std::optional<Others> without(const std::vector<std::size_t>& readings) const;
+
+  const ReadingSet& set_;
+  Eigen::MatrixXd root_weights_;
+  Eigen::Index own_ = 0;     // p columns of each axis
+  Eigen::Index shared_ = 0;  // D directions
+  std::vector<Axis> axes_;
+};
+
+}  // namespace axiscal

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "axiscal/calib/estimation.hpp"
+
+namespace axiscal {
+
+/// Counts in the coefficients' uncertainty that readings are rounded to steps wider than their
+/// noise: the same pose then rounds the same way each time, and readings of one digit share an
+/// error. Says in the estimate's notes which axes are so.
+///
+/// @param set          the readings that were fitted.
+/// @param known_field  whether the field's direction was given.
+/// @param stated_step  of the readings [unit]; 0: as they show it.
+/// @param estimate     of methods paired, joint and known; its intervals are filled.
+/// @par Source
+/// method.md, section 4.1.
+void count_rounding(const ReadingSet& set,
+                    bool known_field,
+                    double stated_step,
+                    Estimate& estimate);
+
+}  // namespace axiscal

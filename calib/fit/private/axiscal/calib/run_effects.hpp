@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/observations.hpp"
+
+namespace axiscal {
+
+/// How the bias changes in the course of a run: by as much as it pleases from block to block, and
+/// by a drift (method.md, section 4). These columns are of the run, not of the instrument; the
+/// coefficient beside them is the bias in the mean of the blocks, in the middle of the run.
+struct RunEffects {
+  Eigen::MatrixXd columns;         ///< n x e: those of the blocks, then the drift's
+  std::vector<std::string> names;  ///< e
+  std::vector<int> blocks;         ///< numbers of the B blocks; empty where readings tell none
+  Eigen::MatrixXd shift_of_block;  ///< B x e: what the columns are in each block, but for a drift
+  bool has_drift = false;          ///< whether the last column is the drift, 1 over the run
+
+  /// @return whether blocks have columns; else their shifts are means of residuals.
+  [[nodiscard]] bool has_block_columns() const { return columns.cols() > (has_drift ? 1 : 0); }
+
+  /// @return B - 1, less 1 where a drift over three blocks or more takes up a trend of theirs.
+  [[nodiscard]] double degrees_of_freedom_of_blocks() const {
+    return has_block_columns() ? static_cast<double>(columns.cols() - (has_drift ? 1 : 0))
+                               : static_cast<double>(blocks.size()) - 1.0;
+  }
+};
+
+/// With more blocks a column for each would cost more than it tells: what blocks do not share then
+/// stays in the scatter of the readings, and their shifts are seen in the residuals.
+inline constexpr std::size_t most_block_columns = 40;
+
+/// Which effects a fit has.
+struct EffectSetup {
+  bool blocks = false;  ///< shifts of blocks, where the readings tell them
+  bool drift = false;   ///< a drift, linear in time or order
+  bool operator==(const EffectSetup&) const = default;
+};
+
+/// With fewer readings a block's bias is hardly seen beside the other coefficients.
+inline constexpr int fewest_readings_of_block = 6;
+
+/// @param readings  n; blocks have columns where each of two or more has at least
+///                  fewest_readings_of_block that every axis uses.
+/// @param weights   n x m; 0 where an axis does not use a reading.
+[[nodiscard]] RunEffects run_effects(const std::vector<Reading>& readings,
+                                     const Eigen::MatrixXd& weights,
+                                     EffectSetup setup);
+
+/// When readings were taken, from -1/2 to 1/2: by their times where all have one, else by their
+/// order; n.
+[[nodiscard]] Eigen::VectorXd progress_of_run(const std::vector<Reading>& readings);
+
+}  // namespace axiscal

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/deletion_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <Eigen/Cholesky>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/joint_fit.hpp"
+
+namespace axiscal {
+
+// The fit of the other readings.
+struct DeletionFit::Others {
+  Eigen::VectorXd variance;            // m
+  Eigen::VectorXd degrees_of_freedom;  // m
+  Eigen::MatrixXd covariance;          // of all coefficients and directions
+  Eigen::VectorXd estimate;            // likewise, as change from the fit of all
+};
+
+DeletionFit::DeletionFit(const ReadingSet& set, const TableField::Vectors& fields, bool known_field)
+    : set_(set), root_weights_(set.weights.cwiseSqrt()), own_(set.column_count()) {
+  const JointState state = JointFit(set, set.weights).at(fields);
+  shared_ = known_field ? 0 : state.direction_count();
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const JointAxis& joint = state.axes[static_cast<std::size_t>(k)];
+    Axis& axis = axes_.emplace_back();
+    axis.J.resize(set.size(), own_ + shared_);
+    axis.J << joint.root_weights.asDiagonal() * joint.X, joint.tangents.leftCols(shared_);
+    axis.y = joint.residuals;
+    axis.G = axis.J.transpose() * axis.J;
+    axis.b = axis.J.transpose() * axis.y;
+    axis.squares = axis.y.squaredNorm();
+    axis.readings = static_cast<double>(joint.design->observations());
+  }
+}
+
+std::vector<Eigen::Index> DeletionFit::places_of(Eigen::Index axis) const {
+  std::vector<Eigen::Index> places(static_cast<std::size_t>(own_ + shared_));
+  std::iota(places.begin(), places.begin() + own_, own_ * axis);
+  std::iota(places.begin() + own_, places.end(), own_ * set_.axis_count());
+  return places;
+}
+
+std::optional<DeletionFit::Others> DeletionFit::without(
+    const std::vector<std::size_t>& readings) const {
+  const Eigen::Index m = set_.axis_count();
+  const Eigen::Index c = own_ * m + shared_;
+  std::vector<Axis> left;
+  for (const Axis& axis : axes_) {
+    Axis& one = left.emplace_back(Axis{.J = {},
+                                       .y = {},
+                                       .G = axis.G,
+                                       .b = axis.b,
+                                       .squares = axis.squares,
+                                       .readings = axis.readings});
+    for (const std::size_t i : readings) {
+      const auto row = static_cast<Eigen::Index>(i);
+      const Eigen::RowVectorXd j = axis.J.row(row);
+      one.G -= j.transpose() * j;
+      one.b -= j.transpose() * axis.y(row);
+      one.squares -= axis.y(row) * axis.y(row);
+      one.readings -=
+          set_.weights(row, static_cast<Eigen::Index>(left.size()) - 1) > 0.0 ? 1.0 : 0.0;
+    }
+  }
+  Others others{.variance = Eigen::VectorXd(m), .degrees_of_freedom = Eigen::VectorXd(m)};
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Axis& axis = left[static_cast<std::size_t>(k)];
+    others.variance(k) =
+        std::max(axis.squares / std::max(axis.readings - 4.0, 1.0), std::pow(set_.rounding(k), 2));
+  }
+  constexpr int most_rounds = 100;
+  constexpr double still = 1e-6;
+  for (int round = 0; round < most_rounds; ++round) {
+    Eigen::MatrixXd N = Eigen::MatrixXd::Zero(c, c);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(c);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const std::vector<Eigen::Index> at = places_of(k);
+      N(at, at) += left[static_cast<std::size_t>(k)].G / others.variance(k);
+      right(at) += left[static_cast<std::size_t>(k)].b / others.variance(k);
+    }
+    const Eigen::VectorXd scale = N.diagonal().cwiseSqrt().cwiseInverse();
+    if (!scale.allFinite()) {
+      return std::nullopt;
+    }
+    const Eigen::LLT<Eigen::MatrixXd> cholesky(scale.asDiagonal() * N * scale.asDiagonal());
+    constexpr double open_below = 1e-11;
+    if (cholesky.info() != Eigen::Success || !(cholesky.rcond() > open_below)) {
+      return std::nullopt;
+    }
+    others.covariance = scale.asDiagonal() * cholesky.solve(Eigen::MatrixXd(scale.asDiagonal()));
+    others.estimate = others.covariance * right;
+    double change = 0.0;
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const std::vector<Eigen::Index> at = places_of(k);
+      const Axis& axis = left[static_cast<std::size_t>(k)];
+      const Eigen::VectorXd z = others.estimate(at);
+      const Eigen::MatrixXd C = others.covariance(at, at);
+      others.degrees_of_freedom(k) =
+          axis.readings - C.cwiseProduct(axis.G).sum() / others.variance(k);
+      if (!(others.degrees_of_freedom(k) > 0.5)) {
+        return std::nullopt;
+      }
+      const double squares = axis.squares - 2.0 * z.dot(axis.b) + z.dot(axis.G * z);
+      const double next =
+          std::max(squares / others.degrees_of_freedom(k), std::pow(set_.rounding(k), 2));
+      change = std::max(change, std::abs(next / others.variance(k) - 1.0));
+      others.variance(k) = next;
+    }
+    if (change < still) {
+      break;
+    }
+  }
+  return others;
+}
+
+std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readings,
+                                           const Eigen::MatrixXd& contrasts) const {
+  const std::optional<Others> others = without(readings);
+  if (!others) {
+    return std::nullopt;
+  }
+  const auto d = static_cast<Eigen::Index>(readings.size());
+  const auto q = static_cast<double>(contrasts.rows());
+  double sum = 0.0;
+  double axes = 0.0;
+  for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+    const Axis& axis = axes_[static_cast<std::size_t>(k)];
+    Eigen::MatrixXd J(d, axis.J.cols());
+    Eigen::VectorXd error(d);
+    Eigen::VectorXd own(d);
+    bool seen = true;
+    for (Eigen::Index i = 0; i < d; ++i) {
+      const auto row = static_cast<Eigen::Index>(readings[static_cast<std::size_t>(i)]);
+      const double root = root_weights_(row, k);
+      seen = seen && root > 0.0;
+      J.row(i) = axis.J.row(row) / root;
+      error(i) = axis.y(row) / root;
+      own(i) = others->variance(k) / (root * root);
+    }
+    if (!seen) {
+      continue;
+    }
+    const std::vector<Eigen::Index> at = places_of(k);
+    const Eigen::MatrixXd GJ = contrasts * J;
+    const Eigen::VectorXd e = contrasts * (error - J * others->estimate(at));
+    const Eigen::MatrixXd V = contrasts * own.asDiagonal() * contrasts.transpose() +
+                              GJ * others->covariance(at, at) * GJ.transpose();
+    const double f = std::max(e.dot(V.ldlt().solve(e)) / q, 1e-12);
+    sum -= 2.0 * std::log(std::max(f_upper_p(f, q, others->degrees_of_freedom(k)), 1e-300));
+    axes += 1.0;
+  }
+  return axes > 0.0 ? std::optional(chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * axes))
+                    : std::nullopt;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/rounding_scatter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include <Eigen/QR>
+
+#include "axis_regression.hpp"
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+// Whether readings differ by whole steps.
+bool are_multiples(const std::vector<double>& readings, double step) {
+  return std::all_of(readings.begin(), readings.end(), [&](double reading) {
+    const double steps = (reading - readings.front()) / step;
+    constexpr double whole = 1e-3;
+    return std::abs(steps - std::round(steps)) <= whole;
+  });
+}
+
+// The step that all readings of an axis are multiples of, from one of them; nothing where there is
+// none, or hardly a reading comes twice.
+std::optional<double> step_of(std::vector<double> readings) {
+  const std::size_t count = readings.size();
+  std::sort(readings.begin(), readings.end());
+  readings.erase(std::unique(readings.begin(), readings.end()), readings.end());
+  constexpr double most_unique = 0.9;
+  if (readings.size() < 2 ||
+      static_cast<double>(readings.size()) > most_unique * static_cast<double>(count)) {
+    return std::nullopt;
+  }
+  const double largest = std::max(std::abs(readings.front()), std::abs(readings.back()));
+  const double span = readings.back() - readings.front();
+  double step = span;
+  for (std::size_t i = 1; i < readings.size(); ++i) {
+    const double difference = readings[i] - readings[i - 1];
+    // Decimals are not exact: what differs by less is the same.
+    constexpr double same = 1e-12;
+    step = difference > same * largest ? std::min(step, difference) : step;
+  }
+  // Noise far below a step that is not known may leave nothing but the field's own differences.
+  constexpr double largest_share = 0.02;
+  return step <= largest_share * span && are_multiples(readings, step) ? std::optional(step)
+                                                                       : std::nullopt;
+}
+
+// The poses of one axis: means of its readings there.
+struct Poses {
+  std::vector<Eigen::Index> first;  // a reading of each
+  Eigen::VectorXd mean;
+  double scatter = 0.0;  // of one reading within a pose; of the fit where none was taken twice
+};
+
+Poses poses_of(const ReadingSet& set, const std::vector<int>& group, Eigen::Index axis, double s) {
+  const auto count = static_cast<std::size_t>(1 + *std::max_element(group.begin(), group.end()));
+  std::vector<double> sum(count, 0.0);
+  std::vector<double> squares(count, 0.0);
+  std::vector<double> readings(count, 0.0);
+  std::vector<Eigen::Index> first(count, -1);
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    if (set.weights(i, axis) > 0.0) {
+      const auto g = static_cast<std::size_t>(group[static_cast<std::size_t>(i)]);
+      first[g] = first[g] < 0 ? i : first[g];
+      // From the first of them, so that large readings lose no digits.
+      const double v = set.response(i, axis) - set.response(first[g], axis);
+      sum[g] += v;
+      squares[g] += v * v;
+      readings[g] += 1.0;
+    }
+  }
+  Poses poses;
+  std::vector<double> means;
+  double within = 0.0;
+  double free = 0.0;
+  for (std::size_t g = 0; g < count; ++g) {
+    if (readings[g] > 0.0) {
+      poses.first.push_back(first[g]);
+      means.push_back(set.response(first[g], axis) + sum[g] / readings[g]);
+      within += std::max(squares[g] - sum[g] * sum[g] / readings[g], 0.0);
+      free += readings[g] - 1.0;
+    }
+  }
+  poses.mean =
+      Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size()));
+  poses.scatter = free > 0.0 ? std::sqrt(within / free) : s;
+  return poses;
+}
+
+// The variances of an axis's coefficients where readings of one digit share an error.
+struct RoundedFit {
+  Eigen::VectorXd variance;
+  double degrees_of_freedom = 0.0;
+};
+
+std::optional<RoundedFit> fit_poses(const Poses& poses,
+                                    const Eigen::MatrixXd& design,
+                                    double step) {
+  const Eigen::Index n = design.rows();
+  const Eigen::Index c = design.cols();
+  if (n <= c) {
+    return std::nullopt;
+  }
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(design);
+  if (qr.rank() < c) {
+    return std::nullopt;
+  }
+  const Eigen::MatrixXd G = qr.solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::VectorXd residuals = poses.mean - design * (G * poses.mean);
+  const double of_step = step * step / 12.0;
+  RoundedFit fit{.variance = Eigen::VectorXd(c), .degrees_of_freedom = static_cast<double>(n - c)};
+  const double s2 = std::max(residuals.squaredNorm() / fit.degrees_of_freedom, of_step);
+  for (Eigen::Index j = 0; j < c; ++j) {
+    double shared = 0.0;
+    for (Eigen::Index a = 0; a < n; ++a) {
+      for (Eigen::Index b = 0; b < n; ++b) {
+        const bool one_digit = std::abs(poses.mean(a) - poses.mean(b)) < 0.5 * step;
+        shared += one_digit ? of_step * G(j, a) * G(j, b) : 0.0;
+      }
+    }
+    fit.variance(j) = std::max(s2 * G.row(j).squaredNorm(), shared);
+  }
+  return fit;
+}
+
+}  // namespace
+
+void count_rounding(const ReadingSet& set,
+                    bool known_field,
+                    double stated_step,
+                    Estimate& estimate) {
+  FitStatistics& statistics = estimate.statistics;
+  fill_intervals(statistics);
+  constexpr double wide = 0.4;  // noise below this part of a step does not average it
+  constexpr std::size_t most_poses = 500;
+  if (set.temperature.order > 0 || set.robust) {
+    return;
+  }
+  const std::vector<int> group = rows_of_readings(set).group;
+  if (static_cast<std::size_t>(*std::max_element(group.begin(), group.end())) >= most_poses) {
+    return;
+  }
+  const Eigen::MatrixXd base = field_design(set, estimate.fields);
+  const Eigen::Index p = set.coefficient_count();
+  ScatterComponent component{.name = "rounding",
+                             .sd = Eigen::VectorXd::Zero(set.axis_count()),
+                             .unit = {},
+                             .covariance = Eigen::MatrixXd::Zero(statistics.covariance.rows(),
+                                                                 statistics.covariance.cols()),
+                             .degrees_of_freedom = 0.0};
+  std::vector<std::string> axes;
+  double widest = 0.0;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    std::vector<double> readings;
+    for (Eigen::Index i = 0; i < set.size(); ++i) {
+      if (set.weights(i, k) > 0.0) {
+        readings.push_back(set.response(i, k));
+      }
+    }
+    const bool as_stated = stated_step > 0.0 && are_multiples(readings, stated_step);
+    const std::optional<double> step =
+        as_stated ? std::optional(stated_step) : step_of(std::move(readings));
+    const Poses poses = poses_of(set, group, k, statistics.residual_sd(k));
+    if (!step || !(poses.scatter < wide * *step) || *step <= 4.0 * set.rounding(k)) {
+      continue;
+    }
+    Eigen::MatrixXd design(static_cast<Eigen::Index>(poses.first.size()), base.cols());
+    design = base(poses.first, Eigen::all);
+    if (!known_field && !estimate.fields.empty()) {
+      // What the field's direction takes up is lost to the coefficients.
+      const JointState state = JointFit(set, set.weights).at(estimate.fields);
+      const Eigen::MatrixXd tangents = state.axes[static_cast<std::size_t>(k)].tangents;
+      design.conservativeResize(Eigen::NoChange, base.cols() + tangents.cols());
+      design.rightCols(tangents.cols()) = tangents(poses.first, Eigen::all);
+    }
+    std::optional<RoundedFit> rounded = fit_poses(poses, design, *step);
+    if (!rounded) {
+      continue;
+    }
+    axes.push_back(set.axes[static_cast<std::size_t>(k)]);
+    widest = std::max(widest, *step);
+    component.sd(k) = *step / std::sqrt(12.0);
+    component.degrees_of_freedom = rounded->degrees_of_freedom;
+    const double t = student_t_factor(0.95, rounded->degrees_of_freedom);
+    for (Eigen::Index j = 0; j < std::min(p, base.cols()); ++j) {
+      const Eigen::Index at = p * k + j;
+      const double interval = t * std::sqrt(rounded->variance(j));
+      const double more = std::max(rounded->variance(j) - statistics.covariance(at, at), 0.0);
+      statistics.covariance(at, at) += more;
+      component.covariance(at, at) += more;
+      if (interval > statistics.interval_95(at)) {
+        statistics.interval_95(at) = interval;
+        statistics.interval_dof(at) = rounded->degrees_of_freedom;
+      }
+    }
+  }
+  if (axes.empty()) {
+    return;
+  }
+  statistics.components.push_back(std::move(component));
+  estimate.notes.push_back(formatted(
+      "axis {}: the readings' step ({}) is wider than their noise, so that repeats do not "
+      "average it out; the uncertainty counts it: take more digits, or a dither of half a "
+      "step before rounding",
+      joined(axes), number_text(widest, 3)));
+}
+
+}  // namespace axiscal

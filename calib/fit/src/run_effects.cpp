@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/run_effects.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <map>
+
+#include <Eigen/QR>
+
+#include "axiscal/core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+// Changes of B values that sum to 0, orthonormal; without a trend over `at`, where that is asked
+// for. B x (B - 1) or B x (B - 2).
+Eigen::MatrixXd contrasts(const Eigen::VectorXd& at, bool without_trend) {
+  const Eigen::Index B = at.size();
+  Eigen::MatrixXd fixed(B, without_trend ? 2 : 1);
+  fixed.col(0).setOnes();
+  if (without_trend) {
+    fixed.col(1) = at.array() - at.mean();
+  }
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(fixed);
+  const Eigen::MatrixXd Q = qr.householderQ() * Eigen::MatrixXd::Identity(B, B);
+  return Q.rightCols(B - fixed.cols());
+}
+
+}  // namespace
+
+Eigen::VectorXd progress_of_run(const std::vector<Reading>& readings) {
+  const auto n = static_cast<Eigen::Index>(readings.size());
+  const bool timed = std::all_of(readings.begin(), readings.end(),
+                                 [](const Reading& reading) { return reading.time_s.has_value(); });
+  Eigen::VectorXd at(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    at(i) = timed ? *readings[static_cast<std::size_t>(i)].time_s - *readings.front().time_s
+                  : static_cast<double>(i);
+  }
+  const double span = at.maxCoeff() - at.minCoeff();
+  if (!(span > 0.0)) {
+    return Eigen::VectorXd::LinSpaced(n, -0.5, 0.5);
+  }
+  return ((at.array() - at.minCoeff()) / span - 0.5).matrix();
+}
+
+RunEffects run_effects(const std::vector<Reading>& readings,
+                       const Eigen::MatrixXd& weights,
+                       EffectSetup setup) {
+  const auto n = static_cast<Eigen::Index>(readings.size());
+  const Eigen::VectorXd progress = progress_of_run(readings);
+  RunEffects effects;
+  effects.has_drift = setup.drift;
+  struct Block {
+    Eigen::ArrayXd readings;  // that each axis uses
+    double count = 0.0;
+    double progress = 0.0;
+  };
+  std::map<int, Block> seen;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    Block& block = seen[readings[i].block];
+    if (block.count == 0.0) {
+      block.readings = Eigen::ArrayXd::Zero(weights.cols());
+    }
+    block.readings += (weights.row(row).transpose().array() > 0.0).cast<double>();
+    block.count += 1.0;
+    block.progress += progress(row);
+  }
+  const bool all_seen = std::all_of(seen.begin(), seen.end(), [](const auto& one) {
+    return one.second.readings.minCoeff() >= fewest_readings_of_block;
+  });
+  effects.columns.resize(n, 0);
+  if (setup.blocks && seen.size() > 1 && all_seen) {
+    Eigen::VectorXd at(static_cast<Eigen::Index>(seen.size()));
+    for (const auto& [number, block] : seen) {
+      at(static_cast<Eigen::Index>(effects.blocks.size())) = block.progress / block.count;
+      effects.blocks.push_back(number);
+    }
+    if (seen.size() <= most_block_columns) {
+      // With two blocks a trend between them is all that they can differ by.
+      effects.shift_of_block = contrasts(at, effects.has_drift && at.size() > 2);
+    } else {
+      effects.shift_of_block.resize(at.size(), 0);
+    }
+    effects.columns.resize(n, effects.shift_of_block.cols());
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto place =
+          std::distance(seen.begin(), seen.find(readings[static_cast<std::size_t>(i)].block));
+      effects.columns.row(i) = effects.shift_of_block.row(place);
+    }
+    for (Eigen::Index j = 0; j < effects.columns.cols(); ++j) {
+      effects.names.push_back(formatted("shift of blocks {}", j + 1));
+    }
+  }
+  if (effects.has_drift) {
+    effects.columns.conservativeResize(Eigen::NoChange, effects.columns.cols() + 1);
+    effects.columns.rightCols<1>() = progress;
+    effects.shift_of_block.conservativeResize(static_cast<Eigen::Index>(effects.blocks.size()),
+                                              effects.columns.cols());
+    effects.shift_of_block.rightCols<1>().setZero();
+    effects.names.emplace_back("drift");
+  }
+  return effects;
+}
+
+}  // namespace axiscal

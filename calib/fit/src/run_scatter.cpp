@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/run_scatter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/serial_correlation.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+// The variance of a bias by one cause, as a component of the scatter beside that of the readings.
+struct BiasScatter {
+  ScatterComponent component;
+  bool counts = false;
+};
+
+// Takes as the variance of bias `at` what a cause makes of it, where its interval is the longer.
+void count_bias(Eigen::Index at,
+                double variance,
+                double degrees_of_freedom,
+                FitStatistics& statistics,
+                BiasScatter& scatter) {
+  const double interval = student_t_factor(0.95, degrees_of_freedom) * std::sqrt(variance);
+  if (!(interval > statistics.interval_95(at))) {
+    return;
+  }
+  statistics.interval_95(at) = interval;
+  statistics.interval_dof(at) = degrees_of_freedom;
+  // A variance that is smaller than the readings' own has come so by chance.
+  const double more = std::max(variance - statistics.covariance(at, at), 0.0);
+  statistics.covariance(at, at) += more;
+  scatter.component.covariance(at, at) += more;
+  scatter.counts = scatter.counts || more > 0.0;
+}
+
+BiasScatter blank_scatter(const std::string& name,
+                          const Estimate& estimate,
+                          double degrees_of_freedom) {
+  const Eigen::Index count = estimate.statistics.covariance.rows();
+  return {.component = {.name = name,
+                        .sd = Eigen::VectorXd::Zero(estimate.response.bias.size()),
+                        .unit = {},
+                        .covariance = Eigen::MatrixXd::Zero(count, count),
+                        .degrees_of_freedom = degrees_of_freedom}};
+}
+
+void put(BiasScatter scatter, Estimate& estimate) {
+  if (scatter.counts) {
+    estimate.statistics.components.push_back(std::move(scatter.component));
+  }
+}
+
+// The bias of each block less the mean of them, for each axis; B x m.
+Eigen::MatrixXd shifts_of_blocks(const ReadingSet& set, const Estimate& estimate) {
+  const RunEffects& effects = set.effects;
+  if (effects.has_block_columns()) {
+    return effects.shift_of_block * estimate.effects;
+  }
+  std::map<int, Eigen::Index> place;
+  for (const int block : effects.blocks) {
+    place.emplace(block, static_cast<Eigen::Index>(place.size()));
+  }
+  const auto count = static_cast<Eigen::Index>(place.size());
+  const Eigen::MatrixXd base = field_design(set, estimate.fields);
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(count, set.axis_count());
+  Eigen::MatrixXd weights = sums;
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    const Eigen::Index block = place.at(set.readings[static_cast<std::size_t>(i)].block);
+    for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+      double left = set.response(i, k) - estimate.response.bias(k) -
+                    estimate.response.sensitivity.row(k).dot(base.row(i).segment<3>(1));
+      for (std::size_t a = 0; a < estimate.also.size(); ++a) {
+        left -= estimate.also[a].row(k).dot(
+            base.row(i).segment<3>(4 + 3 * static_cast<Eigen::Index>(a)));
+      }
+      if (effects.has_drift) {
+        left -= effects.columns(i, 0) * estimate.effects(0, k);
+      }
+      sums(block, k) += set.weights(i, k) * left;
+      weights(block, k) += set.weights(i, k);
+    }
+  }
+  Eigen::MatrixXd shifts = sums.cwiseQuotient(weights);
+  shifts.rowwise() -= shifts.colwise().mean().eval();
+  return shifts;
+}
+
+// The mean square of the blocks' biases about their mean says how well that is known; it holds the
+// readings' scatter too.
+void count_blocks(const ReadingSet& set, Estimate& estimate) {
+  const RunEffects& effects = set.effects;
+  const auto blocks = static_cast<double>(effects.blocks.size());
+  const double nu = effects.degrees_of_freedom_of_blocks();
+  if (!(nu > 0.0)) {
+    return;
+  }
+  FitStatistics& statistics = estimate.statistics;
+  BiasScatter scatter = blank_scatter("blocks", estimate, nu);
+  const Eigen::MatrixXd shifts = shifts_of_blocks(set, estimate);
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const Eigen::Index at = set.coefficient_count() * k;
+    const double within = statistics.covariance(at, at);
+    const double mean_square = shifts.col(k).squaredNorm() / nu;
+    scatter.component.sd(k) = std::sqrt(std::max(mean_square - blocks * within, 0.0));
+    count_bias(at, mean_square / blocks, nu, statistics, scatter);
+  }
+  put(std::move(scatter), estimate);
+  if (effects.blocks.size() == 2) {
+    estimate.notes.emplace_back(
+        "the biases' intervals count how blocks differ, and two blocks tell that only roughly: "
+        "with "
+        "three blocks they are some 2.5 times shorter, with four 3 times");
+  }
+}
+
+// The readings in their order, without columns of the blocks: a shift between blocks is correlation
+// too. Nothing where readings have weights of their own, or the field is known by none of them.
+std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Estimate& estimate) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    const auto weights = set.weights.row(i).array();
+    if ((weights == 0.0).any()) {
+      continue;
+    }
+    constexpr double as_one = 1e-9;
+    if (((weights - set.weights.row(rows.empty() ? i : rows.front()).array()).abs() > as_one)
+            .any()) {
+      return std::nullopt;
+    }
+    rows.push_back(i);
+  }
+  constexpr Eigen::Index fewest_left = 4;
+  const Eigen::Index drift = set.effects.has_drift ? 1 : 0;
+  const Eigen::Index p = set.coefficient_count() + drift;
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  if (n < p + fewest_left) {
+    return std::nullopt;
+  }
+  const Eigen::MatrixXd base = field_design(set, estimate.fields);
+  OrderedReadings ordered;
+  ordered.responses = set.response(rows, Eigen::all);
+  ordered.places.resize(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (!set.effects.blocks.empty()) {
+      ordered.blocks.push_back(
+          set.readings[static_cast<std::size_t>(rows[static_cast<std::size_t>(i)])].block);
+    }
+    ordered.places(i) = static_cast<double>(rows[static_cast<std::size_t>(i)]);
+  }
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const Eigen::MatrixXd all = set.all_columns(base, k);
+    Eigen::MatrixXd& design = ordered.designs.emplace_back(n, p);
+    design.leftCols(set.coefficient_count()) = all(rows, Eigen::seqN(0, set.coefficient_count()));
+    design.rightCols(drift) = all(rows, Eigen::lastN(drift));
+  }
+  return ordered;
+}
+
+void count_correlation(const ReadingSet& set, Estimate& estimate) {
+  const std::optional<OrderedReadings> ordered = ordered_readings(set, estimate);
+  constexpr double one_sided_10_percent = 1.282;
+  if (!ordered || set.robust || !(lag_one_score(*ordered) > one_sided_10_percent)) {
+    return;
+  }
+  const CorrelatedMean mean = mean_under_correlation(*ordered);
+  FitStatistics& statistics = estimate.statistics;
+  BiasScatter scatter = blank_scatter("correlation", estimate, mean.degrees_of_freedom);
+  constexpr double slight = 0.1;  // blocks that differ are alike within too, and count as such
+  if (!(mean.correlation > slight)) {
+    return;
+  }
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    if (!(mean.u(k) > set.rounding(k))) {
+      return;
+    }
+  }
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const Eigen::Index at = set.coefficient_count() * k;
+    estimate.response.bias(k) = mean.estimate(k);
+    scatter.component.sd(k) = mean.u(k);
+    count_bias(at, mean.u(k) * mean.u(k), mean.degrees_of_freedom, statistics, scatter);
+  }
+  put(std::move(scatter), estimate);
+  estimate.notes.push_back(
+      formatted("consecutive readings are alike (correlation about {}); the biases are means over "
+                "models of such noise, and their intervals count it",
+                number_text(mean.correlation, 1)));
+}
+
+}  // namespace
+
+void count_run_scatter(const ReadingSet& set, Estimate& estimate) {
+  fill_intervals(estimate.statistics);
+  if (!estimate.statistics.covariance.allFinite()) {
+    return;
+  }
+  count_blocks(set, estimate);
+  count_correlation(set, estimate);
+}
+
+}  // namespace axiscal

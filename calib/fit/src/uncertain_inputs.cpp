@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/uncertain_inputs.hpp"
+
+#include "axiscal/calib/covariance_root.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/rotation.hpp"
+
+namespace axiscal {
+
+Eigen::Matrix<double, 3, 18> change_with_normals(
+    const Eigen::Matrix3d& rotation_table_from_positioner,
+    const DesignPoint& point,
+    const Eigen::Vector3d& field_in_table) {
+  const Eigen::Vector3d x = rotation_table_from_positioner.row(0);
+  const Eigen::Vector3d y = rotation_table_from_positioner.row(1);
+  const Eigen::Vector3d z = rotation_table_from_positioner.row(2);
+  const Eigen::Vector3d& f = field_in_table;
+  Eigen::Matrix<double, 3, 18> change = Eigen::Matrix<double, 3, 18>::Zero();
+  change.middleCols<3>(3 * static_cast<Eigen::Index>(point.rest())) =
+      -f.z() * Eigen::Matrix3d::Identity() + f.y() * z * y.transpose() + f.x() * z * x.transpose();
+  change.middleCols<3>(3 * static_cast<Eigen::Index>(point.fence())) =
+      f.y() * x * x.transpose() - f.x() * y * x.transpose();
+  return change;
+}
+
+std::vector<UncertainInput> uncertain_inputs(const Experiment& experiment,
+                                             const ReadingSet& set,
+                                             bool known_field,
+                                             const std::vector<Eigen::Vector3d>& fields) {
+  std::vector<UncertainInput> inputs;
+  if (fields.empty()) {
+    return inputs;
+  }
+  const auto& covariance = experiment.positioner.description().normal_covariance;
+  if (covariance && !covariance->isZero(0.0)) {
+    inputs.push_back({.name = "positioner",
+                      .u = not_a_number,
+                      .parts = covariance->cols(),
+                      .change = [&set, &positioner = experiment.positioner,
+                                 &mount = experiment.rotation_sensor_from_positioner,
+                                 root = covariance_root(*covariance)](
+                                    Eigen::Index i, const std::vector<Eigen::Vector3d>& f) {
+                        const DesignPoint& point = *set.readings[static_cast<std::size_t>(i)].point;
+                        return Eigen::Matrix3Xd(
+                            mount *
+                            change_with_normals(positioner.rotation_table_from_positioner(point),
+                                                point, set.field_in_table(i, f)) *
+                            root);
+                      }});
+  }
+  const auto add_turns = [&](const char* name, double u, const Eigen::Matrix<double, 3, 2>& axes) {
+    inputs.push_back(
+        {.name = name,
+         .u = u,
+         .unit = "rad",
+         .parts = axes.cols(),
+         .change = [&set, u, axes](Eigen::Index i, const std::vector<Eigen::Vector3d>& f) {
+           const Eigen::Vector3d field = set.field_in_table(i, f);
+           // w cross f = -(f cross w).
+           return Eigen::Matrix3Xd(set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+                                   (-u * cross_matrix(field) * axes));
+         }});
+  };
+  if (known_field && experiment.stated.slope_u > 0.0) {
+    // A slope turns the field about the table's x and y.
+    add_turns("levelness", experiment.stated.slope_u, Eigen::Matrix<double, 3, 2>::Identity());
+  }
+  if (known_field && experiment.stated.direction_u_rad > 0.0) {
+    add_turns("field direction", experiment.stated.direction_u_rad, tangents_of(fields.front()));
+  }
+  return inputs;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "statistics_members.hpp"
+
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/core/not_a_number.hpp"
+
+namespace axiscal {
+namespace {
+
+void members(JsonMembers& io, RegressionRow& row, Eigen::Index m) {
+  io.value("runs", row.runs);
+  point_members(io, row.point);
+  io.value("block", row.block);
+  io.vector("leverage", row.leverage, m);
+  io.vector("studentized", row.studentized, m);
+  io.vector("cooks_distance", row.cooks_distance, m);
+  if (io.has("robust_weight", row.robust_weight.size() > 0)) {
+    io.vector("robust_weight", row.robust_weight, m);
+  }
+}
+
+void members(JsonMembers& io, LackOfFit& test) {
+  io.number("pure_error_sd", test.pure_error_sd);
+  io.number("pure_error_dof", test.pure_error_dof);
+  io.number("lack_of_fit_dof", test.lack_of_fit_dof);
+  io.number("f", test.f);
+  io.number("p_value", test.p_value);
+}
+
+void error_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
+  if (io.reads()) {
+    statistics.bias_se = Eigen::VectorXd::Constant(m, not_a_number);
+    statistics.sensitivity_se = Eigen::MatrixXd::Constant(m, 3, not_a_number);
+  }
+  io.object("standard_error", true, [&](JsonMembers& errors) {
+    errors.vector("bias", statistics.bias_se, m);
+    errors.matrix("sensitivity", statistics.sensitivity_se, m, 3);
+  });
+  io.vector("coverage_factor_95", statistics.coverage_factor, m);
+}
+
+// A record of 0.1 has the intervals of each axis's scatter.
+void interval_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
+  const Eigen::Index count = statistics.covariance.rows();
+  const Eigen::Index p = m > 0 ? count / m : 0;
+  if (!io.reads()) {
+    io.vector("interval_dof", statistics.interval_dof, count);
+  } else if (io.from().find("interval_dof")) {
+    io.vector("interval_dof", statistics.interval_dof, count);
+    put_intervals(statistics);
+  } else {
+    fill_intervals(statistics);
+  }
+  if (p < 1 || statistics.interval_95.size() != count) {
+    return;
+  }
+  // Biases alone, as method `bias` fits them, have no sensitivities beside them.
+  const bool has_sensitivity =
+      p >= 4 && statistics.parameter_names[1].find(".sensitivity.") != std::string::npos;
+  auto by_axis = statistics.interval_95.reshaped(p, m);
+  Eigen::VectorXd bias = by_axis.row(0).transpose();
+  Eigen::MatrixXd sensitivity = Eigen::MatrixXd::Constant(m, 3, not_a_number);
+  if (has_sensitivity) {
+    sensitivity = by_axis.middleRows<3>(1).transpose();
+  }
+  io.object("interval_95", true, [&](JsonMembers& intervals) {
+    intervals.vector("bias", bias, m);
+    intervals.matrix("sensitivity", sensitivity, m, 3);
+  });
+  if (io.reads()) {
+    by_axis.row(0) = bias.transpose();
+    if (has_sensitivity) {
+      by_axis.middleRows<3>(1) = sensitivity.transpose();
+    }
+  }
+}
+
+void members(JsonMembers& io, ScatterComponent& component, Eigen::Index parameters) {
+  io.need("name", component.name);
+  if (io.reads()) {
+    component.sd = io.from().at("sd").vector_or_nan();
+  } else {
+    io.to()["sd"] = json_from(component.sd);
+  }
+  io.value_if_any("unit", component.unit);
+  io.number("degrees_of_freedom", component.degrees_of_freedom);
+  io.need_matrix("covariance", component.covariance, parameters, parameters);
+}
+
+}  // namespace
+
+void point_members(JsonMembers& io, std::optional<DesignPoint>& point) {
+  if (!io.reads()) {
+    if (point) {
+      io.to()["rest"] = face_name(point->rest());
+      io.to()["fence"] = face_name(point->fence());
+    }
+    return;
+  }
+  const std::optional<JsonValue> rest = io.from().find("rest");
+  const std::optional<JsonValue> fence = io.from().find("fence");
+  if (!rest || !fence) {
+    return;
+  }
+  const std::optional<Face> rest_face = parse_face(rest->text());
+  const std::optional<Face> fence_face = parse_face(fence->text());
+  if (!rest_face || !fence_face || axis_of(*rest_face) == axis_of(*fence_face)) {
+    io.from().fail("rest and fence must be faces (+X -X +Y -Y +Z -Z) on two axes");
+  }
+  point = DesignPoint(*rest_face, *fence_face);
+}
+
+void members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
+  io.value("observations", statistics.observations);
+  io.vector("degrees_of_freedom", statistics.degrees_of_freedom, m);
+  io.vector("residual_sd", statistics.residual_sd, m);
+  io.vector("r_squared", statistics.r_squared, m);
+  error_members(io, statistics, m);
+  io.value("parameter_names", statistics.parameter_names);
+  // Without names nobody knows what the covariance is of.
+  const auto parameters = static_cast<Eigen::Index>(statistics.parameter_names.size());
+  if (!io.reads() || parameters > 0) {
+    io.matrix("covariance", statistics.covariance, parameters, parameters);
+  }
+  interval_members(io, statistics, m);
+  io.list_if_any("components", statistics.components,
+                 [parameters](JsonMembers& one, ScatterComponent& component) {
+                   members(one, component, parameters);
+                 });
+  io.number("condition_number", statistics.condition_number);
+  io.matrix("variance_inflation", statistics.variance_inflation, m, 3);
+  io.list_if_any("lack_of_fit", statistics.lack_of_fit,
+                 [](JsonMembers& one, LackOfFit& test) { members(one, test); });
+  io.value_if_any("observations_per_axis", statistics.observations_per_axis);
+  io.list("rows", statistics.rows,
+          [m](JsonMembers& one, RegressionRow& row) { members(one, row, m); });
+}
+
+}  // namespace axiscal
