@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // check, budget, study, limits, batches and suggestions as users run them.
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include <nlohmann/json.hpp>
 
+#include "axiscal/core/units.hpp"
 #include "program.hpp"
 #include "scenario.hpp"
 
@@ -215,6 +218,60 @@ TEST_F(TrustCommands, BudgetAndApplyStateUncertainties) {
   EXPECT_THAT(applied.out, HasSubstr(",u_field_x,u_field_y,u_field_z,u_residual,u_pitch_deg"));
   EXPECT_EQ(run_axiscal({"budget", truth_}).status, 3);
   EXPECT_EQ(run_axiscal({"apply", truth_, stored + ".csv", "--uncertainty"}).status, 3);
+}
+
+// U = k u; of a component it is long where two degrees of freedom tell the scatter.
+TEST_F(TrustCommands, ApplyStatesExpandedUncertainties) {
+  const std::string stored = record("cal.json", "1");
+  const auto cells = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"apply", stored, stored + ".csv"});
+    const ProgramResult result = run_axiscal(more);
+    EXPECT_EQ(result.status, 0) << result.err;
+    return csv_cells(result.out);
+  };
+  const auto rows = cells({"--expanded"});
+  const auto column = [&](const std::string& name) {
+    const auto at = std::find(rows[0].begin(), rows[0].end(), name);
+    EXPECT_NE(at, rows[0].end()) << name;
+    return static_cast<std::size_t>(at - rows[0].begin());
+  };
+  for (const char* const name : {"field_x", "residual", "pitch_deg"}) {
+    const double u = std::stod(rows[1][column(std::string("u_") + name)]);
+    const double U = std::stod(rows[1][column(std::string("U_") + name)]);
+    const double k = std::stod(rows[1][column(std::string("k_") + name)]);
+    EXPECT_NEAR(U, k * u, 1e-9 * U) << name;
+    EXPECT_GT(k, 1.96) << name;
+    EXPECT_LT(k, 13.0) << name;
+  }
+  EXPECT_EQ(rows[0].back(), "flag");
+  const auto wider = cells({"--expanded", "--level", "0.99"});
+  EXPECT_GT(std::stod(wider[1][column("U_field_x")]), std::stod(rows[1][column("U_field_x")]));
+  EXPECT_EQ(wider[1][column("u_field_x")], rows[1][column("u_field_x")]);
+  for (const std::vector<std::string>& wrong : std::vector<std::vector<std::string>>{
+           {"--expanded", "--level", "1"}, {"--level", "0.9"}, {"--field-magnitude-u", "1"}}) {
+    std::vector<std::string> words = {"apply", stored, stored + ".csv"};
+    words.insert(words.end(), wrong.begin(), wrong.end());
+    EXPECT_EQ(run_axiscal(words).status, 2) << wrong.front();
+  }
+}
+
+// asin(f / F): an error of 0.1 % of F is one of 0.001 tan(pitch) of the angle.
+TEST_F(TrustCommands, AnglesElsewhereCountTheFieldsUncertainty) {
+  const std::string stored = record("cal.json", "1");
+  const std::string log = folder_.write("log.csv", "x,y,z\n0.5,0.0,0.87\n");
+  const auto pitch = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"apply", stored, log, "--uncertainty", "--noise", "0"});
+    const auto rows = csv_cells(run_axiscal(more).out);
+    const auto cell = [&](const std::string& name) {
+      const auto at = std::find(rows[0].begin(), rows[0].end(), name);
+      return std::stod(rows[1].at(static_cast<std::size_t>(at - rows[0].begin())));
+    };
+    return std::pair(cell("pitch_deg"), cell("u_pitch_deg"));
+  };
+  const auto [angle, here] = pitch({"--field-magnitude", "1"});
+  const double there = pitch({"--field-magnitude", "1", "--field-magnitude-u", "0.001"}).second;
+  const double expected = 0.001 * std::tan(angle * rad_per_deg) * deg_per_rad;
+  EXPECT_NEAR(std::sqrt(there * there - here * here), expected, 0.01 * expected);
 }
 
 TEST_F(TrustCommands, StudyShardsMergeToTheSameBytes) {

@@ -4,6 +4,7 @@
 #include "axiscal/calib/certificate_details.hpp"
 #include "axiscal/calib/experiment_json.hpp"
 #include "axiscal/calib/limits.hpp"
+#include "axiscal/calib/world.hpp"
 #include "axiscal/logs/log_file.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
 #include "matchers.hpp"
@@ -157,6 +158,7 @@ TEST(Template, IsReadByWhatReadsItsFile) {
   EXPECT_EQ(read_certificate_details(written("laboratory")).number, "2026-017");
   EXPECT_EQ(read_log_format(written("map")).columns.front().factor, 1e-6);
   EXPECT_EQ(read_positioner(written("positioner")).id(), "cube-07");
+  EXPECT_EQ(world_text(read_world(written("world"))), "block_sd=1e-04,ar=0.5,k2=3e-04:0:0");
 }
 
 TEST(Template, NamesThoseThatThereAre) {

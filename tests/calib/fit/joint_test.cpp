@@ -67,19 +67,33 @@ LeftOfEquations left_of_equations(const Calibration& found, const Observations& 
 
 // The noise of the axes, which weighs them, and the fit are each other's fixed point. Weights that
 // were taken in turn with fits stopped short of it in 16 of 1,000 runs, by up to 10 % of the sd.
+// Not where readings look correlated in their order: the biases are then of other models too.
+bool has_least_squares_biases(const Calibration& result) {
+  return std::none_of(result.notes.begin(), result.notes.end(), [](const std::string& note) {
+    return note.find("consecutive readings are alike") != std::string::npos;
+  });
+}
+
 TEST(JointFit, SettlesNoiseAndDirectionTogether) {
   const Calibration truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::joint;
+  experiment.drift = DriftSetup::none;
+  int seen = 0;
   for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
     const Observations observations =
         observe(truth, {.slope = {0.01, -0.004}, .noise_sd = 1e-3, .seed = seed});
-    const LeftOfEquations left =
-        left_of_equations(calibrate(experiment, observations), observations);
+    const Calibration result = calibrate(experiment, observations);
+    if (!has_least_squares_biases(result)) {
+      continue;
+    }
+    ++seen;
+    const LeftOfEquations left = left_of_equations(result, observations);
     EXPECT_LT(left.noise, 1e-9) << "seed " << seed;
     EXPECT_LT(left.gradient, 1e-9) << "seed " << seed;
     EXPECT_LT(left.freedom, 1e-3) << "seed " << seed;  // the slope's square parts it from nominal
   }
+  EXPECT_GT(seen, 880);  // one in ten of white runs looks correlated
 }
 
 // Seven points and two axes hardly determine the field's direction (condition 180): one step of it
@@ -94,8 +108,11 @@ TEST(JointFit, SettlesWhereTheDirectionIsHardlyDetermined) {
         truth, make_run_sheet(optimal_design(7, Eigen::Vector3d::UnitZ(), seed).design, 1, seed),
         {.noise_sd = 1e-3, .slope = {0.01, -0.004}, .seed = seed});
     observations.response.conservativeResize(Eigen::NoChange, 2);
-    const LeftOfEquations left =
-        left_of_equations(calibrate(experiment, observations), observations);
+    const Calibration result = calibrate(experiment, observations);
+    if (!has_least_squares_biases(result)) {
+      continue;
+    }
+    const LeftOfEquations left = left_of_equations(result, observations);
     EXPECT_LT(left.noise, 1e-7) << "seed " << seed;
     EXPECT_LT(left.gradient, 1e-7) << "seed " << seed;
   }

@@ -37,8 +37,9 @@ TEST_P(SeededMistakes, AreCaughtAndNamed) {
     const SeededMistake seeded =
         seed_mistake(GetParam().mistake, GetParam().sigmas * noise, run.truth, run.good, random);
     const Method method = t % 2 == 0 ? Method::paired : Method::joint;
-    named +=
-        judge(calibrate(experiment_of_run(run, method), seeded.observations), seeded).named ? 1 : 0;
+    Experiment experiment = experiment_of_run(run, method);
+    experiment.drift = DriftSetup::none;  // a drift that is found would become a term of the fit
+    named += judge(calibrate(experiment, seeded.observations), seeded).named ? 1 : 0;
   }
   EXPECT_GE(named, GetParam().least_named);
 }

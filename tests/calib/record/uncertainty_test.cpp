@@ -40,15 +40,30 @@ Calibration calibrated(const Experiment& experiment, std::uint64_t seed = 1) {
 
 // JCGM 100, G.4: u^4 / sum(u_i^4 / nu_i).
 TEST(Combine, IsWelchAndSatterthwaites) {
-  const VarianceShares shares{.by_axis = Eigen::Vector2d(4.0, 1.0), .others = 5.0};
-  const CombinedUncertainty result = combine(shares, Eigen::Vector2d(2.0, 10.0));
+  const VarianceShares shares{.axes = {{.variance = 4.0, .degrees_of_freedom = 5.0}},
+                              .components = {{.variance = 1.0, .degrees_of_freedom = 10.0}},
+                              .others = 5.0};
+  const CombinedUncertainty result = combine(shares);
   EXPECT_DOUBLE_EQ(result.u, std::sqrt(10.0));
-  EXPECT_DOUBLE_EQ(result.degrees_of_freedom, 100.0 / (16.0 / 2.0 + 1.0 / 10.0));
-  EXPECT_NEAR(result.coverage_factor, 2.1788, 0.02);  // t of 12.3
+  EXPECT_DOUBLE_EQ(result.degrees_of_freedom, 100.0 / (16.0 / 5.0 + 1.0 / 10.0));
+  EXPECT_NEAR(result.coverage_factor, 2.0423, 1e-3);  // t of 30.3
+  EXPECT_DOUBLE_EQ(result.expanded, result.coverage_factor * result.u);
   const CombinedUncertainty known =
-      combine({.by_axis = Eigen::Vector2d::Zero(), .others = 4.0}, Eigen::Vector2d(2.0, 2.0));
+      combine({.axes = {{.variance = 0.0, .degrees_of_freedom = 2.0}}, .others = 4.0});
   EXPECT_TRUE(std::isinf(known.degrees_of_freedom));
   EXPECT_NEAR(known.coverage_factor, 1.959964, 1e-5);
+}
+
+// With two degrees of freedom the formula gives 10.3 of them here, and the interval is too short.
+TEST(Combine, AddsIntervalsWhereDegreesOfFreedomAreFew) {
+  const CombinedUncertainty result = combine(
+      {.axes = {{.variance = 4.0, .degrees_of_freedom = 2.0}}, .components = {}, .others = 5.0});
+  EXPECT_NEAR(result.expanded, std::sqrt(4.302653 * 4.302653 * 4.0 + 1.959964 * 1.959964 * 5.0),
+              1e-4);
+  EXPECT_DOUBLE_EQ(result.coverage_factor, result.expanded / 3.0);
+  const CombinedUncertainty at_99 =
+      combine({.axes = {{.variance = 1.0, .degrees_of_freedom = 2.0}}}, 0.99);
+  EXPECT_NEAR(at_99.expanded, 9.924843, 1e-5);
 }
 
 TEST(Budget, HasTheFieldsMagnitudeInAllSensitivitiesAtOnce) {
@@ -169,7 +184,8 @@ TEST(ReadingPropagation, IsTheSpreadOfReadingsAndCalibrations) {
     covered += std::abs(error) <= budget.quantities[4].uncertainty.expanded ? 1.0 / runs : 0.0;
     EXPECT_NEAR(budget.quantities[4].uncertainty.u, u.derived[0], 5e-3 * u.derived[0]);
   }
-  EXPECT_NEAR(squares, 1.08, 0.2);
+  // 12 / (12 - 2) of 12 degrees of freedom, and seats that are found by chance take from the noise.
+  EXPECT_NEAR(squares, 1.25, 0.2);
   EXPECT_NEAR(covered, 0.95, 0.03);
 }
 
@@ -271,12 +287,18 @@ TEST_P(CoverageOfStudy, IsAsStated) {
   EXPECT_EQ(study.refused, 0);
   double mean = 0.0;
   const std::vector<StudyResult> results = results_of(study);
+  double counted = 0.0;
   for (const StudyResult& result : results) {
-    EXPECT_NEAR(result.coverage_95, 0.952, 0.032) << result.parameter;
+    // Few blocks tell only roughly how biases differ: what holds them has long intervals.
+    const bool has_biases = result.parameter.find(".sensitivity.") == std::string::npos;
+    const double most = one.replicates > 1 && has_biases ? 1.0 : 0.984;
+    EXPECT_GE(result.coverage_95, 0.920) << result.parameter;
+    EXPECT_LE(result.coverage_95, most) << result.parameter;
     EXPECT_LT(std::abs(result.mean_error), 4.5 * result.sd / std::sqrt(600.0)) << result.parameter;
-    mean += result.coverage_95 / static_cast<double>(results.size());
+    mean += most < 1.0 ? result.coverage_95 : 0.0;
+    counted += most < 1.0 ? 1.0 : 0.0;
   }
-  EXPECT_NEAR(mean, 0.951, 0.012);
+  EXPECT_NEAR(mean / counted, 0.952, 0.013);
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -344,7 +366,10 @@ TEST(Study, OfTheRegressionAloneAgreesWithTheoryAndWithWholeCalibrations) {
     EXPECT_NEAR(fasts[p].coverage_95, 0.95, 0.002);
     EXPECT_LT(std::abs(fasts[p].mean_error), 5.0 * sd / std::sqrt(3e5));
     EXPECT_NEAR(wholes[p].sd / fasts[p].sd, 1.0, 0.1);
-    EXPECT_NEAR(wholes[p].stated_u / fasts[p].stated_u, 1.0, 0.1);
+    // Biases of readings that look correlated by chance are stated with more.
+    const double ratio = wholes[p].stated_u / fasts[p].stated_u;
+    EXPECT_GT(ratio, 0.9);
+    EXPECT_LT(ratio, p % 4 == 0 ? 2.0 : 1.1);
   }
   std::vector<Study> shards;
   for (int i = 1; i <= 3; ++i) {
@@ -444,6 +469,50 @@ TEST(Intrinsic, DoesNotDependOnTheMounting) {
   EXPECT_DOUBLE_EQ(e_n_score(1.0, 0.3, 0.5, 0.4), 1.0);
 }
 
+// P(chi^2(nu) > nu s^2 / limit^2) and Student's t, and the quantile for the guard band: at the
+// bound that 5 % of chi-squared leaves nothing is known better than 95 %.
+TEST(Limits, StateTheProbabilityOfConformity) {
+  Calibration result = calibrated(experiment_for(accelerometer_truth()));
+  FitStatistics& statistics = *result.statistics;
+  statistics.components.clear();
+  statistics.interval_95.resize(0);
+  statistics.degrees_of_freedom.setConstant(7.0);
+  statistics.residual_sd.setConstant(1e-4);
+  const auto verdict = [&](const char* parameter, double high) {
+    return evaluate({.rule = "guarded", .limits = {{.parameter = parameter, .high = high}}}, result)
+        .limits.front();
+  };
+  // sqrt(7 / 2.16735), JCGM 106 with nothing known beforehand.
+  const double bound = 1.797146e-4;
+  EXPECT_TRUE(verdict("x.residual_sd", 1.0001 * bound).passed);
+  EXPECT_FALSE(verdict("x.residual_sd", 0.9999 * bound).passed);
+  EXPECT_NEAR(verdict("x.residual_sd", bound).conformity, 0.95, 1e-5);
+  const double u = parameter_uncertainties(result)[1].uncertainty.u;
+  const double value = result.response.sensitivity(0, 0);
+  EXPECT_NEAR(verdict("x.sensitivity.x", value).conformity, 0.5, 1e-9);
+  // Student's t of 7 degrees of freedom is below 1.8946 in 95 %.
+  EXPECT_NEAR(verdict("x.sensitivity.x", value + 1.894579 * u).conformity, 0.95, 1e-3);
+}
+
+// A bias by one block passes a guarded limit with a note, or not at all.
+TEST(Limits, MayAskForIntermediateConditions) {
+  const Calibration truth = accelerometer_truth();
+  const Calibration one =
+      calibrate(experiment_for(truth), observe(truth, {.noise_sd = 1e-4, .seed = 2}));
+  Limits limits{.rule = "guarded", .limits = {{.parameter = "x.bias", .high = 1.0}}};
+  EXPECT_TRUE(evaluate(limits, one).passed);
+  EXPECT_THAT(evaluate(limits, one).limits.front().note, HasSubstr("one block"));
+  limits.intermediate = true;
+  EXPECT_FALSE(evaluate(limits, one).passed);
+  EXPECT_THAT(reason_of(evaluate(limits, one)), HasSubstr("take two blocks or more"));
+  EXPECT_TRUE(evaluate(limits, calibrated(experiment_for(truth))).passed);
+  EXPECT_THROW(static_cast<void>(parse_limits(
+                   R"({"format":"axiscal-limits","version":1,"conditions":"some",
+                       "limits":[{"parameter":"x.bias","high":1}]})",
+                   "l.json")),
+               DataError);
+}
+
 TEST(Limits, AcceptAndRejectByTheirRule) {
   const Calibration result = calibrated(experiment_for(accelerometer_truth()));
   const double value = result.response.bias(0);
@@ -476,11 +545,12 @@ TEST(PolarFit, AgreesWithTheLinearRegression) {
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::known;
   experiment.compare_polar_fit = true;
+  experiment.seats = SeatSetup::none;
   for (const AxisConvention convention :
        {AxisConvention::forward_left_up, AxisConvention::forward_right_down}) {
     experiment.instrument.convention = convention;
     const Calibration result =
-        calibrate(experiment, observe(truth, {.replicates = 2, .noise_sd = 1e-3, .seed = 2}));
+        calibrate(experiment, observe(truth, {.points = 24, .noise_sd = 1e-3, .seed = 2}));
     ASSERT_EQ(result.polar_fit.size(), 3U);
     for (Eigen::Index k = 0; k < 3; ++k) {
       const PolarFit& fit = result.polar_fit[static_cast<std::size_t>(k)];
