@@ -1,0 +1,74 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# worlds.sh AXISCAL [TRIALS]: the table of docs/accuracy.md of readings that are not white: each row is one `study`, of an
+# accelerometer with bias and cross-axis terms, noise 1e-4 V, on a table that slopes by some 3 mrad. Prints the coverage of
+# 95 % intervals, mean over the axes: biases, main and cross-axis sensitivities; and the stated u of biases over their sd.
+set -euo pipefail
+axiscal=$1
+trials=${2:-1000}
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cat >"$folder/truth.json" <<'RECORD'
+{"format": "axiscal-calibration", "version": 1, "status": "ok",
+ "instrument": {"kind": "accelerometer", "axes": ["x", "y", "z"], "unit": "V"},
+ "field": {"kind": "gravity", "unit": "g", "magnitude": 1},
+ "coefficients": {"bias": [0.0123, -0.0345, 0.0057],
+                  "sensitivity": [[1.0123, 0.0101, -0.0201], [0.0152, 0.9801, 0.0301], [-0.0103, 0.0202, 1.0201]]}}
+RECORD
+
+row() { # NAME, options of study
+  local name=$1
+  shift
+  "$axiscal" study --truth "$folder/truth.json" --method joint --slope-sd 3e-3 --noise 1e-4 --trials "$trials" "$@" \
+    --json >"$folder/study.json"
+  python3 - "$name" "$folder/study.json" <<'PYTHON'
+import json, sys
+study = json.load(open(sys.argv[2]))
+groups = {"bias": [], "main": [], "cross": []}
+for one in study["parameters"]:
+    axis, *rest = one["parameter"].split(".")
+    if rest == ["bias"]:
+        groups["bias"].append(one)
+    elif rest[:1] == ["sensitivity"]:
+        groups["main" if rest[1] == axis else "cross"].append(one)
+mean = {name: 100 * sum(one["coverage_95"] for one in all) / len(all) for name, all in groups.items()}
+u = sum(one["stated_u"] for one in groups["bias"]) / sum(one["sd"] for one in groups["bias"])
+print(f"| {sys.argv[1]} | {mean['bias']:.1f} % | {mean['main']:.1f} % | {mean['cross']:.1f} % | {u:.2f} |", flush=True)
+PYTHON
+}
+
+alarms() { # NAME, options of study
+  local name=$1
+  shift
+  "$axiscal" study --truth "$folder/truth.json" --method joint --slope-sd 3e-3 --trials "$trials" --alarms "$@" --json |
+    python3 -c '
+import json, sys
+study = json.load(sys.stdin)
+shares = {name: 100 * count / study["trials"] for name, count in study.get("warnings", {}).items()}
+text = ", ".join(f"{name} {share:.2f} %" for name, share in sorted(shares.items(), key=lambda one: -one[1]))
+print(f"| {sys.argv[1]} | {text or chr(45)} |", flush=True)' "$name"
+}
+
+echo "| world | bias | main | cross | u / sd of biases |"
+echo "| --- | --- | --- | --- | --- |"
+for replicates in 1 2 4; do row "white, 12 x $replicates" --replicates $replicates; done
+for replicates in 2 4 8; do
+  for sd in 1e-4 3e-4; do row "blocks differ by $sd V, 12 x $replicates" --replicates $replicates --world block_sd=$sd; done
+done
+for angle in 1e-4 3e-4 1e-3; do row "cube laid with $angle rad, 24" --design 24 --world seat_rad=$angle; done
+row "the same, 1e-3 rad, 12, --seats fit" --seats fit --world seat_rad=1e-3
+for world in ar=0.5 ar=0.9 walk_sd=1e-4 drift=1e-3; do
+  for replicates in 1 2 4; do row "$world, 12 x $replicates" --replicates $replicates --world $world; done
+done
+for replicates in 4 8; do row "rounded to 1e-3 V, 12 x $replicates" --replicates $replicates --world round=1e-3; done
+row "Student's noise of 3 degrees of freedom, 12 x 2" --replicates 2 --world tails=3
+echo
+echo "| world | trials with a warning |"
+echo "| --- | --- |"
+alarms "white, 12" --noise 1e-4
+alarms "white, 24" --noise 1e-4 --design 24
+alarms "white, 12 x 4" --noise 1e-4 --replicates 4
+alarms "noise 1 : 1 : 3, 12" --noise 1e-4,1e-4,3e-4
+alarms "K2 of 3 sigma in one axis, 12" --noise 1e-4 --world k2=3e-4:0:0
+alarms "K2 of 5 sigma in one axis, 12" --noise 1e-4 --world k2=5e-4:0:0
+alarms "K2 of 3 sigma in one axis, 24" --noise 1e-4 --design 24 --world k2=3e-4:0:0
