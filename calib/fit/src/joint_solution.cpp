@@ -44,7 +44,7 @@ JointSolution solve_joint(const ReadingSet& set,
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     smallest(k) = set.rounding(k);
   }
-  constexpr int most_rounds = 100;
+  constexpr int most_rounds = 30;  // it takes three or four
   for (int round = 0; round < most_rounds; ++round) {
     const Reweighting next = fit.reweighted(solution.state, solution.sigma, smallest);
     if (!(next.degrees_of_freedom.minCoeff() >= fewest_degrees_of_freedom)) {
