@@ -97,6 +97,14 @@ Eigen::VectorXd first_scatter(const Estimate& estimate) {
   return sigma;
 }
 
+// The seats among the components of the scatter; null where there are none.
+const ScatterComponent* seats_of(const FitStatistics& statistics) {
+  const auto found =
+      std::find_if(statistics.components.begin(), statistics.components.end(),
+                   [](const ScatterComponent& component) { return component.name == "seats"; });
+  return found != statistics.components.end() ? &*found : nullptr;
+}
+
 class GeneralizedFit {
  public:
   // @param set  must outlive it.
@@ -115,10 +123,8 @@ class GeneralizedFit {
     const Eigen::Index m = set_.axis_count();
     variances_.resize(m + (seats ? 1 : 0));
     variances_.head(m) = first_scatter(start).cwiseAbs2();
-    const auto found =
-        std::find_if(start.statistics.components.begin(), start.statistics.components.end(),
-                     [](const ScatterComponent& component) { return component.name == "seats"; });
-    if (found != start.statistics.components.end() && seats) {
+    const ScatterComponent* const found = seats_of(start.statistics);
+    if (found != nullptr && seats) {
       variances_(m) = found->sd(0) * found->sd(0);
     } else if (seats) {
       // Half of the noise, as a turn that moves the field as much.
@@ -137,10 +143,7 @@ class GeneralizedFit {
     JointState state = joint_.at(fields_);
     const Eigen::Index p = set_.column_count();
     const Eigen::Index m = set_.axis_count();
-    coefficients_.resize(p, m);
-    for (Eigen::Index k = 0; k < m; ++k) {
-      coefficients_.col(k) = state.axes[static_cast<std::size_t>(k)].estimate;
-    }
+    start_from(state);
     constexpr int most_rounds = 30;
     for (int round = 0; round < most_rounds; ++round) {
       const Eigen::Index directions = known_field_ ? 0 : state.direction_count();
@@ -178,10 +181,7 @@ class GeneralizedFit {
     const JointState state = joint_.at(fields_);
     const Eigen::Index p = set_.column_count();
     const Eigen::Index m = set_.axis_count();
-    coefficients_.resize(p, m);
-    for (Eigen::Index k = 0; k < m; ++k) {
-      coefficients_.col(k) = state.axes[static_cast<std::size_t>(k)].estimate;
-    }
+    start_from(state);
     const Eigen::Index directions = known_field_ ? 0 : state.direction_count();
     VarianceProblem straight = problem(state, directions);
     const std::optional<WeightedFit> before = fit_at_variances(straight, variances_);
@@ -266,6 +266,14 @@ class GeneralizedFit {
   }
 
  private:
+  // The coefficients of each axis alone.
+  void start_from(const JointState& state) {
+    coefficients_.resize(set_.column_count(), set_.axis_count());
+    for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+      coefficients_.col(k) = state.axes[static_cast<std::size_t>(k)].estimate;
+    }
+  }
+
   [[nodiscard]] double degrees_of_freedom(Eigen::Index axis) const {
     return fit_->information(axis, axis) * variances_(axis) * variances_(axis);
   }
@@ -417,9 +425,7 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
   const bool known = method == Method::known;
   const std::vector<UncertainInput> inputs =
       uncertain_inputs(experiment, layings.set, known, estimate.fields);
-  const bool seats =
-      std::any_of(statistics.components.begin(), statistics.components.end(),
-                  [](const ScatterComponent& component) { return component.name == "seats"; });
+  const bool seats = seats_of(statistics) != nullptr;
   return GeneralizedFit(layings, inputs, known, seats, estimate).curvature();
 }
 
