@@ -53,6 +53,13 @@ double f_upper_p(double f, double numerator, double denominator) {
   return boost::math::cdf(boost::math::complement(distribution, f));
 }
 
+double f_quantile(double probability, double numerator, double denominator) {
+  if (!(probability > 0.0 && probability < 1.0) || !(numerator > 0.0) || !(denominator > 0.0)) {
+    return not_a_number;
+  }
+  return boost::math::quantile(FisherF(numerator, denominator), probability);
+}
+
 double chi_squared_upper_p(double x, double degrees_of_freedom) {
   if (!(x >= 0.0) || !(degrees_of_freedom > 0.0)) {
     return not_a_number;

@@ -77,6 +77,13 @@ std::vector<std::string> names_of_open(const std::vector<Eigen::Index>& columns,
   return open;
 }
 
+Eigen::MatrixXd orthogonal_complement(const Eigen::MatrixXd& columns) {
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(columns);
+  const Eigen::MatrixXd Q =
+      qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), columns.rows());
+  return Q.rightCols(columns.rows() - columns.cols());
+}
+
 double condition_of(const Eigen::MatrixXd& J) {
   const Eigen::MatrixXd scaled = J * per_length_of(J).asDiagonal();
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(scaled);

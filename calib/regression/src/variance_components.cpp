@@ -9,6 +9,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "axiscal/calib/distributions.hpp"
+
 namespace axiscal {
 namespace {
 
@@ -272,6 +274,24 @@ std::optional<WeightedFit> fit_at_variances(const VarianceProblem& problem,
     return std::nullopt;
   }
   return WeightedFit{.estimate = std::move(round.estimate), .squares = round.squares};
+}
+
+double equal_variances_p(const Eigen::VectorXd& variances,
+                         const Eigen::VectorXd& degrees_of_freedom) {
+  const auto m = static_cast<double>(variances.size());
+  if (m < 2.0 || !(degrees_of_freedom.minCoeff() > 1.0)) {
+    return 1.0;
+  }
+  const double nu = degrees_of_freedom.sum();
+  const double pooled = variances.dot(degrees_of_freedom) / nu;
+  double statistic = nu * std::log(pooled);
+  double inverse = 0.0;
+  for (Eigen::Index k = 0; k < variances.size(); ++k) {
+    statistic -= degrees_of_freedom(k) * std::log(variances(k));
+    inverse += 1.0 / degrees_of_freedom(k);
+  }
+  statistic /= 1.0 + (inverse - 1.0 / nu) / (3.0 * (m - 1.0));
+  return chi_squared_upper_p(std::max(statistic, 1e-12), m - 1.0);
 }
 
 }  // namespace axiscal

@@ -59,6 +59,9 @@ class JsonMembers {
   /// The same, not written where there is nothing in it.
   void value_if_any(const char* key, std::string& text) { value_if(!text.empty(), key, text); }
   void value_if_any(const char* key, std::vector<int>& all) { value_if(!all.empty(), key, all); }
+  void value_if_any(const char* key, std::vector<std::string>& all) {
+    value_if(!all.empty(), key, all);
+  }
   void value_if_any(const char* key, double& number) {
     value_if(number > 0.0 || number < 0.0, key, number);
   }

@@ -20,6 +20,9 @@ namespace axiscal {
 ///         argument is NaN or not positive.
 [[nodiscard]] double f_upper_p(double f, double numerator, double denominator);
 
+/// @return the F below which a share of `probability` lies; NaN outside 0 < probability < 1.
+[[nodiscard]] double f_quantile(double probability, double numerator, double denominator);
+
 /// @return P(X > x) for chi-squared; NaN where an argument is NaN or not positive.
 [[nodiscard]] double chi_squared_upper_p(double x, double degrees_of_freedom);
 

@@ -57,6 +57,9 @@ class ScaledQr {
 [[nodiscard]] std::vector<std::string> names_of_open(const std::vector<Eigen::Index>& columns,
                                                      const std::vector<std::string>& names);
 
+/// @return orthonormal columns that are orthogonal to the given ones, n x (n - p).
+[[nodiscard]] Eigen::MatrixXd orthogonal_complement(const Eigen::MatrixXd& columns);
+
 /// @return ratio of the largest to the smallest singular value of J with columns of length 1.
 [[nodiscard]] double condition_of(const Eigen::MatrixXd& J);
 

@@ -53,6 +53,13 @@ struct VarianceFit {
 [[nodiscard]] std::optional<VarianceFit> fit_variance_components(const VarianceProblem& problem,
                                                                  const Eigen::VectorXd& start);
 
+/// How likely variances differ so much by chance, each known with its degrees of freedom.
+/// @return 1 where one has too few to tell.
+/// @par Source
+/// Bartlett, Proc. R. Soc. A 160 (1937) 268-282.
+[[nodiscard]] double equal_variances_p(const Eigen::VectorXd& variances,
+                                       const Eigen::VectorXd& degrees_of_freedom);
+
 /// Generalised least squares at variances that are known.
 struct WeightedFit {
   Eigen::VectorXd estimate;  ///< b, c entries
