@@ -4,6 +4,7 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/logs/noise_json.hpp"
 #include "axiscal/logs/segment.hpp"
@@ -18,9 +19,10 @@ namespace {
 struct NoiseCommand {
   std::string log;
   LogOptions options;
-  std::optional<std::string> columns;
+  std::optional<std::string> columns, tau, deviations;
   std::string output = "-";
   bool all_taus = false;
+  bool is_curve = false;
   bool json = false;
 };
 
@@ -30,6 +32,12 @@ void add_options(OptionSet& options, NoiseCommand& command) {
   options.add("--columns", command.columns, "A,B,..", "columns; all but the times");
   add_log_options(options, command.options);
   options.add_flag("--all-taus", command.all_taus, "the curve at ten averaging times a decade");
+  options.add("--tau", command.tau, "LO,HI",
+              "fit the curve between these averaging times [s] alone");
+  options.add_flag("--curve", command.is_curve,
+                   "LOG is a curve: columns tau, adev (or others), and n, the terms of each point");
+  options.add("--deviations", command.deviations, "mdev,hdev,totdev",
+              "besides Allan's: modified, Hadamard, total");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
@@ -97,6 +105,21 @@ double rate_of(const RecordedLog& log,
   return 1.0 / mean_step;
 }
 
+// Whether the five kinds describe the curve.
+std::string fit_text(const NoiseModel& model) {
+  std::string text = formatted("  fitted from {:.3g} s on: ", model.from_tau_s);
+  if (std::isnan(model.p_value)) {
+    return text + "too few points to tell whether these kinds of noise describe the curve\n";
+  }
+  text += model.model_error > 0.0
+              ? formatted(
+                    "these kinds of noise do not describe the curve (p = {:.2g}); it is off "
+                    "them by {:.0f} %, and the intervals count that\n",
+                    model.p_value, 100.0 * model.model_error)
+              : formatted("these kinds of noise describe the curve (p = {:.2g})\n", model.p_value);
+  return text;
+}
+
 std::string noise_text(const LogNoise& noise) {
   std::string text = formatted(
       "{} samples at {:.6g} Hz, {:.6g} s; coefficients with 95 % intervals, "
@@ -109,30 +132,171 @@ std::string noise_text(const LogNoise& noise) {
                   ? formatted("  {:<17}{:>12.5g}  ({:.4g} to {:.4g}) {}\n", noise_name(c.kind),
                               c.value, c.low, c.high, noise_unit(c.kind))
               : std::isfinite(c.high)
-                  ? formatted("  {:<17}{:>12}  (below {:.2g} {})\n", noise_name(c.kind), "not seen",
-                              c.high, noise_unit(c.kind))
-                  : formatted("  {:<17}{:>12}\n", noise_name(c.kind), "not determined");
+                  ? formatted("  {:<17}{:>15}  (below {:.2g} {})\n", noise_name(c.kind),
+                              "not determined", c.high, noise_unit(c.kind))
+                  : formatted("  {:<17}{:>15}\n", noise_name(c.kind), "not determined");
     }
+    text += fit_text(one.model);
+    text += formatted("  at 1 s the curve is {:.5g}\n", deviation_at(one.curve, 1.0));
     text += formatted("  dwell {:.3g} s a design point: {:.4g} of a mean; {}\n",
                       one.dwell.sensible_s, one.dwell.sensible_deviation,
                       one.dwell.beyond_record
                           ? "longer may be better still, the record is too short to tell"
                           : formatted("no better than {:.4g}, at {:.3g} s", one.dwell.deviation,
                                       one.dwell.best_s));
-    text += formatted("  {:>11}{:>14}{:>14}{:>14}\n", "tau [s]", "deviation", "low", "high");
-    for (const AllanPoint& point : one.curve) {
-      text += formatted("  {:>11.5g}{:>14.5g}{:>14.5g}{:>14.5g}\n", point.tau_s, point.deviation,
+    text += formatted("  {:>11}{:>14}{:>14}{:>14}", "tau [s]", "deviation", "low", "high");
+    for (const auto& [which, deviations] : one.others) {
+      text += formatted("{:>14}", name_of(which));
+    }
+    text += '\n';
+    for (std::size_t i = 0; i < one.curve.size(); ++i) {
+      const AllanPoint& point = one.curve[i];
+      text += formatted("  {:>11.5g}{:>14.5g}{:>14.5g}{:>14.5g}", point.tau_s, point.deviation,
                         point.low, point.high);
+      for (const auto& [which, deviations] : one.others) {
+        text += std::isfinite(deviations[i]) ? formatted("{:>14.5g}", deviations[i])
+                                             : formatted("{:>14}", "");
+      }
+      text += '\n';
     }
   }
   return text;
 }
 
-int run(const NoiseCommand& command) {
-  RecordedLog log = record_log(command.log, command.options);
-  for (const std::string& note : log.notes) {
-    print_remark("note", note);
+// The points that --tau leaves.
+std::vector<AllanPoint> fitted_part(const std::vector<AllanPoint>& curve,
+                                    const NoiseCommand& command) {
+  if (!command.tau) {
+    return curve;
   }
+  const ReadingRange range = range_of("--tau", *command.tau);
+  std::vector<AllanPoint> part;
+  std::copy_if(curve.begin(), curve.end(), std::back_inserter(part), [&](const AllanPoint& point) {
+    return point.tau_s >= range.low && point.tau_s <= range.high;
+  });
+  if (part.size() < 3) {
+    throw UsageError(
+        formatted("--tau {}: {} points of the curve ({} to {} s) lie between; three or "
+                  "more are needed",
+                  *command.tau, part.size(), number_text(curve.front().tau_s, 3),
+                  number_text(curve.back().tau_s, 3)));
+  }
+  return part;
+}
+
+void add_column(ColumnNoise one, const NoiseCommand& command, LogNoise& noise) {
+  if (std::all_of(one.curve.begin(), one.curve.end(),
+                  [](const AllanPoint& point) { return point.deviation <= 0.0; })) {
+    warn(noise, formatted("column '{}' does not vary; it has no noise to speak of", one.name));
+    return;
+  }
+  const std::vector<AllanPoint> part = fitted_part(one.curve, command);
+  one.model = fit_noise(part);
+  one.dwell = best_dwell(one.curve);
+  noise.columns.push_back(std::move(one));
+}
+
+// The columns that are not taken for something else.
+std::vector<std::string> other_columns(const RecordedLog& log,
+                                       const NoiseCommand& command,
+                                       const std::vector<std::string>& taken) {
+  if (command.columns) {
+    return names_of(*command.columns);
+  }
+  std::vector<std::string> columns;
+  std::copy_if(log.columns.begin(), log.columns.end(), std::back_inserter(columns),
+               [&](const std::string& name) {
+                 return std::find(taken.begin(), taken.end(), name) == taken.end();
+               });
+  return columns;
+}
+
+// The record that a curve is of.
+struct CurveSize {
+  double step_s = 0.0;
+  double samples = 0.0;
+};
+
+// By the terms of two points, N - 2 tau / step + 1 each; without them the shortest tau counts as
+// one sample, and the record as twice the longest.
+CurveSize size_of_curve(const std::string& name,
+                        const std::vector<double>& tau,
+                        const std::vector<double>* terms) {
+  CurveSize size{.step_s = tau.front(), .samples = 2.0 * tau.back() / tau.front()};
+  if (terms == nullptr) {
+    return size;
+  }
+  for (std::size_t i = 0; i < terms->size(); ++i) {
+    if (!((*terms)[i] >= 1.0) || !((*terms)[i] < 1e15)) {
+      throw DataError(name, formatted("point {} of the curve: n must be 1 or more", i + 1));
+    }
+  }
+  const double fewer = terms->front() - terms->back();
+  if (fewer > 0.0) {
+    size.step_s = std::min(2.0 * (tau.back() - tau.front()) / fewer, tau.front());
+  }
+  size.samples = terms->front() + 2.0 * tau.front() / size.step_s - 1.0;
+  return size;
+}
+
+LogNoise noise_of_curve(const RecordedLog& log, const NoiseCommand& command) {
+  if (command.deviations || command.all_taus || command.options.rate) {
+    throw UsageError("--curve: a curve goes without --deviations, --all-taus and --rate");
+  }
+  const std::vector<double>& tau = log.samples[need_column(log.name, log.columns, "tau")];
+  const auto found = std::find(log.columns.begin(), log.columns.end(), "n");
+  for (std::size_t i = 0; i < tau.size(); ++i) {
+    if (!(tau[i] > (i > 0 ? tau[i - 1] : 0.0)) || !std::isfinite(tau[i])) {
+      throw DataError(log.name,
+                      formatted("point {} of the curve: tau must be positive and ascend", i + 1));
+    }
+  }
+  const std::vector<double>* const terms =
+      found != log.columns.end()
+          ? &log.samples[static_cast<std::size_t>(found - log.columns.begin())]
+          : nullptr;
+  const CurveSize size = size_of_curve(log.name, tau, terms);
+  std::vector<AllanPoint> points;
+  for (std::size_t i = 0; i < tau.size(); ++i) {
+    AllanPoint& point = points.emplace_back();
+    point.tau_s = tau[i];
+    point.samples = static_cast<std::size_t>(std::max(std::lround(tau[i] / size.step_s), 1L));
+    point.terms = terms != nullptr ? static_cast<std::size_t>((*terms)[i]) : 0;
+  }
+  LogNoise noise{.rate_hz = 1.0 / size.step_s, .samples = static_cast<std::size_t>(size.samples)};
+  for (const std::string& column : other_columns(log, command, {"tau", "n"})) {
+    ColumnNoise one{.name = column, .curve = points};
+    const std::vector<double>& values = log.samples[need_column(log.name, log.columns, column)];
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!(values[i] >= 0.0) || !std::isfinite(values[i])) {
+        throw DataError(log.name, formatted("point {} of the curve, column '{}': a deviation must "
+                                            "be a number, 0 or more",
+                                            i + 1, column));
+      }
+      one.curve[i].deviation = values[i];
+    }
+    add_intervals(one.curve, size.samples + 1.0);
+    add_column(std::move(one), command, noise);
+  }
+  return noise;
+}
+
+std::vector<OtherDeviation> deviations_of(const NoiseCommand& command) {
+  std::vector<OtherDeviation> all;
+  for (const std::string& name :
+       command.deviations ? names_of(*command.deviations) : std::vector<std::string>{}) {
+    const std::optional<OtherDeviation> which = other_deviation_of(name);
+    if (!which && name != "adev") {
+      throw UsageError(formatted("--deviations: '{}' is none of mdev, hdev, totdev", name));
+    }
+    if (which) {
+      all.push_back(*which);
+    }
+  }
+  return all;
+}
+
+LogNoise noise_of_log(RecordedLog& log, const NoiseCommand& command) {
   const std::size_t n = log.samples.front().size();
   if (n < 9) {
     throw RefusedError(formatted("{} samples are too few for an Allan deviation", n));
@@ -140,32 +304,30 @@ int run(const NoiseCommand& command) {
   const std::optional<TimeColumn> time =
       find_time_column(log.name, log.columns, command.options.time.value_or(""));
   LogNoise noise{.samples = n};
-  const double rate_hz = rate_of(log, command.options, time, noise);
-  noise.rate_hz = rate_hz;
-  std::vector<std::string> columns;
-  if (command.columns) {
-    columns = names_of(*command.columns);
-  } else {
-    for (std::size_t c = 0; c < log.columns.size(); ++c) {
-      if (!time || time->position != c) {
-        columns.push_back(log.columns[c]);
-      }
-    }
-  }
+  noise.rate_hz = rate_of(log, command.options, time, noise);
+  const std::vector<OtherDeviation> others = deviations_of(command);
   const std::vector<std::size_t> lengths = command.all_taus ? decade_lengths(n) : octave_lengths(n);
-  for (const std::string& column : columns) {
+  const std::vector<std::string> times =
+      time ? std::vector{log.columns[time->position]} : std::vector<std::string>{};
+  for (const std::string& column : other_columns(log, command, times)) {
     std::vector<double>& samples = log.samples[need_column(log.name, log.columns, column)];
     fill_missing(column, samples, noise);
-    ColumnNoise one{.name = column, .curve = allan_deviation(samples, rate_hz, lengths)};
-    if (std::all_of(one.curve.begin(), one.curve.end(),
-                    [](const AllanPoint& point) { return point.deviation <= 0.0; })) {
-      warn(noise, formatted("column '{}' does not vary; it has no noise to speak of", column));
-      continue;
+    ColumnNoise one{.name = column, .curve = allan_deviation(samples, noise.rate_hz, lengths)};
+    for (const OtherDeviation which : others) {
+      one.others[which] = other_deviations(which, samples, noise.rate_hz, lengths);
     }
-    one.model = fit_noise(one.curve);
-    one.dwell = best_dwell(one.model, one.curve.back().tau_s);
-    noise.columns.push_back(std::move(one));
+    add_column(std::move(one), command, noise);
   }
+  return noise;
+}
+
+int run(const NoiseCommand& command) {
+  RecordedLog log = record_log(command.log, command.options);
+  for (const std::string& note : log.notes) {
+    print_remark("note", note);
+  }
+  const LogNoise noise =
+      command.is_curve ? noise_of_curve(log, command) : noise_of_log(log, command);
   if (noise.columns.empty()) {
     throw RefusedError("no column varies");
   }

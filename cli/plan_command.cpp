@@ -112,7 +112,8 @@ bool states_noise(const PlanCommand& command) {
 }
 
 // Of a sample; or of the mean over the dwell time, by a log's Allan deviation.
-double noise_of(const PlanCommand& command) {
+// @param kind  of the instrument that is planned for.
+double noise_of(const PlanCommand& command, const std::string& kind) {
   if (command.dwell && !command.noise_log) {
     throw UsageError("--dwell: goes with --noise-log FILE");
   }
@@ -123,10 +124,19 @@ double noise_of(const PlanCommand& command) {
     throw UsageError("--noise-log: states the noise, so goes without --noise and --samples");
   }
   const LogNoise noise = parse_noise(read_whole_file(*command.noise_log), *command.noise_log);
-  const auto worst = std::max_element(
-      noise.columns.begin(), noise.columns.end(), [](const ColumnNoise& a, const ColumnNoise& b) {
-        return a.dwell.sensible_deviation < b.dwell.sensible_deviation;
+  const std::vector<const ColumnNoise*> columns = columns_of_instrument(noise, kind);
+  const ColumnNoise* const worst = *std::max_element(
+      columns.begin(), columns.end(), [](const ColumnNoise* a, const ColumnNoise* b) {
+        return a->dwell.sensible_deviation < b->dwell.sensible_deviation;
       });
+  if (columns.size() < noise.columns.size()) {
+    std::string names;
+    for (const ColumnNoise* const column : columns) {
+      names += (names.empty() ? "" : ", ") + column->name;
+    }
+    print_remark("note",
+                 formatted("of the noise log's columns {} count, which are of one unit", names));
+  }
   const double dwell_s =
       command.dwell ? positive_of("--dwell", *command.dwell) : worst->dwell.sensible_s;
   if (dwell_s > worst->curve.back().tau_s) {
@@ -136,8 +146,8 @@ double noise_of(const PlanCommand& command) {
                            number_text(worst->curve.back().tau_s, 3), number_text(dwell_s, 3)));
   }
   double largest = 0.0;
-  for (const ColumnNoise& column : noise.columns) {
-    largest = std::max(largest, column.model.deviation_at(dwell_s));
+  for (const ColumnNoise* const column : columns) {
+    largest = std::max(largest, deviation_at(column->curve, dwell_s));
   }
   print_remark("note", formatted("dwell {} s at each design point; a reading, its mean, then has a "
                                  "standard deviation of {} (noisiest axis)",
@@ -155,7 +165,7 @@ ForecastSetup setup_of(const PlanCommand& command,
   }
   ForecastSetup setup = forecast_setup(experiment, design, sensitivity);
   setup.replicates = replicates_of(command.sheet);
-  setup.noise_sd = noise_of(command);
+  setup.noise_sd = noise_of(command, experiment.instrument.kind);
   setup.samples = command.samples ? whole_number_of("--samples", *command.samples, 1) : 1;
   setup.normal_u_rad =
       command.positioner_u ? not_negative_of("--positioner-u", *command.positioner_u) : 0.0;

@@ -10,6 +10,7 @@
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/kernels/second_differences.hpp"
+#include "phase.hpp"
 
 namespace axiscal {
 namespace {
@@ -33,6 +34,8 @@ double degrees_of_freedom(double slope, double phases, double m) {
   return std::max(edf, 1.0);
 }
 
+}  // namespace
+
 void add_intervals(std::vector<AllanPoint>& points, double phases) {
   constexpr double tail = 0.5 * (1.0 - 0.683);
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -52,8 +55,6 @@ void add_intervals(std::vector<AllanPoint>& points, double phases) {
     point.high = point.deviation * std::sqrt(nu / chi_squared_quantile(tail, nu));
   }
 }
-
-}  // namespace
 
 std::vector<std::size_t> octave_lengths(std::size_t samples) {
   std::vector<std::size_t> lengths;
@@ -109,9 +110,7 @@ std::vector<AllanPoint> allan_deviation_of_phase(std::span<const double> phase,
   return points;
 }
 
-std::vector<AllanPoint> allan_deviation(std::span<const double> samples,
-                                        double rate_hz,
-                                        std::span<const std::size_t> lengths) {
+void put_phase(std::span<const double> samples, double rate_hz, double* phase) {
   // Four sums that do not wait for each other.
   std::array<double, 4> sums{};
   std::size_t i = 0;
@@ -127,13 +126,6 @@ std::vector<AllanPoint> allan_deviation(std::span<const double> samples,
   if (!std::isfinite(mean)) {
     throw DomainError("allan_deviation: a sample is not finite");
   }
-  const std::size_t n = samples.size() + 1;
-  // It starts with a cache line, as whole vectors do.
-  constexpr std::size_t line = 64;
-  std::size_t room = n * sizeof(double) + line;
-  const auto memory = std::make_unique_for_overwrite<std::byte[]>(room);
-  void* start = memory.get();
-  auto* const phase = static_cast<double*>(std::align(line, n * sizeof(double), start, room));
   const double step = 1.0 / rate_hz;
   double sum = 0.0;
   phase[0] = 0.0;
@@ -141,6 +133,19 @@ std::vector<AllanPoint> allan_deviation(std::span<const double> samples,
     sum += (samples[i] - mean) * step;
     phase[i + 1] = sum;
   }
+}
+
+std::vector<AllanPoint> allan_deviation(std::span<const double> samples,
+                                        double rate_hz,
+                                        std::span<const std::size_t> lengths) {
+  const std::size_t n = samples.size() + 1;
+  // It starts with a cache line, as whole vectors do.
+  constexpr std::size_t line = 64;
+  std::size_t room = n * sizeof(double) + line;
+  const auto memory = std::make_unique_for_overwrite<std::byte[]>(room);
+  void* start = memory.get();
+  auto* const phase = static_cast<double*>(std::align(line, n * sizeof(double), start, room));
+  put_phase(samples, rate_hz, phase);
   return allan_deviation_of_phase({phase, n}, rate_hz, lengths);
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "axiscal/calib/calibrate.hpp"
@@ -15,6 +16,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
 #include "axiscal/positioner/positioner.hpp"
 #include "rest_turns.hpp"
 
@@ -95,32 +97,57 @@ std::vector<std::size_t> all_rests(const Segmentation& rests) {
   return all;
 }
 
-// How well the rests of one threshold serve: the scatter of the fit by the root of its degrees of
-// freedom, as it goes into standard errors. Of gravity's magnitude; with a gyroscope, of the
+// How far noise of 1 goes into biases and sensitivities where rests lie in these directions: few
+// directions, or such as leave a side out, make it large.
+double spread_of(const Eigen::MatrixX3d& ups) {
+  Eigen::MatrixXd J(ups.rows(), 9);
+  J << ups, ups.cwiseAbs2(), ups.col(0).cwiseProduct(ups.col(1)),
+      ups.col(1).cwiseProduct(ups.col(2)), ups.col(2).cwiseProduct(ups.col(0));
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(J.transpose() * J);
+  constexpr double open_below = 1e-9;
+  if (!(ldlt.vectorD().minCoeff() > open_below * ldlt.vectorD().maxCoeff())) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return std::sqrt(ldlt.solve(Eigen::MatrixXd::Identity(9, 9)).trace());
+}
+
+// How well the rests of one threshold serve: the scatter of the fit times the spread of their
+// directions, as it goes into standard errors. Of gravity's magnitude; with a gyroscope, of the
 // attitudes after the turns, which feel what moves in a rest much sooner.
-double scatter_of(const Segmentation& rests,
-                  const ImuOptions& options,
-                  RestTurns& source,
-                  TurnFitOptions& turn_options) {
+struct RestQuality {
+  double scatter = std::numeric_limits<double>::infinity();
+  double spread = 1.0;
+
+  [[nodiscard]] double error() const { return scatter * spread; }
+};
+
+RestQuality quality_of(const Segmentation& rests,
+                       const ImuOptions& options,
+                       RestTurns& source,
+                       TurnFitOptions& turn_options) {
   const Eigen::MatrixX3d means = means_of(rests, options.accelerometer);
   const MagnitudeFit fit = fit_magnitude(means, 1.0, options.experiment.shape);
-  if (options.gyroscope.empty()) {
-    return fit.residual_sd / std::sqrt(fit.degrees_of_freedom);
-  }
   const Eigen::MatrixX3d ups = fields_by(fit.response, means);
+  const double spread = spread_of(ups.rowwise().normalized());
+  if (options.gyroscope.empty()) {
+    return {.scatter = fit.residual_sd, .spread = spread};
+  }
   const RestFit still = fit_rests(means_of(rests, options.gyroscope), ups);
   const TurnFit turns = fit_turns(source.turns(rests, all_rests(rests), ups), still.bias,
                                   still.bias_covariance, turn_options);
   turn_options.start = turns.inverse;  // the next one starts there
-  return turns.residual_sd_rad / std::sqrt(turns.degrees_of_freedom);
+  return {.scatter = turns.residual_sd_rad, .spread = spread};
 }
 
 // The threshold whose rests serve best, of those that have not many fewer rests than the persistent
 // one.
+//
+// @param notes  is told what was left out for it.
 std::size_t best_by_scatter(const RecordedLog& log,
                             const ImuOptions& options,
                             const std::vector<IntervalSet>& sets,
-                            Segmentation rests) {
+                            Segmentation rests,
+                            std::vector<std::string>& notes) {
   const std::size_t persistent = most_persistent(sets);
   const double usual = static_cast<double>(sets[persistent].intervals.size());
   std::vector<std::size_t> candidates;
@@ -135,24 +162,39 @@ std::size_t best_by_scatter(const RecordedLog& log,
   RestTurns source(log, options, rests.rate_hz);
   TurnFitOptions turn_options = options.turns;
   turn_options.tolerance = 1e-4;
-  const auto scatter_at = [&](std::size_t set) {
+  const auto quality_at = [&](std::size_t set) {
     rests.intervals = sets[set].intervals;
     try {
-      return scatter_of(rests, options, source, turn_options);
+      return quality_of(rests, options, source, turn_options);
     } catch (const RefusedError&) {
-      return std::numeric_limits<double>::infinity();  // these rests do not determine the fit
+      return RestQuality();  // these rests do not determine the fit
     }
   };
   // Another than the persistent one must be clearly better: small differences are chance.
   constexpr double clearly = 0.8;
   std::size_t best = persistent;
-  double least = clearly * scatter_at(persistent);
+  const RestQuality all = quality_at(persistent);
+  RestQuality least = all;
   for (std::size_t c = 0; c < candidates.size(); c += step) {
-    const double scatter = scatter_at(candidates[c]);
-    if (scatter < least) {
-      least = scatter;
+    const RestQuality quality = quality_at(candidates[c]);
+    if (quality.error() < std::min(least.error(), clearly * all.error())) {
+      least = quality;
       best = candidates[c];
     }
+  }
+  const std::size_t kept = sets[best].intervals.size();
+  if (kept < sets[persistent].intervals.size()) {
+    notes.push_back(formatted(
+        "{} of {} rests are left out: the {} of the others scatter by {}{}, those of all by {}, "
+        "and "
+        "the coefficients get better without them",
+        sets[persistent].intervals.size() - kept, sets[persistent].intervals.size(),
+        options.gyroscope.empty() ? "lengths of gravity" : "attitudes after the turns",
+        number_text(least.scatter * (options.gyroscope.empty() ? 1.0 : deg_per_rad), 2),
+        options.gyroscope.empty() ? " of it" : " degrees",
+        std::isfinite(all.scatter)
+            ? number_text(all.scatter * (options.gyroscope.empty() ? 1.0 : deg_per_rad), 2)
+            : std::string("more than can be fitted")));
   }
   return best;
 }
@@ -234,7 +276,7 @@ class ImuCalibrator {
                 [&](const std::vector<IntervalSet>& sets, const Segmentation& so_far) {
                   return options_.seats != Seats::unknown  // six directions fit any magnitude
                              ? most_persistent(sets)
-                             : best_by_scatter(log_, options_, sets, so_far);
+                             : best_by_scatter(log_, options_, sets, so_far, result_.notes);
                 });
     accelerations_ = means_of(result_.rests, options_.accelerometer);
   }

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/logs/noise_json.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "axiscal/core/json_document.hpp"
+#include "axiscal/core/not_a_number.hpp"
 
 namespace axiscal {
 
@@ -30,12 +34,16 @@ std::string noise_json(const LogNoise& noise) {
                {"columns", Json::object()}};
   for (const ColumnNoise& one : noise.columns) {
     Json curve = Json::array();
-    for (const AllanPoint& point : one.curve) {
-      curve.push_back({{"tau", point.tau_s},
-                       {"samples", point.samples},
-                       {"deviation", point.deviation},
-                       {"low", point.low},
-                       {"high", point.high}});
+    for (std::size_t i = 0; i < one.curve.size(); ++i) {
+      const AllanPoint& point = one.curve[i];
+      Json& json_point = curve.emplace_back(Json{{"tau", point.tau_s},
+                                                 {"samples", point.samples},
+                                                 {"deviation", point.deviation},
+                                                 {"low", point.low},
+                                                 {"high", point.high}});
+      for (const auto& [which, deviations] : one.others) {
+        json_point[name_of(which)] = deviations[i];
+      }
     }
     Json coefficients = Json::object();
     for (const NoiseCoefficient& c : one.model.coefficients) {
@@ -43,6 +51,11 @@ std::string noise_json(const LogNoise& noise) {
           {"value", c.value}, {"low", c.low}, {"high", c.high}, {"unit", noise_unit(c.kind)}};
     }
     json["columns"][one.name] = {{"coefficients", coefficients},
+                                 {"fit",
+                                  {{"p_value", one.model.p_value},
+                                   {"from_tau_s", one.model.from_tau_s},
+                                   {"model_error", one.model.model_error}}},
+                                 {"deviation_at_1_s", deviation_at(one.curve, 1.0)},
                                  {"dwell",
                                   {{"best_s", one.dwell.best_s},
                                    {"deviation", one.dwell.deviation},
@@ -68,6 +81,20 @@ LogNoise parse_noise(std::string_view text, const std::string& path) {
                            .deviation = point.at("deviation").number(),
                            .low = point.at("low").number(),
                            .high = point.at("high").number()});
+      for (const OtherDeviation which : all_other_deviations) {
+        const auto value = point.find(name_of(which));
+        one.others[which].push_back(value ? value->number() : not_a_number);
+      }
+    }
+    std::erase_if(one.others, [](const auto& other) {
+      return std::all_of(other.second.begin(), other.second.end(),
+                         [](double deviation) { return std::isnan(deviation); });
+    });
+    if (const auto fit = column.find("fit")) {
+      const auto p = fit->find("p_value");
+      one.model.p_value = p ? p->number() : not_a_number;
+      one.model.from_tau_s = fit->at("from_tau_s").number();
+      one.model.model_error = fit->at("model_error").number();
     }
     const JsonValue coefficients = column.at("coefficients");
     for (const NoiseKind kind : all_noise_kinds) {

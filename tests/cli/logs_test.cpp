@@ -175,9 +175,63 @@ TEST_F(LogCommands, NoiseAndThePlanThatUsesIt) {
       run_axiscal({"plan", "--noise-log", noise, "--dwell", "4", "-o", folder_.path("plan.csv")});
   ASSERT_EQ(plan.status, 0) << plan.err;
   EXPECT_THAT(plan.err, HasSubstr("dwell 4 s at each design point"));
-  EXPECT_THAT(plan.err, HasSubstr("deviation of " + number_text(white / std::sqrt(4.0), 3)));
+  const std::string::size_type at = plan.err.find("deviation of ");
+  ASSERT_NE(at, std::string::npos) << plan.err;
+  EXPECT_NEAR(std::stod(plan.err.substr(at + 13)) / (white / std::sqrt(4.0)), 1.0, 0.15);
   EXPECT_EQ(run_axiscal({"plan", "--dwell", "4"}).status, 2);
   EXPECT_EQ(run_axiscal({"plan", "--noise-log", rest}).status, 3);
+}
+
+// A curve that somebody else made, a range of tau, further deviations.
+TEST_F(LogCommands, NoiseOfACurve) {
+  std::string text = "tau,adev,n\n";
+  for (int i = 0; i < 12; ++i) {
+    const double tau = 0.01 * std::pow(2.0, i);
+    const double n = 100001.0 - 2.0 * std::pow(2.0, i);
+    text +=
+        number_text(tau) + "," + number_text(0.02 / std::sqrt(tau)) + "," + number_text(n) + "\n";
+  }
+  const std::string curve = folder_.write("curve.csv", text);
+  const ProgramResult shown = run_axiscal({"noise", curve, "--curve", "--json"});
+  ASSERT_EQ(shown.status, 0) << shown.err;
+  const json column = json::parse(shown.out)["columns"]["adev"];
+  EXPECT_NEAR(column["coefficients"]["white"]["value"].get<double>(), 0.02, 1e-9);
+  EXPECT_EQ(column["coefficients"]["random_walk"]["value"].get<double>(), 0.0);
+  EXPECT_NEAR(column["deviation_at_1_s"].get<double>(), 0.02, 1e-9);
+  EXPECT_GT(column["fit"]["p_value"].get<double>(), 0.05);
+  EXPECT_EQ(column["allan_deviation"].size(), 12U);
+  const ProgramResult part = run_axiscal({"noise", curve, "--curve", "--tau", "0.1,5", "--json"});
+  ASSERT_EQ(part.status, 0) << part.err;
+  EXPECT_NEAR(json::parse(part.out)["columns"]["adev"]["fit"]["from_tau_s"].get<double>(), 0.16,
+              1e-9);
+  EXPECT_EQ(run_axiscal({"noise", curve, "--curve", "--tau", "0.1,0.2"}).status, 2);
+  EXPECT_EQ(run_axiscal({"noise", curve, "--curve", "--tau", "5,1"}).status, 2);
+  EXPECT_EQ(run_axiscal({"noise", curve, "--curve", "--deviations", "mdev"}).status, 2);
+  const std::string back = folder_.write("back.csv", "tau,adev\n1,2\n1,2\n3,4\n5,6\n");
+  const ProgramResult wrong = run_axiscal({"noise", back, "--curve"});
+  EXPECT_EQ(wrong.status, 3);
+  EXPECT_THAT(wrong.err, HasSubstr("point 2 of the curve: tau must be positive and ascend"));
+  EXPECT_EQ(run_axiscal({"noise", folder_.write("no.csv", "a,b\n1,2\n2,3\n"), "--curve"}).status,
+            3);
+}
+
+TEST_F(LogCommands, NoiseWithMoreDeviations) {
+  RandomStream random(3);
+  std::string text = "x\n";
+  for (int i = 0; i < 3000; ++i) {
+    text += number_text(random.normal()) + "\n";
+  }
+  const std::string rest = folder_.write("rest.csv", text);
+  const ProgramResult shown =
+      run_axiscal({"noise", rest, "--rate", "1", "--deviations", "mdev,hdev,totdev", "--json"});
+  ASSERT_EQ(shown.status, 0) << shown.err;
+  const json curve = json::parse(shown.out)["columns"]["x"]["allan_deviation"];
+  EXPECT_NEAR(curve[0]["mdev"].get<double>(), curve[0]["deviation"].get<double>(), 1e-12);
+  EXPECT_NEAR(curve[2]["totdev"].get<double>() / curve[2]["deviation"].get<double>(), 1.0, 0.02);
+  EXPECT_NEAR(curve[2]["hdev"].get<double>() / curve[2]["deviation"].get<double>(), 1.0, 0.1);
+  EXPECT_THAT(run_axiscal({"noise", rest, "--rate", "1", "--deviations", "mdev"}).out,
+              HasSubstr("mdev"));
+  EXPECT_EQ(run_axiscal({"noise", rest, "--rate", "1", "--deviations", "tdev"}).status, 2);
 }
 
 // Broken logs: an answer or a clear error, with the status of the contract.

@@ -20,6 +20,11 @@ struct AllanPoint {
   double high = 0.0;
 };
 
+/// Fills degrees of freedom and intervals of the points of a curve by their deviations.
+/// @param points  with tau_s, samples and deviation.
+/// @param phases  of the record: one more than its samples.
+void add_intervals(std::vector<AllanPoint>& points, double phases);
+
 /// Averaging lengths m = 1, 2, 4, ... up to a third of the samples.
 [[nodiscard]] std::vector<std::size_t> octave_lengths(std::size_t samples);
 

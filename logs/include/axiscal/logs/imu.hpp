@@ -80,10 +80,12 @@ void check_fences(const RecordedLog& log,
 
 /// Calibrates the instruments of an IMU from one log of rests and the turns between them.
 ///
-/// The threshold that tells rest from motion is that whose rests fit gravity's magnitude best
-/// (least rms). The accelerometer is calibrated by its seats where they are known, else by method
-/// magnitude; the gyroscope from the turns between rests (fit_turns); the magnetometer like the
-/// accelerometer, its frame turned to the accelerometer's.
+/// The threshold that tells rest from motion is that whose rests serve best: the scatter of
+/// gravity's magnitude, with a gyroscope of the attitudes after the turns, times how far scatter
+/// goes into the coefficients where so many rests lie in such directions. The accelerometer is
+/// calibrated by its seats where they are known, else by method magnitude; the gyroscope from the
+/// turns between rests (fit_turns); the magnetometer like the accelerometer, its frame turned to
+/// the accelerometer's.
 ///
 /// @throws DataError     for columns that are not there.
 /// @throws RefusedError  as segment(), calibrate(), fit_turns() and label_by_sheet(), with what to

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "axiscal/logs/noise_model.hpp"
+#include "axiscal/logs/other_deviations.hpp"
 
 namespace axiscal {
 
@@ -13,6 +15,8 @@ namespace axiscal {
 struct ColumnNoise {
   std::string name;
   std::vector<AllanPoint> curve;
+  /// Of the same record, one for each point of the curve; NaN where tau is too long for them.
+  std::map<OtherDeviation, std::vector<double>> others;
   NoiseModel model;
   Dwell dwell;
 };
@@ -24,6 +28,15 @@ struct LogNoise {
   std::vector<ColumnNoise> columns;
   std::vector<std::string> warnings;  ///< what should be looked at in the log
 };
+
+/// The columns that are axes of one instrument, and so of one unit: names that are alike but for
+/// the last letter x, y or z. Where there are several such instruments, those of a kind by how
+/// their names begin (a, acc, g, gyr, m, mag, ..), else the first; all columns where names
+/// tell nothing.
+/// @param kind  of instrument: "accelerometer", "gyroscope", "magnetometer", ...
+/// @return not empty; pointers into `noise`.
+[[nodiscard]] std::vector<const ColumnNoise*> columns_of_instrument(const LogNoise& noise,
+                                                                    std::string_view kind);
 
 /// @return the unit of a coefficient, "unit" standing for that of the samples: "unit/sqrt(Hz)".
 [[nodiscard]] std::string noise_unit(NoiseKind kind);

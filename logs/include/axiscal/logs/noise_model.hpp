@@ -41,6 +41,12 @@ struct NoiseCoefficient {
 /// What an Allan deviation curve says of a sensor.
 struct NoiseModel {
   std::vector<NoiseCoefficient> coefficients;  ///< one for every kind
+  /// How likely the curve is so far from the five kinds by chance, from `from_tau_s` on;
+  /// NaN where the points are too few to tell.
+  double p_value = 1.0;
+  double from_tau_s = 0.0;  ///< the shortest tau that was fitted; below a filter shows, say
+  double model_error =
+      0.0;  ///< of the deviation, relative: by how much the kinds do not describe it
 
   [[nodiscard]] double coefficient(NoiseKind kind) const;
 
@@ -48,15 +54,26 @@ struct NoiseModel {
   [[nodiscard]] double deviation_at(double tau_s) const;
 };
 
-/// Fits the sum of the five kinds to a curve: least squares of the Allan variances with weights
-/// nu / (2 sigma^4) from the fit itself, no coefficient negative; of the sets of kinds that with
-/// the least chi^2 + 4 for each kind.
+/// Fits the sum of the five kinds to a curve, at octaves of tau: least squares of the
+/// Allan variances with relative weights 1 / (2 / nu + e^2), no coefficient negative; of the sets
+/// of kinds that with the least chi^2 + 4 for each kind.
+///
+/// With e = 0 the chi^2 says whether the kinds describe the curve (p > 0.05). If they do not, up to
+/// four of the shortest octaves, which a filter shapes, are left out until they do; else from where
+/// the least is needed e is that for which chi^2 equals its degrees of freedom, so that no point
+/// counts as surer than the model, and no interval is shorter than +-10 %.
 ///
 /// Points of one curve are not independent: the intervals are twice as wide for that.
 /// @throws DomainError  for fewer than three points.
 /// @par Source
-/// IEEE Std 952-2020, annex C; N. El-Sheimy, H. Hou, X. Niu, IEEE Trans. Instrum. Meas. 57 (2008).
+/// IEEE Std 952-2020, annex C; N. El-Sheimy, H. Hou, X. Niu, IEEE Trans. Instrum. Meas. 57 (2008);
+/// e: Paule & Mandel, J. Res. NBS 87 (1982) 377-385.
 [[nodiscard]] NoiseModel fit_noise(std::span<const AllanPoint> curve);
+
+/// @return the deviation of a curve at tau, between its points and on from its ends straight in
+///         logarithms.
+/// @throws DomainError  without points.
+[[nodiscard]] double deviation_at(std::span<const AllanPoint> curve, double tau_s);
 
 /// One coefficient by the points at which its slope is seen: the geometric mean of what each says.
 /// @throws DomainError  without points.
@@ -64,14 +81,16 @@ struct NoiseModel {
 
 /// How long to dwell on a design point.
 struct Dwell {
-  double best_s = 0.0;      ///< where the fitted deviation is least: longer is no better
+  double best_s = 0.0;      ///< where the curve is least: longer is no better
   double deviation = 0.0;   ///< there [unit]
   double sensible_s = 0.0;  ///< the shortest within 10 % of that
   double sensible_deviation = 0.0;
   bool beyond_record = false;  ///< whether the curve still falls where the record ends
 };
 
-/// @param longest_s  as far as the record tells: its largest tau.
-[[nodiscard]] Dwell best_dwell(const NoiseModel& model, double longest_s);
+/// Where the curve itself is least, of its points that are known well enough (20 degrees of
+/// freedom; else all).
+/// @throws DomainError  without points.
+[[nodiscard]] Dwell best_dwell(std::span<const AllanPoint> curve);
 
 }  // namespace axiscal

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace axiscal {
+
+/// Deviations beside Allan's. With x the phase of N points, tau = m tau_0:
+enum class OtherDeviation {
+  /// sum_j (sum_(i=j..j+m-1) x_(i+2m) - 2 x_(i+m) + x_i)^2 / (2 m^2 tau^2 (N - 3m + 1)):
+  /// parts quantisation from white phase noise.
+  modified,
+  /// sum_i (x_(i+3m) - 3 x_(i+2m) + 3 x_(i+m) - x_i)^2 / (6 tau^2 (N - 3m)): blind to a ramp.
+  hadamard,
+  /// sum_i (x_(i-m) - 2 x_i + x_(i+m))^2 / (2 tau^2 (N - 2)), the phase continued behind its ends
+  /// by turning it about them: surer at the longest tau.
+  total,
+};
+
+inline constexpr std::array all_other_deviations = {
+    OtherDeviation::modified, OtherDeviation::hadamard, OtherDeviation::total};
+
+/// @return "mdev", "hdev", "totdev".
+[[nodiscard]] std::string name_of(OtherDeviation which);
+[[nodiscard]] std::optional<OtherDeviation> other_deviation_of(std::string_view name);
+
+/// @param samples  as allan_deviation().
+/// @return one for each length; NaN for those that are too long.
+/// @throws DomainError  as allan_deviation().
+/// @par Source
+/// W. J. Riley, Handbook of Frequency Stability Analysis, NIST SP 1065 (2008), secs. 5.2.5, 5.2.9,
+/// 5.2.11.
+[[nodiscard]] std::vector<double> other_deviations(OtherDeviation which,
+                                                   std::span<const double> samples,
+                                                   double rate_hz,
+                                                   std::span<const std::size_t> lengths);
+
+/// The same from phase data.
+[[nodiscard]] std::vector<double> other_deviations_of_phase(OtherDeviation which,
+                                                            std::span<const double> phase,
+                                                            double rate_hz,
+                                                            std::span<const std::size_t> lengths);
+
+}  // namespace axiscal
