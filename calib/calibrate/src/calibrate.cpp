@@ -2,6 +2,7 @@
 #include "axiscal/calib/calibrate.hpp"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "axiscal/calib/bias_fit.hpp"
@@ -9,8 +10,10 @@
 #include "axiscal/calib/estimate_by_method.hpp"
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/generalized_fit.hpp"
+#include "axiscal/calib/lack_of_fit.hpp"
 #include "axiscal/calib/levelness_test.hpp"
 #include "axiscal/calib/magnitude.hpp"
+#include "axiscal/calib/mount_turns.hpp"
 #include "axiscal/calib/moving_field.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/calib/parameter_names.hpp"
@@ -19,11 +22,13 @@
 #include "axiscal/calib/resolved_field.hpp"
 #include "axiscal/calib/rounding_scatter.hpp"
 #include "axiscal/calib/run_scatter.hpp"
+#include "axiscal/calib/soak_scatter.hpp"
 #include "axiscal/calib/temperature_fit.hpp"
 #include "axiscal/calib/uncertainty_sources.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/rotation.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/version.hpp"
 #include "method_choice.hpp"
@@ -202,15 +207,13 @@ class Run {
   void search_for_mistakes() {
     searched_ = experiment_.search_for_mistakes && method_ != Method::magnitude &&
                 can_be_searched(fitted_, estimate_);
-    if (searched_) {
-      culprit_ = find_culprit(fitted_, estimate_, method_ == Method::known);
-    }
+    look_for_culprit();
     const bool drifts = culprit_ && culprit_->correction.code == WarningCode::drift;
     if (drifts && experiment_.drift == DriftSetup::automatic && !fitted_.effects.has_drift) {
       source_.set_effects({.blocks = true, .drift = true});
       fit_by_labels();
       estimate_.notes.push_back(note_of_drift());
-      culprit_ = find_culprit(fitted_, estimate_, method_ == Method::known);
+      look_for_culprit();
     }
   }
 
@@ -218,14 +221,28 @@ class Run {
   void take_over() {
     std::vector<UncertaintySource> weighed =
         weigh_shared_errors(experiment_, fitted_, method_, estimate_);
+    if (!source_.mount_turns().empty() &&
+        count_mounts(source_.mount_turns(), mounts_expected_, estimate_)) {
+      calibration_.conditions.mounts = static_cast<int>(source_.mount_turns().size());
+    }
     if (method_ != Method::magnitude) {
-      test_levelness(fitted_, method_ == Method::known, estimate_);
+      test_levelness(judged_ ? *judged_ : fitted_, method_ == Method::known, estimate_);
+      test_lack_of_fit_of_inputs(experiment_, fitted_, method_, estimate_);
+      count_soaks(fitted_, estimate_);
       estimate_.curvature = test_curvature(experiment_, fitted_, method_, estimate_);
       count_rounding(fitted_, method_ == Method::known, experiment_.stated.resolution, estimate_);
-      count_run_scatter(fitted_, estimate_);
-      calibration_.conditions.blocks =
-          static_cast<int>(std::max<std::size_t>(fitted_.effects.blocks.size(), 1));
-      calibration_.conditions.intermediate = calibration_.conditions.blocks > 1;
+      count_run_scatter(judged_ ? *judged_ : fitted_,
+                        experiment_.process ? &*experiment_.process : nullptr, estimate_);
+      CalibrationConditions& conditions = calibration_.conditions;
+      conditions.blocks = static_cast<int>(std::max<std::size_t>(fitted_.effects.blocks.size(), 1));
+      conditions.earlier = estimate_.earlier;
+      conditions.intermediate =
+          conditions.blocks > 1 || conditions.mounts > 1 || conditions.earlier > 0;
+      conditions.block_mean_square = estimate_.block_mean_square;
+      conditions.block_degrees_of_freedom = estimate_.block_degrees_of_freedom;
+    } else if (experiment_.process) {
+      estimate_.notes.emplace_back(
+          "earlier calibrations say nothing of a recording without blocks by method magnitude");
     }
     calibration_.response = std::move(estimate_.response);
     calibration_.statistics = std::move(estimate_.statistics);
@@ -306,11 +323,6 @@ class Run {
 
   // With the effects of the run where the readings tell them from the coefficients.
   void fit_by_labels() {
-    const auto fit_once = [&] {
-      estimate_ = experiment_.instrument.one_sided
-                      ? estimate_one_sided(method_, source_, parts_, seen_)
-                      : estimate_by(method_, source_.set(parts_, {}), parts_, by_field_);
-    };
     try {
       fit_once();
     } catch (const RefusedError&) {
@@ -320,6 +332,51 @@ class Run {
       fit_once();
     }
     take_fitted();
+    fit_mounts();
+  }
+
+  void look_for_culprit() {
+    judged_ = without_shared_errors(experiment_, fitted_, method_, estimate_);
+    culprit_.reset();
+    if (searched_) {
+      culprit_ =
+          find_culprit(fitted_, estimate_, method_ == Method::known, judged_ ? &*judged_ : nullptr);
+    }
+  }
+
+  // How the instrument sits in each mount, fitted beside all else by turns with it.
+  void fit_mounts() {
+    if (experiment_.robust || seen_.size() > 0 || fitted_.temperature.order > 0) {
+      return;
+    }
+    constexpr int most_rounds = 8;
+    constexpr double still_rad = 1e-12;
+    for (int round = 0; round < most_rounds; ++round) {
+      const std::optional<MountStep> step =
+          step_of_mounts(fitted_, estimate_, method_ == Method::known);
+      if (!step) {
+        return;
+      }
+      double largest = 0.0;
+      std::map<int, Eigen::Matrix3d> turns;
+      for (const auto& [mount, turn] : step->turns) {
+        turns[mount] = rotation_by(turn);
+        largest = std::max(largest, turn.norm());
+      }
+      source_.turn_mounts(turns);
+      mounts_expected_ = step->expected;
+      fit_once();
+      take_fitted();
+      if (largest < still_rad) {
+        return;
+      }
+    }
+  }
+
+  void fit_once() {
+    estimate_ = experiment_.instrument.one_sided
+                    ? estimate_one_sided(method_, source_, parts_, seen_)
+                    : estimate_by(method_, source_.set(parts_, {}), parts_, by_field_);
   }
 
   // What the drift that was found came to; it is the last of the effects.
@@ -391,6 +448,8 @@ class Run {
   AxisMask seen_;  // which readings one-sided axes saw
   Estimate estimate_;
   ReadingSet fitted_;
+  std::optional<ReadingSet> judged_;  // without the errors that readings share, if there are any
+  double mounts_expected_ = 0.0;      // as of MountStep
   bool searched_ = false;
   std::optional<Culprit> culprit_;
   Calibration calibration_;

@@ -10,8 +10,10 @@
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/jackknife.hpp"
 #include "axiscal/calib/magnitude.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
+#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -164,32 +166,39 @@ std::vector<Eigen::Index> used_of_both(const Calibration& calibration,
 void turn_to_companion(const Alignment& alignment,
                        const std::optional<Eigen::MatrixXd>& simulated,
                        Calibration& calibration) {
-  const LinearResponse own = calibration.response;
+  const Eigen::Matrix3d& R = alignment.rotation_companion_from_sensor;
   if (calibration.uncertainty) {
     for (UncertaintySource& source : calibration.uncertainty->sources) {
       if (source.covariance.rows() == 12) {
         LinearResponse response = calibration.response;
-        turn_frame(alignment.rotation_companion_from_sensor, response, source.covariance);
+        turn_frame(R, response, source.covariance);
       }
     }
   }
   Eigen::MatrixXd covariance = simulated.value_or(Eigen::MatrixXd::Zero(12, 12));
-  turn_frame(alignment.rotation_companion_from_sensor, calibration.response, covariance);
-  if (calibration.statistics) {
-    FitStatistics& statistics = *calibration.statistics;
-    if (!simulated) {
-      covariance = statistics.covariance;
-      LinearResponse again = own;
-      turn_frame(alignment.rotation_companion_from_sensor, again, covariance);
-      calibration.notes.emplace_back(
-          "the standard errors take the rotation to the companion's frame as exact");
-    }
+  turn_frame(R, calibration.response, covariance);
+  if (!calibration.statistics) {
+    return;
+  }
+  FitStatistics& statistics = *calibration.statistics;
+  turn_frame(R, statistics);
+  if (!simulated) {
+    calibration.notes.emplace_back(
+        "the standard errors take the rotation to the companion's frame as exact");
+  } else if (statistics.components.empty()) {
     statistics.covariance = covariance;
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      statistics.bias_se(k) = std::sqrt(covariance(4 * k, 4 * k));
-      statistics.sensitivity_se.row(k) =
-          covariance.diagonal().segment<3>(4 * k + 1).cwiseSqrt().transpose();
-    }
+  } else {
+    // The simulation's noise is white: what the readings' order says stays where it is more.
+    const Eigen::VectorXd variances =
+        covariance.diagonal().cwiseMax(statistics.covariance.diagonal());
+    statistics.covariance = rescaled_covariance(covariance, variances.cwiseSqrt());
+    statistics.components.front().covariance = statistics.covariance;
+  }
+  put_intervals(statistics);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const Eigen::Vector4d se = statistics.covariance.diagonal().segment<4>(4 * k).cwiseSqrt();
+    statistics.bias_se(k) = se(0);
+    statistics.sensitivity_se.row(k) = se.tail<3>().transpose();
   }
 }
 

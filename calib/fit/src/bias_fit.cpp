@@ -3,17 +3,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/jackknife.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/calib/temperature_fit.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/field_kind.hpp"
+#include "long_recording.hpp"
+#include "sweep_legs.hpp"
 
 namespace axiscal {
 namespace {
@@ -153,6 +158,20 @@ void put_covariance_of(const Calibration& from,
   }
 }
 
+// Degrees of freedom of the sensitivities' intervals: those of the record that they are from.
+void put_freedom_of(const Calibration& from, FitStatistics& statistics) {
+  if (!from.statistics || from.statistics->interval_dof.size() == 0) {
+    return;
+  }
+  for (std::size_t i = 0; i < statistics.parameter_names.size(); ++i) {
+    const std::string& name = statistics.parameter_names[i];
+    const auto at = from.statistics->position_of(name);
+    if (at && name.find(".sensitivity.") != std::string::npos) {
+      statistics.interval_dof(static_cast<Eigen::Index>(i)) = from.statistics->interval_dof(*at);
+    }
+  }
+}
+
 // The polynomial's order: as stated, or as the trials have it, which it puts into `temperature`.
 // Throws RankDeficientError where the readings are at too few temperatures.
 int settled_order(const Experiment& experiment,
@@ -186,6 +205,133 @@ FitStatistics unknown_statistics(Eigen::Index readings, Eigen::Index m) {
   statistics.sensitivity_se.setConstant(m, 3, not_a_number);
   statistics.variance_inflation.setConstant(m, 3, not_a_number);
   return statistics;
+}
+
+// The polynomial of an axis where the sweep goes up and down: what leaving out tenths of it
+// changes, and how the branches lie about it.
+struct SweepScatter {
+  Eigen::VectorXd u;             // order + 1: by jackknife
+  double independent = 0.0;      // as how many readings the recording counts
+  Eigen::MatrixXd branches;      // covariance, as of a bias anywhere between them; 0: they agree
+  double half_difference = 0.0;  // the largest there is in the range [unit]
+};
+
+// @param ways  of each reading; empty: one way only.
+SweepScatter scatter_of_sweep(const ReadingSet& set,
+                              Eigen::Index axis,
+                              int order,
+                              const LeastSquaresFit& fit,
+                              const Eigen::VectorXd& response,
+                              const Eigen::VectorXd& ways) {
+  const Eigen::MatrixXd P = powers(set.temperature.d, order);
+  const Eigen::Index q = P.cols();
+  const Eigen::VectorXd root = set.weights.col(axis).cwiseSqrt();
+  SweepScatter scatter{.branches = Eigen::MatrixXd::Zero(q, q)};
+  Eigen::MatrixXd X = P;
+  Eigen::VectorXd left = fit.residuals;
+  Eigen::MatrixXd both(P.rows(), ways.size() > 0 ? 2 * q : 0);
+  if (ways.size() > 0) {
+    both << P, ways.asDiagonal() * P;
+  }
+  // A way with few temperatures determines no polynomial of its own.
+  if (ways.size() > 0 && ScaledQr(root.asDiagonal() * both).has_full_rank()) {
+    const LeastSquaresFit branched = LeastSquaresDesign(both, set.weights.col(axis)).fit(response);
+    const double n = branched.degrees_of_freedom;
+    const double rss = n * branched.residual_sd * branched.residual_sd;
+    const double more = fit.degrees_of_freedom * fit.residual_sd * fit.residual_sd - rss;
+    // Consecutive readings are alike, and count as fewer.
+    const double alike = correlation_length(root.cwiseProduct(branched.residuals));
+    const double independent = std::max(n / alike, 1.0);
+    const double F = std::max(more, 0.0) / static_cast<double>(q) / (rss / n) / alike;
+    constexpr double by_chance = 0.005;
+    if (f_upper_p(std::max(F, 1e-300), static_cast<double>(q), independent) < by_chance) {
+      const Eigen::VectorXd h = branched.estimate.tail(q);
+      const Eigen::VectorXd off = branched.estimate.head(q) - fit.estimate;
+      scatter.branches = h * h.transpose() / 3.0 + off * off.transpose();
+      scatter.half_difference = (P * h).cwiseAbs().maxCoeff();
+      X = both;
+      left = branched.residuals;
+    }
+  }
+  scatter.independent = static_cast<double>(X.rows()) / correlation_length(root.cwiseProduct(left));
+  scatter.u = jackknife_uncertainty(changes_without_parts({.residuals = -root.cwiseProduct(left),
+                                                           .jacobian = root.asDiagonal() * X}))
+                  .head(q);
+  if (!scatter.u.allFinite()) {  // one way lies within a tenth: by the polynomial of both
+    scatter.u = jackknife_uncertainty(changes_without_parts(
+        {.residuals = -root.cwiseProduct(fit.residuals), .jacobian = root.asDiagonal() * P}));
+  }
+  return scatter;
+}
+
+// What a long sweep's order shows: that its readings are alike, and that the biases differ between
+// the way up and the way down.
+// @param places  of the coefficients of an axis among its parameters.
+void count_sweep(const ReadingSet& set,
+                 const std::vector<Eigen::Index>& places,
+                 const Eigen::MatrixXd& responses,
+                 const std::vector<LeastSquaresFit>& fits,
+                 Calibration& calibration) {
+  FitStatistics& statistics = *calibration.statistics;
+  const Eigen::Index m = set.axis_count();
+  const Eigen::Index p = statistics.covariance.rows() / m;
+  Eigen::VectorXd ways = ways_of_sweep(set.temperature.d);
+  if (!goes_both_ways(set.temperature.d, ways)) {
+    ways.resize(0);
+  }
+  ScatterComponent branches{.name = "hysteresis",
+                            .sd = Eigen::VectorXd::Zero(m),
+                            .unit = {},
+                            .covariance = Eigen::MatrixXd::Zero(p * m, p * m),
+                            .degrees_of_freedom = jackknife_parts - 1};
+  Eigen::VectorXd u = statistics.covariance.diagonal().cwiseSqrt();
+  double independent = std::numeric_limits<double>::infinity();
+  std::string differing;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const SweepScatter scatter =
+        scatter_of_sweep(set, k, static_cast<int>(places.size()) - 1,
+                         fits[static_cast<std::size_t>(k)], responses.col(k), ways);
+    std::vector<Eigen::Index> at = places;
+    for (Eigen::Index& place : at) {
+      place += p * k;
+    }
+    u(at) = scatter.u;
+    branches.covariance(at, at) = scatter.branches;
+    branches.sd(k) = scatter.half_difference;
+    independent = std::min(independent, scatter.independent);
+    if (scatter.half_difference > 0.0) {
+      differing +=
+          formatted("{}{} {}", differing.empty() ? "" : ", ", set.axes[static_cast<std::size_t>(k)],
+                    number_text(2.0 * scatter.half_difference, 2));
+    }
+  }
+  count_long_correlation(u, statistics, calibration.notes);
+  for (std::string& remark : remarks_on_length(independent)) {
+    calibration.notes.push_back(std::move(remark));
+  }
+  if (!differing.empty()) {
+    add_component(std::move(branches), statistics);
+    calibration.notes.push_back(formatted(
+        "hysteresis: the biases differ between the way up and the way down by up to {} {}, which "
+        "is counted as if a bias were anywhere between; sweep more slowly, and come back to the "
+        "first temperature to tell it from drift",
+        differing, calibration.instrument.unit));
+  } else if (ways.size() == 0 && places.size() > 1) {
+    calibration.notes.emplace_back(
+        "the temperature was swept one way only, so nothing says whether the biases come back");
+  }
+}
+
+// Of the biases and their polynomials, by the covariance.
+void put_standard_errors(const std::vector<Eigen::Index>& places, Calibration& calibration) {
+  FitStatistics& statistics = *calibration.statistics;
+  const Eigen::VectorXd se = statistics.covariance.diagonal().cwiseSqrt();
+  const Eigen::Index m = statistics.bias_se.size();
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Eigen::VectorXd own = se.segment(k * se.size() / m, se.size() / m)(places);
+    statistics.bias_se(k) = own(0);
+    calibration.temperature->bias_se.row(k) = own.tail(own.size() - 1).transpose();
+  }
 }
 
 // @param left  what the fit leaves of the source's readings.
@@ -244,16 +390,19 @@ void fit_bias(const Experiment& experiment,
   const Eigen::Index p = 1 + given + order;
   statistics.covariance.setZero(p * m, p * m);
   Eigen::MatrixXd left(set.size(), m);
+  std::vector<LeastSquaresFit> fits;
+  std::vector<Eigen::Index> places = {0};
+  for (int j = 0; j < order; ++j) {
+    places.push_back(1 + given + j);
+  }
   for (Eigen::Index k = 0; k < m; ++k) {
     const LeastSquaresFit fit = fit_polynomial(set, all.col(k), k, order);
     calibration.response.bias(k) =
         constant == Constant::from_record ? experiment.from->response.bias(k) : fit.estimate(0);
     temperature.bias.row(k) = fit.estimate.tail(order).transpose();
-    temperature.bias_se.row(k) = fit.covariance.diagonal().tail(order).cwiseSqrt().transpose();
     statistics.degrees_of_freedom(k) = fit.degrees_of_freedom;
     statistics.residual_sd(k) = fit.residual_sd;
     statistics.r_squared(k) = fit.r_squared;
-    statistics.bias_se(k) = std::sqrt(fit.covariance(0, 0));
     statistics.coverage_factor(k) = student_t_factor(0.95, fit.degrees_of_freedom);
     const std::string& axis = set.axes[static_cast<std::size_t>(k)];
     std::vector<std::string> own = parameter_names({axis});
@@ -262,13 +411,18 @@ void fit_bias(const Experiment& experiment,
       own.push_back(formatted("{}.bias{}", axis, power_suffix(j)));
     }
     statistics.parameter_names.insert(statistics.parameter_names.end(), own.begin(), own.end());
-    std::vector<Eigen::Index> at = {p * k};
-    for (int j = 0; j < order; ++j) {
-      at.push_back(p * k + 1 + given + j);
+    std::vector<Eigen::Index> at = places;
+    for (Eigen::Index& place : at) {
+      place += p * k;
     }
     statistics.covariance(at, at) = fit.covariance;
     left.col(k) = fit.residuals;
+    fits.push_back(fit);
   }
+  if (is_long_recording(set.size())) {
+    count_sweep(set, places, all, fits, calibration);
+  }
+  put_standard_errors(places, calibration);
   if (experiment.from) {
     put_covariance_of(*experiment.from, statistics.parameter_names, statistics.covariance);
     if (experiment.from->statistics) {
@@ -276,6 +430,10 @@ void fit_bias(const Experiment& experiment,
     }
   }
   fill_intervals(statistics);
+  if (experiment.from) {
+    put_freedom_of(*experiment.from, statistics);
+    put_intervals(statistics);
+  }
   statistics.condition_number =
       LeastSquaresDesign(powers(set.temperature.d, order)).condition_number();
 

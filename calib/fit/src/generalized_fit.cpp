@@ -16,73 +16,10 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "layings.hpp"
 
 namespace axiscal {
 namespace {
-
-// Readings of which each is the mean of one laying, with what the laying's own scatter says.
-struct Layings {
-  ReadingSet set;
-  Eigen::VectorXd squares;             // m: sums of squares within layings
-  Eigen::VectorXd degrees_of_freedom;  // m
-};
-
-// Consecutive readings at one design point, level and block are one laying. Over temperature each
-// reading stands for itself.
-Layings layings_of(const ReadingSet& set) {
-  const Eigen::Index m = set.axis_count();
-  Layings layings{.set = set,
-                  .squares = Eigen::VectorXd::Zero(m),
-                  .degrees_of_freedom = Eigen::VectorXd::Zero(m)};
-  if (set.temperature.order > 0) {
-    return layings;
-  }
-  const auto continues = [&](std::size_t i) {
-    const Reading& now = set.readings[i];
-    const Reading& before = set.readings[i - 1];
-    return now.point == before.point && now.block == before.block && now.level == before.level &&
-           set.rotation_sensor_from_table[i] == set.rotation_sensor_from_table[i - 1];
-  };
-  std::vector<Eigen::Index> firsts;
-  for (std::size_t i = 0; i < set.readings.size(); ++i) {
-    if (i == 0 || !continues(i)) {
-      firsts.push_back(static_cast<Eigen::Index>(i));
-    }
-  }
-  if (firsts.size() == set.readings.size()) {
-    return layings;
-  }
-  ReadingSet& means = layings.set;
-  const auto count = static_cast<Eigen::Index>(firsts.size());
-  means.readings.clear();
-  means.rotation_sensor_from_table.clear();
-  means.response.resize(count, m);
-  means.weights.resize(count, m);
-  means.effects.columns.resize(count, set.effects.columns.cols());
-  for (Eigen::Index s = 0; s < count; ++s) {
-    const Eigen::Index first = firsts[static_cast<std::size_t>(s)];
-    const Eigen::Index rows =
-        (s + 1 < count ? firsts[static_cast<std::size_t>(s) + 1] : set.size()) - first;
-    means.readings.push_back(set.readings[static_cast<std::size_t>(first)]);
-    means.rotation_sensor_from_table.push_back(
-        set.rotation_sensor_from_table[static_cast<std::size_t>(first)]);
-    for (Eigen::Index k = 0; k < m; ++k) {
-      const Eigen::VectorXd w = set.weights.col(k).segment(first, rows);
-      const Eigen::VectorXd v = set.response.col(k).segment(first, rows);
-      const double sum = w.sum();
-      const double mean = sum > 0.0 ? w.dot(v) / sum : v(0);
-      means.weights(s, k) = sum;
-      means.response(s, k) = mean;
-      layings.squares(k) += w.dot((v.array() - mean).square().matrix());
-      layings.degrees_of_freedom(k) +=
-          std::max(static_cast<double>((w.array() > 0.0).count()) - 1.0, 0.0);
-    }
-    if (!set.effects.names.empty()) {
-      means.effects.columns.row(s) = set.effects.columns.middleRows(first, rows).colwise().mean();
-    }
-  }
-  return layings;
-}
 
 // Each axis's scatter to begin with: that of the fit, or 1e-9 of its response where nothing
 // scatters.
@@ -176,7 +113,8 @@ class GeneralizedFit {
     return true;
   }
 
-  // Columns f_k^2 at the variances and fields that it began with.
+  // Columns f_k^2 at the fields that it began with. A bend swells the scatter of its axis: the axes
+  // are weighed as they scatter with the columns, alike where they do not differ then.
   [[nodiscard]] std::optional<CurvatureTest> curvature() {
     const JointState state = joint_.at(fields_);
     const Eigen::Index p = set_.column_count();
@@ -184,11 +122,16 @@ class GeneralizedFit {
     start_from(state);
     const Eigen::Index directions = known_field_ ? 0 : state.direction_count();
     VarianceProblem straight = problem(state, directions);
-    const std::optional<WeightedFit> before = fit_at_variances(straight, variances_);
     VarianceProblem bent = straight;
     bent.W.resize(straight.W.rows(), straight.W.cols() + m);
     bent.W << with_squares(state), straight.W;
-    const std::optional<WeightedFit> after = fit_at_variances(bent, variances_);
+    std::optional<WeightedFit> after = fit_at_variances(bent, variances_);
+    if (!after) {
+      return std::nullopt;
+    }
+    weigh_alike_if_equal(bent, *after);
+    const std::optional<WeightedFit> before = fit_at_variances(straight, variances_);
+    after = fit_at_variances(bent, variances_);
     if (!before || !after) {
       return std::nullopt;
     }
@@ -196,8 +139,7 @@ class GeneralizedFit {
     double free = -static_cast<double>(p * m + directions);
     for (Eigen::Index k = 0; k < m; ++k) {
       squares += layings_.squares(k) / variances_(k);
-      free += static_cast<double>((set_.weights.col(k).array() > 0.0).count()) +
-              layings_.degrees_of_freedom(k);
+      free += readings_of(k);
     }
     const auto more = static_cast<double>(m);
     const double drop = std::max(before->squares - after->squares, 1e-12);
@@ -252,6 +194,27 @@ class GeneralizedFit {
     put_intervals(statistics);
   }
 
+  // What the inputs' errors, as predicted, add to the readings of a set; n x m.
+  // @param inputs  of that set.
+  [[nodiscard]] Eigen::MatrixXd shared_parts(const ReadingSet& set,
+                                             const std::vector<UncertainInput>& inputs) const {
+    const Eigen::Index m = set.axis_count();
+    Eigen::MatrixXd parts = Eigen::MatrixXd::Zero(set.size(), m);
+    const Eigen::VectorXd predicted = fit_->estimate.tail(errors());
+    for (Eigen::Index i = 0; i < set.size(); ++i) {
+      Eigen::Vector3d field = Eigen::Vector3d::Zero();
+      Eigen::Index first = 0;
+      for (const UncertainInput& input : inputs) {
+        field += input.change(i, fields_) * predicted.segment(first, input.parts);
+        first += input.parts;
+      }
+      for (Eigen::Index k = 0; k < m; ++k) {
+        parts(i, k) = set.scale(i, k) * coefficients_.col(k).segment<3>(1).dot(field);
+      }
+    }
+    return parts;
+  }
+
   // What each input adds to the coefficients' covariance.
   [[nodiscard]] std::vector<Eigen::MatrixXd> shares() const {
     std::vector<Eigen::MatrixXd> all;
@@ -271,6 +234,40 @@ class GeneralizedFit {
     coefficients_.resize(set_.column_count(), set_.axis_count());
     for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
       coefficients_.col(k) = state.axes[static_cast<std::size_t>(k)].estimate;
+    }
+  }
+
+  // Of an axis, each by itself.
+  [[nodiscard]] double readings_of(Eigen::Index axis) const {
+    return static_cast<double>((set_.weights.col(axis).array() > 0.0).count()) +
+           layings_.degrees_of_freedom(axis);
+  }
+
+  // One variance for all axes, or in the stated ratio, where what a fit leaves of them does not
+  // contradict that.
+  void weigh_alike_if_equal(const VarianceProblem& problem, const WeightedFit& fit) {
+    const Eigen::Index m = set_.axis_count();
+    const Eigen::VectorXd left = problem.y - problem.W * fit.estimate;
+    const Eigen::VectorXd ratio = set_.noise_ratio.size() > 0
+                                      ? Eigen::VectorXd(set_.noise_ratio.cwiseAbs2())
+                                      : Eigen::VectorXd(Eigen::VectorXd::Ones(m));
+    Eigen::VectorXd squares = layings_.squares;
+    for (Eigen::Index row = 0; row < left.size(); ++row) {
+      squares(row % m) += left(row) * left(row);
+    }
+    squares = squares.cwiseQuotient(ratio);
+    // Of each axis's own columns, the square's among them, and its part of the directions.
+    const double taken = static_cast<double>(set_.column_count()) + 1.0 +
+                         (known_field_ ? 0.0 : 2.0 / static_cast<double>(m));
+    Eigen::VectorXd free(m);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      free(k) = readings_of(k) - taken;
+    }
+    constexpr double contradicted = 0.1;
+    const bool alike = set_.noise_ratio.size() > 0 ||
+                       equal_variances_p(squares.cwiseQuotient(free), free) > contradicted;
+    if (free.minCoeff() > 1.0 && alike) {
+      variances_.head(m) = squares.sum() / free.sum() * ratio;
     }
   }
 
@@ -427,6 +424,30 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
       uncertain_inputs(experiment, layings.set, known, estimate.fields);
   const bool seats = seats_of(statistics) != nullptr;
   return GeneralizedFit(layings, inputs, known, seats, estimate).curvature();
+}
+
+std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
+                                                const ReadingSet& set,
+                                                Method method,
+                                                const Estimate& estimate) {
+  if (estimate.fields.empty() || set.rotation_sensor_from_table.empty() || experiment.robust) {
+    return std::nullopt;
+  }
+  const bool known = method == Method::known;
+  const std::vector<UncertainInput> own = uncertain_inputs(experiment, set, known, estimate.fields);
+  if (own.empty()) {
+    return std::nullopt;
+  }
+  const Layings layings = layings_of(without_unpaired(set, estimate));
+  const std::vector<UncertainInput> inputs =
+      uncertain_inputs(experiment, layings.set, known, estimate.fields);
+  GeneralizedFit fit(layings, inputs, known, false, estimate);
+  if (!fit.solve()) {
+    return std::nullopt;
+  }
+  ReadingSet without = set;
+  without.response -= fit.shared_parts(set, own);
+  return without;
 }
 
 std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,

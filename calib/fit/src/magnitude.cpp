@@ -9,6 +9,7 @@
 
 #include "axis_regression.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/jackknife.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/magnitude_fit.hpp"
 #include "axiscal/calib/parameter_names.hpp"
@@ -21,6 +22,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/random.hpp"
 #include "ellipsoid.hpp"
+#include "long_recording.hpp"
 
 namespace axiscal {
 namespace {
@@ -179,6 +181,27 @@ Eigen::MatrixXd change_of_response(const Ellipsoid& at, MagnitudeShape shape) {
   return T;
 }
 
+// What leaving out tenths of the readings changes of b and S, 12 x 10, in the cloud's units.
+// @param independent  set to as how many readings the recording counts.
+Eigen::MatrixXd changes_by_order(const Fit& fit, const Eigen::MatrixXd& T, double& independent) {
+  Linearised at_solution = fit.linear;
+  if (fit.robust.size() > 0) {
+    const Eigen::VectorXd root = fit.robust.cwiseSqrt();
+    at_solution.residuals.array() *= root.array();
+    at_solution.jacobian.array().colwise() *= root.array();
+  }
+  // The deviations, and what of them is along each axis: while the instrument turns, noise that is
+  // slow in an axis is quick in |f|.
+  double longest = correlation_length(at_solution.residuals);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    longest = std::max(
+        longest,
+        correlation_length(at_solution.residuals.cwiseProduct(at_solution.jacobian.col(k))));
+  }
+  independent = static_cast<double>(at_solution.residuals.size()) / longest;
+  return T * changes_without_parts(at_solution);
+}
+
 // A few orientations that are close together, or all in one plane, fit many ellipsoids.
 void require_good_orientations(const Fit& fit, double bias_in_se) {
   constexpr double largest_relative_se = 0.1;
@@ -276,6 +299,14 @@ Estimate estimate_magnitude(const ReadingSet& set,
   for (Eigen::Index k = 0; k < 3; ++k) {
     put_diagnostics(statistics, k, fit.leverage, diagnostics,
                     set.robust ? fit.robust : Eigen::VectorXd());
+  }
+  if (is_long_recording(set.size())) {
+    double independent = 0.0;
+    const Eigen::MatrixXd changes = units.asDiagonal() * changes_by_order(fit, T, independent);
+    count_long_correlation(jackknife_uncertainty(changes), statistics, estimate.notes);
+    for (std::string& remark : remarks_on_length(independent)) {
+      estimate.notes.push_back(std::move(remark));
+    }
   }
   return estimate;
 }

@@ -5,10 +5,23 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/magnitude.hpp"
+#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "joint_start.hpp"
 
 namespace axiscal {
+namespace {
+
+// The covariance of [b_k, S_k] of each axis in another frame: f_new = R f.
+Eigen::MatrixXd turned(const Eigen::Matrix3d& R, const Eigen::MatrixXd& covariance) {
+  Eigen::MatrixXd T = Eigen::MatrixXd::Identity(covariance.rows(), covariance.rows());
+  for (Eigen::Index first = 0; first < covariance.rows(); first += 4) {
+    T.block<3, 3>(first + 1, first + 1) = R;
+  }
+  return T * covariance * T.transpose();
+}
+
+}  // namespace
 
 Eigen::MatrixXd fields_of_readings(const LinearResponse& response,
                                    const Eigen::MatrixXd& readings) {
@@ -18,12 +31,17 @@ Eigen::MatrixXd fields_of_readings(const LinearResponse& response,
 
 void turn_frame(const Eigen::Matrix3d& R, LinearResponse& response, Eigen::MatrixXd& covariance) {
   response.sensitivity *= R.transpose();
-  const Eigen::Index m = response.bias.size();
-  Eigen::MatrixXd T = Eigen::MatrixXd::Identity(4 * m, 4 * m);
-  for (Eigen::Index k = 0; k < m; ++k) {
-    T.block<3, 3>(4 * k + 1, 4 * k + 1) = R;
+  covariance = turned(R, covariance);
+}
+
+void turn_frame(const Eigen::Matrix3d& R, FitStatistics& statistics) {
+  statistics.covariance = turned(R, statistics.covariance);
+  for (ScatterComponent& component : statistics.components) {
+    component.covariance = turned(R, component.covariance);
   }
-  covariance = T * covariance * T.transpose();
+  if (statistics.interval_dof.size() > 0) {
+    put_intervals(statistics);
+  }
 }
 
 void align_by_points(const ReadingSet& set, double F, Estimate& estimate) {
@@ -67,7 +85,8 @@ void align_by_points(const ReadingSet& set, double F, Estimate& estimate) {
       in_table = table;
     }
   }
-  turn_frame(best, estimate.response, estimate.statistics.covariance);
+  estimate.response.sensitivity *= best.transpose();
+  turn_frame(best, estimate.statistics);
   estimate.fields = {in_table};
 }
 

@@ -142,10 +142,25 @@ void ReadingSource::keep_complete_rows() {
   }
 }
 
+void ReadingSource::turn_mounts(const std::map<int, Eigen::Matrix3d>& turns) {
+  if (turns.empty()) {
+    mount_turns_.clear();
+  }
+  for (const auto& [mount, turn] : turns) {
+    const auto found = mount_turns_.find(mount);
+    mount_turns_[mount] =
+        found != mount_turns_.end() ? Eigen::Matrix3d(turn * found->second) : turn;
+  }
+}
+
 Eigen::Matrix3d ReadingSource::rotation(const Reading& reading) const {
-  const Eigen::Matrix3d R =
+  Eigen::Matrix3d R =
       experiment_.rotation_sensor_from_positioner *
       experiment_.positioner.rotation_table_from_positioner(*reading.point).transpose();
+  const auto turn = mount_turns_.find(reading.mount);
+  if (turn != mount_turns_.end()) {
+    R = turn->second * R;
+  }
   if (!mean_time_s_) {
     return R;
   }

@@ -6,8 +6,7 @@
 #include <iterator>
 #include <map>
 
-#include <Eigen/QR>
-
+#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/formatted.hpp"
 
 namespace axiscal {
@@ -22,9 +21,7 @@ Eigen::MatrixXd contrasts(const Eigen::VectorXd& at, bool without_trend) {
   if (without_trend) {
     fixed.col(1) = at.array() - at.mean();
   }
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(fixed);
-  const Eigen::MatrixXd Q = qr.householderQ() * Eigen::MatrixXd::Identity(B, B);
-  return Q.rightCols(B - fixed.cols());
+  return orthogonal_complement(fixed);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <vector>
@@ -93,27 +94,76 @@ Eigen::MatrixXd shifts_of_blocks(const ReadingSet& set, const Estimate& estimate
   return shifts;
 }
 
+// A mean square of the blocks' biases about their mean.
+struct BlockSquare {
+  double mean_square = 0.0;
+  double degrees_of_freedom = 0.0;
+};
+
+// This run's, with that of earlier ones unless they contradict it.
+BlockSquare pooled(const BlockSquare& own, const BlockSquare& earlier) {
+  constexpr double too_large = 0.95;
+  if (!(own.degrees_of_freedom > 0.0)) {
+    return earlier;
+  }
+  if (!(earlier.degrees_of_freedom > 0.0) ||
+      own.mean_square > earlier.mean_square * f_quantile(too_large, own.degrees_of_freedom,
+                                                         earlier.degrees_of_freedom)) {
+    return own;
+  }
+  const double freedom = own.degrees_of_freedom + earlier.degrees_of_freedom;
+  return {.mean_square = (own.degrees_of_freedom * own.mean_square +
+                          earlier.degrees_of_freedom * earlier.mean_square) /
+                         freedom,
+          .degrees_of_freedom = freedom};
+}
+
 // The mean square of the blocks' biases about their mean says how well that is known; it holds the
 // readings' scatter too.
-void count_blocks(const ReadingSet& set, Estimate& estimate) {
+void count_blocks(const ReadingSet& set, const ProcessScatter* process, Estimate& estimate) {
   const RunEffects& effects = set.effects;
-  const auto blocks = static_cast<double>(effects.blocks.size());
   const double nu = effects.degrees_of_freedom_of_blocks();
-  if (!(nu > 0.0)) {
+  const bool several = nu > 0.0;
+  if (!several && process == nullptr) {
     return;
   }
+  const double blocks = several ? static_cast<double>(effects.blocks.size()) : 1.0;
+  if (several) {
+    estimate.block_degrees_of_freedom = nu;
+    estimate.block_mean_square =
+        shifts_of_blocks(set, estimate).colwise().squaredNorm().transpose() / nu;
+  }
   FitStatistics& statistics = estimate.statistics;
-  BiasScatter scatter = blank_scatter("blocks", estimate, nu);
-  const Eigen::MatrixXd shifts = shifts_of_blocks(set, estimate);
+  BiasScatter scatter = blank_scatter("blocks", estimate, std::numeric_limits<double>::infinity());
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    BlockSquare all;
+    if (several) {
+      all = {.mean_square = estimate.block_mean_square(k), .degrees_of_freedom = nu};
+    }
+    if (process != nullptr) {
+      const double own = all.degrees_of_freedom;
+      all = pooled(all, {.mean_square = process->mean_square(k),
+                         .degrees_of_freedom = process->degrees_of_freedom});
+      estimate.earlier = all.degrees_of_freedom > own ? process->records : estimate.earlier;
+    }
     const Eigen::Index at = set.coefficient_count() * k;
     const double within = statistics.covariance(at, at);
-    const double mean_square = shifts.col(k).squaredNorm() / nu;
-    scatter.component.sd(k) = std::sqrt(std::max(mean_square - blocks * within, 0.0));
-    count_bias(at, mean_square / blocks, nu, statistics, scatter);
+    scatter.component.degrees_of_freedom =
+        std::min(scatter.component.degrees_of_freedom, all.degrees_of_freedom);
+    scatter.component.sd(k) = std::sqrt(std::max(all.mean_square - blocks * within, 0.0));
+    count_bias(at, all.mean_square / blocks, all.degrees_of_freedom, statistics, scatter);
   }
   put(std::move(scatter), estimate);
-  if (effects.blocks.size() == 2) {
+  if (process != nullptr && estimate.earlier == 0) {
+    estimate.notes.emplace_back(
+        "the blocks differ by far more than in earlier calibrations, which therefore do not count");
+  } else if (process != nullptr) {
+    estimate.notes.push_back(
+        formatted("the biases' intervals count how they changed between blocks in {} earlier "
+                  "calibrations ({} "
+                  "degrees of freedom)",
+                  process->records, number_text(process->degrees_of_freedom, 3)));
+  } else if (effects.blocks.size() == 2) {
     estimate.notes.emplace_back(
         "the biases' intervals count how blocks differ, and two blocks tell that only roughly: "
         "with "
@@ -167,7 +217,11 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
 void count_correlation(const ReadingSet& set, Estimate& estimate) {
   const std::optional<OrderedReadings> ordered = ordered_readings(set, estimate);
   constexpr double one_sided_10_percent = 1.282;
-  if (!ordered || set.robust || !(lag_one_score(*ordered) > one_sided_10_percent)) {
+  const bool has_soaks =
+      std::any_of(estimate.statistics.components.begin(), estimate.statistics.components.end(),
+                  [](const ScatterComponent& one) { return one.name == "soaks"; });
+  // Readings of a soak that lies off its curve are alike, and that counts already.
+  if (has_soaks || !ordered || set.robust || !(lag_one_score(*ordered) > one_sided_10_percent)) {
     return;
   }
   const CorrelatedMean mean = mean_under_correlation(*ordered);
@@ -197,12 +251,12 @@ void count_correlation(const ReadingSet& set, Estimate& estimate) {
 
 }  // namespace
 
-void count_run_scatter(const ReadingSet& set, Estimate& estimate) {
+void count_run_scatter(const ReadingSet& set, const ProcessScatter* process, Estimate& estimate) {
   fill_intervals(estimate.statistics);
   if (!estimate.statistics.covariance.allFinite()) {
     return;
   }
-  count_blocks(set, estimate);
+  count_blocks(set, process, estimate);
   count_correlation(set, estimate);
 }
 

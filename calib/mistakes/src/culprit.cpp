@@ -49,10 +49,6 @@ std::string_view advice_of(const Correction& correction) {
   return "";
 }
 
-double times_better(const SuspectRun& run, const HypothesisFit& fit) {
-  return std::sqrt((run.plain().total() / run.plain().dof()) / (fit.total() / fit.dof()));
-}
-
 std::string better(const SuspectRun& run, const HypothesisFit& fit) {
   const double ratio = times_better(run, fit);
   return number_text(ratio, ratio < 100.0 ? 2 : static_cast<int>(std::log10(ratio)) + 1);
@@ -94,8 +90,7 @@ std::optional<Culprit> culprit_of(const SuspectRun& run,
   const Explanation& best = explanations.front();
   // By whichever axis the run looks bad: without a fit that is clearly better nothing is
   // explained.
-  constexpr double clearly_better = 1.15;
-  if (!(times_better(run, best.fit) > clearly_better)) {
+  if (!is_clearly_better(run, best.fit)) {
     return std::nullopt;
   }
   Culprit result;
@@ -106,8 +101,7 @@ std::optional<Culprit> culprit_of(const SuspectRun& run,
     if (&explanation != &best && !(behind < as_likely) && !twin) {
       continue;
     }
-    if (result.warnings.size() == most_said ||
-        !(times_better(run, explanation.fit) > clearly_better)) {
+    if (result.warnings.size() == most_said || !is_clearly_better(run, explanation.fit)) {
       break;
     }
     // The same reading said to be an outlier in several ways is said once.
@@ -143,7 +137,18 @@ bool can_be_searched(const ReadingSet& set, const Estimate& estimate) {
 
 std::optional<Culprit> find_culprit(const ReadingSet& set,
                                     const Estimate& estimate,
-                                    bool known_field) {
+                                    bool known_field,
+                                    const ReadingSet* without_shared_errors) {
+  if (without_shared_errors != nullptr) {
+    SuspectRun run(*without_shared_errors, estimate, known_field && !estimate.levelness);
+    if (!run.plain().fitted || !looks_bad(run)) {
+      return std::nullopt;
+    }
+    run.delete_each();
+    if (!is_bad(run)) {
+      return std::nullopt;
+    }
+  }
   // A direction that was stated wrongly is no mistake of a reading: where opposite readings show it
   // they are judged without it.
   SuspectRun run(set, estimate, known_field && !estimate.levelness);

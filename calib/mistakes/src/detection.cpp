@@ -3,8 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <vector>
 
+#include "axiscal/calib/deletion_fit.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/variance_components.hpp"
 
 namespace axiscal {
 namespace {
@@ -17,23 +21,14 @@ constexpr double worth_a_look = 0.04;  // probability in the quick tests, before
 // Below this probability of the axes' scatters their noise clearly differs.
 constexpr double unequal_below = 0.01;
 constexpr double false_alarm_by_axis = 0.001;
+// From so many readings on each is also judged by what the others say, axis by axis; then the tests
+// share the level.
+constexpr Eigen::Index fewest_for_deletion = 24;
+constexpr double false_alarm_of_deletion = 0.003;
+constexpr double false_alarm_of_others = 0.008;
 
-// Equality of variances (Bartlett).
 double equality_p_value(const HypothesisFit& fit) {
-  const auto m = static_cast<double>(fit.rss.size());
-  const double nu = fit.dof();
-  if (m < 2.0 || !(fit.degrees_of_freedom.minCoeff() > 1.0)) {
-    return 1.0;
-  }
-  double statistic = nu * std::log(fit.total() / nu);
-  double inverse = 0.0;
-  for (Eigen::Index k = 0; k < fit.rss.size(); ++k) {
-    const double own = fit.degrees_of_freedom(k);
-    statistic -= own * std::log(fit.rss(k) / own);
-    inverse += 1.0 / own;
-  }
-  statistic /= 1.0 + (inverse - 1.0 / nu) / (3.0 * (m - 1.0));
-  return chi_squared_upper_p(std::max(statistic, 1e-12), m - 1.0);
+  return equal_variances_p(fit.rss.cwiseQuotient(fit.degrees_of_freedom), fit.degrees_of_freedom);
 }
 
 double f_test(double all, double dof, double drop, double q) {
@@ -129,7 +124,89 @@ double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
   return chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * static_cast<double>(run.m()));
 }
 
+// The fit of all readings with the axes weighed by what it leaves of them, where they differ: else
+// a noisy axis, by the field's direction, hides what a quiet one shows.
+HypothesisFit weighed_fit(const SuspectRun& run) {
+  HypothesisFit fit = run.plain();
+  Eigen::VectorXd scale = run.fitter().scale();
+  constexpr double may_be_equal = 0.5;
+  constexpr int rounds = 2;
+  for (int round = 0; round < rounds && equality_p_value(fit) < may_be_equal; ++round) {
+    scale.array() *= (fit.rss.array() / fit.degrees_of_freedom.array().max(0.5)).sqrt();
+    HypothesisFit next =
+        HypothesisFitter(fit.fields, run.fitter().known_field(), scale).fit(run.set());
+    if (!next.fitted) {
+      break;
+    }
+    fit = std::move(next);
+  }
+  return fit;
+}
+
+// How unlikely each reading is by the scatter of each axis: of what the fit of all leaves of it, as
+// if the others had been fitted alone. Exact but for the weights by axis, which are those of all.
+Eigen::VectorXd roughly_by_others(const SuspectRun& run, const HypothesisFit& fit) {
+  const Eigen::MatrixXd leverage = fit.basis.rowwise().squaredNorm().reshaped(run.n(), run.m());
+  Eigen::VectorXd sums = Eigen::VectorXd::Zero(run.n());
+  for (Eigen::Index k = 0; k < run.m(); ++k) {
+    const double nu = fit.degrees_of_freedom(k);
+    if (!(nu > 2.0) || !(fit.rss(k) > 0.0)) {
+      continue;
+    }
+    for (Eigen::Index i = 0; i < run.n(); ++i) {
+      const double left = std::max(1.0 - leverage(i, k), 1e-9);
+      const double t2 = std::pow(fit.residuals(i, k), 2) / (left * fit.rss(k) / nu);
+      const double f = t2 * (nu - 1.0) / std::max(nu - t2, 1e-9);
+      sums(i) -= 2.0 * std::log(std::max(f_upper_p(std::max(f, 1e-12), 1.0, nu - 1.0), 1e-300));
+    }
+  }
+  return sums;
+}
+
+// How unlikely the worst reading is by the others, each axis by its own scatter, over all readings.
+double deletion_p(const SuspectRun& run) {
+  if (run.n() < fewest_for_deletion || run.only_rounding()) {
+    return 1.0;
+  }
+  constexpr double worth_deleting = 0.1;
+  constexpr std::size_t most = 4;
+  const HypothesisFit fit = weighed_fit(run);
+  const Eigen::VectorXd sums = roughly_by_others(run, fit);
+  std::vector<std::size_t> worst(run.count());
+  std::iota(worst.begin(), worst.end(), std::size_t{0});
+  std::partial_sort(
+      worst.begin(), worst.begin() + most, worst.end(), [&](std::size_t a, std::size_t b) {
+        return sums(static_cast<Eigen::Index>(a)) > sums(static_cast<Eigen::Index>(b));
+      });
+  const auto readings = static_cast<double>(run.n());
+  if (readings * chi_squared_upper_p(std::max(sums.maxCoeff(), 1e-12),
+                                     2.0 * static_cast<double>(run.m())) >
+      worth_deleting) {
+    return 1.0;
+  }
+  const DeletionFit others(run.set(), fit.fields, run.fitter().known_field());
+  double smallest = 1.0;
+  for (const std::size_t i : first_of(worst, most)) {
+    smallest = std::min(smallest, others.p_value({i}, Eigen::MatrixXd::Ones(1, 1)).value_or(1.0));
+  }
+  return std::min(1.0, readings * smallest);
+}
+
 }  // namespace
+
+bool is_clearly_better(const SuspectRun& run, const HypothesisFit& with) {
+  constexpr double by_scatter = 1.15;
+  constexpr double by_chance = 0.005;
+  return times_better(run, with) > by_scatter ||
+         (run.n() >= fewest_for_deletion &&
+          static_cast<double>(run.n()) *
+                  std::min(nested_p(run, with), nested_p_by_axis(run, with)) <
+              by_chance);
+}
+
+double times_better(const SuspectRun& run, const HypothesisFit& fit) {
+  return std::sqrt((run.plain().total() / run.plain().dof()) / (fit.total() / fit.dof()));
+}
 
 bool looks_bad(const SuspectRun& run) {
   constexpr double large_share = 0.003;
@@ -148,7 +225,7 @@ bool looks_bad(const SuspectRun& run) {
   const auto suspicious = [&](const HypothesisFit& fit) {
     return classes * std::min(single_p(run, fit), added_p(run, fit)) < worth_a_look;
   };
-  if (suspicious(run.plain())) {
+  if (suspicious(run.plain()) || deletion_p(run) < false_alarm_of_deletion) {
     return true;
   }
   const Eigen::VectorXd own =
@@ -187,7 +264,9 @@ bool is_bad(SuspectRun& run) {
       consider(run.saturated(k, top), 2.0 * static_cast<double>(run.m()), false);
     }
   }
-  const bool bad = classes * smallest < false_alarm;
+  const bool many = run.n() >= fewest_for_deletion;
+  const bool bad = classes * smallest < (many ? false_alarm_of_others : false_alarm) ||
+                   deletion_p(run) < false_alarm_of_deletion;
   const bool unequal = !run.stated_ratio() && weigh_axes(run);
   if (bad || !unequal || !run.plain().fitted) {
     return bad && run.plain().fitted;

@@ -14,4 +14,11 @@ namespace axiscal {
 ///             that count as they scatter where their noise clearly differs.
 [[nodiscard]] bool is_bad(SuspectRun& run);
 
+/// By how much smaller a hypothesis makes the scatter.
+[[nodiscard]] double times_better(const SuspectRun& run, const HypothesisFit& fit);
+
+/// Whether a hypothesis explains what the fit as it is does not: it makes the scatter smaller by a
+/// clear part, or of many readings by more than chance does.
+[[nodiscard]] bool is_clearly_better(const SuspectRun& run, const HypothesisFit& with);
+
 }  // namespace axiscal

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/forecast.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/calib/design_advice.hpp"
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/joint_fit.hpp"
@@ -26,6 +29,7 @@ namespace {
 // One replicate, by axis: row n k + i of a change is that of reading i of axis k.
 struct LinearMap {
   Eigen::MatrixXd coefficients_from_readings;  // 4m x n m
+  Eigen::MatrixXd columns;                     // n m x c: of a fit to all readings, b and S first
   Eigen::VectorXd degrees_of_freedom;          // what one replicate leaves
   double parameters = 4.0;                     // per axis, of any number of replicates
 };
@@ -100,18 +104,30 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
     map.coefficients_from_readings = for_each_axis(pseudo_inverse(weighted) * averages, m);
     map.degrees_of_freedom =
         Eigen::VectorXd::Constant(m, static_cast<double>(paired.design.rows()));
+    // By generalised least squares it is a fit of all readings too.
+    const JointFit fit(set, set.weights);
+    const Eigen::MatrixXd J = fit.jacobian(fit.at({field}), Eigen::VectorXd::Ones(m));
+    if (undetermined_columns(J).empty()) {
+      map.columns = J;
+    }
     return map;
   }
   map.degrees_of_freedom = Eigen::VectorXd::Constant(m, static_cast<double>(set.size()));
   require_determined(set, field_design(set, {field}), row_for);
   if (setup.method == Method::known) {
-    map.coefficients_from_readings = for_each_axis(pseudo_inverse(field_design(set, {field})), m);
+    const Eigen::MatrixXd X = field_design(set, {field});
+    map.coefficients_from_readings = for_each_axis(pseudo_inverse(X), m);
+    map.columns = Eigen::MatrixXd::Zero(set.size() * m, 4 * m);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      map.columns.block(set.size() * k, 4 * k, set.size(), 4) = X;
+    }
     return map;
   }
   const JointFit fit(set, set.weights);
   const JointState state = fit.at({field});
   const Eigen::VectorXd sigma = Eigen::VectorXd::Ones(m);
   const Eigen::MatrixXd J = fit.jacobian(state, sigma);
+  map.columns = J;
   if (const std::vector<Eigen::Index> open = undetermined_columns(J); !open.empty()) {
     std::vector<std::string> names = names_of_open(open, fit.names_of_columns(state));
     const std::string list = joined(names);
@@ -125,8 +141,25 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
   return map;
 }
 
-// Face normals that are off by their covariance: the readings change, the coefficients follow.
-Eigen::MatrixXd positioner_part(const ForecastSetup& setup, const Eigen::MatrixXd& map) {
+// What an error that the readings share changes of them, in columns of standard deviation 1.
+using SharedErrors = Eigen::MatrixXd;  // n m x q
+
+// The readings' change with one of q quantities, by a central difference.
+// @param readings_at  the readings with quantity j changed by so much.
+template <typename ReadingsAt>
+Eigen::MatrixXd changes_with(Eigen::Index q, const ReadingsAt& readings_at) {
+  constexpr double step = 1e-5;
+  Eigen::MatrixXd changes;
+  for (Eigen::Index j = 0; j < q; ++j) {
+    const Eigen::VectorXd change = (readings_at(j, step) - readings_at(j, -step)) / (2.0 * step);
+    changes.conservativeResize(change.size(), q);
+    changes.col(j) = change;
+  }
+  return changes;
+}
+
+// Face normals that are off by their covariance.
+SharedErrors positioner_errors(const ForecastSetup& setup) {
   NormalCovariance C = NormalCovariance::Zero();
   if (const auto& stated = setup.positioner.description().normal_covariance) {
     C = *stated;
@@ -138,62 +171,105 @@ Eigen::MatrixXd positioner_part(const ForecastSetup& setup, const Eigen::MatrixX
         setup.normal_u_rad * setup.normal_u_rad * (Eigen::Matrix3d::Identity() - n * n.transpose());
   }
   if (C.isZero(0.0)) {
-    return Eigen::MatrixXd::Zero(map.rows(), map.rows());
+    return {};
   }
-  constexpr double step = 1e-5;
-  Eigen::MatrixXd change(map.rows(), 18);
-  for (Eigen::Index j = 0; j < 18; ++j) {
-    const auto moved = [&](double by) {
-      PositionerDescription description = setup.positioner.description();
-      for (std::size_t face = 0; face < all_faces.size(); ++face) {
-        description.faces[face].normal = setup.positioner.normals()[face];
-      }
-      const auto face = static_cast<std::size_t>(j / 3);
-      Eigen::Vector3d& n = *description.faces[face].normal;
-      n(j % 3) += by;
-      n.normalize();
-      return readings_of(setup, Positioner(std::move(description)),
-                         setup.mount.rotation_sensor_from_positioner, setup.slope);
-    };
-    change.col(j) = map * (moved(step) - moved(-step)) / (2.0 * step);
-  }
-  return change * C * change.transpose();
+  const auto moved = [&](Eigen::Index j, double by) {
+    PositionerDescription description = setup.positioner.description();
+    for (std::size_t face = 0; face < all_faces.size(); ++face) {
+      description.faces[face].normal = setup.positioner.normals()[face];
+    }
+    Eigen::Vector3d& n = *description.faces[static_cast<std::size_t>(j / 3)].normal;
+    n(j % 3) += by;
+    n.normalize();
+    return readings_of(setup, Positioner(std::move(description)),
+                       setup.mount.rotation_sensor_from_positioner, setup.slope);
+  };
+  return changes_with(18, moved) * covariance_root(C);
 }
 
-Eigen::MatrixXd level_part(const ForecastSetup& setup, const Eigen::MatrixXd& map) {
+SharedErrors level_errors(const ForecastSetup& setup) {
   if (setup.method != Method::known || !(setup.level_u_rad > 0.0)) {
-    return Eigen::MatrixXd::Zero(map.rows(), map.rows());
+    return {};
   }
-  constexpr double step = 1e-5;
-  Eigen::MatrixXd change(map.rows(), 2);
-  for (int j = 0; j < 2; ++j) {
-    const Eigen::Vector2d by = step * Eigen::Vector2d::Unit(j);
-    const Eigen::Matrix3d& mount = setup.mount.rotation_sensor_from_positioner;
-    change.col(j) = map *
-                    (readings_of(setup, setup.positioner, mount, setup.slope + by) -
-                     readings_of(setup, setup.positioner, mount, setup.slope - by)) /
-                    (2.0 * step);
-  }
-  return setup.level_u_rad * setup.level_u_rad * change * change.transpose();
+  return setup.level_u_rad * changes_with(2, [&](Eigen::Index j, double by) {
+           return readings_of(setup, setup.positioner, setup.mount.rotation_sensor_from_positioner,
+                              setup.slope + by * Eigen::Vector2d::Unit(j));
+         });
 }
 
-Eigen::MatrixXd mount_part(const ForecastSetup& setup, const Eigen::MatrixXd& map) {
-  const double u = setup.mount.repeatability_rad;
-  if (!(u > 0.0)) {
+SharedErrors mount_errors(const ForecastSetup& setup) {
+  if (!(setup.mount.repeatability_rad > 0.0)) {
+    return {};
+  }
+  return setup.mount.repeatability_rad * changes_with(3, [&](Eigen::Index j, double by) {
+           return readings_of(setup, setup.positioner,
+                              rotation_by(by * Eigen::Vector3d::Unit(j)) *
+                                  setup.mount.rotation_sensor_from_positioner,
+                              setup.slope);
+         });
+}
+
+// What shared errors make of the coefficients.
+Eigen::MatrixXd part_of(const SharedErrors& errors, const Eigen::MatrixXd& map) {
+  if (errors.size() == 0) {
     return Eigen::MatrixXd::Zero(map.rows(), map.rows());
   }
-  constexpr double step = 1e-5;
-  Eigen::MatrixXd change(map.rows(), 3);
-  for (int j = 0; j < 3; ++j) {
-    const auto turned = [&](double by) -> Eigen::VectorXd {
-      return readings_of(
-          setup, setup.positioner,
-          rotation_by(by * Eigen::Vector3d::Unit(j)) * setup.mount.rotation_sensor_from_positioner,
-          setup.slope);
-    };
-    change.col(j) = map * (turned(step) - turned(-step)) / (2.0 * step);
+  const Eigen::MatrixXd changes = map * errors;
+  return changes * changes.transpose();
+}
+
+// The map of generalised least squares, as calibrate() fits where the cube's normals are uncertain.
+// @param variance  of a reading.
+Eigen::MatrixXd generalized_map(const LinearMap& map,
+                                const SharedErrors& positioner,
+                                const SharedErrors& level,
+                                double variance) {
+  Eigen::MatrixXd V = positioner * positioner.transpose();
+  if (level.size() > 0) {
+    V += level * level.transpose();
   }
-  return u * u * change * change.transpose();
+  constexpr double rounding = 1e-12;
+  V.diagonal().array() += std::max(variance, rounding * V.diagonal().maxCoeff());
+  const Eigen::LLT<Eigen::MatrixXd> root(V);
+  const Eigen::MatrixXd W = root.matrixL().solve(map.columns);
+  const Eigen::MatrixXd from_whitened =
+      pseudo_inverse(W).topRows(map.coefficients_from_readings.rows());
+  return root.matrixL().transpose().solve(from_whitened.transpose()).transpose();
+}
+
+// The parts of a forecast that replicates do not change.
+struct ForecastParts {
+  LinearMap map;
+  SharedErrors positioner, level, mount;
+};
+
+ForecastParts parts_of(const ForecastSetup& setup) {
+  return {.map = linear_map(setup, reading_set(setup)),
+          .positioner = positioner_errors(setup),
+          .level = level_errors(setup),
+          .mount = mount_errors(setup)};
+}
+
+// @param replicates  any number, as a search for it tries them.
+Forecast forecast_of(const ForecastSetup& setup, const ForecastParts& parts, double replicates) {
+  const double variance =
+      setup.noise_sd * setup.noise_sd / (replicates * static_cast<double>(setup.samples));
+  Eigen::MatrixXd L = parts.map.coefficients_from_readings;
+  const bool weighed = setup.positioner.description().normal_covariance.has_value() &&
+                       parts.positioner.size() > 0 && parts.map.columns.size() > 0;
+  if (weighed && variance > 0.0) {
+    L = generalized_map(parts.map, parts.positioner, parts.level, variance);
+  }
+  Forecast result;
+  result.noise = variance * L * L.transpose();
+  result.positioner = part_of(parts.positioner, L);
+  result.level = part_of(parts.level, L);
+  result.mount = part_of(parts.mount, L);
+  result.degrees_of_freedom =
+      replicates * parts.map.degrees_of_freedom.array() - parts.map.parameters;
+  result.response = setup.nominal.response;
+  result.magnitude = setup.nominal.field.magnitude;
+  return result;
 }
 
 // Covariance of the field that a calibrated reading gives, for a field in the instrument's frame.
@@ -231,6 +307,16 @@ Method method_for(const Experiment& experiment, const std::vector<DesignEntry>& 
   return is_open && design.size() < fewest_for_direction ? Method::known : method;
 }
 
+void check_setup(const ForecastSetup& setup) {
+  if (!(setup.noise_sd >= 0.0) || !std::isfinite(setup.noise_sd) || setup.replicates < 1 ||
+      setup.samples < 1 || !(setup.normal_u_rad >= 0.0) ||
+      !(setup.mount.repeatability_rad >= 0.0) || !(setup.level_u_rad >= 0.0)) {
+    throw DomainError(
+        "forecast: noise and uncertainties must not be negative, replicates and samples at least "
+        "1");
+  }
+}
+
 }  // namespace
 
 Calibration nominal_calibration(const Experiment& experiment, double sensitivity) {
@@ -264,26 +350,8 @@ ForecastSetup forecast_setup(const Experiment& experiment,
 }
 
 Forecast forecast(const ForecastSetup& setup) {
-  if (!(setup.noise_sd >= 0.0) || !std::isfinite(setup.noise_sd) || setup.replicates < 1 ||
-      setup.samples < 1 || !(setup.normal_u_rad >= 0.0) ||
-      !(setup.mount.repeatability_rad >= 0.0) || !(setup.level_u_rad >= 0.0)) {
-    throw DomainError(
-        "forecast: noise and uncertainties must not be negative, replicates and samples at least "
-        "1");
-  }
-  const ReadingSet set = reading_set(setup);
-  const LinearMap map = linear_map(setup, set);
-  const Eigen::MatrixXd& L = map.coefficients_from_readings;
-  const double averaged = static_cast<double>(setup.replicates) * setup.samples;
-  Forecast result;
-  result.noise = setup.noise_sd * setup.noise_sd / averaged * L * L.transpose();
-  result.positioner = positioner_part(setup, L);
-  result.level = level_part(setup, L);
-  result.mount = mount_part(setup, L);
-  result.degrees_of_freedom = setup.replicates * map.degrees_of_freedom.array() - map.parameters;
-  result.response = setup.nominal.response;
-  result.magnitude = setup.nominal.field.magnitude;
-  return result;
+  check_setup(setup);
+  return forecast_of(setup, parts_of(setup), setup.replicates);
 }
 
 AngleUncertainty forecast_angles(const Forecast& forecast,
@@ -330,11 +398,11 @@ std::optional<double> replicates_for_angle(const ForecastSetup& setup, double wa
   }
   ForecastSetup one = setup;
   one.replicates = 1;
-  Forecast first = forecast(one);
-  const Eigen::MatrixXd noise = first.noise;
+  check_setup(one);
+  const ForecastParts parts = parts_of(one);
   const auto reaches = [&](double replicates) {
-    first.noise = noise / replicates;
-    return largest_angle_uncertainty(first, first.covariance()) <= wanted_rad;
+    const Forecast tried = forecast_of(one, parts, replicates);
+    return largest_angle_uncertainty(tried, tried.covariance()) <= wanted_rad;
   };
   constexpr double most = 1e15;
   if (!reaches(most)) {

@@ -248,6 +248,9 @@ SimulatedRun simulate_run(const Calibration& truth,
     }
     observations.has_level = observations.has_level || row.entry.level != 1.0;
     troubles.next(row.block);
+    if (options.world.mount_rad > 0.0) {
+      observations.readings[i].mount = row.block;
+    }
     const Eigen::Matrix3d rotation_sensor_from_table = troubles.as_seated(
         options.rotation_sensor_from_positioner *
         options.positioner.rotation_table_from_positioner(row.entry.point).transpose());

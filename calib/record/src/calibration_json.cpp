@@ -225,6 +225,7 @@ void members(JsonMembers& io, Verdict& verdict) {
   io.value("rule", verdict.rule);
   io.list("limits", verdict.limits,
           [](JsonMembers& one, LimitVerdict& limit) { members(one, limit); });
+  io.value_if_any("not_counted", verdict.not_counted);
 }
 
 // Any word is taken: it may be of a later version.
@@ -284,12 +285,19 @@ void coefficient_members(JsonMembers& io, Calibration& calibration) {
             [&](JsonMembers& one) { also_members(one, calibration.also, m); });
 }
 
-void members(JsonMembers& io, CalibrationConditions& conditions) {
+void members(JsonMembers& io, CalibrationConditions& conditions, Eigen::Index m) {
   io.value("blocks", conditions.blocks);
   io.value("mounts", conditions.mounts);
   std::string kind = conditions.intermediate ? "intermediate" : "repeatability";
   io.value("kind", kind);
   conditions.intermediate = kind == "intermediate";
+  if (io.has("earlier", conditions.earlier > 0)) {
+    io.need("earlier", conditions.earlier);
+  }
+  if (io.has("block_mean_square", conditions.block_mean_square.size() > 0)) {
+    io.vector("block_mean_square", conditions.block_mean_square, m);
+    io.need("block_degrees_of_freedom", conditions.block_degrees_of_freedom);
+  }
 }
 
 // What was fitted, and how well.
@@ -317,8 +325,9 @@ void result_members(JsonMembers& io, Calibration& calibration) {
     io.object("uncertainty", calibration.uncertainty.has_value(),
               [&](JsonMembers& one) { budget_members(one, calibration); });
   }
-  io.object("conditions", calibration.statistics.has_value(),
-            [&](JsonMembers& one) { members(one, calibration.conditions); });
+  io.object("conditions", calibration.statistics.has_value(), [&](JsonMembers& one) {
+    members(one, calibration.conditions, calibration.response.bias.size());
+  });
   io.object_if_any("orientations", calibration.orientations,
                    [](JsonMembers& one, OrientationQuality& quality) { members(one, quality); });
 }

@@ -50,11 +50,13 @@ std::string resolved(const std::string& name, const std::string& experiment_path
 }
 
 void read_instrument(const JsonValue& json, Instrument& instrument) {
-  check_keys(json, {"kind", "serial", "axes", "unit", "convention", "range", "one_sided"}, {});
+  check_keys(json, {"kind", "serial", "model", "axes", "unit", "convention", "range", "one_sided"},
+             {});
   with(json, "kind", [&](const JsonValue& kind) {
     instrument.kind = kind.text();
     kind.check([&] { static_cast<void>(find_instrument_kind(instrument.kind)); });
   });
+  with(json, "model", [&](const JsonValue& model) { instrument.model = model.text(); });
   with(json, "serial", [&](const JsonValue& serial) {
     instrument.serial = serial.text();
     serial.check([&] { check_serial(instrument.serial); });

@@ -11,6 +11,7 @@
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
+#include "sheet_columns.hpp"
 
 namespace axiscal {
 namespace {
@@ -163,7 +164,8 @@ class Table {
 
 // Where the columns of observations are.
 struct Columns {
-  std::optional<std::size_t> rest, fence, run, block, level, temperature, time, samples, serial;
+  std::optional<std::size_t> rest, fence, run, block, mount, level, temperature, time, samples,
+      serial;
   std::vector<std::size_t> axes;
   std::vector<std::optional<std::size_t>> minus;  // for each axis that is a difference
   std::vector<std::size_t> axes_sd;               // empty unless every axis has one
@@ -218,6 +220,7 @@ Columns find_columns(Table& table, const ObservationColumns& wanted) {
   }
   columns.run = table.find("run");
   columns.block = table.find("block");
+  columns.mount = table.find("mount");
   columns.level = table.find("level");
   columns.temperature =
       wanted.needs_temperature ? table.need("temperature") : table.find("temperature");
@@ -232,6 +235,9 @@ Reading read_reading(const Table& table, const Columns& columns, int row) {
   reading.run = columns.run ? table.integer(*columns.run) : row;
   if (columns.block) {
     reading.block = table.integer(*columns.block);
+  }
+  if (columns.mount) {
+    reading.mount = table.integer(*columns.mount);
   }
   if (columns.rest) {
     reading.point = table.point(*columns.rest, *columns.fence);
@@ -264,48 +270,6 @@ void append_cells(std::string& text, const std::vector<std::string>& cells) {
   text += joined(cells, ",");
   text += '\n';
 }
-
-// The columns that every table of design points begins with; level and temperature where they say
-// something.
-class SheetColumns {
- public:
-  explicit SheetColumns(const std::vector<Reading>& readings) {
-    for (const Reading& reading : readings) {
-      with_level_ = with_level_ || reading.level != 1.0;
-      with_temperature_ = with_temperature_ || reading.temperature.has_value();
-    }
-  }
-
-  void show_level() { with_level_ = true; }
-
-  [[nodiscard]] std::vector<std::string> header() const {
-    std::vector<std::string> cells = {"run", "block", "rest", "fence"};
-    if (with_level_) {
-      cells.emplace_back("level");
-    }
-    if (with_temperature_) {
-      cells.emplace_back("temperature");
-    }
-    return cells;
-  }
-
-  [[nodiscard]] std::vector<std::string> cells(const Reading& reading) const {
-    std::vector<std::string> cells = {std::to_string(reading.run), std::to_string(reading.block),
-                                      std::string(face_name(reading.point->rest())),
-                                      std::string(face_name(reading.point->fence()))};
-    if (with_level_) {
-      cells.push_back(number_text(reading.level));
-    }
-    if (with_temperature_) {
-      cells.push_back(reading.temperature ? number_text(*reading.temperature) : "");
-    }
-    return cells;
-  }
-
- private:
-  bool with_level_ = false;
-  bool with_temperature_ = false;
-};
 
 }  // namespace
 

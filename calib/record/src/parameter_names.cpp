@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/formatted.hpp"
 
 namespace axiscal {
@@ -80,6 +81,24 @@ void put_intervals(FitStatistics& statistics) {
     statistics.interval_95(i) =
         student_t_factor(0.95, statistics.interval_dof(i)) * std::sqrt(statistics.covariance(i, i));
   }
+}
+
+void add_component(ScatterComponent component, FitStatistics& statistics) {
+  fill_intervals(statistics);
+  for (Eigen::Index i = 0; i < statistics.covariance.rows(); ++i) {
+    if (component.covariance(i, i) > 0.0) {
+      VarianceShares shares;
+      shares.axes.push_back({.variance = statistics.covariance(i, i),
+                             .degrees_of_freedom = statistics.interval_dof(i)});
+      shares.components.push_back({.variance = component.covariance(i, i),
+                                   .degrees_of_freedom = component.degrees_of_freedom});
+      const CombinedUncertainty combined = combine(shares);
+      statistics.interval_dof(i) = combined.degrees_of_freedom;
+      statistics.interval_95(i) = combined.expanded;
+    }
+  }
+  statistics.covariance += component.covariance;
+  statistics.components.push_back(std::move(component));
 }
 
 void add_intervals(Calibration& calibration) {

@@ -60,6 +60,7 @@ void members(JsonMembers& io, Instrument& instrument) {
   io.need("kind", instrument.kind);
   io.check("kind", [&] { static_cast<void>(find_instrument_kind(instrument.kind)); });
   io.value("serial", instrument.serial);
+  io.value_if_any("model", instrument.model);
   io.need("axes", instrument.axes);
   io.check("axes", [&] { check_axes(instrument); });
   io.need("unit", instrument.unit);

@@ -63,12 +63,19 @@ void interval_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m
   if (has_sensitivity) {
     sensitivity = by_axis.middleRows<3>(1).transpose();
   }
+  // Of second fields and temperature terms, in the order of the parameters.
+  const Eigen::Index first_other = has_sensitivity ? 4 : 1;
+  Eigen::MatrixXd others = by_axis.bottomRows(p - first_other).transpose();
   io.object("interval_95", true, [&](JsonMembers& intervals) {
     intervals.vector("bias", bias, m);
     intervals.matrix("sensitivity", sensitivity, m, 3);
+    if (others.cols() > 0 && intervals.has("others", true)) {
+      intervals.matrix("others", others, m, others.cols());
+    }
   });
   if (io.reads()) {
     by_axis.row(0) = bias.transpose();
+    by_axis.bottomRows(p - first_other) = others.transpose();
     if (has_sensitivity) {
       by_axis.middleRows<3>(1) = sensitivity.transpose();
     }

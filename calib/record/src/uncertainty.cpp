@@ -47,6 +47,14 @@ Eigen::VectorXd shares_of_axes(const Calibration& calibration,
   return sum > 0.0 ? Eigen::VectorXd(shares * (all / sum)) : shares;
 }
 
+// Whether the budget has a source whose name begins like this.
+bool has_source(const Calibration& calibration, std::string_view beginning) {
+  return calibration.uncertainty &&
+         std::any_of(
+             calibration.uncertainty->sources.begin(), calibration.uncertainty->sources.end(),
+             [&](const UncertaintySource& source) { return source.name.starts_with(beginning); });
+}
+
 constexpr double as_good_as_infinite = 1e6;
 
 // Welch's and Satterthwaite's degrees of freedom, and whether each share has enough for them.
@@ -139,13 +147,12 @@ double CoverageFactors::expanded(const VarianceShares& shares) const {
 VarianceShares scatter_shares(const Calibration& calibration, const Eigen::RowVectorXd& gradient) {
   VarianceShares shares;
   const FitStatistics& statistics = *calibration.statistics;
-  Eigen::MatrixXd of_readings = statistics.covariance;
   for (const ScatterComponent& component : statistics.components) {
-    of_readings -= component.covariance;
     shares.components.push_back({.variance = variance(gradient, component.covariance),
                                  .degrees_of_freedom = component.degrees_of_freedom});
   }
-  const Eigen::VectorXd by_axis = shares_of_axes(calibration, gradient, of_readings);
+  const Eigen::VectorXd by_axis =
+      shares_of_axes(calibration, gradient, statistics.covariance_of_readings());
   for (Eigen::Index k = 0; k < by_axis.size(); ++k) {
     shares.axes.push_back(
         {.variance = by_axis(k), .degrees_of_freedom = statistics.degrees_of_freedom(k)});
@@ -194,6 +201,35 @@ Eigen::MatrixXd parameter_covariance(const Calibration& calibration) {
     }
   }
   return sum;
+}
+
+bool counts_magnitude(const Calibration& calibration) {
+  const bool matters = calibration.method != Method::bias && calibration.method != Method::turns;
+  return !matters || has_source(calibration, field_magnitude_source) ||
+         has_source(calibration, "magnitude of ");
+}
+
+std::vector<std::string> not_counted(const Calibration& calibration) {
+  std::vector<std::string> all;
+  if (!calibration.statistics) {
+    return all;
+  }
+  const bool on_table =
+      (calibration.method == Method::paired || calibration.method == Method::joint ||
+       calibration.method == Method::known) &&
+      (!calibration.positioner.empty() || calibration.field.in_table);
+  if (on_table && !has_source(calibration, "positioner")) {
+    all.emplace_back("the cube's face normals");
+  }
+  if (!counts_magnitude(calibration)) {
+    all.push_back(calibration.field.kind == "gravity" ? "local gravity"
+                                                      : "the magnitude of the reference field");
+  }
+  const std::string& unit = calibration.instrument.unit;
+  if (unit.size() <= 2 && !unit.empty() && (unit.back() == 'V' || unit.back() == 'A')) {
+    all.emplace_back(unit.back() == 'V' ? "the voltage reference" : "the current reference");
+  }
+  return all;
 }
 
 double parameter_value(const Calibration& calibration, const std::string& name) {

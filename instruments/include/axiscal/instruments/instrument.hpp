@@ -40,6 +40,7 @@ struct DifferentialAxis {
 struct Instrument {
   std::string kind;                                 ///< name of an InstrumentKind
   std::string serial;                               ///< as check_serial(); may be empty
+  std::string model;                                ///< what units of one design have in common
   std::vector<std::string> axes = {"x", "y", "z"};  ///< names of the response columns, one or more
   std::string unit = "1";                           ///< what the readings are in, any text
   AxisConvention convention = AxisConvention::forward_left_up;

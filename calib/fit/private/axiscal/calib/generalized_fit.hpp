@@ -28,6 +28,19 @@ namespace axiscal {
                                                                  Method method,
                                                                  Estimate& estimate);
 
+/// The readings without what the errors of uncertain inputs, which they share, most likely add to
+/// them; for tests of single readings, which know nothing of shared errors.
+///
+/// @param set  the readings that were fitted.
+/// @return nothing where no input is uncertain, or the readings do not tell.
+/// @par Source
+/// method.md, section 5; Robinson, Statistical Science 6 (1991) 15-32 (best linear unbiased
+/// prediction).
+[[nodiscard]] std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
+                                                              const ReadingSet& set,
+                                                              Method method,
+                                                              const Estimate& estimate);
+
 /// Columns f_k^2, the field along each axis, added to the fit with all its shared errors: an F test
 /// of nested models.
 ///

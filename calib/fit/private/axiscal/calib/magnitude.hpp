@@ -39,4 +39,7 @@ void align_by_points(const ReadingSet& set, double F, Estimate& estimate);
 /// Response and its covariance in another frame: f_new = R f.
 void turn_frame(const Eigen::Matrix3d& R, LinearResponse& response, Eigen::MatrixXd& covariance);
 
+/// What statistics say of such a response, in another frame: covariance, its components, intervals.
+void turn_frame(const Eigen::Matrix3d& R, FitStatistics& statistics);
+
 }  // namespace axiscal

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -46,6 +47,15 @@ class ReadingSource {
   /// @return whether that is a change.
   bool set_effects(EffectSetup effects);
 
+  /// From now on the instrument sits in the cube in each of these mounts turned once more.
+  /// @param turns  exp([d]x) by the mount's number, f_sensor -> exp([d]x) f_sensor; empty: takes
+  /// all
+  ///               turns back.
+  void turn_mounts(const std::map<int, Eigen::Matrix3d>& turns);
+
+  /// How the mounts are turned in all.
+  [[nodiscard]] const std::map<int, Eigen::Matrix3d>& mount_turns() const { return mount_turns_; }
+
   /// Reference and range of the readings that are used; no terms.
   [[nodiscard]] TemperatureResponse temperature_range() const;
 
@@ -87,6 +97,7 @@ class ReadingSource {
   std::optional<double> mean_time_s_;
   int temperature_order_ = 0;
   EffectSetup effects_;
+  std::map<int, Eigen::Matrix3d> mount_turns_;
   TemperatureResponse temperature_;  // reference and range
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/process_scatter.hpp"
 
 namespace axiscal {
 
@@ -10,9 +11,10 @@ namespace axiscal {
 /// models of the noise. Says in the estimate's notes what was found.
 ///
 /// @param set       the readings that were fitted, with the run's effects.
+/// @param process   what earlier calibrations say of the blocks' scatter; null: nothing.
 /// @param estimate  of methods paired, joint and known; its intervals are filled.
 /// @par Source
 /// method.md, section 4.
-void count_run_scatter(const ReadingSet& set, Estimate& estimate);
+void count_run_scatter(const ReadingSet& set, const ProcessScatter* process, Estimate& estimate);
 
 }  // namespace axiscal

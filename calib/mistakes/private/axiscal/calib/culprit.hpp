@@ -28,9 +28,13 @@ struct Culprit {
 /// and ranked by its likelihood, with a penalty for freedom and for the alternatives of its kind.
 ///
 /// @param known_field  whether the field's direction is given.
+/// @param without_shared_errors  the set as it is without errors that its readings share, which are
+///                     no mistakes: the run must look bad like this too. Null: there are none.
 /// @return nothing for a good run.
-[[nodiscard]] std::optional<Culprit> find_culprit(const ReadingSet& set,
-                                                  const Estimate& estimate,
-                                                  bool known_field);
+[[nodiscard]] std::optional<Culprit> find_culprit(
+    const ReadingSet& set,
+    const Estimate& estimate,
+    bool known_field,
+    const ReadingSet* without_shared_errors = nullptr);
 
 }  // namespace axiscal

@@ -73,9 +73,16 @@ struct ScatterComponent {
 
 /// Under which conditions the scatter was seen (VIM 2.20, 2.22).
 struct CalibrationConditions {
-  int blocks = 1;             ///< over whose biases the scatter counts
-  int mounts = 1;             ///< likewise of the instrument in the cube
-  bool intermediate = false;  ///< whether blocks or mounts were several; else repeatability
+  int blocks = 1;  ///< over whose biases the scatter counts
+  int mounts = 1;  ///< likewise of the instrument in the cube
+  /// Whether blocks or mounts were several, or earlier calibrations say how they scatter; else
+  /// repeatability.
+  bool intermediate = false;
+  int earlier = 0;  ///< earlier calibrations whose scatter between blocks counts
+  /// m: mean square of the blocks' biases about their mean [unit^2], with so many degrees of
+  /// freedom; empty with one block.
+  Eigen::VectorXd block_mean_square;
+  double block_degrees_of_freedom = 0.0;
 };
 
 /// Statistics of the fit (method.md, section 5); m axes. NaN stands for what does not exist.
@@ -97,6 +104,9 @@ struct FitStatistics {
   std::vector<LackOfFit> lack_of_fit;        ///< per axis; empty without replicates
   std::vector<RegressionRow> rows;
   std::vector<int> observations_per_axis;  ///< where axes leave readings out; else empty
+
+  /// @return what the readings' own scatter makes of the covariance: it less its components.
+  [[nodiscard]] Eigen::MatrixXd covariance_of_readings() const;
 
   /// @return the row of `covariance` that is of a parameter, as "x.bias"; nothing where it has
   /// none.

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/process_scatter.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/field/induced_field.hpp"
 #include "axiscal/field/reference_field.hpp"
@@ -90,6 +91,9 @@ struct Experiment {
   LevelBy level_by = LevelBy::run;  ///< `block`: for methods paired and joint
   DriftSetup drift = DriftSetup::automatic;  ///< methods paired, joint and known
   SeatSetup seats = SeatSetup::automatic;    ///< likewise
+  /// What earlier calibrations say of how biases change between blocks; with it one block, too,
+  /// knows more than what repeats within it.
+  std::optional<ProcessScatter> process;
   TemperatureSetup temperature;
   StatedUncertainties stated;
   /// What is not fitted is taken from it: of method `bias` the sensitivity.

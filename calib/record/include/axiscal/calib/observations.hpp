@@ -15,6 +15,7 @@ namespace axiscal {
 struct Reading {
   int run = 1;                                     ///< number of the reading, in the order taken
   int block = 1;                                   ///< replicate of the whole design
+  int mount = 1;                                   ///< how often the instrument was mounted anew
   std::optional<DesignPoint> point;                ///< how the cube lay
   double level = 1.0;                              ///< multiple of the induced field
   std::optional<double> temperature;               ///< temperature sensor output, any unit

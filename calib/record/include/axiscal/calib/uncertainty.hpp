@@ -96,6 +96,17 @@ struct ParameterUncertainty {
 /// @return the unit of a parameter of the record: "V", "V/g", "V per d2", "1 per d".
 [[nodiscard]] std::string parameter_unit(const Calibration& calibration, const std::string& name);
 
+/// @return whether the budget holds how well the field's magnitude is known, or that does not
+/// matter
+///         (methods bias and turns); without it nothing can be claimed in SI units.
+[[nodiscard]] bool counts_magnitude(const Calibration& calibration);
+
+/// What the stated uncertainty does not hold, as nobody stated how well it is known: of a run on a
+/// table the cube's face normals, the field's magnitude, of readings in volts or amperes what they
+/// are referred to.
+/// @return in words, to stand behind "not counted: "; empty without statistics.
+[[nodiscard]] std::vector<std::string> not_counted(const Calibration& calibration);
+
 /// What to do about the source that counts most.
 struct Advice {
   std::string source;  ///< the one with the largest part of the variance

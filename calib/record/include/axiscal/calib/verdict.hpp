@@ -25,6 +25,7 @@ struct Verdict {
   bool passed = true;
   std::string rule;  ///< "simple" or "guarded"
   std::vector<LimitVerdict> limits;
+  std::vector<std::string> not_counted;  ///< in the uncertainties, in words
 };
 
 }  // namespace axiscal

@@ -33,6 +33,10 @@ void fill_intervals(FitStatistics& statistics);
 /// Intervals of the parameters by the covariance and the degrees of freedom of each.
 void put_intervals(FitStatistics& statistics);
 
+/// Adds a component of the scatter to the covariance, and to the intervals of the parameters that
+/// it has a part in, as combine() does.
+void add_component(ScatterComponent component, FitStatistics& statistics);
+
 /// From the covariance of a record's statistics: names of the parameters, standard errors, coverage
 /// factors, intervals.
 void add_intervals(Calibration& calibration);

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/lack_of_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+
+#include "axis_regression.hpp"
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/uncertain_inputs.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr Eigen::Index most_poses = 300;
+
+// The means of an axis's readings over poses, with the rows of their design and of the inputs'
+// errors.
+struct PoseMeans {
+  Eigen::VectorXd weights;
+  Eigen::VectorXd response;
+  Eigen::MatrixXd design;
+  Eigen::MatrixXd errors;
+};
+
+// Divided by the root of each pose's weight at the end: a row sums as weights say.
+PoseMeans means_of_axis(const ReadingSet& set,
+                        const std::vector<int>& group,
+                        const JointAxis& axis,
+                        Eigen::Index k,
+                        const Eigen::MatrixXd& tangents,
+                        const Eigen::MatrixXd& errors) {
+  const Eigen::Index poses = 1 + *std::max_element(group.begin(), group.end());
+  const Eigen::Index p = set.coefficient_count();
+  PoseMeans means{.weights = Eigen::VectorXd::Zero(poses),
+                  .response = Eigen::VectorXd::Zero(poses),
+                  .design = Eigen::MatrixXd::Zero(poses, p + tangents.cols()),
+                  .errors = Eigen::MatrixXd::Zero(poses, errors.cols())};
+  // Effects of the run are no part of a pose: what the fit says of them is taken off.
+  const Eigen::Index effects = set.effects.columns.cols();
+  const Eigen::VectorXd of_effects = axis.X.rightCols(effects) * axis.estimate.tail(effects);
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    const double w = set.weights(i, k);
+    const Eigen::Index pose = group[static_cast<std::size_t>(i)];
+    means.weights(pose) += w;
+    means.response(pose) += w * (set.response(i, k) - of_effects(i));
+    means.design.row(pose).head(p) += w * axis.X.row(i).head(p);
+    means.errors.row(pose) += w * errors.row(i);
+    if (w > 0.0) {
+      means.design.row(pose).tail(tangents.cols()) += std::sqrt(w) * tangents.row(i);
+    }
+  }
+  std::vector<Eigen::Index> seen;
+  for (Eigen::Index pose = 0; pose < poses; ++pose) {
+    if (means.weights(pose) > 0.0) {
+      seen.push_back(pose);
+    }
+  }
+  const Eigen::VectorXd per_weight = means.weights(seen).cwiseInverse();
+  return {.weights = means.weights(seen),
+          .response = per_weight.cwiseProduct(means.response(seen)),
+          .design = per_weight.asDiagonal() * means.design(seen, Eigen::all),
+          .errors = per_weight.asDiagonal() * means.errors(seen, Eigen::all)};
+}
+
+void test_axis(const PoseMeans& means, LackOfFit& test) {
+  const Eigen::VectorXd of_scatter =
+      test.pure_error_sd * test.pure_error_sd * means.weights.cwiseInverse();
+  Eigen::MatrixXd V = means.errors * means.errors.transpose();
+  V.diagonal() += of_scatter;
+  const Eigen::LLT<Eigen::MatrixXd> root(V);
+  if (root.info() != Eigen::Success) {
+    return;
+  }
+  const Eigen::MatrixXd X = root.matrixL().solve(means.design);
+  const Eigen::VectorXd y = root.matrixL().solve(means.response);
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(X);
+  const auto free = static_cast<double>(X.rows() - qr.rank());
+  if (!(free > 0.0)) {
+    return;
+  }
+  const Eigen::MatrixXd Q = (qr.householderQ() * Eigen::MatrixXd::Identity(X.rows(), X.rows()))
+                                .rightCols(X.rows() - qr.rank());
+  // What is left over, in directions that the design does not reach; V's part of scatter there.
+  const Eigen::VectorXd left = Q.transpose() * y;
+  const Eigen::MatrixXd back = root.matrixU().solve(Q);
+  const double share = (back.cwiseAbs2().array().colwise() * of_scatter.array()).sum() / free;
+  test.lack_of_fit_dof = free;
+  test.f = left.squaredNorm() / free;
+  test.p_value = f_upper_p(std::max(test.f, 1e-300), free, test.pure_error_dof / (share * share));
+}
+
+}  // namespace
+
+void test_lack_of_fit_of_inputs(const Experiment& experiment,
+                                const ReadingSet& set,
+                                Method method,
+                                Estimate& estimate) {
+  std::vector<LackOfFit>& tests = estimate.statistics.lack_of_fit;
+  if (tests.empty() || estimate.fields.empty() || set.rotation_sensor_from_table.empty() ||
+      set.robust) {
+    return;
+  }
+  const bool known = method == Method::known;
+  const std::vector<UncertainInput> inputs =
+      uncertain_inputs(experiment, set, known, estimate.fields);
+  const RegressionRows rows = rows_of_readings(set);
+  if (inputs.empty() ||
+      *std::max_element(rows.group.begin(), rows.group.end()) >= static_cast<int>(most_poses)) {
+    return;
+  }
+  const JointState state = JointFit(set, set.weights).at(estimate.fields);
+  Eigen::Index count = 0;
+  for (const UncertainInput& input : inputs) {
+    count += input.parts;
+  }
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    LackOfFit& test = tests[static_cast<std::size_t>(k)];
+    if (!(test.pure_error_dof > 0.0) || !(test.pure_error_sd > 2.0 * set.rounding(k))) {
+      continue;
+    }
+    Eigen::MatrixXd errors(set.size(), count);
+    const Eigen::RowVector3d S = estimate.response.sensitivity.row(k);
+    for (Eigen::Index i = 0; i < set.size(); ++i) {
+      Eigen::Index first = 0;
+      for (const UncertainInput& input : inputs) {
+        errors.block(i, first, 1, input.parts) =
+            set.scale(i, k) * S * input.change(i, estimate.fields);
+        first += input.parts;
+      }
+    }
+    const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+    const Eigen::Index directions = known ? 0 : state.direction_count();
+    test_axis(means_of_axis(set, rows.group, axis, k, axis.tangents.leftCols(directions), errors),
+              test);
+  }
+}
+
+}  // namespace axiscal

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "layings.hpp"
+
+#include <algorithm>
+#include <vector>
+
+namespace axiscal {
+
+Layings layings_of(const ReadingSet& set) {
+  const Eigen::Index m = set.axis_count();
+  Layings layings{.set = set,
+                  .squares = Eigen::VectorXd::Zero(m),
+                  .degrees_of_freedom = Eigen::VectorXd::Zero(m)};
+  if (set.temperature.order > 0) {
+    return layings;
+  }
+  const auto continues = [&](std::size_t i) {
+    const Reading& now = set.readings[i];
+    const Reading& before = set.readings[i - 1];
+    return now.point == before.point && now.block == before.block && now.level == before.level &&
+           set.rotation_sensor_from_table[i] == set.rotation_sensor_from_table[i - 1];
+  };
+  std::vector<Eigen::Index> firsts;
+  for (std::size_t i = 0; i < set.readings.size(); ++i) {
+    if (i == 0 || !continues(i)) {
+      firsts.push_back(static_cast<Eigen::Index>(i));
+    }
+  }
+  if (firsts.size() == set.readings.size()) {
+    return layings;
+  }
+  ReadingSet& means = layings.set;
+  const auto count = static_cast<Eigen::Index>(firsts.size());
+  means.readings.clear();
+  means.rotation_sensor_from_table.clear();
+  means.response.resize(count, m);
+  means.weights.resize(count, m);
+  means.effects.columns.resize(count, set.effects.columns.cols());
+  for (Eigen::Index s = 0; s < count; ++s) {
+    const Eigen::Index first = firsts[static_cast<std::size_t>(s)];
+    const Eigen::Index rows =
+        (s + 1 < count ? firsts[static_cast<std::size_t>(s) + 1] : set.size()) - first;
+    means.readings.push_back(set.readings[static_cast<std::size_t>(first)]);
+    means.rotation_sensor_from_table.push_back(
+        set.rotation_sensor_from_table[static_cast<std::size_t>(first)]);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const Eigen::VectorXd w = set.weights.col(k).segment(first, rows);
+      const Eigen::VectorXd v = set.response.col(k).segment(first, rows);
+      const double sum = w.sum();
+      const double mean = sum > 0.0 ? w.dot(v) / sum : v(0);
+      means.weights(s, k) = sum;
+      means.response(s, k) = mean;
+      layings.squares(k) += w.dot((v.array() - mean).square().matrix());
+      layings.degrees_of_freedom(k) +=
+          std::max(static_cast<double>((w.array() > 0.0).count()) - 1.0, 0.0);
+    }
+    if (!set.effects.names.empty()) {
+      means.effects.columns.row(s) = set.effects.columns.middleRows(first, rows).colwise().mean();
+    }
+  }
+  return layings;
+}
+
+}  // namespace axiscal

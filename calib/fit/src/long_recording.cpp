@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "long_recording.hpp"
+
+#include <cmath>
+
+#include "axiscal/calib/jackknife.hpp"
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+
+bool is_long_recording(Eigen::Index readings) {
+  constexpr Eigen::Index fewest = 200;
+  return readings >= fewest;
+}
+
+void count_long_correlation(const Eigen::VectorXd& uncertainties,
+                            FitStatistics& statistics,
+                            std::vector<std::string>& notes) {
+  if (!uncertainties.allFinite()) {
+    notes.emplace_back(
+        "a tenth of the recording alone determines something, so that its intervals do not count "
+        "that consecutive readings are alike");
+    return;
+  }
+  constexpr auto degrees_of_freedom = static_cast<double>(jackknife_parts - 1);
+  statistics.covariance = rescaled_covariance(statistics.covariance, uncertainties);
+  const Eigen::Index m = statistics.residual_sd.size();
+  const Eigen::Index p = statistics.covariance.rows() / m;
+  ScatterComponent component{.name = "correlation",
+                             .sd = uncertainties(Eigen::seqN(0, m, p)),
+                             .unit = {},
+                             .covariance = statistics.covariance,
+                             .degrees_of_freedom = degrees_of_freedom};
+  statistics.components.push_back(std::move(component));
+  statistics.interval_dof.setConstant(statistics.covariance.rows(), degrees_of_freedom);
+  put_intervals(statistics);
+}
+
+std::vector<std::string> remarks_on_length(double independent) {
+  constexpr double enough = 30.0;
+  constexpr double fewest = 10.0;
+  if (independent >= enough) {
+    return {};
+  }
+  return {formatted(
+      "the recording is short for its own noise: it counts as about {} independent readings, and "
+      "{}",
+      number_text(std::round(independent)),
+      independent < fewest ? "the uncertainties stated are lower bounds; record for longer"
+                           : "intervals hold 83 to 92 % rather than 95; record for longer")};
+}
+
+}  // namespace axiscal

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/calibration.hpp"
+
+namespace axiscal {
+
+/// Whether there are so many readings that tenths of them tell how well the coefficients are
+/// determined.
+[[nodiscard]] bool is_long_recording(Eigen::Index readings);
+
+/// Consecutive readings of a long recording are alike, so the covariance becomes that which leaving
+/// out its tenths says, as a component "correlation" with 9 degrees of freedom; the intervals
+/// follow.
+///
+/// @param uncertainties  of the parameters, by jackknife_uncertainty(); where one is no number
+///                       nothing changes but a note.
+/// @par Source
+/// method.md, section 4.
+void count_long_correlation(const Eigen::VectorXd& uncertainties,
+                            FitStatistics& statistics,
+                            std::vector<std::string>& notes);
+
+/// What to say of a recording that is short for its own noise.
+/// @param independent  as how many independent readings it counts.
+/// @return none, or one remark.
+[[nodiscard]] std::vector<std::string> remarks_on_length(double independent);
+
+}  // namespace axiscal

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/mount_turns.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include <Eigen/Geometry>
+
+#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/rotation.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::size_t most_mounts = 40;
+
+// Orthonormal changes of so many values that sum to 0; B x (B - 1).
+Eigen::MatrixXd contrasts(std::size_t count) {
+  return orthogonal_complement(Eigen::VectorXd::Ones(static_cast<Eigen::Index>(count)));
+}
+
+// How each contrast of turns changes the readings, axis by axis, in their noise; (n m) x 3 (B - 1).
+Eigen::MatrixXd mount_columns(const ReadingSet& set,
+                              const Estimate& estimate,
+                              const JointState& state,
+                              const Eigen::VectorXd& sigma,
+                              const std::map<int, Eigen::Vector3d>& mounts) {
+  const Eigen::Index n = set.size();
+  const Eigen::MatrixXd C = contrasts(mounts.size());
+  Eigen::MatrixXd columns(n * set.axis_count(), 3 * C.cols());
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const auto place = std::distance(mounts.begin(), mounts.find(set.readings[at].mount));
+    const Eigen::Vector3d field =
+        set.rotation_sensor_from_table[at] * set.field_in_table(i, state.fields);
+    for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+      // S d x f = -S [f]x d
+      const Eigen::RowVector3d change = -state.axes[static_cast<std::size_t>(k)].root_weights(i) /
+                                        sigma(k) * estimate.response.sensitivity.row(k) *
+                                        cross_matrix(field);
+      for (Eigen::Index c = 0; c < C.cols(); ++c) {
+        columns.block<1, 3>(n * k + i, 3 * c) = C(place, c) * change;
+      }
+    }
+  }
+  return columns;
+}
+
+}  // namespace
+
+std::optional<MountStep> step_of_mounts(const ReadingSet& set,
+                                        const Estimate& estimate,
+                                        bool known_field) {
+  MountStep step;
+  for (const Reading& reading : set.readings) {
+    step.turns.emplace(reading.mount, Eigen::Vector3d::Zero());
+  }
+  if (step.turns.size() < 2 || step.turns.size() > most_mounts || estimate.fields.empty() ||
+      set.rotation_sensor_from_table.empty() || set.axis_count() < 2) {
+    return std::nullopt;
+  }
+  const Eigen::Index m = set.axis_count();
+  Eigen::VectorXd sigma = estimate.statistics.residual_sd;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    sigma(k) = std::max({sigma(k), set.rounding(k), 1e-300});
+  }
+  const JointFit joint(set, set.weights);
+  const JointState state = joint.at(estimate.fields);
+  const Eigen::MatrixXd all = joint.jacobian(state, sigma);
+  const Eigen::Index others = set.column_count() * m + (known_field ? 0 : state.direction_count());
+  const Eigen::MatrixXd mounts = mount_columns(set, estimate, state, sigma, step.turns);
+  Eigen::MatrixXd J(all.rows(), others + mounts.cols());
+  J << all.leftCols(others), mounts;
+  if (J.rows() <= J.cols()) {
+    return std::nullopt;
+  }
+  constexpr double open_below = 1e-7;
+  const ScaledQr qr(J, open_below);
+  if (!qr.has_full_rank()) {
+    return std::nullopt;
+  }
+  Eigen::VectorXd residuals(set.size() * m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    residuals.segment(set.size() * k, set.size()) =
+        state.axes[static_cast<std::size_t>(k)].residuals / sigma(k);
+  }
+  const Eigen::VectorXd by_contrast = qr.solve(residuals).tail(mounts.cols());
+  const Eigen::MatrixXd C = contrasts(step.turns.size());
+  Eigen::Index place = 0;
+  for (auto& [mount, turn] : step.turns) {
+    for (Eigen::Index c = 0; c < C.cols(); ++c) {
+      turn += C(place, c) * by_contrast.segment<3>(3 * c);
+    }
+    ++place;
+  }
+  step.expected = qr.covariance().diagonal().tail(mounts.cols()).mean();
+  return step;
+}
+
+bool count_mounts(const std::map<int, Eigen::Matrix3d>& turns,
+                  double expected,
+                  Estimate& estimate) {
+  FitStatistics& statistics = estimate.statistics;
+  const auto count = static_cast<double>(turns.size());
+  const double nu = 3.0 * (count - 1.0);
+  const Eigen::Index m = estimate.response.bias.size();
+  const Eigen::Index p = statistics.covariance.rows() / m;
+  // The turns took degrees of freedom, of each axis its part.
+  const Eigen::VectorXd left = statistics.degrees_of_freedom.array() - nu / static_cast<double>(m);
+  if (!(left.minCoeff() > 0.5)) {
+    return false;
+  }
+  const Eigen::VectorXd inflation = statistics.degrees_of_freedom.cwiseQuotient(left);
+  Eigen::MatrixXd of_readings = statistics.covariance_of_readings();
+  const Eigen::MatrixXd of_components = statistics.covariance - of_readings;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const double factor = std::sqrt(inflation(k));
+    statistics.residual_sd(k) *= factor;
+    of_readings.middleRows(p * k, p) *= factor;
+    of_readings.middleCols(p * k, p) *= factor;
+  }
+  statistics.degrees_of_freedom = left;
+  statistics.covariance = of_readings + of_components;
+  double squares = 0.0;
+  for (const auto& [mount, turn] : turns) {
+    const Eigen::AngleAxisd rotation(turn);
+    squares += rotation.angle() * rotation.angle();
+  }
+  const double more = std::max(squares / nu - inflation.mean() * expected, 0.0);
+  ScatterComponent component{.name = "mounts",
+                             .sd = Eigen::VectorXd::Constant(1, std::sqrt(more)),
+                             .unit = "rad",
+                             .covariance = Eigen::MatrixXd::Zero(p * m, p * m),
+                             .degrees_of_freedom = nu};
+  for (int axis = 0; axis < 3; ++axis) {
+    const SensitivityMatrix change =
+        estimate.response.sensitivity * cross_matrix(Eigen::Vector3d::Unit(axis));
+    Eigen::VectorXd by_parameters = Eigen::VectorXd::Zero(p * m);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      by_parameters.segment<3>(p * k + 1) = change.row(k).transpose();
+    }
+    component.covariance += more / count * by_parameters * by_parameters.transpose();
+  }
+  if (statistics.interval_dof.size() > 0) {
+    put_intervals(statistics);  // of seats each parameter has its own degrees of freedom
+  }
+  if (more > 0.0) {
+    estimate.notes.push_back(
+        formatted("the instrument sits anew in the cube in each of {} mounts, by {} rad about each "
+                  "axis (standard deviation); cross-axis terms and their uncertainty count it",
+                  turns.size(), number_text(component.sd(0), 2)));
+    add_component(std::move(component), statistics);
+  }
+  return true;
+}
+
+}  // namespace axiscal

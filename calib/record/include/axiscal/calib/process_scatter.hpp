@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// How the biases of a unit, or of units of its model, changed from block to block in earlier
+/// calibrations: the process's standard deviation that a check standard shows (NIST/SEMATECH
+/// e-Handbook, 2.4.5).
+struct ProcessScatter {
+  Eigen::VectorXd mean_square;      ///< m: of blocks' biases about their mean [unit^2]
+  double degrees_of_freedom = 0.0;  ///< of each
+  int records = 0;                  ///< that it is from
+};
+
+}  // namespace axiscal
