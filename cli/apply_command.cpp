@@ -257,6 +257,9 @@ int run(const ApplyCommand& command) {
       put_propagation(*command.attitude, *attitude, *attitude_reducer, {}, 1.0, level_of(command),
                       attitude_uncertainty);
       options.attitude_uncertainty = &*attitude_uncertainty;
+      if (!calibration.positioner.empty() && calibration.positioner == attitude->positioner) {
+        uncertainty->share_cube();
+      }
     }
   } else if (command.noise || command.resolution || command.temperature_u ||
              command.field_magnitude_u || command.level) {

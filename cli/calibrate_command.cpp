@@ -8,6 +8,7 @@
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/companion.hpp"
+#include "axiscal/calib/history.hpp"
 #include "axiscal/calib/limits.hpp"
 #include "axiscal/calib/reduction_csv.hpp"
 #include "axiscal/calib/uncertainty.hpp"
@@ -52,6 +53,8 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
           "of the local magnetic field [nT]; by --latitude and --longitude, or 1");
   options.add("--limits", command.limits, "FILE",
               "accept or reject by these limits; rejected: exit 1");
+  options.add("--history", command.history, "FOLDER",
+              "earlier records of the unit, or of its --model: how biases change between blocks");
   options.add("--table", command.table, "FILE",
               "of many units (column 'serial'): one row each, with verdict and reason");
   options.add_flag("--accept-suggestion", command.accept_suggestion,
@@ -194,6 +197,22 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
   return outcome;
 }
 
+// What earlier records say of the run's unit; nothing without --history.
+std::optional<ProcessScatter> process_of(const CalibrateCommand& command,
+                                         const std::vector<Calibration>& earlier,
+                                         const Experiment& experiment,
+                                         const RunReadings& run) {
+  if (!command.history) {
+    return std::nullopt;
+  }
+  Instrument unit = experiment.instrument;
+  unit.serial = unit.serial.empty() ? run.serial : unit.serial;
+  if (unit.serial.empty() && unit.model.empty()) {
+    throw UsageError("--history: say whose with --serial or --model, or a column 'serial'");
+  }
+  return process_scatter(earlier, unit, run.inputs);
+}
+
 Suggestions suggestions_of(const CalibrateCommand& command) {
   return command.accept_suggestion ? Suggestions::accept : Suggestions::name;
 }
@@ -209,11 +228,13 @@ struct Unit {
 Unit calibrate_unit(const CalibrateCommand& command,
                     const Experiment& experiment,
                     const RunReadings& run,
-                    const std::optional<Limits>& limits) {
+                    const std::optional<Limits>& limits,
+                    const std::vector<Calibration>& earlier) {
   Unit unit{.serial = run.serial};
   try {
     Experiment own = experiment;
     own.instrument.serial = run.serial;
+    own.process = process_of(command, earlier, own, run);
     std::vector<Calibration> calibrations = calibrate_run(own, run, suggestions_of(command));
     apply_limits(limits, experiment.limits, calibrations);
     unit.calibration = std::move(calibrations.front());
@@ -293,7 +314,8 @@ void check_outputs(const CalibrateCommand& command, const std::vector<RunReading
 int run_batch(const CalibrateCommand& command,
               const Experiment& experiment,
               const RunReadings& run,
-              const std::optional<Limits>& limits) {
+              const std::optional<Limits>& limits,
+              const std::vector<Calibration>& earlier) {
   if (!command.table &&
       (!command.output || command.output->find(serial_place) == std::string::npos)) {
     throw UsageError(
@@ -311,7 +333,7 @@ int run_batch(const CalibrateCommand& command,
   check_outputs(command, runs);
   units.resize(runs.size());
   for_each_in_parallel(runs.size(), [&](std::size_t i) {
-    units[i] = calibrate_unit(command, experiment, runs[i], limits);
+    units[i] = calibrate_unit(command, experiment, runs[i], limits, earlier);
   });
   for (Unit& unit : units) {
     if (unit.calibration) {
@@ -376,6 +398,8 @@ int run(const CalibrateCommand& command) {
   experiment.limits = command.limits.value_or(experiment.limits);
   const std::optional<Limits> limits =
       experiment.limits.empty() ? std::nullopt : std::optional(read_limits(experiment.limits));
+  const std::vector<Calibration> earlier =
+      command.history ? read_records(*command.history) : std::vector<Calibration>{};
   std::optional<Calibration> companion;
   std::optional<ObservationColumns> beside;
   if (command.align) {
@@ -393,7 +417,13 @@ int run(const CalibrateCommand& command) {
       with_assembly(experiment.positioner, command.experiment.assembly, run.slots);
   experiment.slot = slot_of(experiment, run);
   if (has_several_units(run) || command.table) {
-    return run_batch(command, experiment, run, limits);
+    return run_batch(command, experiment, run, limits, earlier);
+  }
+  experiment.process = process_of(command, earlier, experiment, run);
+  if (command.history && !experiment.process) {
+    print_remark("note", *command.history +
+                             ": no earlier records of the unit, so nothing is known of how biases "
+                             "change between blocks");
   }
   if (command.output) {
     check_output(*command.output, experiment, run);

@@ -19,7 +19,7 @@ struct CalibrateCommand {
   bool cube = false;
   bool fit_gyroscope_bias = false;
   std::optional<std::string> output;
-  std::optional<std::string> limits, table;
+  std::optional<std::string> limits, history, table;
   std::optional<std::string> align;  ///< record of an instrument that was recorded together
   bool json = false;
   bool force = false;

@@ -64,6 +64,7 @@ std::string check_json(const DriftCheck& check, const std::optional<Verdict>& ve
                {"intrinsic", json_of(check.intrinsic, true)},
                {"pitch_error_deg", check.pitch_error_deg},
                {"pitch_error_u_deg", check.pitch_error_u_deg},
+               {"pitch_error_U_deg", check.pitch_error_expanded_deg},
                {"notes", check.notes}};
   if (verdict) {
     json["verdict"] = Json::parse(verdict_json(*verdict));
@@ -89,9 +90,11 @@ std::string check_text(const DriftCheck& check, const Calibration& record) {
   text += number_text(check.p_value, 2) + ")\n";
   const bool has_pitch = find_instrument_kind(record.instrument.kind).has_axis_elevation;
   if (std::isfinite(check.pitch_error_deg)) {
-    text += formatted("{} by the old record is now off by up to {:.3g} degrees (u {:.2g})\n",
-                      has_pitch ? "pitch (up to 80 degrees)" : "the field's direction",
-                      check.pitch_error_deg, check.pitch_error_u_deg);
+    text += formatted(
+        "{} by the old record is now off by up to {:.3g} degrees (u {:.2g}; as the "
+        "largest over all directions U = {:.2g})\n",
+        has_pitch ? "pitch (up to 80 degrees)" : "the field's direction", check.pitch_error_deg,
+        check.pitch_error_u_deg, check.pitch_error_expanded_deg);
   }
   text += "\nCoefficients\n" + changes_text(check.changes, false);
   text += "\nIndependent of the mounting: biases, sensitivities, angles between axes [rad]\n" +

@@ -32,6 +32,7 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
   } catch (const DomainError& error) {
     throw UsageError("--instrument", error);
   }
+  instrument.model = options.model.value_or(instrument.model);
   if (options.serial) {
     try {
       check_serial(*options.serial);
@@ -292,6 +293,7 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   instrument.add("--instrument", experiment.instrument, "KIND",
                  "accelerometer, inclinometer, magnetometer, gyroscope, optical or generic");
   instrument.add("--serial", experiment.serial, "TEXT", "serial number");
+  instrument.add("--model", experiment.model, "TEXT", "what units of one design have in common");
   instrument.add(
       "--axes", experiment.axes, "A,B,..",
       "response columns, one or more; x,y,z; d=p-n is an axis d, the difference of two columns");

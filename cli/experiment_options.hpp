@@ -13,7 +13,7 @@ namespace axiscal::cli {
 /// Options that describe an experiment, as typed.
 struct ExperimentOptions {
   std::vector<std::string> files;
-  std::optional<std::string> instrument, serial, axes, unit, convention, range;
+  std::optional<std::string> instrument, serial, model, axes, unit, convention, range;
   std::optional<std::string> field, also, field_unit, field_magnitude, field_magnitude_u,
       field_table;
   std::optional<std::string> magnetic_model, gravity_model, source;

@@ -65,6 +65,12 @@ std::vector<std::string> what_to_watch(const Calibration& calibration) {
     lines.emplace_back(
         "It holds at the temperature of the calibration: no temperature was modelled.");
   }
+  if (const std::vector<std::string> missing = not_counted(calibration); !missing.empty()) {
+    lines.push_back(
+        formatted("The uncertainties do not count {}: how well that is known was not "
+                  "stated.",
+                  joined(missing)));
+  }
   if (!calibration.left_out.empty()) {
     lines.push_back(formatted("{} readings were left out.", calibration.left_out.size()));
   }

@@ -170,6 +170,16 @@ void write_facts(const Calibration& calibration,
   for (const std::string& statement : details.traceability) {
     pages.paragraph(statement);
   }
+  if (const std::vector<std::string> missing = not_counted(calibration); !missing.empty()) {
+    pages.paragraph(
+        formatted("The uncertainties stated do not include that of: {}.", joined(missing)));
+  }
+  if (!counts_magnitude(calibration)) {
+    pages.paragraph(formatted(
+        "The results are relative to the field at the place of calibration, whose magnitude counts "
+        "as {} {} exactly; no claim in SI units is made.",
+        number_text(field.magnitude, 8), field.unit));
+  }
 }
 
 void write_results(const Calibration& calibration, PdfPages& pages) {
@@ -275,6 +285,8 @@ std::vector<std::string> missing_details(const Calibration& calibration,
   need(!details.environment.empty(), "environment");
   need(!details.traceability.empty(), "traceability");
   need(!details.authorised.empty(), "authorised");
+  need(counts_magnitude(calibration),
+       "the standard uncertainty of the field's magnitude (a claim in SI units needs it)");
   return missing;
 }
 

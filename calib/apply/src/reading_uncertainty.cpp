@@ -6,6 +6,8 @@
 
 #include <Eigen/Geometry>
 
+#include "axiscal/calib/covariance_root.hpp"
+#include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -62,6 +64,12 @@ double variance_of(const VarianceShares& shares) {
   return sum;
 }
 
+// Beyond F the arcsine stands still: what is left open there is the angle that u of a component
+// makes at the pole, cos(angle) = 1 - u / F [rad].
+double angle_at_pole(double u, double F) {
+  return std::sqrt(2.0 * u / F);
+}
+
 }  // namespace
 
 ReadingNoise stated_noise(const Calibration& calibration) {
@@ -98,10 +106,9 @@ ReadingPropagation::ReadingPropagation(const Calibration& calibration,
       }
     }
   }
-  of_readings_ = calibration.statistics->covariance;
-  of_inputs_ = covariance_ - of_readings_;
+  of_readings_ = calibration.statistics->covariance_of_readings();
+  of_inputs_ = covariance_ - calibration.statistics->covariance;
   for (const ScatterComponent& component : calibration.statistics->components) {
-    of_readings_ -= component.covariance;
     components_.push_back(
         {.covariance = component.covariance, .degrees_of_freedom = component.degrees_of_freedom});
   }
@@ -243,9 +250,14 @@ ReducedUncertainty ReadingPropagation::at(std::span<const double> readings,
           slope(reducer_, results_of(reducer_.reduce(readings, &below, temperature), derived), here,
                 results_of(reducer_.reduce(readings, &above, temperature), derived), h);
     }
-    const Eigen::VectorXd more = (by_up * *up_covariance).cwiseProduct(by_up).rowwise().sum();
+    Eigen::VectorXd more = (by_up * *up_covariance).cwiseProduct(by_up).rowwise().sum();
+    for (const CubeError& error : cube_errors_) {
+      const Eigen::VectorXd by_field = G * (error.of_sensitivity * field);
+      more += 2.0 * by_field.cwiseProduct(by_up * (error.of_field * *up));
+    }
     for (Eigen::Index r = 0; r < more.size(); ++r) {
-      shares[static_cast<std::size_t>(r)].others += more(r);
+      double& others = shares[static_cast<std::size_t>(r)].others;
+      others = std::max(others + more(r), 0.0);
     }
   }
   add_magnitude(reduced, readings, up, temperature, shares);
@@ -314,15 +326,64 @@ void ReadingPropagation::add_magnitude(const ReducedReading& reduced,
   }
 }
 
-// Beyond F the arcsine stands still: what is left open there is the angle that u of f_x makes at
-// the pole, cos(angle) = 1 - u / F.
 void ReadingPropagation::put_pole(ReducedUncertainty& result) const {
   const auto angle_deg = [&](double u) {
-    return std::sqrt(2.0 * u / reducer_.magnitude()) * deg_per_rad;
+    return angle_at_pole(u, reducer_.magnitude()) * deg_per_rad;
   };
   result.derived[0] = std::max(result.derived[0], angle_deg(result.field_in_sensor.x()));
   result.expanded.derived[0] =
       std::max(result.expanded.derived[0], angle_deg(result.expanded.field_in_sensor.x()));
+}
+
+void ReadingPropagation::share_cube() {
+  cube_errors_.clear();
+  if (!calibration_.uncertainty) {
+    return;
+  }
+  const auto& sources = calibration_.uncertainty->sources;
+  const auto source =
+      std::find_if(sources.begin(), sources.end(),
+                   [](const UncertaintySource& one) { return one.name == "positioner"; });
+  if (source == sources.end() || source->covariance.size() == 0) {
+    return;
+  }
+  const SensitivityMatrix& S = calibration_.response.sensitivity;
+  std::vector<Eigen::Index> places;
+  for (const std::string& axis : calibration_.instrument.axes) {
+    for (const char component : {'x', 'y', 'z'}) {
+      const auto at =
+          calibration_.statistics->position_of(formatted("{}.sensitivity.{}", axis, component));
+      if (!at) {
+        return;
+      }
+      places.push_back(*at);
+    }
+  }
+  const Eigen::MatrixXd root = covariance_root(source->covariance(places, places));
+  const Eigen::MatrixXd inverse = pseudo_inverse(S);
+  for (Eigen::Index j = 0; j < root.cols(); ++j) {
+    CubeError error{.of_sensitivity = SensitivityMatrix(S.rows(), 3), .of_field = {}};
+    for (Eigen::Index k = 0; k < S.rows(); ++k) {
+      error.of_sensitivity.row(k) = root.col(j).segment<3>(3 * k).transpose();
+    }
+    error.of_field = inverse * error.of_sensitivity;
+    cube_errors_.push_back(error);
+  }
+}
+
+ReadingPropagation::LengthChange ReadingPropagation::length_change(
+    std::span<const double> readings, std::optional<double> temperature) const {
+  const Eigen::Vector3d field =
+      reducer_.reduce(readings, nullptr, temperature).field_in_sensor / factor_;
+  const Eigen::MatrixXd B = change_with_parameters(field, nullptr, temperature);
+  const Eigen::VectorXd own = reading_variance(field, temperature);
+  const Eigen::MatrixXd G =
+      change_with_readings(readings, nullptr, temperature, own.cwiseSqrt()).topRows<3>() / factor_;
+  LengthChange change{.length = field.norm(), .direction = field.normalized()};
+  const Eigen::RowVectorXd by_readings = change.direction.transpose() * G;
+  change.by_parameters = -by_readings * B;
+  change.reading_variance = by_readings.cwiseAbs2().dot(own);
+  return change;
 }
 
 Eigen::Matrix3d ReadingPropagation::field_covariance(std::span<const double> readings,
@@ -377,6 +438,9 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(std::size_t axis,
   const double high = elevation_of_axis(component + u, F).angle_rad;
   const double low = elevation_of_axis(component - u, F).angle_rad;
   result.angle_rad = 0.5 * (high - low);
+  if (std::abs(component) >= F) {
+    result.angle_rad = std::max(result.angle_rad, angle_at_pole(u, F));
+  }
   return result;
 }
 

@@ -76,10 +76,11 @@ Eigen::MatrixXd covariance_of(const Calibration& calibration,
   return result;
 }
 
-// The part of an axis's covariance that is of its scatter, and that scatter's degrees of freedom.
+// The parts of an axis's covariance that are of scatter, as shares of the difference's covariance,
+// mean over its parameters: that of the readings, and those of its components.
 struct Scatter {
-  double share = 0.0;  // in the difference's covariance, mean over its parameters
-  double degrees_of_freedom = 0.0;
+  VarianceShare readings;
+  std::vector<VarianceShare> components;
 };
 
 Scatter scatter_of(const Calibration& calibration,
@@ -89,14 +90,51 @@ Scatter scatter_of(const Calibration& calibration,
   if (!states_covariance(calibration)) {
     return {};
   }
-  Scatter scatter{.degrees_of_freedom = calibration.statistics->degrees_of_freedom(axis)};
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (const auto at = calibration.statistics->position_of(names[i])) {
-      scatter.share += calibration.statistics->covariance(*at, *at) /
-                       variances(static_cast<Eigen::Index>(i)) / static_cast<double>(names.size());
+  const FitStatistics& statistics = *calibration.statistics;
+  const auto share_of = [&](const Eigen::MatrixXd& covariance) {
+    double share = 0.0;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (const auto at = statistics.position_of(names[i])) {
+        share += covariance(*at, *at) / variances(static_cast<Eigen::Index>(i)) /
+                 static_cast<double>(names.size());
+      }
     }
+    return share;
+  };
+  Scatter scatter{.readings = {.variance = share_of(statistics.covariance),
+                               .degrees_of_freedom = statistics.degrees_of_freedom(axis)}};
+  for (const ScatterComponent& component : statistics.components) {
+    const double share = share_of(component.covariance);
+    scatter.readings.variance -= share;
+    scatter.components.push_back(
+        {.variance = share, .degrees_of_freedom = component.degrees_of_freedom});
+  }
+  constexpr double rounding = 1e-12;
+  if (scatter.readings.variance < rounding) {
+    scatter.readings.variance = 0.0;
   }
   return scatter;
+}
+
+// Welch's and Satterthwaite's degrees of freedom of a difference.
+double freedom_of_difference(const Scatter& before, const Scatter& after, bool pooled) {
+  std::vector<VarianceShare> shares = before.components;
+  shares.insert(shares.end(), after.components.begin(), after.components.end());
+  if (pooled) {  // both are the same quantity
+    shares.push_back({.variance = before.readings.variance + after.readings.variance,
+                      .degrees_of_freedom = before.readings.degrees_of_freedom});
+  } else {
+    shares.push_back(before.readings);
+    shares.push_back(after.readings);
+  }
+  double inverse = 0.0;
+  for (const VarianceShare& share : shares) {
+    if (share.variance > 0.0) {
+      inverse += share.variance * share.variance / share.degrees_of_freedom;
+    }
+  }
+  constexpr double as_good_as_infinite = 1e6;
+  return inverse > 0.0 ? 1.0 / inverse : as_good_as_infinite;
 }
 
 // Where the scatters of an axis do not differ they are of one instrument: both records then count
@@ -123,6 +161,9 @@ void pool_scatters(Calibration& a, Calibration& b) {
     const double pooled = (nu1 * s1 + nu2 * s2) / (nu1 + nu2);
     const std::string prefix = a.instrument.axes[static_cast<std::size_t>(k)] + ".";
     const auto rescale = [&](FitStatistics& statistics, double factor) {
+      const Eigen::MatrixXd of_readings = statistics.covariance_of_readings();
+      const Eigen::MatrixXd of_components = statistics.covariance - of_readings;
+      statistics.covariance = of_readings;
       for (std::size_t i = 0; i < statistics.parameter_names.size(); ++i) {
         if (statistics.parameter_names[i].starts_with(prefix)) {
           const auto at = static_cast<Eigen::Index>(i);
@@ -130,6 +171,7 @@ void pool_scatters(Calibration& a, Calibration& b) {
           statistics.covariance.col(at) *= factor;
         }
       }
+      statistics.covariance += of_components;
       statistics.residual_sd(k) = std::sqrt(pooled);
       statistics.degrees_of_freedom(k) = nu1 + nu2;
     };
@@ -207,20 +249,9 @@ double compare_axis(const Calibration& old,
   const double t2 = difference.dot(C.ldlt().solve(difference));
   const Scatter before = scatter_of(old, names, k, C.diagonal());
   const Scatter after = scatter_of(fresh, names, k, C.diagonal());
-  // Of one pooled scatter both shares are the same quantity; else Welch and Satterthwaite.
-  const bool pooled = before.share > 0.0 && after.share > 0.0 &&
+  const bool pooled = before.readings.variance > 0.0 && after.readings.variance > 0.0 &&
                       old.statistics->residual_sd(k) == fresh.statistics->residual_sd(k);
-  double inverse = 0.0;
-  if (pooled) {
-    inverse = std::pow(before.share + after.share, 2) / before.degrees_of_freedom;
-  } else {
-    for (const Scatter& scatter : {before, after}) {
-      if (scatter.share > 0.0) {
-        inverse += scatter.share * scatter.share / scatter.degrees_of_freedom;
-      }
-    }
-  }
-  const double nu = inverse > 0.0 ? 1.0 / inverse : 1e6;
+  const double nu = freedom_of_difference(before, after, pooled);
   return f_upper_p(std::max(t2 / 4.0, 1e-300), 4.0, nu);
 }
 
@@ -245,25 +276,51 @@ std::vector<ParameterChange> intrinsic_changes(const Calibration& old, const Cal
 }
 
 // Where the error of an angle is largest, what both covariances leave open of it; three axes.
-double u_of_error_deg(const Calibration& old, const Calibration& fresh, const WorstAngle& worst) {
-  const Eigen::Index m = old.instrument.axis_count();
+CombinedUncertainty u_of_error(const Calibration& old,
+                               const Calibration& fresh,
+                               const WorstAngle& worst) {
   const Eigen::MatrixXd inverse = pseudo_inverse(old.response.sensitivity);
   const Eigen::Vector3d f = worst.field / worst.field.norm();
   const Eigen::Vector3d across =
       (Eigen::Vector3d::UnitX() - f.x() * f).squaredNorm() > 1e-9
           ? Eigen::Vector3d((Eigen::Vector3d::UnitX() - f.x() * f).normalized())
           : f.unitOrthogonal();
-  double variance = 0.0;
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const std::vector<std::string> names =
-        parameter_names({old.instrument.axes[static_cast<std::size_t>(k)]});
-    const Eigen::MatrixXd C = covariance_of(old, names) + covariance_of(fresh, names);
-    Eigen::Vector4d g;
-    g << 1.0, worst.field;
-    g *= across.dot(inverse.col(k)) / worst.field.norm();
-    variance += g.dot(C * g);
+  Eigen::Vector4d by_axis;
+  by_axis << 1.0, worst.field;
+  by_axis /= worst.field.norm();
+  VarianceShares shares;
+  for (const Calibration* const record : {&old, &fresh}) {
+    if (!states_covariance(*record)) {
+      continue;
+    }
+    const FitStatistics& statistics = *record->statistics;
+    Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(statistics.covariance.rows());
+    for (Eigen::Index k = 0; k < old.instrument.axis_count(); ++k) {
+      const std::vector<std::string> names =
+          parameter_names({old.instrument.axes[static_cast<std::size_t>(k)]});
+      for (std::size_t i = 0; i < names.size(); ++i) {
+        if (const auto at = statistics.position_of(names[i])) {
+          gradient(*at) = across.dot(inverse.col(k)) * by_axis(static_cast<Eigen::Index>(i));
+        }
+      }
+    }
+    VarianceShares own;
+    static_cast<void>(propagate(*record, gradient, &own));
+    shares.axes.insert(shares.axes.end(), own.axes.begin(), own.axes.end());
+    shares.components.insert(shares.components.end(), own.components.begin(), own.components.end());
+    shares.others += own.others;
   }
-  return std::sqrt(variance) * deg_per_rad;
+  return combine(shares);
+}
+
+// The largest error over directions is about that of six free parameters: Scheffe's factor for as
+// many covers it.
+double factor_of_largest_error(double degrees_of_freedom) {
+  constexpr double parameters = 6.0;
+  constexpr double as_good_as_infinite = 1e6;
+  return std::sqrt(
+      parameters *
+      f_quantile(0.95, parameters, std::clamp(degrees_of_freedom, 1.0, as_good_as_infinite)));
 }
 
 }  // namespace
@@ -334,7 +391,14 @@ DriftCheck check_drift(const Calibration& old_record,
   check.intrinsic = intrinsic_changes(old, fresh);
   const WorstAngle worst = worst_angle(old, fresh);
   check.pitch_error_deg = worst.error_deg;
-  check.pitch_error_u_deg = m >= 3 ? u_of_error_deg(old, fresh, worst) : not_a_number;
+  check.pitch_error_u_deg = not_a_number;
+  check.pitch_error_expanded_deg = not_a_number;
+  if (m >= 3) {
+    const CombinedUncertainty u = u_of_error(old, fresh, worst);
+    check.pitch_error_u_deg = u.u * deg_per_rad;
+    check.pitch_error_expanded_deg =
+        factor_of_largest_error(u.degrees_of_freedom) * check.pitch_error_u_deg;
+  }
   return check;
 }
 
@@ -345,44 +409,6 @@ Observations at_reference_temperature(Observations observations, const Calibrati
         calibration, observations.response.row(row), observations.readings[i].temperature);
   }
   return observations;
-}
-
-InSituCheck check_in_situ(const Calibration& calibration,
-                          const Observations& observations,
-                          double alpha) {
-  const Reducer reducer(calibration);
-  if (!reducer.gives_components()) {
-    throw DomainError("fewer than three axes leave no residual to check");
-  }
-  const ReadingPropagation propagation(calibration, reducer, stated_noise(calibration));
-  InSituCheck check;
-  const auto n = static_cast<double>(observations.size());
-  const double nu = calibration.statistics->degrees_of_freedom.minCoeff();
-  double sum = 0.0;
-  double expected = 0.0;
-  double chi2 = 0.0;
-  for (std::size_t i = 0; i < observations.readings.size(); ++i) {
-    const Reading& reading = observations.readings[i];
-    const Eigen::VectorXd v = observations.response.row(static_cast<Eigen::Index>(i));
-    const std::span<const double> readings(v.data(), static_cast<std::size_t>(v.size()));
-    const double residual = reducer.reduce(readings, nullptr, reading.temperature).residual;
-    const double u = propagation.at(readings, nullptr, reading.temperature).residual;
-    const double limit = student_t_factor(1.0 - alpha / n, nu) * u;
-    check.readings.push_back({.run = reading.run,
-                              .residual = residual,
-                              .limit = limit,
-                              .within = std::abs(residual) <= limit});
-    sum += residual * residual;
-    expected += u * u;
-    chi2 += residual * residual / (u * u);
-  }
-  check.rss = std::sqrt(sum);
-  check.expected_rss = std::sqrt(expected);
-  check.p_value = f_upper_p(chi2 / n, n, nu);
-  check.drifted = check.p_value < alpha ||
-                  std::any_of(check.readings.begin(), check.readings.end(),
-                              [](const InSituReading& reading) { return !reading.within; });
-  return check;
 }
 
 }  // namespace axiscal

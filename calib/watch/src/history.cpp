@@ -42,6 +42,57 @@ std::string date_text(double seconds) {
                    two(static_cast<unsigned>(date.day())));
 }
 
+// When a line, value + slope t with t from the last record on [years], meets a limit; and between
+// which dates, by where the line's 95 % band meets it (Fieller, J. R. Stat. Soc. B 16 (1954) 175).
+void put_date_of_limit(const Eigen::Vector2d& line,
+                       const Eigen::Matrix2d& covariance,
+                       double degrees_of_freedom,
+                       double last_year,
+                       ParameterTrend& trend) {
+  constexpr double longest_years = 100.0;  // no line holds longer
+  if (line(1) == 0.0) {
+    return;
+  }
+  const std::optional<double>& limit = line(1) > 0.0 ? trend.high : trend.low;
+  if (!limit) {
+    return;
+  }
+  const auto date_in = [&](double years) {
+    return date_text((last_year + years) * seconds_per_year);
+  };
+  const double until = (*limit - line(0)) / line(1);
+  if (!(until >= 0.0) || !(until < longest_years)) {
+    return;
+  }
+  trend.meets_limit_on = date_in(until);
+  const double t = student_t_factor(0.95, degrees_of_freedom);
+  if (!std::isfinite(t) || !covariance.allFinite()) {
+    return;
+  }
+  // (limit - value - slope t)^2 = T^2 var(value + slope t), in powers of t.
+  const double to_limit = *limit - line(0);
+  const double a = line(1) * line(1) - t * t * covariance(1, 1);
+  const double b = -2.0 * (to_limit * line(1) + t * t * covariance(0, 1));
+  const double c = to_limit * to_limit - t * t * covariance(0, 0);
+  if (c <= 0.0) {
+    trend.meets_limit_from = date_in(0.0);  // it may be there already
+  }
+  const double discriminant = b * b - 4.0 * a * c;
+  if (!(discriminant >= 0.0)) {
+    return;
+  }
+  const double root = std::sqrt(discriminant);
+  const double first = (-b - root) / (2.0 * a);
+  const double second = (-b + root) / (2.0 * a);
+  for (const double meets : {std::min(first, second), std::max(first, second)}) {
+    if (meets >= 0.0 && meets < longest_years && trend.meets_limit_from.empty()) {
+      trend.meets_limit_from = date_in(meets);
+    } else if (a > 0.0 && meets >= until && meets < longest_years) {
+      trend.meets_limit_until = date_in(meets);  // a slope that may be none meets it never
+    }
+  }
+}
+
 // A line through the values; where their uncertainties are known by these, else by the scatter.
 void put_trend(const std::vector<double>& years, ParameterTrend& trend) {
   const auto n = static_cast<Eigen::Index>(years.size());
@@ -69,34 +120,18 @@ void put_trend(const std::vector<double>& years, ParameterTrend& trend) {
   const LeastSquaresDesign design(X, w);
   const LeastSquaresFit fit = design.fit(y);
   trend.slope_per_year = fit.estimate(1);
-  double variance = known ? design.unscaled_covariance()(1, 1) : fit.covariance(1, 1);
-  if (known && fit.residual_sd > 1.0) {
-    variance *= fit.residual_sd * fit.residual_sd;  // the unit scatters more than is stated
-  }
-  trend.slope_u_per_year = std::sqrt(variance);
+  // The unit may scatter more than is stated.
+  const Eigen::MatrixXd covariance =
+      known ? Eigen::MatrixXd(design.unscaled_covariance() *
+                              (fit.residual_sd > 1.0 ? std::pow(fit.residual_sd, 2) : 1.0))
+            : fit.covariance;
+  trend.slope_u_per_year = std::sqrt(covariance(1, 1));
   if (n > 2) {
     trend.p_value = student_t_two_sided_p(trend.slope_per_year / trend.slope_u_per_year,
                                           static_cast<double>(n - 2));
   }
-  // When the line, as it stands at the last record, meets a limit.
-  const double now = fit.estimate(0);
-  const auto years_until = [&](const std::optional<double>& limit) -> std::optional<double> {
-    if (!limit || trend.slope_per_year == 0.0) {
-      return std::nullopt;
-    }
-    const double until = (*limit - now) / trend.slope_per_year;
-    return until >= 0.0 ? std::optional(until) : std::nullopt;
-  };
-  std::optional<double> until;
-  for (const std::optional<double>& limit : {trend.low, trend.high}) {
-    if (const auto one = years_until(limit); one && (!until || *one < *until)) {
-      until = one;
-    }
-  }
-  constexpr double longest_years = 100.0;  // no line holds longer
-  if (until && *until < longest_years) {
-    trend.meets_limit_on = date_text((*last + *until) * seconds_per_year);
-  }
+  put_date_of_limit(fit.estimate, covariance, known && n == 2 ? 1e6 : static_cast<double>(n - 2),
+                    *last, trend);
 }
 
 UnitHistory history_of(const std::string& serial,
@@ -137,11 +172,8 @@ UnitHistory history_of(const std::string& serial,
   return unit;
 }
 
-}  // namespace
-
-std::vector<UnitHistory> read_history(const std::string& folder,
-                                      const std::optional<Limits>& limits,
-                                      std::vector<std::string>* passed_over) {
+// The files of a folder that may be records, in the order of their names.
+std::vector<std::string> records_in(const std::string& folder) {
   std::error_code error;
   std::vector<std::string> paths;
   for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
@@ -153,8 +185,28 @@ std::vector<UnitHistory> read_history(const std::string& folder,
     throw DataError(folder, "is no folder that can be read");
   }
   std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+}  // namespace
+
+std::vector<Calibration> read_records(const std::string& folder) {
+  std::vector<Calibration> records;
+  for (const std::string& path : records_in(folder)) {
+    try {
+      records.push_back(read_calibration(path));
+    } catch (const DataError&) {
+      continue;  // another kind of file
+    }
+  }
+  return records;
+}
+
+std::vector<UnitHistory> read_history(const std::string& folder,
+                                      const std::optional<Limits>& limits,
+                                      std::vector<std::string>* passed_over) {
   std::map<std::pair<std::string, std::string>, std::vector<Entry>> units;
-  for (const std::string& path : paths) {
+  for (const std::string& path : records_in(folder)) {
     Entry entry{.path = path};
     try {
       entry.calibration = read_calibration(path);
@@ -211,6 +263,11 @@ std::string history_text(const UnitHistory& unit) {
       text += ", outside its limits";
     } else if (!trend.meets_limit_on.empty()) {
       text += ", meets its limit on " + trend.meets_limit_on;
+      if (!trend.meets_limit_from.empty()) {
+        text += formatted(
+            " (95 %: from {} {})", trend.meets_limit_from,
+            trend.meets_limit_until.empty() ? std::string("on") : "to " + trend.meets_limit_until);
+      }
     }
     text += "\n";
   }
@@ -234,6 +291,10 @@ std::string history_json(const std::vector<UnitHistory>& units) {
       of["outside"] = trend.outside;
       if (!trend.meets_limit_on.empty()) {
         of["meets_limit_on"] = trend.meets_limit_on;
+        of["meets_limit_from"] =
+            trend.meets_limit_from.empty() ? Json() : Json(trend.meets_limit_from);
+        of["meets_limit_until"] =
+            trend.meets_limit_until.empty() ? Json() : Json(trend.meets_limit_until);
       }
       one["trends"].push_back(std::move(of));
     }

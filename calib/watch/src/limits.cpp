@@ -140,7 +140,7 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
     all.push_back({.name = "pitch_error_deg",
                    .value = check->pitch_error_deg,
                    .u = check->pitch_error_u_deg,
-                   .expanded = 2.0 * check->pitch_error_u_deg});
+                   .expanded = check->pitch_error_expanded_deg});
     all.push_back({.name = "drift_p_value", .value = check->p_value});
   } else if (find_instrument_kind(calibration.instrument.kind).has_axis_elevation &&
              calibration.instrument.axis_count() >= 3 && calibration.statistics &&
@@ -196,7 +196,7 @@ Limits read_limits(const std::string& path) {
 
 Verdict evaluate(const Limits& limits, const Calibration& calibration, const DriftCheck* check) {
   const std::vector<Measured> all = measured_of(calibration, check);
-  Verdict verdict{.rule = limits.rule};
+  Verdict verdict{.rule = limits.rule, .not_counted = not_counted(calibration)};
   for (const Limit& limit : limits.limits) {
     const auto found = std::find_if(
         all.begin(), all.end(), [&](const Measured& one) { return one.name == limit.parameter; });
@@ -222,7 +222,8 @@ Verdict evaluate(const Limits& limits, const Calibration& calibration, const Dri
                  !(limit.high && one.value > *limit.high - one.guard_band);
     one.conformity = conformity_of(*found, limit);
     const bool by_one_block = limit.parameter.ends_with(".bias") && calibration.statistics &&
-                              !calibration.conditions.intermediate;
+                              calibration.conditions.blocks < 2 &&
+                              calibration.conditions.earlier == 0;
     if (by_one_block && limits.rule == "guarded") {
       one.note =
           "one block of readings: the guard band holds what repeats within it, not the change from "

@@ -73,12 +73,27 @@ class ReadingPropagation {
   /// [field unit of the results], independent of that of the calibration's.
   void set_magnitude_u(double u) { magnitude_there_u_ = u; }
 
+  /// From now on `up` is by an instrument that was calibrated in the same cube: what its face
+  /// normals are off by turns both fields alike, and counts once.
+  void share_cube();
+
   /// @param readings, up, temperature  as Reducer::reduce().
   /// @param up_covariance  of `up` [unit of up, squared]; null: none.
   [[nodiscard]] ReducedUncertainty at(std::span<const double> readings,
                                       const Eigen::Vector3d* up = nullptr,
                                       std::optional<double> temperature = {},
                                       const Eigen::Matrix3d* up_covariance = nullptr) const;
+
+  /// How |f| changes with the parameters, p [field unit per unit of each], and its variance by the
+  /// readings' own scatter [field unit squared].
+  struct LengthChange {
+    double length = 0.0;  ///< |f| [field unit of the record]
+    Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
+    Eigen::RowVectorXd by_parameters;
+    double reading_variance = 0.0;
+  };
+  [[nodiscard]] LengthChange length_change(std::span<const double> readings,
+                                           std::optional<double> temperature = {}) const;
 
   /// Covariance of the field's components [field unit squared].
   [[nodiscard]] Eigen::Matrix3d field_covariance(std::span<const double> readings,
@@ -139,6 +154,12 @@ class ReadingPropagation {
   Eigen::MatrixXd of_readings_;        // of it, what the readings' scatter makes
   Eigen::MatrixXd of_inputs_;          // likewise, type B
   std::vector<Part> components_;       // likewise, blocks, seats, ...
+  // Independent errors of the cube that `up` shares: what each adds to S, and S^-1 of that.
+  struct CubeError {
+    SensitivityMatrix of_sensitivity;
+    Eigen::Matrix3d of_field;
+  };
+  std::vector<CubeError> cube_errors_;
 };
 
 /// One quantity in one attitude, as a budget states it.

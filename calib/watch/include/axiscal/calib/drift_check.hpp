@@ -29,7 +29,10 @@ struct DriftCheck {
   double pitch_error_deg = 0.0;    ///< largest error of the pitch (up to 80 degrees) that the old
                                    ///< record now makes; of instruments without a pitch, of the
                                    ///< field's direction
-  double pitch_error_u_deg = 0.0;  ///< its standard uncertainty
+  double pitch_error_u_deg = 0.0;  ///< its standard uncertainty, there
+  /// Half width of its 95 % interval, as the largest over all directions, which without any drift
+  /// is about 1.8 u already.
+  double pitch_error_expanded_deg = 0.0;
   std::vector<std::string> notes;
 };
 
@@ -71,8 +74,13 @@ struct InSituCheck {
   std::vector<InSituReading> readings;
 };
 
+/// Readings within 5 degrees are one pose; the poses' means are held against what the calibration's
+/// whole covariance and the readings' noise allow, all together, with four fifths of alpha. The
+/// worst reading alone has the rest. One pose cannot tell more than the calibration is known by,
+/// however many the readings.
+///
 /// @param observations  readings of all axes at rest; labels are not needed.
-/// @param alpha  of the run as a whole; each reading's limit is set for alpha / n.
+/// @param alpha  of the run as a whole; each reading's limit is set for a fifth of alpha / n.
 /// @throws DomainError  for fewer than three axes, or a record without covariance.
 [[nodiscard]] InSituCheck check_in_situ(const Calibration& calibration,
                                         const Observations& observations,

@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/limits.hpp"
+#include "axiscal/calib/process_scatter.hpp"
 
 namespace axiscal {
 
@@ -21,6 +23,9 @@ struct ParameterTrend {
   std::optional<double> high;
   bool outside = false;        ///< the newest value does not meet its limits
   std::string meets_limit_on;  ///< date at which the line meets one; empty: never, or none given
+  /// The first and last date at which it may, 95 %; empty: not known, or not within 100
+  /// years.
+  std::string meets_limit_from, meets_limit_until;
 };
 
 /// The records of one unit, the oldest first.
@@ -40,6 +45,25 @@ struct UnitHistory {
     const std::string& folder,
     const std::optional<Limits>& limits = {},
     std::vector<std::string>* passed_over = nullptr);
+
+/// The records of a folder, for process_scatter(); files that are none are passed over.
+/// @throws DataError  for a folder that cannot be read.
+[[nodiscard]] std::vector<Calibration> read_records(const std::string& folder);
+
+/// How an instrument's biases changed between blocks in earlier calibrations: of the records of its
+/// serial number, with a model those of its model. A record of several blocks brings its own mean
+/// square; of a unit whose records have one block each, the scatter between the records counts.
+/// Records of methods paired, joint and known count, of the same readings the first.
+///
+/// @param leave_out  digests (SHA-256) of files whose records do not count: those of the run
+/// itself.
+/// @return nothing where no earlier record says anything.
+/// @par Source
+/// method.md, section 4; NIST/SEMATECH e-Handbook of Statistical Methods, 2.4.5.
+[[nodiscard]] std::optional<ProcessScatter> process_scatter(
+    const std::vector<Calibration>& records,
+    const Instrument& instrument,
+    const std::vector<InputFileDigest>& leave_out = {});
 
 [[nodiscard]] std::string history_text(const UnitHistory& unit);
 [[nodiscard]] std::string history_json(const std::vector<UnitHistory>& units);
