@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How often seeded mistakes are caught and named, and how often good runs are called bad: the table
-// of docs/accuracy.md. Usage: axiscal_culprit_rates [TRIALS [SEED]]
+// of docs/accuracy.md. Usage: axiscal_culprit_rates [TRIALS [SEED [moved]]]; with a third word the
+// last part alone
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -21,7 +22,11 @@ struct Case {
   Eigen::Vector3d ratio = Eigen::Vector3d::Ones();
   std::optional<axiscal::Method> method;
   bool stated_ratio = false;
+  int replicates = 1;  // of the 12 positions
+  bool moved = false;  // one reading, by so many sigmas of each axis in a random direction
 };
+
+const Eigen::Vector3d unequal(1.0, 1.0, 3.0);
 
 void run(const Case& one, int trials, std::uint64_t seed) {
   constexpr double noise = 1e-4;
@@ -30,9 +35,12 @@ void run(const Case& one, int trials, std::uint64_t seed) {
   int refused = 0;
   axiscal::RandomStream random(seed, static_cast<std::uint32_t>(one.mistake));
   for (int t = 0; t < trials; ++t) {
-    const axiscal::test::RandomRun good = axiscal::test::random_run(noise * one.ratio, random);
+    const axiscal::test::RandomRun good =
+        axiscal::test::random_run(noise * one.ratio, random, one.replicates);
     const axiscal::test::SeededMistake seeded =
-        axiscal::test::seed_mistake(one.mistake, one.sigmas * noise, good.truth, good.good, random);
+        one.moved ? axiscal::test::move_reading(one.sigmas * noise * one.ratio, good.good, random)
+                  : axiscal::test::seed_mistake(one.mistake, one.sigmas * noise, good.truth,
+                                                good.good, random);
     axiscal::Experiment experiment = axiscal::test::experiment_for(good.truth);
     experiment.field.in_table.reset();
     experiment.method = one.method;
@@ -50,21 +58,17 @@ void run(const Case& one, int trials, std::uint64_t seed) {
     }
   }
   const auto percent = [&](int count) { return 100.0 * count / trials; };
-  std::printf("%-16s %5.0f  %g:%g:%g %-6s  caught %6.2f %%  named %6.2f %%  refused %6.2f %%\n",
-              axiscal::test::name_of(one.mistake), one.sigmas, one.ratio.x(), one.ratio.y(),
-              one.ratio.z(), one.stated_ratio ? "stated" : "", percent(caught), percent(named),
-              percent(refused));
+  std::printf(
+      "%-16s %5.0f  12 x %d  %g:%g:%g %-6s  caught %6.2f %%  named %6.2f %%  refused %6.2f %%\n",
+      one.moved ? "reading moved" : axiscal::test::name_of(one.mistake), one.sigmas, one.replicates,
+      one.ratio.x(), one.ratio.y(), one.ratio.z(), one.stated_ratio ? "stated" : "",
+      percent(caught), percent(named), percent(refused));
   std::fflush(stdout);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  const int trials = argc > 1 ? std::atoi(argv[1]) : 1000;
-  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
-  const Eigen::Vector3d unequal(1.0, 1.0, 3.0);
-  if (argc <= 3)
-    run({}, trials, seed);
+// Mistakes of the user in runs of 12 readings.
+void run_mistakes(int trials, std::uint64_t seed) {
+  run({}, trials, seed);
   run({.ratio = unequal}, trials, seed);
   run({.ratio = unequal, .stated_ratio = true}, trials, seed);
   for (const Mistake mistake :
@@ -83,5 +87,28 @@ int main(int argc, char** argv) {
     sizes(Mistake::drift, {10.0, 20.0});
     sizes(Mistake::saturation, {8.0, 10.0});
   }
+}
+
+// One reading of more and more, at any noise of the axes.
+void run_moved_readings(int trials, std::uint64_t seed) {
+  for (const int replicates : {1, 2, 4, 8}) {
+    for (const Eigen::Vector3d& ratio :
+         {Eigen::Vector3d(1.0, 1.0, 1.0), unequal, Eigen::Vector3d(1.0, 3.0, 10.0)}) {
+      run({.ratio = ratio, .replicates = replicates}, trials, seed);
+      run({.sigmas = 10.0, .ratio = ratio, .replicates = replicates, .moved = true}, trials, seed);
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int trials = argc > 1 ? std::atoi(argv[1]) : 1000;
+  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
+  const bool moved_alone = argc > 3;
+  if (!moved_alone) {
+    run_mistakes(trials, seed);
+  }
+  run_moved_readings(trials, seed);
   return 0;
 }

@@ -16,6 +16,20 @@ cat >"$folder/truth.json" <<'RECORD'
                   "sensitivity": [[1.0123, 0.0101, -0.0201], [0.0152, 0.9801, 0.0301], [-0.0103, 0.0202, 1.0201]]}}
 RECORD
 
+cube() { # U: writes a cube whose face normals are uncertain by U rad across
+  python3 - "$1" >"$folder/cube.json" <<'PYTHON'
+import json, sys
+u = float(sys.argv[1])
+faces = {sign + axis: [int(sign + "1") * (a == axis) for a in "XYZ"] for axis in "XYZ" for sign in "+-"}
+covariance = [[0.0] * 18 for _ in range(18)]
+for i, normal in enumerate(faces.values()):
+    for j in range(3):
+        covariance[3 * i + j][3 * i + j] = 0.0 if normal[j] else u * u
+print(json.dumps({"format": "axiscal-positioner", "version": 1, "id": "cube", "normal_covariance": covariance,
+                  "faces": {name: {"normal": normal} for name, normal in faces.items()}}))
+PYTHON
+}
+
 row() { # NAME, options of study
   local name=$1
   shift
@@ -57,6 +71,7 @@ for replicates in 2 4 8; do
 done
 for angle in 1e-4 3e-4 1e-3; do row "cube laid with $angle rad, 24" --design 24 --world seat_rad=$angle; done
 row "the same, 1e-3 rad, 12, --seats fit" --seats fit --world seat_rad=1e-3
+for replicates in 2 4 8; do row "mounted anew by 3e-4 rad in each block, 12 x $replicates" --replicates $replicates --world mount_rad=3e-4; done
 for world in ar=0.5 ar=0.9 walk_sd=1e-4 drift=1e-3; do
   for replicates in 1 2 4; do row "$world, 12 x $replicates" --replicates $replicates --world $world; done
 done
@@ -72,3 +87,10 @@ alarms "noise 1 : 1 : 3, 12" --noise 1e-4,1e-4,3e-4
 alarms "K2 of 3 sigma in one axis, 12" --noise 1e-4 --world k2=3e-4:0:0
 alarms "K2 of 5 sigma in one axis, 12" --noise 1e-4 --world k2=5e-4:0:0
 alarms "K2 of 3 sigma in one axis, 24" --noise 1e-4 --design 24 --world k2=3e-4:0:0
+for u in 1e-4 3e-4; do
+  cube $u
+  for replicates in 1 2 4; do
+    alarms "normals drawn as stated, $u rad, 12 x $replicates" --noise 1e-4 --replicates $replicates \
+      --positioner "$folder/cube.json" --world stated=1
+  done
+done

@@ -112,6 +112,77 @@ TEST_F(TrustCommands, HistorySaysWhenALimitWillBeMet) {
   EXPECT_EQ(run_axiscal({"check", "--history", folder_.path("none")}).status, 3);
 }
 
+// Values that scatter: the date has an interval, and a slope that may be none has no end.
+TEST_F(TrustCommands, TheDateOfALimitHasAnInterval) {
+  const std::string folder = folder_.path("records");
+  std::filesystem::create_directory(folder);
+  const auto dates = [&](double scatter) {
+    const std::vector<double> off = {0.3, -0.5, 0.4, -0.6, 0.5, -0.1};
+    for (int year = 0; year < 6; ++year) {
+      json one = json::parse(truth_text);
+      one["created"] = std::to_string(2015 + year) + "-07-01T00:00:00Z";
+      one["coefficients"]["bias"][0] =
+          0.010 + 0.001 * year + scatter * off[static_cast<std::size_t>(year)];
+      folder_.write("records/" + std::to_string(year) + ".json", one.dump());
+    }
+    const std::string limits = folder_.write(
+        "limits.json",
+        R"({"format":"axiscal-limits","version":1,"limits":[{"parameter":"x.bias","high":0.02}]})");
+    const ProgramResult result =
+        run_axiscal({"check", "--history", folder, "--limits", limits, "--json"});
+    EXPECT_EQ(result.status, 0) << result.err;
+    return json::parse(result.out)[0]["trends"][0];
+  };
+  const json sure = dates(1e-4);
+  EXPECT_THAT(sure["meets_limit_on"].get<std::string>(), HasSubstr("2025-"));
+  EXPECT_LT(sure["meets_limit_from"].get<std::string>(), sure["meets_limit_on"].get<std::string>());
+  EXPECT_GT(sure["meets_limit_until"].get<std::string>(),
+            sure["meets_limit_on"].get<std::string>());
+  const json unsure = dates(6e-3);
+  EXPECT_TRUE(unsure["meets_limit_until"].is_null());
+}
+
+// --history: what earlier records say of the biases between blocks, as a prior.
+TEST_F(TrustCommands, EarlierRecordsSayHowBiasesChangeBetweenBlocks) {
+  const std::string folder = folder_.path("earlier");
+  std::filesystem::create_directory(folder);
+  const std::string truth = folder_.write("truth.json", truth_text);
+  const auto run = [&](int seed, const char* replicates) {
+    const std::string path = folder_.path("run" + std::to_string(seed) + ".csv");
+    const ProgramResult made =
+        run_axiscal({"simulate", "--truth", truth, "--replicates", replicates, "--noise", "1e-4",
+                     "--world", "block_sd=1e-3", "--seed", std::to_string(seed), "-o", path});
+    EXPECT_EQ(made.status, 0) << made.err;
+    return path;
+  };
+  const std::vector<std::string> unit = {
+      "--instrument", "accelerometer", "--field", "gravity", "--unit", "V", "--serial", "A7"};
+  const auto calibrate = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "calibrate");
+    arguments.insert(arguments.end(), unit.begin(), unit.end());
+    return run_axiscal(arguments);
+  };
+  for (int i = 1; i <= 3; ++i) {
+    EXPECT_EQ(calibrate({run(i, "3"), "-o", folder + "/" + std::to_string(i) + ".json"}).status, 0);
+  }
+  const std::string today = run(9, "1");
+  const ProgramResult with = calibrate({today, "--history", folder, "--json"});
+  ASSERT_EQ(with.status, 0) << with.err;
+  const json record = json::parse(with.out);
+  EXPECT_EQ(record["conditions"]["kind"], "intermediate");
+  EXPECT_EQ(record["conditions"]["earlier"], 3);
+  const json alone = json::parse(calibrate({today, "--json"}).out);
+  EXPECT_EQ(alone["conditions"]["kind"], "repeatability");
+  EXPECT_GT(record["statistics"]["interval_95"]["bias"][0].get<double>(),
+            5.0 * alone["statistics"]["interval_95"]["bias"][0].get<double>());
+  const ProgramResult nobody =
+      run_axiscal({"calibrate", today, "--instrument", "accelerometer", "--field", "gravity",
+                   "--unit", "V", "--history", folder, "--json"});
+  EXPECT_EQ(nobody.status, 2);
+  EXPECT_THAT(nobody.err, HasSubstr("--serial or --model"));
+  EXPECT_EQ(calibrate({today, "--history", folder_.path("none")}).status, 3);
+}
+
 TEST_F(TrustCommands, LimitsGiveAVerdictForEachUnitAndABatch) {
   const std::string limits = folder_.write(
       "limits.json",

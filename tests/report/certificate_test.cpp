@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "program.hpp"
 #include "scenario.hpp"
@@ -17,7 +18,9 @@ using testing::Not;
 Calibration certified() {
   Calibration truth = accelerometer_truth();
   truth.instrument.serial = "A-17";
-  return calibrate(experiment_for(truth), observe(truth, {.replicates = 2, .noise_sd = 1e-4}));
+  Experiment experiment = experiment_for(truth);
+  experiment.field.magnitude_u = 1e-6;
+  return calibrate(experiment, observe(truth, {.replicates = 2, .noise_sd = 1e-4}));
 }
 
 CertificateDetails details() {
@@ -106,6 +109,19 @@ TEST_F(Certificate, AnyTextIsPrinted) {
   EXPECT_EQ(std::count(text.begin(), text.end(), 'a') > 5000, true);
 }
 
+// What nobody stated is said on the front, not passed over.
+TEST_F(Certificate, SaysWhatItDoesNotCount) {
+  const std::string with_magnitude = text_of(certificate_pdf(certified(), details()));
+  EXPECT_THAT(with_magnitude, HasSubstr("do not include that of: the cube's face normals"));
+  EXPECT_THAT(with_magnitude, Not(HasSubstr("no claim in SI units")));
+  const Calibration local =
+      calibrate(experiment_for(accelerometer_truth()),
+                observe(accelerometer_truth(), {.replicates = 2, .noise_sd = 1e-4}));
+  EXPECT_THAT(text_of(certificate_pdf(local, details())), HasSubstr("no claim in SI units"));
+  EXPECT_THAT(not_counted(local), testing::Contains("local gravity"));
+  EXPECT_THAT(not_counted(local), testing::Contains("the voltage reference"));
+}
+
 TEST_F(Certificate, ThereIsNoneOfWhatWasRefused) {
   Calibration refused = certified();
   refused.status = CalibrationStatus::refused;
@@ -135,6 +151,11 @@ TEST(CertificateDetailsFile, IsReadAndChecked) {
   EXPECT_THAT(missing, testing::Contains("customer (name)"));
   EXPECT_THAT(missing, Not(testing::Contains("number")));
   EXPECT_TRUE(missing_details(certified(), details()).empty());
+  // Without the magnitude's uncertainty nothing is claimed in SI units.
+  const Calibration local =
+      calibrate(experiment_for(accelerometer_truth()),
+                observe(accelerometer_truth(), {.replicates = 2, .noise_sd = 1e-4}));
+  EXPECT_THAT(missing_details(local, details()), testing::Contains(HasSubstr("SI units")));
   const std::string wrong = folder.write(
       "wrong.json", R"({"format": "axiscal-laboratory", "version": 1, "custommer": {}})");
   try {

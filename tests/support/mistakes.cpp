@@ -49,7 +49,7 @@ const char* name_of(Mistake mistake) {
   return names[static_cast<std::size_t>(mistake)];
 }
 
-RandomRun random_run(const Eigen::Vector3d& noise, RandomStream& random) {
+RandomRun random_run(const Eigen::Vector3d& noise, RandomStream& random, int replicates) {
   RandomRun run;
   LinearResponse response;
   response.bias = Eigen::VectorXd(3);
@@ -69,13 +69,25 @@ RandomRun random_run(const Eigen::Vector3d& noise, RandomStream& random) {
   const double y = slope * std::sin(angle);
   run.truth.field.in_table = Eigen::Vector3d(x, y, std::sqrt(1.0 - x * x - y * y));
   const std::uint64_t seed = random.index(1U << 30U);
-  run.good = simulate(run.truth, make_run_sheet(standard_design(12), 1, seed));
+  run.good = simulate(run.truth, make_run_sheet(standard_design(12), replicates, seed));
   for (Eigen::Index i = 0; i < run.good.response.rows(); ++i) {
     for (Eigen::Index k = 0; k < 3; ++k) {
       run.good.response(i, k) += noise(k) * random.normal();
     }
   }
   return run;
+}
+
+SeededMistake move_reading(const Eigen::Vector3d& size,
+                           const Observations& good,
+                           RandomStream& random) {
+  SeededMistake seeded{.observations = good};
+  const std::size_t i = random.index(static_cast<std::size_t>(good.size()));
+  seeded.observations.response.row(static_cast<Eigen::Index>(i)) +=
+      size.cwiseProduct(random_direction(random)).transpose();
+  seeded.runs = {good.readings[i].run};
+  seeded.codes = {WarningCode::outlier, WarningCode::tilted_seat};
+  return seeded;
 }
 
 SeededMistake seed_mistake(Mistake mistake,

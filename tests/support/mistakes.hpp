@@ -48,8 +48,17 @@ struct RandomRun {
   Calibration truth;
   Observations good;
 };
-/// @param noise  of each axis, in its unit (full scale 1).
-[[nodiscard]] RandomRun random_run(const Eigen::Vector3d& noise, RandomStream& random);
+/// @param noise       of each axis, in its unit (full scale 1).
+/// @param replicates  of the design of 12.
+[[nodiscard]] RandomRun random_run(const Eigen::Vector3d& noise,
+                                   RandomStream& random,
+                                   int replicates = 1);
+
+/// Moves one reading in a random direction.
+/// @param size  by how much [unit], one for each axis: the length of the direction is 1.
+[[nodiscard]] SeededMistake move_reading(const Eigen::Vector3d& size,
+                                         const Observations& good,
+                                         RandomStream& random);
 
 /// Whether a calibration's first warnings name a mistake.
 struct Verdict {

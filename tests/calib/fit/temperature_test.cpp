@@ -145,6 +145,61 @@ TEST(Temperature, ChoosesTheOrderThatIsThere) {
   EXPECT_EQ(result.temperature->trials.size(), 2U);
 }
 
+// A cubic truth fitted quadratic, each point once in each soak: told without a repeat, and what the
+// soaks scatter about the curve counts.
+TEST(Soaks, TellThatThePolynomialDoesNotFit) {
+  Calibration truth = warm_truth();
+  TemperatureResponse& terms = *truth.temperature;
+  terms.bias.conservativeResize(3, 3);
+  terms.scale.conservativeResize(3, 3);
+  terms.bias.col(2).setConstant(4e-8);
+  terms.scale.col(2).setZero();
+  const std::vector<double> levels = {-20.0, -5.0, 10.0, 25.0, 40.0, 60.0};
+  const Experiment experiment = warm_experiment(truth, Method::joint, 2);
+  int told = 0;
+  int held = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Calibration found = calibrate(experiment, observe_at(truth, levels, 1e-4, 0.0, seed));
+    told += std::any_of(
+                found.warnings.begin(), found.warnings.end(),
+                [](const CalibrationWarning& one) { return one.code == WarningCode::lack_of_fit; })
+                ? 1
+                : 0;
+    EXPECT_EQ(found.statistics->components.front().name, "soaks");
+    EXPECT_NEAR(found.statistics->residual_sd(0), 1e-4, 4e-5);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      held += std::abs(found.response.bias(k) - truth.response.bias(k)) <=
+                      found.statistics->interval_95(8 * k)
+                  ? 1
+                  : 0;
+    }
+    const std::string text = calibration_json(found);
+    EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
+  }
+  EXPECT_GE(told, 19);
+  EXPECT_GE(held, 54);  // of 60
+}
+
+TEST(Soaks, ThatLieOnTheCurveChangeNothing) {
+  const Calibration truth = warm_truth();
+  const std::vector<double> levels = {-20.0, -5.0, 10.0, 25.0, 40.0, 60.0};
+  int alarms = 0;
+  int held = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    const Calibration found = calibrate(warm_experiment(truth, Method::joint, 2),
+                                        observe_at(truth, levels, 1e-4, 0.0, seed));
+    alarms += found.warnings.empty() ? 0 : 1;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      held += std::abs(found.response.bias(k) - truth.response.bias(k)) <=
+                      found.statistics->interval_95(8 * k)
+                  ? 1
+                  : 0;
+    }
+  }
+  EXPECT_LE(alarms, 3);
+  EXPECT_GE(held, 160);  // of 180
+}
+
 TEST(Temperature, RefusesWhatTheLevelsDoNotDetermine) {
   const Calibration truth = warm_truth();
   // Held temperatures differ a little from reading to reading: that makes no third level.

@@ -105,6 +105,25 @@ TEST(Culprit, GoodRunsHaveNone) {
   EXPECT_LE(alarms, 6);  // 1 %, and what chance allows
 }
 
+// One reading of many moved by 10 sigma, in any direction and at any noise of the axes.
+TEST(Culprit, IsFoundAmongManyAtAnyNoise) {
+  RandomStream random(31);
+  const Eigen::Vector3d unequal(1.0, 3.0, 10.0);
+  for (const int replicates : {2, 8}) {
+    int caught = 0;
+    int alarms = 0;
+    for (int t = 0; t < 60; ++t) {
+      const Eigen::Vector3d sd = noise * (t % 2 == 0 ? equal : unequal);
+      const RandomRun run = random_run(sd, random, replicates);
+      alarms += calibrate(experiment_of_run(run), run.good).warnings.empty() ? 0 : 1;
+      const SeededMistake moved = move_reading(10.0 * sd, run.good, random);
+      caught += judge(calibrate(experiment_of_run(run), moved.observations), moved).caught ? 1 : 0;
+    }
+    EXPECT_GE(caught, 55) << replicates;  // 98 % and more in full
+    EXPECT_LE(alarms, 3) << replicates;
+  }
+}
+
 TEST(Culprit, SaysWhatToDoAndRefusesWhatCannotBeTrusted) {
   const Calibration truth = accelerometer_truth();
   Observations observations = observe(truth, {.slope = {0.003, -0.002}, .noise_sd = 2e-4});

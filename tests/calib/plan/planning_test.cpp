@@ -8,6 +8,7 @@
 #include "axiscal/calib/design_quality.hpp"
 #include "axiscal/calib/forecast.hpp"
 #include "axiscal/calib/simulate.hpp"
+#include "axiscal/calib/study.hpp"
 #include "axiscal/calib/tolerance.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/random.hpp"
@@ -188,6 +189,48 @@ INSTANTIATE_TEST_SUITE_P(Designs,
                                   std::to_string(test_case.param.replicates) +
                                   (test_case.param.normal_u_rad > 0.0 ? "Cube" : "");
                          });
+
+// Where the cube's normals are stated as uncertain calibrate() fits by generalised least squares,
+// and the forecast is of that: by ordinary least squares it was 2.5 times too pessimistic.
+TEST(Forecast, IsOfGeneralisedLeastSquaresWhereNormalsAreUncertain) {
+  PositionerDescription description = Positioner().description();
+  NormalCovariance C = NormalCovariance::Zero();
+  for (const Face face : all_faces) {
+    const Eigen::Vector3d& n = Positioner().normal(face);
+    const Eigen::Index at = 3 * static_cast<Eigen::Index>(face);
+    C.block<3, 3>(at, at) = 9e-8 * (Eigen::Matrix3d::Identity() - n * n.transpose());
+  }
+  description.normal_covariance = C;
+  ForecastSetup setup{.nominal = test::accelerometer_truth(),
+                      .design = standard_design(12),
+                      .replicates = 2,
+                      .method = Method::joint,
+                      .noise_sd = 1e-4,
+                      .positioner = Positioner(description)};
+  const Eigen::VectorXd found = forecast(setup).covariance().diagonal().cwiseSqrt();
+  StudySetup study;
+  study.truth = setup.nominal;
+  study.experiment = test::experiment_for(setup.nominal);
+  study.experiment.method = Method::joint;
+  study.experiment.drift = DriftSetup::none;
+  study.experiment.seats = SeatSetup::none;
+  study.experiment.positioner = setup.positioner;
+  study.design = setup.design;
+  study.replicates = 2;
+  study.noise_sd = Eigen::Vector3d::Constant(1e-4);
+  study.random_normals = true;
+  study.angles = false;
+  const std::vector<StudyResult> results = results_of(run_study(study, 600, 8));
+  for (std::size_t i = 0; i < 12; ++i) {
+    EXPECT_NEAR(found(static_cast<Eigen::Index>(i)) / results[i].sd, 1.0, 0.15)
+        << results[i].parameter;
+  }
+  // The biases of ordinary least squares hold the normals' errors.
+  description.normal_covariance.reset();
+  setup.positioner = Positioner(description);
+  setup.normal_u_rad = 3e-4;
+  EXPECT_GT(std::sqrt(forecast(setup).covariance()(0, 0)), 1.5 * found(0));
+}
 
 TEST(Forecast, OfTheStandardDesignIsTheMethods) {
   // method.md, section 10: prediction variance sigma^2 / 3 r, so an angle's standard error sigma /

@@ -62,6 +62,8 @@ INSTANTIATE_TEST_SUITE_P(
                     WorldCase{"ar12", "ar=0.5", 12, 1, 0.84},
                     WorldCase{"walk", "walk_sd=1e-4", 12, 2},
                     WorldCase{"drift", "drift=1e-3", 12, 2},
+                    WorldCase{"mounts2", "mount_rad=3e-4", 12, 2},
+                    WorldCase{"mounts4", "mount_rad=3e-4", 12, 4},
                     WorldCase{"rounded", "round=1e-3", 12, 4, 0.95}),
     [](const testing::TestParamInfo<WorldCase>& test_case) { return test_case.param.name; });
 
@@ -113,6 +115,48 @@ TEST(Seats, CountConsecutiveReadingsAtAPointAsOneLaying) {
   EXPECT_NEAR(found.components.front().sd(0), 1e-3, 3e-4);
   EXPECT_NEAR(found.residual_sd(0), noise, 0.2 * noise);
   EXPECT_GT(found.degrees_of_freedom(0), 90.0);
+}
+
+// The instrument sits anew in each mount: how much is found, and the record says so.
+TEST(Mounts, AreFoundAndTakenFromTheNoise) {
+  const Calibration truth = test::accelerometer_truth();
+  Experiment experiment = test::experiment_for(truth);
+  experiment.method = Method::joint;
+  const Observations run =
+      simulate(truth, make_run_sheet(standard_design(12), 8, 4),
+               {.noise_sd = noise, .world = world_of("mount_rad=1e-3"), .seed = 4});
+  EXPECT_EQ(run.readings.back().mount, 8);
+  const Calibration found = calibrate(experiment, run);
+  EXPECT_EQ(found.conditions.mounts, 8);
+  EXPECT_EQ(found.statistics->components.front().name, "mounts");
+  EXPECT_NEAR(found.statistics->components.front().sd(0), 1e-3, 4e-4);
+  EXPECT_NEAR(found.statistics->residual_sd(0), noise, 0.3 * noise);
+  EXPECT_EQ(found.status, CalibrationStatus::ok);
+  // Main sensitivities stay sharp, cross-axis terms do not.
+  EXPECT_GT(found.statistics->interval_95(2), 5.0 * found.statistics->interval_95(1));
+  const std::string text = calibration_json(found);
+  EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
+}
+
+// Errors of inputs that are drawn as stated are no mistakes: normals of three times the noise.
+TEST(StatedErrors, RaiseNoAlarms) {
+  StudySetup setup = setup_of("stated=1", 12, 3);
+  setup.alarms = true;
+  PositionerDescription description = setup.experiment.positioner.description();
+  NormalCovariance C = NormalCovariance::Zero();
+  for (const Face face : all_faces) {
+    const Eigen::Vector3d n = setup.experiment.positioner.normal(face);
+    const Eigen::Index at = 3 * static_cast<Eigen::Index>(face);
+    C.block<3, 3>(at, at) = 9e-8 * (Eigen::Matrix3d::Identity() - n * n.transpose());
+  }
+  description.normal_covariance = C;
+  setup.experiment.positioner = Positioner(description);
+  const Study study = run_study(setup, 300, 5);
+  const auto any = study.warnings.find("any");
+  EXPECT_LE(any == study.warnings.end() ? 0 : any->second, 8);
+  for (const StudyResult& result : results_of(study)) {
+    EXPECT_GE(result.coverage_95, 0.90) << result.parameter;
+  }
 }
 
 // A drift that is found is a term of the fit and no warning; one block is repeatability only.
