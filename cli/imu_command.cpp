@@ -66,9 +66,10 @@ ImuOptions options_of(const CalibrateCommand& command) {
 }  // namespace
 
 int run_imu(const CalibrateCommand& command) {
-  if (command.align || command.limits || command.table || command.accept_suggestion) {
+  if (command.align || command.limits || command.table || command.history ||
+      command.accept_suggestion) {
     throw UsageError(
-        "--imu: goes without --align (the three are aligned), --limits, --table and "
+        "--imu: goes without --align (the three are aligned), --limits, --table, --history and "
         "--accept-suggestion; check the records afterwards");
   }
   ImuOptions options = options_of(command);

@@ -86,6 +86,17 @@ LogNoise parse_noise(std::string_view text, const std::string& path) {
         one.others[which].push_back(value ? value->number() : not_a_number);
       }
     }
+    double last = 0.0;
+    for (const AllanPoint& point : one.curve) {
+      if (!(point.tau_s > last) || !(point.deviation >= 0.0)) {
+        column.at("allan_deviation")
+            .fail("needs times tau that ascend, and deviations of 0 or more");
+      }
+      last = point.tau_s;
+    }
+    if (one.curve.empty()) {
+      column.at("allan_deviation").fail("must have a point or more");
+    }
     std::erase_if(one.others, [](const auto& other) {
       return std::all_of(other.second.begin(), other.second.end(),
                          [](double deviation) { return std::isnan(deviation); });

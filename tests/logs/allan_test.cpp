@@ -313,6 +313,22 @@ TEST(OtherDeviations, OfTooFewSamplesAreNone) {
       DomainError);
 }
 
+// A curve without points, or whose times do not ascend, is no curve; a plan by one crashed.
+TEST(NoiseJson, RefusesWhatIsNoCurve) {
+  const auto text = [](const std::string& points) {
+    return R"({"format": "axiscal-noise", "version": 1, "rate_hz": 1, "samples": 9, "columns": {"x": {"coefficients": {)"
+           R"("quantisation": {"value": 0, "low": 0, "high": 0}, "white": {"value": 1, "low": 1, "high": 1},)"
+           R"("bias_instability": {"value": 0, "low": 0, "high": 0}, "random_walk": {"value": 0, "low": 0, "high": 0},)"
+           R"("ramp": {"value": 0, "low": 0, "high": 0}}, "dwell": {"best_s": 1, "deviation": 1, "sensible_s": 1,)"
+           R"("sensible_deviation": 1}, "allan_deviation": [)" +
+           points + "]}}}";
+  };
+  const std::string one = R"({"tau": 1, "samples": 1, "deviation": 1, "low": 1, "high": 1})";
+  EXPECT_EQ(parse_noise(text(one), "n.json").columns.size(), 1U);
+  EXPECT_THROW(static_cast<void>(parse_noise(text(""), "n.json")), DataError);
+  EXPECT_THROW(static_cast<void>(parse_noise(text(one + "," + one), "n.json")), DataError);
+}
+
 // Axes of one unit: what a plan compares.
 TEST(ColumnsOfInstrument, AreThoseOfOneUnit) {
   const auto names_for = [](const std::vector<std::string>& columns, const char* kind) {
