@@ -69,14 +69,19 @@ double added_p(const SuspectRun& run, const HypothesisFit& fit) {
                    2.0 * axes * p_of(shifted, 1.0)});
 }
 
-// Whether the axes' noise clearly differs once the worst readings are out; all fits anew then.
+// Whether the axes' noise clearly differs once the worst readings are out; all fits anew then,
+// twice: which readings are the worst of a quiet axis shows only once a noisy one counts less.
 bool weigh_axes(SuspectRun& run) {
-  const HypothesisFit clean =
-      run.best_pair().fitted ? run.best_pair() : run.without(run.by_deletion().front());
-  if (!clean.fitted || !(equality_p_value(clean) < unequal_below)) {
+  const auto clean = [&]() -> const HypothesisFit& {
+    return run.best_pair().fitted ? run.best_pair() : run.without(run.by_deletion().front());
+  };
+  if (!clean().fitted || !(equality_p_value(clean()) < unequal_below)) {
     return false;
   }
-  run.weigh_axes_by(clean);
+  constexpr int rounds = 2;
+  for (int round = 0; round < rounds && clean().fitted; ++round) {
+    run.weigh_axes_by(HypothesisFit(clean()));
+  }
   return true;
 }
 
