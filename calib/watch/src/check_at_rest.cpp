@@ -110,6 +110,7 @@ InSituCheck check_in_situ(const Calibration& calibration,
   std::vector<Pose> poses;
   const auto n = static_cast<double>(observations.size());
   const double nu = calibration.statistics->degrees_of_freedom.minCoeff();
+  const double factor = student_t_factor(1.0 - share_of_readings * alpha / n, nu);
   double sum = 0.0;
   double expected = 0.0;
   double furthest = 0.0;  // in its standard uncertainty
@@ -119,7 +120,7 @@ InSituCheck check_in_situ(const Calibration& calibration,
     const std::span<const double> readings(v.data(), static_cast<std::size_t>(v.size()));
     const double residual = reducer.reduce(readings, nullptr, reading.temperature).residual;
     const double u = propagation.at(readings, nullptr, reading.temperature).residual;
-    const double limit = student_t_factor(1.0 - share_of_readings * alpha / n, nu) * u;
+    const double limit = factor * u;
     check.readings.push_back({.run = reading.run,
                               .residual = residual,
                               .limit = limit,
