@@ -215,13 +215,15 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
 }
 
 void count_correlation(const ReadingSet& set, Estimate& estimate) {
-  const std::optional<OrderedReadings> ordered = ordered_readings(set, estimate);
-  constexpr double one_sided_10_percent = 1.282;
   const bool has_soaks =
       std::any_of(estimate.statistics.components.begin(), estimate.statistics.components.end(),
                   [](const ScatterComponent& one) { return one.name == "soaks"; });
-  // Readings of a soak that lies off its curve are alike, and that counts already.
-  if (has_soaks || !ordered || set.robust || !(lag_one_score(*ordered) > one_sided_10_percent)) {
+  if (has_soaks || set.robust) {
+    return;  // readings of a soak that lies off its curve are alike, and that counts already
+  }
+  const std::optional<OrderedReadings> ordered = ordered_readings(set, estimate);
+  constexpr double one_sided_10_percent = 1.282;
+  if (!ordered || !(lag_one_score(*ordered) > one_sided_10_percent)) {
     return;
   }
   const CorrelatedMean mean = mean_under_correlation(*ordered);
