@@ -98,4 +98,34 @@ std::vector<RunSheetRow> make_sheet(const SheetOptions& options) {
   return make_run_sheet(design_of(options), replicates, seed, temperatures_of(options));
 }
 
+void add_recording_options(OptionSet& options, RecordingOptions& recording) {
+  options.add("--recording", recording.kind, "free|sweep|turns",
+              "a log instead of readings: turned by hand, at rest over temperature, or rests and "
+              "turns of a gyroscope in the seats");
+  options.add("--samples", recording.samples, "N", "of the recording; 6000");
+  options.add("--rate", recording.rate, "HZ", "samples a second; 100");
+}
+
+std::optional<Recording> recording_of(const RecordingOptions& options) {
+  if (!options.kind) {
+    if (options.samples || options.rate) {
+      throw UsageError("--samples, --rate: are those of a --recording");
+    }
+    return std::nullopt;
+  }
+  const std::optional<RecordingKind> kind = parse_recording(*options.kind);
+  if (!kind) {
+    throw UsageError(
+        formatted("--recording: '{}' is none; there are free, sweep and turns", *options.kind));
+  }
+  Recording recording{.kind = *kind};
+  if (options.samples) {
+    recording.samples = static_cast<std::size_t>(whole_number_of("--samples", *options.samples, 1));
+  }
+  if (options.rate) {
+    recording.rate_hz = positive_of("--rate", *options.rate);
+  }
+  return recording;
+}
+
 }  // namespace axiscal::cli

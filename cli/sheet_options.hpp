@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "axiscal/calib/design_quality.hpp"
+#include "axiscal/calib/recording.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "option_set.hpp"
 
@@ -40,5 +41,15 @@ void add_sheet_options(OptionSet& options, SheetOptions& sheet);
 
 /// The run sheet that the options ask for.
 [[nodiscard]] std::vector<RunSheetRow> make_sheet(const SheetOptions& options);
+
+/// Options of a recording that is simulated, as typed.
+struct RecordingOptions {
+  std::optional<std::string> kind, samples, rate;
+};
+
+void add_recording_options(OptionSet& options, RecordingOptions& recording);
+
+/// @return the recording that is asked for; nothing for readings by hand.
+[[nodiscard]] std::optional<Recording> recording_of(const RecordingOptions& options);
 
 }  // namespace axiscal::cli

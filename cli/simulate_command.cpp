@@ -4,8 +4,10 @@
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/observations_csv.hpp"
+#include "axiscal/calib/recording.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
@@ -22,6 +24,7 @@ struct SimulateCommand {
   SheetOptions sheet;
   std::optional<std::string> noise, slope, fence_azimuth, positioner, slot, assembly;
   std::optional<std::string> temperature_sd, resolution, world;
+  RecordingOptions recording;
   std::string output = "-";
 };
 
@@ -37,6 +40,7 @@ void add_options(OptionSet& options, SimulateCommand& command) {
   options.add("--world", command.world, "FILE|NAME=V,..",
               "what else readings suffer: block_sd, seat_rad, mount_rad, ar, ar_white, walk_sd, "
               "drift, round, tails, k2, k3, stated");
+  add_recording_options(options, command.recording);
   options.add("--fence-azimuth", command.fence_azimuth, "DEG",
               "of the table's y axis; turns the field of the truth");
   options.add("--positioner", command.positioner, "FILE", "cube: feet or normals, fence, mounts");
@@ -101,10 +105,58 @@ SimulationOptions simulation_options(const SimulateCommand& command) {
   return options;
 }
 
+// A log of one instrument, a row for each sample; beside turns what an ideal accelerometer reads.
+std::string recording_csv(const Calibration& truth,
+                          const Recording& recording,
+                          const SheetOptions& sheet,
+                          const SimulationOptions& options) {
+  std::vector<std::string> columns = {"t"};
+  Eigen::MatrixXd rows(static_cast<Eigen::Index>(recording.samples), 1);
+  const auto append = [&](const Eigen::MatrixXd& more, const std::vector<std::string>& names) {
+    const Eigen::Index before = rows.cols();
+    rows.conservativeResize(more.rows(), before + more.cols());
+    rows.rightCols(more.cols()) = more;
+    columns.insert(columns.end(), names.begin(), names.end());
+  };
+  rows.col(0) = Eigen::VectorXd::LinSpaced(rows.rows(), 0.0, static_cast<double>(rows.rows() - 1)) /
+                recording.rate_hz;
+  if (recording.kind == RecordingKind::turns) {
+    const SimulatedTurns turns =
+        simulate_turns(truth, make_sheet(sheet), recording, Eigen::Vector3d::Zero(), options);
+    append(turns.up, {"ax", "ay", "az"});
+    append(turns.readings, truth.instrument.axes);
+  } else {
+    const Observations all = simulate_recording(truth, recording, options).observations;
+    if (recording.kind == RecordingKind::sweep) {
+      Eigen::VectorXd temperatures(all.size());
+      for (Eigen::Index i = 0; i < all.size(); ++i) {
+        temperatures(i) = *all.readings[static_cast<std::size_t>(i)].temperature;
+      }
+      append(temperatures, {"temperature"});
+    }
+    append(all.response, truth.instrument.axes);
+  }
+  std::string text = joined(columns, ",") + "\n";
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    for (Eigen::Index c = 0; c < rows.cols(); ++c) {
+      text += (c > 0 ? "," : "") + number_text(rows(i, c));
+    }
+    text += "\n";
+  }
+  return text;
+}
+
 int run(const SimulateCommand& command) {
   SimulationOptions options = simulation_options(command);
   std::vector<Truth> truths = read_truths(command);
-  const std::vector<RunSheetRow> sheet = make_sheet(command.sheet);
+  std::optional<Recording> recording = recording_of(command.recording);
+  const std::vector<double> temperatures = temperatures_of(command.sheet);
+  if (recording && temperatures.size() > 1) {
+    recording->temperatures = {temperatures.front(), temperatures.back()};
+  }
+  if (recording && (truths.size() > 1 || command.assembly)) {
+    throw UsageError("--recording: of one instrument");
+  }
   std::vector<std::string> slots;
   for (Truth& truth : truths) {
     truth.calibration = with_field_of_site(read_calibration(truth.path));
@@ -118,7 +170,16 @@ int run(const SimulateCommand& command) {
   }
   options.positioner = with_assembly(options.positioner, command.assembly,
                                      slots.front().empty() ? std::vector<std::string>{} : slots);
+  if (recording) {
+    const std::string slot =
+        truths.front().slot.empty() ? command.slot.value_or("") : truths.front().slot;
+    options.rotation_sensor_from_positioner = mount_rotation(options.positioner, slot);
+    write_whole_file(command.output,
+                     recording_csv(truths.front().calibration, *recording, command.sheet, options));
+    return 0;
+  }
   // Every instrument stands at the same points, but has noise of its own.
+  const std::vector<RunSheetRow> sheet = make_sheet(command.sheet);
   Observations all;
   std::vector<std::string> columns;
   for (const Truth& truth : truths) {

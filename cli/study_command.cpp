@@ -25,6 +25,7 @@ struct StudyCommand {
   ExperimentOptions experiment;
   SheetOptions sheet;
   std::optional<std::string> trials, shard, noise, slope_sd, temperature_sd, tolerances, world;
+  RecordingOptions recording;
   std::string output = "-";
   bool random_normals = false;
   bool regression_only = false;
@@ -54,6 +55,7 @@ void add_options(OptionSet& options, StudyCommand& command) {
   options.add("--world", command.world, "FILE|NAME=V,..",
               "what else readings suffer: block_sd, seat_rad, mount_rad, ar, ar_white, walk_sd, "
               "drift, round, tails, k2, k3, stated");
+  add_recording_options(options, command.recording);
   options.add_flag("--alarms", command.alarms,
                    "look for mistakes in every run and count the trials with each warning");
   options.add("--merge", command.merge, "FILES", "put shards together");
@@ -177,6 +179,10 @@ StudySetup setup_of(const StudyCommand& command) {
   }
   if (command.world) {
     setup.simulation.world = world_of_option(*command.world);
+  }
+  setup.recording = recording_of(command.recording);
+  if (setup.recording && setup.recording->kind == RecordingKind::free && !setup.experiment.method) {
+    setup.experiment.method = Method::magnitude;
   }
   setup.alarms = command.alarms;
   setup.random_normals = command.random_normals;

@@ -33,8 +33,13 @@ PYTHON
 row() { # NAME, options of study
   local name=$1
   shift
-  "$axiscal" study --truth "$folder/truth.json" --method joint --slope-sd 3e-3 --noise 1e-4 --trials "$trials" "$@" \
-    --json >"$folder/study.json"
+  coverage "$name" --truth "$folder/truth.json" --method joint --slope-sd 3e-3 --noise 1e-4 "$@"
+}
+
+coverage() { # NAME, options of study
+  local name=$1
+  shift
+  "$axiscal" study --trials "$trials" "$@" --json >"$folder/study.json"
   python3 - "$name" "$folder/study.json" <<'PYTHON'
 import json, sys
 study = json.load(open(sys.argv[2]))
@@ -77,6 +82,18 @@ for world in ar=0.5 ar=0.9 walk_sd=1e-4 drift=1e-3; do
 done
 for replicates in 4 8; do row "rounded to 1e-3 V, 12 x $replicates" --replicates $replicates --world round=1e-3; done
 row "Student's noise of 3 degrees of freedom, 12 x 2" --replicates 2 --world tails=3
+for world in ar=0 ar=0.8 ar=0.99; do
+  coverage "turned by hand, 6,000 samples at 50 Hz, noise 2e-3 V, $world" --truth "$folder/truth.json" --noise 2e-3 \
+    --recording free --samples 6000 --rate 50 --world $world
+done
+sed -e 's/accelerometer/gyroscope/; s/"V"/"rad\/s"/; s/"gravity", "unit": "g"/"induced_rotation", "unit": "rad\/s"/' \
+  "$folder/truth.json" >"$folder/gyroscope.json"
+for noise in 1e-4 1e-3 5e-3; do
+  for seats in 0 3e-4; do
+    coverage "gyroscope by turns, 12 seats, 5,400 samples at 100 Hz, noise $noise rad/s, seats $seats rad" \
+      --truth "$folder/gyroscope.json" --latitude 40 --noise $noise --recording turns --samples 5400 --world seat_rad=$seats
+  done
+done
 echo
 echo "| world | trials with a warning |"
 echo "| --- | --- |"

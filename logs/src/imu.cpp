@@ -133,8 +133,7 @@ RestQuality quality_of(const Segmentation& rests,
     return {.scatter = fit.residual_sd, .spread = spread};
   }
   const RestFit still = fit_rests(means_of(rests, options.gyroscope), ups);
-  const TurnFit turns = fit_turns(source.turns(rests, all_rests(rests), ups), still.bias,
-                                  still.bias_covariance, turn_options);
+  const TurnFit turns = fit_turns(source.turns(rests, all_rests(rests), ups), still, turn_options);
   turn_options.start = turns.inverse;  // the next one starts there
   return {.scatter = turns.residual_sd_rad, .spread = spread};
 }
@@ -162,6 +161,7 @@ std::size_t best_by_scatter(const RecordedLog& log,
   RestTurns source(log, options, rests.rate_hz);
   TurnFitOptions turn_options = options.turns;
   turn_options.tolerance = 1e-4;
+  turn_options.whole_budget = false;
   const auto quality_at = [&](std::size_t set) {
     rests.intervals = sets[set].intervals;
     try {
@@ -322,19 +322,20 @@ class ImuCalibrator {
     }
     RestTurns source(log_, options_, result_.rests.rate_hz);
     std::vector<GyroscopeTurn> turns = source.turns(result_.rests, between, ups);
-    if (result_.seats) {
-      const Positioner& cube = options_.experiment.positioner;
-      const auto sensor_from_table = [&](std::size_t rest) {
-        return Eigen::Matrix3d(
-            options_.experiment.rotation_sensor_from_positioner *
-            cube.rotation_table_from_positioner(*result_.seats->points[rest]).transpose());
-      };
-      for (std::size_t t = 0; t < turns.size(); ++t) {
-        turns[t].rotation_before_from_after = sensor_from_table(source.ends[t].first) *
-                                              sensor_from_table(source.ends[t].second).transpose();
+    const Eigen::MatrixX3d& means = accelerations_;
+    for (std::size_t t = 0; t < turns.size(); ++t) {
+      const auto [before, after] = source.ends[t];
+      between_directions(result_.accelerometer, means.row(static_cast<Eigen::Index>(before)),
+                         means.row(static_cast<Eigen::Index>(after)), turns[t]);
+      if (result_.seats) {
+        between_seats(options_.experiment.positioner,
+                      options_.experiment.rotation_sensor_from_positioner,
+                      *result_.seats->points[before], *result_.seats->points[after], turns[t]);
       }
     }
-    result_.turns = fit_turns(turns, rests.bias, rests.bias_covariance, options_.turns);
+    TurnFitOptions turn_options = options_.turns;
+    take_out_earth(options_.experiment.field.site, turns, turn_options);
+    result_.turns = fit_turns(turns, rests, turn_options);
     Calibration record = turn_calibration(*result_.turns,
                                           {.kind = "gyroscope",
                                            .serial = options_.experiment.instrument.serial,
@@ -426,7 +427,9 @@ SeatLabels recognise_seats(const RecordedLog& log,
     const std::vector<GyroscopeTurn> turns = source.turns(rests, all_rests(rests), ups);
     if (source.left_out == 0) {
       const RestFit still = fit_rests(means_of(rests, options.gyroscope), ups);
-      const TurnFit fit = fit_turns(turns, still.bias, still.bias_covariance, options.turns);
+      TurnFitOptions turn_options = options.turns;
+      turn_options.whole_budget = false;
+      const TurnFit fit = fit_turns(turns, still, turn_options);
       notes.push_back("fence faces recognised by the gyroscope" + open_start);
       return label_by_turns(faces, integrated_rotations(turns, fit), first_point(options, faces));
     }

@@ -4,9 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/least_squares.hpp"
-
 namespace axiscal {
 
 RestTurns::RestTurns(const RecordedLog& log, const ImuOptions& options, double rate_hz)
@@ -46,6 +43,7 @@ std::vector<GyroscopeTurn> RestTurns::turns(const Segmentation& rests,
     turn.time_s = time_s_.subspan(first, count);
     turn.up_before = ups.row(static_cast<Eigen::Index>(between[i])).transpose();
     turn.up_after = ups.row(static_cast<Eigen::Index>(between[i + 1])).transpose();
+    turn.follows = !ends.empty() && ends.back().second == between[i];
     ends.emplace_back(between[i], between[i + 1]);
   }
   return turns;
@@ -103,37 +101,6 @@ bool RestTurns::is_whole(std::size_t first, std::size_t count) const {
     }
   }
   return true;
-}
-
-RestFit fit_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& ups) {
-  RestFit fit;
-  const auto n = static_cast<double>(means.rows());
-  fit.bias = means.colwise().mean().transpose();
-  for (int k = 0; k < 3; ++k) {
-    const double rss = (means.col(k).array() - fit.bias(k)).square().sum();
-    fit.sd(k) = n > 1.0 ? std::sqrt(rss / (n - 1.0)) : 0.0;
-    fit.bias_covariance(k, k) = fit.sd(k) * fit.sd(k) / n;
-  }
-  if (means.rows() < 8) {
-    return fit;
-  }
-  Eigen::MatrixXd X(means.rows(), 4);
-  X << Eigen::VectorXd::Ones(means.rows()), ups;
-  if (!undetermined_columns(X).empty()) {
-    return fit;
-  }
-  const LeastSquaresDesign design(X);
-  fit.g_sensitivity.emplace();
-  fit.g_sensitivity_se.emplace();
-  for (int k = 0; k < 3; ++k) {
-    const LeastSquaresFit axis = design.fit(means.col(k));
-    fit.g_sensitivity->row(k) = axis.estimate.tail<3>().transpose();
-    fit.g_sensitivity_se->row(k) = axis.covariance.diagonal().tail<3>().cwiseSqrt().transpose();
-    const double explained = fit.sd(k) * fit.sd(k) * (n - 1.0) - axis.residuals.squaredNorm();
-    fit.p_value(k) = f_upper_p(
-        std::max(0.0, explained) / 3.0 / (axis.residual_sd * axis.residual_sd), 3.0, n - 4.0);
-  }
-  return fit;
 }
 
 }  // namespace axiscal

@@ -43,17 +43,4 @@ class RestTurns {
   std::vector<double> owned_times_;
 };
 
-/// What the rests say of the gyroscope: bias, and its change with gravity.
-struct RestFit {
-  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d bias_covariance = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d sd = Eigen::Vector3d::Zero();  // standard deviation of a rest's mean
-  std::optional<Eigen::Matrix3d> g_sensitivity, g_sensitivity_se;
-  Eigen::Vector3d p_value = Eigen::Vector3d::Ones();  // that an axis has none
-};
-
-/// @param means  of the gyroscope at the rests, n x 3.
-/// @param ups    the directions up there, n x 3.
-[[nodiscard]] RestFit fit_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& ups);
-
 }  // namespace axiscal

@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include "axiscal/calib/recording.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/positioner/positioner.hpp"
@@ -86,17 +87,11 @@ RecordedLog simulate_imu_log(const ImuSimulation& simulation,
     if (i + 1 == rotations_table_from_sensor.size()) {
       break;
     }
-    // About one axis, from rest to rest: the angle goes as (1 - cos(pi s)) / 2.
-    const Eigen::AngleAxisd turn(
-        Eigen::Matrix3d(here.transpose() * rotations_table_from_sensor[i + 1]));
     for (int s = 1; s < turning; ++s) {
       const double part = static_cast<double>(s) / turning;
-      const double done = 0.5 * (1.0 - std::cos(std::numbers::pi * part));
-      const double speed =
-          0.5 * std::numbers::pi * std::sin(std::numbers::pi * part) / simulation.turn_s;
-      const Eigen::Matrix3d at =
-          here * Eigen::AngleAxisd(done * turn.angle(), turn.axis()).toRotationMatrix();
-      recorder.sample(at, speed * turn.angle() * turn.axis(),
+      const HandMotion motion =
+          turned_by_hand(here, rotations_table_from_sensor[i + 1], part, simulation.turn_s);
+      recorder.sample(motion.table_from_sensor, motion.rate,
                       simulation.hand_shake * std::sin(std::numbers::pi * part));
     }
   }

@@ -178,8 +178,7 @@ TEST_F(Xsens, GyroscopeAgreesWithImuTk) {
     turn.up_after = A * (mean_of(log_, 1, rests_[r + 1].first, rests_[r + 1].second + 1) - b);
     turns.push_back(turn);
   }
-  const TurnFit fit =
-      fit_turns(turns, bias, Eigen::Matrix3d::Zero(), {.rate_per_unit = 1.0 / 6258});
+  const TurnFit fit = fit_turns(turns, {.bias = bias}, {.rate_per_unit = 1.0 / 6258});
   // By numpy and by Ceres on the same turns, with standard errors; PERFORMANCE's scales are within
   // 1e-8 of them.
   Eigen::Matrix3d B;
@@ -293,9 +292,10 @@ TEST_P(Icins, AgreesWithThePublishedTable) {
   for (const auto& [first, end] : rests) {
     bias += mean_of(log, 3, first, end) / static_cast<double>(rests.size());
   }
-  // The bias wanders between their rests by 0.03 to 0.05 deg/s, so they fit it too.
-  const TurnFit gyro =
-      fit_turns(turns, bias, Eigen::Matrix3d::Zero(), {.rate_per_unit = 1.0, .fit_bias = true});
+  // The bias wanders between their rests by 0.03 to 0.05 deg/s, so they fit it too; and they weigh
+  // all turns alike.
+  const TurnFit gyro = fit_turns(turns, {.bias = bias},
+                                 {.rate_per_unit = 1.0, .fit_bias = true, .whole_budget = false});
   // S = (1 + [e]x) M with M upper triangular.
   Eigen::Vector3d e = Eigen::Vector3d::Zero();
   Eigen::Matrix3d M = gyro.response.sensitivity;

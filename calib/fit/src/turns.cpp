@@ -12,9 +12,7 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/calibration_warning.hpp"
-#include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/calib/gauss_newton.hpp"
-#include "axiscal/calib/mixed_model.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
@@ -26,6 +24,7 @@
 #include "axiscal/core/units.hpp"
 #include "axiscal/core/version.hpp"
 #include "axiscal/kernels/turn_integration.hpp"
+#include "turn_weighing.hpp"
 
 namespace axiscal {
 namespace {
@@ -227,43 +226,67 @@ Eigen::Matrix3d find_start(std::span<const GyroscopeTurn> turns,
   return scale * Eigen::Matrix3d::Identity();
 }
 
-// The last step, in which the rests' bias is known as well as they say and no better: its error
-// shows in the turns' residuals too, so it is an unknown with a prior, and the scatter is found by
-// restricted likelihood (method.md, section 8).
-struct WeighedStep {
-  Eigen::Matrix<double, 12, 1> step = Eigen::Matrix<double, 12, 1>::Zero();  // B row by row, bias
-  Eigen::Matrix<double, 12, 12> covariance = Eigen::Matrix<double, 12, 12>::Zero();
-  double sd = 0.0;
-};
-
-WeighedStep weigh_bias(const TurnSet::State& state,
-                       const Eigen::Matrix3d& bias_root,
-                       double informative,
-                       double start_sd) {
-  // Unknowns: B, and the bias by its prior's standard deviations.
-  Eigen::Matrix<double, 12, 12> to_unknowns = Eigen::Matrix<double, 12, 12>::Identity();
-  to_unknowns.bottomRightCorner<3, 3>() = bias_root;
-  const Eigen::MatrixXd J = state.jacobian * to_unknowns;
-  const Eigen::MatrixXd N = J.transpose() * J;
-  WeighedStep result{.sd = start_sd};
-  for (int round = 0; round < 50; ++round) {
-    const std::optional<MixedModelFit> fit =
-        fit_mixed_model(J / result.sd, -state.residuals / result.sd, 3);
-    if (!fit) {
-      throw RefusedError("the turns do not determine the gyroscope beside its uncertain bias");
-    }
-    const double used = fit->covariance.cwiseProduct(N).sum() / (result.sd * result.sd);
-    const double factor =
-        std::sqrt(fit->residuals.squaredNorm() / std::max(informative - used, 1.0));
-    result.step = to_unknowns * fit->estimate;
-    result.covariance = to_unknowns * fit->covariance * to_unknowns.transpose();
-    result.sd *= factor;
-    if (std::abs(factor - 1.0) < 1e-9) {
-      break;
+// How B and the bias change with the record's parameters, bias and row k of S, axis by axis:
+// dB = -B dS B.
+Eigen::Matrix<double, 12, 12> unknowns_by_parameters(const Eigen::Matrix3d& B) {
+  Eigen::Matrix<double, 12, 12> change = Eigen::Matrix<double, 12, 12>::Zero();
+  for (int k = 0; k < 3; ++k) {
+    change(9 + k, 4 * k) = 1.0;
+    for (int j = 0; j < 3; ++j) {
+      for (int p = 0; p < 3; ++p) {
+        for (int q = 0; q < 3; ++q) {
+          change(3 * p + q, 4 * k + 1 + j) = -B(p, k) * B(j, q);
+        }
+      }
     }
   }
-  return result;
+  return change;
 }
+
+// What the sampling may make of the residuals: a sixth of what they differ by, when every other
+// sample is left out, and then the others. Where the rate has a corner right at a sample the
+// trapezium rule is off by just so much, elsewhere by less (method.md, section 4, turns).
+class HalvedTurns {
+ public:
+  explicit HalvedTurns(std::span<const GyroscopeTurn> turns) : turns_(turns) {}
+
+  [[nodiscard]] Eigen::VectorXd errors(const Candidate& at) const {
+    return (residuals_of_half(at, 0) - residuals_of_half(at, 1)) / 6.0;
+  }
+
+ private:
+  [[nodiscard]] Eigen::VectorXd residuals_of_half(const Candidate& at, std::size_t parity) const {
+    std::vector<std::array<std::vector<double>, 4>> samples(turns_.size());  // x, y, z, time
+    std::vector<GyroscopeTurn> turns(turns_.begin(), turns_.end());
+    for (std::size_t t = 0; t < turns.size(); ++t) {
+      const std::size_t last = turns_[t].time_s.size() - 1;
+      const auto put = [&](std::size_t i, double time_s) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          samples[t][axis].push_back(turns_[t].readings[axis][i]);
+        }
+        samples[t][3].push_back(time_s);
+      };
+      // At both ends it rests: the sample beyond would be as the first, or the last.
+      const std::span<const double> time_s = turns_[t].time_s;
+      if (parity == 1) {
+        put(0, 2.0 * time_s[0] - time_s[1]);
+      }
+      for (std::size_t i = parity; i <= last; i += 2) {
+        put(i, time_s[i]);
+      }
+      if (last % 2 != parity) {
+        put(last, 2.0 * time_s[last] - time_s[last - 1]);
+      }
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        turns[t].readings[axis] = samples[t][axis];
+      }
+      turns[t].time_s = samples[t][3];
+    }
+    return TurnSet(turns, at.bias).at(at.B).residuals;
+  }
+
+  std::span<const GyroscopeTurn> turns_;
+};
 
 std::vector<std::string> names_of_unknowns(Eigen::Index unknowns) {
   const std::vector<std::string> axes = {"x", "y", "z"};
@@ -275,8 +298,10 @@ std::vector<std::string> names_of_unknowns(Eigen::Index unknowns) {
 }
 
 void require_determined(const Eigen::MatrixXd& J, std::size_t turns) {
+  // What exact turns leave open noise seems to tell, a hundred times worse than the rest.
+  constexpr double open_below = 5e-3;
   std::vector<std::string> open =
-      names_of_open(confounded_columns(J, 1e-6, 1e-3), names_of_unknowns(J.cols()));
+      names_of_open(confounded_columns(J, open_below, 0.1), names_of_unknowns(J.cols()));
   if (!open.empty()) {
     const std::string list = joined(open);
     throw RankDeficientError(
@@ -325,9 +350,9 @@ void check_revolutions(std::span<const GyroscopeTurn> turns,
 }  // namespace
 
 TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
-                  const Eigen::Vector3d& bias,
-                  const Eigen::Matrix3d& bias_covariance,
+                  const RestFit& rests,
                   const TurnFitOptions& options) {
+  const Eigen::Vector3d& bias = rests.bias;
   const Eigen::Index unknowns = options.fit_bias ? 12 : 9;
   TurnFit fit;
   fit.has_rotations = std::all_of(turns.begin(), turns.end(), [](const GyroscopeTurn& turn) {
@@ -360,21 +385,30 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
   }
   require_determined(found.state.jacobian.leftCols(unknowns), turns.size());
   fit.residual_sd_rad = std::sqrt(found.state.cost() / fit.degrees_of_freedom);
-  // Of B row by row and b.
-  Eigen::Matrix<double, 12, 12> of_unknowns = Eigen::Matrix<double, 12, 12>::Zero();
-  const bool has_prior = !options.fit_bias && bias_covariance.trace() > 0.0;
-  if (has_prior && fit.residual_sd_rad > 0.0) {
-    const Eigen::MatrixXd root = covariance_root(bias_covariance);
-    const WeighedStep weighed = weigh_bias(found.state, root, informative, fit.residual_sd_rad);
-    found.B += Eigen::Map<const RowMajor3>(weighed.step.data());
-    found.bias += weighed.step.tail<3>();
-    of_unknowns = weighed.covariance;
-    fit.residual_sd_rad = weighed.sd;
-    found = problem.at(found.B, found.bias);
+  // The last step, in which every error counts as it is made.
+  const Eigen::Matrix<double, 12, 12> by_parameters = unknowns_by_parameters(found.B);
+  if (fit.residual_sd_rad > 0.0) {
+    WeighedTurns weighed = weigh_turns(
+        {.turns = turns,
+         .residuals = found.state.residuals,
+         .jacobian = found.state.jacobian * by_parameters,
+         .rotations = found.set->rotations(found.B),
+         .sampling = options.whole_budget ? HalvedTurns(turns).errors(found) : Eigen::VectorXd()},
+        rests, options, fit.residual_sd_rad);
+    const Eigen::Matrix<double, 12, 1> step = by_parameters * weighed.step;
+    found =
+        problem.at(found.B + Eigen::Map<const RowMajor3>(step.data()), found.bias + step.tail<3>());
+    fit.residual_sd_rad = weighed.sd_rad;
+    fit.degrees_of_freedom = weighed.degrees_of_freedom;
+    fit.covariance = std::move(weighed.covariance);
+    fit.interval_95 = std::move(weighed.interval_95);
+    fit.interval_dof = std::move(weighed.interval_dof);
+    fit.components = std::move(weighed.components);
+    fit.sources = std::move(weighed.sources);
   } else {
-    of_unknowns.topLeftCorner(unknowns, unknowns) =
-        fit.residual_sd_rad * fit.residual_sd_rad *
-        ScaledQr(found.state.jacobian.leftCols(unknowns)).covariance();
+    fit.covariance = Eigen::MatrixXd::Zero(12, 12);
+    fit.interval_95 = Eigen::VectorXd::Zero(12);
+    fit.interval_dof = Eigen::VectorXd::Constant(12, fit.degrees_of_freedom);
   }
   fit.rounds = search.rounds;
   fit.converged = search.converged;
@@ -384,20 +418,6 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
   for (Eigen::Index i = 0; i < found.state.residuals.size(); i += 3) {
     fit.residuals.emplace_back(found.state.residuals.segment<3>(i));
   }
-  // dS = -S dB S, in the record's order: bias and row k of S, axis by axis.
-  const Eigen::Matrix3d S = fit.response.sensitivity;
-  Eigen::Matrix<double, 12, 12> T = Eigen::Matrix<double, 12, 12>::Zero();
-  for (int k = 0; k < 3; ++k) {
-    T(4 * k, 9 + k) = 1.0;
-    for (int j = 0; j < 3; ++j) {
-      for (int p = 0; p < 3; ++p) {
-        for (int q = 0; q < 3; ++q) {
-          T(4 * k + 1 + j, 3 * p + q) = -S(k, p) * S(q, j);
-        }
-      }
-    }
-  }
-  fit.covariance = T * of_unknowns * T.transpose();
   check_revolutions(turns, options, fit);
   return fit;
 }
@@ -419,8 +439,20 @@ Calibration turn_calibration(const TurnFit& fit,
   statistics.residual_sd = rest_sd;
   statistics.r_squared = Eigen::Vector3d::Constant(not_a_number);
   statistics.covariance = fit.covariance;
+  statistics.interval_95 = fit.interval_95;
+  statistics.interval_dof = fit.interval_dof;
+  statistics.components = fit.components;
   statistics.variance_inflation = SensitivityMatrix::Constant(3, 3, not_a_number);
   add_intervals(record);
+  if (!fit.sources.empty()) {
+    UncertaintyBudget& budget = record.uncertainty.emplace();
+    budget.sources.push_back({.name = "fit",
+                              .type = "A",
+                              .distribution = "t",
+                              .input_u = not_a_number,
+                              .degrees_of_freedom = not_a_number});
+    budget.sources.insert(budget.sources.end(), fit.sources.begin(), fit.sources.end());
+  }
   record.notes.push_back(
       formatted("{} turns{}: attitude errors of {} degrees (standard deviation of a component)",
                 fit.residuals.size(),

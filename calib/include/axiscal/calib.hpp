@@ -28,6 +28,7 @@
 #include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/calib/polar_fit.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
+#include "axiscal/calib/recording.hpp"
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/calib/reduction_csv.hpp"
 #include "axiscal/calib/repeated_design.hpp"

@@ -17,6 +17,7 @@
 #include "axiscal/core/parallel.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/field/earth_rotation_field.hpp"
 #include "study_blocks.hpp"
 
 namespace axiscal {
@@ -62,10 +63,11 @@ class Trial {
   }
 
   [[nodiscard]] Calibration calibrated() {
-    SimulatedRun run = simulate_run(
-        truth_,
-        make_run_sheet(setup_.design, setup_.replicates, simulation_.seed, setup_.temperatures),
-        simulation_);
+    if (setup_.recording && setup_.recording->kind == RecordingKind::turns) {
+      return calibrated_by_turns();
+    }
+    SimulatedRun run = setup_.recording ? simulate_recording(truth_, *setup_.recording, simulation_)
+                                        : simulate_run(truth_, sheet(), simulation_);
     bias_of_run_ = std::move(run.bias_of_run);
     return calibrate(setup_.experiment, run.observations);
   }
@@ -74,7 +76,8 @@ class Trial {
   [[nodiscard]] Calibration truth() const {
     Calibration truth = setup_.truth;
     truth.response.bias += bias_of_run_;
-    return truth;
+    const bool free = setup_.recording && setup_.recording->kind == RecordingKind::free;
+    return free ? in_shape(std::move(truth), setup_.experiment.shape) : truth;
   }
 
   // Errors, stated u and U of what one reading says in some attitude.
@@ -137,6 +140,27 @@ class Trial {
     field *= 1.0 + experiment.field.magnitude_u / truth_.field.magnitude * random_.normal();
     const Eigen::Vector2d turn = experiment.stated.direction_u_rad * random_.normals<2>();
     field = rotation_by(tangents_of(field) * turn) * field;
+  }
+
+  [[nodiscard]] std::vector<RunSheetRow> sheet() const {
+    return make_run_sheet(setup_.design, setup_.replicates, simulation_.seed, setup_.temperatures);
+  }
+
+  [[nodiscard]] Calibration calibrated_by_turns() {
+    const std::optional<Site>& site = setup_.experiment.field.site;
+    // The table stands at any heading; without a site the Earth's axis may be any.
+    const double heading = 2.0 * std::numbers::pi * random_.uniform();
+    const double up =
+        site ? std::sin(site->latitude_deg * rad_per_deg) : 2.0 * random_.uniform() - 1.0;
+    const double across = std::sqrt(1.0 - up * up);
+    const Eigen::Vector3d earth =
+        earth_rate_rad_per_s *
+        Eigen::Vector3d(across * std::cos(heading), across * std::sin(heading), up);
+    const std::vector<RunSheetRow> rows = sheet();
+    SimulatedTurns turns = simulate_turns(truth_, rows, *setup_.recording, earth, simulation_);
+    bias_of_run_ = std::move(turns.bias_of_run);
+    return calibrate_turns(turns, rows, truth_.instrument, setup_.experiment.positioner,
+                           setup_.experiment.rotation_sensor_from_positioner, site);
   }
 
   [[nodiscard]] Positioner with_errors(const Positioner& positioner, const Eigen::MatrixXd& root) {
@@ -221,6 +245,12 @@ std::string digest_of(const StudySetup& setup) {
         setup.experiment.stated.direction_u_rad, setup.experiment.field.magnitude_u}) {
     put(value);
   }
+  if (setup.recording) {
+    text += "recording ";
+    put(static_cast<double>(setup.recording->kind));
+    put(static_cast<double>(setup.recording->samples));
+    put(setup.recording->rate_hz);
+  }
   text += world_text(setup.simulation.world) + (setup.alarms ? " alarms " : "");
   text += setup.experiment.method ? method_name(*setup.experiment.method) : "";
   for (const Eigen::Vector3d& normal : setup.experiment.positioner.normals()) {
@@ -239,7 +269,7 @@ std::string digest_of(const StudySetup& setup) {
 }
 
 bool gives_angles(const StudySetup& setup) {
-  return setup.angles && setup.truth.instrument.axis_count() >= 3 &&
+  return setup.angles && !setup.recording && setup.truth.instrument.axis_count() >= 3 &&
          !setup.truth.instrument.one_sided && setup.truth.also.empty() &&
          find_instrument_kind(setup.truth.instrument.kind).has_axis_elevation;
 }
@@ -332,6 +362,10 @@ Study run_study(const StudySetup& given,
     throw DomainError("run_study: at least one trial, and a shard I of N with 1 <= I <= N");
   }
   Study study{.seed = seed, .trials = trials, .setup = digest_of(given)};
+  if (given.recording && given.recording->kind == RecordingKind::sweep) {
+    throw DomainError(
+        "study: the biases of a sweep hold the field's part; simulate it and calibrate that");
+  }
   if (given.regression_only) {
     run_regression_study(given, shard, progress, study);
     return study;

@@ -199,6 +199,10 @@ double VarianceFit::degrees_of_freedom(Eigen::Index entry) const {
   for (Eigen::Index q = 0; q < theta.size(); ++q) {
     h(q) = unit_shares[static_cast<std::size_t>(q)](entry, entry);
   }
+  return degrees_of_freedom_of(h);
+}
+
+double VarianceFit::degrees_of_freedom_of(const Eigen::VectorXd& h) const {
   const double variance = h.dot(theta);
   constexpr double as_good_as_infinite = 1e6;
   return std::clamp(2.0 * variance * variance / h.dot(theta_covariance * h), 1.0,

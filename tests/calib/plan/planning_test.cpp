@@ -196,7 +196,7 @@ TEST(Forecast, IsOfGeneralisedLeastSquaresWhereNormalsAreUncertain) {
   PositionerDescription description = Positioner().description();
   NormalCovariance C = NormalCovariance::Zero();
   for (const Face face : all_faces) {
-    const Eigen::Vector3d& n = Positioner().normal(face);
+    const Eigen::Vector3d n = Positioner().normal(face);
     const Eigen::Index at = 3 * static_cast<Eigen::Index>(face);
     C.block<3, 3>(at, at) = 9e-8 * (Eigen::Matrix3d::Identity() - n * n.transpose());
   }

@@ -7,7 +7,6 @@
 
 #include <Eigen/LU>
 
-#include "axiscal/calib/mixed_model.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 #include "matchers.hpp"
 
@@ -136,24 +135,6 @@ TEST(ScaledQr, GivesWhatTheNormalEquationsGive) {
 TEST(ScaledQr, NamesNeighboursOnce) {
   EXPECT_EQ(names_of_open({0, 1, 3}, {"direction", "direction", "x", "y"}),
             (std::vector<std::string>{"direction", "y"}));
-}
-
-TEST(FitMixedModel, IsGeneralisedLeastSquares) {
-  Eigen::MatrixXd W(6, 3);  // two fixed effects, one random
-  W << 1, 0, 2, 1, 1, 2, 1, 2, 2, 1, 3, -1, 1, 4, -1, 1, 6, -1;
-  const Eigen::VectorXd y = (Eigen::VectorXd(6) << 3, 4, 6, 1, 2, 5).finished();
-  const std::optional<MixedModelFit> fit = fit_mixed_model(W, y, 1);
-  ASSERT_TRUE(fit);
-  // The random effect's error is noise that the readings share.
-  const Eigen::MatrixXd V =
-      Eigen::MatrixXd::Identity(6, 6) + W.rightCols(1) * W.rightCols(1).transpose();
-  const Eigen::MatrixXd X = W.leftCols(2);
-  const Eigen::MatrixXd C = (X.transpose() * V.inverse() * X).inverse();
-  EXPECT_LT((fit->estimate.head(2) - C * X.transpose() * V.inverse() * y).norm(), 1e-12);
-  EXPECT_LT((fit->covariance.topLeftCorner(2, 2) - C).norm(), 1e-12);
-  EXPECT_LT((fit->residuals - (y - W * fit->estimate)).norm(), 1e-12);
-  W.col(1) = W.col(0);
-  EXPECT_FALSE(fit_mixed_model(W, y, 1));
 }
 
 }  // namespace

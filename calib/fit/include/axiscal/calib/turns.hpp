@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -9,6 +10,8 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/field/site.hpp"
+#include "axiscal/positioner/positioner.hpp"
 
 namespace axiscal {
 
@@ -22,9 +25,53 @@ struct GyroscopeTurn {
   /// Where the seats are known: to the sensor's frame before from that after, R_sp R_a R_b^T
   /// R_sp^T.
   std::optional<Eigen::Matrix3d> rotation_before_from_after;
-  /// The Earth's rotation in the sensor's frame at the rest before [rad/s]; 0: left out.
+  /// The Earth's rotation in the sensor's frame at the rest before [rad/s], as far as it is known.
   Eigen::Vector3d earth_rate_in_sensor = Eigen::Vector3d::Zero();
+  /// What errors of variance 1 that all turns share make of what is known at the rests, 3 x q: of
+  /// the direction up, or where the seats are known of the attitude, as a rotation vector in the
+  /// sensor's frame there [rad]. All turns have as many, or none.
+  Eigen::Matrix3Xd errors_before, errors_after;
+  /// Whether it begins at the rest where the turn before it ended, whose error both have.
+  bool follows = true;
 };
+
+/// Puts in what an accelerometer says at the rests before and after: the directions up, and what
+/// its calibration leaves of them.
+/// @param mean_before, mean_after  its readings there.
+void between_directions(const Calibration& accelerometer,
+                        const Eigen::Vector3d& mean_before,
+                        const Eigen::Vector3d& mean_after,
+                        GyroscopeTurn& turn);
+
+/// Puts in the rotation between two seats of a cube, and what its face normals leave of it.
+void between_seats(const Positioner& positioner,
+                   const Eigen::Matrix3d& rotation_sensor_from_positioner,
+                   const DesignPoint& before,
+                   const DesignPoint& after,
+                   GyroscopeTurn& turn);
+
+struct TurnFitOptions;
+
+/// Puts in the Earth's rotation: along up it is known where the site is; no heading is known, and
+/// without a site no more than its size.
+void take_out_earth(const std::optional<Site>& site,
+                    std::vector<GyroscopeTurn>& turns,
+                    TurnFitOptions& options);
+
+/// What the rests say of a gyroscope: its bias, and how that changes with gravity.
+struct RestFit {
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d bias_covariance = Eigen::Matrix3d::Zero();
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();  ///< of the covariance
+  Eigen::Vector3d sd = Eigen::Vector3d::Zero();  ///< standard deviation of a rest's mean
+  std::optional<Eigen::Matrix3d> g_sensitivity;  ///< [unit per length of the directions]
+  std::optional<Eigen::Matrix3d> g_sensitivity_se;
+  Eigen::Vector3d p_value = Eigen::Vector3d::Ones();  ///< that an axis has none
+};
+
+/// @param means  of the gyroscope at the rests, n x 3.
+/// @param ups    the directions up there, n x 3.
+[[nodiscard]] RestFit fit_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& ups);
 
 struct TurnFitOptions {
   /// rad/s per unit of the readings, roughly; default: found among the usual ones.
@@ -36,6 +83,13 @@ struct TurnFitOptions {
   /// Relative change of B at which the search ends. 1e-4 is enough to compare fits: what the
   /// residuals say is then exact to 1e-8.
   double tolerance = 1e-10;
+  /// Standard uncertainties of the Earth's rotation, beside what each turn states of it [rad/s]:
+  /// along up, and along each of two horizontal directions.
+  double earth_up_u = 0.0;
+  double earth_across_u = 0.0;
+  /// Whether all that the uncertainty is made of is looked at: errors of the rests, sampling, the
+  /// Earth, the directions. To compare fits it need not be.
+  bool whole_budget = true;
 };
 
 /// A gyroscope's calibration from turns.
@@ -43,10 +97,16 @@ struct TurnFit {
   LinearResponse response;  ///< [unit, unit per rad/s]
   Eigen::Matrix3d inverse =
       Eigen::Matrix3d::Identity();  ///< B = S^-1: w = B (v - b) [rad/s per unit]
-  /// Of the parameters x.bias, x.sensitivity.x, ...: 12 x 12. The rests' share of the bias
-  /// included.
+  /// Of the parameters x.bias, x.sensitivity.x, ..., by all scatter: 12 x 12; half widths of their
+  /// 95 % intervals, and the degrees of freedom of these.
   Eigen::MatrixXd covariance;
-  double degrees_of_freedom = 0.0;
+  Eigen::VectorXd interval_95;
+  Eigen::VectorXd interval_dof;
+  double degrees_of_freedom = 0.0;  ///< of the turns' own scatter
+  /// What the covariance holds besides it: `rests`, which two turns share, and `bias`.
+  std::vector<ScatterComponent> components;
+  /// What no scatter shows: `directions` or `positioner`, `rotation of the Earth`, `sampling`.
+  std::vector<UncertaintySource> sources;
   double residual_sd_rad = 0.0;            ///< scatter of one component of a turn's attitude error
   std::vector<Eigen::Vector3d> residuals;  ///< attitude error of each turn [rad], frame before
   double most_revolutions = 0.0;  ///< that one turn makes by the fit, there and back counted both
@@ -62,12 +122,13 @@ struct TurnFit {
 ///
 /// Gauss-Newton in B = S^-1, with the analytic derivative -integral of R(t) e_p (v - b)_q dt.
 ///
-/// @param turns            three or more about different axes.
-/// @param bias             of the rests [unit].
-/// @param bias_covariance  of their mean, 3 x 3 [unit^2]; 0: it is exact. Else the turns may move
-/// the
-///                         bias within it, as its error shows in their residuals too (method.md,
-///                         section 8).
+/// The errors of a turn are its own, and those of the rests at its ends, which the turns before and
+/// after have too (from 18 degrees of freedom on); their variances are found by restricted
+/// likelihood. What else the turns share, the rests' bias first, are unknowns with a prior: the
+/// turns' residuals show them too (method.md, section 8).
+///
+/// @param turns  three or more about different axes.
+/// @param rests  bias, covariance of their mean, 0: it is exact, and its degrees of freedom count.
 /// @throws RefusedError, RankDeficientError  for too few turns, turns about too few axes (the
 /// message
 ///         names what stays open), or where no scale fits (the message says how far off it is), or
@@ -75,8 +136,7 @@ struct TurnFit {
 /// @par Source
 /// method.md, section 4, turns; D. Tedaldi, A. Pretto, E. Menegatti, ICRA 2014.
 [[nodiscard]] TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
-                                const Eigen::Vector3d& bias,
-                                const Eigen::Matrix3d& bias_covariance,
+                                const RestFit& rests,
                                 const TurnFitOptions& options = {});
 
 /// The record of a gyroscope that was calibrated from turns: field `induced_rotation` of 1 rad/s.

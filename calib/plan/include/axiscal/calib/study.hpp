@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/recording.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/calib/tolerance.hpp"
 
@@ -31,6 +32,9 @@ struct StudySetup {
   Tolerances tolerances;
   /// Each run's face normals are those of experiment.positioner and errors of its covariance.
   bool random_normals = false;
+  /// Each run is a recording: `free`, by method magnitude, or `turns`, of a gyroscope in the seats
+  /// of the design. The Earth turns as at the experiment's site, or about any axis.
+  std::optional<Recording> recording;
   /// The regression alone: the field of every reading is known exactly, only noise is simulated,
   /// and biases and sensitivities are looked at. Ten thousand times as fast.
   bool regression_only = false;
@@ -88,7 +92,8 @@ struct StudyResult {
 /// fitted.
 /// @throws DomainError  for fewer than 1 trial, a shard that is none, or `regression_only` with
 ///                      what it cannot do (worlds, alarms, temperature terms, second fields,
-///                      one-sided axes).
+///                      one-sided axes); for a recording `sweep`, whose biases hold the field's
+///                      part.
 /// @throws SetupError, RefusedError  as calibrate(), if the first trial has no calibration.
 [[nodiscard]] Study run_study(const StudySetup& setup,
                               std::int64_t trials,

@@ -38,6 +38,10 @@ struct VarianceFit {
   /// Satterthwaite's degrees of freedom of the scatter's variance of an entry of b, at least 1.
   [[nodiscard]] double degrees_of_freedom(Eigen::Index entry) const;
 
+  /// The same of any variance.
+  /// @param h  q entries: what a theta of 1 makes of it.
+  [[nodiscard]] double degrees_of_freedom_of(const Eigen::VectorXd& h) const;
+
   /// @return the degrees of freedom of a component: 2 theta^2 over its variance.
   [[nodiscard]] double component_degrees_of_freedom(Eigen::Index component) const;
 };

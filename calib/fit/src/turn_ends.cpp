@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/LU>
+
+#include "axiscal/calib/covariance_root.hpp"
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/turns.hpp"
+#include "axiscal/calib/uncertain_inputs.hpp"
+#include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/field/earth_rotation_field.hpp"
+
+namespace axiscal {
+namespace {
+
+// A direction by an accelerometer, and how it changes with the errors of its calibration.
+struct Direction {
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();
+  Eigen::Matrix3Xd errors;
+};
+
+// f = S^-1 (v - b) makes df = -S^-1 (db + dS f); parameters are b_k and row k of S, axis by axis.
+Direction direction_of(const Calibration& accelerometer,
+                       const Eigen::MatrixXd& root,
+                       const Eigen::Vector3d& mean) {
+  const Eigen::Matrix3d inverse = Eigen::Matrix3d(accelerometer.response.sensitivity).inverse();
+  const Eigen::Vector3d field = inverse * (mean - accelerometer.response.bias);
+  Direction direction{.up = field.normalized(), .errors = {}};
+  if (root.rows() != 12) {
+    return direction;
+  }
+  Eigen::Matrix<double, 3, 12> change;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    change.col(4 * k) = -inverse.col(k);
+    change.middleCols<3>(4 * k + 1) = -inverse.col(k) * field.transpose();
+  }
+  const Eigen::Matrix3d across =
+      Eigen::Matrix3d::Identity() - direction.up * direction.up.transpose();
+  direction.errors = across / field.norm() * change * root;
+  return direction;
+}
+
+// How a cube's attitude changes with its normals: the rotation vector of dC C^T, which dC does to
+// each of the table's axes.
+Eigen::Matrix3Xd attitude_errors(const Positioner& positioner,
+                                 const Eigen::Matrix3d& rotation_sensor_from_positioner,
+                                 const DesignPoint& point,
+                                 const Eigen::MatrixXd& root) {
+  const Eigen::Matrix3d table_from_positioner = positioner.rotation_table_from_positioner(point);
+  Eigen::Matrix3Xd errors = Eigen::Matrix3Xd::Zero(3, root.cols());
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d along =
+        rotation_sensor_from_positioner * table_from_positioner.row(axis).transpose();
+    const Eigen::Matrix3Xd moved =
+        rotation_sensor_from_positioner *
+        change_with_normals(table_from_positioner, point, Eigen::Vector3d::Unit(axis)) * root;
+    // Of three orthonormal e that turn by w, the sum of e cross (w cross e) is 2 w.
+    for (Eigen::Index j = 0; j < root.cols(); ++j) {
+      errors.col(j) += 0.5 * along.cross(Eigen::Vector3d(moved.col(j)));
+    }
+  }
+  return errors;
+}
+
+}  // namespace
+
+void between_directions(const Calibration& accelerometer,
+                        const Eigen::Vector3d& mean_before,
+                        const Eigen::Vector3d& mean_after,
+                        GyroscopeTurn& turn) {
+  const Eigen::MatrixXd covariance = parameter_covariance(accelerometer);
+  const Eigen::MatrixXd root = covariance.size() > 0 && covariance.allFinite()
+                                   ? covariance_root(covariance)
+                                   : Eigen::MatrixXd();
+  Direction before = direction_of(accelerometer, root, mean_before);
+  Direction after = direction_of(accelerometer, root, mean_after);
+  turn.up_before = before.up;
+  turn.up_after = after.up;
+  turn.errors_before = std::move(before.errors);
+  turn.errors_after = std::move(after.errors);
+}
+
+void between_seats(const Positioner& positioner,
+                   const Eigen::Matrix3d& rotation_sensor_from_positioner,
+                   const DesignPoint& before,
+                   const DesignPoint& after,
+                   GyroscopeTurn& turn) {
+  turn.rotation_before_from_after = rotation_sensor_from_positioner *
+                                    positioner.rotation_table_from_positioner(before).transpose() *
+                                    positioner.rotation_table_from_positioner(after) *
+                                    rotation_sensor_from_positioner.transpose();
+  const auto& covariance = positioner.description().normal_covariance;
+  const Eigen::MatrixXd root =
+      covariance ? covariance_root(*covariance) : Eigen::MatrixXd::Zero(18, 0);
+  turn.errors_before = attitude_errors(positioner, rotation_sensor_from_positioner, before, root);
+  turn.errors_after = attitude_errors(positioner, rotation_sensor_from_positioner, after, root);
+}
+
+void take_out_earth(const std::optional<Site>& site,
+                    std::vector<GyroscopeTurn>& turns,
+                    TurnFitOptions& options) {
+  if (!site) {
+    options.earth_up_u = options.earth_across_u = earth_rate_rad_per_s / std::sqrt(3.0);
+    return;
+  }
+  const double latitude = site->latitude_deg * rad_per_deg;
+  options.earth_across_u = earth_rate_rad_per_s * std::cos(latitude) / std::sqrt(2.0);
+  for (GyroscopeTurn& turn : turns) {
+    turn.earth_rate_in_sensor = earth_rate_rad_per_s * std::sin(latitude) * turn.up_before;
+  }
+}
+
+RestFit fit_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& ups) {
+  RestFit fit;
+  const auto n = static_cast<double>(means.rows());
+  fit.degrees_of_freedom = n - 1.0;
+  fit.bias = means.colwise().mean().transpose();
+  for (int k = 0; k < 3; ++k) {
+    const double rss = (means.col(k).array() - fit.bias(k)).square().sum();
+    fit.sd(k) = n > 1.0 ? std::sqrt(rss / (n - 1.0)) : 0.0;
+    fit.bias_covariance(k, k) = fit.sd(k) * fit.sd(k) / n;
+  }
+  if (means.rows() < 8) {
+    return fit;
+  }
+  Eigen::MatrixXd X(means.rows(), 4);
+  X << Eigen::VectorXd::Ones(means.rows()), ups;
+  if (!undetermined_columns(X).empty()) {
+    return fit;
+  }
+  const LeastSquaresDesign design(X);
+  fit.g_sensitivity.emplace();
+  fit.g_sensitivity_se.emplace();
+  for (int k = 0; k < 3; ++k) {
+    const LeastSquaresFit axis = design.fit(means.col(k));
+    fit.g_sensitivity->row(k) = axis.estimate.tail<3>().transpose();
+    fit.g_sensitivity_se->row(k) = axis.covariance.diagonal().tail<3>().cwiseSqrt().transpose();
+    const double explained = fit.sd(k) * fit.sd(k) * (n - 1.0) - axis.residuals.squaredNorm();
+    fit.p_value(k) = f_upper_p(
+        std::max(0.0, explained) / 3.0 / (axis.residual_sd * axis.residual_sd), 3.0, n - 4.0);
+  }
+  return fit;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "troubles.hpp"
+
+#include <cmath>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/rotation.hpp"
+
+namespace axiscal {
+namespace {
+
+// Streams of one seed: 0 shuffles run sheets, small numbers are the noise of the instruments. What
+// all instruments of a run share comes from one stream, their own troubles from one for each.
+constexpr std::uint32_t stream_of_cube = 1U << 20U;
+constexpr std::uint32_t stream_of_world = 1U << 21U;
+
+}  // namespace
+
+Troubles::Troubles(const World& world,
+                   const Eigen::VectorXd& noise_sd,
+                   std::uint64_t seed,
+                   std::uint32_t stream,
+                   std::size_t readings)
+    : world_(world),
+      noise_sd_(noise_sd),
+      cube_(seed, stream_of_cube),
+      own_(seed, stream_of_world + stream),
+      readings_(static_cast<double>(readings)),
+      noise_(Eigen::VectorXd::Zero(noise_sd.size())),
+      walk_(noise_),
+      walked_(noise_),
+      block_bias_(noise_) {}
+
+void Troubles::next(int block) {
+  if (block != block_) {
+    block_ = block;
+    mount_ = rotation_by(world_.mount_rad * own_.normals<3>());
+    for (double& bias : block_bias_) {
+      bias = world_.block_sd * own_.normal();
+    }
+  }
+  ++at_;
+}
+
+void Troubles::lay() {
+  seat_ = rotation_by(world_.seat_rad * cube_.normals<3>());
+}
+
+Eigen::VectorXd Troubles::added(RandomStream& random) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(noise_.size());
+  for (Eigen::Index k = 0; k < sum.size(); ++k) {
+    if (noise_sd_(k) > 0.0) {
+      const double fresh = random.normal() * spread();
+      noise_(k) =
+          at_ == 1 ? fresh : world_.ar * noise_(k) + std::sqrt(1.0 - world_.ar * world_.ar) * fresh;
+      sum(k) += noise_sd_(k) * noise_(k);
+    }
+    if (world_.ar_white > 0.0) {
+      sum(k) += world_.ar_white * own_.normal();
+    }
+    if (world_.walk_sd > 0.0) {
+      walk_(k) += world_.walk_sd * own_.normal();
+      walked_(k) += walk_(k) / readings_;
+      sum(k) += walk_(k);
+    }
+    sum(k) += block_bias_(k);
+    if (readings_ > 1.0) {
+      sum(k) += world_.drift * ((at_ - 1.0) / (readings_ - 1.0) - 0.5);
+    }
+  }
+  return sum;
+}
+
+double Troubles::spread() {
+  if (world_.tails == 0) {
+    return 1.0;
+  }
+  double squares = 0.0;
+  for (int i = 0; i < world_.tails; ++i) {
+    const double one = own_.normal();
+    squares += one * one;
+  }
+  return std::sqrt((world_.tails - 2.0) / squares);
+}
+
+Eigen::VectorXd nonlinear_part(const World& world,
+                               const Calibration& truth,
+                               const Eigen::Vector3d& field) {
+  const Eigen::Index m = truth.response.bias.size();
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Eigen::Vector3d S = truth.response.sensitivity.row(k);
+    const double along = S.normalized().dot(field) / truth.field.magnitude;
+    const auto of_axis = [&](const std::vector<double>& terms) {
+      return terms.empty() ? 0.0 : terms[terms.size() == 1 ? 0 : static_cast<std::size_t>(k)];
+    };
+    sum(k) = of_axis(world.k2) * along * along + of_axis(world.k3) * along * along * along;
+  }
+  return sum;
+}
+
+Eigen::VectorXd noise_of_axes(const SimulationOptions& options, Eigen::Index m) {
+  return options.noise_sds.size() > 0 ? options.noise_sds
+                                      : Eigen::VectorXd::Constant(m, options.noise_sd);
+}
+
+Eigen::VectorXd rounded(Eigen::VectorXd response, const SimulationOptions& options) {
+  for (const double step : {options.resolution, options.world.round}) {
+    if (step > 0.0) {
+      response = (step * (response / step).array().round()).matrix().eval();
+    }
+  }
+  return response;
+}
+
+void check_simulation(const Calibration& truth, const SimulationOptions& options) {
+  const Eigen::Index m = truth.response.bias.size();
+  if (truth.response.sensitivity.rows() != m) {
+    throw DomainError("simulate: the truth needs a bias and a row of sensitivities for each axis");
+  }
+  const Eigen::VectorXd noise = noise_of_axes(options, m);
+  if (!(noise.array() >= 0.0).all() || !noise.allFinite() || !(options.temperature_sd >= 0.0) ||
+      !(options.resolution >= 0.0)) {
+    throw DomainError("simulate: noise and resolution must not be negative");
+  }
+  const auto fits = [&](const std::vector<double>& values) {
+    return values.size() <= 1 || static_cast<Eigen::Index>(values.size()) == m;
+  };
+  if (noise.size() != m || !fits(options.world.k2) || !fits(options.world.k3)) {
+    throw DomainError(formatted(
+        "simulate: the noise, and k2 and k3 of the world, need one number, or one for each of the "
+        "{} axes",
+        m));
+  }
+}
+
+}  // namespace axiscal

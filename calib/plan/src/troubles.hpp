@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/simulate.hpp"
+#include "axiscal/core/random.hpp"
+
+namespace axiscal {
+
+/// What the world does to the readings of one instrument, one after another.
+class Troubles {
+ public:
+  /// @param noise_sd  of each axis; must outlive it, as the world.
+  Troubles(const World& world,
+           const Eigen::VectorXd& noise_sd,
+           std::uint64_t seed,
+           std::uint32_t stream,
+           std::size_t readings);
+
+  /// Goes on to the next reading.
+  void next(int block);
+
+  /// The cube is laid anew.
+  void lay();
+
+  /// How the field that the table holds is seen in the sensor, the cube lying as it now does.
+  [[nodiscard]] Eigen::Matrix3d as_seated(const Eigen::Matrix3d& rotation_sensor_from_table) const {
+    return mount_ * rotation_sensor_from_table * seat_;
+  }
+
+  /// What is added to the response.
+  /// @param random  of the noise, which a white world takes its numbers from alone.
+  [[nodiscard]] Eigen::VectorXd added(RandomStream& random);
+
+  [[nodiscard]] const Eigen::VectorXd& bias_of_run() const { return walked_; }
+
+ private:
+  // What a normal number is multiplied with to be Student's, of standard deviation 1.
+  double spread();
+
+  const World& world_;
+  const Eigen::VectorXd& noise_sd_;
+  RandomStream cube_;
+  RandomStream own_;
+  double readings_;
+  double at_ = 0.0;        // number of the reading, from 1
+  int block_ = 0;          // blocks count from 1
+  Eigen::VectorXd noise_;  // of the reading before, in its standard deviations
+  Eigen::VectorXd walk_;
+  Eigen::VectorXd walked_;  // its mean over the run, so far
+  Eigen::VectorXd block_bias_;
+  Eigen::Matrix3d mount_ = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d seat_ = Eigen::Matrix3d::Identity();
+};
+
+/// What the squared and cubed field along each axis adds.
+[[nodiscard]] Eigen::VectorXd nonlinear_part(const World& world,
+                                             const Calibration& truth,
+                                             const Eigen::Vector3d& field);
+
+/// @return the noise of m axes.
+[[nodiscard]] Eigen::VectorXd noise_of_axes(const SimulationOptions& options, Eigen::Index m);
+
+/// @return the response, rounded as the resolution and the world do.
+[[nodiscard]] Eigen::VectorXd rounded(Eigen::VectorXd response, const SimulationOptions& options);
+
+/// @throws DomainError  as simulate_run().
+void check_simulation(const Calibration& truth, const SimulationOptions& options);
+
+}  // namespace axiscal

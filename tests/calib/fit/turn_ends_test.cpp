@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is known at the rests between which a gyroscope is turned, and how well.
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+#include "axiscal/calib/turns.hpp"
+#include "axiscal/core/random.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "matchers.hpp"
+#include "scenario.hpp"
+
+namespace axiscal {
+namespace {
+
+// The errors' covariance is that of directions by accelerometers that differ as stated, drawn here.
+TEST(TurnEnds, DirectionsAreAsUncertainAsTheAccelerometer) {
+  Calibration accelerometer = test::accelerometer_truth();
+  Eigen::MatrixXd root(12, 12);
+  RandomStream random(5);
+  for (double& value : root.reshaped()) {
+    value = 1e-5 * random.normal();
+  }
+  FitStatistics& statistics = accelerometer.statistics.emplace();
+  statistics.covariance = root * root.transpose();
+  statistics.degrees_of_freedom = Eigen::Vector3d::Constant(20.0);
+  const Eigen::Vector3d before = accelerometer.response.at(Eigen::Vector3d(0.6, 0.0, 0.8));
+  const Eigen::Vector3d after = accelerometer.response.at(Eigen::Vector3d(0.0, -0.8, 0.6));
+  GyroscopeTurn turn;
+  between_directions(accelerometer, before, after, turn);
+  EXPECT_MATRIX_NEAR(turn.up_before, Eigen::Vector3d(0.6, 0.0, 0.8), 1e-12);
+  Eigen::Matrix<double, 6, 6> drawn = Eigen::Matrix<double, 6, 6>::Zero();
+  constexpr int draws = 20000;
+  for (int i = 0; i < draws; ++i) {
+    const Eigen::VectorXd error = root * random.normals<12>();
+    Calibration other = accelerometer;
+    other.statistics.reset();
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      other.response.bias(k) += error(4 * k);
+      other.response.sensitivity.row(k) += error.segment<3>(4 * k + 1).transpose();
+    }
+    GyroscopeTurn one;
+    between_directions(other, before, after, one);
+    Eigen::Matrix<double, 6, 1> change;
+    change << one.up_before - turn.up_before, one.up_after - turn.up_after;
+    drawn += change * change.transpose() / draws;
+  }
+  Eigen::MatrixXd errors(6, 12);
+  errors << turn.errors_before, turn.errors_after;
+  const Eigen::MatrixXd stated = errors * errors.transpose();
+  EXPECT_MATRIX_NEAR(drawn, stated, 0.05 * stated.diagonal().maxCoeff());
+}
+
+// A cube whose faces point a little elsewhere: the errors are the rotation that this makes.
+TEST(TurnEnds, SeatsAreAsUncertainAsTheNormals) {
+  PositionerDescription description = Positioner().description();
+  NormalCovariance covariance = NormalCovariance::Zero();
+  const Eigen::Index moved = 3 * static_cast<Eigen::Index>(Face::minus_z);
+  covariance(moved, moved) = 1e-8;  // n_-Z along x, 1e-4 rad
+  description.normal_covariance = covariance;
+  const Positioner believed(description);
+  FaceNormals normals = believed.normals();
+  normals[static_cast<std::size_t>(Face::minus_z)] = Eigen::Vector3d(1e-4, 0.0, -1.0).normalized();
+  const Positioner made(normals);
+  const Eigen::Matrix3d mount = rotation_by(Eigen::Vector3d(0.3, -0.2, 0.5));
+  const DesignPoint before(Face::minus_z, Face::plus_y);
+  const DesignPoint after(Face::plus_x, Face::plus_y);
+  GyroscopeTurn stated;
+  between_seats(believed, mount, before, after, stated);
+  GyroscopeTurn true_one;
+  between_seats(made, mount, before, after, true_one);
+  Eigen::Index column = 0;
+  stated.errors_before.colwise().norm().maxCoeff(&column);
+  const Eigen::Matrix3d R = *stated.rotation_before_from_after;
+  // exp(before) R exp(-after).
+  const Eigen::Matrix3d moved_R = rotation_by(stated.errors_before.col(column)) * R *
+                                  rotation_by(-stated.errors_after.col(column));
+  const Eigen::AngleAxisd left(
+      Eigen::Matrix3d(*true_one.rotation_before_from_after * moved_R.transpose()));
+  const Eigen::AngleAxisd whole(
+      Eigen::Matrix3d(*true_one.rotation_before_from_after * R.transpose()));
+  EXPECT_NEAR(whole.angle(), 1e-4, 1e-8);
+  // The sign of a root is free.
+  EXPECT_TRUE(left.angle() < 1e-8 || std::abs(left.angle() - 2e-4) < 1e-8);
+}
+
+TEST(TurnEnds, TheEarthTurnsAboutUpAsTheSiteSays) {
+  std::vector<GyroscopeTurn> turns(1);
+  turns[0].up_before = Eigen::Vector3d(0.0, 0.6, 0.8);
+  TurnFitOptions options;
+  take_out_earth(Site{.latitude_deg = 30.0}, turns, options);
+  EXPECT_MATRIX_NEAR(turns[0].earth_rate_in_sensor,
+                     Eigen::Vector3d(0.5 * 7.292115e-5 * turns[0].up_before), 1e-15);
+  EXPECT_EQ(options.earth_up_u, 0.0);
+  EXPECT_NEAR(options.earth_across_u, 7.292115e-5 * std::sqrt(0.75 / 2.0), 1e-12);
+  turns[0].earth_rate_in_sensor.setZero();
+  take_out_earth(std::nullopt, turns, options);
+  EXPECT_TRUE(turns[0].earth_rate_in_sensor.isZero(0.0));
+  EXPECT_NEAR(std::sqrt(3.0) * options.earth_up_u, 7.292115e-5, 1e-12);
+}
+
+}  // namespace
+}  // namespace axiscal
