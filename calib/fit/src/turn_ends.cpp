@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "axiscal/calib/covariance_root.hpp"

@@ -238,21 +238,12 @@ class TurnWeighing {
 
   [[nodiscard]] WeighedTurns result_of(const VarianceFit& fit) const {
     const bool by_rests = fit.theta.size() > 1;
-    WeighedTurns result{
-        .step = to_parameters_ * fit.estimate,
-        .sd_rad = std::sqrt(fit.theta(0) + (by_rests ? 2.0 * fit.theta(1) : 0.0)),
-        .degrees_of_freedom = std::min(fit.component_degrees_of_freedom(0), as_good_as_infinite),
-        .covariance = of_parameters(fit.scatter()),
-        .interval_95 = Eigen::VectorXd(parameters),
-        .interval_dof = Eigen::VectorXd(parameters)};
-    if (by_rests && fit.theta(1) > 0.0) {
-      result.components.push_back({.name = "rests",
-                                   .sd = Eigen::VectorXd::Constant(1, std::sqrt(fit.theta(1))),
-                                   .unit = "rad",
-                                   .covariance = fit.theta(1) * of_parameters(fit.unit_shares[1]),
-                                   .degrees_of_freedom = std::min(
-                                       fit.component_degrees_of_freedom(1), as_good_as_infinite)});
-    }
+    WeighedTurns result{.step = to_parameters_ * fit.estimate,
+                        .sd_rad = std::sqrt(fit.theta(0) + (by_rests ? 2.0 * fit.theta(1) : 0.0)),
+                        .rest_sd_rad = by_rests ? std::sqrt(fit.theta(1)) : 0.0,
+                        .covariance = of_parameters(fit.scatter()),
+                        .interval_95 = Eigen::VectorXd(parameters),
+                        .interval_dof = Eigen::VectorXd(parameters)};
     Eigen::Index at = fit.estimate.size() - problem_.prior;
     Eigen::MatrixXd by_bias = Eigen::MatrixXd::Zero(parameters, parameters);
     if (bias_columns_ > 0) {
@@ -269,6 +260,10 @@ class TurnWeighing {
       const CombinedUncertainty interval = interval_of(fit, i, by_bias(i, i));
       result.interval_95(i) = interval.expanded;
       result.interval_dof(i) = interval.degrees_of_freedom;
+      if (i % 4 > 0) {  // a sensitivity
+        result.degrees_of_freedom =
+            std::min(result.degrees_of_freedom, interval.degrees_of_freedom);
+      }
     }
     result.covariance += by_bias;
     add_sources(fit, at, result.sources);

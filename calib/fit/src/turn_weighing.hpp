@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -22,11 +23,12 @@ struct TurnSystem {
 
 /// Where the weighed solution lies, and how well it is known.
 struct WeighedTurns {
-  Eigen::VectorXd step;             ///< from the solution, of the record's 12 parameters
-  double sd_rad = 0.0;              ///< of a component of a turn's error
-  double degrees_of_freedom = 0.0;  ///< of the turns' own scatter
-  Eigen::MatrixXd covariance;       ///< 12 x 12, by all scatter
-  Eigen::VectorXd interval_95;      ///< half width for each parameter, by all scatter
+  Eigen::VectorXd step;      ///< from the solution, of the record's 12 parameters
+  double sd_rad = 0.0;       ///< of a component of a turn's error
+  double rest_sd_rad = 0.0;  ///< of a component of a rest's, which two turns share
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();  ///< least of a sensitivity
+  Eigen::MatrixXd covariance;                                           ///< 12 x 12, by all scatter
+  Eigen::VectorXd interval_95;  ///< half width for each parameter, by all scatter
   Eigen::VectorXd interval_dof;
   std::vector<ScatterComponent> components;
   std::vector<UncertaintySource> sources;

@@ -399,6 +399,7 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
     found =
         problem.at(found.B + Eigen::Map<const RowMajor3>(step.data()), found.bias + step.tail<3>());
     fit.residual_sd_rad = weighed.sd_rad;
+    fit.rest_sd_rad = weighed.rest_sd_rad;
     fit.degrees_of_freedom = weighed.degrees_of_freedom;
     fit.covariance = std::move(weighed.covariance);
     fit.interval_95 = std::move(weighed.interval_95);
@@ -454,10 +455,14 @@ Calibration turn_calibration(const TurnFit& fit,
     budget.sources.insert(budget.sources.end(), fit.sources.begin(), fit.sources.end());
   }
   record.notes.push_back(
-      formatted("{} turns{}: attitude errors of {} degrees (standard deviation of a component)",
+      formatted("{} turns{}: attitude errors of {} degrees (standard deviation of a component){}",
                 fit.residuals.size(),
                 fit.has_rotations ? " between known seats" : " between rests, by the accelerometer",
-                number_text(fit.residual_sd_rad * deg_per_rad, 3)));
+                number_text(fit.residual_sd_rad * deg_per_rad, 3),
+                fit.rest_sd_rad > 0.0
+                    ? formatted("; of it each rest, which two turns share, scatters by {} degrees",
+                                number_text(fit.rest_sd_rad * deg_per_rad, 3))
+                    : std::string()));
   if (!fit.converged) {
     add_warning(record, {.code = WarningCode::not_converged,
                          .message = "the fit of the turns had not come to rest after 50 rounds; is "

@@ -102,12 +102,13 @@ struct TurnFit {
   Eigen::MatrixXd covariance;
   Eigen::VectorXd interval_95;
   Eigen::VectorXd interval_dof;
-  double degrees_of_freedom = 0.0;  ///< of the turns' own scatter
-  /// What the covariance holds besides it: `rests`, which two turns share, and `bias`.
+  double degrees_of_freedom = 0.0;  ///< of the turns' scatter: the least of a sensitivity
+  /// What the covariance holds besides it: `bias`, that of the rests.
   std::vector<ScatterComponent> components;
   /// What no scatter shows: `directions` or `positioner`, `rotation of the Earth`, `sampling`.
   std::vector<UncertaintySource> sources;
   double residual_sd_rad = 0.0;            ///< scatter of one component of a turn's attitude error
+  double rest_sd_rad = 0.0;                ///< of it that of a rest, which two turns share
   std::vector<Eigen::Vector3d> residuals;  ///< attitude error of each turn [rad], frame before
   double most_revolutions = 0.0;  ///< that one turn makes by the fit, there and back counted both
   int rounds = 0;
