@@ -427,8 +427,9 @@ SeatLabels recognise_seats(const RecordedLog& log,
     const std::vector<GyroscopeTurn> turns = source.turns(rests, all_rests(rests), ups);
     if (source.left_out == 0) {
       const RestFit still = fit_rests(means_of(rests, options.gyroscope), ups);
+      // Turns about the vertical, which gravity does not see, must fit once the seats are known.
       TurnFitOptions turn_options = options.turns;
-      turn_options.whole_budget = false;
+      turn_options.rotations_only = true;
       const TurnFit fit = fit_turns(turns, still, turn_options);
       notes.push_back("fence faces recognised by the gyroscope" + open_start);
       return label_by_turns(faces, integrated_rotations(turns, fit), first_point(options, faces));

@@ -3,12 +3,14 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <Eigen/Geometry>
 #include <gmock/gmock.h>
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/rotation.hpp"
 #include "axiscal/logs/simulate_log.hpp"
 #include "matchers.hpp"
 
@@ -121,6 +123,26 @@ TEST(CalibrateImu, OfACube) {
       EXPECT_THAT(imu.notes, Contains(HasSubstr("recognised by the gyroscope")));
     }
   }
+}
+
+// Four quarter turns about each axis, the last four flat on the table: gravity does not see those,
+// the seats do.
+TEST(CalibrateImu, TakesTurnsAboutTheVerticalInACube) {
+  std::vector<Eigen::Matrix3d> attitudes = {Eigen::Matrix3d::Identity()};
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int quarter = 0; quarter < 4; ++quarter) {
+      attitudes.emplace_back(attitudes.back() *
+                             rotation_by(0.5 * std::numbers::pi * Eigen::Vector3d::Unit(axis)));
+    }
+  }
+  const ImuSimulation simulation = some_imu(7);
+  ImuOptions options = all_three();
+  options.magnetometer.clear();
+  options.seats = Seats::recognised;
+  const ImuCalibration imu = calibrate_imu(simulate_imu_log(simulation, attitudes), options);
+  ASSERT_TRUE(imu.gyroscope && imu.turns);
+  EXPECT_TRUE(imu.turns->has_rotations);
+  expect_near_truth(*imu.gyroscope, *simulation.gyroscope, 4.5);
 }
 
 TEST(CalibrateImu, RecognisesFencesByTheMagnetometer) {

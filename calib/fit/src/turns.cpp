@@ -297,17 +297,30 @@ std::vector<std::string> names_of_unknowns(Eigen::Index unknowns) {
   return names;
 }
 
-void require_determined(const Eigen::MatrixXd& J, std::size_t turns) {
-  // What exact turns leave open noise seems to tell, a hundred times worse than the rest.
+// What exact turns leave open noise seems to tell, a hundred times worse than the rest.
+std::vector<Eigen::Index> open_unknowns(const Eigen::MatrixXd& J) {
   constexpr double open_below = 5e-3;
-  std::vector<std::string> open =
-      names_of_open(confounded_columns(J, open_below, 0.1), names_of_unknowns(J.cols()));
+  return confounded_columns(J, open_below, 0.1);
+}
+
+// Whether some unknown is open, or has so little to do with the turns that noise makes it.
+bool leaves_room(const Eigen::MatrixXd& J) {
+  constexpr double little = 0.1;
+  const Eigen::VectorXd lengths = J.colwise().norm();
+  return lengths.minCoeff() < little * lengths.maxCoeff() || !open_unknowns(J).empty();
+}
+
+void require_determined(const Eigen::MatrixXd& J, const TurnFit& fit, std::size_t turns) {
+  std::vector<std::string> open = names_of_open(open_unknowns(J), names_of_unknowns(J.cols()));
   if (!open.empty()) {
     const std::string list = joined(open);
     throw RankDeficientError(
         formatted("the {} turns do not determine {}; turn the instrument about each of its axes, "
-                  "at least a quarter turn from rest to rest",
-                  turns, list),
+                  "at least a quarter turn from rest to rest{}",
+                  turns, list,
+                  fit.has_rotations
+                      ? ""
+                      : ", and not about the vertical alone, which the accelerometer does not see"),
         std::move(open));
   }
 }
@@ -370,8 +383,9 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
                   turns.size(), unknowns, fit.has_rotations ? "five" : "seven"));
   }
   const TurnProblem problem(turns, options.fit_bias);
-  auto search = gauss_newton(problem, problem.at(find_start(turns, bias, options), bias),
-                             {.most_rounds = most_turn_rounds, .settled = options.tolerance});
+  const Candidate start = problem.at(find_start(turns, bias, options), bias);
+  auto search =
+      gauss_newton(problem, start, {.most_rounds = most_turn_rounds, .settled = options.tolerance});
   Candidate& found = search.state;
   const double rms = rms_of(found.state.cost(), turns.size());
   if (!(rms < good_rms_rad)) {
@@ -383,11 +397,15 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
         number_text(found.B.determinant() > 0.0 ? std::cbrt(found.B.determinant()) : 0.0, 3),
         number_text(rms * deg_per_rad, 3)));
   }
-  require_determined(found.state.jacobian.leftCols(unknowns), turns.size());
+  if (!options.rotations_only) {
+    require_determined(found.state.jacobian.leftCols(unknowns), fit, turns.size());
+  } else if (leaves_room(start.state.jacobian.leftCols<9>())) {
+    found = start;  // one scale for all axes: what is open could have become anything
+  }
   fit.residual_sd_rad = std::sqrt(found.state.cost() / fit.degrees_of_freedom);
   // The last step, in which every error counts as it is made.
   const Eigen::Matrix<double, 12, 12> by_parameters = unknowns_by_parameters(found.B);
-  if (fit.residual_sd_rad > 0.0) {
+  if (fit.residual_sd_rad > 0.0 && !options.rotations_only) {
     WeighedTurns weighed = weigh_turns(
         {.turns = turns,
          .residuals = found.state.residuals,

@@ -90,6 +90,9 @@ struct TurnFitOptions {
   /// Whether all that the uncertainty is made of is looked at: errors of the rests, sampling, the
   /// Earth, the directions. To compare fits it need not be.
   bool whole_budget = true;
+  /// Whether no more is asked for than roughly how it was turned (integrated_rotations()): then the
+  /// turns may leave a part open, one scale is taken for all axes then, and no uncertainty is said.
+  bool rotations_only = false;
 };
 
 /// A gyroscope's calibration from turns.
