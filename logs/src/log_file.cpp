@@ -13,6 +13,12 @@
 
 namespace axiscal {
 
+namespace {
+
+constexpr std::size_t most_values_at_once = std::size_t{1} << 20U;  // 8 MiB
+
+}  // namespace
+
 LogInMemory::LogInMemory(std::vector<std::string> names, LogBlock data) : data_(std::move(data)) {
   columns = std::move(names);
   for (std::size_t c = 0; c < data_.size(); ++c) {
@@ -158,7 +164,11 @@ void LogFile::select(std::vector<std::size_t> columns) {
 }
 
 std::size_t LogFile::read(LogBlock& block, std::size_t most) {
-  const std::size_t count = source_->read(block, most);
+  // A line of text may have a hundred thousand cells: a block is bounded in values, not in rows
+  // alone.
+  const std::size_t rows =
+      std::max<std::size_t>(1, most_values_at_once / std::max<std::size_t>(1, selected_.size()));
+  const std::size_t count = source_->read(block, std::min(most, rows));
   for (std::size_t c = 0; c < block.size(); ++c) {
     if (selected_[c] != 1.0) {
       for (double& value : block[c]) {

@@ -124,6 +124,26 @@ TEST_F(LogFiles, GiveTheChosenColumnsBlockByBlock) {
   EXPECT_EQ(rows, 5000U);
 }
 
+// A fuzzer's find: 28,764 cells in a line took 4,096 rows of them, 942 MB, for a file of a few
+// lines.
+TEST_F(LogFiles, OfVeryWideLinesTakeNoMoreMemoryThanTheirBlock) {
+  std::string text;
+  for (int row = 0; row < 150; ++row) {
+    for (int cell = 0; cell < 15000; ++cell) {
+      text += cell > 0 ? ",1" : "1";
+    }
+    text += '\n';
+  }
+  LogFile log(folder_.write("wide.csv", text));
+  LogBlock block;
+  std::size_t rows = 0;
+  while (const std::size_t count = log.read(block, 16384)) {
+    EXPECT_LT(block.size() * block.front().capacity(), std::size_t{2} << 20U);
+    rows += count;
+  }
+  EXPECT_EQ(rows, 150U);
+}
+
 TEST_F(LogFiles, CountWhatIsBroken) {
   const LogBlock all = read("t,x\n0,1\n1,nan\n2\n3,4\n4,1e999\n5,6,7\n6,\n7,8");
   EXPECT_THAT(all[0], ElementsAre(0, 1, 3, 4, 6, 7));

@@ -83,7 +83,7 @@ class LogFile {
   /// Reads the next samples into a block.
   ///
   /// @param block overwritten: a column for each that is selected.
-  /// @param most   at most so many samples.
+  /// @param most   at most so many samples; fewer come of a file with thousands of columns.
   /// @return how many; 0 at the end.
   /// @throws DataError  if the file is damaged from here on (a truncated .gz, say).
   [[nodiscard]] std::size_t read(LogBlock& block, std::size_t most);
