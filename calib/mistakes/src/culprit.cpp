@@ -82,17 +82,16 @@ double effect_of(const SuspectRun& run, const Explanation& explanation) {
   return effect;
 }
 
-std::optional<Culprit> culprit_of(const SuspectRun& run,
-                                  const std::vector<Explanation>& explanations) {
+std::optional<Culprit> culprit_of(const SuspectRun& run, std::vector<Explanation> explanations) {
+  // Whatever made the run look bad, a fit that is not clearly better explains nothing, be it as
+  // likely as one that does: it may ask for no parameter that the data would have to pay for.
+  std::erase_if(explanations, [&](const Explanation& explanation) {
+    return !is_clearly_better(run, explanation.fit);
+  });
   if (explanations.empty()) {
     return std::nullopt;
   }
   const Explanation& best = explanations.front();
-  // By whichever axis the run looks bad: without a fit that is clearly better nothing is
-  // explained.
-  if (!is_clearly_better(run, best.fit)) {
-    return std::nullopt;
-  }
   Culprit result;
   std::set<std::vector<int>> seen_outliers;
   for (const Explanation& explanation : explanations) {
@@ -101,7 +100,7 @@ std::optional<Culprit> culprit_of(const SuspectRun& run,
     if (&explanation != &best && !(behind < as_likely) && !twin) {
       continue;
     }
-    if (result.warnings.size() == most_said || !is_clearly_better(run, explanation.fit)) {
+    if (result.warnings.size() == most_said) {
       break;
     }
     // The same reading said to be an outlier in several ways is said once.

@@ -21,8 +21,8 @@ constexpr double worth_a_look = 0.04;  // probability in the quick tests, before
 // Below this probability of the axes' scatters their noise clearly differs.
 constexpr double unequal_below = 0.01;
 constexpr double false_alarm_by_axis = 0.001;
-// From so many readings on each is also judged by what the others say, axis by axis; then the tests
-// share the level.
+// From so many readings on each is judged by what the others say, axis by axis; then that test and
+// those of other mistakes share the level.
 constexpr Eigen::Index fewest_for_deletion = 24;
 constexpr double false_alarm_of_deletion = 0.003;
 constexpr double false_alarm_of_others = 0.008;
@@ -31,9 +31,11 @@ double equality_p_value(const HypothesisFit& fit) {
   return equal_variances_p(fit.rss.cwiseQuotient(fit.degrees_of_freedom), fit.degrees_of_freedom);
 }
 
+// A hypothesis that frees no parameter, such as another pose, is not nested: no F test judges it.
 double f_test(double all, double dof, double drop, double q) {
   const double left = all - drop;
-  if (!(dof - q >= 1.0) || !(drop > 0.0)) {
+  constexpr double none_freed = 0.5;
+  if (!(dof - q >= 1.0) || !(q > none_freed) || !(drop > 0.0)) {
     return 1.0;
   }
   return left > 0.0 ? f_upper_p((drop / q) / (left / (dof - q)), q, dof - q) : 0.0;
@@ -197,6 +199,16 @@ double deletion_p(const SuspectRun& run) {
   return std::min(1.0, readings * smallest);
 }
 
+// How unlikely the worst two are by the others, likewise; as if they were the only two.
+double pair_p(const SuspectRun& run) {
+  if (!run.best_pair().fitted || run.only_rounding()) {
+    return 1.0;
+  }
+  const DeletionFit others(run.set(), weighed_fit(run).fields, run.fitter().known_field());
+  return others.p_value({run.pair()[0], run.pair()[1]}, Eigen::MatrixXd::Identity(2, 2))
+      .value_or(1.0);
+}
+
 }  // namespace
 
 bool is_clearly_better(const SuspectRun& run, const HypothesisFit& with) {
@@ -253,13 +265,19 @@ bool is_bad(SuspectRun& run) {
           std::min(smallest, tests * allowance(run, with, equality, of_few) * nested_p(run, with));
     }
   };
-  consider(run.without(run.by_deletion().front()), readings, true);
-  for (const std::size_t i : first_of(run.by_deletion(), 3)) {
-    consider(run.tilted(i), readings, true);
-  }
   run.delete_pairs();
   constexpr double rare = 100.0;  // two independent mistakes
-  consider(run.best_pair(), rare * 0.5 * readings * (readings - 1.0), true);
+  const double pairs = rare * 0.5 * readings * (readings - 1.0);
+  const bool many = run.n() >= fewest_for_deletion;
+  if (many) {  // what the others say of each judges it at any noise of the axes
+    smallest = pairs * pair_p(run);
+  } else {
+    consider(run.without(run.by_deletion().front()), readings, true);
+    for (const std::size_t i : first_of(run.by_deletion(), 3)) {
+      consider(run.tilted(i), readings, true);
+    }
+    consider(run.best_pair(), pairs, true);
+  }
   for (const std::size_t cut : run.cuts()) {
     consider(run.table_moved(cut), 0.3 * (readings - 1.0), true);
   }
@@ -269,7 +287,6 @@ bool is_bad(SuspectRun& run) {
       consider(run.saturated(k, top), 2.0 * static_cast<double>(run.m()), false);
     }
   }
-  const bool many = run.n() >= fewest_for_deletion;
   const bool bad = classes * smallest < (many ? false_alarm_of_others : false_alarm) ||
                    deletion_p(run) < false_alarm_of_deletion;
   const bool unequal = !run.stated_ratio() && weigh_axes(run);
