@@ -82,6 +82,11 @@ Experiment experiment_for(const AcquireCommand& command) {
         command.sources.front().find("sensitivity=") == std::string::npos ? "g" : "V");
   }
   Experiment experiment = make_experiment(options);
+  if (options.assembly && experiment.slot.empty()) {
+    throw UsageError(
+        "acquire: a session is of one instrument; say in which place of the assembly it sits "
+        "(--slot NAME), or record all instruments with your own software and calibrate the table");
+  }
   if (!experiment.slot.empty()) {
     experiment.rotation_sensor_from_positioner =
         mount_rotation(experiment.positioner, experiment.slot);
@@ -158,6 +163,15 @@ struct Outputs {
 };
 
 Outputs outputs_of(const AcquireCommand& command) {
+  for (const std::optional<std::string>& file :
+       {command.record, command.output, command.report, command.journal}) {
+    if (file && file->find('{') != std::string::npos) {
+      throw UsageError(formatted(
+          "acquire: '{}': a session is of one instrument and writes one file of each kind; "
+          "{{slot}} and {{serial}} are for calibrate",
+          *file));
+    }
+  }
   std::string name = command.name.value_or("");
   if (name.empty()) {
     std::string now = timestamp_now();
@@ -369,6 +383,9 @@ int run_guided(AcquireCommand command) {
     setup.sheet = begun->sheet;
   }
   std::vector<std::unique_ptr<Source>> sources = open_sources(command);
+  for (const std::unique_ptr<Source>& source : sources) {
+    source->play(setup.experiment);
+  }
   check_outputs(outputs);
   if (!journal) {
     journal.emplace(start_journal(command, setup, outputs.journal));

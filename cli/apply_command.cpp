@@ -11,6 +11,7 @@
 #include "axiscal/field/gravity_field.hpp"
 #include "input.hpp"
 #include "subcommands.hpp"
+#include "summary.hpp"
 #include "typed_values.hpp"
 
 namespace axiscal::cli {
@@ -75,11 +76,13 @@ void add_options(OptionSet& options, ApplyCommand& command) {
 
 // In what unit the results are, and what the field is where the readings were taken.
 FieldConversion conversion_of(const ApplyCommand& command, const Calibration& calibration) {
-  std::optional<double> magnitude;
+  FieldThere there;
   if (command.field_magnitude) {
-    magnitude = positive_of("--field-magnitude", *command.field_magnitude);
+    there.magnitude = positive_of("--field-magnitude", *command.field_magnitude);
   }
-  std::optional<double> gravity_there;
+  if (command.field_magnitude_u) {
+    there.magnitude_u = not_negative_of("--field-magnitude-u", *command.field_magnitude_u);
+  }
   if ((command.longitude || command.height || command.gravity_model) && !command.latitude) {
     throw UsageError("a site needs its --latitude");
   }
@@ -89,11 +92,12 @@ FieldConversion conversion_of(const ApplyCommand& command, const Calibration& ca
                        calibration.field.kind);
     }
     const Site site = site_of_options(command.latitude, command.longitude, command.height, Site{});
-    gravity_there = GravityField(site, command.gravity_model.value_or("wgs84")).magnitude();
+    const GravityField gravity(site, command.gravity_model.value_or("wgs84"));
+    there.gravity_m_s2 = gravity.magnitude();
+    there.gravity_u_m_s2 = gravity.magnitude_uncertainty();
   }
   try {
-    return field_conversion(calibration.field, command.field_unit.value_or(""), magnitude,
-                            gravity_there);
+    return field_conversion(calibration.field, command.field_unit.value_or(""), there);
   } catch (const DomainError& error) {
     throw UsageError("apply", error);
   }
@@ -172,7 +176,7 @@ std::optional<Calibration> attitude_of(const ApplyCommand& command,
   if (!calibration.also.empty()) {
     try {
       attitude =
-          converted(attitude, field_conversion(attitude.field, calibration.also.front().unit, {}));
+          converted(attitude, field_conversion(attitude.field, calibration.also.front().unit));
     } catch (const DomainError& error) {
       throw DataError(*command.attitude, error.what(), error.settings());
     }
@@ -249,10 +253,7 @@ int run(const ApplyCommand& command) {
                     reduction_options(command, calibration).factor, level_of(command), uncertainty);
     options.uncertainty = &*uncertainty;
     options.expanded = command.expanded;
-    if (command.field_magnitude_u) {
-      uncertainty->set_magnitude_u(
-          not_negative_of("--field-magnitude-u", *command.field_magnitude_u));
-    }
+    uncertainty->set_field_u(conversion_of(command, calibration));
     if (attitude_reducer) {
       put_propagation(*command.attitude, *attitude, *attitude_reducer, {}, 1.0, level_of(command),
                       attitude_uncertainty);
@@ -271,6 +272,11 @@ int run(const ApplyCommand& command) {
       reduce_csv(csv, columns_of(calibration, csv), reducer, options,
                  [&output](std::string_view text) { output.write(text); });
   output.commit();
+  if (!gives_field(calibration)) {
+    print_remark("note",
+                 "the record's biases hold what the instrument met of the field: what is given is "
+                 "how far readings are from bias(t), without residual or direction");
+  }
   if (calibration.instrument.axis_count() == 2 && reducer.kind().has_axis_elevation) {
     std::fprintf(stderr, "note: with 2 axes the third component is known only up to its sign\n");
   }

@@ -10,6 +10,7 @@
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
 #include "subcommands.hpp"
+#include "summary.hpp"
 #include "typed_values.hpp"
 
 namespace axiscal::cli {
@@ -301,6 +302,10 @@ int run(const BudgetCommand& command) {
     }
   } catch (const DomainError& error) {
     throw DataError(command.record, error.what(), error.settings());
+  }
+  shown.json["not_counted"] = not_counted(calibration);
+  if (const std::string missing = words_of_not_counted(calibration); !missing.empty()) {
+    shown.text += "\n" + wrapped(missing, 80) + "\n";
   }
   write_whole_file(command.output, command.json ? json_text(shown.json) : shown.text);
   return 0;

@@ -394,6 +394,13 @@ int run(const CalibrateCommand& command) {
   if (command.imu) {
     return run_imu(command);
   }
+  const std::vector<std::string> of_logs = stated_options_of(command.rests);
+  if (!of_logs.empty()) {
+    throw UsageError(formatted(
+        "calibrate: {} {} for a log (--imu), and tables of readings are read without; give their "
+        "columns the usual names (rest, fence, time, temperature) and the axes by --axes",
+        joined(of_logs), of_logs.size() == 1 ? "is" : "are"));
+  }
   Experiment experiment = make_experiment(command.experiment);
   experiment.limits = command.limits.value_or(experiment.limits);
   const std::optional<Limits> limits =

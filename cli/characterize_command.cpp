@@ -176,14 +176,14 @@ std::string text_of(const Characterization& result) {
   const CubeGeometry geometry = describe_geometry(cube);
   text += formatted("  out of square by up to {} urad, out of parallel by up to {} urad\n",
                     micro(geometry.worst_from_square_rad), micro(geometry.worst_from_parallel_rad));
-  text += formatted("\nInstruments\n  {:<18}{:>13}{:>12}{:>20}{:>10}\n", "slot", "mount [mrad]",
-                    "scatter", "slope [mrad]", "p");
+  text += formatted("\nInstruments\n  {:<18}{:>13}{:>12}{:>20}{:>10}\n", "slot", "mount [urad]",
+                    "scatter", "slope [urad]", "p");
   for (const ReferenceResult& reference : result.references) {
     const Eigen::AngleAxisd turn(reference.rotation_sensor_from_positioner);
     text +=
-        formatted("  {:<18}{:>13.3f}{:>12.2e}{:>20}{:>10}\n", reference.slot.substr(0, 17),
-                  1e3 * std::abs(turn.angle()), reference.residual_sd,
-                  formatted("{:.3f}, {:.3f}", 1e3 * reference.slope.x(), 1e3 * reference.slope.y()),
+        formatted("  {:<18}{:>13}{:>12.2e}{:>20}{:>10}\n", reference.slot.substr(0, 17),
+                  micro(std::abs(turn.angle())), reference.residual_sd,
+                  formatted("{}, {}", micro(reference.slope.x()), micro(reference.slope.y())),
                   p_text(reference.p_value));
   }
   if (std::isfinite(result.p_value)) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <cstdio>
+#include <memory>
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/drift_check.hpp"
@@ -56,8 +57,18 @@ Json json_of(const std::vector<ParameterChange>& changes, bool with_e_n) {
   return list;
 }
 
-std::string check_json(const DriftCheck& check, const std::optional<Verdict>& verdict) {
-  Json json = {{"drifted", check.drifted},
+// Readings against themselves agree, whatever became of the instrument.
+std::string own_text(bool own) {
+  return own ? "These are the readings that the record was made from: that they agree proves "
+               "nothing. Take fresh ones.\n"
+             : "";
+}
+
+std::string check_json(const DriftCheck& check,
+                       const std::optional<Verdict>& verdict,
+                       bool own) {
+  Json json = {{"own_readings", own},
+               {"drifted", check.drifted},
                {"p_value", check.p_value},
                {"alpha", check.alpha},
                {"changes", json_of(check.changes, false)},
@@ -97,13 +108,17 @@ std::string check_text(const DriftCheck& check, const Calibration& record) {
         check.pitch_error_u_deg, check.pitch_error_expanded_deg);
   }
   text += "\nCoefficients\n" + changes_text(check.changes, false);
+  if (check.intrinsic.empty()) {
+    return text;
+  }
   text += "\nIndependent of the mounting: biases, sensitivities, angles between axes [rad]\n" +
           changes_text(check.intrinsic, true);
   return text;
 }
 
-std::string in_situ_json(const InSituCheck& check) {
-  Json json = {{"drifted", check.drifted},           {"p_value", check.p_value},
+std::string in_situ_json(const InSituCheck& check, bool own) {
+  Json json = {{"own_readings", own},
+               {"drifted", check.drifted},           {"p_value", check.p_value},
                {"changes", Json::array()},           {"residual_rss", check.rss},
                {"expected_rss", check.expected_rss}, {"readings", Json::array()}};
   for (const InSituReading& reading : check.readings) {
@@ -194,7 +209,19 @@ double alpha_of(const CheckCommand& command) {
 struct FreshReadings {
   Experiment experiment;
   RunReadings run;
+  std::optional<double> temperature;  // their mean
 };
+
+std::optional<double> mean_temperature(const Observations& observations) {
+  double sum = 0.0;
+  for (const Reading& reading : observations.readings) {
+    if (!reading.temperature) {
+      return std::nullopt;
+    }
+    sum += *reading.temperature;
+  }
+  return sum / static_cast<double>(observations.readings.size());
+}
 
 // Readings for what a record is of, at its reference temperature.
 FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
@@ -209,7 +236,18 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
                  "note: the readings have no column 'temperature' and count as taken at the "
                  "record's reference\n");
   }
+  fresh.temperature = mean_temperature(fresh.run.observations);
   fresh.run.observations = at_reference_temperature(std::move(fresh.run.observations), old);
+  if (old.method == Method::bias) {
+    // What was taken to the reference needs no terms, and method bias asks for temperatures.
+    for (Reading& reading : fresh.run.observations.readings) {
+      reading.temperature = old.temperature ? old.temperature->reference : 0.0;
+    }
+    fresh.experiment.temperature.order = 0;
+    if (gives_field(old)) {
+      fresh.experiment.from = std::make_shared<const Calibration>(old);
+    }
+  }
   return fresh;
 }
 
@@ -219,6 +257,11 @@ Calibration calibration_of(const CheckCommand& command,
   readings.experiment.positioner = with_assembly(readings.experiment.positioner,
                                                  command.experiment.assembly, readings.run.slots);
   std::vector<Calibration> calibrations = calibrate_run(readings.experiment, readings.run);
+  for (Calibration& calibration : calibrations) {  // what check says of such biases itself
+    std::erase_if(calibration.warnings, [](const CalibrationWarning& warning) {
+      return warning.code == WarningCode::field_in_bias;
+    });
+  }
   print_remarks(calibrations);
   if (calibrations.size() != 1) {
     throw UsageError("check: takes one instrument, not several slots");
@@ -227,7 +270,7 @@ Calibration calibration_of(const CheckCommand& command,
   if (fresh.status == CalibrationStatus::refused) {
     throw RefusedError("the fresh readings give no calibration: " + fresh.warnings.front().message);
   }
-  if (old.temperature) {
+  if (old.temperature && old.method != Method::bias) {
     fresh.temperature = old.temperature;  // it is compared at the reference of both
   }
   return fresh;
@@ -267,32 +310,40 @@ int run(const CheckCommand& command) {
     throw UsageError("--instrument: the record is of an instrument of kind " + old.instrument.kind);
   }
   Calibration fresh;
+  std::optional<double> temperature;
+  bool own = false;
   try {
     if (is_record(*command.other)) {
       fresh = read_calibration(*command.other);
       if (fresh.status == CalibrationStatus::refused) {
         throw RefusedError(*command.other + ": this calibration was refused");
       }
+      own = is_made_from(old, fresh.inputs);
     } else {
       FreshReadings readings = read_fresh(command, old);
-      if (!has_pose(readings.run.observations) && old.method != Method::magnitude) {
+      own = is_made_from(old, readings.run.inputs);
+      temperature = readings.temperature;
+      if (gives_field(old) && !has_pose(readings.run.observations) && old.method != Method::magnitude) {
         if (limits) {
           throw UsageError(
               "--limits: readings without labels give no coefficients to hold against limits");
         }
         const InSituCheck check = check_in_situ(old, readings.run.observations, alpha);
-        return report(command, in_situ_json(check), in_situ_text(check, old.field.unit),
-                      check.drifted);
+        return report(command, in_situ_json(check, own),
+                      own_text(own) + in_situ_text(check, old.field.unit), check.drifted);
       }
       fresh = calibration_of(command, std::move(readings), old);
     }
-    const DriftCheck check = check_drift(old, fresh, alpha);
+    const DriftCheck check = gives_field(old) && gives_field(fresh)
+                                 ? check_drift(old, fresh, alpha)
+                                 : check_biases(old, fresh, temperature, alpha);
     const std::optional<Verdict> verdict = verdict_of(command, limits, fresh, check);
     for (const std::string& note : check.notes) {
       std::fprintf(stderr, "note: %s\n", note.c_str());
     }
     const bool failed = check.drifted || (verdict && !verdict->passed);
-    const int status = report(command, check_json(check, verdict), check_text(check, old), failed);
+    const int status = report(command, check_json(check, verdict, own),
+                              own_text(own) + check_text(check, old), failed);
     if (verdict) {
       std::fprintf(stderr, "%s: %s\n",
                    fresh.instrument.serial.empty() ? "unit" : fresh.instrument.serial.c_str(),

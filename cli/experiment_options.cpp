@@ -257,6 +257,7 @@ void set_temperature(const ExperimentOptions& options, Experiment& experiment) {
                                  *options.temperature_order));
     }
     setup.order = *order;
+    setup.ignored = !setup.automatic && *order == 0;
   }
   if (options.temperature_reference) {
     setup.reference = number_of("--temperature-reference", *options.temperature_reference);
@@ -398,6 +399,9 @@ Experiment make_experiment(const ExperimentOptions& options, Experiment experime
     }
   }
   set_instrument(options, experiment.instrument);
+  if (!options.field) {
+    take_usual_field(experiment);
+  }
   set_field(options, experiment.field);
   if (options.also) {
     experiment.also.clear();

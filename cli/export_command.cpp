@@ -8,13 +8,14 @@
 #include "axiscal/exchange/export.hpp"
 #include "input.hpp"
 #include "subcommands.hpp"
+#include "summary.hpp"
 #include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {
 
 struct ExportCommand {
-  std::string record;
+  std::vector<std::string> records;
   std::optional<std::string> format, reading_factor, gravity, numbers, name, instance;
   std::optional<std::string> laboratory;
   std::string output = "-";
@@ -24,7 +25,8 @@ struct ExportCommand {
 };
 
 void add_options(OptionSet& options, ExportCommand& command) {
-  options.add("record", command.record, "RECORD", "calibration record (JSON)");
+  options.add("record", command.records, "RECORD",
+              "calibration record (JSON); for kalibr accelerometer and gyroscope in one file");
   options.add("--format", command.format, "NAME", "one of --list");
   options.add_flag("--list", command.list, "the formats, and what their readers compute");
   options.add("--reading-factor", command.reading_factor, "R",
@@ -33,7 +35,7 @@ void add_options(OptionSet& options, ExportCommand& command) {
               "m/s^2 that 1 g was, of a record in g that does not say it");
   options.add("--numbers", command.numbers, "TYPE",
               "of a header: double, float, q16, q0:16 (binary places of readings, of the field)");
-  options.add("--name", command.name, "ID", "what a header's names start with; axiscal");
+  options.add("--name", command.name, "ID", "what a header's names start with; axiscal_KIND, or axiscal_KIND_SLOT");
   options.add("--instance", command.instance, "N", "number of the sensor, 0 to 9; 0");
   options.add("--laboratory", command.laboratory, "FILE",
               "of dcc: laboratory, customer, number, ... as report --laboratory");
@@ -64,7 +66,7 @@ ExportOptions options_of(const ExportCommand& command) {
   if (command.laboratory) {
     options.laboratory = read_certificate_details(*command.laboratory);
   }
-  options.name = command.name.value_or(options.name);
+  options.name = command.name.value_or("");
   if (command.numbers) {
     options.numbers = parse_header_numbers(*command.numbers);
   }
@@ -75,7 +77,11 @@ Exported exported(const ExportCommand& command) {
   const std::string& format = *command.format;
   try {
     const ExportOptions options = options_of(command);
-    return export_calibration(read_unrefused(command.record, command.force), format, options);
+    const Calibration first = read_unrefused(command.records.front(), command.force);
+    return command.records.size() == 1
+               ? export_calibration(first, format, options)
+               : export_imu(first, read_unrefused(command.records.back(), command.force), format,
+                            options);
   } catch (const DomainError& error) {
     throw UsageError("export", error);
   }
@@ -95,14 +101,18 @@ int run(const ExportCommand& command) {
     write_whole_file(command.output, list_of_formats());
     return 0;
   }
-  if (command.record.empty() || !command.format) {
-    throw UsageError("export: needs a RECORD and --format NAME; --list names the formats");
+  if (command.records.empty() || command.records.size() > 2 || !command.format) {
+    throw UsageError("export: needs a RECORD (for kalibr two, of accelerometer and gyroscope) and --format "
+                     "NAME; --list names the formats");
   }
   if (command.output == "-" && !is_text(*command.format) && isatty(STDOUT_FILENO) != 0) {
     throw UsageError(formatted("export: {} is no text; give -o FILE", *command.format));
   }
   const Exported result = exported(command);
   write_whole_file(command.output, result.content);
+  for (const std::string& note : result.notes) {
+    print_remark("note", note);
+  }
   if (result.loss) {
     std::fputs(formatted("axiscal: not held: {}\n", loss_text(*result.loss)).c_str(), stderr);
   }

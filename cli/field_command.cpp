@@ -57,8 +57,9 @@ std::set<std::string_view> wanted_fields(const FieldCommand& command) {
     const auto* const known = std::find(field_names.begin(), field_names.end(), name);
     if (known == field_names.end()) {
       throw UsageError(formatted(
-          "--only: unknown field '{}'{}; the fields are gravity, geomagnetic, earth_rotation, sun",
-          name, did_you_mean(name, field_names)));
+          "--only: unknown field '{}'{}", name,
+          did_you_mean(name, field_names,
+                       "the fields are gravity, geomagnetic, earth_rotation, sun")));
     }
     wanted.insert(*known);
   }

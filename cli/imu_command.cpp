@@ -7,6 +7,7 @@
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
 #include "calibrate_command.hpp"
+#include "column_advice.hpp"
 #include "input.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
@@ -63,6 +64,25 @@ ImuOptions options_of(const CalibrateCommand& command) {
   return options;
 }
 
+// The instrument of which the log lacks a column: the option that names its columns, and what such
+// columns have in their names.
+struct LackingInstrument {
+  std::string_view option = "--accelerometer";
+  std::string_view word = "acc";
+};
+
+LackingInstrument lacking_instrument(const RecordedLog& log, const ImuOptions& options) {
+  const auto lacks = [&](const std::vector<std::string>& columns) {
+    return std::any_of(columns.begin(), columns.end(), [&](const std::string& name) {
+      return !find_column(log.columns, name);
+    });
+  };
+  return lacks(options.accelerometer)  ? LackingInstrument{}
+         : lacks(options.gyroscope)    ? LackingInstrument{"--gyroscope", "gyr"}
+         : lacks(options.magnetometer) ? LackingInstrument{"--magnetometer", "mag"}
+                                       : LackingInstrument{};
+}
+
 }  // namespace
 
 int run_imu(const CalibrateCommand& command) {
@@ -92,9 +112,12 @@ int run_imu(const CalibrateCommand& command) {
     throw UsageError(
         formatted("-o: the log gives {} records; the file's name must hold {{slot}}", instruments));
   }
-  ImuCalibration imu = calibrate_imu(log, options);
+  const LackingInstrument lacking = lacking_instrument(log, options);
+  ImuCalibration imu = advising_columns(lacking.option, lacking.word,
+                                        [&] { return calibrate_imu(log, options); });
   std::vector<Calibration> records = imu.records();
-  const InputFileDigest digest{.path = *command.imu, .sha256 = sha256_of_file(*command.imu)};
+  const InputFileDigest digest{
+      .path = *command.imu, .sha256 = sha256_of_file(*command.imu), .is_log = true};
   for (Calibration& record : records) {
     record.inputs = {digest};
     record.notes.insert(record.notes.end(), imu.notes.begin(), imu.notes.end());

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "log_input.hpp"
 
+#include <array>
+#include <utility>
+
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "sheet_options.hpp"
@@ -54,6 +57,32 @@ void add_rest_options(OptionSet& options, RestOptions& rests) {
           "columns; calibrate: mx,my,mz if there are such");
   log.add("--gyroscope-scale", rests.gyroscope_scale, "RATE",
           "rad/s per unit of the gyroscope, roughly; found among the usual ones");
+}
+
+std::vector<std::string> stated_options_of(const RestOptions& rests) {
+  const std::array<std::pair<const char*, const std::optional<std::string>*>, 15> all = {
+      {{"--names", &rests.log.names},
+       {"--map", &rests.log.map},
+       {"--time", &rests.log.time},
+       {"--rate", &rests.log.rate},
+       {"--columns", &rests.columns},
+       {"--window", &rests.window},
+       {"--min-length", &rests.shortest},
+       {"--trim", &rests.trim},
+       {"--threshold", &rests.threshold},
+       {"--plan", &rests.plan},
+       {"--first-fence", &rests.first_fence},
+       {"--accelerometer", &rests.accelerometer},
+       {"--gyroscope", &rests.gyroscope},
+       {"--magnetometer", &rests.magnetometer},
+       {"--gyroscope-scale", &rests.gyroscope_scale}}};
+  std::vector<std::string> stated;
+  for (const auto& [name, value] : all) {
+    if (*value) {
+      stated.emplace_back(name);
+    }
+  }
+  return stated;
 }
 
 std::vector<std::string> names_of(const std::string& text) {

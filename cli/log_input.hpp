@@ -31,6 +31,9 @@ void add_log_options(OptionSet& options, LogOptions& log);
 /// Those of the log too.
 void add_rest_options(OptionSet& options, RestOptions& rests);
 
+/// @return the names of the options that were stated.
+[[nodiscard]] std::vector<std::string> stated_options_of(const RestOptions& rests);
+
 /// @return the parts of "a,b,c".
 [[nodiscard]] std::vector<std::string> names_of(const std::string& text);
 

@@ -8,6 +8,7 @@
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/logs/noise_json.hpp"
 #include "axiscal/logs/segment.hpp"
+#include "column_advice.hpp"
 #include "log_input.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
@@ -117,14 +118,22 @@ std::string fit_text(const NoiseModel& model) {
                     "them by {:.0f} %, and the intervals count that\n",
                     model.p_value, 100.0 * model.model_error)
               : formatted("these kinds of noise describe the curve (p = {:.2g})\n", model.p_value);
+  if (model.white_by_stretch) {
+    text +=
+        "  white noise is what the longest stretch shows that falls as white noise does; the kinds "
+        "together\n  made less of it\n";
+  }
   return text;
 }
 
 std::string noise_text(const LogNoise& noise) {
-  std::string text = formatted(
-      "{} samples at {:.6g} Hz, {:.6g} s; coefficients with 95 % intervals, "
-      "deviations with 68 %\n",
-      noise.samples, noise.rate_hz, static_cast<double>(noise.samples) / noise.rate_hz);
+  std::string text =
+      noise.samples > 0
+          ? formatted("{} samples at {:.6g} Hz, {:.6g} s", noise.samples, noise.rate_hz,
+                      static_cast<double>(noise.samples) / noise.rate_hz)
+          : std::string("a curve of unknown length: without a column n intervals are as if its "
+                        "longest tau were half the record");
+  text += "; coefficients with 95 % intervals, deviations with 68 %\n";
   for (const ColumnNoise& one : noise.columns) {
     text += formatted("\n{}\n", one.name);
     for (const NoiseCoefficient& c : one.model.coefficients) {
@@ -263,7 +272,8 @@ LogNoise noise_of_curve(const RecordedLog& log, const NoiseCommand& command) {
     point.samples = static_cast<std::size_t>(std::max(std::lround(tau[i] / size.step_s), 1L));
     point.terms = terms != nullptr ? static_cast<std::size_t>((*terms)[i]) : 0;
   }
-  LogNoise noise{.rate_hz = 1.0 / size.step_s, .samples = static_cast<std::size_t>(size.samples)};
+  LogNoise noise{.rate_hz = 1.0 / size.step_s,
+                 .samples = terms != nullptr ? static_cast<std::size_t>(size.samples) : 0};
   for (const std::string& column : other_columns(log, command, {"tau", "n"})) {
     ColumnNoise one{.name = column, .curve = points};
     const std::vector<double>& values = log.samples[need_column(log.name, log.columns, column)];
@@ -327,7 +337,9 @@ int run(const NoiseCommand& command) {
     print_remark("note", note);
   }
   const LogNoise noise =
-      command.is_curve ? noise_of_curve(log, command) : noise_of_log(log, command);
+      advising_columns("--columns", "", [&] {
+        return command.is_curve ? noise_of_curve(log, command) : noise_of_log(log, command);
+      });
   if (noise.columns.empty()) {
     throw RefusedError("no column varies");
   }

@@ -91,9 +91,7 @@ Experiment planned_experiment(const PlanCommand& command) {
   if (experiment.instrument.kind.empty()) {
     experiment.instrument.kind = "accelerometer";
   }
-  if (experiment.field.kind.empty()) {
-    experiment.field.kind = "gravity";
-  }
+  take_usual_field(experiment);
   if (command.positioner) {
     experiment.positioner = read_positioner(*command.positioner);
   }

@@ -44,8 +44,26 @@ void add_options(OptionSet& options, ReportCommand& command) {
               Need::required);
 }
 
+// Whether the file is the log whose rests the record was made from; records of version 0.1 do not
+// say which of their files was one.
+bool is_own_log(const Calibration& calibration, const std::string& path) {
+  const bool of_imu = calibration.residuals.empty() || !calibration.residuals.front().point;
+  const std::string sha256 = sha256_of_file(path);
+  return std::any_of(calibration.inputs.begin(), calibration.inputs.end(),
+                     [&](const InputFileDigest& input) {
+                       return input.sha256 == sha256 &&
+                              (input.is_log || (of_imu && calibration.slot == calibration.instrument.kind));
+                     });
+}
+
 // The readings of the record's instrument; a remark where they are not those that it was made from.
-Observations readings_for(const Calibration& calibration, const std::string& path) {
+std::optional<Observations> readings_for(const Calibration& calibration, const std::string& path) {
+  if (path != "-" && is_own_log(calibration, path)) {
+    print_remark("note", path +
+                             " is the log that the record was made from: its readings are the "
+                             "means of the rests, whose residuals the report shows");
+    return std::nullopt;
+  }
   const ObservationsFile file =
       read_observations_file(path, {.axes = calibration.instrument.axes,
                                     .differences = calibration.instrument.differences,
@@ -103,7 +121,7 @@ int run(const ReportCommand& command) {
   std::optional<Observations> observations;
   if (command.observations) {
     observations = readings_for(calibration, *command.observations);
-    options.observations = &*observations;
+    options.observations = observations ? &*observations : nullptr;
   }
   if (command.history) {
     options.history = read_history(*command.history);

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_input.hpp"
 
+#include <algorithm>
 #include <set>
 
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "column_advice.hpp"
 #include "input.hpp"
 #include "summary.hpp"
 #include "usage_error.hpp"
@@ -24,7 +26,14 @@ RunReadings read_run(const Experiment& experiment,
   std::vector<RunFile> files;
   std::vector<Observations> parts_beside;
   for (const std::string& path : experiment.observations) {
-    ObservationsFile file = read_observations_file(path, columns, beside);
+    ObservationsFile file;
+    try {
+      file = read_observations_file(path, columns, beside);
+    } catch (const MissingColumnError& error) {
+      const bool is_axis =
+          std::find(columns.axes.begin(), columns.axes.end(), error.column()) != columns.axes.end();
+      throw error.with(is_axis ? column_advice(error, "--axes", "") : "");
+    }
     files.push_back(
         {.digest = {.path = path, .sha256 = file.sha256}, .table = std::move(file.table)});
     if (beside) {

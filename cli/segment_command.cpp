@@ -5,6 +5,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "column_advice.hpp"
 #include "log_input.hpp"
 #include "subcommands.hpp"
 #include "usage_error.hpp"
@@ -82,7 +83,7 @@ int run(const SegmentCommand& command) {
     throw UsageError("--recognise: goes without --plan, one of them");
   }
   const bool labels_wanted = command.recognise || command.rests.plan;
-  if (labels_wanted && options.accelerometer.size() != 3) {
+  if (command.recognise && options.accelerometer.size() != 3) {
     throw UsageError(
         "the faces are seen by an accelerometer: --accelerometer X,Y,Z, or three --columns");
   }
@@ -101,13 +102,17 @@ int run(const SegmentCommand& command) {
   if (labels_wanted) {
     needed.insert(needed.end(), options.accelerometer.begin(), options.accelerometer.end());
   }
-  for (const std::string& column : needed) {
-    static_cast<void>(log.need(column));
-  }
-  const Segmentation rests = segment(log, options.segment);
+  const Segmentation rests =
+      advising_columns(command.rests.accelerometer ? "--accelerometer" : "--columns", "acc", [&] {
+        for (const std::string& column : needed) {
+          static_cast<void>(log.need(column));
+        }
+        return segment(log, options.segment);
+      });
   std::optional<SeatLabels> labels;
   if (command.rests.plan) {
-    labels = label_by_sheet(resting_faces(means_of(rests, options.accelerometer)), options.sheet);
+    labels = label_by_plan(means_of(rests, options.accelerometer), options.sheet,
+                           command.rests.accelerometer.has_value());
     if (checks_fences) {
       check_fences(*recorded, rests, options, *labels);
     }

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "axiscal/calib/orientation_quality.hpp"
+#include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -70,7 +71,9 @@ std::string counted(std::size_t count, const std::string& noun) {
 class Summary {
  public:
   explicit Summary(const Calibration& calibration)
-      : c_(calibration), statistics_(*calibration.statistics) {
+      : c_(calibration),
+        statistics_(*calibration.statistics),
+        uncertainties_(parameter_uncertainties(calibration)) {
     for (const std::string& axis : c_.instrument.axes) {
       label_width_ = std::max(label_width_, axis.size() + 1);
     }
@@ -154,7 +157,7 @@ class Summary {
 
   void add_coefficients() {
     const std::string unit = c_.instrument.unit;
-    heading(formatted("Coefficients: bias [{}], sensitivity to x, y, z [{}]; +- 95 % interval",
+    heading(formatted("Coefficients: bias [{}], sensitivity to x, y, z [{}]; +- U (95 %)",
                       unit, unit_per(unit, c_.field.unit)));
     text_ += row("axis", label_width_ + 3, {"bias", "x", "y", "z"});
     for (Eigen::Index k = 0; k < c_.response.bias.size(); ++k) {
@@ -175,10 +178,13 @@ class Summary {
     return formatted(".{}.{}", what, "xyz"[j]);
   }
 
-  // Of the 95 % interval of a parameter of axis k.
+  // Expanded uncertainty of a parameter of axis k, scatter and stated inputs together.
   [[nodiscard]] double half_width(Eigen::Index k, const std::string& what) const {
-    const auto at = statistics_.position_of(c_.instrument.axes[static_cast<std::size_t>(k)] + what);
-    return at ? statistics_.interval_95(*at) : std::nan("");
+    const std::string name = c_.instrument.axes[static_cast<std::size_t>(k)] + what;
+    const auto at =
+        std::find_if(uncertainties_.begin(), uncertainties_.end(),
+                     [&](const ParameterUncertainty& one) { return one.name == name; });
+    return at == uncertainties_.end() ? std::nan("") : at->uncertainty.expanded;
   }
 
   void add_axes() {
@@ -202,7 +208,7 @@ class Summary {
 
   void add_also() {
     for (const AlsoResponse& also : c_.also) {
-      heading(formatted("Sensitivity to {} along x, y, z [{}]; +- 95 % interval", also.kind,
+      heading(formatted("Sensitivity to {} along x, y, z [{}]; +- U (95 %)", also.kind,
                         unit_per(c_.instrument.unit, also.unit)));
       for (Eigen::Index k = 0; k < also.sensitivity.rows(); ++k) {
         std::vector<std::string> values;
@@ -325,6 +331,9 @@ class Summary {
       add_quality_of(first, std::min(m, first + axes_at_once));
     }
     text_ += formatted("  condition number of the design {:.3g}\n", statistics_.condition_number);
+    if (const std::string missing = words_of_not_counted(c_); !missing.empty()) {
+      text_ += "\n" + wrapped(missing, 80) + "\n";
+    }
   }
 
   void add_quality_of(std::size_t first, std::size_t last) {
@@ -416,6 +425,7 @@ class Summary {
 
   const Calibration& c_;
   const FitStatistics& statistics_;
+  std::vector<ParameterUncertainty> uncertainties_;
   std::size_t label_width_ = 4;
   std::string text_;
 };

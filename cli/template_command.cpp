@@ -47,9 +47,10 @@ int run(const TemplateCommand& command) {
     for (const Template& one : templates) {
       names.push_back(one.name);
     }
-    throw UsageError(formatted("template: no file is called '{}'{}; there are {}", command.name,
-                               did_you_mean(command.name, names),
-                               joined(std::vector<std::string>(names.begin(), names.end()))));
+    throw UsageError(formatted(
+        "template: no file is called '{}'{}", command.name,
+        did_you_mean(command.name, names,
+                     "there are " + joined(std::vector<std::string>(names.begin(), names.end())))));
   }
   write_whole_file(command.output, std::string(found->text()));
   return 0;

@@ -9,6 +9,9 @@ install(
   EXPORT axiscalTargets
   FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT axiscalTargets NAMESPACE axiscal:: DESTINATION ${package_dir})
+list(TRANSFORM axiscal_modules REPLACE "^axiscal_" "" OUTPUT_VARIABLE axiscal_component_names)
+list(APPEND axiscal_component_names calib axiscal)
+list(JOIN axiscal_component_names ", " axiscal_component_names)
 configure_package_config_file(cmake/axiscalConfig.cmake.in axiscalConfig.cmake
                               INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(axiscalConfigVersion.cmake COMPATIBILITY SameMinorVersion)

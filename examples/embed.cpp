@@ -2,6 +2,7 @@
 // The library in a program of your own: readings from memory, errors that say what to do.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
+#include <axiscal/calib/uncertainty.hpp>
 #include <cstdio>
 
 int main() {
@@ -38,10 +39,11 @@ int main() {
   const axiscal::Calibration result = axiscal::calibrate(
       experiment, axiscal::simulate(
                       truth, axiscal::make_run_sheet(axiscal::standard_design(12), 2, 1), options));
-  std::printf("z: bias %.1f +- %.1f counts, sensitivity %.1f +- %.1f counts/g (95 %%)\n",
-              result.response.bias(2),
-              result.statistics->coverage_factor(2) * result.statistics->bias_se(2),
-              result.response.sensitivity(2, 2),
-              result.statistics->coverage_factor(2) * result.statistics->sensitivity_se(2, 2));
+  for (const axiscal::ParameterUncertainty& one : axiscal::parameter_uncertainties(result)) {
+    if (one.name == "z.bias" || one.name == "z.sensitivity.z") {
+      std::printf("%s: %.1f +- %.1f %s (95 %%)\n", one.name.c_str(), one.value,
+                  one.uncertainty.expanded, axiscal::parameter_unit(result, one.name).c_str());
+    }
+  }
   return 0;
 }

@@ -1,22 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program of the README.
-#include <axiscal/calib/calibrate.hpp>
-#include <axiscal/calib/reduction.hpp>
-#include <axiscal/calib/simulate.hpp>
+// The program of the README: twelve readings in a file, and an angle by them.
+#include <axiscal/axiscal.hpp>
 #include <cstdio>
 
 int main() {
-  axiscal::Calibration truth;  // an ideal instrument, to have something to read
-  truth.instrument.kind = "accelerometer";
-  truth.response = {Eigen::Vector3d(0.1, -0.2, 0.3), 2.5 * Eigen::Matrix3d::Identity()};
-  const axiscal::Observations readings =
-      axiscal::simulate(truth, axiscal::make_run_sheet(axiscal::standard_design(12), 1, 1));
-
+  axiscal::InputFile file("run.csv");
+  axiscal::CsvReader csv([&](char* to, std::size_t n) { return file.read(to, n); }, file.path());
   axiscal::Experiment experiment;
   experiment.instrument.kind = "accelerometer";
   experiment.field.kind = "gravity";
-  const axiscal::Calibration calibration = axiscal::calibrate(experiment, readings);
-  const axiscal::Reducer reducer(calibration);
-  const double volts[] = {0.1 + 2.5 * 0.3420201433, -0.2, 0.3 + 2.5 * 0.9396926208};
+  const axiscal::Reducer reducer(
+      axiscal::calibrate(experiment, axiscal::read_observations(csv, {}).observations));
+  const double volts[] = {0.870, 0.0, 2.360};
   std::printf("pitch %.2f degrees\n", reducer.reduce(volts).derived.values[0]);
 }

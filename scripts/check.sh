@@ -19,7 +19,7 @@ else
 fi
 scripts/gates.sh
 cmake --build --preset dev --target all_verify_interface_header_sets
-doxygen docs/Doxyfile
+doxygen scripts/Doxyfile
 
 if [ "${1:-}" = --all ]; then
   files=$(git ls-files '*.cpp')

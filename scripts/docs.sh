@@ -18,7 +18,7 @@ if [ ${#missing[@]} -gt 0 ]; then
   DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -y -q --no-install-recommends "${missing[@]}"
 fi
 "$python" -m mkdocs build --quiet
-doxygen docs/Doxyfile
+doxygen scripts/Doxyfile
 rm -rf build/site/reference
 cp -r build/doxygen/html build/site/reference
-echo "docs.sh: build/site/index.html"
+echo "docs.sh: build/site; to read and search it: python3 -m http.server --directory build/site 8000, then http://localhost:8000"

@@ -4,10 +4,11 @@
 #include <array>
 #include <cmath>
 
+#include "axiscal/acquisition/pose_model.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
-#include "axiscal/field/field_unit.hpp"
+#include "axiscal/field/field_kind.hpp"
 
 namespace axiscal {
 namespace {
@@ -29,19 +30,10 @@ constexpr std::array unit_mistakes = {
 
 }  // namespace
 
-std::optional<double> expected_sensitivity(const Experiment& experiment,
-                                           const FieldDescription& field) {
-  if (experiment.nominal_sensitivity) {
-    return experiment.nominal_sensitivity;
-  }
-  const std::string& unit = experiment.instrument.unit;
-  if (unit == "1" || unit.empty()) {
-    return {};
-  }
-  return reading_factor_between(field.unit, unit);
-}
-
 double expected_direction_sd(const Experiment& experiment, const FieldDescription& field) {
+  if (!field.in_table && !field_kind(field.kind).along_normal) {
+    return any_direction_rad;
+  }
   const bool along_normal =
       !field.in_table || field.in_table->head<2>().norm() < 1e-3 * field.in_table->norm();
   constexpr double off_level_rad = 0.02;

@@ -9,10 +9,6 @@
 
 namespace axiscal {
 
-/// @return what the axes should read per field unit, where it is stated or the units say so.
-[[nodiscard]] std::optional<double> expected_sensitivity(const Experiment& experiment,
-                                                         const FieldDescription& field);
-
 /// @return how far the field in the table may be from where it is expected [rad, 1 sd]: by a table
 ///         that is not level, a heading that nobody measured.
 [[nodiscard]] double expected_direction_sd(const Experiment& experiment,

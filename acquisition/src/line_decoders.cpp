@@ -79,7 +79,7 @@ class DelimitedDecoder final : public LineDecoder {
  private:
   void line(std::string_view text, bool midway, const DecoderSink& sink) override {
     find_delimiter(text);
-    const std::vector<std::string_view> cells = cells_of(text, delimiter_);
+    const std::vector<std::string_view> cells = cells_of(without_checksum(text), delimiter_);
     values_.clear();
     std::size_t numbers = 0;
     for (const std::string_view cell : cells) {

@@ -129,8 +129,8 @@ void check_options(const SourceAddress& address, const SourceKind& kind) {
   const std::vector<std::string_view> known(kind.options.begin(), kind.options.end());
   for (const auto& [name, value] : address.options) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      address.fail(formatted("unknown option '{}'{}; there are {}", name, did_you_mean(name, known),
-                             joined(kind.options)));
+      address.fail(formatted("unknown option '{}'{}", name,
+                             did_you_mean(name, known, "there are " + joined(kind.options))));
     }
   }
 }
@@ -179,8 +179,9 @@ std::unique_ptr<Source> open_source(const std::string& text) {
     const std::size_t colon = text.find("://");
     if (colon != std::string::npos) {
       const std::vector<std::string_view> views(names.begin(), names.end());
-      address.fail(formatted("unknown kind of source '{}'{}; there are {}", text.substr(0, colon),
-                             did_you_mean(text.substr(0, colon), views), joined(names)));
+      address.fail(formatted(
+          "unknown kind of source '{}'{}", text.substr(0, colon),
+          did_you_mean(text.substr(0, colon), views, "there are " + joined(names))));
     }
   }
   for (const Scheme& scheme : schemes()) {

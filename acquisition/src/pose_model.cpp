@@ -24,6 +24,36 @@ constexpr std::size_t readings_to_rely_on = 9;
 constexpr int rounds = 6;
 constexpr double wide = 10.0;  // what nothing is known of, in units of the response
 constexpr double far_direction_rad = 0.3;
+constexpr double telling_contrast = 0.5;  // of what the field does
+
+// Directions about which the field may be; they are fitted from each of them.
+std::vector<Eigen::Vector3d> starts_of(const PoseModelSetup& setup) {
+  const Eigen::Vector3d expected =
+      setup.field.in_table.value_or(Eigen::Vector3d::UnitZ()).normalized();
+  if (setup.direction_sd_rad < far_direction_rad) {
+    return {expected};
+  }
+  std::vector<Eigen::Vector3d> starts;
+  if (setup.direction_sd_rad < any_direction_rad) {  // only the table's heading is not known
+    constexpr int headings = 12;
+    for (int i = 0; i < headings; ++i) {
+      starts.emplace_back(
+          Eigen::AngleAxisd(2.0 * std::numbers::pi * i / headings, Eigen::Vector3d::UnitZ()) *
+          expected);
+    }
+    return starts;
+  }
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int z = -1; z <= 1; ++z) {
+        if (x != 0 || y != 0 || z != 0) {
+          starts.emplace_back(Eigen::Vector3d(x, y, z).normalized());
+        }
+      }
+    }
+  }
+  return starts;
+}
 
 // Two directions square to a vector and to each other.
 Eigen::Matrix<double, 3, 2> tangents_of(const Eigen::Vector3d& vector) {
@@ -95,7 +125,8 @@ void put_expectations(const PoseModelSetup& setup,
 
 PoseModel::PoseModel(PoseModelSetup setup)
     : setup_(std::move(setup)),
-      nominal_axes_(SensitivityMatrix::Zero(setup_.instrument.axis_count(), 3)) {
+      nominal_axes_(SensitivityMatrix::Zero(setup_.instrument.axis_count(), 3)),
+      directions_(starts_of(setup_)) {
   for (Eigen::Index k = 0; k < setup_.instrument.axis_count(); ++k) {
     if (const std::optional<int> axis = nominal_axis(setup_.instrument, k)) {
       nominal_axes_(k, *axis) = 1.0;
@@ -104,8 +135,9 @@ PoseModel::PoseModel(PoseModelSetup setup)
 }
 
 bool PoseModel::is_usable() const {
-  return !setup_.instrument.one_sided && nominal_axes_.rowwise().norm().minCoeff() > 0.0 &&
-         setup_.field.magnitude > 0.0;
+  // Of a sum neither the length is known nor, at other levels, the direction.
+  return !setup_.instrument.one_sided && setup_.field.parts.empty() &&
+         nominal_axes_.rowwise().norm().minCoeff() > 0.0 && setup_.field.magnitude > 0.0;
 }
 
 // Sensor from table of a reading as if at a point, times the level; for the setup's field.
@@ -115,11 +147,57 @@ Eigen::Matrix3d PoseModel::rotation_at(const PlacedReading& reading,
          setup_.positioner.rotation_table_from_positioner(point).transpose() * reading.field_turn;
 }
 
+// What the nominal axes see of a field of length 1.
+Eigen::VectorXd PoseModel::seen(const PlacedReading& reading,
+                                const Eigen::Vector3d& direction) const {
+  const Eigen::VectorXd along =
+      nominal_axes_ * rotation_at(reading, reading.entry.point) * direction;
+  return setup_.instrument.one_sided ? along.cwiseMax(0.0).eval() : along;
+}
+
+double PoseModel::least_contrast(const PlacedReading& one,
+                                 const PlacedReading& other,
+                                 const std::vector<PoseModelFit>& fits) const {
+  if (!setup_.field.parts.empty()) {
+    return 0.0;
+  }
+  double least = std::numeric_limits<double>::infinity();
+  const auto look = [&](const Eigen::Vector3d& direction) {
+    least = std::min(least, (seen(one, direction) - seen(other, direction)).norm());
+  };
+  for (const PoseModelFit& fit : fits) {
+    look(fit.field_in_table.normalized());
+  }
+  if (fits.empty()) {
+    std::for_each(directions_.begin(), directions_.end(), look);
+  }
+  return least;
+}
+
+// Whether the readings must differ by what the field does, wherever it points: an axis square to
+// it in all of them, or a turntable at rest, says nothing of the scale.
+bool PoseModel::shows_scale(const std::vector<PlacedReading>& readings) const {
+  return std::all_of(directions_.begin(), directions_.end(), [&](const Eigen::Vector3d& direction) {
+    std::vector<Eigen::VectorXd> all;
+    double largest = 0.0;
+    for (const PlacedReading& reading : readings) {
+      all.push_back(seen(reading, direction));
+      for (const Eigen::VectorXd& before : all) {
+        largest = std::max(largest, (all.back() - before).norm());
+      }
+    }
+    return largest > telling_contrast;
+  });
+}
+
 // How much the readings change by the field [unit]: by the differences between them, as biases may
-// be far greater than what the field does.
-double PoseModel::scale_of(const std::vector<PlacedReading>& readings) const {
+// be far greater than what the field does; nothing where they do not show it.
+std::optional<double> PoseModel::scale_of(const std::vector<PlacedReading>& readings) const {
   if (setup_.nominal_sensitivity) {
     return std::abs(*setup_.nominal_sensitivity) * setup_.field.magnitude;
+  }
+  if (!shows_scale(readings)) {
+    return std::nullopt;
   }
   double largest = 0.0;
   for (std::size_t i = 0; i < readings.size(); ++i) {
@@ -128,43 +206,50 @@ double PoseModel::scale_of(const std::vector<PlacedReading>& readings) const {
       largest = std::max(largest, difference.norm() / std::numbers::sqrt2);
     }
   }
-  return readings.size() < 2 ? readings.front().mean.cwiseAbs().maxCoeff() : largest;
+  return largest > 0.0 ? std::optional(largest) : std::nullopt;
 }
 
-std::optional<PoseModelFit> PoseModel::fit(const std::vector<PlacedReading>& known) const {
+std::vector<PoseModelFit> PoseModel::fits(const std::vector<PlacedReading>& known) const {
   if (known.empty() || !is_usable()) {
     return {};
   }
-  const double scale = scale_of(known);
-  return scale > 0.0 ? fit(known, scale) : std::nullopt;
+  const std::optional<double> scale = scale_of(known);
+  return scale ? fits(known, *scale) : std::vector<PoseModelFit>();
 }
 
-std::optional<PoseModelFit> PoseModel::fit(const std::vector<PlacedReading>& known,
-                                           double scale) const {
-  double cost = 0.0;
-  const Eigen::Vector3d expected = setup_.field.in_table.value_or(Eigen::Vector3d::UnitZ());
-  std::optional<PoseModelFit> best = fit_from(known, scale, expected, cost);
-  if (setup_.direction_sd_rad < far_direction_rad) {
-    return best;
-  }
-  // The table's heading is not known: all round.
-  constexpr int starts = 12;
-  for (int i = 1; i < starts; ++i) {
-    const Eigen::AngleAxisd turn(2.0 * std::numbers::pi * i / starts, Eigen::Vector3d::UnitZ());
-    double other_cost = 0.0;
-    std::optional<PoseModelFit> other = fit_from(known, scale, turn * expected, other_cost);
-    if (other && (!best || other_cost < cost)) {
-      best = std::move(other);
-      cost = other_cost;
+std::optional<PoseModelFit> PoseModel::fit(const std::vector<PlacedReading>& known) const {
+  std::vector<PoseModelFit> all = fits(known);
+  return all.empty() ? std::nullopt : std::optional(std::move(all.front()));
+}
+
+std::vector<PoseModelFit> PoseModel::fits(const std::vector<PlacedReading>& known,
+                                          double scale) const {
+  std::vector<PoseModelFit> all;
+  for (const Eigen::Vector3d& direction : directions_) {
+    if (std::optional<PoseModelFit> one = fit_from(known, scale, direction)) {
+      all.push_back(std::move(*one));
     }
   }
-  return best;
+  std::sort(all.begin(), all.end(),
+            [](const PoseModelFit& a, const PoseModelFit& b) { return a.cost < b.cost; });
+  const auto too_bad = std::find_if(all.begin(), all.end(), [&](const PoseModelFit& one) {
+    return one.cost > all.front().cost + fitting_misfit * all.front().variance_factor;
+  });
+  all.erase(too_bad, all.end());
+  return all;
+}
+
+// How well a pose is known [rad]. With fewer than three axes slope and cross-axis sensitivities come
+// as products only, at first, and a fit takes one of many pairs for the only one.
+double PoseModel::placement_sd() const {
+  constexpr double of_few_axes = 0.02;
+  return setup_.instrument.axis_count() < 3 ? std::hypot(setup_.placement_sd_rad, of_few_axes)
+                                            : setup_.placement_sd_rad;
 }
 
 std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>& known,
                                                 double scale,
-                                                const Eigen::Vector3d& start,
-                                                double& cost) const {
+                                                const Eigen::Vector3d& start) const {
   const Eigen::Index m = setup_.instrument.axis_count();
   const auto n = static_cast<Eigen::Index>(known.size());
   const Eigen::Index unknowns = 4 * m + 3;
@@ -172,7 +257,7 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
   const Eigen::Index common = tangent + 2;
   const double magnitude = setup_.field.magnitude;
   const double unit = scale / magnitude;
-  const double placement = setup_.placement_sd_rad * scale;
+  const double placement = placement_sd() * scale;
   PoseModelFit fit;
   fit.field_in_table = start.normalized() * magnitude;
   fit.response.bias = Eigen::VectorXd::Zero(m);
@@ -207,7 +292,7 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
     if (!step.allFinite()) {
       return {};
     }
-    cost = r.squaredNorm();
+    fit.cost = r.squaredNorm();
     fit.response.bias += step.head(m);
     for (Eigen::Index k = 0; k < m; ++k) {
       fit.response.sensitivity.row(k) += step.segment<3>(m + 3 * k).transpose();
@@ -221,7 +306,7 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
   const Eigen::MatrixXd inverse =
       factor.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(unknowns, unknowns));
   // Readings that contradict each other say less.
-  const double contradiction = n > 2 ? cost / static_cast<double>(n * m) : 1.0;
+  const double contradiction = n > 2 ? fit.cost / static_cast<double>(n * m) : 1.0;
   fit.variance_factor = std::max(1.0, contradiction);
   fit.covariance = fit.variance_factor * (inverse * inverse.transpose());
   const Eigen::Matrix3d in_table =
@@ -237,23 +322,30 @@ std::optional<PoseJudgement> PoseModel::judge(const std::vector<PlacedReading>& 
   }
   std::vector<PlacedReading> all = known;
   all.push_back(reading);
-  const double scale = scale_of(all);
-  if (!(scale > 0.0)) {
+  const std::optional<double> scale = scale_of(all);
+  if (!scale) {
     return {};
   }
-  const std::optional<PoseModelFit> model = fit(known, scale);
-  if (!model) {
+  const std::vector<PoseModelFit> models = fits(known, *scale);
+  if (models.empty()) {
     return {};
   }
-  const double placement = setup_.placement_sd_rad * scale;
+  const double placement = placement_sd() * *scale;
+  // By the direction of the field that suits this pose best: what only one of them would doubt is
+  // not doubted.
   const auto misfit_of = [&](const DesignPoint& point) {
     const Eigen::Matrix3d R = rotation_at(reading, point);
-    const Eigen::MatrixXd J = derivative_of_reading(*model, R);
-    Eigen::MatrixXd C = J * model->covariance * J.transpose();
-    C.diagonal().array() +=
-        model->variance_factor * (reading.u.array().square() + placement * placement);
-    const Eigen::VectorXd difference = reading.mean - model->response.at(R * model->field_in_table);
-    return difference.dot(C.llt().solve(difference));
+    double least = std::numeric_limits<double>::infinity();
+    for (const PoseModelFit& model : models) {
+      const Eigen::MatrixXd J = derivative_of_reading(model, R);
+      Eigen::MatrixXd C = J * model.covariance * J.transpose();
+      C.diagonal().array() +=
+          model.variance_factor * (reading.u.array().square() + placement * placement);
+      const Eigen::VectorXd difference = reading.mean - model.response.at(R * model.field_in_table);
+      least = std::min(least, (model.cost - models.front().cost) / models.front().variance_factor +
+                                  difference.dot(C.llt().solve(difference)));
+    }
+    return least;
   };
   PoseJudgement judgement{
       .best = reading.entry.point, .log_ratio = 0.0, .misfit = misfit_of(reading.entry.point)};

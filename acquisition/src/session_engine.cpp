@@ -48,7 +48,7 @@ void Session::Engine::set_channels(const std::vector<Channel>& channels,
   temperature_column_ = find_channel(channels, setup_.temperature_channel);
   time_at_zero_ = time_at_zero;
   if (knowledge_.field_moves()) {
-    static_cast<void>(turn_of_field(setup_.experiment, 0.0, 0.0));  // whether it can be told
+    static_cast<void>(change_of_field(setup_.experiment, 0.0, 0.0));  // whether it can be told
     if (!is_utc(time_at_zero_.value_or(0.0))) {
       throw DomainError(moving_field_name(setup_.experiment) +
                         " needs times in UTC, and the recording's are of its own: state "
@@ -129,6 +129,7 @@ void Session::Engine::set_source_alarms(const std::vector<SessionAlarm>& alarms)
 
 const SessionView& Session::Engine::view() {
   view_.alarms = news_.alarms();
+  view_.present_level = last_ ? std::optional(last_->row.entry.level) : std::nullopt;
   refresh({.phase = phase_,
            .list = list_,
            .wanted = wanted_ ? &wanted_row() : nullptr,
@@ -219,8 +220,7 @@ void Session::Engine::interrupt(const std::string& why) {
 
 void Session::Engine::remember(const CapturedReading& taken) {
   present_ = taken.row.entry.point;
-  last_mean_ = taken.mean;
-  last_point_ = taken.row.entry.point;
+  last_ = taken;
   moved_ = false;
   soaked_at_ = taken.row.temperature ? taken.row.temperature : soaked_at_;
   stillness_.learn(taken.sd);

@@ -117,8 +117,7 @@ class Session::Engine {
   SessionPhase before_pause_ = SessionPhase::waiting;
   std::optional<std::size_t> wanted_;  // step
   std::optional<DesignPoint> present_;
-  std::optional<Eigen::VectorXd> last_mean_;  // what the reading taken last said
-  std::optional<DesignPoint> last_point_;
+  std::optional<CapturedReading> last_;  // the reading taken last, dropped since or not
   bool said_as_before_ = false;
   bool moved_ = true;
   double moving_from_s_ = 0.0;  // in a question

@@ -18,7 +18,7 @@ SessionKnowledge::SessionKnowledge(const SessionSetup& setup, const Stillness& s
     : setup_(setup),
       stillness_(stillness),
       field_(make_field_description(setup.experiment)),
-      nominal_(expected_sensitivity(setup.experiment, field_)),
+      nominal_(expected_sensitivity(setup.experiment, field_.unit)),
       model_(pose_model_setup()) {}
 
 PoseModelSetup SessionKnowledge::pose_model_setup() const {
@@ -46,7 +46,8 @@ double SessionKnowledge::field_angle(double from_s, double to_s) const {
   if (!field_moves()) {
     return 0.0;
   }
-  const Eigen::Matrix3d turn = turn_of_field(setup_.experiment, from_s, to_s);
+  const Eigen::Matrix3d change = change_of_field(setup_.experiment, from_s, to_s);
+  const Eigen::Matrix3d turn = change / std::cbrt(change.determinant());
   return Eigen::AngleAxisd(turn).angle();
 }
 
@@ -55,7 +56,7 @@ double SessionKnowledge::response_scale() const {
     return std::abs(*nominal_) * field_.magnitude;
   }
   const auto m = static_cast<double>(setup_.experiment.instrument.axis_count());
-  return fit_ ? fit_->response.sensitivity.norm() / std::sqrt(m) * field_.magnitude : 0.0;
+  return fits_.empty() ? 0.0 : fits_.front().response.sensitivity.norm() / std::sqrt(m) * field_.magnitude;
 }
 
 double SessionKnowledge::dwell_needed() const {
@@ -90,7 +91,7 @@ PlacedReading SessionKnowledge::placed(const CapturedReading& reading) const {
   return {.entry = reading.row.entry,
           .mean = reading.mean,
           .u = u_of(reading),
-          .field_turn = turn_of_field(setup_.experiment, field_at_s_, reading.start_s)};
+          .field_turn = change_of_field(setup_.experiment, field_at_s_, reading.start_s)};
 }
 
 std::vector<PlacedReading> SessionKnowledge::placed(const std::vector<CapturedReading>& readings,
@@ -104,6 +105,17 @@ std::vector<PlacedReading> SessionKnowledge::placed(const std::vector<CapturedRe
   return result;
 }
 
+bool SessionKnowledge::reads_otherwise(const CapturedReading& reading,
+                                       const DesignEntry& entry,
+                                       double now_s) const {
+  constexpr double clearly = 0.5;  // of what the field does
+  const PlacedReading other = {.entry = entry,
+                               .mean = {},
+                               .u = {},
+                               .field_turn = change_of_field(setup_.experiment, field_at_s_, now_s)};
+  return model_.least_contrast(placed(reading), other, fits_) > clearly;
+}
+
 std::optional<PoseJudgement> SessionKnowledge::judge(const std::vector<CapturedReading>& readings,
                                                      const CapturedReading& reading) const {
   return model_.judge(placed(readings), placed(reading));
@@ -111,7 +123,7 @@ std::optional<PoseJudgement> SessionKnowledge::judge(const std::vector<CapturedR
 
 std::optional<SessionKnowledge::Suspect> SessionKnowledge::learn(
     const std::vector<CapturedReading>& readings) {
-  fit_ = model_.fit(placed(readings));
+  fits_ = model_.fits(placed(readings));
   constexpr std::size_t enough = 5;
   if (readings.size() < enough) {
     return std::nullopt;
@@ -134,14 +146,14 @@ std::optional<SessionKnowledge::Suspect> SessionKnowledge::learn(
     return std::nullopt;
   }
   suspects_.insert(worst_run);
-  fit_ = model_.fit(placed(readings));
+  fits_ = model_.fits(placed(readings));
   return Suspect{.run = worst_run, .looks_like = worst->best};
 }
 
 std::optional<double> SessionKnowledge::expected_u_deg(
     const std::vector<CapturedReading>& readings, const std::vector<SessionStep>& steps) const {
   const auto m = static_cast<double>(setup_.experiment.instrument.axis_count());
-  if (!fit_ || m < 3.0 || !field_kind(field_.kind).vertical) {
+  if (fits_.empty() || m < 3.0 || !field_kind(field_.kind).vertical) {
     return std::nullopt;
   }
   double variance = 0.0;
@@ -152,7 +164,7 @@ std::optional<double> SessionKnowledge::expected_u_deg(
   Calibration nominal;
   nominal.instrument = setup_.experiment.instrument;
   nominal.field = field_;
-  nominal.response = fit_->response;
+  nominal.response = fits_.front().response;
   return expected_angle_u_deg(
       setup_.experiment, steps, nominal,
       std::hypot(std::sqrt(variance), setup_.placement_sd_rad * response_scale()));
@@ -163,9 +175,9 @@ void SessionKnowledge::show(const std::vector<CapturedReading>& readings,
                             SessionView& view) const {
   view.suspects.assign(suspects_.begin(), suspects_.end());
   view.slope.reset();
-  if (fit_ && readings.size() > 1 && field_kind(field_.kind).vertical) {
-    view.slope = fit_->field_in_table.head<2>() / field_.magnitude;
-    view.slope_u = fit_->slope_u;
+  if (!fits_.empty() && readings.size() > 1 && field_kind(field_.kind).vertical) {
+    view.slope = fits_.front().field_in_table.head<2>() / field_.magnitude;
+    view.slope_u = fits_.front().slope_u;
   }
   view.forecast_deg = expected_u_deg(readings, steps);
 }

@@ -39,6 +39,12 @@ class SessionKnowledge {
   ///         nothing where it cannot be told.
   [[nodiscard]] std::optional<std::string> unit_text(double level) const;
 
+  /// @param now_s  when the other one would be taken, as a reading's start_s.
+  /// @return whether a point must read otherwise than a reading, by what is known.
+  [[nodiscard]] bool reads_otherwise(const CapturedReading& reading,
+                                     const DesignEntry& entry,
+                                     double now_s) const;
+
   /// @return how a new reading looks by those before it; nothing while too little is known.
   [[nodiscard]] std::optional<PoseJudgement> judge(const std::vector<CapturedReading>& readings,
                                                    const CapturedReading& reading) const;
@@ -81,7 +87,7 @@ class SessionKnowledge {
   double field_at_s_ = 0.0;  // when the field was as field_ has it [s since 1970, UTC]
   std::optional<double> nominal_;
   PoseModel model_;
-  std::optional<PoseModelFit> fit_;
+  std::vector<PoseModelFit> fits_;  // by the readings so far, the best one first
   std::set<int> insisted_;  // runs that are taken as right
   std::set<int> suspects_;
 };

@@ -170,18 +170,19 @@ void Session::Engine::dwell() {
 }
 
 bool Session::Engine::lies_as_before() const {
-  if (said_as_before_ || !last_mean_ || last_point_->rest() == wanted_row().entry.point.rest()) {
+  if (said_as_before_ || !last_ ||
+      !knowledge_.reads_otherwise(*last_, wanted_row().entry, shown_time(now_s_))) {
     return false;
   }
-  const Eigen::VectorXd difference = dwell_.mean() - *last_mean_;
+  const Eigen::VectorXd difference = dwell_.mean() - last_->mean;
   const double limit = 3.0 * setup_.placement_sd_rad * knowledge_.response_scale() +
-                       field_angle_since_last() * last_mean_->norm();
+                       field_angle_since_last() * last_->mean.norm();
   return (difference.array().abs() <= stillness_.floor().array() * stillness_.factor() + limit)
       .all();
 }
 
 bool Session::Engine::has_moved() const {
-  if (!last_mean_) {
+  if (!last_) {
     return true;
   }
   if (!stillness_.is_still()) {
@@ -191,7 +192,7 @@ bool Session::Engine::has_moved() const {
     return false;  // another mean may be the sun's doing
   }
   constexpr double clearly = 10.0;
-  return ((stillness_.mean() - *last_mean_).array().abs() >
+  return ((stillness_.mean() - last_->mean).array().abs() >
           clearly * stillness_.floor().array() +
               10.0 * setup_.placement_sd_rad * knowledge_.response_scale())
       .any();

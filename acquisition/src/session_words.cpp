@@ -8,6 +8,7 @@ namespace axiscal {
 namespace {
 
 std::string laying_words(const SessionView& view) {
+  const bool is_step = view.present_level && *view.present_level != view.wanted->entry.level;
   std::vector<std::string> words;
   for (const CubeTurn turn : view.turns) {
     words.emplace_back(turn_words(turn));
@@ -16,9 +17,10 @@ std::string laying_words(const SessionView& view) {
   std::string text = view.phase == SessionPhase::settling ? "let go; it is nearly still"
                      : view.lies_as_before                ? "it lies as at the last reading: " + way
                      : !way.empty()                       ? way
-                     : view.present ? "lift it, wipe its feet, and lay it down the same way"
-                                    : "";
-  if (view.wanted->entry.level != 1.0) {
+                     : is_step        ? "leave it as it lies"
+                     : view.present   ? "lift it, wipe its feet, and lay it down the same way"
+                                      : "";
+  if (is_step || view.wanted->entry.level != 1.0) {
     text +=
         formatted("{}level {}", text.empty() ? "" : "; ", number_text(view.wanted->entry.level));
   }

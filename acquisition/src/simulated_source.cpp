@@ -5,6 +5,9 @@
 #include <cmath>
 #include <thread>
 
+#include "axiscal/calib/moving_field.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/field/field_kind.hpp"
 #include "axiscal/positioner/positioner.hpp"
 #include "sample_clock.hpp"
 
@@ -27,24 +30,75 @@ Eigen::Vector3d normal_vector(RandomStream& random, double sd) {
 }  // namespace
 
 SimulatedSource::SimulatedSource(std::string name, const SimulationSetup& setup)
-    : name_(std::move(name)), setup_(setup), random_(setup.seed), person_(setup.seed, 1) {
+    : name_(std::move(name)),
+      setup_(setup),
+      random_(setup.seed),
+      person_(setup.seed, 1),
+      sensitivity_(setup.sensitivity) {
   const std::string unit = setup.sensitivity == 1.0 ? "g" : "V";
   channels_ = {{"time", "s"}, {"x", unit}, {"y", unit}, {"z", unit}};
   if (setup.temperature) {
     channels_.push_back({"temperature", "degC"});
   }
-  constexpr double bias_sd = 0.02;
-  constexpr double misalignment_sd = 0.01;
-  truth_.bias = setup.sensitivity * normal_vector(random_, bias_sd);
-  truth_.sensitivity = SensitivityMatrix::Zero(3, 3);
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    truth_.sensitivity.row(k) =
-        setup.sensitivity *
-        (Eigen::Matrix3d::Identity().row(k) + normal_vector(random_, misalignment_sd).transpose());
-  }
-  field_in_table_ = {setup.slope.x(), setup.slope.y(), std::sqrt(1.0 - setup.slope.squaredNorm())};
+  draw_instrument(setup.sensitivity, {0, 1, 2});
+  field_.kind = "gravity";
+  field_.unit = "g";
+  field_.in_table = {setup.slope.x(), setup.slope.y(),
+                     std::sqrt(1.0 - setup.slope.squaredNorm())};
   to_ = Eigen::Quaterniond(Positioner().rotation_table_from_positioner(lies_));
   from_ = to_;
+}
+
+void SimulatedSource::draw_instrument(double sensitivity,
+                                      const std::vector<std::optional<int>>& nominal) {
+  constexpr double bias_sd = 0.02;  // of what the field does
+  constexpr double misalignment_sd = 0.01;
+  const auto m = static_cast<Eigen::Index>(nominal.size());
+  truth_.bias.resize(m);
+  truth_.sensitivity = SensitivityMatrix::Zero(m, 3);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    truth_.bias(k) = sensitivity * field_.magnitude * bias_sd * random_.normal();
+  }
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const int axis = nominal[static_cast<std::size_t>(k)].value_or(static_cast<int>(k % 3));
+    truth_.sensitivity.row(k) =
+        sensitivity *
+        (Eigen::Vector3d::Unit(axis) + normal_vector(random_, misalignment_sd)).transpose();
+  }
+}
+
+void SimulatedSource::play(const Experiment& experiment) {
+  if (field_moves(experiment)) {
+    throw SetupError("a simulation has no time of day, and cannot show " +
+                         moving_field_name(experiment),
+                     {Setting::field});
+  }
+  const Instrument& instrument = experiment.instrument;
+  field_ = make_field_description(experiment);
+  random_ = RandomStream(setup_.seed);
+  sensitivity_ = setup_.sensitivity != 1.0
+                     ? setup_.sensitivity
+                     : expected_sensitivity(experiment, field_.unit).value_or(1.0);
+  one_sided_ = instrument.one_sided;
+  std::vector<std::optional<int>> nominal;
+  channels_ = {{"time", "s"}};
+  for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
+    nominal.push_back(nominal_axis(instrument, k));
+    channels_.push_back({instrument.axes[static_cast<std::size_t>(k)], instrument.unit});
+  }
+  if (setup_.temperature) {
+    channels_.push_back({"temperature", "degC"});
+  }
+  draw_instrument(sensitivity_, nominal);
+  const bool along_normal = field_kind(field_.kind).along_normal;
+  if (along_normal && field_.parts.empty()) {
+    const Eigen::Vector2d& slope = setup_.slope;
+    field_.in_table = field_.magnitude * Eigen::Vector3d(slope.x(), slope.y(),
+                                                         std::sqrt(1.0 - slope.squaredNorm()));
+  } else if (!field_.in_table) {
+    RandomStream anywhere(setup_.seed, 2);
+    field_.in_table = field_.magnitude * normal_vector(anywhere, 1.0).normalized();
+  }
 }
 
 void SimulatedSource::request(const DesignEntry* entry, bool warned) {
@@ -56,7 +110,7 @@ void SimulatedSource::request(const DesignEntry* entry, bool warned) {
   if (warned && !mistakes_.empty() && mistakes_.back().wanted == entry->point) {
     mistakes_.back().was_warned = true;
   }
-  wanted_ = entry->point;
+  wanted_ = *entry;
   acts_at_s_ = time_s_ + reaction_s;
 }
 
@@ -76,16 +130,20 @@ void SimulatedSource::start_moving(const DesignPoint& point) {
 void SimulatedSource::sample(SampleBatch& batch) {
   if (acts_at_s_ >= 0.0 && time_s_ >= acts_at_s_) {
     acts_at_s_ = time_s_ + impatience_s;
-    DesignPoint point = *wanted_;
+    DesignPoint point = wanted_->point;
+    const bool sets_level = level_ != wanted_->level;
+    level_ = wanted_->level;
     if (!lays_right_ && person_.uniform() < setup_.error_rate) {
       const std::vector<DesignEntry> all = standard_design(24);
       do {
         point = all[person_.index(all.size())].point;
-      } while (point == *wanted_);
-      mistakes_.push_back({.wanted = *wanted_, .laid = point});
+      } while (point == wanted_->point);
+      mistakes_.push_back({.wanted = wanted_->point, .laid = point});
     }
     lays_right_ = true;  // whoever does it again takes care
-    start_moving(point);
+    if (!sets_level || !(point == lies_)) {
+      start_moving(point);  // where only the level changes the cube is not touched
+    }
   }
   Eigen::Quaterniond rotation_table_from_positioner = to_;
   Eigen::Vector3d shaking = Eigen::Vector3d::Zero();
@@ -100,11 +158,18 @@ void SimulatedSource::sample(SampleBatch& batch) {
     }
   }
   const Eigen::Vector3d field =
-      rotation_table_from_positioner.conjugate() * field_in_table_ + shaking;
-  const Eigen::Vector3d reading =
-      truth_.at(field) + setup_.sensitivity * normal_vector(random_, setup_.noise_sd);
+      rotation_table_from_positioner.conjugate() * field_.at_level(level_) +
+      field_.magnitude * shaking;
+  Eigen::VectorXd seen = truth_.sensitivity * field;
+  if (one_sided_) {
+    seen = seen.cwiseMax(0.0);
+  }
   batch.time_s.push_back(time_s_);
-  batch.values.insert(batch.values.end(), {time_s_, reading.x(), reading.y(), reading.z()});
+  batch.values.push_back(time_s_);
+  for (Eigen::Index k = 0; k < seen.size(); ++k) {
+    batch.values.push_back(truth_.bias(k) + seen(k) +
+                           sensitivity_ * field_.magnitude * setup_.noise_sd * random_.normal());
+  }
   if (setup_.temperature) {
     batch.values.push_back(*setup_.temperature + 0.01 * random_.normal());
   }

@@ -15,4 +15,6 @@ void SampleBatch::append(const SampleBatch& later) {
 
 void Source::request(const DesignEntry* /*entry*/, bool /*warned*/) {}
 
+void Source::play(const Experiment& /*experiment*/) {}
+
 }  // namespace axiscal

@@ -8,6 +8,7 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/missing_column.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
@@ -84,9 +85,7 @@ std::optional<std::size_t> CsvReader::column(std::string_view name) const {
 std::size_t CsvReader::need(const std::string& name) const {
   const std::optional<std::size_t> place = column(name);
   if (!place) {
-    throw DataError(
-        path_, line_,
-        formatted("column '{}': is missing; the columns are: {}", name, joined(header_)));
+    throw MissingColumnError(path_, line_, name, header_);
   }
   return *place;
 }

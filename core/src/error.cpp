@@ -4,6 +4,15 @@
 #include "axiscal/core/version.hpp"
 
 namespace axiscal {
+namespace {
+
+constexpr std::string_view version_text = AXISCAL_VERSION_TEXT;
+static_assert(version_text.size() == 5 && version_text[0] == '0' + AXISCAL_VERSION_MAJOR &&
+                  version_text[2] == '0' + AXISCAL_VERSION_MINOR &&
+                  version_text[4] == '0' + AXISCAL_VERSION_PATCH,
+              "core/version.hpp and CMake's project() must state one version");
+
+}  // namespace
 
 DataError::DataError(std::string_view path, std::string_view what, std::vector<Setting> settings)
     : Error(std::string(path) + ": " + std::string(what), std::move(settings)) {}
@@ -16,7 +25,7 @@ DataError::DataError(std::string_view path, std::string_view pointer, std::strin
             std::string(what)) {}
 
 std::string_view software_name() {
-  return "axiscal " AXISCAL_VERSION;
+  return "axiscal " AXISCAL_VERSION_TEXT;
 }
 
 }  // namespace axiscal

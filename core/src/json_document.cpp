@@ -101,6 +101,36 @@ std::vector<JsonValue> JsonValue::elements() const {
   return values;
 }
 
+std::vector<JsonValue> JsonValue::rows() const {
+  if (!value_->is_object()) {
+    return elements();
+  }
+  std::optional<std::size_t> count;
+  for (const auto& [name, column] : value_->items()) {
+    if (!column.is_array()) {
+      child(column, name).fail("must be a list");
+    }
+    if (count && *count != column.size()) {
+      child(column, name).fail(
+          formatted("has {} entries, and the first column {}", column.size(), *count));
+    }
+    count = column.size();
+  }
+  auto turned = std::make_shared<Json>(Json::array());
+  for (std::size_t i = 0; i < count.value_or(0); ++i) {
+    Json& row = turned->emplace_back(Json::object());
+    for (const auto& [name, column] : value_->items()) {
+      row[name] = column[i];
+    }
+  }
+  std::vector<JsonValue> values;
+  values.reserve(turned->size());
+  for (std::size_t i = 0; i < turned->size(); ++i) {
+    values.emplace_back(turned, &(*turned)[i], path_, formatted("{}/{}", pointer_, i));
+  }
+  return values;
+}
+
 double JsonValue::number() const {
   if (!value_->is_number()) {
     fail("must be a number");
@@ -274,6 +304,22 @@ std::string json_text(const Json& value) {
   append(out, value, 0);
   out += '\n';
   return out;
+}
+
+Json columns_of(const Json& rows) {
+  Json columns = Json::object();
+  for (const Json& row : rows) {
+    for (const auto& [name, value] : row.items()) {
+      columns[name] = Json::array();
+    }
+  }
+  for (auto& [name, column] : columns.items()) {
+    for (const Json& row : rows) {
+      const auto found = row.find(name);
+      column.push_back(found == row.end() ? Json() : *found);
+    }
+  }
+  return columns;
 }
 
 Json json_from(const Eigen::Ref<const Eigen::VectorXd>& vector) {

@@ -64,4 +64,16 @@ std::string did_you_mean(std::string_view name, std::span<const std::string_view
   return nearest.empty() ? "" : formatted("; did you mean '{}'?", nearest);
 }
 
+std::string did_you_mean(std::string_view name,
+                         std::span<const std::string_view> candidates,
+                         std::string_view what_there_is) {
+  const std::string question = did_you_mean(name, candidates);
+  if (question.empty()) {
+    return formatted("; {}", what_there_is);
+  }
+  std::string sentence(what_there_is);
+  sentence.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence.front())));
+  return formatted("{} {}", question, sentence);
+}
+
 }  // namespace axiscal

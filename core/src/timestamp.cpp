@@ -148,4 +148,14 @@ std::string timestamp_now() {
   return {text.data(), length};
 }
 
+double seconds_of_clock(double number) {
+  double seconds = number;
+  constexpr double latest = 1e11;
+  constexpr int coarser = 3;  // milli, micro, nano
+  for (int i = 0; i < coarser && std::abs(seconds) >= latest; ++i) {
+    seconds *= 1e-3;
+  }
+  return seconds;
+}
+
 }  // namespace axiscal

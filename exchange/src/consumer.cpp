@@ -56,7 +56,7 @@ double field_factor_of(FieldDescription field,
     field.local_gravity = options.local_gravity;
   }
   try {
-    return field_conversion(field, wanted, std::nullopt).factor;
+    return field_conversion(field, wanted).factor;
   } catch (const DomainError& error) {
     const bool may_state_it = field.unit == "g";
     throw RefusedError(std::string(error.what()) + (may_state_it ? "; or state its gravity" : ""),
@@ -173,14 +173,9 @@ Sensor sensor_of(const Calibration& calibration, std::string_view format) {
   const std::string& kind = calibration.instrument.kind;
   const std::string of_format = "format " + std::string(format);
   require_three_axes(calibration, format);
-  if (kind == "accelerometer" || kind == "inclinometer") {
-    return Sensor::accelerometer;
-  }
-  if (kind == "gyroscope") {
-    return Sensor::gyroscope;
-  }
-  if (kind == "magnetometer") {
-    return Sensor::magnetometer;
+  const Sensor sensor = find_instrument_kind(kind).sensor;
+  if (sensor != Sensor::none) {
+    return sensor;
   }
   throw RefusedError(formatted(
       "{} has no place for this instrument ({}): accelerometer, gyroscope or magnetometer",

@@ -7,10 +7,11 @@
 #include <Eigen/Core>
 
 #include "axiscal/exchange/export.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
 
 namespace axiscal {
 
-enum class Sensor { accelerometer, gyroscope, magnetometer };
+using Sensor = VehicleSensor;
 
 /// @throws RefusedError  for other than three axes, or one-sided ones; `format` is for the message.
 void require_three_axes(const Calibration& calibration, std::string_view format);

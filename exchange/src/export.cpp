@@ -10,6 +10,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
 #include "formats.hpp"
 
 namespace axiscal {
@@ -97,6 +98,53 @@ void require_identifier(const std::string& name) {
   }
 }
 
+// A consumer in m/s^2 needs to know what 1 g was; drivers take it for standard gravity.
+// @param write  of options, which may state the gravity.
+template <typename Write>
+Exported with_gravity(const ExportOptions& options, const Write& write) {
+  try {
+    return write(options);
+  } catch (const RefusedError& error) {
+    const std::vector<Setting>& mends = error.settings();
+    if (options.local_gravity ||
+        std::find(mends.begin(), mends.end(), Setting::local_gravity) == mends.end()) {
+      throw;
+    }
+  }
+  ExportOptions by_standard = options;
+  by_standard.local_gravity = standard_gravity;
+  Exported exported = write(by_standard);
+  exported.notes.push_back(
+      formatted("1 g is taken as {} m/s^2, standard gravity, as the record does not say what it "
+                "was; at a site it differs by up to 0.3 %",
+                number_text(standard_gravity)));
+  return exported;
+}
+
+void check_options(const ExportOptions& options) {
+  if (!options.name.empty()) {
+    require_identifier(options.name);
+  }
+  if (options.instance < 0 || options.instance > 9) {
+    throw DomainError("the number of a sensor is 0 to 9");
+  }
+  if (options.reading_factor &&
+      !(std::isfinite(*options.reading_factor) && *options.reading_factor != 0.0)) {
+    throw DomainError("the reading factor must be a number other than 0");
+  }
+}
+
+const KnownExport& find_export(std::string_view format) {
+  std::vector<std::string_view> names;
+  for (const KnownExport& one : known_exports) {
+    if (one.format.name == format) {
+      return one;
+    }
+    names.push_back(one.format.name);
+  }
+  throw DomainError(formatted("unknown format '{}'{}", format, did_you_mean(format, names)));
+}
+
 }  // namespace
 
 std::span<const ExportFormat> export_formats() {
@@ -136,22 +184,23 @@ HeaderNumbers parse_header_numbers(std::string_view text) {
 Exported export_calibration(const Calibration& calibration,
                             std::string_view format,
                             const ExportOptions& options) {
-  require_identifier(options.name);
-  if (options.instance < 0 || options.instance > 9) {
-    throw DomainError("the number of a sensor is 0 to 9");
+  check_options(options);
+  const KnownExport& known = find_export(format);
+  return with_gravity(options,
+                      [&](const ExportOptions& own) { return known.write(calibration, own); });
+}
+
+Exported export_imu(const Calibration& first,
+                    const Calibration& second,
+                    std::string_view format,
+                    const ExportOptions& options) {
+  check_options(options);
+  if (find_export(format).write != export_kalibr) {
+    throw RefusedError(formatted("format {} takes one instrument a file", format));
   }
-  if (options.reading_factor &&
-      !(std::isfinite(*options.reading_factor) && *options.reading_factor != 0.0)) {
-    throw DomainError("the reading factor must be a number other than 0");
-  }
-  std::vector<std::string_view> names;
-  for (const KnownExport& one : known_exports) {
-    if (one.format.name == format) {
-      return one.write(calibration, options);
-    }
-    names.push_back(one.format.name);
-  }
-  throw DomainError(formatted("unknown format '{}'{}", format, did_you_mean(format, names)));
+  return with_gravity(options, [&](const ExportOptions& own) {
+    return export_kalibr_imu(first, second, own);
+  });
 }
 
 }  // namespace axiscal

@@ -12,6 +12,9 @@ Exported export_csv(const Calibration& calibration, const ExportOptions& options
 Exported export_matlab(const Calibration& calibration, const ExportOptions& options);
 Exported export_numpy(const Calibration& calibration, const ExportOptions& options);
 Exported export_kalibr(const Calibration& calibration, const ExportOptions& options);
+Exported export_kalibr_imu(const Calibration& first,
+                           const Calibration& second,
+                           const ExportOptions& options);
 Exported export_ros(const Calibration& calibration, const ExportOptions& options);
 Exported export_x_io(const Calibration& calibration, const ExportOptions& options);
 Exported export_px4(const Calibration& calibration, const ExportOptions& options);

@@ -82,6 +82,21 @@ struct Dialect {
   }
 };
 
+// By kind and slot, so that the headers of two instruments go into one program.
+std::string header_name(const Calibration& calibration, const ExportOptions& options) {
+  if (!options.name.empty()) {
+    return options.name;
+  }
+  std::string name = "axiscal_" + calibration.instrument.kind;
+  if (!calibration.slot.empty() && calibration.slot != calibration.instrument.kind) {
+    name += "_" + calibration.slot;
+  }
+  std::replace_if(
+      name.begin(), name.end(),
+      [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
+  return name;
+}
+
 std::vector<std::string> remarks(const Calibration& calibration, bool temperature) {
   std::vector<std::string> lines = {
       formatted("field [{}] in the instrument's frame from readings v [{}], axes {}",
@@ -246,7 +261,7 @@ Exported header(const Calibration& calibration,
                 bool is_cpp,
                 std::string_view format) {
   require_three_axes(calibration, format);
-  const Dialect dialect{.is_cpp = is_cpp, .name = options.name};
+  const Dialect dialect{.is_cpp = is_cpp, .name = header_name(calibration, options)};
   const ConsumerModel model = nearest_model(calibration, {}, MatrixShape::full, options);
   return options.numbers.type == HeaderNumbers::Type::fixed
              ? fixed_header(calibration, options, dialect, model, format)

@@ -50,50 +50,106 @@ ScaleMisalignment scale_misalignment(const Eigen::Matrix3d& S) {
   return {.M = R.transpose() * signs.asDiagonal(), .C = signs.asDiagonal() * Q.transpose()};
 }
 
-}  // namespace
+// What Kalibr takes of one sensor.
+struct KalibrSensor {
+  Sensor sensor = Sensor::none;
+  ScaleMisalignment split;
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();  // gyroscope: sensitivity to specific force
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+  std::optional<ExportLoss> loss;
+  std::string comment;
+};
 
-Exported export_kalibr(const Calibration& calibration, const ExportOptions& options) {
-  const Sensor sensor = sensor_of(calibration, "kalibr");
-  if (sensor == Sensor::magnetometer) {
+KalibrSensor kalibr_sensor(const Calibration& calibration, const ExportOptions& options) {
+  KalibrSensor result{.sensor = sensor_of(calibration, "kalibr")};
+  if (result.sensor == Sensor::magnetometer) {
     throw RefusedError("Kalibr's imu.yaml has no magnetometer");
   }
-  const std::string unit = usual_unit(sensor, "");
+  const bool is_gyroscope = result.sensor == Sensor::gyroscope;
+  const std::string unit = usual_unit(result.sensor, "");
   ConsumerModel model = nearest_model(calibration, {unit, unit}, MatrixShape::full, options);
   const auto also =
       std::find_if(calibration.also.begin(), calibration.also.end(),
                    [](const AlsoResponse& one) { return field_kind(one.kind).vertical; });
-  const AlsoResponse* const gravity =
-      sensor == Sensor::gyroscope && also != calibration.also.end() ? &*also : nullptr;
-  model.has_also = gravity != nullptr;
-  const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "kalibr", options);
-  const ScaleMisalignment split = scale_misalignment(model.inverse.inverse());
-  const std::string formula =
-      sensor == Sensor::accelerometer ? "v = M C f + bias" : "v = M C w + A C a + bias";
-  std::string text = comment_lines(
+  model.has_also = is_gyroscope && also != calibration.also.end();
+  result.loss = accepted_loss(calibration, model, "kalibr", options);
+  result.split = scale_misalignment(model.inverse.inverse());
+  result.bias = model.bias;
+  if (model.has_also) {
+    const double per_unit = also->unit == "g" ? 1.0 / standard_gravity : 1.0;
+    // Kalibr turns a into the gyroscope's frame first.
+    result.A = model.reading_factor * per_unit * also->sensitivity * result.split.C.transpose();
+  }
+  result.comment = comment_lines(
       calibration, "# ",
-      {formatted("{}, in {}; M is lower triangular, C a rotation", formula, unit),
-       sensor == Sensor::accelerometer
-           ? "Kalibr takes C of the accelerometer as the identity: the IMU's frame is then C's"
-           : "a: specific force in m/s^2, in the frame of the rates",
+      {formatted("{}, in {}; M is lower triangular, C a rotation",
+                 is_gyroscope ? "v = M C w + A C a + bias" : "v = M C f + bias", unit),
+       is_gyroscope ? "a: specific force in m/s^2, in the frame of the rates"
+                    : "Kalibr takes C of the accelerometer as the identity: the IMU's frame is "
+                      "then C's",
        "C of an accelerometer and bias are additions: Kalibr itself writes neither",
        "noise densities and random walks: axiscal noise"},
-      loss);
-  text += formatted("imu{}:\n  model: scale-misalignment\n", options.instance);
-  text += sensor == Sensor::accelerometer ? "  accelerometers:\n" : "  gyroscopes:\n";
-  text += "    M:\n" + yaml_matrix(split.M, "    ");
-  text += (sensor == Sensor::accelerometer ? "    C:\n" : "    C_gyro_i:\n") +
-          yaml_matrix(split.C, "    ");
-  if (sensor == Sensor::gyroscope) {
-    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
-    if (gravity != nullptr) {
-      const double per_unit = gravity->unit == "g" ? 1.0 / standard_gravity : 1.0;
-      // Kalibr turns a into the gyroscope's frame first.
-      A = model.reading_factor * per_unit * gravity->sensitivity * split.C.transpose();
-    }
-    text += "    A:\n" + yaml_matrix(A, "    ");
+      result.loss);
+  return result;
+}
+
+// @param frame  rotation of the IMU's frame from the instrument's: C of the accelerometer, where it
+//               is in the same file.
+std::string kalibr_block(const KalibrSensor& one, const Eigen::Matrix3d& frame) {
+  const bool is_gyroscope = one.sensor == Sensor::gyroscope;
+  std::string text = is_gyroscope ? "  gyroscopes:\n" : "  accelerometers:\n";
+  text += "    M:\n" + yaml_matrix(one.split.M, "    ");
+  text += is_gyroscope
+              ? "    C_gyro_i:\n" + yaml_matrix(one.split.C * frame.transpose(), "    ")
+              : "    C:\n" + yaml_matrix(one.split.C, "    ");
+  if (is_gyroscope) {
+    text += "    A:\n" + yaml_matrix(one.A, "    ");
   }
-  text += formatted("    bias: {}\n", yaml_row(model.bias.transpose()));
-  return {.content = text, .loss = loss};
+  return text + formatted("    bias: {}\n", yaml_row(one.bias.transpose()));
+}
+
+std::string kalibr_head(int instance) {
+  return formatted("imu{}:\n  model: scale-misalignment\n", instance);
+}
+
+}  // namespace
+
+Exported export_kalibr(const Calibration& calibration, const ExportOptions& options) {
+  const KalibrSensor one = kalibr_sensor(calibration, options);
+  return {.content = one.comment + kalibr_head(options.instance) +
+                     kalibr_block(one, Eigen::Matrix3d::Identity()),
+          .loss = one.loss,
+          .notes = {}};
+}
+
+Exported export_kalibr_imu(const Calibration& first,
+                           const Calibration& second,
+                           const ExportOptions& options) {
+  KalibrSensor accelerometer = kalibr_sensor(first, options);
+  KalibrSensor gyroscope = kalibr_sensor(second, options);
+  if (accelerometer.sensor == Sensor::gyroscope) {
+    std::swap(accelerometer, gyroscope);
+  }
+  if (accelerometer.sensor == gyroscope.sensor) {
+    throw RefusedError("kalibr: an IMU is one accelerometer and one gyroscope; the records are "
+                       "two of one kind");
+  }
+  if (!first.instrument.serial.empty() && !second.instrument.serial.empty() &&
+      first.instrument.serial != second.instrument.serial) {
+    throw RefusedError(formatted("kalibr: the records are of two units, '{}' and '{}'",
+                                 first.instrument.serial, second.instrument.serial));
+  }
+  Exported exported{.content = accelerometer.comment + gyroscope.comment +
+                               "# C_gyro_i: from the accelerometer's frame, as Kalibr has it\n" +
+                               kalibr_head(options.instance) +
+                               kalibr_block(accelerometer, Eigen::Matrix3d::Identity()) +
+                               kalibr_block(gyroscope, accelerometer.split.C),
+                    .loss = accelerometer.loss,
+                    .notes = {}};
+  if (gyroscope.loss) {
+    exported.notes.push_back("of the gyroscope is not held: " + loss_text(*gyroscope.loss));
+  }
+  return exported;
 }
 
 Exported export_ros(const Calibration& calibration, const ExportOptions& options) {

@@ -3,6 +3,7 @@
 
 #include "axiscal/calib.hpp"
 #include "axiscal/core.hpp"
+#include "axiscal/core/version.hpp"
 #include "axiscal/field.hpp"
 #include "axiscal/instruments.hpp"
 #include "axiscal/positioner.hpp"

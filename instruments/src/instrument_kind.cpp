@@ -49,8 +49,8 @@ const InstrumentKind& find_instrument_kind(std::string_view name) {
     names.push_back(kind.name);
     list += (list.empty() ? "" : ", ") + std::string(kind.name);
   }
-  throw DomainError(formatted("unknown kind of instrument '{}'{}; this version knows: {}", name,
-                              did_you_mean(name, names), list));
+  throw DomainError(formatted("unknown kind of instrument '{}'{}", name,
+                              did_you_mean(name, names, "this version knows: " + list)));
 }
 
 }  // namespace axiscal

@@ -301,9 +301,7 @@ class ImuCalibrator {
       experiment.instrument.kind = "accelerometer";
     }
     experiment.instrument.axes = options_.accelerometer;
-    if (experiment.field.kind.empty()) {
-      experiment.field.kind = "gravity";
-    }
+    take_usual_field(experiment);
     // Of a hand-turned board the model errs more than the mean of a second.
     experiment.weighting = experiment.weighting.value_or(Weighting::none);
     result_.accelerometer = calibrate(experiment, observations_of(options_.accelerometer));

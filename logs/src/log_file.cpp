@@ -6,6 +6,7 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/missing_column.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -66,8 +67,7 @@ std::size_t need_column(const std::string& path,
                         const std::string& name) {
   const std::optional<std::size_t> at = find_column(columns, name);
   if (!at) {
-    throw DataError(
-        path, formatted("column '{}': is missing; the columns are: {}", name, joined(columns)));
+    throw MissingColumnError(path, 0, name, columns);
   }
   return *at;
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <utility>
 
+#include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/logs/noise_json.hpp"
 
 namespace axiscal {
@@ -22,21 +22,12 @@ std::string stem_of(const std::string& name) {
 }
 
 bool is_of_kind(const std::string& stem, std::string_view kind) {
-  struct Beginning {
-    std::string_view kind;
-    std::string_view letters;  // how a short name begins
-    std::string_view word;     // what a long name has in it
-  };
-  constexpr std::array beginnings = {
-      Beginning{"accelerometer", "a", "acc"}, Beginning{"inclinometer", "a", "acc"},
-      Beginning{"gyroscope", "gw", "gyr"}, Beginning{"magnetometer", "mhb", "mag"}};
-  return std::any_of(beginnings.begin(), beginnings.end(), [&](const Beginning& one) {
-    constexpr std::size_t longest_short_name = 2;
-    return one.kind == kind && !stem.empty() &&
-           (stem.find(one.word) != std::string::npos ||
-            (stem.size() <= longest_short_name &&
-             one.letters.find(stem.front()) != std::string_view::npos));
-  });
+  const ColumnNames& names = find_instrument_kind(kind).columns;
+  constexpr std::size_t longest_short_name = 2;
+  return !names.word.empty() && !stem.empty() &&
+         (stem.find(names.word) != std::string::npos ||
+          (stem.size() <= longest_short_name &&
+           names.letters.find(stem.front()) != std::string_view::npos));
 }
 
 }  // namespace

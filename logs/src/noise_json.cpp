@@ -29,7 +29,7 @@ std::string noise_json(const LogNoise& noise) {
   Json json = {{"format", "axiscal-noise"},
                {"version", 1},
                {"rate_hz", noise.rate_hz},
-               {"samples", noise.samples},
+               {"samples", noise.samples > 0 ? Json(noise.samples) : Json()},
                {"confidence", {{"coefficients", 0.95}, {"allan_deviation", 0.683}}},
                {"columns", Json::object()}};
   for (const ColumnNoise& one : noise.columns) {
@@ -54,7 +54,8 @@ std::string noise_json(const LogNoise& noise) {
                                  {"fit",
                                   {{"p_value", one.model.p_value},
                                    {"from_tau_s", one.model.from_tau_s},
-                                   {"model_error", one.model.model_error}}},
+                                   {"model_error", one.model.model_error},
+                                   {"white_by_stretch", one.model.white_by_stretch}}},
                                  {"deviation_at_1_s", deviation_at(one.curve, 1.0)},
                                  {"dwell",
                                   {{"best_s", one.dwell.best_s},
@@ -70,7 +71,10 @@ std::string noise_json(const LogNoise& noise) {
 LogNoise parse_noise(std::string_view text, const std::string& path) {
   const JsonValue json = parse_json(text, path);
   json.require_format("axiscal-noise");
-  LogNoise noise{.rate_hz = json.at("rate_hz").number(), .samples = json.at("samples").count()};
+  LogNoise noise{.rate_hz = json.at("rate_hz").number()};
+  if (const auto samples = json.find("samples")) {
+    noise.samples = samples->count();
+  }
   const JsonValue columns = json.at("columns");
   for (const std::string& name : columns.keys()) {
     const JsonValue column = columns.at(name);
@@ -106,6 +110,9 @@ LogNoise parse_noise(std::string_view text, const std::string& path) {
       one.model.p_value = p ? p->number() : not_a_number;
       one.model.from_tau_s = fit->at("from_tau_s").number();
       one.model.model_error = fit->at("model_error").number();
+      if (const auto by_stretch = fit->find("white_by_stretch")) {
+        one.model.white_by_stretch = by_stretch->boolean();
+      }
     }
     const JsonValue coefficients = column.at("coefficients");
     for (const NoiseKind kind : all_noise_kinds) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include <Eigen/QR>
 
@@ -42,6 +43,9 @@ Solution solve_not_negative(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) 
     }
     Eigen::MatrixXd part = A(Eigen::seqN(0, A.rows()), columns);
     const Eigen::VectorXd lengths = part.colwise().norm();
+    if (!(lengths.minCoeff() > 0.0)) {
+      continue;  // a kind that is not looked for
+    }
     part = part * lengths.cwiseInverse().asDiagonal();
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(part);
     if (qr.rank() < p) {
@@ -174,6 +178,80 @@ CurveFit with_model_error(std::span<const AllanPoint> points) {
   return fit;
 }
 
+// What a stretch of the curve says of white noise.
+struct WhiteStretch {
+  double coefficient = 0.0;  // N
+  double relative_sd = 0.0;
+};
+
+// The longest stretch over which tau times the variance stays the same.
+std::optional<WhiteStretch> white_stretch(std::span<const AllanPoint> points) {
+  constexpr double shortest = 15.0;       // ratio of its ends: four octaves
+  constexpr double of_model = 0.06;       // of the variance: 3 % of the deviation
+  constexpr double steepest = 0.2;        // of the variance: 0.1 of the deviation
+  constexpr double by_chance = 0.05;
+  constexpr double least_sd = 0.025;      // with which twice the sd is 5 %
+  std::optional<WhiteStretch> found;
+  double longest = shortest;
+  for (std::size_t first = 0; first < points.size(); ++first) {
+    double w = 0.0;
+    double wx = 0.0;
+    double wy = 0.0;
+    double wxx = 0.0;
+    double wxy = 0.0;
+    double wyy = 0.0;
+    for (std::size_t last = first; last < points.size(); ++last) {
+      const AllanPoint& point = points[last];
+      if (!(point.deviation > 0.0)) {
+        break;
+      }
+      const double nu = std::max(point.degrees_of_freedom, 1.0);
+      const double weight = 1.0 / (variance_of_log(nu) + of_model * of_model);
+      const double x = std::log(point.tau_s);
+      const double y =
+          std::log(point.deviation * point.deviation * point.tau_s) - mean_of_log(nu);
+      w += weight;
+      wx += weight * x;
+      wy += weight * y;
+      wxx += weight * x * x;
+      wxy += weight * x * y;
+      wyy += weight * y * y;
+      const double length = point.tau_s / points[first].tau_s;
+      if (last < first + 3 || length < longest) {
+        continue;
+      }
+      const double chi_squared = std::max(wyy - wy * wy / w, 1e-12);
+      const double slope = (wxy - wx * wy / w) / (wxx - wx * wx / w);
+      if (std::abs(slope) <= steepest &&
+          chi_squared_upper_p(chi_squared, static_cast<double>(last - first)) > by_chance) {
+        longest = length;
+        found = {.coefficient = std::exp(0.5 * wy / w),
+                 .relative_sd = std::max(0.5 / std::sqrt(w), least_sd)};
+      }
+    }
+  }
+  return found;
+}
+
+// The other kinds, of what is left of the variances beside white noise.
+Solution solve_beside_white(const CurveFit& fit, double white) {
+  const auto n = static_cast<Eigen::Index>(fit.points.size());
+  constexpr auto column = static_cast<Eigen::Index>(NoiseKind::white);
+  Eigen::MatrixXd A = fit.A;
+  A.col(column).setZero();  // no fit takes it
+  Eigen::VectorXd left(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const AllanPoint& point = fit.points[static_cast<std::size_t>(i)];
+    const double variance = std::max(point.deviation * point.deviation, 1e-300);
+    const double weight =
+        1.0 / (std::sqrt(2.0 / std::max(point.degrees_of_freedom, 1.0) + fit.error * fit.error) *
+               variance);
+    left(i) = weight * (variance - white * white / point.tau_s);
+    A.row(i) *= weight;
+  }
+  return solve_not_negative(A, left);
+}
+
 NoiseModel model_of(const CurveFit& fit) {
   constexpr double coverage = 2.0 * 1.959963984540054;
   // Resampled, coefficients of curves that the kinds do not describe scatter by as much.
@@ -265,7 +343,21 @@ NoiseModel fit_noise(std::span<const AllanPoint> curve) {
       }
     }
   }
-  return model_of(best);
+  const std::optional<WhiteStretch> stretch = white_stretch(all);
+  NoiseModel model = model_of(best);
+  constexpr double denied = 0.7;
+  if (stretch && model.coefficient(NoiseKind::white) < denied * stretch->coefficient) {
+    best.solution = solve_beside_white(best, stretch->coefficient);
+    model = model_of(best);
+    const double N = stretch->coefficient;
+    model.coefficients[static_cast<std::size_t>(NoiseKind::white)] = {
+        .kind = NoiseKind::white,
+        .value = N,
+        .low = N * (1.0 - 2.0 * stretch->relative_sd),
+        .high = N * (1.0 + 2.0 * stretch->relative_sd)};
+    model.white_by_stretch = true;
+  }
+  return model;
 }
 
 double deviation_at(std::span<const AllanPoint> curve, double tau_s) {

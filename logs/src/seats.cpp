@@ -9,10 +9,12 @@
 #include <numbers>
 
 #include <Eigen/Geometry>
+#include <Eigen/QR>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/median.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/positioner/positioner.hpp"
@@ -154,6 +156,93 @@ SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
   }
   labels.messages.assign(messages.rbegin(), messages.rend());
   return labels;
+}
+
+std::optional<double> misfit_of_order(const Eigen::MatrixXd& means,
+                                      const std::vector<RunSheetRow>& sheet) {
+  Eigen::MatrixXd J(means.rows(), 10);
+  for (Eigen::Index i = 0; i < means.rows(); ++i) {
+    const DesignEntry& entry = sheet[static_cast<std::size_t>(i)].entry;
+    const Eigen::Matrix3d R = entry.level * rotation_positioner_from_table(entry.point);
+    J.row(i) << 1.0, R.reshaped().transpose();
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(J);
+  const Eigen::Index left = means.rows() - qr.rank();
+  const double range =
+      (means.colwise().maxCoeff() - means.colwise().minCoeff()).maxCoeff();
+  if (left < 1 || !(range > 0.0)) {
+    return std::nullopt;
+  }
+  const Eigen::MatrixXd residuals = means - J * qr.solve(means);
+  return std::sqrt(residuals.squaredNorm() / static_cast<double>(left * means.cols())) / range;
+}
+
+namespace {
+
+SeatLabels label_in_order(const std::vector<RunSheetRow>& sheet) {
+  SeatLabels labels;
+  for (std::size_t i = 0; i < sheet.size(); ++i) {
+    labels.points.emplace_back(sheet[i].entry.point);
+    labels.rows.emplace_back(i);
+  }
+  return labels;
+}
+
+// The labels by an accelerometer's faces where most of them are the sheet's.
+std::optional<SeatLabels> labels_by_most_faces(const Eigen::MatrixXd& means,
+                                               const std::vector<RunSheetRow>& sheet) {
+  if (means.cols() != 3) {
+    return std::nullopt;
+  }
+  std::vector<std::optional<Face>> faces;
+  try {
+    faces = resting_faces(means);
+  } catch (const RefusedError&) {
+    return std::nullopt;  // they are no accelerometer's
+  }
+  SeatLabels labels = label_by_sheet(faces, sheet);
+  std::size_t agree = 0;
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    agree += labels.points[i] && faces[i] == labels.points[i]->rest() ? 1U : 0U;
+  }
+  return 4 * agree >= 3 * std::min(faces.size(), sheet.size()) ? std::optional(std::move(labels))
+                                                              : std::nullopt;
+}
+
+}  // namespace
+
+SeatLabels label_by_plan(const Eigen::MatrixXd& means,
+                         const std::vector<RunSheetRow>& sheet,
+                         bool is_accelerometer) {
+  if (is_accelerometer) {
+    return label_by_sheet(resting_faces(means), sheet);
+  }
+  constexpr double largest_misfit = 0.02;
+  const bool as_many = static_cast<std::size_t>(means.rows()) == sheet.size();
+  // Where nothing can contradict the order, faces decide.
+  const double misfit = as_many ? misfit_of_order(means, sheet).value_or(not_a_number) : not_a_number;
+  std::optional<SeatLabels> by_faces = labels_by_most_faces(means, sheet);
+  if (misfit < largest_misfit && !(by_faces && !by_faces->messages.empty())) {
+    return label_in_order(sheet);
+  }
+  if (by_faces) {
+    return *std::move(by_faces);
+  }
+  if (as_many) {
+    SeatLabels labels = label_in_order(sheet);
+    if (misfit >= largest_misfit) {
+      labels.messages.push_back(formatted(
+          "the rests do not read as the sheet's poses would in any field (by {} % of their range): "
+          "were some taken in another order, or at another level?",
+          number_text(100.0 * misfit, 2)));
+    }
+    return labels;
+  }
+  throw RefusedError(
+      formatted("{} rests, and {} rows of the sheet; which is missing cannot be told from these "
+                "columns: name an accelerometer that was recorded beside, or take the row that was "
+                "skipped off the sheet",
+                means.rows(), sheet.size()));
 }
 
 SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,

@@ -469,10 +469,11 @@ std::string segmentation_csv(const Segmentation& segmentation,
   return text;
 }
 
-Eigen::MatrixX3d means_of(const Segmentation& segmentation,
-                          const std::vector<std::string>& columns) {
-  Eigen::MatrixX3d means(static_cast<Eigen::Index>(segmentation.intervals.size()), 3);
-  for (std::size_t j = 0; j < 3; ++j) {
+Eigen::MatrixXd means_of(const Segmentation& segmentation,
+                         const std::vector<std::string>& columns) {
+  Eigen::MatrixXd means(static_cast<Eigen::Index>(segmentation.intervals.size()),
+                        static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t j = 0; j < columns.size(); ++j) {
     const auto column =
         static_cast<Eigen::Index>(find_column(segmentation.columns, columns[j]).value());
     for (std::size_t i = 0; i < segmentation.intervals.size(); ++i) {

@@ -163,6 +163,7 @@ class TextLog : public LogFile::Source {
       if (lines.back().ends_with('\r')) {
         lines.back().remove_suffix(1);
       }
+      lines.back() = without_checksum(lines.back());
       at = end == std::string_view::npos ? start.size() : end + 1;
     }
     std::vector<std::string_view> content;
@@ -294,6 +295,7 @@ class TextLog : public LogFile::Source {
     if (!line.empty() && line.back() == '\r') {
       line.remove_suffix(1);
     }
+    line = without_checksum(line);
     const bool good = dialect_.delimiter == ' ' || dialect_.decimal_comma
                           ? parse_slowly(line, block, row)
                           : parse_quickly(line, block, row);

@@ -7,6 +7,8 @@
 #include <Eigen/SVD>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
 void check_adjusters(const std::vector<Eigen::Vector2d>& adjusters) {
@@ -36,6 +38,21 @@ std::vector<AdjusterMove> level_table(const Eigen::Vector2d& slope,
   }
   if (surface.thread_pitch_m && !(*surface.thread_pitch_m > 0.0)) {
     throw DomainError("the thread pitch must be positive");
+  }
+  // Of a table in a laboratory; what is larger was meant in millimetres.
+  constexpr double farthest_m = 10.0;
+  constexpr double coarsest_m = 0.02;
+  for (const Eigen::Vector2d& position : surface.adjusters_m) {
+    if (position.cwiseAbs().maxCoeff() > farthest_m) {
+      throw DomainError(formatted(
+          "an adjuster at {}, {} m is beyond any table; positions are in metres: 100 mm is 0.1",
+          number_text(position.x()), number_text(position.y())));
+    }
+  }
+  if (surface.thread_pitch_m && *surface.thread_pitch_m > coarsest_m) {
+    throw DomainError(formatted(
+        "a thread pitch of {} m is no adjuster's; it is in metres: that of M6, 1 mm, is 0.001",
+        number_text(*surface.thread_pitch_m)));
   }
   const Eigen::Vector2d gradient = slope / std::sqrt(1.0 - slope.squaredNorm());
   const auto height = [&](const Eigen::Vector2d& position) { return position.dot(gradient); };

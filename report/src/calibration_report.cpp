@@ -65,11 +65,8 @@ std::vector<std::string> what_to_watch(const Calibration& calibration) {
     lines.emplace_back(
         "It holds at the temperature of the calibration: no temperature was modelled.");
   }
-  if (const std::vector<std::string> missing = not_counted(calibration); !missing.empty()) {
-    lines.push_back(
-        formatted("The uncertainties do not count {}: how well that is known was not "
-                  "stated.",
-                  joined(missing)));
+  if (std::string missing = words_of_not_counted(calibration); !missing.empty()) {
+    lines.push_back(std::move(missing));
   }
   if (!calibration.left_out.empty()) {
     lines.push_back(formatted("{} readings were left out.", calibration.left_out.size()));
@@ -239,12 +236,14 @@ std::string polar_table(const Calibration& calibration) {
         polar_from_sensitivity(calibration.response.sensitivity.row(k).transpose(), main,
                                calibration.instrument.convention);
     rows.push_back({{calibration.instrument.axes[static_cast<std::size_t>(k)], ""},
-                    number_cell(polar.sensitivity, 8),
+                    number_cell(std::abs(polar.sensitivity), 8),
                     number_cell(polar.coning_angle_rad * deg_per_rad, 5),
                     number_cell(polar.azimuth_rad * deg_per_rad, 5)});
   }
-  return html_table("Polar form",
-                    {"axis", "sensitivity", "off its nominal axis [deg]", "azimuth [deg]"}, rows);
+  return html_table(
+      "Polar form: the size of the sensitivity, and where the axis points; the azimuth as the "
+      "known-art formulas count it, in axes forward-right-down",
+      {"axis", "size", "off its nominal axis [deg]", "azimuth [deg]"}, rows);
 }
 
 std::string correlation_table(const Calibration& calibration) {

@@ -286,6 +286,37 @@ std::string table_of(const Plot& plot) {
 
 }  // namespace
 
+namespace {
+
+// Columns and lines of equal areas on the map of a sphere, twice as many columns as lines.
+Plot thinned_by_area(Plot plot, std::size_t points, std::size_t most) {
+  const auto lines = static_cast<int>(
+      std::sqrt(static_cast<double>(most) / (2.0 * static_cast<double>(plot.series.size()))));
+  const auto cell_of = [](double share, int cells) {
+    return std::clamp(static_cast<int>(share * cells), 0, cells - 1);
+  };
+  std::size_t drawn_points = 0;
+  for (PlotSeries& series : plot.series) {
+    std::set<std::pair<int, int>> seen;
+    PlotSeries kept{.name = series.name};
+    for (std::size_t i = 0; i < series.x.size(); ++i) {
+      const std::pair<int, int> cell = {cell_of((series.x[i] + 180.0) / 360.0, 2 * lines),
+                                        cell_of((series.y[i] + 1.0) / 2.0, lines)};
+      if (seen.insert(cell).second) {
+        kept.x.push_back(series.x[i]);
+        kept.y.push_back(series.y[i]);
+      }
+    }
+    drawn_points += kept.x.size();
+    series = std::move(kept);
+  }
+  plot.title += formatted(" ({} of {} points: one of each series in each of {} equal areas)",
+                          drawn_points, points, 2 * lines * lines);
+  return plot;
+}
+
+}  // namespace
+
 Plot thinned(Plot plot) {
   constexpr std::size_t most = 800;
   constexpr std::size_t kept_of_stretch = 4;
@@ -300,6 +331,9 @@ Plot thinned(Plot plot) {
   }
   if (points <= most) {
     return plot;
+  }
+  if (plot.is_sphere) {
+    return thinned_by_area(std::move(plot), points, most);
   }
   const std::size_t stretches = std::max<std::size_t>(most / (kept_of_stretch * groups), 1);
   std::size_t drawn_points = 0;

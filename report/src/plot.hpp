@@ -25,6 +25,8 @@ struct Plot {
   std::vector<std::string> x_names;  ///< what x = 0, 1, .. are called; else numbers
   bool equal_aspect = false;
   bool logarithmic = false;  ///< both axes
+  /// x in degrees from -180 to 180 and y from -1 to 1 map a sphere so that equal areas are equal.
+  bool is_sphere = false;
 };
 
 /// Bars side by side: one group for each name, one bar in it for each series.
@@ -42,9 +44,9 @@ struct HeatMap {
   std::vector<std::vector<double>> values;  ///< one list for each y, one number for each x
 };
 
-/// @return a plot with at most some hundred points in all: of more, those of each stretch along x
-/// that are
-///         lowest and highest and two others, so that no extreme is lost. The title says how many.
+/// @return a plot with at most some hundred points in all. Of more, those of each stretch along x
+///         that are lowest and highest and two others, so that no extreme is lost; of a sphere one
+///         of each series in each of equal areas, so that no gap opens. The title says how many.
 [[nodiscard]] Plot thinned(Plot plot);
 
 /// @return a figure: title, drawing, room for the script's plot, data table.

@@ -12,13 +12,13 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
 
 namespace axiscal {
 namespace {
 
 bool has_angles(const Calibration& calibration) {
-  return calibration.instrument.kind == "accelerometer" ||
-         calibration.instrument.kind == "inclinometer";
+  return find_instrument_kind(calibration.instrument.kind).has_axis_elevation;
 }
 
 bool can_propagate(const Calibration& calibration) {
@@ -316,7 +316,8 @@ std::vector<Plot> orientation_plots(const Calibration& calibration,
                 "azimuth, and the sine of the elevation, so that equal areas are equal; "
                 "one series reads more than the field, the other less",
             .x_label = "azimuth [deg]",
-            .y_label = "sine of the elevation"};
+            .y_label = "sine of the elevation",
+            .is_sphere = true};
   PlotSeries more{.name = "|f| above F"};
   PlotSeries less{.name = "|f| below F"};
   const Reducer reducer(calibration);

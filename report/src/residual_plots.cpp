@@ -200,7 +200,9 @@ std::vector<Plot> residual_plots(const Calibration& calibration, const Observati
       "Residual of each reading against the sensor's temperature", "temperature",
       series_by_axis(calibration, [](const ReadingResidual& r) { return r.temperature; }));
   plots.push_back(normal_plot(calibration));
-  if (calibration.statistics && !calibration.statistics->rows.empty()) {
+  // With two degrees of freedom a studentised residual has one, and can be any number.
+  if (calibration.statistics && !calibration.statistics->rows.empty() &&
+      calibration.statistics->degrees_of_freedom.minCoeff() > 2.0) {
     plots.push_back(leverage_plot(calibration));
   }
   return plots;

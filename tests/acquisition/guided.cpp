@@ -42,8 +42,9 @@ GuidedResult run_guided(SessionSetup setup,
                         const SimulationSetup& simulation,
                         const std::string& path) {
   Journal journal = Journal::create(path);
-  Session session(std::move(setup), journal);
   auto source = std::make_unique<SimulatedSource>("sim:", simulation);
+  source->play(setup.experiment);
+  Session session(std::move(setup), journal);
   SimulatedSource& simulated = *source;
   std::vector<std::unique_ptr<Source>> sources;
   sources.push_back(std::move(source));

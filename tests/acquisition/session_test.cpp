@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
+#include <functional>
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -54,6 +55,59 @@ TEST(Session, TakesTwelvePointsAndCalibrates) {
   EXPECT_LT(largest_error(result), 5.0);
   EXPECT_NEAR(result.calibration->levelness->mean_x, 0.003, 5e-5);
   EXPECT_EQ(result.observations.samples->size(), 12);
+}
+
+// What cannot be told apart is not asked about: of a person who errs never every question is false.
+TEST(Session, AsksNothingWhereNothingCanBeTold) {
+  const ScratchFolder folder;
+  struct Case {
+    std::string name;
+    int sessions;
+    std::function<void(SessionSetup&)> set;
+  };
+  const auto levels = [](SessionSetup& setup) {
+    setup.experiment.instrument = {.kind = "gyroscope", .unit = "deg/s"};
+    setup.experiment.field = {};
+    setup.experiment.field.kind = "induced_rotation";
+    setup.experiment.field.magnitude = 100.0;
+    std::vector<DesignEntry> design;
+    for (const DesignEntry& entry : standard_design(12)) {
+      for (const double level : {-1.0, 0.0, 1.0}) {
+        design.push_back({.point = entry.point, .level = level});
+      }
+    }
+    setup.sheet = make_run_sheet(design, 1, setup.sheet.size());
+  };
+  const std::vector<Case> cases = {
+      {"one axis in volts", 8,
+       [](SessionSetup& setup) {
+         setup.experiment.instrument = {.kind = "accelerometer", .axes = {"z"}, .unit = "V"};
+       }},
+      {"one axis in g", 4,
+       [](SessionSetup& setup) {
+         setup.experiment.instrument = {.kind = "accelerometer", .axes = {"z"}, .unit = "g"};
+       }},
+      {"a compass that knows |F| alone", 8,
+       [](SessionSetup& setup) {
+         setup.experiment.instrument = {.kind = "magnetometer", .unit = "uT"};
+         setup.experiment.field.kind = "geomagnetic";
+         setup.experiment.field.unit = "uT";
+         setup.experiment.field.magnitude = 48.0;
+       }},
+      {"a turntable", 3, levels}};
+  for (const Case& one : cases) {
+    for (int s = 1; s <= one.sessions; ++s) {
+      SessionSetup setup = guided_setup(static_cast<std::uint64_t>(s));
+      one.set(setup);
+      const std::string path = folder.path("d.journal");
+      const GuidedResult result =
+          run_guided(setup, simulation_of(static_cast<std::uint64_t>(s)), path);
+      std::filesystem::remove(path);
+      EXPECT_EQ(count(result, "question"), 0U) << one.name << ", seed " << s;
+      EXPECT_EQ(count(result, "as_before"), 0U) << one.name << ", seed " << s;
+      EXPECT_EQ(count(result, "captured"), setup.sheet.size()) << one.name << ", seed " << s;
+    }
+  }
 }
 
 // A part of the table of docs/acquire.md (axiscal_guided_rates): seeds are fixed, so are the

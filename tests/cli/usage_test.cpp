@@ -75,7 +75,7 @@ TEST(Usage, MistakesHaveStatusTwoAndAHint) {
            {"--frobnicate"},
            {"calibrate"},
            {"calibrate", run},
-           {"calibrate", run, "--instrument", "accelerometer"},
+           {"calibrate", run, "--instrument", "magnetometer"},
            {"calibrate", run, "--field", "gravity"},
            {"calibrate", run, "--instrument", "sextant", "--field", "gravity"},
            {"apply"},

@@ -237,6 +237,33 @@ TEST(ExportKalibr, HoldsAGyroscopesAnswerToGravity) {
   EXPECT_THROW(static_cast<void>(export_calibration(calibration, "x-io")), RefusedError);
 }
 
+// Kalibr's formula in the frame of the accelerometer: what each record makes of one turn and push.
+TEST(ExportKalibr, PutsTwoRecordsIntoOneFrame) {
+  const Calibration accelerometer = accelerometer_in("m/s^2", "m/s^2");
+  const Calibration gyro = gyroscope();
+  const std::string text = export_imu(gyro, accelerometer, "kalibr").content;
+  EXPECT_EQ(text.find("imu0:"), text.rfind("imu0:"));
+  EXPECT_LT(text.find("  accelerometers:"), text.find("  gyroscopes:"));
+  const auto matrix_of = [](const std::string& yaml, const std::string& key) {
+    Eigen::Matrix3d M;
+    std::size_t at = yaml.find("    " + key + ":\n");
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      at = yaml.find('[', at) + 1;
+      for (Eigen::Index j = 0; j < 3; ++j) {
+        M(i, j) = std::stod(yaml.substr(at));
+        at = yaml.find_first_of(",]", at) + 1;
+      }
+    }
+    return M;
+  };
+  // A rate in the IMU's frame is C_i w of that in the sensor's; alone that frame is the sensor's.
+  const Eigen::Matrix3d in_sensor = matrix_of(export_calibration(gyro, "kalibr").content, "C_gyro_i");
+  const Eigen::Matrix3d in_imu = matrix_of(text, "C_gyro_i");
+  EXPECT_LT((in_imu * matrix_of(text, "C") - in_sensor).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_THROW(static_cast<void>(export_imu(gyro, gyro, "kalibr")), RefusedError);
+  EXPECT_THROW(static_cast<void>(export_imu(gyro, accelerometer, "ros")), RefusedError);
+}
+
 TEST(ExportBetaflight, IsAnOffsetInCounts) {
   Calibration calibration = accelerometer_in("LSB", "g");
   calibration.response.bias = Eigen::Vector3d(31.0, -12.0, 250.0);
@@ -303,7 +330,9 @@ TEST(Export, RefusesWhatNobodyCouldUse) {
           {Setting::reading_factor});
   Calibration no_gravity = accelerometer_in("m/s^2", "g");
   no_gravity.field.local_gravity.reset();
-  refused(no_gravity, "px4", "; or state its gravity", {Setting::local_gravity});
+  const Exported by_standard = export_calibration(no_gravity, "px4");
+  ASSERT_EQ(by_standard.notes.size(), 1U);
+  EXPECT_THAT(by_standard.notes.front(), HasSubstr("9.80665 m/s^2, standard gravity"));
   refused(magnetometer(), "kalibr", "no magnetometer");
   refused(gyroscope(), "betaflight", "at each start");
   refused(gyroscope(), "px44", "did you mean 'px4'?");

@@ -232,6 +232,45 @@ TEST(FitNoise, IsNotLedByAFilter) {
   }
 }
 
+// A correlated process of the sensor (Gauss and Markov) rises above its white noise: the kinds may
+// then describe the curve without any, although it falls as white noise over a decade and more.
+TEST(FitNoise, NeverDeniesWhiteNoiseThatTheCurveShows) {
+  const double N = 0.0019;
+  for (const double strength : {0.5, 1.0, 2.0, 4.0}) {
+    std::vector<AllanPoint> curve;
+    for (double tau = 0.02; tau < 3000.0; tau *= 2.0) {
+      constexpr double T = 40.0;
+      const double x = tau / T;
+      const double hump = std::pow(strength * N, 2) * T / tau *
+                          (1.0 - (3.0 - 4.0 * std::exp(-x) + std::exp(-2.0 * x)) / (2.0 * x));
+      const double filtered = tau < 0.03 ? 0.6 : 1.0;
+      curve.push_back({.tau_s = tau,
+                       .deviation = std::sqrt(filtered * N * N / tau + hump),
+                       .degrees_of_freedom = 3.0 * 20000.0 / tau});
+    }
+    const NoiseModel model = fit_noise(curve);
+    const NoiseCoefficient& white = model.coefficients[static_cast<std::size_t>(NoiseKind::white)];
+    EXPECT_GT(white.value, 0.7 * N) << strength;
+    EXPECT_LT(white.value, 1.4 * N) << strength;
+  }
+}
+
+TEST(FitNoise, TakesNFromTheStretchThatFallsAsWhiteNoise) {
+  // Quantisation, white and flicker noise in such a curve can be had by other kinds; made so that
+  // the stretch decides: a curve that is white over six octaves and has steps at both ends.
+  std::vector<AllanPoint> curve;
+  int i = 0;
+  for (double tau = 0.01; tau < 300.0; tau *= 2.0, ++i) {
+    const double off = i < 2 ? 3.0 : i > 8 ? 4.0 : 1.0;
+    curve.push_back(
+        {.tau_s = tau, .deviation = off * 0.02 / std::sqrt(tau), .degrees_of_freedom = 4000.0 / tau});
+  }
+  const NoiseModel model = fit_noise(curve);
+  const NoiseCoefficient& white = model.coefficients[static_cast<std::size_t>(NoiseKind::white)];
+  EXPECT_GT(white.value, 0.7 * 0.02);
+  EXPECT_GT(white.high, 0.019);
+}
+
 TEST(FitNoise, SaysWhenTheKindsDoNotDescribeTheCurve) {
   const std::vector<AllanPoint> good = exact_curve(0.1, 0.01, 1000.0, 400.0);
   EXPECT_GT(fit_noise(good).p_value, 0.05);

@@ -101,7 +101,7 @@ class Xsens : public testing::Test {
   std::vector<std::pair<std::size_t, std::size_t>> rests_;
 };
 
-// imu_tk's parameters (PERFORMANCE item 8) and standard errors by numpy, on the same 3800 samples.
+// imu_tk's parameters as published and standard errors by numpy, on the same 3800 samples.
 TEST_F(Xsens, AccelerometerAgreesWithImuTk) {
   ASSERT_EQ(rests_.size(), 38U);
   Eigen::MatrixX3d samples(3800, 3);
@@ -179,7 +179,7 @@ TEST_F(Xsens, GyroscopeAgreesWithImuTk) {
     turns.push_back(turn);
   }
   const TurnFit fit = fit_turns(turns, {.bias = bias}, {.rate_per_unit = 1.0 / 6258});
-  // By numpy and by Ceres on the same turns, with standard errors; PERFORMANCE's scales are within
+  // By numpy and by Ceres on the same turns, with standard errors; the published scales are within
   // 1e-8 of them.
   Eigen::Matrix3d B;
   B << 2.0929502144e-04, 1.2495812681e-06, 2.3243916307e-07, 1.6931451426e-06, 2.0990052362e-04,

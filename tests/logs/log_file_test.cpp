@@ -61,6 +61,7 @@ TEST_F(LogFiles, AreReadWhateverPartsTheirCells) {
       {"blanks", "  t   x    y\n  0  1.5  -2\n  1  2.5  -3e1\n"},
       {"carriage returns, quotes", "\"t\",\"x\",\"y\"\r\n0, 1.5 ,-2\r\n1,\"2.5\",-3e1\r\n"},
       {"preamble", "Fs,100\nby hand,2026\n\nt,x,y\n0,1.5,-2\n1,2.5,-3e1\n"},
+      {"checksums", "t,x,y*3F\n0,1.5,-2*68\r\n1,2.5,-3e1*0a\n"},
       {"comments", "# of today\n% more\nt,x,y\n0,1.5,-2\n# in between\n1,2.5,-3e1"},
       {"byte order mark", "\xEF\xBB\xBFt,x,y\n0,1.5,-2\n1,2.5,-3e1\n"}};
   for (const auto& [name, text] : texts) {

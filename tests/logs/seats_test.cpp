@@ -45,6 +45,74 @@ TEST(RestingFaces, AreSeenInSpiteOfBiasAndGain) {
   }
 }
 
+// What any instrument reads in a field of the table, at the sheet's levels.
+Eigen::MatrixXd readings_in(const std::vector<RunSheetRow>& sheet,
+                            const Eigen::Vector3d& field,
+                            const Eigen::MatrixXd& sensitivity,
+                            double noise,
+                            std::uint64_t seed) {
+  RandomStream random(seed);
+  Eigen::MatrixXd means(static_cast<Eigen::Index>(sheet.size()), sensitivity.rows());
+  for (std::size_t i = 0; i < sheet.size(); ++i) {
+    const Eigen::VectorXd v =
+        sensitivity * (sheet[i].entry.level * (table_from_cube(sheet[i]).transpose() * field));
+    for (Eigen::Index k = 0; k < v.size(); ++k) {
+      means(static_cast<Eigen::Index>(i), k) = 3.0 + v(k) + noise * random.normal();
+    }
+  }
+  return means;
+}
+
+TEST(LabelByPlan, TrustsTheSheetsOrderForAnyInstrument) {
+  const Eigen::MatrixXd three = Eigen::MatrixXd::Identity(3, 3);
+  const Eigen::MatrixXd one = three.row(2);
+  const Eigen::Vector3d compass(0.3, 0.35, -0.89);
+  const Eigen::Vector3d earth_rate(0.5, 0.45, 0.74);
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const std::vector<RunSheetRow> sheet = some_sheet(seed);
+    for (const auto& [field, sensitivity] :
+         std::vector<std::pair<Eigen::Vector3d, Eigen::MatrixXd>>{
+             {compass, three}, {earth_rate, three}, {Eigen::Vector3d::UnitZ(), one},
+             {Eigen::Vector3d::UnitZ(), three}}) {
+      const SeatLabels labels =
+          label_by_plan(readings_in(sheet, field, sensitivity, 1e-3, seed), sheet, false);
+      ASSERT_EQ(labels.points.size(), sheet.size());
+      EXPECT_THAT(labels.messages, IsEmpty());
+      for (std::size_t i = 0; i < sheet.size(); ++i) {
+        EXPECT_EQ(labels.points[i], sheet[i].entry.point) << i;
+      }
+    }
+    std::vector<DesignEntry> steps;
+    for (const DesignEntry& entry : standard_design(12)) {
+      for (const double level : {-1.0, 0.0, 1.0}) {
+        steps.push_back({.point = entry.point, .level = level});
+      }
+    }
+    const std::vector<RunSheetRow> turntable = make_run_sheet(steps, 1, seed);
+    const SeatLabels labels = label_by_plan(
+        readings_in(turntable, Eigen::Vector3d::UnitZ(), three, 1e-3, seed), turntable, false);
+    for (std::size_t i = 0; i < turntable.size(); ++i) {
+      EXPECT_EQ(labels.rows[i], i);
+    }
+  }
+}
+
+TEST(LabelByPlan, SaysWhatDoesNotFitAndRefusesToGuess) {
+  const std::vector<RunSheetRow> sheet = some_sheet();
+  const Eigen::Vector3d compass(0.3, 0.35, -0.89);
+  const Eigen::MatrixXd three = Eigen::MatrixXd::Identity(3, 3);
+  Eigen::MatrixXd means = readings_in(sheet, compass, three, 1e-3, 1);
+  const Eigen::RowVectorXd other = means.row(0) * -0.7 + means.row(1) * 0.2;
+  means.row(5) = other;
+  EXPECT_GT(misfit_of_order(means, sheet).value(), 0.02);
+  EXPECT_THAT(label_by_plan(means, sheet, false).messages,
+              ElementsAre(HasSubstr("do not read as the sheet's poses would in any field")));
+  EXPECT_THAT(test::complaint_of<RefusedError>([&] {
+                static_cast<void>(label_by_plan(means.topRows(11), sheet, false));
+              }),
+              HasSubstr("11 rests, and 12 rows"));
+}
+
 TEST(RestingFaces, AreNoneOnAnEdgeAndRefusedWhereAnAxisWasNeverTurned) {
   Eigen::MatrixX3d means = readings_of(some_sheet());
   means.row(4) = Eigen::RowVector3d(200.0 + 707.0, -300.0 + 777.0, 500.0);

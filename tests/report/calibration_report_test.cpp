@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/report/calibration_report.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/random.hpp"
+#include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
+#include "plot.hpp"
 #include "report_plots.hpp"
 #include "scenario.hpp"
 
@@ -48,6 +52,34 @@ TEST(CalibrationReport, ShowsWhatThereIs) {
   EXPECT_EQ(count_of(page, "<svg class=\"drawn\""), count_of(page, "<details><summary>Data"));
   EXPECT_EQ(count_of(page, "<svg class=\"drawn\""),
             count_of(page.substr(0, page.find("<script")), "role=\"img\" aria-label") - 12U);
+}
+
+TEST(SpherePlot, IsThinnedEvenly) {
+  Plot plot{.id = "sphere", .is_sphere = true};
+  PlotSeries all{.name = "all"};
+  for (const Eigen::Vector3d& u : directions_on_sphere(20000)) {
+    all.x.push_back(std::atan2(u.y(), u.x()) * deg_per_rad);
+    all.y.push_back(u.z());
+  }
+  plot.series = {all};
+  const Plot thin = thinned(plot);
+  std::array<int, 10> bands{};
+  for (const double y : thin.series.front().y) {
+    ++bands.at(static_cast<std::size_t>(std::min(9.0, 5.0 * (y + 1.0))));
+  }
+  const double mean = static_cast<double>(thin.series.front().y.size()) / 10.0;
+  EXPECT_GT(mean, 40.0);
+  for (const int band : bands) {  // at the poles it was five times the mean
+    EXPECT_NEAR(band, mean, 0.3 * mean);
+  }
+}
+
+TEST(CalibrationReport, LeavesALeverageWithoutMeaningOut) {
+  const Calibration truth = accelerometer_truth();
+  const Calibration few =
+      calibrate(experiment_for(truth), observe(truth, {.slope = {0.003, -0.002}, .noise_sd = 1e-4}));
+  ASSERT_NEAR(few.statistics->degrees_of_freedom(0), 2.0, 1e-9);
+  EXPECT_THAT(calibration_report(few), Not(HasSubstr("leverage")));
 }
 
 // Thousands of readings: a page that opens, with nothing left out in silence.

@@ -102,7 +102,7 @@ ReadingPropagation::ReadingPropagation(const Calibration& calibration,
     for (const UncertaintySource& source : calibration.uncertainty->sources) {
       if (source.name == field_magnitude_source) {
         covariance_ -= source.covariance;
-        relative_magnitude_u_ = calibration.field.magnitude_u / calibration.field.magnitude;
+        component_u_ = calibration.field.magnitude_u / calibration.field.magnitude;
       }
     }
   }
@@ -293,18 +293,10 @@ void ReadingPropagation::add_magnitude(const ReducedReading& reduced,
                                        std::vector<VarianceShares>& shares) const {
   for (int j = 0; j < 3; ++j) {
     shares[static_cast<std::size_t>(j)].others +=
-        std::pow(relative_magnitude_u_ * reduced.field_in_sensor(j), 2);
+        std::pow(component_u_ * reduced.field_in_sensor(j), 2);
   }
-  const bool elsewhere =
-      reducer_.magnitude() != factor_ * calibration_.field.magnitude || magnitude_there_u_ > 0.0;
-  if (!elsewhere) {
-    return;
-  }
-  // Readings in a field of another place: only they are scaled by the calibration's error.
-  const double there = magnitude_there_u_ / reducer_.magnitude();
-  shares[3].others += std::pow(relative_magnitude_u_ * reduced.field_in_sensor.norm(), 2) +
-                      magnitude_there_u_ * magnitude_there_u_;
-  const double ratio = std::hypot(relative_magnitude_u_, there);
+  const double ratio = ratio_u_;
+  shares[3].others += std::pow(ratio * reduced.field_in_sensor.norm(), 2);
   if (!(ratio > 0.0) || shares.size() <= fixed_results) {
     return;
   }
@@ -396,7 +388,7 @@ Eigen::Matrix3d ReadingPropagation::field_covariance(std::span<const double> rea
   const Eigen::MatrixXd G =
       change_with_readings(readings, nullptr, temperature, C.diagonal().cwiseSqrt()).topRows<3>();
   return G * C * G.transpose() +
-         relative_magnitude_u_ * relative_magnitude_u_ * reduced * reduced.transpose();
+         component_u_ * component_u_ * reduced * reduced.transpose();
 }
 
 ReadingPropagation::Axis ReadingPropagation::at_axis(std::size_t axis,
@@ -405,7 +397,7 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(std::size_t axis,
   const auto k = static_cast<Eigen::Index>(axis);
   const ReducedAxis reduced = reducer_.reduce_axis(axis, reading, temperature);
   const double component = reduced.component / factor_;
-  const double F = calibration_.field.magnitude;
+  const double F = reducer_.magnitude() / factor_;  // where the reading is taken
   const Eigen::Vector3d S = calibration_.response.sensitivity.row(k);
   const Eigen::Vector3d along = S.normalized();
   // The field across the axis may point anywhere: the mean over its directions.
@@ -430,16 +422,17 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(std::size_t axis,
                            : 1.0;
   const double u = std::sqrt(variance) / (std::abs(scale) * S.norm());
   Axis result;
-  result.component = factor_ * std::hypot(u, relative_magnitude_u_ * std::abs(component));
+  result.component = factor_ * std::hypot(u, component_u_ * std::abs(component));
   result.coverage_factor = variance > 0.0
                                ? factors_.expanded(shares) / std::sqrt(variance)
                                : factors_.at(calibration_.statistics->degrees_of_freedom(k));
   // Over a step of its uncertainty, as beyond F there is no angle.
-  const double high = elevation_of_axis(component + u, F).angle_rad;
-  const double low = elevation_of_axis(component - u, F).angle_rad;
+  const double of_angle = std::hypot(u, ratio_u_ * component);
+  const double high = elevation_of_axis(component + of_angle, F).angle_rad;
+  const double low = elevation_of_axis(component - of_angle, F).angle_rad;
   result.angle_rad = 0.5 * (high - low);
   if (std::abs(component) >= F) {
-    result.angle_rad = std::max(result.angle_rad, angle_at_pole(u, F));
+    result.angle_rad = std::max(result.angle_rad, angle_at_pole(of_angle, F));
   }
   return result;
 }

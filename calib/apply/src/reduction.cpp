@@ -10,6 +10,7 @@
 #include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/not_a_number.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/field_unit.hpp"
 
@@ -53,36 +54,85 @@ double gravity_of(const FieldDescription& field) {
 
 }  // namespace
 
+namespace {
+
+double relative(double u, double value) {
+  return value > 0.0 ? u / value : 0.0;
+}
+
+// Of the calibration's field, in SI units: of a sum the parts' own sources count.
+double relative_u_of_field(const FieldDescription& field) {
+  if (!field.parts.empty()) {
+    return 0.0;
+  }
+  return field.unit == "g" ? relative(field.local_gravity_u, field.local_gravity.value_or(0.0))
+                           : relative(field.magnitude_u, field.magnitude);
+}
+
+// A field of a kind other than gravity, or gravity whose unit stays.
+FieldConversion plain_conversion(const FieldDescription& field,
+                                 const std::string& unit,
+                                 const FieldThere& there) {
+  FieldConversion conversion{.unit = unit};
+  conversion.factor = factor_between(field.unit, unit);
+  const double as_calibrated = conversion.factor * field.magnitude;
+  conversion.magnitude = there.magnitude.value_or(as_calibrated);
+  // A record in g knows its field exactly: as 1 g.
+  const double here_u = field.unit == "g" ? 0.0 : relative_u_of_field(field);
+  conversion.component_u = here_u;
+  if (conversion.magnitude != as_calibrated || there.magnitude_u > 0.0) {
+    conversion.ratio_u =
+        std::hypot(here_u, relative(there.magnitude_u, conversion.magnitude));
+  }
+  return conversion;
+}
+
+// Gravity at another place, or in the other of its units.
+FieldConversion gravity_conversion(const FieldDescription& field,
+                                   const std::string& unit,
+                                   const FieldThere& there) {
+  FieldConversion conversion{.unit = unit};
+  const double here = gravity_of(field);  // what 1 g is in the record
+  const double at_record = field.unit == "g" ? here * field.magnitude : field.magnitude;
+  const double gravity_there = there.gravity_m_s2.value_or(at_record);
+  constexpr double same = 1e-9;
+  const bool elsewhere = std::abs(gravity_there / at_record - 1.0) > same;
+  const double here_u = relative_u_of_field(field);
+  const double there_u = elsewhere ? relative(there.gravity_u_m_s2, gravity_there) : here_u;
+  if (unit == "m/s^2") {
+    conversion.factor = field.unit == "g" ? here : 1.0;
+    conversion.magnitude = there.magnitude.value_or(gravity_there);
+    conversion.component_u = here_u;
+  } else {
+    conversion.factor = (field.unit == "g" ? here : 1.0) / gravity_there;
+    conversion.magnitude = there.magnitude.value_or(1.0);
+    conversion.component_u = elsewhere ? std::hypot(here_u, there_u) : 0.0;
+  }
+  if (there.magnitude && unit == "m/s^2") {
+    conversion.ratio_u = std::hypot(here_u, relative(there.magnitude_u, *there.magnitude));
+  } else {
+    conversion.ratio_u = std::hypot(elsewhere ? std::hypot(here_u, there_u) : 0.0,
+                                    relative(there.magnitude_u, conversion.magnitude));
+  }
+  return conversion;
+}
+
+}  // namespace
+
 FieldConversion field_conversion(const FieldDescription& field,
                                  const std::string& unit,
-                                 std::optional<double> magnitude,
-                                 std::optional<double> gravity_there_m_s2) {
-  FieldConversion conversion{.unit = unit.empty() ? field.unit : unit};
+                                 const FieldThere& there) {
+  const std::string& wanted = unit.empty() ? field.unit : unit;
   const bool gravity =
       field.unit == "g" || (field.unit == "m/s^2" && field_kind(field.kind).vertical);
   if (!gravity) {
-    conversion.factor = factor_between(field.unit, conversion.unit);
-    conversion.magnitude = magnitude.value_or(conversion.factor * field.magnitude);
-    return conversion;
+    return plain_conversion(field, wanted, there);
   }
-  if (conversion.unit != "g" && conversion.unit != "m/s^2") {
-    throw DomainError(formatted("'{}' does not convert to '{}'", field.unit, conversion.unit));
+  if (wanted != "g" && wanted != "m/s^2") {
+    throw DomainError(formatted("'{}' does not convert to '{}'", field.unit, wanted));
   }
-  if (conversion.unit == field.unit && !gravity_there_m_s2) {
-    conversion.magnitude = magnitude.value_or(field.magnitude);
-    return conversion;
-  }
-  const double here = gravity_of(field);  // what 1 g is in the record
-  if (conversion.unit == "m/s^2") {
-    conversion.factor = field.unit == "g" ? here : 1.0;
-    const double at_record = field.unit == "g" ? here * field.magnitude : field.magnitude;
-    conversion.magnitude = magnitude.value_or(gravity_there_m_s2.value_or(at_record));
-  } else {
-    const double there = gravity_there_m_s2.value_or(here);
-    conversion.factor = (field.unit == "g" ? here : 1.0) / there;
-    conversion.magnitude = magnitude.value_or(1.0);
-  }
-  return conversion;
+  return wanted == field.unit && !there.gravity_m_s2 ? plain_conversion(field, wanted, there)
+                                                     : gravity_conversion(field, wanted, there);
 }
 
 Calibration converted(Calibration calibration, const FieldConversion& conversion) {
@@ -137,6 +187,7 @@ Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options
     : kind_(&find_instrument_kind(calibration.instrument.kind)),
       magnitude_(options.magnitude.value_or(calibration.field.magnitude)),
       inclination_(options.inclination),
+      gives_field_(gives_field(calibration)),
       range_(calibration.instrument.range),
       factor_(options.factor),
       declination_rad_(options.declination_rad) {
@@ -302,6 +353,11 @@ ReducedReading Reducer::reduce(std::span<const double> readings,
       result.field_in_sensor -= also * *up;
     }
   }
+  if (!gives_field_) {
+    result.residual = not_a_number;
+    result.derived.values.fill(not_a_number);
+    return result;
+  }
   result.residual = result.field_in_sensor.norm() - magnitude_;
   if (kind_->derive != nullptr && (up != nullptr || !kind_->derives_with_attitude)) {
     result.derived = kind_->derive({.field_in_sensor = result.field_in_sensor,
@@ -318,7 +374,9 @@ ReducedAxis Reducer::reduce_axis(std::size_t axis,
                                  std::optional<double> temperature) const noexcept {
   ReducedAxis result{.component = above_bias(axis, reading, temperature) / length_[axis]};
   result.extrapolated = temperature_ && temperature && temperature_->is_extrapolated(*temperature);
-  if (kind_->has_axis_elevation) {
+  if (!gives_field_) {
+    result.angle_rad = not_a_number;
+  } else if (kind_->has_axis_elevation) {
     const AxisElevation elevation = elevation_of_axis(result.component, magnitude_);
     result.angle_rad = elevation.angle_rad;
     result.clamped = elevation.clamped;

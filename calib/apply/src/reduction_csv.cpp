@@ -317,7 +317,7 @@ class CsvReduction {
       put_unreadable();
       return;
     }
-    if (!std::isfinite(reduced.residual)) {
+    if (!reduced.field_in_sensor.allFinite()) {
       refuse("the readings are too large to be reduced");
       put_unreadable();
       return;

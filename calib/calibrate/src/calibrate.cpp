@@ -2,6 +2,7 @@
 #include "axiscal/calib/calibrate.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -22,6 +23,7 @@
 #include "axiscal/calib/resolved_field.hpp"
 #include "axiscal/calib/rounding_scatter.hpp"
 #include "axiscal/calib/run_scatter.hpp"
+#include "axiscal/calib/saturated_axes.hpp"
 #include "axiscal/calib/soak_scatter.hpp"
 #include "axiscal/calib/temperature_fit.hpp"
 #include "axiscal/calib/uncertainty_sources.hpp"
@@ -35,6 +37,7 @@
 #include "remarks.hpp"
 #include "run_checks.hpp"
 #include "run_residuals.hpp"
+#include "temperature_choice.hpp"
 #include "warnings.hpp"
 
 namespace axiscal {
@@ -194,6 +197,11 @@ class Run {
     }
   }
 
+  // Whether temperature terms that nobody asked for are there beyond doubt.
+  [[nodiscard]] bool needs_temperature_terms() const { return clearly_needed(trials_); }
+
+  void take_as_looked_at() { looked_at_temperature_ = true; }
+
   void fit() {
     if (method_ == Method::magnitude) {
       fit_without_labels();
@@ -219,6 +227,10 @@ class Run {
 
   // The estimate with its uncertainty becomes the record's.
   void take_over() {
+    estimate_.saturated = saturated_axes(fitted_, estimate_,
+                                         {.magnitude = calibration_.field.magnitude,
+                                          .stated_step = experiment_.stated.resolution,
+                                          .one_sided = experiment_.instrument.one_sided});
     std::vector<UncertaintySource> weighed =
         weigh_shared_errors(experiment_, fitted_, method_, estimate_);
     if (!source_.mount_turns().empty() &&
@@ -286,12 +298,12 @@ class Run {
     }
     calibration_.notes.insert(calibration_.notes.end(), estimate_.notes.begin(),
                               estimate_.notes.end());
-    estimate_.saturated = saturated_axes(fitted_, experiment_.instrument.one_sided);
     calibration_.warnings =
         find_warnings(calibration_, estimate_, unpaired_runs(), searched_, culprit_);
     say_what_length_means(experiment_, calibration_);
-    if (experiment_.nominal_sensitivity) {
-      warn_of_other_sensitivity(*experiment_.nominal_sensitivity, calibration_);
+    warn_of_other_sensitivity(experiment_, calibration_);
+    if (!looked_at_temperature_) {
+      warn_of_ignored_temperature(experiment_, fitted_, estimate_.fields, calibration_);
     }
   }
 
@@ -404,6 +416,14 @@ class Run {
   void fit_without_labels() {
     source_.keep_complete_rows();
     const ReadingSet set = source_.set(parts_, {});
+    for (const Eigen::Matrix3d& change : set.field_then) {
+      constexpr double same = 1e-9;
+      if (std::abs(std::cbrt(change.determinant()) - 1.0) > same) {
+        throw RefusedError(
+            "method magnitude takes the field's magnitude as the same in all readings, but this "
+            "field changes its length while they are taken; give design points");
+      }
+    }
     const double F = calibration_.field.magnitude;
     estimate_ = estimate_magnitude(set, F, experiment_.shape, noise_of(observations_));
     calibration_.shape = experiment_.shape;
@@ -451,21 +471,13 @@ class Run {
   std::optional<ReadingSet> judged_;  // without the errors that readings share, if there are any
   double mounts_expected_ = 0.0;      // as of MountStep
   bool searched_ = false;
+  bool looked_at_temperature_ = false;  // and found no need of its terms
   std::optional<Culprit> culprit_;
   Calibration calibration_;
 };
 
-}  // namespace
-
-Calibration calibrate(const Experiment& experiment, const Observations& observations) {
-  check_run(experiment, observations);
-  Run run(experiment, observations);
-  run.describe();
-  if (run.method() == Method::bias) {
-    run.fit_biases();
-    return run.result();
-  }
-  run.choose_temperature_order();
+// The record of a run whose method and terms are chosen.
+Calibration finished(Run& run) {
   run.fit();
   run.search_for_mistakes();
   run.take_over();
@@ -474,6 +486,35 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   run.judge();
   return run.result();
 }
+
+}  // namespace
+
+Calibration calibrate(const Experiment& experiment, const Observations& observations) {
+  check_run(experiment, observations);
+  if (has_temperatures_enough(experiment, observations)) {
+    Experiment with = experiment;
+    with.temperature.automatic = true;
+    Run run(with, observations);
+    run.describe();
+    run.choose_temperature_order();
+    if (run.needs_temperature_terms()) {
+      return finished(run);
+    }
+    Run without(experiment, observations);
+    without.describe();
+    without.take_as_looked_at();
+    return finished(without);
+  }
+  Run run(experiment, observations);
+  run.describe();
+  if (run.method() == Method::bias) {
+    run.fit_biases();
+    return run.result();
+  }
+  run.choose_temperature_order();
+  return finished(run);
+}
+
 
 Calibration calibrate(const Experiment& experiment,
                       std::span<const DesignPoint> points,

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/calibrate_run.hpp"
 
+#include <algorithm>
+#include <cctype>
+
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
 
 namespace axiscal {
 namespace {
@@ -32,6 +36,26 @@ std::vector<Calibration> calibrate_one(Experiment experiment,
               : calibrate(experiment, run.observations)};
 }
 
+// A slot that is called as columns of another kind of instrument would be calibrated as this one.
+void require_one_kind(const std::string& kind, const std::vector<std::string>& slots) {
+  const VehicleSensor own = find_instrument_kind(kind).sensor;
+  for (const std::string& slot : slots) {
+    std::string name = slot;
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    for (const InstrumentKind& other : instrument_kinds()) {
+      if (own != VehicleSensor::none && other.sensor != own && !other.columns.word.empty() &&
+          name.find(other.columns.word) != std::string::npos) {
+        throw SetupError(
+            formatted("slot '{}' looks like a {}, but all slots of a run are calibrated as one kind "
+                      "of instrument, here {}; give each kind its own file, or leave out its columns",
+                      slot, other.name, kind),
+            {Setting::instrument});
+      }
+    }
+  }
+}
+
 std::vector<Calibration> calibrate_slots(const Experiment& experiment,
                                          const RunReadings& run,
                                          Suggestions suggestions,
@@ -41,6 +65,7 @@ std::vector<Calibration> calibrate_slots(const Experiment& experiment,
         formatted("slot '{}' is stated, but the columns state the slots themselves: {}",
                   experiment.slot, joined(run.slots)));
   }
+  require_one_kind(experiment.instrument.kind, run.slots);
   if (suggestions == Suggestions::accept) {
     throw SetupError("suggestions are accepted for one instrument, not for several slots");
   }

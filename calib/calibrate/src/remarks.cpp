@@ -10,6 +10,7 @@
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
 
 namespace axiscal {
@@ -138,16 +139,24 @@ void say_what_length_means(const Experiment& experiment, Calibration& calibratio
   }
 }
 
-void warn_of_other_sensitivity(double nominal, Calibration& calibration) {
+void warn_of_other_sensitivity(const Experiment& experiment, Calibration& calibration) {
+  const std::optional<double> expected =
+      expected_sensitivity(experiment, calibration.field.unit);
+  if (!expected) {
+    return;
+  }
   constexpr double far_off = 0.3;
+  constexpr double off_its_unit = 0.1;
+  const bool by_unit = !experiment.nominal_sensitivity;
   for (Eigen::Index k = 0; k < calibration.response.bias.size(); ++k) {
-    const double ratio = calibration.response.sensitivity.row(k).norm() / std::abs(nominal);
-    if (std::abs(ratio - 1.0) <= far_off) {
+    const double ratio = calibration.response.sensitivity.row(k).norm() / std::abs(*expected);
+    const double off = std::abs(ratio - 1.0);
+    if (off <= (by_unit ? off_its_unit : far_off)) {
       continue;
     }
     std::string reason;
     for (const auto& [factor, text] : std::initializer_list<std::pair<double, const char*>>{
-             {1e3, "1000"}, {9.80665, "9.80665"}}) {
+             {1e3, "1000"}, {standard_gravity, "9.80665"}}) {
       for (const double one : {factor, 1.0 / factor}) {
         if (std::abs(ratio / one - 1.0) <= far_off) {
           reason = formatted(": a factor {}{}, so the readings or the field are in another unit",
@@ -155,13 +164,20 @@ void warn_of_other_sensitivity(double nominal, Calibration& calibration) {
         }
       }
     }
+    const WarningCode code = by_unit && off > far_off ? WarningCode::reading_unit
+                             : reason.empty()         ? WarningCode::sensitivity
+                                                      : WarningCode::unit_factor;
+    const std::string nominal =
+        by_unit ? formatted("what readings in {} should have", calibration.instrument.unit)
+                : "the nominal one";
     calibration.warnings.push_back(
-        {.code = reason.empty() ? WarningCode::sensitivity : WarningCode::unit_factor,
+        {.code = code,
          .runs = {},
          .message = formatted(
-             "axis {}: its sensitivity is {} times the nominal one{}; check unit, range and wiring",
+             "axis {}: its sensitivity is {} times {}{}; check unit, range and wiring{}",
              calibration.instrument.axes[static_cast<std::size_t>(k)], number_text(ratio, 3),
-             reason)});
+             nominal, reason,
+             by_unit ? ", or state the nominal sensitivity if it is another" : "")});
   }
 }
 

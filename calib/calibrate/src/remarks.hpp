@@ -17,8 +17,8 @@ void add_notes(Calibration& calibration,
 /// a note, or where the field is 1 g a warning.
 void say_what_length_means(const Experiment& experiment, Calibration& calibration);
 
-/// A mistake in the whole run fits as well as no mistake; only what is expected shows it.
-/// @param nominal  the sensitivity that is expected [unit per field unit].
-void warn_of_other_sensitivity(double nominal, Calibration& calibration);
+/// A mistake in the whole run fits as well as no mistake; only what is expected shows it: the
+/// nominal sensitivity, or what readings in a unit of the field's quantity should have.
+void warn_of_other_sensitivity(const Experiment& experiment, Calibration& calibration);
 
 }  // namespace axiscal

@@ -10,6 +10,8 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/field/field_kind.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
 #include "outliers.hpp"
 
 namespace axiscal {
@@ -215,21 +217,27 @@ class Finder {
 
   // A field that can be set, and no column that says to what it was.
   [[nodiscard]] bool lacks_level() const {
-    return calibration_.field.kind.find("induced") != std::string::npos &&
-           !calibration_.residuals.empty() && !calibration_.residuals.front().level;
+    const std::vector<FieldPartDescription>& parts = calibration_.field.parts;
+    const FieldKind& kind = field_kind(calibration_.field.kind);
+    const bool can_be_set =
+        parts.empty() ? !kind.name.empty() && !kind.local
+                      : std::any_of(parts.begin(), parts.end(),
+                                    [](const FieldPartDescription& part) { return part.set_by_level; });
+    return can_be_set && !calibration_.residuals.empty() && !calibration_.residuals.front().level;
   }
 
   // What else leaves large residuals, by the kind of field and instrument.
   [[nodiscard]] std::string other_reasons() const {
+    const InstrumentKind& kind = find_instrument_kind(calibration_.instrument.kind);
     std::string reasons;
     if (lacks_level()) {
       reasons += "; is the column 'level' missing (the multiple of the field that was set)?";
     }
-    if (calibration_.instrument.kind == "optical" && !calibration_.instrument.one_sided) {
+    if (kind.sees_one_side && !calibration_.instrument.one_sided) {
       reasons += "; photodiodes that see no light from behind are one-sided: state that";
     }
-    if (calibration_.instrument.kind == "gyroscope" && calibration_.also.empty()) {
-      reasons += "; if the gyroscope answers to gravity, state gravity as a second field (also)";
+    if (kind.answers_to_gravity && calibration_.also.empty()) {
+      reasons += "; if the instrument answers to gravity, state gravity as a second field (also)";
     }
     return reasons;
   }
@@ -240,7 +248,17 @@ class Finder {
     if (calibration_.robust) {  // readings that got no weight do not count
       error = statistics().residual_sd.maxCoeff() / full_response(0);
     }
-    if (error > largest_residual_share) {
+    // Beyond that the readings are not of one field at rest.
+    constexpr double hopeless = 0.1;
+    if (error > hopeless) {
+      add(WarningCode::no_fit, {},
+          formatted("the magnitude differs from the field's by {} % (rms), so no sensitivity can "
+                    "be trusted: the instrument was moving while it was read, or the field here "
+                    "is not the model's but changes from place to place (indoors?); take the "
+                    "readings again at rest{}",
+                    rounded(100.0 * error, 2),
+                    calibration_.robust ? "" : ", or use robust weights if only some are wrong"));
+    } else if (error > largest_residual_share) {
       add(WarningCode::poor_fit, {},
           formatted("the magnitude differs from the field's by {} % (rms): the instrument was "
                     "moved while it was read, iron nearby disturbs the field, or the noise is "
@@ -406,12 +424,13 @@ class Finder {
     }
   }
 
-  // Readings that differ but for their largest (or smallest) value, which is there several times.
+  // Readings that lie at one value where the others ask for more.
   void find_saturated() {
     for (const SaturatedAxis& axis : estimate_.saturated) {
       add(WarningCode::saturated, axis.runs,
-          formatted("{}: axis {} reads exactly {} each time, and nothing beyond: is it saturated? "
-                    "Then state its range",
+          formatted("{}: axis {} reads {} and nothing beyond, short of what the other readings "
+                    "predict: it is saturated, or its response bends towards that end; state its "
+                    "range, or set the instrument to one that holds the field",
                     name_of_runs(axis.runs), axis_name(axis.axis), rounded(axis.value, 8)));
     }
   }

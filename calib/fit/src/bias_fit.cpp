@@ -128,7 +128,7 @@ Eigen::MatrixXd without_field(const ReadingSet& set, const Calibration& calibrat
         reading.field_in_sensor
             ? *reading.field_in_sensor
             : Eigen::Vector3d(reading.level *
-                              (set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+                              (set.met_of_field(static_cast<std::size_t>(i)) *
                                calibration.field.in_table.value_or(calibration.field.magnitude *
                                                                    Eigen::Vector3d::UnitZ())));
     response.row(i) -= (calibration.response.sensitivity * field).transpose();

@@ -138,6 +138,16 @@ double ellipsoid_cost(const EllipsoidCloud& cloud,
   return (scale.array() * (squares.sqrt() - 1.0)).square().sum();
 }
 
+Ellipsoid sphere_through(const EllipsoidCloud& cloud) {
+  const Eigen::Index n = cloud.size();
+  Eigen::MatrixXd B(n, 4);
+  B << 2.0 * cloud.v, Eigen::VectorXd::Ones(n);
+  const Eigen::Vector4d found = roughly_solved(std::move(B), cloud.v.rowwise().squaredNorm());
+  Ellipsoid sphere{.b = found.head<3>()};
+  sphere.A /= std::sqrt(std::max(found(3) + sphere.b.squaredNorm(), 1e-6));
+  return sphere;
+}
+
 Ellipsoid ellipsoid_start(const EllipsoidCloud& cloud) {
   const Eigen::Index n = cloud.size();
   const Eigen::Array<double, Eigen::Dynamic, 3> v = cloud.v.array();
@@ -160,12 +170,7 @@ Ellipsoid ellipsoid_start(const EllipsoidCloud& cloud) {
       return {.b = centre, .A = A};
     }
   }
-  Eigen::MatrixXd B(n, 4);
-  B << 2.0 * cloud.v, Eigen::VectorXd::Ones(n);
-  const Eigen::Vector4d sphere = roughly_solved(std::move(B), v.square().rowwise().sum().matrix());
-  Ellipsoid start{.b = sphere.head<3>()};
-  start.A /= std::sqrt(std::max(sphere(3) + start.b.squaredNorm(), 1e-6));
-  return start;
+  return sphere_through(cloud);
 }
 
 Ellipsoid converged_ellipsoid(const EllipsoidCloud& cloud,

@@ -56,6 +56,9 @@ struct LinearisedEllipsoid : Linearised {
                                     const Ellipsoid& at,
                                     const Eigen::VectorXd& scale);
 
+/// The sphere through the readings by linear least squares.
+[[nodiscard]] Ellipsoid sphere_through(const EllipsoidCloud& cloud);
+
 /// The quadric through the readings by linear least squares, if it is an ellipsoid; else a sphere.
 [[nodiscard]] Ellipsoid ellipsoid_start(const EllipsoidCloud& cloud);
 

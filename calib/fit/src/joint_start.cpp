@@ -83,7 +83,7 @@ Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen
     Eigen::MatrixXd Z(n, unknowns + others + set.temperature.order);
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto at = static_cast<std::size_t>(used[static_cast<std::size_t>(i)]);
-      const Eigen::Matrix3d& R = set.rotation_sensor_from_table[at];
+      const Eigen::Matrix3d R = set.met_of_field(at);
       const double level = set.readings[at].level;
       Z(i, 0) = 1.0;
       for (Eigen::Index p = 0; p < parts; ++p) {

@@ -18,7 +18,7 @@ Layings layings_of(const ReadingSet& set) {
     const Reading& now = set.readings[i];
     const Reading& before = set.readings[i - 1];
     return now.point == before.point && now.block == before.block && now.level == before.level &&
-           set.rotation_sensor_from_table[i] == set.rotation_sensor_from_table[i - 1];
+           set.met_of_field(i) == set.met_of_field(i - 1);
   };
   std::vector<Eigen::Index> firsts;
   for (std::size_t i = 0; i < set.readings.size(); ++i) {
@@ -33,6 +33,7 @@ Layings layings_of(const ReadingSet& set) {
   const auto count = static_cast<Eigen::Index>(firsts.size());
   means.readings.clear();
   means.rotation_sensor_from_table.clear();
+  means.field_then.clear();
   means.response.resize(count, m);
   means.weights.resize(count, m);
   means.effects.columns.resize(count, set.effects.columns.cols());
@@ -43,6 +44,9 @@ Layings layings_of(const ReadingSet& set) {
     means.readings.push_back(set.readings[static_cast<std::size_t>(first)]);
     means.rotation_sensor_from_table.push_back(
         set.rotation_sensor_from_table[static_cast<std::size_t>(first)]);
+    if (!set.field_then.empty()) {
+      means.field_then.push_back(set.field_then[static_cast<std::size_t>(first)]);
+    }
     for (Eigen::Index k = 0; k < m; ++k) {
       const Eigen::VectorXd w = set.weights.col(k).segment(first, rows);
       const Eigen::VectorXd v = set.response.col(k).segment(first, rows);

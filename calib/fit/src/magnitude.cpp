@@ -12,6 +12,7 @@
 #include "axiscal/calib/jackknife.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/magnitude_fit.hpp"
+#include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/reweighting.hpp"
 #include "axiscal/calib/robust.hpp"
@@ -147,15 +148,28 @@ EllipsoidParameters bias_by_bootstrap(const EllipsoidCloud& all, const Fit& fit)
   return sum / (2.0 * pairs);
 }
 
+// How alike consecutive residuals are: their correlation, and how many of its standard deviations
+// by chance that is.
+struct Likeness {
+  double correlation = 0.0;
+  double beyond_chance = 0.0;
+};
+
+Likeness likeness_of_neighbours(const Eigen::VectorXd& r) {
+  const double correlation =
+      r.head(r.size() - 1).dot(r.tail(r.size() - 1)) / std::max(r.squaredNorm(), 1e-300);
+  return {.correlation = correlation,
+          .beyond_chance = std::abs(correlation) * std::sqrt(static_cast<double>(r.size()))};
+}
+
 // Whether residuals may be independent normal noise: neither do neighbours resemble each other, as
 // when an instrument is turned by hand, nor does one stand out.
 bool is_plain_noise(const Fit& fit) {
   const Eigen::VectorXd& r = fit.linear.residuals;
   const auto n = static_cast<double>(r.size());
-  const double together = r.head(r.size() - 1).dot(r.tail(r.size() - 1)) / r.squaredNorm();
   constexpr double beyond_chance = 3.5;  // standard deviations
   const double largest = r.cwiseAbs().maxCoeff() / fit.sd;
-  return std::abs(together) * std::sqrt(n) < beyond_chance &&
+  return likeness_of_neighbours(r).beyond_chance < beyond_chance &&
          n * student_t_two_sided_p(largest, fit.dof) > 1e-3;
 }
 
@@ -202,8 +216,51 @@ Eigen::MatrixXd changes_by_order(const Fit& fit, const Eigen::MatrixXd& T, doubl
   return T * changes_without_parts(at_solution);
 }
 
-// A few orientations that are close together, or all in one plane, fit many ellipsoids.
-void require_good_orientations(const Fit& fit, double bias_in_se) {
+// What the numbers support as the cause: an axis that is dead, scatter, or too few orientations.
+// They are judged on the sphere through the readings, as scatter draws an ellipsoid out.
+std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
+  const Eigen::RowVector3d range = cloud.v.colwise().maxCoeff() - cloud.v.colwise().minCoeff();
+  Eigen::Index least = 0;
+  constexpr double dead = 0.02;
+  if (range.minCoeff(&least) < dead * range.maxCoeff()) {
+    return formatted("axis {} hardly changes: is it dead?", set.axes[static_cast<std::size_t>(least)]);
+  }
+  const Ellipsoid sphere = sphere_through(cloud);
+  const Eigen::MatrixXd fields =
+      (cloud.v.rowwise() - sphere.b.transpose()) * Eigen::Matrix3d(sphere.A).transpose();
+  const OrientationQuality quality = orientation_quality(fields, 1.0);
+  const std::string covered = number_text(std::round(100.0 * quality.coverage));
+  constexpr double well_covered = 0.7;
+  constexpr double about_one_point = 0.25;
+  constexpr double much_scatter = 0.02;
+  if (quality.coverage >= well_covered && quality.fit_error > about_one_point) {
+    return "the readings lie about one point, not on a sphere: was the instrument turned?";
+  }
+  if (quality.coverage >= well_covered && quality.fit_error > much_scatter) {
+    const Likeness alike = likeness_of_neighbours(fields.rowwise().norm().array() - 1.0);
+    constexpr double clearly = 3.5;
+    return formatted(
+        "the readings cover {} % of the sphere within 30 degrees, but their magnitudes scatter by "
+        "{} %{}; take the readings at rest, in one place, away from iron and currents",
+        covered, number_text(100.0 * quality.fit_error, 2),
+        alike.beyond_chance > clearly
+            ? formatted(", and consecutive ones are alike (correlation {}): the instrument was "
+                        "moving, or the field is not the same in all places (indoors?)",
+                        number_text(alike.correlation, 2))
+            : "");
+  }
+  return formatted(
+      "the orientations cover too little of the sphere ({} % of it has a reading within 30 "
+      "degrees); turn the instrument so that each side meets the field",
+      covered);
+}
+
+// A few orientations that are close together, or all in one plane, fit many ellipsoids; and so do
+// readings all around that scatter too much.
+void require_determined(const ReadingSet& set,
+                        const EllipsoidCloud& cloud,
+                        const Fit& fit,
+                        double bias_in_se) {
   constexpr double largest_relative_se = 0.1;
   constexpr double largest_bias_in_se = 1.5;  // a correction beyond that is no small one
   const Eigen::VectorXd se = fit.sd * fit.unscaled_covariance.diagonal().cwiseSqrt();
@@ -211,13 +268,13 @@ void require_good_orientations(const Fit& fit, double bias_in_se) {
   const double worst = std::max(se.head<3>().maxCoeff() * size, se.tail<6>().maxCoeff() / size);
   if (worst > largest_relative_se || bias_in_se > largest_bias_in_se) {
     throw RefusedError(formatted(
-        "method magnitude: the orientations cover too little of the sphere (or an axis is dead) to "
-        "tell bias from sensitivity: {}; turn the instrument so that each side meets the field",
+        "method magnitude: bias and sensitivity are not told apart ({}): {}",
         worst > largest_relative_se
             ? formatted("standard errors of {} % of the field",
                         number_text(std::round(100.0 * worst)))
             : formatted("a bias of {} standard errors by the noise alone",
-                        number_text(std::round(10.0 * bias_in_se) / 10.0))));
+                        number_text(std::round(10.0 * bias_in_se) / 10.0)),
+        cause_of(set, cloud)));
   }
 }
 
@@ -256,7 +313,7 @@ Estimate estimate_magnitude(const ReadingSet& set,
   constexpr double rounding = 1e-12;  // in parts of the field: less is no noise, and makes no bias
   const bool plain_noise = fit.sd > rounding && !set.robust && is_plain_noise(fit);
   const bool correct = bias_in_se > worth_correcting && plain_noise;
-  require_good_orientations(fit, plain_noise ? bias_in_se : 0.0);
+  require_determined(set, cloud, fit, plain_noise ? bias_in_se : 0.0);
   if (correct) {
     fit.at = moved_ellipsoid(fit.at, -bias, shape);
   }

@@ -61,13 +61,13 @@ void align_by_points(const ReadingSet& set, double F, Estimate& estimate) {
     for (int round = 0; round < 200; ++round) {
       Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
       for (Eigen::Index i = 0; i < set.size(); ++i) {
-        M += set.rotation_sensor_from_table[static_cast<std::size_t>(i)] * table * measured.row(i);
+        M += set.met_of_field(static_cast<std::size_t>(i)) * table * measured.row(i);
       }
       Q = nearest_rotation(M);
       Eigen::Vector3d next = Eigen::Vector3d::Zero();
       sum = 0.0;
       for (Eigen::Index i = 0; i < set.size(); ++i) {
-        const Eigen::Matrix3d& R = set.rotation_sensor_from_table[static_cast<std::size_t>(i)];
+        const Eigen::Matrix3d R = set.met_of_field(static_cast<std::size_t>(i));
         const Eigen::Vector3d turned = Q * measured.row(i).transpose();
         next += R.transpose() * turned;
         sum += (turned - R * table).squaredNorm();

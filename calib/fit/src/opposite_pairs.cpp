@@ -37,6 +37,19 @@ WeightedMean mean_of(const ReadingSet& set, const std::vector<std::size_t>& rows
   return mean;
 }
 
+// From a field in the table to what readings met of it, their mean.
+Eigen::Matrix3d mean_met(const ReadingSet& set, const std::vector<std::size_t>& rows) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  double weights = 0.0;
+  for (const std::size_t i : rows) {
+    const double weight = set.weights.row(static_cast<Eigen::Index>(i)).mean();
+    sum += weight * set.met_of_field(i);
+    weights += weight;
+  }
+  return set.field_then.empty() || !(weights > 0.0) ? set.met_of_field(rows.front())
+                                                    : Eigen::Matrix3d(sum / weights);
+}
+
 // The differences of one rest face in one block: rows d = G f, weighted.
 struct FaceDifferences {
   const OppositePair* pair = nullptr;  // the first of them
@@ -45,7 +58,8 @@ struct FaceDifferences {
 };
 
 std::vector<FaceDifferences> differences_by_face(const std::vector<OppositePair>& pairs,
-                                                 const SensitivityMatrix& sensitivity) {
+                                                 const SensitivityMatrix& sensitivity,
+                                                 const TableField::Vectors& fields) {
   std::vector<FaceDifferences> faces;
   std::map<std::pair<int, Face>, std::size_t> place;
   for (const OppositePair& pair : pairs) {
@@ -65,7 +79,9 @@ std::vector<FaceDifferences> differences_by_face(const std::vector<OppositePair>
     face.G.conservativeResize(rows + G.rows(), 2);
     face.G.bottomRows(G.rows()) = G;
     face.d.conservativeResize(rows + G.rows());
-    face.d.tail(G.rows()) = root.cwiseProduct(pair.half_difference);
+    const Eigen::VectorXd along_normal =
+        pair.level * fields[pair.levelness].z() * (sensitivity * pair.half_rotation.col(2));
+    face.d.tail(G.rows()) = root.cwiseProduct(pair.half_difference - along_normal);
   }
   return faces;
 }
@@ -227,8 +243,8 @@ OppositePairs find_opposite_pairs(const ReadingSet& set) {
     }
     const WeightedMean a = mean_of(set, pair.first);
     const WeightedMean b = mean_of(set, pair.second);
-    const Eigen::Matrix3d& R_a = set.rotation_sensor_from_table[pair.first.front()];
-    const Eigen::Matrix3d& R_b = set.rotation_sensor_from_table[pair.second.front()];
+    const Eigen::Matrix3d R_a = mean_met(set, pair.first);
+    const Eigen::Matrix3d R_b = mean_met(set, pair.second);
     pair.mean = 0.5 * (a.value + b.value);
     pair.half_difference = 0.5 * (a.value - b.value);
     pair.weights = 4.0 * (a.weight.cwiseInverse() + b.weight.cwiseInverse()).cwiseInverse();
@@ -247,17 +263,18 @@ std::optional<Levelness> levelness_of(const ReadingSet& set,
   const SensitivityMatrix& S = estimate.response.sensitivity;
   // Shifts of whole blocks cancel in the differences.
   if (set.temperature.order == 0 && !set.effects.has_drift) {
-    return estimate_levelness(set, pairs, S, F);
+    return estimate_levelness(set, pairs, S, estimate.fields, F);
   }
   const ReadingSet still = at_reference(set, estimate);
-  return estimate_levelness(still, find_opposite_pairs(still).pairs, S, F);
+  return estimate_levelness(still, find_opposite_pairs(still).pairs, S, estimate.fields, F);
 }
 
 std::optional<Levelness> estimate_levelness(const ReadingSet& set,
                                             const std::vector<OppositePair>& pairs,
                                             const SensitivityMatrix& sensitivity,
+                                            const TableField::Vectors& fields,
                                             double F) {
-  const std::vector<FaceDifferences> faces = differences_by_face(pairs, sensitivity);
+  const std::vector<FaceDifferences> faces = differences_by_face(pairs, sensitivity, fields);
   FacesByLevel levels(set.field.blocks().size());
   for (const FaceDifferences& face : faces) {
     levels[face.pair->levelness].push_back(face);

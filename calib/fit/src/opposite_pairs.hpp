@@ -21,7 +21,7 @@ struct OppositePair {
   Eigen::VectorXd half_difference;  // (v_a - v_b) / 2
   Eigen::VectorXd weights;          // each axis's, relative to one reading: 4 / (1/w_a + 1/w_b)
   Eigen::Matrix3d mean_rotation =
-      Eigen::Matrix3d::Zero();  // (R_a + R_b) / 2, rotation_sensor_from_table
+      Eigen::Matrix3d::Zero();  // (R_a + R_b) / 2, as ReadingSet::met_of_field(), means of repeats
   Eigen::Matrix3d half_rotation = Eigen::Matrix3d::Zero();  // (R_a - R_b) / 2
 };
 
@@ -35,11 +35,14 @@ struct OppositePairs {
 
 /// The field's components in the table's plane from the half differences (method.md, section 5).
 ///
+/// @param fields  as fitted, one for each levelness: what is along the normal drops out of the
+///                differences only where the field does not move.
 /// @param F  magnitude of the field at level 1.
 /// @return nothing where the differences do not determine both components of each levelness.
 [[nodiscard]] std::optional<Levelness> estimate_levelness(const ReadingSet& set,
                                                           const std::vector<OppositePair>& pairs,
                                                           const SensitivityMatrix& sensitivity,
+                                                          const TableField::Vectors& fields,
                                                           double F);
 
 /// The same for what a fit gave, the readings taken to the reference temperature.

@@ -86,7 +86,7 @@ Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
       const double weight = set.weights(at, axis);
       sum += weight;
       mean += weight *
-              set.all_columns(set.design_row(set.rotation_sensor_from_table[i], field), at, axis);
+              set.all_columns(set.design_row(set.met_of_field(i), field), at, axis);
     }
     row += sum > 0.0 ? Eigen::RowVectorXd(0.5 / sum * mean) : mean;
   }

@@ -25,14 +25,16 @@ double ReadingSet::rounding() const {
 Eigen::Vector3d ReadingSet::field_in_table(Eigen::Index reading,
                                            const TableField::Vectors& fields) const {
   const auto i = static_cast<std::size_t>(reading);
-  return field.at(fields, readings[i].level, tilt_of(i));
+  const Eigen::Vector3d at_mean_time = field.at(fields, readings[i].level, tilt_of(i));
+  return field_then.empty() ? at_mean_time : Eigen::Vector3d(field_then[i] * at_mean_time);
 }
 
 Eigen::Matrix3d ReadingSet::field_change(Eigen::Index reading,
                                          const TableField::Vectors& fields,
                                          std::size_t which) const {
   const auto i = static_cast<std::size_t>(reading);
-  return field.change(fields, readings[i].level, tilt_of(i), which);
+  const Eigen::Matrix3d change = field.change(fields, readings[i].level, tilt_of(i), which);
+  return field_then.empty() ? change : Eigen::Matrix3d(field_then[i] * change);
 }
 
 Eigen::RowVectorXd ReadingSet::design_row(const Eigen::Matrix3d& rotation,
@@ -107,6 +109,16 @@ std::vector<std::string> ReadingSet::names_of_axis(Eigen::Index axis) const {
   return names;
 }
 
+std::vector<double> ReadingSet::readings_of_axis(Eigen::Index k) const {
+  std::vector<double> values;
+  for (Eigen::Index i = 0; i < size(); ++i) {
+    if (weights(i, k) > 0.0) {
+      values.push_back(response(i, k));
+    }
+  }
+  return values;
+}
+
 Eigen::MatrixXd field_design(const ReadingSet& set, const std::vector<Eigen::Vector3d>& fields) {
   Eigen::MatrixXd design(set.size(), set.base_column_count());
   for (Eigen::Index i = 0; i < set.size(); ++i) {
@@ -119,40 +131,6 @@ Eigen::MatrixXd field_design(const ReadingSet& set, const std::vector<Eigen::Vec
                                    set.field_in_table(i, fields));
   }
   return design;
-}
-
-std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set, bool one_sided) {
-  std::vector<SaturatedAxis> found;
-  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    std::map<double, std::vector<int>> runs_at;
-    for (Eigen::Index i = 0; i < set.size(); ++i) {
-      if (set.weights(i, k) > 0.0) {
-        runs_at[set.response(i, k)].push_back(set.readings[static_cast<std::size_t>(i)].run);
-      }
-    }
-    // Readings of few digits, or without noise, repeat everywhere.
-    constexpr std::size_t suspicious = 3;
-    const auto is_end = [&](double value) {
-      return value == runs_at.rbegin()->first || (!one_sided && value == runs_at.begin()->first);
-    };
-    std::size_t alone = 0;
-    std::size_t extremes = 0;
-    for (const auto& [value, runs] : runs_at) {
-      const bool at_end = is_end(value);
-      alone += runs.size() == 1 ? 1U : 0U;
-      extremes += at_end && runs.size() >= suspicious ? runs.size() : 0;
-    }
-    if (extremes == 0 || alone < 3 || 2 * alone < static_cast<std::size_t>(set.size()) - extremes) {
-      continue;
-    }
-    for (const auto& [value, runs] : runs_at) {
-      const bool at_end = is_end(value);
-      if (at_end && runs.size() >= suspicious) {
-        found.push_back({.axis = k, .value = value, .runs = runs});
-      }
-    }
-  }
-  return found;
 }
 
 }  // namespace axiscal

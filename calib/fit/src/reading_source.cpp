@@ -127,7 +127,7 @@ void ReadingSource::find_mean_time() {
     }
     sum += *reading.time_s / static_cast<double>(rows_.size());
   }
-  static_cast<void>(turn_of_field(experiment_, sum, sum));  // whether it can be told
+  static_cast<void>(change_of_field(experiment_, sum, sum));  // whether it can be told
   mean_time_s_ = sum;
 }
 
@@ -161,10 +161,13 @@ Eigen::Matrix3d ReadingSource::rotation(const Reading& reading) const {
   if (turn != mount_turns_.end()) {
     R = turn->second * R;
   }
-  if (!mean_time_s_) {
-    return R;
-  }
-  return R * turn_of_field(experiment_, *mean_time_s_, reading.time_s.value_or(*mean_time_s_));
+  return R;
+}
+
+Eigen::Matrix3d ReadingSource::field_then(const Reading& reading) const {
+  return mean_time_s_ ? change_of_field(experiment_, *mean_time_s_,
+                                        reading.time_s.value_or(*mean_time_s_))
+                      : Eigen::Matrix3d::Identity();
 }
 
 void ReadingSource::set_temperature(int order, std::optional<double> reference) {
@@ -234,6 +237,9 @@ ReadingSet ReadingSource::set(const std::vector<ResolvedPart>& parts, const Axis
     }
     if (!by_field_ && reading.point) {
       set.rotation_sensor_from_table.push_back(rotation(reading));
+      if (mean_time_s_) {
+        set.field_then.push_back(field_then(reading));
+      }
     }
   }
   for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
@@ -265,7 +271,7 @@ Eigen::Vector3d ReadingSource::field_in_sensor(const Reading& reading,
     return *reading.field_in_sensor;
   }
   if (!description.parts.empty()) {
-    return rotation(reading) * TableField(description.parts).at(fields, reading.level);
+    return rotation(reading) * TableField(description.parts).at(fields, reading.level);  // none moves
   }
   // The mean field where a block that was left out has no levelness of its own.
   Eigen::Vector3d in_table = *description.in_table;
@@ -274,7 +280,7 @@ Eigen::Vector3d ReadingSource::field_in_sensor(const Reading& reading,
       in_table = fields[s];
     }
   }
-  return reading.level * (rotation(reading) * in_table);
+  return reading.level * (rotation(reading) * field_then(reading) * in_table);
 }
 
 }  // namespace axiscal

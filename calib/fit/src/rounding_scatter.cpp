@@ -12,45 +12,21 @@
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/reading_step.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
 namespace {
 
-// Whether readings differ by whole steps.
-bool are_multiples(const std::vector<double>& readings, double step) {
-  return std::all_of(readings.begin(), readings.end(), [&](double reading) {
-    const double steps = (reading - readings.front()) / step;
-    constexpr double whole = 1e-3;
-    return std::abs(steps - std::round(steps)) <= whole;
-  });
-}
-
-// The step that all readings of an axis are multiples of, from one of them; nothing where there is
-// none, or hardly a reading comes twice.
-std::optional<double> step_of(std::vector<double> readings) {
-  const std::size_t count = readings.size();
-  std::sort(readings.begin(), readings.end());
-  readings.erase(std::unique(readings.begin(), readings.end()), readings.end());
-  constexpr double most_unique = 0.9;
-  if (readings.size() < 2 ||
-      static_cast<double>(readings.size()) > most_unique * static_cast<double>(count)) {
-    return std::nullopt;
-  }
-  const double largest = std::max(std::abs(readings.front()), std::abs(readings.back()));
-  const double span = readings.back() - readings.front();
-  double step = span;
-  for (std::size_t i = 1; i < readings.size(); ++i) {
-    const double difference = readings[i] - readings[i - 1];
-    // Decimals are not exact: what differs by less is the same.
-    constexpr double same = 1e-12;
-    step = difference > same * largest ? std::min(step, difference) : step;
-  }
-  // Noise far below a step that is not known may leave nothing but the field's own differences.
+// The step that counts as known: noise far below one that nobody stated may leave nothing but the
+// field's own differences.
+std::optional<double> counted_step(const std::vector<double>& readings, double stated_step) {
+  const std::optional<double> step = step_of_readings(readings, stated_step);
   constexpr double largest_share = 0.02;
-  return step <= largest_share * span && are_multiples(readings, step) ? std::optional(step)
-                                                                       : std::nullopt;
+  const auto [least, most] = std::minmax_element(readings.begin(), readings.end());
+  const bool is_known = step && (*step == stated_step || *step <= largest_share * (*most - *least));
+  return is_known ? step : std::nullopt;
 }
 
 // The poses of one axis: means of its readings there.
@@ -159,15 +135,7 @@ void count_rounding(const ReadingSet& set,
   std::vector<std::string> axes;
   double widest = 0.0;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    std::vector<double> readings;
-    for (Eigen::Index i = 0; i < set.size(); ++i) {
-      if (set.weights(i, k) > 0.0) {
-        readings.push_back(set.response(i, k));
-      }
-    }
-    const bool as_stated = stated_step > 0.0 && are_multiples(readings, stated_step);
-    const std::optional<double> step =
-        as_stated ? std::optional(stated_step) : step_of(std::move(readings));
+    const std::optional<double> step = counted_step(set.readings_of_axis(k), stated_step);
     const Poses poses = poses_of(set, group, k, statistics.residual_sd(k));
     if (!step || !(poses.scatter < wide * *step) || *step <= 4.0 * set.rounding(k)) {
       continue;
@@ -198,7 +166,8 @@ void count_rounding(const ReadingSet& set,
       component.covariance(at, at) += more;
       if (interval > statistics.interval_95(at)) {
         statistics.interval_95(at) = interval;
-        statistics.interval_dof(at) = rounded->degrees_of_freedom;
+        statistics.interval_dof(at) =
+            freedom_of_factor(interval / std::sqrt(statistics.covariance(at, at)), 0.95);
       }
     }
   }

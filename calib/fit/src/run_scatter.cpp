@@ -34,11 +34,12 @@ void count_bias(Eigen::Index at,
     return;
   }
   statistics.interval_95(at) = interval;
-  statistics.interval_dof(at) = degrees_of_freedom;
   // A variance that is smaller than the readings' own has come so by chance.
   const double more = std::max(variance - statistics.covariance(at, at), 0.0);
   statistics.covariance(at, at) += more;
   scatter.component.covariance(at, at) += more;
+  statistics.interval_dof(at) =
+      freedom_of_factor(interval / std::sqrt(statistics.covariance(at, at)), 0.95);
   scatter.counts = scatter.counts || more > 0.0;
 }
 

@@ -75,6 +75,9 @@ ReadingSet one_reading(const ReadingSet& set, std::size_t i) {
   one.response = set.response.row(row);
   one.weights = set.weights.row(row);
   one.rotation_sensor_from_table = {set.rotation_sensor_from_table[i]};
+  if (!set.field_then.empty()) {
+    one.field_then = {set.field_then[i]};
+  }
   if (!set.effects.names.empty()) {
     one.effects.columns = set.effects.columns.row(row);
   }

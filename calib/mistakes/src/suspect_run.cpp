@@ -9,6 +9,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "axiscal/calib/reading_step.hpp"
 #include "axiscal/core/rotation.hpp"
 
 namespace axiscal {
@@ -234,7 +235,7 @@ Eigen::MatrixXd SuspectRun::table_rows(std::size_t i,
                                        const Eigen::MatrixXd& coefficients) const {
   const Eigen::Vector3d& field = fields[set_.tilt_of(i)];
   const Eigen::Matrix<double, 3, 2> change = set_.readings[i].level * field.norm() *
-                                             set_.rotation_sensor_from_table[i] *
+                                             set_.met_of_field(i) *
                                              tangents_of(field);
   return coefficients.middleRows<3>(1).transpose() * change;
 }
@@ -294,7 +295,13 @@ HypothesisFit SuspectRun::drifted() const {
 
 HypothesisFit SuspectRun::saturated(Eigen::Index axis, bool top) const {
   const Eigen::MatrixXd Z = extreme_columns(axis, top, plain_);
-  return fitter_.fit(set_, {}, [&](const auto&, const auto&) { return Z; });
+  HypothesisFit fit = fitter_.fit(set_, {}, [&](const auto&, const auto&) { return Z; });
+  // Readings at an end share a digit, and with it an error: less than a step shifts nothing.
+  const double step = step_of_readings(set_.readings_of_axis(axis), 0.0).value_or(0.0);
+  if (fit.fitted && !(std::abs(fit.added(0)) > step)) {
+    return {};
+  }
+  return fit;
 }
 
 HypothesisFit SuspectRun::tilted(std::size_t i) const {

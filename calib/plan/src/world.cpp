@@ -68,9 +68,10 @@ void put(World& world, std::string_view name, const std::vector<double>& values)
     for (const Entry& one : entries) {
       names.push_back(one.name);
     }
-    throw DomainError(formatted("'{}' is nothing that a world has{}; there are {}", name,
-                                did_you_mean(name, names),
-                                joined(std::vector<std::string>(names.begin(), names.end()))));
+    throw DomainError(formatted(
+        "'{}' is nothing that a world has{}", name,
+        did_you_mean(name, names,
+                     "there are " + joined(std::vector<std::string>(names.begin(), names.end())))));
   }
   for (const double value : values) {
     check_value(name, value);

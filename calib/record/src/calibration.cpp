@@ -66,6 +66,23 @@ Eigen::VectorXd reading_at_reference(const Calibration& calibration,
   return readings;
 }
 
+bool gives_field(const Calibration& calibration) {
+  // Sensitivities are among its parameters only where another record gave them.
+  return calibration.method != Method::bias ||
+         (calibration.statistics &&
+          calibration.statistics->position_of(calibration.instrument.axes.front() +
+                                              ".sensitivity.x"));
+}
+
+bool is_made_from(const Calibration& calibration, const std::vector<InputFileDigest>& inputs) {
+  const std::vector<InputFileDigest>& own = calibration.inputs;
+  return std::any_of(own.begin(), own.end(), [&](const InputFileDigest& one) {
+    return !one.sha256.empty() &&
+           std::any_of(inputs.begin(), inputs.end(),
+                       [&](const InputFileDigest& other) { return other.sha256 == one.sha256; });
+  });
+}
+
 std::vector<Quantity> quantities_of(const Calibration& calibration) {
   const InstrumentKind& kind = find_instrument_kind(calibration.instrument.kind);
   if (kind.describe == nullptr) {

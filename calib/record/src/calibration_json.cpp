@@ -351,6 +351,7 @@ void members(JsonMembers& io, Calibration& calibration) {
   io.list("inputs", calibration.inputs, [](JsonMembers& one, InputFileDigest& input) {
     one.value("path", input.path);
     one.value("sha256", input.sha256);
+    one.flag_unless("log", input.is_log, false);
   });
   io.need_object("instrument", [&](JsonMembers& one) { members(one, calibration.instrument); });
   io.need_object("field", [&](JsonMembers& one) { members(one, calibration.field); });
@@ -374,8 +375,8 @@ void members(JsonMembers& io, Calibration& calibration) {
   io.list_if_any("corrections", calibration.corrections,
                  [](JsonMembers& one, Correction& correction) { members(one, correction); });
   const Eigen::Index m = calibration.instrument.axis_count();
-  io.list("residuals", calibration.residuals,
-          [m](JsonMembers& one, ReadingResidual& residual) { members(one, residual, m); });
+  io.table("residuals", calibration.residuals,
+           [m](JsonMembers& one, ReadingResidual& residual) { members(one, residual, m); });
   io.list("warnings", calibration.warnings,
           [](JsonMembers& one, CalibrationWarning& warning) { members(one, warning); });
   io.value("notes", calibration.notes);

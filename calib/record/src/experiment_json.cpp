@@ -296,6 +296,7 @@ Experiment parse_experiment(std::string_view text, const std::string& path) {
         order.fail("must be 0, 1, 2 or \"auto\"");
       }
       setup.order = setup.automatic ? 0 : order.integer();
+      setup.ignored = !setup.automatic && setup.order == 0;
     });
     with(temperature, "reference",
          [&](const JsonValue& reference) { setup.reference = reference.number(); });
@@ -323,6 +324,7 @@ Experiment parse_experiment(std::string_view text, const std::string& path) {
     experiment.from =
         std::make_shared<const Calibration>(read_calibration(resolved(value.text(), path)));
   });
+  take_usual_field(experiment);
   return experiment;
 }
 

@@ -25,9 +25,9 @@ const FieldPart* moving_part(const FieldSetup& field) {
 }
 
 // Frame enu; of a field that is made on the table that one's.
-Eigen::Vector3d direction_of(const FieldSetup& field, const FieldPart& part, double time_s) {
+Eigen::Vector3d value_of(const FieldSetup& field, const FieldPart& part, double time_s) {
   if (part.custom) {
-    return part.custom->value_in_enu_at(time_s).normalized();
+    return part.custom->value_in_enu_at(time_s);
   }
   if (!field.site) {
     throw SetupError("the sun's place needs the site: latitude and longitude", {Setting::site});
@@ -50,7 +50,7 @@ std::string moving_field_name(const Experiment& experiment) {
   return moving == nullptr ? "" : moving->custom ? name_of(*moving) : "the sun's place";
 }
 
-Eigen::Matrix3d turn_of_field(const Experiment& experiment, double from_s, double to_s) {
+Eigen::Matrix3d change_of_field(const Experiment& experiment, double from_s, double to_s) {
   const FieldPart* const moving = moving_part(experiment.field);
   if (moving == nullptr) {
     return Eigen::Matrix3d::Identity();
@@ -71,10 +71,14 @@ Eigen::Matrix3d turn_of_field(const Experiment& experiment, double from_s, doubl
     rotation_table_from_its = rotation_sloping_from_level(experiment.slope) *
                               rotation_table_from_enu(*experiment.fence_azimuth_rad);
   }
-  const auto direction_at = [&](double time_s) -> Eigen::Vector3d {
-    return rotation_table_from_its * direction_of(experiment.field, *moving, time_s);
-  };
-  return smallest_rotation(direction_at(from_s), direction_at(to_s));
+  const Eigen::Vector3d from = value_of(experiment.field, *moving, from_s);
+  const Eigen::Vector3d to = value_of(experiment.field, *moving, to_s);
+  if (!(from.norm() > 0.0 && to.norm() > 0.0)) {
+    throw RefusedError(name_of(*moving) + " vanishes while readings are taken");
+  }
+  return to.norm() / from.norm() *
+         smallest_rotation((rotation_table_from_its * from).normalized(),
+                           (rotation_table_from_its * to).normalized());
 }
 
 FieldDescription make_field_description(const Experiment& experiment, double time_s) {

@@ -8,6 +8,7 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/missing_column.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
@@ -33,12 +34,7 @@ class Table {
     if (const std::optional<std::size_t> column = find(name)) {
       return *column;
     }
-    const std::vector<std::string_view> names(csv_.header().begin(), csv_.header().end());
-    std::string hint = did_you_mean(name, names);
-    if (names.size() == 1 && names.front().find_first_of(";\t") != std::string_view::npos) {
-      hint = "; columns must be parted by commas";
-    }
-    fail(name, formatted("is missing; the columns are: {}{}", joined(csv_.header()), hint));
+    throw MissingColumnError(csv_.path(), csv_.line(), std::string(name), csv_.header());
   }
 
   [[noreturn]] void fail(std::string_view column, std::string_view what) const {
@@ -113,7 +109,7 @@ class Table {
     if (!stamp) {
       fail(column, quoted(column) + " is neither a number of seconds nor an ISO 8601 time");
     }
-    return *stamp;
+    return seconds ? seconds_of_clock(*seconds) : *stamp;
   }
 
   [[nodiscard]] std::vector<std::string> ignored() const {

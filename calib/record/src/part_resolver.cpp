@@ -11,7 +11,6 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/timestamp.hpp"
-#include "axiscal/field/field_kind.hpp"
 
 namespace axiscal {
 namespace {
@@ -112,8 +111,22 @@ void PartResolver::resolve_own() {
   if (!own.moves()) {
     put_value(own.value_in_enu(), own.is_induced());
   } else if (knows_time()) {
-    put_value(own.value_in_enu_at(time_s_.value_or(date_s())), own.is_induced());
+    const Eigen::Vector3d value = own.value_in_enu_at(time_s_.value_or(date_s()));
+    part_.part.magnitude = value.norm();
+    put_value(value, own.is_induced());
   }
+}
+
+// The kind's usual one; where no number is stated that would be in it, that of the readings.
+std::string PartResolver::unit_unless_stated(const FieldKind& kind) const {
+  const std::string& of_readings = experiment_.instrument.unit;
+  const bool has_number = given_.magnitude || given_.in_table || given_.magnitude_u > 0.0;
+  if (!has_number && !kind.vertical &&
+      std::find(kind.units.begin(), kind.units.end(), of_readings) != kind.units.end() &&
+      of_readings != "1") {
+    return of_readings;
+  }
+  return kind.units.empty() ? "1" : std::string(kind.units.front());
 }
 
 void PartResolver::resolve_kind() {
@@ -123,7 +136,7 @@ void PartResolver::resolve_kind() {
   check_field_kind(given_.kind);
   const FieldKind& kind = field_kind(given_.kind);
   if (part_.unit.empty()) {
-    part_.unit = kind.units.empty() ? "1" : kind.units.front();
+    part_.unit = unit_unless_stated(kind);
   }
   check_field_unit(given_.kind, part_.unit);
   if (kind.local && given_.role == FieldRole::induced) {

@@ -8,6 +8,7 @@
 
 #include "axiscal/calib/resolved_field.hpp"
 #include "axiscal/core/setting.hpp"
+#include "axiscal/field/field_kind.hpp"
 
 namespace axiscal {
 
@@ -63,6 +64,7 @@ class PartResolver {
   void check_given() const;
   void resolve_own();
   void resolve_kind();
+  [[nodiscard]] std::string unit_unless_stated(const FieldKind& kind) const;
 
   const Experiment& experiment_;
   const FieldPart& given_;

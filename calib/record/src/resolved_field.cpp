@@ -11,6 +11,7 @@
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/field_unit.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
 #include "part_resolver.hpp"
 
 namespace axiscal {
@@ -39,9 +40,29 @@ void check_field_kind(const std::string& kind) {
     for (const FieldKind& known : field_kinds()) {
       names.push_back(known.name);
     }
-    throw SetupError(formatted("unknown field '{}'{}; this version knows: {}", kind,
-                               did_you_mean(kind, names), list_of_field_kinds()));
+    throw SetupError(formatted(
+        "unknown field '{}'{}", kind,
+        did_you_mean(kind, names, "this version knows: " + list_of_field_kinds())));
   }
+}
+
+void take_usual_field(Experiment& experiment) {
+  if (experiment.field.kind.empty() && !experiment.field.custom &&
+      !experiment.instrument.kind.empty()) {
+    experiment.field.kind = find_instrument_kind(experiment.instrument.kind).usual_field;
+  }
+}
+
+std::optional<double> expected_sensitivity(const Experiment& experiment,
+                                           const std::string& field_unit) {
+  if (experiment.nominal_sensitivity) {
+    return experiment.nominal_sensitivity;
+  }
+  const std::string& unit = experiment.instrument.unit;
+  if (unit == "1" || unit.empty()) {
+    return {};
+  }
+  return reading_factor_between(field_unit, unit);
 }
 
 void check_field_unit(const std::string& kind, const std::string& unit) {
@@ -115,6 +136,7 @@ FieldDescription describe_field(const Experiment& experiment,
     field.model = field.model.empty() ? part.model : field.model;
   }
   field.local_gravity = parts.front().local_gravity;
+  field.local_gravity_u = parts.front().local_gravity_u;
   field.site = setup.site;
   field.date = setup.date;
   const bool dated = std::any_of(parts.begin(), parts.end(), [](const ResolvedPart& part) {

@@ -89,6 +89,7 @@ void members(JsonMembers& io, FieldDescription& field) {
   io.value_if_any("magnitude_u", field.magnitude_u);
   io.value_if_any("model", field.model);
   io.value_if_any("local_gravity_m_s2", field.local_gravity);
+  io.value_if_any("local_gravity_u_m_s2", field.local_gravity_u);
   io.list_if_any("parts", field.parts,
                  [](JsonMembers& one, FieldPartDescription& part) { members(one, part); });
   io.object_if_any("site", field.site, [](JsonMembers& one, Site& site) { members(one, site); });

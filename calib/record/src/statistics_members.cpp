@@ -139,8 +139,8 @@ void members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
   io.list_if_any("lack_of_fit", statistics.lack_of_fit,
                  [](JsonMembers& one, LackOfFit& test) { members(one, test); });
   io.value_if_any("observations_per_axis", statistics.observations_per_axis);
-  io.list("rows", statistics.rows,
-          [m](JsonMembers& one, RegressionRow& row) { members(one, row, m); });
+  io.table("rows", statistics.rows,
+           [m](JsonMembers& one, RegressionRow& row) { members(one, row, m); });
 }
 
 }  // namespace axiscal

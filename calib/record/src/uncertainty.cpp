@@ -10,6 +10,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/field/field_kind.hpp"
 
 namespace axiscal {
 namespace {
@@ -107,14 +108,21 @@ CombinedUncertainty combine(const VarianceShares& shares, double coverage) {
   const EffectiveFreedom freedom = effective_freedom(shares);
   CombinedUncertainty result;
   result.u = std::sqrt(freedom.variance);
-  result.degrees_of_freedom = freedom.degrees_of_freedom;
   result.expanded =
       half_width(shares, freedom, [&](double nu) { return student_t_factor(coverage, nu); });
-  result.coverage_factor =
-      freedom.by_welch || !(result.u > 0.0)
-          ? student_t_factor(coverage, std::min(result.degrees_of_freedom, as_good_as_infinite))
-          : result.expanded / result.u;
+  if (freedom.by_welch || !(result.u > 0.0)) {
+    result.degrees_of_freedom = freedom.degrees_of_freedom;
+    result.coverage_factor =
+        student_t_factor(coverage, std::min(result.degrees_of_freedom, as_good_as_infinite));
+  } else {
+    result.coverage_factor = result.expanded / result.u;
+    result.degrees_of_freedom = freedom_of_factor(result.coverage_factor, coverage);
+  }
   return result;
+}
+
+double welch_degrees_of_freedom(const VarianceShares& shares) {
+  return effective_freedom(shares).degrees_of_freedom;
 }
 
 CoverageFactors::CoverageFactors(double coverage) {
@@ -222,7 +230,7 @@ std::vector<std::string> not_counted(const Calibration& calibration) {
     all.emplace_back("the cube's face normals");
   }
   if (!counts_magnitude(calibration)) {
-    all.push_back(calibration.field.kind == "gravity" ? "local gravity"
+    all.push_back(field_kind(calibration.field.kind).vertical ? "local gravity"
                                                       : "the magnitude of the reference field");
   }
   const std::string& unit = calibration.instrument.unit;
@@ -230,6 +238,14 @@ std::vector<std::string> not_counted(const Calibration& calibration) {
     all.emplace_back(unit.back() == 'V' ? "the voltage reference" : "the current reference");
   }
   return all;
+}
+
+std::string words_of_not_counted(const Calibration& calibration) {
+  const std::vector<std::string> missing = not_counted(calibration);
+  return missing.empty() ? ""
+                         : formatted("The uncertainties do not count {}: how well that is known was "
+                                     "not stated.",
+                                     joined(missing));
 }
 
 double parameter_value(const Calibration& calibration, const std::string& name) {
@@ -283,9 +299,9 @@ CombinedUncertainty with_interval(CombinedUncertainty uncertainty,
       .others = std::max(
           uncertainty.u * uncertainty.u - statistics.covariance(parameter, parameter), 0.0)};
   const CombinedUncertainty combined = combine(shares);
-  uncertainty.degrees_of_freedom = combined.degrees_of_freedom;
   uncertainty.expanded = combined.expanded;
   uncertainty.coverage_factor = combined.expanded / uncertainty.u;
+  uncertainty.degrees_of_freedom = freedom_of_factor(uncertainty.coverage_factor, 0.95);
   return uncertainty;
 }
 

@@ -2,6 +2,7 @@
 #include "axiscal/calib/distributions.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
@@ -32,6 +33,26 @@ double student_t_factor(double coverage, double degrees_of_freedom) {
   }
   const StudentT distribution(degrees_of_freedom);
   return boost::math::quantile(boost::math::complement(distribution, 0.5 * (1.0 - coverage)));
+}
+
+double freedom_of_factor(double factor, double coverage) {
+  if (std::isnan(factor)) {
+    return not_a_number;
+  }
+  // In 1 / nu, in which t is nearly linear.
+  constexpr double as_good_as_infinite = 1e6;
+  constexpr double fewest = 0.05;
+  double low = 1.0 / as_good_as_infinite;
+  double high = 1.0 / fewest;
+  if (factor <= student_t_factor(coverage, as_good_as_infinite)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  constexpr int halvings = 60;
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (student_t_factor(coverage, 1.0 / middle) < factor ? low : high) = middle;
+  }
+  return 2.0 / (low + high);
 }
 
 double student_t_two_sided_p(double t, double degrees_of_freedom) {

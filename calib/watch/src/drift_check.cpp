@@ -276,7 +276,7 @@ std::vector<ParameterChange> intrinsic_changes(const Calibration& old, const Cal
 }
 
 // Where the error of an angle is largest, what both covariances leave open of it; three axes.
-CombinedUncertainty u_of_error(const Calibration& old,
+VarianceShares shares_of_error(const Calibration& old,
                                const Calibration& fresh,
                                const WorstAngle& worst) {
   const Eigen::MatrixXd inverse = pseudo_inverse(old.response.sensitivity);
@@ -310,7 +310,7 @@ CombinedUncertainty u_of_error(const Calibration& old,
     shares.components.insert(shares.components.end(), own.components.begin(), own.components.end());
     shares.others += own.others;
   }
-  return combine(shares);
+  return shares;
 }
 
 // The largest error over directions is about that of six free parameters: Scheffe's factor for as
@@ -367,7 +367,7 @@ DriftCheck check_drift(const Calibration& old_record,
                           old_record.field.magnitude_u == fresh_record.field.magnitude_u;
   Calibration old = without_common(old_record, same_positioner, same_field, check.notes);
   Calibration fresh = without_common(
-      converted(fresh_record, field_conversion(fresh_record.field, old_record.field.unit, {})),
+      converted(fresh_record, field_conversion(fresh_record.field, old_record.field.unit)),
       same_positioner, same_field, check.notes);
   if (old.temperature && fresh.temperature) {
     fresh = at_temperature(std::move(fresh), old.temperature->reference);
@@ -394,10 +394,10 @@ DriftCheck check_drift(const Calibration& old_record,
   check.pitch_error_u_deg = not_a_number;
   check.pitch_error_expanded_deg = not_a_number;
   if (m >= 3) {
-    const CombinedUncertainty u = u_of_error(old, fresh, worst);
-    check.pitch_error_u_deg = u.u * deg_per_rad;
+    const VarianceShares shares = shares_of_error(old, fresh, worst);
+    check.pitch_error_u_deg = combine(shares).u * deg_per_rad;
     check.pitch_error_expanded_deg =
-        factor_of_largest_error(u.degrees_of_freedom) * check.pitch_error_u_deg;
+        factor_of_largest_error(welch_degrees_of_freedom(shares)) * check.pitch_error_u_deg;
   }
   return check;
 }

@@ -72,10 +72,18 @@ IntrinsicParameters intrinsic_parameters(const Calibration& calibration) {
   result.values =
       Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
   if (has_u) {
+    // A bias is a parameter of the record, whose interval the fit states.
+    const std::vector<ParameterUncertainty> stated = parameter_uncertainties(calibration);
+    const auto uncertainty_of = [&](const std::string& name, const Eigen::RowVectorXd& gradient) {
+      const auto own =
+          std::find_if(stated.begin(), stated.end(),
+                       [&](const ParameterUncertainty& one) { return one.name == name; });
+      return own == stated.end() ? propagate(calibration, gradient) : own->uncertainty;
+    };
     Eigen::MatrixXd G(result.values.size(), parameters);
     for (std::size_t i = 0; i < gradients.size(); ++i) {
       G.row(static_cast<Eigen::Index>(i)) = gradients[i];
-      result.uncertainty.push_back(propagate(calibration, gradients[i]));
+      result.uncertainty.push_back(uncertainty_of(result.names[i], gradients[i]));
     }
     result.covariance = G * parameter_covariance(calibration) * G.transpose();
   }

@@ -205,9 +205,10 @@ Verdict evaluate(const Limits& limits, const Calibration& calibration, const Dri
       for (const Measured& one : all) {
         names.push_back(one.name);
       }
-      throw DomainError(formatted("limit '{}': the record has no such parameter{}; it has {}",
-                                  limit.parameter, did_you_mean(limit.parameter, names),
-                                  joined(std::vector<std::string>(names.begin(), names.end()))));
+      throw DomainError(formatted(
+          "limit '{}': the record has no such parameter{}", limit.parameter,
+          did_you_mean(limit.parameter, names,
+                       "it has " + joined(std::vector<std::string>(names.begin(), names.end())))));
     }
     LimitVerdict one{.parameter = limit.parameter,
                      .value = found->value,

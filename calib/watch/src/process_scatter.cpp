@@ -9,14 +9,6 @@
 namespace axiscal {
 namespace {
 
-bool is_of_run(const Calibration& record, const std::vector<InputFileDigest>& inputs) {
-  return std::any_of(record.inputs.begin(), record.inputs.end(), [&](const InputFileDigest& one) {
-    return !one.sha256.empty() &&
-           std::any_of(inputs.begin(), inputs.end(),
-                       [&](const InputFileDigest& other) { return other.sha256 == one.sha256; });
-  });
-}
-
 bool counts_for(const Calibration& record, const Instrument& instrument) {
   const Instrument& own = record.instrument;
   const bool same_unit = !instrument.serial.empty() && own.serial == instrument.serial;
@@ -37,7 +29,7 @@ std::optional<ProcessScatter> process_scatter(const std::vector<Calibration>& re
   std::map<std::string, std::vector<Eigen::VectorXd>> of_one_block;  // biases, by serial number
   std::vector<InputFileDigest> seen = leave_out;
   for (const Calibration& record : records) {
-    if (!counts_for(record, instrument) || is_of_run(record, seen)) {
+    if (!counts_for(record, instrument) || is_made_from(record, seen)) {
       continue;  // of the same readings, or of others' kind
     }
     seen.insert(seen.end(), record.inputs.begin(), record.inputs.end());

@@ -23,7 +23,10 @@ InstrumentKind accelerometer_kind() {
   return {.name = "accelerometer",
           .derived_names = names,
           .derive = derive,
-          .has_axis_elevation = true};
+          .has_axis_elevation = true,
+          .usual_field = "gravity",
+          .sensor = VehicleSensor::accelerometer,
+          .columns = {.letters = "a", .word = "acc"}};
 }
 
 InstrumentKind inclinometer_kind() {

@@ -40,7 +40,12 @@ std::vector<Quantity> describe(const CalibratedInstrument& calibrated) {
 }  // namespace
 
 InstrumentKind gyroscope_kind() {
-  return {.name = "gyroscope", .derived_names = {}, .describe = describe};
+  return {.name = "gyroscope",
+          .derived_names = {},
+          .sensor = VehicleSensor::gyroscope,
+          .columns = {.letters = "gw", .word = "gyr"},
+          .answers_to_gravity = true,
+          .describe = describe};
 }
 
 }  // namespace axiscal

@@ -41,7 +41,11 @@ std::vector<Quantity> describe(const CalibratedInstrument& calibrated) {
 }  // namespace
 
 InstrumentKind optical_kind() {
-  return {.name = "optical", .derived_names = names, .derive = derive, .describe = describe};
+  return {.name = "optical",
+          .derived_names = names,
+          .derive = derive,
+          .sees_one_side = true,
+          .describe = describe};
 }
 
 }  // namespace axiscal

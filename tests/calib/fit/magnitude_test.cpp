@@ -160,8 +160,16 @@ TEST(MagnitudeMethod, RefusesOrientationsThatDoNotTell) {
       plane.push_back(direction);
     }
   }
-  EXPECT_THROW(static_cast<void>(calibrate(magnitude_experiment(), turned_by_hand(cap, S, 0.1, 1))),
-               RefusedError);
+  const auto complaint = [](const Observations& observations) {
+    return test::complaint_of<RefusedError>(
+        [&] { static_cast<void>(calibrate(magnitude_experiment(), observations)); });
+  };
+  EXPECT_THAT(complaint(turned_by_hand(cap, S, 0.1, 1)),
+              testing::HasSubstr("cover too little of the sphere"));
+  // The cause that the numbers support: an axis that is dead, and scatter that is no noise.
+  Observations dead = turned_by_hand(directions_on_sphere(100), S, 0.1, 1);
+  dead.response.col(1) *= 1e-3;
+  EXPECT_THAT(complaint(dead), testing::HasSubstr("axis y hardly changes"));
   EXPECT_THROW(
       static_cast<void>(calibrate(magnitude_experiment(), turned_by_hand(plane, S, 0.1, 1))),
       RefusedError);

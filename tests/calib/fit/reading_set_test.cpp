@@ -20,27 +20,6 @@ ReadingSet readings_of_one_axis(const std::vector<double>& values) {
   return set;
 }
 
-TEST(ReadingSet, SeesAnAxisAtItsEnd) {
-  const std::vector<SaturatedAxis> found = saturated_axes(
-      readings_of_one_axis({2.0, 0.31, 2.0, -0.52, 0.17, 2.0, -1.91, 0.08, 1.2}), false);
-  ASSERT_EQ(found.size(), 1U);
-  EXPECT_EQ(found.front().value, 2.0);
-  EXPECT_EQ(found.front().runs, (std::vector<int>{1, 3, 6}));
-}
-
-TEST(ReadingSet, TakesReadingsOfFewDigitsForNoEnd) {
-  EXPECT_TRUE(
-      saturated_axes(readings_of_one_axis({1.0, 1.0, 1.0, 0.0, 0.0, -1.0, -1.0, -1.0, 0.0}), false)
-          .empty());
-}
-
-TEST(ReadingSet, TakesTheDarkOfAOneSidedAxisForNoEnd) {
-  const ReadingSet set =
-      readings_of_one_axis({0.1, 0.31, 0.1, 0.52, 0.17, 0.1, 0.91, 0.18, 1.2, 0.77});
-  EXPECT_EQ(saturated_axes(set, false).size(), 1U);
-  EXPECT_TRUE(saturated_axes(set, true).empty());
-}
-
 TEST(ReadingSet, FindsTheTiltOfItsBlock) {
   ReadingSet set = readings_of_one_axis({1.0, 2.0, 3.0});
   set.readings[0].block = 4;

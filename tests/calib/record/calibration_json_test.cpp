@@ -54,6 +54,33 @@ TEST(CalibrationJson, IsWrittenAgainByteForByte) {
   }
 }
 
+// A record of many readings holds columns; the rows that earlier versions wrote are read too.
+TEST(CalibrationJson, WritesManyReadingsAsATable) {
+  const Calibration truth = accelerometer_truth();
+  const Calibration calibration = calibrate(
+      experiment_for(truth), observe(truth, {.replicates = 20, .noise_sd = 1e-4, .seed = 3}));
+  const std::string text = calibration_json(calibration);
+  json record = json::parse(text);
+  ASSERT_TRUE(record["residuals"].is_object());
+  EXPECT_EQ(record["residuals"]["run"].size(), 240U);
+  const Calibration read = parse_calibration(text, "cal.json");
+  EXPECT_EQ(calibration_json(read), text);
+  EXPECT_EQ(read.residuals[77].run, calibration.residuals[77].run);
+  json rows = json::array();
+  for (std::size_t i = 0; i < 240; ++i) {
+    json row;
+    for (const auto& [name, column] : record["residuals"].items()) {
+      row[name] = column[i];
+    }
+    rows.push_back(row);
+  }
+  json old_form = record;
+  old_form["residuals"] = rows;
+  EXPECT_EQ(calibration_json(parse_calibration(old_form.dump(), "cal.json")), text);
+  record["residuals"]["run"].erase(5);
+  EXPECT_THAT(complaint(record), HasSubstr("entries, and the first column"));
+}
+
 TEST(CalibrationJson, HasTheKeysOfTheContract) {
   const Calibration truth = accelerometer_truth();
   const json record = json::parse(calibration_json(

@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/drift_check.hpp"
 #include "axiscal/calib/intrinsic.hpp"
@@ -64,6 +65,9 @@ TEST(Combine, AddsIntervalsWhereDegreesOfFreedomAreFew) {
   EXPECT_NEAR(result.expanded, std::sqrt(4.302653 * 4.302653 * 4.0 + 1.959964 * 1.959964 * 5.0),
               1e-4);
   EXPECT_DOUBLE_EQ(result.coverage_factor, result.expanded / 3.0);
+  // What is stated as effective degrees of freedom is what that k is Student's t of.
+  EXPECT_NEAR(student_t_factor(0.95, result.degrees_of_freedom), result.coverage_factor, 1e-9);
+  EXPECT_LT(result.degrees_of_freedom, 10.0);
   const CombinedUncertainty at_99 =
       combine({.axes = {{.variance = 1.0, .degrees_of_freedom = 2.0}}}, 0.99);
   EXPECT_NEAR(at_99.expanded, 9.924843, 1e-5);

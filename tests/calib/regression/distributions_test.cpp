@@ -35,5 +35,12 @@ TEST(Distributions, AreNanWhereTheyDoNotExist) {
   EXPECT_EQ(f_upper_p(std::numeric_limits<double>::infinity(), 2.0, 3.0), 0.0);
 }
 
+TEST(FreedomOfFactor, TurnsStudentsFactorRound) {
+  for (const double nu : {0.7, 1.0, 2.0, 3.5, 10.0, 200.0}) {
+    EXPECT_NEAR(freedom_of_factor(student_t_factor(0.95, nu), 0.95), nu, 1e-6 * nu);
+  }
+  EXPECT_EQ(freedom_of_factor(1.95, 0.95), std::numeric_limits<double>::infinity());
+}
+
 }  // namespace
 }  // namespace axiscal

@@ -13,6 +13,9 @@
 
 namespace axiscal {
 
+/// As PoseModelSetup::direction_sd_rad: it may point anywhere.
+inline constexpr double any_direction_rad = 1.0;
+
 /// What is known of an experiment before its first reading.
 struct PoseModelSetup {
   Instrument instrument;
@@ -32,7 +35,7 @@ struct PlacedReading {
   DesignEntry entry;
   Eigen::VectorXd mean;  ///< m entries [unit]
   Eigen::VectorXd u;     ///< its standard uncertainty from noise
-  /// How the field has turned in the table since the setup's, as turn_of_field().
+  /// How the field has turned in the table since the setup's, as change_of_field().
   Eigen::Matrix3d field_turn = Eigen::Matrix3d::Identity();
 };
 
@@ -45,6 +48,7 @@ struct PoseModelFit {
   Eigen::Matrix<double, 3, 2> field_by_tangents = Eigen::Matrix<double, 3, 2>::Zero();
   double variance_factor =
       1.0;  ///< how much larger the scatter's variance is than stated; at least 1
+  double cost = 0.0;  ///< sum of the squared weighted residuals
   Eigen::MatrixXd covariance;  ///< covers bias (m), sensitivity by rows (3 m), two tangents, scale
 };
 
@@ -77,6 +81,16 @@ class PoseModel {
   /// Fits what is known; nothing without readings.
   [[nodiscard]] std::optional<PoseModelFit> fit(const std::vector<PlacedReading>& known) const;
 
+  /// Fits what is known from each direction that the field may have.
+  /// @return those that explain it about as well as the best one, which is the first.
+  [[nodiscard]] std::vector<PoseModelFit> fits(const std::vector<PlacedReading>& known) const;
+
+  /// @return how far apart two points read at least, in parts of what the field does: by the fits,
+  ///         without such by all directions that the field may have; 0 where they may read alike.
+  [[nodiscard]] double least_contrast(const PlacedReading& one,
+                                      const PlacedReading& other,
+                                      const std::vector<PoseModelFit>& fits) const;
+
   /// @param known   the readings so far, without the one to be judged.
   /// @param reading with the point that it is meant to be of.
   /// @return nothing where too little is known to say anything.
@@ -86,16 +100,20 @@ class PoseModel {
  private:
   [[nodiscard]] Eigen::Matrix3d rotation_at(const PlacedReading& reading,
                                             const DesignPoint& point) const;
-  [[nodiscard]] double scale_of(const std::vector<PlacedReading>& readings) const;
-  [[nodiscard]] std::optional<PoseModelFit> fit(const std::vector<PlacedReading>& known,
-                                                double scale) const;
+  [[nodiscard]] std::optional<double> scale_of(const std::vector<PlacedReading>& readings) const;
+  [[nodiscard]] Eigen::VectorXd seen(const PlacedReading& reading,
+                                     const Eigen::Vector3d& direction) const;
+  [[nodiscard]] double placement_sd() const;
+  [[nodiscard]] bool shows_scale(const std::vector<PlacedReading>& readings) const;
+  [[nodiscard]] std::vector<PoseModelFit> fits(const std::vector<PlacedReading>& known,
+                                               double scale) const;
   [[nodiscard]] std::optional<PoseModelFit> fit_from(const std::vector<PlacedReading>& known,
                                                      double scale,
-                                                     const Eigen::Vector3d& start,
-                                                     double& cost) const;
+                                                     const Eigen::Vector3d& start) const;
 
   PoseModelSetup setup_;
   SensitivityMatrix nominal_axes_;  // m x 3, rows of 0 and 1
+  std::vector<Eigen::Vector3d> directions_;  // that the field may have in the table, about
 };
 
 }  // namespace axiscal

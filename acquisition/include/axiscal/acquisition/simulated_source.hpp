@@ -10,12 +10,14 @@
 #include <Eigen/Geometry>
 
 #include "axiscal/acquisition/source.hpp"
+#include "axiscal/calib/experiment.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/instruments/instrument.hpp"
 
 namespace axiscal {
 
-/// A simulated accelerometer in a cube, on a tilted table, in the hands of a simulated person.
+/// A simulated instrument in a cube, on a tilted table, in the hands of a simulated person: an
+/// accelerometer, unless play() says what it is. Lengths of the field are in parts of F.
 struct SimulationSetup {
   std::uint64_t seed = 1;
   double noise_sd = 1e-4;  ///< scatter of one sample [g]
@@ -48,13 +50,19 @@ class SimulatedSource final : public Source {
   SourceReport read(SampleBatch& batch, std::chrono::milliseconds patience) override;
   void request(const DesignEntry* entry, bool warned) override;
 
-  /// @return what the instrument really is [g].
+  /// From now on it has the experiment's axes, units and field, at the levels that are asked for. A
+  /// field whose direction is not known points somewhere, as the seed says.
+  /// @throws SetupError  for a field that moves: a simulation has no time of day.
+  void play(const Experiment& experiment) override;
+
+  /// @return what the instrument really is [unit per field unit], of the accelerometer [g].
   [[nodiscard]] const LinearResponse& truth() const { return truth_; }
   [[nodiscard]] const std::vector<SimulatedMistake>& mistakes() const { return mistakes_; }
 
  private:
   void sample(SampleBatch& batch);
   void start_moving(const DesignPoint& point);
+  void draw_instrument(double sensitivity, const std::vector<std::optional<int>>& nominal);
 
   std::string name_;
   SimulationSetup setup_;
@@ -62,12 +70,15 @@ class SimulatedSource final : public Source {
   RandomStream random_;  // draws the instrument and its seats
   RandomStream person_;  // errs alike, however many samples there were
   LinearResponse truth_;
-  Eigen::Vector3d field_in_table_;
+  FieldDescription field_;    // in_table is always there
+  double sensitivity_ = 1.0;  // about [unit per field unit]
+  bool one_sided_ = false;
   std::vector<SimulatedMistake> mistakes_;
 
   double time_s_ = 0.0;
   double started_s_ = -1.0;  // when it began, by the clock on the wall
-  std::optional<DesignPoint> wanted_;
+  std::optional<DesignEntry> wanted_;
+  double level_ = 1.0;
   DesignPoint lies_{Face::minus_z, Face::plus_y};
   Eigen::Quaterniond from_ = Eigen::Quaterniond::Identity();  // table from positioner
   Eigen::Quaterniond to_ = Eigen::Quaterniond::Identity();

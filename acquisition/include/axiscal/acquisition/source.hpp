@@ -11,6 +11,8 @@
 
 namespace axiscal {
 
+struct Experiment;
+
 /// One quantity that a source delivers.
 struct Channel {
   std::string name;
@@ -93,6 +95,10 @@ class Source {
   /// @param entry   how the cube is to be laid; null: nothing is asked.
   /// @param warned  whether the person was just told that the cube lies wrong, or to lift it.
   virtual void request(const DesignEntry* entry, bool warned);
+
+  /// What is calibrated; only a simulated instrument needs to know, before channels() is asked for.
+  /// @throws SetupError  for a field that cannot be simulated.
+  virtual void play(const Experiment& experiment);
 };
 
 }  // namespace axiscal

@@ -3,16 +3,6 @@
 #include "part_resolver.hpp"
 
 namespace axiscal {
-namespace {
-
-// What gravity models are off by from gravity on the ground (1 standard deviation) [m/s^2]: WGS 84
-// normal gravity knows no anomalies; EGM96 and EGM2008 leave out what is smaller than their grid.
-// Measured at 2872 ground stations of southern Africa (Proof in docs/fields.md).
-constexpr double normal_gravity_u = 4e-4;
-constexpr double gravity_model_u = 2e-4;
-
-}  // namespace
-
 void resolve_gravity(PartResolver& of) {
   const std::string model = of.given().model.empty() ? "wgs84" : of.given().model;
   of.put_magnitude(1.0);
@@ -25,12 +15,15 @@ void resolve_gravity(PartResolver& of) {
           "the site",
           {Setting::field_magnitude, Setting::site});
     }
-    of.put_magnitude(GravityField(of.site(), model).magnitude());
+    const GravityField there(of.site(), model);
+    of.put_magnitude(there.magnitude());
     of.part().model = model;
-    of.put_model_u(model == "wgs84" ? normal_gravity_u : gravity_model_u);
+    of.put_model_u(there.magnitude_uncertainty());
   }
   if (of.part().unit == "g" && of.has_site()) {
-    of.part().local_gravity = GravityField(of.site(), model).magnitude() / of.part().part.magnitude;
+    const GravityField there(of.site(), model);
+    of.part().local_gravity = there.magnitude() / of.part().part.magnitude;
+    of.part().local_gravity_u = there.magnitude_uncertainty() / of.part().part.magnitude;
     of.part().model = model;
   }
   of.put_value(Eigen::Vector3d::UnitZ(), false);

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "axiscal/core/version.hpp"
+
 namespace axiscal {
 
 /// Reads comma-separated text row by row in constant memory: files larger than memory, pipes.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "axiscal/core/setting.hpp"
+#include "axiscal/core/version.hpp"
 
 namespace axiscal {
 

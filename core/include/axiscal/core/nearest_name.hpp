@@ -19,4 +19,10 @@ namespace axiscal {
 [[nodiscard]] std::string did_you_mean(std::string_view name,
                                        std::span<const std::string_view> candidates);
 
+/// The same with what there is instead, e.g. "there are a, b".
+/// @return "; there are a, b", or "; did you mean 'a'? There are a, b".
+[[nodiscard]] std::string did_you_mean(std::string_view name,
+                                       std::span<const std::string_view> candidates,
+                                       std::string_view what_there_is);
+
 }  // namespace axiscal

@@ -29,7 +29,7 @@ enum class Setting {
   method,              ///< Experiment::method
   numbers,             ///< ExportOptions::numbers
   plain_face,          ///< a session in plain lines
-  polar_fit,           ///< Experiment::polar_fit
+  polar_fit,           ///< Experiment::compare_polar_fit
   ports,               ///< a list of what is connected
   range,               ///< Instrument::range
   rate,                ///< SegmentOptions::rate_hz

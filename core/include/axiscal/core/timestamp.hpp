@@ -31,4 +31,10 @@ namespace axiscal {
 /// @return seconds since 1970-01-01, UTC; nothing for another text.
 [[nodiscard]] std::optional<double> parse_date(std::string_view text);
 
+/// A clock's number as seconds: phones and computers count seconds, milli-, micro- or nanoseconds
+/// since 1970, which are 1e9, 1e12, 1e15, 1e18 in these years.
+///
+/// @return [s]; the number itself where it is below 1e11, that is before the year 5138.
+[[nodiscard]] double seconds_of_clock(double number);
+
 }  // namespace axiscal

@@ -3,6 +3,8 @@
 
 #include <numbers>
 
+#include "axiscal/core/version.hpp"
+
 namespace axiscal {
 
 /// Conversion constants, named unit_per_unit: `angle_rad = angle_deg * rad_per_deg`.

@@ -34,6 +34,9 @@ class JsonValue {
   [[nodiscard]] std::optional<JsonValue> find(
       std::string_view key) const;                        ///< absent or null: none
   [[nodiscard]] std::vector<JsonValue> elements() const;  ///< an array's
+  /// Rows: an array's elements, or of an object of arrays, all of one length, an object for each
+  /// position, as columns_of() took them apart.
+  [[nodiscard]] std::vector<JsonValue> rows() const;
   [[nodiscard]] double number() const;
   [[nodiscard]] double number_or_nan() const;  ///< null is NaN
   [[nodiscard]] int integer() const;
@@ -83,6 +86,10 @@ class JsonValue {
 /// @return the value as text to read: members on lines of their own, arrays of numbers on one,
 ///         doubles as the shortest text that reads back, NaN as null; ends with a line feed.
 [[nodiscard]] std::string json_text(const Json& value);
+
+/// @param rows  an array of objects.
+/// @return an object of arrays: of each member its values, row by row; null where a row has none.
+[[nodiscard]] Json columns_of(const Json& rows);
 
 [[nodiscard]] Json json_from(const Eigen::Ref<const Eigen::VectorXd>& vector);
 [[nodiscard]] Json json_from_matrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix);

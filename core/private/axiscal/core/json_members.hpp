@@ -203,6 +203,24 @@ class JsonMembers {
     }
   }
 
+  /// A list as above, written as a table where it is long: an object of columns, one for each
+  /// member, so that names are not repeated in every row. Either form is read.
+  template <typename Struct, typename Members>
+  void table(const char* key, std::vector<Struct>& all, const Members& members) {
+    if (!reads()) {
+      constexpr std::size_t most_rows = 200;
+      list(key, all, members);
+      if (all.size() > most_rows) {
+        (*to_)[key] = columns_of((*to_)[key]);
+      }
+    } else if (const std::optional<JsonValue> values = from_->find(key)) {
+      for (const JsonValue& value : values->rows()) {
+        Struct& one = all.emplace_back();
+        read_object(value, [&](JsonMembers& io) { members(io, one); });
+      }
+    }
+  }
+
   template <typename Struct, typename Members>
   void list_if_any(const char* key, std::vector<Struct>& all, const Members& members) {
     if (reads() || !all.empty()) {

@@ -43,7 +43,8 @@ struct ExportOptions {
   std::optional<double>
       local_gravity;              ///< what 1 g was, for a record in g that does not say it [m/s^2]
   HeaderNumbers numbers;          ///< what c-header and cpp-header compute with
-  std::string name = "axiscal";   ///< what the header's names start with
+  /// What the header's names start with; empty: by kind and slot, "axiscal_accelerometer_L".
+  std::string name;
   int instance = 0;               ///< number of the sensor: CAL_ACC0, INS_ACC2
   CertificateDetails laboratory;  ///< what dcc says besides: number, laboratory, customer, dates
 };
@@ -65,6 +66,7 @@ struct ExportLoss {
 struct Exported {
   std::string content;
   std::optional<ExportLoss> loss;  ///< nothing: all that was calibrated is in it
+  std::vector<std::string> notes;  ///< what was taken as so, in words
 };
 
 /// Writes a calibration for other software. Text formats say the consumer's formula and units in a
@@ -77,5 +79,15 @@ struct Exported {
 [[nodiscard]] Exported export_calibration(const Calibration& calibration,
                                           std::string_view format,
                                           const ExportOptions& options = {});
+
+/// The same of an IMU's accelerometer and gyroscope, in one file of one frame: format "kalibr".
+///
+/// @throws DomainError   for an unknown format.
+/// @throws RefusedError  where the format takes one instrument a file, the two are of one kind or of
+///                       two units; else as export_calibration().
+[[nodiscard]] Exported export_imu(const Calibration& first,
+                                  const Calibration& second,
+                                  std::string_view format,
+                                  const ExportOptions& options = {});
 
 }  // namespace axiscal

@@ -4,6 +4,8 @@
 #include <span>
 #include <string_view>
 
+#include "axiscal/core/version.hpp"
+
 namespace axiscal {
 
 /// What is special to a kind of field: one entry for each, as InstrumentKind is for instruments.

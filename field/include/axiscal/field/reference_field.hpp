@@ -23,8 +23,8 @@ class ReferenceField {
   [[nodiscard]] virtual bool moves() const { return false; }
 
   /// @param time_s  seconds since 1970-01-01, UTC.
-  /// @return the field then [unit()], frame enu; of a field that does not move value_in_enu(). A
-  ///         field that moves keeps its length.
+  /// @return the field then [unit()], frame enu; of a field that does not move value_in_enu(). Its
+  ///         length may change too.
   [[nodiscard]] virtual Eigen::Vector3d value_in_enu_at([[maybe_unused]] double time_s) const {
     return value_in_enu();
   }

@@ -53,6 +53,15 @@ struct Quantity {
   std::string unit;
 };
 
+/// Which of the sensors of vehicles, phones and their software an instrument is.
+enum class VehicleSensor { none, accelerometer, gyroscope, magnetometer };
+
+/// How columns of logs are called that hold an instrument's readings.
+struct ColumnNames {
+  std::string_view letters;  ///< how a name of one or two letters begins: "gw" of "gx", "wx"
+  std::string_view word;     ///< what a longer name has in it: "gyr" of "gyro_x"
+};
+
 /// A kind of instrument is data: its name, and what its users want to know.
 ///
 /// A new kind is one such entry: for Axiscal itself one more file among src/kinds/, in a program of
@@ -66,6 +75,12 @@ struct InstrumentKind {
 
   bool derives_with_attitude = false;  ///< derive() needs DeriveInput::up, and is left out without
   bool has_axis_elevation = false;     ///< with fewer than three axes: angle above the horizontal
+
+  std::string_view usual_field;  ///< kind of field where none is stated; empty: one must be
+  VehicleSensor sensor = VehicleSensor::none;
+  ColumnNames columns;             ///< empty: they tell nothing of the kind
+  bool sees_one_side = false;      ///< its axes may see only what comes from in front of them
+  bool answers_to_gravity = false;  ///< beside its own field it often does
 
   /// What the record and the summary show besides bias and sensitivity; null for nothing.
   std::vector<Quantity> (*describe)(const CalibratedInstrument& calibrated) = nullptr;

@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "axiscal/core/version.hpp"
+
 namespace axiscal {
 
 /// One point of an Allan deviation curve.

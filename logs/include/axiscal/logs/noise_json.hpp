@@ -24,7 +24,7 @@ struct ColumnNoise {
 /// The noise of a log at rest.
 struct LogNoise {
   double rate_hz = 0.0;
-  std::size_t samples = 0;
+  std::size_t samples = 0;  ///< 0: of a curve that does not say it
   std::vector<ColumnNoise> columns;
   std::vector<std::string> warnings;  ///< what should be looked at in the log
 };

@@ -47,6 +47,9 @@ struct NoiseModel {
   double from_tau_s = 0.0;  ///< the shortest tau that was fitted; below a filter shows, say
   double model_error =
       0.0;  ///< of the deviation, relative: by how much the kinds do not describe it
+  /// N is what a stretch of the curve shows that falls as white noise does: the kinds together
+  /// made less of it.
+  bool white_by_stretch = false;
 
   [[nodiscard]] double coefficient(NoiseKind kind) const;
 
@@ -62,6 +65,11 @@ struct NoiseModel {
 /// four of the shortest octaves, which a filter shapes, are left out until they do; else from where
 /// the least is needed e is that for which chi^2 equals its degrees of freedom, so that no point
 /// counts as surer than the model, and no interval is shorter than +-10 %.
+///
+/// White noise is never denied: where tau times the Allan variance stays the same over four octaves
+/// or more (chi^2 with 3 % has p > 0.05, the slope is within 0.1 of -1/2), and the fit gives less
+/// than 0.7 of the N of that stretch, N is taken from there and the other kinds are fitted to what
+/// is left.
 ///
 /// Points of one curve are not independent: the intervals are twice as wide for that.
 /// @throws DomainError  for fewer than three points.

@@ -43,6 +43,28 @@ struct SeatLabels {
 [[nodiscard]] SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
                                         const std::vector<RunSheetRow>& sheet);
 
+/// How far rests are from what a sheet's poses and levels read, one by one, by any linear response
+/// to any field that stays in the table: v_i = c + M vec(level_i R_i), least squares over c and M.
+/// Exchanges that such a model absorbs do not show.
+///
+/// @param means  of each rest, n x m, of any columns of one instrument.
+/// @param sheet  n rows.
+/// @return the residuals' standard deviation in parts of the largest range of a column; nothing
+///         where every order fits, as no degree of freedom is left.
+[[nodiscard]] std::optional<double> misfit_of_order(const Eigen::MatrixXd& means,
+                                                    const std::vector<RunSheetRow>& sheet);
+
+/// Labels by a run sheet where the kind of instrument is not known. The sheet's order is trusted
+/// where the rests read as its poses do in some field; else an accelerometer's faces are looked for,
+/// and rests that read otherwise have a message.
+///
+/// @param means             of each rest, n x m.
+/// @param is_accelerometer  whether the columns were said to be one's, three.
+/// @throws RefusedError  where there are not as many rests as rows and nothing shows which is which.
+[[nodiscard]] SeatLabels label_by_plan(const Eigen::MatrixXd& means,
+                                       const std::vector<RunSheetRow>& sheet,
+                                       bool is_accelerometer);
+
 /// Labels by how the cube turned from rest to rest.
 ///
 /// @param faces  as resting_faces().

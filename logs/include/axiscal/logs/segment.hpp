@@ -73,7 +73,7 @@ using ThresholdChoice =
                                            const std::vector<RunSheetRow>& sheet = {});
 
 /// @return the means of three columns over the rests, n x 3.
-[[nodiscard]] Eigen::MatrixX3d means_of(const Segmentation& segmentation,
-                                        const std::vector<std::string>& columns);
+[[nodiscard]] Eigen::MatrixXd means_of(const Segmentation& segmentation,
+                                       const std::vector<std::string>& columns);
 
 }  // namespace axiscal

@@ -6,6 +6,10 @@
 
 namespace axiscal {
 
+/// @param line  without its end.
+/// @return the line without the checksum that devices put behind a star, as in "12.5*68".
+[[nodiscard]] std::string_view without_checksum(std::string_view line);
+
 /// @param line       without its end.
 /// @param delimiter  between the cells; a blank stands for any run of blanks and tabs.
 /// @return the cells of a line of text, without blanks around them.

@@ -9,6 +9,8 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/version.hpp"
+
 namespace axiscal {
 
 /// A face of the cube, named by its outward normal in the positioner's frame.

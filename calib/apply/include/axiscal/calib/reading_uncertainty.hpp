@@ -69,9 +69,12 @@ class ReadingPropagation {
                      double factor = 1.0,
                      double level = 0.95);
 
-  /// From now on the field where readings are taken is known with this standard uncertainty
-  /// [field unit of the results], independent of that of the calibration's.
-  void set_magnitude_u(double u) { magnitude_there_u_ = u; }
+  /// From now on what is known of the fields here and there counts as the conversion says; before,
+  /// readings are in the field of the calibration.
+  void set_field_u(const FieldConversion& conversion) {
+    component_u_ = conversion.component_u;
+    ratio_u_ = conversion.ratio_u;
+  }
 
   /// From now on `up` is by an instrument that was calibrated in the same cube: what its face
   /// normals are off by turns both fields alike, and counts once.
@@ -148,8 +151,8 @@ class ReadingPropagation {
   Eigen::VectorXd sd_;
   double factor_;
   CoverageFactors factors_;
-  double relative_magnitude_u_ = 0.0;  // u_F / F
-  double magnitude_there_u_ = 0.0;     // of the field that is read; 0: as the calibration's
+  double component_u_ = 0.0;           // as FieldConversion's
+  double ratio_u_ = 0.0;               // likewise
   Eigen::MatrixXd covariance_;         // covers the parameters, without the field's magnitude
   Eigen::MatrixXd of_readings_;        // of it, what the readings' scatter makes
   Eigen::MatrixXd of_inputs_;          // likewise, type B

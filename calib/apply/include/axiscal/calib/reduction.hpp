@@ -22,11 +22,24 @@ struct ReductionOptions {
   double declination_rad = 0.0;    ///< added to magnetic headings
 };
 
+/// What is known of the field where readings are taken.
+struct FieldThere {
+  std::optional<double> magnitude;      ///< F [unit of the results]; default: the record's, in `g` 1
+  double magnitude_u = 0.0;             ///< its standard uncertainty [that unit]
+  std::optional<double> gravity_m_s2;   ///< gravity there; default: the record's site
+  double gravity_u_m_s2 = 0.0;          ///< its standard uncertainty
+};
+
 /// In what unit results are, and of which magnitude the field is where readings are taken.
 struct FieldConversion {
   std::string unit;
   double factor = 1.0;     ///< results = factor * field in the record's unit
   double magnitude = 1.0;  ///< F where readings are taken [unit]
+  /// Standard uncertainties by those of the fields here and there, relative: of components, and of
+  /// a component over F, which angles and residuals hold. In the field of the calibration the latter
+  /// is exact; so are components in `g` of the calibration's place.
+  double component_u = 0.0;
+  double ratio_u = 0.0;
 };
 
 /// Takes a record from the field of its site to that of another.
@@ -37,13 +50,11 @@ struct FieldConversion {
 ///
 /// @param field      the record's.
 /// @param unit       of the results; empty: the record's.
-/// @param magnitude  of the field where readings are taken [unit]; default: the record's, in `g` 1.
-/// @param gravity_there_m_s2  gravity where readings are taken; default: the record's site.
+/// @param there      where readings are taken; as where the record was made, if nothing is stated.
 /// @throws DomainError  if the units do not convert, or the record does not say what its g was.
 [[nodiscard]] FieldConversion field_conversion(const FieldDescription& field,
                                                const std::string& unit,
-                                               std::optional<double> magnitude,
-                                               std::optional<double> gravity_there_m_s2 = {});
+                                               const FieldThere& there = {});
 
 /// The same calibration in another unit of the field.
 /// @param conversion  as field_conversion(); its magnitude becomes the record's.
@@ -52,8 +63,8 @@ struct FieldConversion {
 /// What a reading of three or more axes says.
 struct ReducedReading {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< f_hat [field unit]
-  double residual = 0.0;                                      ///< |f_hat| - F [field unit]
-  DerivedValues derived;                                      ///< as the kind of instrument says
+  double residual = 0.0;  ///< |f_hat| - F [field unit]; NaN where the biases hold the field
+  DerivedValues derived;  ///< as the kind of instrument says; likewise
   bool determined = true;     ///< false: fewer than three one-sided axes see the light
   bool extrapolated = false;  ///< the temperature is outside the calibrated range
 };
@@ -61,8 +72,9 @@ struct ReducedReading {
 /// What a reading of one axis says where there are fewer than three.
 struct ReducedAxis {
   double component = 0.0;  ///< field along the sensing axis [field unit]
-  double angle_rad =
-      0.0;  ///< how far the axis points above the horizontal; 0 where the kind has none
+  /// How far the axis points above the horizontal; 0 where the kind has none, NaN where the bias
+  /// holds the field.
+  double angle_rad = 0.0;
   bool clamped = false;
   bool extrapolated = false;
 };
@@ -71,6 +83,9 @@ struct ReducedAxis {
 ///
 ///     f_hat = S^-1 T_s (v - b(t)), T_s = diag(1 / scale_k(t)), without temperature terms 1;
 ///     m > 3: least squares weighted by scale_k^2 / s_k^2
+///
+/// Of a record whose biases hold the field (gives_field()) f_hat is only how far a reading is from
+/// bias(t): it has no residual and no direction.
 ///
 /// Of one-sided axes those count that see the light, by the reduced field itself, until it stays.
 ///
@@ -163,6 +178,7 @@ class Reducer {
                                   const std::optional<double>& temperature,
                                   Eigen::Vector3d& field) const noexcept;
 
+  bool gives_field_ = true;
   bool one_sided_ = false;
   std::vector<Eigen::Vector3d> rows_;  // rows of S, where the inverse is not one for all readings
   std::vector<double> weights_;        // those axes' weights

@@ -26,6 +26,13 @@ struct CurvatureTest {
   Eigen::VectorXd bends;  // m: what the squared field along each axis adds at full field [unit]
 };
 
+/// An axis that reads its largest or smallest value several times, short of what it should.
+struct SaturatedAxis {
+  Eigen::Index axis = 0;
+  double value = 0.0;     // [unit]
+  std::vector<int> runs;  // that read so
+};
+
 /// What each method gives.
 struct Estimate {
   std::vector<SaturatedAxis> saturated;

@@ -31,6 +31,9 @@ struct ReadingSet {
   Eigen::MatrixXd weights;                                  // n x m, of mean 1 per axis
   std::vector<Eigen::Matrix3d> rotation_sensor_from_table;  // n; empty where readings bring fields
   std::function<Eigen::Matrix3d(const DesignPoint&)> orientation;  // the same for any point
+  // n: what has become of the field in the table since the mean time, a turn times the ratio of its
+  // lengths; empty where it stays.
+  std::vector<Eigen::Matrix3d> field_then;
   std::vector<std::string> axes;                                   // m names
   std::vector<std::optional<int>> nominal;  // the component each axis is meant to sense; or empty
   TableField field;
@@ -78,6 +81,13 @@ struct ReadingSet {
 
   [[nodiscard]] std::vector<std::string> names_of_axis(Eigen::Index axis) const;
 
+  // From a field in the table, at the mean time, to what a reading met of it, frame sensor.
+  [[nodiscard]] Eigen::Matrix3d met_of_field(std::size_t reading) const {
+    return field_then.empty()
+               ? rotation_sensor_from_table[reading]
+               : Eigen::Matrix3d(rotation_sensor_from_table[reading] * field_then[reading]);
+  }
+
   // What a reading met, by the field's vectors; and what that changes with one of them.
   [[nodiscard]] Eigen::Vector3d field_in_table(Eigen::Index reading,
                                                const TableField::Vectors& fields) const;
@@ -95,6 +105,9 @@ struct ReadingSet {
   [[nodiscard]] Eigen::Index size() const { return response.rows(); }
   [[nodiscard]] Eigen::Index axis_count() const { return response.cols(); }
 
+  // The readings of axis k that have weight.
+  [[nodiscard]] std::vector<double> readings_of_axis(Eigen::Index k) const;
+
   /// Residuals of axis k below this are rounding.
   [[nodiscard]] double rounding(Eigen::Index k) const;
 
@@ -106,15 +119,5 @@ struct ReadingSet {
 /// none for those that the readings bring; n x base_column_count().
 [[nodiscard]] Eigen::MatrixXd field_design(const ReadingSet& set,
                                            const std::vector<Eigen::Vector3d>& fields);
-
-/// An axis whose largest or smallest value comes several times, where other readings all differ.
-struct SaturatedAxis {
-  Eigen::Index axis = 0;
-  double value = 0.0;
-  std::vector<int> runs;
-};
-
-/// @param one_sided  whose lowest value is the dark, which repeats as it likes.
-[[nodiscard]] std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set, bool one_sided);
 
 }  // namespace axiscal

@@ -59,9 +59,11 @@ class ReadingSource {
   /// Reference and range of the readings that are used; no terms.
   [[nodiscard]] TemperatureResponse temperature_range() const;
 
-  /// How the instrument lies: rotation_sensor_from_table; with a field that moves for the table as
-  /// it stood to the field at the mean time.
+  /// How the instrument lies: rotation_sensor_from_table.
   [[nodiscard]] Eigen::Matrix3d rotation(const Reading& reading) const;
+
+  /// As ReadingSet::field_then; the identity where the field stays.
+  [[nodiscard]] Eigen::Matrix3d field_then(const Reading& reading) const;
 
   /// @return which readings of all observations are within the range of an axis.
   [[nodiscard]] const AxisMask& in_range() const { return in_range_; }

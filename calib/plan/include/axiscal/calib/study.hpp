@@ -86,10 +86,10 @@ struct StudyResult {
 };
 
 /// Runs the trials of a shard, on all cores. Trial t depends on the seed and t alone, so that
-/// neither shards nor cores change the result.
+/// neither shards nor cores change the result. In a world that is not white mistakes are looked for
+/// as well, as a drift that is found is fitted.
+///
 /// @param progress  told how many trials are done; may be empty; never called twice at once.
-/// In a world that is not white mistakes are looked for as well, as a drift that is found is
-/// fitted.
 /// @throws DomainError  for fewer than 1 trial, a shard that is none, or `regression_only` with
 ///                      what it cannot do (worlds, alarms, temperature terms, second fields,
 ///                      one-sided axes); for a recording `sweep`, whose biases hold the field's

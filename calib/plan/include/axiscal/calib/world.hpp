@@ -25,7 +25,7 @@ struct World {
   std::vector<double> k3;
   bool stated = false;  ///< stated uncertainties are drawn: face normals, slope, direction, F
 
-  /// @return whether anything is there.
+  /// @return whether noise is white and normal, and nothing else is there.
   [[nodiscard]] bool is_white() const;
 };
 

@@ -29,6 +29,7 @@ struct FieldDescription {
   double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]; 0: not stated
   std::string model;                        ///< "wgs84", "wmm2025", ... where one was used
   std::optional<double> local_gravity;      ///< what 1 g was, for a field in g [m/s^2]
+  double local_gravity_u = 0.0;             ///< its standard uncertainty [m/s^2]; 0: not stated
   std::optional<Eigen::Vector3d> in_table;  ///< given or estimated, at level 1 [unit], frame table
   std::optional<Eigen::Matrix3d> in_table_covariance;  ///< `joint`: of in_table [unit^2]
   double in_table_degrees_of_freedom = 0.0;            ///< those of in_table_covariance
@@ -245,6 +246,7 @@ struct CalibrationWarning {
 struct InputFileDigest {
   std::string path;
   std::string sha256;
+  bool is_log = false;  ///< whose rests were the readings; else a table of them
 };
 
 /// The result of a calibration: what a record file holds (formats.md, Record).
@@ -299,6 +301,14 @@ struct Calibration {
 [[nodiscard]] Eigen::VectorXd reading_at_reference(const Calibration& calibration,
                                                    Eigen::VectorXd readings,
                                                    std::optional<double> temperature);
+
+/// @return whether reduced readings are the field: not where a record of method bias, made without
+///         another one's sensitivities, has in its biases what the instrument met of the field.
+[[nodiscard]] bool gives_field(const Calibration& calibration);
+
+/// @return whether a record was made from one of these files, by their SHA-256.
+[[nodiscard]] bool is_made_from(const Calibration& calibration,
+                                const std::vector<InputFileDigest>& inputs);
 
 /// @return what users of this kind of instrument call the calibration: hard iron, responsivity, ...
 [[nodiscard]] std::vector<Quantity> quantities_of(const Calibration& calibration);

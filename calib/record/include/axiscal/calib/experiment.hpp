@@ -26,7 +26,9 @@ struct FieldPart {
   /// "custom".
   std::string kind;
   std::optional<FieldRole> role;            ///< default: the kind's
-  std::string unit;                         ///< empty: the first of the kind's
+  /// Empty: the first of the kind's; where no magnitude is stated, the readings' own if the kind has
+  /// it.
+  std::string unit;
   std::optional<double> magnitude;          ///< F [unit]; default: see make_field_description()
   double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]
   std::optional<Eigen::Vector3d> in_table;  ///< [unit], frame table
@@ -52,6 +54,9 @@ struct FieldSetup : FieldPart {
 struct TemperatureSetup {
   int order = 0;                    ///< order of the polynomials of bias and scale; 0: none
   bool automatic = false;           ///< the order that the readings ask for
+  /// Temperatures are passed over. Else, with order 0, they are looked at as by `automatic` where
+  /// readings at enough temperatures have them, and terms are fitted if they are clearly there.
+  bool ignored = false;
   std::optional<double> reference;  ///< t0; default: mean of the readings
 };
 
@@ -74,7 +79,7 @@ struct Experiment {
   std::optional<double> fence_azimuth_rad;  ///< azimuth of the table's y, clockwise from north;
                                             ///< not stated: 0, or as the readings show it
   /// What the axes' main sensitivities should be [unit per field unit]; mistakes in a whole run
-  /// show against it.
+  /// show against it. Not stated: see expected_sensitivity().
   std::optional<double> nominal_sensitivity;
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< known slope of the table, as Levelness
   Positioner positioner;
@@ -101,6 +106,19 @@ struct Experiment {
   std::vector<int> leave_out;  ///< runs not used
   std::string limits;          ///< file of what a unit must meet; calibrate() does not look at it
 };
+
+/// What the axes' sensitivities should be: as stated; else, where readings are in a unit of the
+/// field's quantity, what their unit makes of one unit of the field (for g and m/s^2 by standard
+/// gravity).
+///
+/// @param field_unit  of the reference field.
+/// @return [unit per field unit]; nothing where neither says it.
+[[nodiscard]] std::optional<double> expected_sensitivity(const Experiment& experiment,
+                                                         const std::string& field_unit);
+
+/// States the field that the kind of instrument is usually calibrated in, where none is stated:
+/// gravity for accelerometers and inclinometers.
+void take_usual_field(Experiment& experiment);
 
 /// @throws SetupError  for a kind of field that is not known; the message lists the kinds.
 void check_field_kind(const std::string& kind);

@@ -18,12 +18,13 @@ namespace axiscal {
 /// empty.
 [[nodiscard]] std::string moving_field_name(const Experiment& experiment);
 
-/// How the field turns in the table: the direction at one time becomes that at the other.
+/// How the field changes in the table: its value at one time becomes that at the other, by a turn
+/// times the ratio of their lengths.
 ///
 /// @param from_s, to_s  seconds since 1970-01-01, UTC.
 /// @return frame table; the identity where the field does not move.
 /// @throws SetupError  if it moves and the fence's azimuth is not stated, or it is not alone.
-[[nodiscard]] Eigen::Matrix3d turn_of_field(const Experiment& experiment,
+[[nodiscard]] Eigen::Matrix3d change_of_field(const Experiment& experiment,
                                             double from_s,
                                             double to_s);
 

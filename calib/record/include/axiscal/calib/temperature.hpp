@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/version.hpp"
+
 namespace axiscal {
 
 /// How a polynomial order fits, for the choice among several.

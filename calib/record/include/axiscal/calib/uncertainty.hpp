@@ -13,7 +13,9 @@ namespace axiscal {
 /// The uncertainty of one quantity that a calibration gives.
 struct CombinedUncertainty {
   double u = 0.0;                   ///< combined standard uncertainty [unit of the quantity]
-  double degrees_of_freedom = 0.0;  ///< effective, Welch and Satterthwaite; may be infinite
+  /// Effective: those of which coverage_factor is Student's t, by Welch and Satterthwaite where all
+  /// parts have five or more; may be infinite.
+  double degrees_of_freedom = 0.0;
   double coverage_factor = 0.0;     ///< expanded / u
   double expanded = 0.0;            ///< half width of the 95 % interval
   std::vector<double> by_source;    ///< u of each source alone, in their order
@@ -39,6 +41,10 @@ struct VarianceShares {
 /// @par Source
 /// JCGM 100:2008, G.4.
 [[nodiscard]] CombinedUncertainty combine(const VarianceShares& shares, double coverage = 0.95);
+
+/// @return the effective degrees of freedom of the sum by Welch and Satterthwaite, however few any
+///         part has; may be infinite.
+[[nodiscard]] double welch_degrees_of_freedom(const VarianceShares& shares);
 
 /// Student's t at one probability for any degrees of freedom, from a table: to 0.4 %, and a hundred
 /// times as fast as the quantile; for streams.
@@ -106,6 +112,9 @@ struct ParameterUncertainty {
 /// are referred to.
 /// @return in words, to stand behind "not counted: "; empty without statistics.
 [[nodiscard]] std::vector<std::string> not_counted(const Calibration& calibration);
+
+/// @return that in a sentence; empty where all is counted.
+[[nodiscard]] std::string words_of_not_counted(const Calibration& calibration);
 
 /// What to do about the source that counts most.
 struct Advice {

@@ -19,6 +19,7 @@ struct ResolvedPart {
   bool has_value = false;   // whether its direction is known, at least roughly
   bool has_heading = true;  // false: from the site, but the fence's azimuth is not stated
   std::optional<double> local_gravity;  // what 1 g is, for a part in g [m/s^2]
+  double local_gravity_u = 0.0;         // its standard uncertainty [m/s^2]
   std::vector<Eigen::Vector3d> lamps;   // directions to each of several lamps, frame table
   Eigen::Vector3d sign_by = Eigen::Vector3d::Zero();  // as FieldStart
 };

@@ -12,6 +12,14 @@ namespace axiscal {
 /// Boost.Math.
 [[nodiscard]] double student_t_factor(double coverage, double degrees_of_freedom);
 
+/// The degrees of freedom of which a coverage factor is Student's t: student_t_factor() turned
+/// round.
+///
+/// @param factor    k, of expanded uncertainties.
+/// @param coverage  in (0, 1).
+/// @return infinity where k is the normal distribution's or less; NaN where k is no number.
+[[nodiscard]] double freedom_of_factor(double factor, double coverage);
+
 /// @return P(|T| > |t|) for Student's t; NaN where an argument is NaN or there are no degrees of
 ///         freedom.
 [[nodiscard]] double student_t_two_sided_p(double t, double degrees_of_freedom);

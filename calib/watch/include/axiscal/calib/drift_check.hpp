@@ -51,6 +51,19 @@ struct DriftCheck {
                                      const Calibration& fresh,
                                      double alpha = 0.01);
 
+/// Holds fresh biases against those of a record of method bias whose biases hold the field
+/// (gives_field()): axis by axis at the fresh readings' temperature, put together by Fisher's method.
+/// Such a record says nothing of directions, and the instrument must lie as it did.
+///
+/// @param fresh        by method bias, of readings taken to the old record's reference
+///                     (at_reference_temperature()), without temperature terms.
+/// @param temperature  mean of the fresh readings'; nothing: they count as at the reference.
+/// @throws DomainError  if the axes are not the same, or one states no covariance.
+[[nodiscard]] DriftCheck check_biases(const Calibration& old,
+                                      const Calibration& fresh,
+                                      std::optional<double> temperature,
+                                      double alpha = 0.01);
+
 /// Readings that were taken at some temperature, as a calibration with temperature terms expects
 /// them at its reference; so a short run at room temperature can be held against it.
 [[nodiscard]] Observations at_reference_temperature(Observations observations,

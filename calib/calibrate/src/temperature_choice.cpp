@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "temperature_choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include <Eigen/QR>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/temperature.hpp"
+#include "axiscal/calib/temperature_fit.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "method_choice.hpp"
+
+namespace axiscal {
+namespace {
+
+bool nothing_is_said(const TemperatureSetup& setup) {
+  return setup.order == 0 && !setup.automatic && !setup.ignored;
+}
+
+// Of the readings that are used; empty where one of them has none.
+std::vector<double> temperatures_of(const std::vector<Reading>& readings,
+                                    const std::vector<int>& left_out) {
+  std::vector<double> temperatures;
+  for (const Reading& reading : readings) {
+    if (std::find(left_out.begin(), left_out.end(), reading.run) != left_out.end()) {
+      continue;
+    }
+    if (!reading.temperature) {
+      return {};
+    }
+    temperatures.push_back(*reading.temperature);
+  }
+  return temperatures;
+}
+
+// Probability that the residuals of some axis follow the temperature so closely by chance.
+double p_of_following(const ReadingSet& set,
+                      const std::vector<Eigen::Vector3d>& fields,
+                      const std::vector<double>& temperatures) {
+  const Eigen::MatrixXd base = field_design(set, fields);
+  double smallest = 1.0;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const Eigen::VectorXd root = set.weights.col(k).cwiseSqrt();
+    const Eigen::MatrixXd X = root.asDiagonal() * set.all_columns(base, k);
+    const Eigen::VectorXd t = Eigen::Map<const Eigen::VectorXd>(
+        temperatures.data(), static_cast<Eigen::Index>(temperatures.size()));
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(X);
+    const Eigen::VectorXd centred = root.asDiagonal() * (t.array() - t.mean()).matrix();
+    const Eigen::VectorXd d = centred - X * qr.solve(centred);
+    const Eigen::VectorXd y = root.asDiagonal() * set.response.col(k);
+    const Eigen::VectorXd r = y - X * qr.solve(y);
+    const double free = static_cast<double>((root.array() > 0.0).count() - qr.rank()) - 1.0;
+    constexpr double independent = 1e-6;  // else the poses themselves follow the temperature
+    if (!(free >= 1.0) || !(d.squaredNorm() > independent * centred.squaredNorm())) {
+      continue;
+    }
+    const double drop = std::pow(d.dot(r), 2) / d.squaredNorm();
+    const double left = r.squaredNorm() - drop;
+    if (left > 0.0 && r.cwiseAbs().maxCoeff() > set.rounding(k)) {
+      smallest = std::min(smallest, f_upper_p(drop / (left / free), 1.0, free));
+    }
+  }
+  return std::min(1.0, static_cast<double>(set.axis_count()) * smallest);
+}
+
+}  // namespace
+
+bool has_temperatures_enough(const Experiment& experiment, const Observations& observations) {
+  if (!nothing_is_said(experiment.temperature) || experiment.instrument.one_sided ||
+      (!has_labels(observations) && !brings_field(observations)) ||
+      experiment.method.value_or(Method::joint) >= Method::magnitude) {
+    return false;
+  }
+  const std::vector<double> temperatures =
+      temperatures_of(observations.readings, experiment.leave_out);
+  constexpr std::size_t fewest_continuous = 24;
+  const std::set<double> different(temperatures.begin(), temperatures.end());
+  if (different.size() < 2) {
+    return false;
+  }
+  const std::vector<int> soaks = soak_levels(temperatures);
+  return soaks.empty() ? temperatures.size() >= fewest_continuous
+                       : *std::max_element(soaks.begin(), soaks.end()) > 0;
+}
+
+bool clearly_needed(const std::vector<TemperatureOrderTrial>& trials) {
+  // Six slopes more, of three axes, gain so much by chance in 0.1 % of runs.
+  constexpr double clear_gain = 10.0;
+  return !trials.empty() &&
+         std::any_of(trials.begin(), trials.end(), [&](const TemperatureOrderTrial& trial) {
+           return trial.aicc < trials.front().aicc - clear_gain;
+         });
+}
+
+void warn_of_ignored_temperature(const Experiment& experiment,
+                                 const ReadingSet& set,
+                                 const std::vector<Eigen::Vector3d>& fields,
+                                 Calibration& calibration) {
+  const std::vector<double> temperatures = temperatures_of(set.readings, {});
+  if (!nothing_is_said(experiment.temperature) || temperatures.empty()) {
+    return;
+  }
+  const auto [low, high] = std::minmax_element(temperatures.begin(), temperatures.end());
+  // In degrees; a sensor's own output may span what it likes.
+  constexpr double much = 5.0;
+  constexpr double coldest = -100.0;
+  constexpr double hottest = 200.0;
+  const bool spans_much = *high - *low >= much && *low >= coldest && *high <= hottest;
+  const bool by_magnitude = calibration.method == Method::magnitude;
+  constexpr double false_alarm = 0.002;
+  const double p = by_magnitude || *high == *low ? 1.0 : p_of_following(set, fields, temperatures);
+  if (!spans_much && !(p < false_alarm)) {
+    return;
+  }
+  calibration.warnings.push_back(
+      {.code = WarningCode::temperature,
+       .runs = {},
+       .message = formatted(
+           "the column 'temperature' goes from {} to {}, and no term of the fit describes what "
+           "that does{}; {}, or say that temperatures are to be passed over (temperature order 0)",
+           number_text(*low, 4), number_text(*high, 4),
+           p < false_alarm ? formatted(": the residuals follow it (p = {})", number_text(p, 2))
+                           : "",
+           by_magnitude ? "method magnitude has no such terms: calibrate each temperature by itself"
+                        : "take the whole design at two temperatures or more, or 24 readings"
+                          " and more")});
+}
+
+}  // namespace axiscal

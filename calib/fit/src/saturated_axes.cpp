@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/saturated_axes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/reading_step.hpp"
+
+namespace axiscal {
+namespace {
+
+// The readings of an axis by whether they lie at its end.
+struct EndOfAxis {
+  Eigen::Index axis = 0;
+  double sign = 1.0;  // +1: the upper end
+  double value = 0.0;
+  double step = 0.0;  // 0: none is known
+  std::vector<Eigen::Index> there;
+  std::vector<Eigen::Index> others;
+};
+
+EndOfAxis end_of_axis(const ReadingSet& set, Eigen::Index k, double sign, double step) {
+  EndOfAxis end{.axis = k, .sign = sign, .step = step};
+  const std::vector<double> values = set.readings_of_axis(k);
+  end.value = sign > 0.0 ? *std::max_element(values.begin(), values.end())
+                         : *std::min_element(values.begin(), values.end());
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    if (set.weights(i, k) > 0.0) {
+      const bool at_end = std::abs(set.response(i, k) - end.value) <= 0.5 * step;
+      (at_end ? end.there : end.others).push_back(i);
+    }
+  }
+  return end;
+}
+
+double upper_tail(double t, double degrees_of_freedom) {
+  const double both = student_t_two_sided_p(t, degrees_of_freedom);
+  return t > 0.0 ? 0.5 * both : 1.0 - 0.5 * both;
+}
+
+double probability_of(double excess, double sd, double degrees_of_freedom) {
+  return sd > 0.0 ? upper_tail(excess / sd, degrees_of_freedom) : 1.0;
+}
+
+// How likely the others' fit lets the readings at the end lie so far short by chance; nothing where
+// it does not determine them.
+std::optional<double> p_by_others(const ReadingSet& set,
+                                  const Eigen::MatrixXd& design,
+                                  const EndOfAxis& end) {
+  const Eigen::VectorXd root = set.weights.col(end.axis)(end.others).cwiseSqrt();
+  const Eigen::MatrixXd X = root.asDiagonal() * design(end.others, Eigen::all);
+  // From the end, so that large readings lose no digits.
+  const Eigen::VectorXd y =
+      root.asDiagonal() *
+      (set.response.col(end.axis)(end.others).array() - end.value).matrix();
+  const Eigen::Index nu = X.rows() - X.cols();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(X);
+  if (nu < 1 || qr.rank() < X.cols()) {
+    return std::nullopt;
+  }
+  const Eigen::VectorXd estimate = qr.solve(y);
+  const double scatter =
+      std::sqrt(std::max({(y - X * estimate).squaredNorm() / static_cast<double>(nu),
+                          end.step * end.step / 12.0, std::pow(set.rounding(end.axis), 2)}));
+  const Eigen::RowVectorXd g = design(end.there, Eigen::all).colwise().mean();
+  // g = X' a, so that g' C g = a' a.
+  const Eigen::VectorXd a =
+      qr.solve(Eigen::MatrixXd::Identity(X.rows(), X.rows())).transpose() * g.transpose();
+  const double short_of = end.sign * g.dot(estimate) - 0.5 * end.step;
+  return probability_of(
+      short_of, scatter * std::sqrt(a.squaredNorm() + 1.0 / static_cast<double>(end.there.size())),
+      static_cast<double>(nu));
+}
+
+// The same by the field's magnitude, where directions are not known but by the readings.
+double p_by_magnitude(const ReadingSet& set,
+                      const Estimate& estimate,
+                      double magnitude,
+                      const EndOfAxis& end) {
+  const LinearResponse& response = estimate.response;
+  const Eigen::Matrix3d S = response.sensitivity;
+  const Eigen::Matrix3d inverse = S.inverse();
+  double short_of = -0.5 * end.step;
+  for (const Eigen::Index i : end.there) {
+    const Eigen::Vector3d field =
+        inverse * (set.response.row(i).transpose() - response.bias);
+    const double expected =
+        response.bias(end.axis) + magnitude * S.row(end.axis).dot(field.normalized());
+    short_of +=
+        end.sign * (expected - end.value) / static_cast<double>(end.there.size());
+  }
+  return probability_of(short_of, estimate.statistics.residual_sd(end.axis),
+                        estimate.statistics.degrees_of_freedom(end.axis));
+}
+
+}  // namespace
+
+std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
+                                          const Estimate& estimate,
+                                          const SaturationSearch& search) {
+  constexpr std::size_t fewest_at_end = 2;
+  constexpr std::size_t fewest_others = 6;
+  constexpr double false_alarm = 0.02;  // by simulation at most 0.2 % of good runs are called so
+  const bool by_magnitude = estimate.fields.empty() && !set.readings.front().field_in_sensor;
+  const double ends = static_cast<double>(set.axis_count()) * (search.one_sided ? 1.0 : 2.0);
+  const Eigen::MatrixXd base = by_magnitude ? Eigen::MatrixXd() : field_design(set, estimate.fields);
+  std::vector<SaturatedAxis> found;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const double step =
+        step_of_readings(set.readings_of_axis(k), search.stated_step).value_or(0.0);
+    for (const double sign : {1.0, -1.0}) {
+      if (sign < 0.0 && search.one_sided) {
+        continue;
+      }
+      const EndOfAxis end = end_of_axis(set, k, sign, step);
+      if (end.there.size() < fewest_at_end || end.others.size() < fewest_others) {
+        continue;
+      }
+      const double p =
+          by_magnitude ? p_by_magnitude(set, estimate, search.magnitude, end)
+                       : p_by_others(set, set.all_columns(base, k), end).value_or(1.0);
+      if (ends * p < false_alarm) {
+        SaturatedAxis& axis = found.emplace_back(
+            SaturatedAxis{.axis = k, .value = end.value, .runs = {}});
+        for (const Eigen::Index i : end.there) {
+          axis.runs.push_back(set.readings[static_cast<std::size_t>(i)].run);
+        }
+      }
+    }
+  }
+  return found;
+}
+
+}  // namespace axiscal

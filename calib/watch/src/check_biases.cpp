@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/drift_check.hpp"
+#include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+// d bias(t) / d (the parameters of the record).
+Eigen::RowVectorXd change_of_bias(const Calibration& record, const std::string& axis, double d) {
+  const FitStatistics& statistics = *record.statistics;
+  Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(statistics.covariance.cols());
+  double power = 1.0;
+  const Eigen::Index order = record.temperature ? record.temperature->bias.cols() : 0;
+  for (Eigen::Index j = 0; j <= order; ++j) {
+    const std::string name = j == 0   ? axis + ".bias"
+                             : j == 1 ? axis + ".bias.d"
+                                      : formatted("{}.bias.d{}", axis, j);
+    if (const auto at = statistics.position_of(name)) {
+      gradient(*at) = power;
+    }
+    power *= d;
+  }
+  return gradient;
+}
+
+void require_biases(const Calibration& record) {
+  if (!record.statistics || !record.statistics->covariance.allFinite() ||
+      record.statistics->covariance.size() == 0) {
+    throw DomainError("the record states no covariance of its biases to hold others against");
+  }
+}
+
+}  // namespace
+
+DriftCheck check_biases(const Calibration& old,
+                        const Calibration& fresh,
+                        std::optional<double> temperature,
+                        double alpha) {
+  require_biases(old);
+  require_biases(fresh);
+  if (old.instrument.axes != fresh.instrument.axes) {
+    throw DomainError("the axes of the two calibrations are not the same");
+  }
+  DriftCheck check{.alpha = alpha,
+                   .pitch_error_deg = not_a_number,
+                   .pitch_error_u_deg = not_a_number,
+                   .pitch_error_expanded_deg = not_a_number};
+  const double d = old.temperature && temperature ? *temperature - old.temperature->reference : 0.0;
+  double fisher = 0.0;
+  for (std::size_t k = 0; k < old.instrument.axes.size(); ++k) {
+    const std::string& axis = old.instrument.axes[k];
+    const auto row = static_cast<Eigen::Index>(k);
+    VarianceShares shares;
+    VarianceShares now;
+    static_cast<void>(propagate(old, change_of_bias(old, axis, d), &shares));
+    static_cast<void>(propagate(fresh, change_of_bias(fresh, axis, 0.0), &now));
+    shares.axes.insert(shares.axes.end(), now.axes.begin(), now.axes.end());
+    shares.components.insert(shares.components.end(), now.components.begin(),
+                             now.components.end());
+    shares.others += now.others;
+    const CombinedUncertainty u = combine(shares);
+    const double shift =
+        old.temperature && temperature ? old.temperature->bias_shift(row, *temperature) : 0.0;
+    ParameterChange change{.parameter = axis + ".bias",
+                           .old_value = old.response.bias(row) + shift,
+                           .new_value = fresh.response.bias(row) + shift,
+                           .u = u.u,
+                           .z = 0.0,
+                           .e_n = not_a_number};
+    const double difference = change.new_value - change.old_value;
+    change.z = u.u > 0.0 ? difference / u.u : 0.0;
+    const double p = student_t_two_sided_p(change.z, u.degrees_of_freedom);
+    fisher -= 2.0 * std::log(std::max(std::isnan(p) ? 1.0 : p, 1e-300));
+    check.changes.push_back(std::move(change));
+  }
+  check.p_value = chi_squared_upper_p(std::max(fisher, 1e-12),
+                                      2.0 * static_cast<double>(old.instrument.axes.size()));
+  check.drifted = check.p_value < alpha;
+  check.notes.push_back(
+      formatted("the biases hold what the instrument met of the field: they are compared{}, as the "
+                "instrument lay when the record was made",
+                temperature ? formatted(" at temperature {}", number_text(*temperature, 4)) : ""));
+  return check;
+}
+
+}  // namespace axiscal
