@@ -180,11 +180,10 @@ std::string text_of(const Characterization& result) {
                     "scatter", "slope [urad]", "p");
   for (const ReferenceResult& reference : result.references) {
     const Eigen::AngleAxisd turn(reference.rotation_sensor_from_positioner);
-    text +=
-        formatted("  {:<18}{:>13}{:>12.2e}{:>20}{:>10}\n", reference.slot.substr(0, 17),
-                  micro(std::abs(turn.angle())), reference.residual_sd,
-                  formatted("{}, {}", micro(reference.slope.x()), micro(reference.slope.y())),
-                  p_text(reference.p_value));
+    text += formatted("  {:<18}{:>13}{:>12.2e}{:>20}{:>10}\n", reference.slot.substr(0, 17),
+                      micro(std::abs(turn.angle())), reference.residual_sd,
+                      formatted("{}, {}", micro(reference.slope.x()), micro(reference.slope.y())),
+                      p_text(reference.p_value));
   }
   if (std::isfinite(result.p_value)) {
     text += formatted("  the instruments {} (p = {:.2g})\n",

@@ -64,9 +64,7 @@ std::string own_text(bool own) {
              : "";
 }
 
-std::string check_json(const DriftCheck& check,
-                       const std::optional<Verdict>& verdict,
-                       bool own) {
+std::string check_json(const DriftCheck& check, const std::optional<Verdict>& verdict, bool own) {
   Json json = {{"own_readings", own},
                {"drifted", check.drifted},
                {"p_value", check.p_value},
@@ -117,10 +115,10 @@ std::string check_text(const DriftCheck& check, const Calibration& record) {
 }
 
 std::string in_situ_json(const InSituCheck& check, bool own) {
-  Json json = {{"own_readings", own},
-               {"drifted", check.drifted},           {"p_value", check.p_value},
-               {"changes", Json::array()},           {"residual_rss", check.rss},
-               {"expected_rss", check.expected_rss}, {"readings", Json::array()}};
+  Json json = {{"own_readings", own},       {"drifted", check.drifted},
+               {"p_value", check.p_value},  {"changes", Json::array()},
+               {"residual_rss", check.rss}, {"expected_rss", check.expected_rss},
+               {"readings", Json::array()}};
   for (const InSituReading& reading : check.readings) {
     json["readings"].push_back({{"run", reading.run},
                                 {"residual", reading.residual},
@@ -323,7 +321,8 @@ int run(const CheckCommand& command) {
       FreshReadings readings = read_fresh(command, old);
       own = is_made_from(old, readings.run.inputs);
       temperature = readings.temperature;
-      if (gives_field(old) && !has_pose(readings.run.observations) && old.method != Method::magnitude) {
+      if (gives_field(old) && !has_pose(readings.run.observations) &&
+          old.method != Method::magnitude) {
         if (limits) {
           throw UsageError(
               "--limits: readings without labels give no coefficients to hold against limits");

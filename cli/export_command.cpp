@@ -35,7 +35,8 @@ void add_options(OptionSet& options, ExportCommand& command) {
               "m/s^2 that 1 g was, of a record in g that does not say it");
   options.add("--numbers", command.numbers, "TYPE",
               "of a header: double, float, q16, q0:16 (binary places of readings, of the field)");
-  options.add("--name", command.name, "ID", "what a header's names start with; axiscal_KIND, or axiscal_KIND_SLOT");
+  options.add("--name", command.name, "ID",
+              "what a header's names start with; axiscal_KIND, or axiscal_KIND_SLOT");
   options.add("--instance", command.instance, "N", "number of the sensor, 0 to 9; 0");
   options.add("--laboratory", command.laboratory, "FILE",
               "of dcc: laboratory, customer, number, ... as report --laboratory");
@@ -102,8 +103,9 @@ int run(const ExportCommand& command) {
     return 0;
   }
   if (command.records.empty() || command.records.size() > 2 || !command.format) {
-    throw UsageError("export: needs a RECORD (for kalibr two, of accelerometer and gyroscope) and --format "
-                     "NAME; --list names the formats");
+    throw UsageError(
+        "export: needs a RECORD (for kalibr two, of accelerometer and gyroscope) and --format "
+        "NAME; --list names the formats");
   }
   if (command.output == "-" && !is_text(*command.format) && isatty(STDOUT_FILENO) != 0) {
     throw UsageError(formatted("export: {} is no text; give -o FILE", *command.format));

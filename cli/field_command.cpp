@@ -56,10 +56,10 @@ std::set<std::string_view> wanted_fields(const FieldCommand& command) {
   for (const std::string_view name : split(*command.only, ',')) {
     const auto* const known = std::find(field_names.begin(), field_names.end(), name);
     if (known == field_names.end()) {
-      throw UsageError(formatted(
-          "--only: unknown field '{}'{}", name,
-          did_you_mean(name, field_names,
-                       "the fields are gravity, geomagnetic, earth_rotation, sun")));
+      throw UsageError(
+          formatted("--only: unknown field '{}'{}", name,
+                    did_you_mean(name, field_names,
+                                 "the fields are gravity, geomagnetic, earth_rotation, sun")));
     }
     wanted.insert(*known);
   }

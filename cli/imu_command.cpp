@@ -73,9 +73,8 @@ struct LackingInstrument {
 
 LackingInstrument lacking_instrument(const RecordedLog& log, const ImuOptions& options) {
   const auto lacks = [&](const std::vector<std::string>& columns) {
-    return std::any_of(columns.begin(), columns.end(), [&](const std::string& name) {
-      return !find_column(log.columns, name);
-    });
+    return std::any_of(columns.begin(), columns.end(),
+                       [&](const std::string& name) { return !find_column(log.columns, name); });
   };
   return lacks(options.accelerometer)  ? LackingInstrument{}
          : lacks(options.gyroscope)    ? LackingInstrument{"--gyroscope", "gyr"}
@@ -113,8 +112,8 @@ int run_imu(const CalibrateCommand& command) {
         formatted("-o: the log gives {} records; the file's name must hold {{slot}}", instruments));
   }
   const LackingInstrument lacking = lacking_instrument(log, options);
-  ImuCalibration imu = advising_columns(lacking.option, lacking.word,
-                                        [&] { return calibrate_imu(log, options); });
+  ImuCalibration imu =
+      advising_columns(lacking.option, lacking.word, [&] { return calibrate_imu(log, options); });
   std::vector<Calibration> records = imu.records();
   const InputFileDigest digest{
       .path = *command.imu, .sha256 = sha256_of_file(*command.imu), .is_log = true};

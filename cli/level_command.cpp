@@ -111,7 +111,11 @@ Measured measure(const LevelCommand& command, Surface& surface) {
     }
     return {files.front(), true, read_calibration(files.front())};
   }
-  Experiment experiment = make_experiment(command.experiment);
+  ExperimentOptions options = command.experiment;
+  if (!files.front().ends_with(".json")) {  // a table of readings, whatever they are of
+    options.instrument = options.instrument.value_or("accelerometer");
+  }
+  Experiment experiment = make_experiment(options);
   surface = experiment.positioner.surface();
   const RunReadings run = read_run(experiment);
   experiment.positioner =

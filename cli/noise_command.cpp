@@ -131,8 +131,9 @@ std::string noise_text(const LogNoise& noise) {
       noise.samples > 0
           ? formatted("{} samples at {:.6g} Hz, {:.6g} s", noise.samples, noise.rate_hz,
                       static_cast<double>(noise.samples) / noise.rate_hz)
-          : std::string("a curve of unknown length: without a column n intervals are as if its "
-                        "longest tau were half the record");
+          : std::string(
+                "a curve of unknown length: without a column n intervals are as if its "
+                "longest tau were half the record");
   text += "; coefficients with 95 % intervals, deviations with 68 %\n";
   for (const ColumnNoise& one : noise.columns) {
     text += formatted("\n{}\n", one.name);
@@ -336,10 +337,9 @@ int run(const NoiseCommand& command) {
   for (const std::string& note : log.notes) {
     print_remark("note", note);
   }
-  const LogNoise noise =
-      advising_columns("--columns", "", [&] {
-        return command.is_curve ? noise_of_curve(log, command) : noise_of_log(log, command);
-      });
+  const LogNoise noise = advising_columns("--columns", "", [&] {
+    return command.is_curve ? noise_of_curve(log, command) : noise_of_log(log, command);
+  });
   if (noise.columns.empty()) {
     throw RefusedError("no column varies");
   }

@@ -49,11 +49,11 @@ void add_options(OptionSet& options, ReportCommand& command) {
 bool is_own_log(const Calibration& calibration, const std::string& path) {
   const bool of_imu = calibration.residuals.empty() || !calibration.residuals.front().point;
   const std::string sha256 = sha256_of_file(path);
-  return std::any_of(calibration.inputs.begin(), calibration.inputs.end(),
-                     [&](const InputFileDigest& input) {
-                       return input.sha256 == sha256 &&
-                              (input.is_log || (of_imu && calibration.slot == calibration.instrument.kind));
-                     });
+  return std::any_of(
+      calibration.inputs.begin(), calibration.inputs.end(), [&](const InputFileDigest& input) {
+        return input.sha256 == sha256 &&
+               (input.is_log || (of_imu && calibration.slot == calibration.instrument.kind));
+      });
 }
 
 // The readings of the record's instrument; a remark where they are not those that it was made from.

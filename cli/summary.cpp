@@ -157,8 +157,8 @@ class Summary {
 
   void add_coefficients() {
     const std::string unit = c_.instrument.unit;
-    heading(formatted("Coefficients: bias [{}], sensitivity to x, y, z [{}]; +- U (95 %)",
-                      unit, unit_per(unit, c_.field.unit)));
+    heading(formatted("Coefficients: bias [{}], sensitivity to x, y, z [{}]; +- U (95 %)", unit,
+                      unit_per(unit, c_.field.unit)));
     text_ += row("axis", label_width_ + 3, {"bias", "x", "y", "z"});
     for (Eigen::Index k = 0; k < c_.response.bias.size(); ++k) {
       const double U_bias = half_width(k, ".bias");
@@ -181,9 +181,8 @@ class Summary {
   // Expanded uncertainty of a parameter of axis k, scatter and stated inputs together.
   [[nodiscard]] double half_width(Eigen::Index k, const std::string& what) const {
     const std::string name = c_.instrument.axes[static_cast<std::size_t>(k)] + what;
-    const auto at =
-        std::find_if(uncertainties_.begin(), uncertainties_.end(),
-                     [&](const ParameterUncertainty& one) { return one.name == name; });
+    const auto at = std::find_if(uncertainties_.begin(), uncertainties_.end(),
+                                 [&](const ParameterUncertainty& one) { return one.name == name; });
     return at == uncertainties_.end() ? std::nan("") : at->uncertainty.expanded;
   }
 

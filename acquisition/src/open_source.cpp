@@ -179,9 +179,9 @@ std::unique_ptr<Source> open_source(const std::string& text) {
     const std::size_t colon = text.find("://");
     if (colon != std::string::npos) {
       const std::vector<std::string_view> views(names.begin(), names.end());
-      address.fail(formatted(
-          "unknown kind of source '{}'{}", text.substr(0, colon),
-          did_you_mean(text.substr(0, colon), views, "there are " + joined(names))));
+      address.fail(
+          formatted("unknown kind of source '{}'{}", text.substr(0, colon),
+                    did_you_mean(text.substr(0, colon), views, "there are " + joined(names))));
     }
   }
   for (const Scheme& scheme : schemes()) {

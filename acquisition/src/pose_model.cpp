@@ -239,8 +239,8 @@ std::vector<PoseModelFit> PoseModel::fits(const std::vector<PlacedReading>& know
   return all;
 }
 
-// How well a pose is known [rad]. With fewer than three axes slope and cross-axis sensitivities come
-// as products only, at first, and a fit takes one of many pairs for the only one.
+// How well a pose is known [rad]. With fewer than three axes slope and cross-axis sensitivities
+// come as products only, at first, and a fit takes one of many pairs for the only one.
 double PoseModel::placement_sd() const {
   constexpr double of_few_axes = 0.02;
   return setup_.instrument.axis_count() < 3 ? std::hypot(setup_.placement_sd_rad, of_few_axes)

@@ -56,7 +56,9 @@ double SessionKnowledge::response_scale() const {
     return std::abs(*nominal_) * field_.magnitude;
   }
   const auto m = static_cast<double>(setup_.experiment.instrument.axis_count());
-  return fits_.empty() ? 0.0 : fits_.front().response.sensitivity.norm() / std::sqrt(m) * field_.magnitude;
+  return fits_.empty()
+             ? 0.0
+             : fits_.front().response.sensitivity.norm() / std::sqrt(m) * field_.magnitude;
 }
 
 double SessionKnowledge::dwell_needed() const {
@@ -109,10 +111,11 @@ bool SessionKnowledge::reads_otherwise(const CapturedReading& reading,
                                        const DesignEntry& entry,
                                        double now_s) const {
   constexpr double clearly = 0.5;  // of what the field does
-  const PlacedReading other = {.entry = entry,
-                               .mean = {},
-                               .u = {},
-                               .field_turn = change_of_field(setup_.experiment, field_at_s_, now_s)};
+  const PlacedReading other = {
+      .entry = entry,
+      .mean = {},
+      .u = {},
+      .field_turn = change_of_field(setup_.experiment, field_at_s_, now_s)};
   return model_.least_contrast(placed(reading), other, fits_) > clearly;
 }
 

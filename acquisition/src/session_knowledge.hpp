@@ -88,7 +88,7 @@ class SessionKnowledge {
   std::optional<double> nominal_;
   PoseModel model_;
   std::vector<PoseModelFit> fits_;  // by the readings so far, the best one first
-  std::set<int> insisted_;  // runs that are taken as right
+  std::set<int> insisted_;          // runs that are taken as right
   std::set<int> suspects_;
 };
 

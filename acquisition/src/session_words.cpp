@@ -17,9 +17,9 @@ std::string laying_words(const SessionView& view) {
   std::string text = view.phase == SessionPhase::settling ? "let go; it is nearly still"
                      : view.lies_as_before                ? "it lies as at the last reading: " + way
                      : !way.empty()                       ? way
-                     : is_step        ? "leave it as it lies"
-                     : view.present   ? "lift it, wipe its feet, and lay it down the same way"
-                                      : "";
+                     : is_step                            ? "leave it as it lies"
+                     : view.present ? "lift it, wipe its feet, and lay it down the same way"
+                                    : "";
   if (is_step || view.wanted->entry.level != 1.0) {
     text +=
         formatted("{}level {}", text.empty() ? "" : "; ", number_text(view.wanted->entry.level));

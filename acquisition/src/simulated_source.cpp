@@ -43,8 +43,7 @@ SimulatedSource::SimulatedSource(std::string name, const SimulationSetup& setup)
   draw_instrument(setup.sensitivity, {0, 1, 2});
   field_.kind = "gravity";
   field_.unit = "g";
-  field_.in_table = {setup.slope.x(), setup.slope.y(),
-                     std::sqrt(1.0 - setup.slope.squaredNorm())};
+  field_.in_table = {setup.slope.x(), setup.slope.y(), std::sqrt(1.0 - setup.slope.squaredNorm())};
   to_ = Eigen::Quaterniond(Positioner().rotation_table_from_positioner(lies_));
   from_ = to_;
 }
@@ -69,9 +68,9 @@ void SimulatedSource::draw_instrument(double sensitivity,
 
 void SimulatedSource::play(const Experiment& experiment) {
   if (field_moves(experiment)) {
-    throw SetupError("a simulation has no time of day, and cannot show " +
-                         moving_field_name(experiment),
-                     {Setting::field});
+    throw SetupError(
+        "a simulation has no time of day, and cannot show " + moving_field_name(experiment),
+        {Setting::field});
   }
   const Instrument& instrument = experiment.instrument;
   field_ = make_field_description(experiment);
@@ -93,8 +92,8 @@ void SimulatedSource::play(const Experiment& experiment) {
   const bool along_normal = field_kind(field_.kind).along_normal;
   if (along_normal && field_.parts.empty()) {
     const Eigen::Vector2d& slope = setup_.slope;
-    field_.in_table = field_.magnitude * Eigen::Vector3d(slope.x(), slope.y(),
-                                                         std::sqrt(1.0 - slope.squaredNorm()));
+    field_.in_table = field_.magnitude *
+                      Eigen::Vector3d(slope.x(), slope.y(), std::sqrt(1.0 - slope.squaredNorm()));
   } else if (!field_.in_table) {
     RandomStream anywhere(setup_.seed, 2);
     field_.in_table = field_.magnitude * normal_vector(anywhere, 1.0).normalized();

@@ -111,8 +111,8 @@ std::vector<JsonValue> JsonValue::rows() const {
       child(column, name).fail("must be a list");
     }
     if (count && *count != column.size()) {
-      child(column, name).fail(
-          formatted("has {} entries, and the first column {}", column.size(), *count));
+      child(column, name)
+          .fail(formatted("has {} entries, and the first column {}", column.size(), *count));
     }
     count = column.size();
   }

@@ -198,9 +198,8 @@ Exported export_imu(const Calibration& first,
   if (find_export(format).write != export_kalibr) {
     throw RefusedError(formatted("format {} takes one instrument a file", format));
   }
-  return with_gravity(options, [&](const ExportOptions& own) {
-    return export_kalibr_imu(first, second, own);
-  });
+  return with_gravity(
+      options, [&](const ExportOptions& own) { return export_kalibr_imu(first, second, own); });
 }
 
 }  // namespace axiscal

@@ -99,9 +99,8 @@ std::string kalibr_block(const KalibrSensor& one, const Eigen::Matrix3d& frame) 
   const bool is_gyroscope = one.sensor == Sensor::gyroscope;
   std::string text = is_gyroscope ? "  gyroscopes:\n" : "  accelerometers:\n";
   text += "    M:\n" + yaml_matrix(one.split.M, "    ");
-  text += is_gyroscope
-              ? "    C_gyro_i:\n" + yaml_matrix(one.split.C * frame.transpose(), "    ")
-              : "    C:\n" + yaml_matrix(one.split.C, "    ");
+  text += is_gyroscope ? "    C_gyro_i:\n" + yaml_matrix(one.split.C * frame.transpose(), "    ")
+                       : "    C:\n" + yaml_matrix(one.split.C, "    ");
   if (is_gyroscope) {
     text += "    A:\n" + yaml_matrix(one.A, "    ");
   }
@@ -131,8 +130,9 @@ Exported export_kalibr_imu(const Calibration& first,
     std::swap(accelerometer, gyroscope);
   }
   if (accelerometer.sensor == gyroscope.sensor) {
-    throw RefusedError("kalibr: an IMU is one accelerometer and one gyroscope; the records are "
-                       "two of one kind");
+    throw RefusedError(
+        "kalibr: an IMU is one accelerometer and one gyroscope; the records are "
+        "two of one kind");
   }
   if (!first.instrument.serial.empty() && !second.instrument.serial.empty() &&
       first.instrument.serial != second.instrument.serial) {

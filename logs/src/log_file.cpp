@@ -6,9 +6,9 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
-#include "axiscal/core/missing_column.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
+#include "axiscal/core/missing_column.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "log_source.hpp"
 

@@ -186,11 +186,11 @@ struct WhiteStretch {
 
 // The longest stretch over which tau times the variance stays the same.
 std::optional<WhiteStretch> white_stretch(std::span<const AllanPoint> points) {
-  constexpr double shortest = 15.0;       // ratio of its ends: four octaves
-  constexpr double of_model = 0.06;       // of the variance: 3 % of the deviation
-  constexpr double steepest = 0.2;        // of the variance: 0.1 of the deviation
+  constexpr double shortest = 12.0;  // ratio of its ends: four octaves as points are chosen
+  constexpr double of_model = 0.06;  // of the variance: 3 % of the deviation
+  constexpr double steepest = 0.2;   // of the variance: 0.1 of the deviation
   constexpr double by_chance = 0.05;
-  constexpr double least_sd = 0.025;      // with which twice the sd is 5 %
+  constexpr double least_sd = 0.025;  // with which twice the sd is 5 %
   std::optional<WhiteStretch> found;
   double longest = shortest;
   for (std::size_t first = 0; first < points.size(); ++first) {
@@ -208,8 +208,7 @@ std::optional<WhiteStretch> white_stretch(std::span<const AllanPoint> points) {
       const double nu = std::max(point.degrees_of_freedom, 1.0);
       const double weight = 1.0 / (variance_of_log(nu) + of_model * of_model);
       const double x = std::log(point.tau_s);
-      const double y =
-          std::log(point.deviation * point.deviation * point.tau_s) - mean_of_log(nu);
+      const double y = std::log(point.deviation * point.deviation * point.tau_s) - mean_of_log(nu);
       w += weight;
       wx += weight * x;
       wy += weight * y;

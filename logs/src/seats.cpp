@@ -168,8 +168,7 @@ std::optional<double> misfit_of_order(const Eigen::MatrixXd& means,
   }
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(J);
   const Eigen::Index left = means.rows() - qr.rank();
-  const double range =
-      (means.colwise().maxCoeff() - means.colwise().minCoeff()).maxCoeff();
+  const double range = (means.colwise().maxCoeff() - means.colwise().minCoeff()).maxCoeff();
   if (left < 1 || !(range > 0.0)) {
     return std::nullopt;
   }
@@ -206,7 +205,7 @@ std::optional<SeatLabels> labels_by_most_faces(const Eigen::MatrixXd& means,
     agree += labels.points[i] && faces[i] == labels.points[i]->rest() ? 1U : 0U;
   }
   return 4 * agree >= 3 * std::min(faces.size(), sheet.size()) ? std::optional(std::move(labels))
-                                                              : std::nullopt;
+                                                               : std::nullopt;
 }
 
 }  // namespace
@@ -220,7 +219,8 @@ SeatLabels label_by_plan(const Eigen::MatrixXd& means,
   constexpr double largest_misfit = 0.02;
   const bool as_many = static_cast<std::size_t>(means.rows()) == sheet.size();
   // Where nothing can contradict the order, faces decide.
-  const double misfit = as_many ? misfit_of_order(means, sheet).value_or(not_a_number) : not_a_number;
+  const double misfit =
+      as_many ? misfit_of_order(means, sheet).value_or(not_a_number) : not_a_number;
   std::optional<SeatLabels> by_faces = labels_by_most_faces(means, sheet);
   if (misfit < largest_misfit && !(by_faces && !by_faces->messages.empty())) {
     return label_in_order(sheet);

@@ -11,9 +11,7 @@
 namespace axiscal {
 
 std::string_view without_checksum(std::string_view line) {
-  const auto is_hex = [](char c) {
-    return std::isxdigit(static_cast<unsigned char>(c)) != 0;
-  };
+  const auto is_hex = [](char c) { return std::isxdigit(static_cast<unsigned char>(c)) != 0; };
   const std::size_t n = line.size();
   const bool has = n > 3 && line[n - 3] == '*' && is_hex(line[n - 2]) && is_hex(line[n - 1]);
   return has ? line.substr(0, n - 3) : line;

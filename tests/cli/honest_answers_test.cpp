@@ -35,8 +35,8 @@ class HonestAnswers : public testing::Test {
 TEST_F(HonestAnswers, AWalkIsNoCalibration) {
   AXISCAL_NEED_DATA(log, "log_phyphox/Accelerometer.csv");
   const ProgramResult result = run_axiscal(
-      {"calibrate", log, "--axes", "X (m/s^2),Y (m/s^2),Z (m/s^2)", "--instrument",
-       "accelerometer", "--field", "gravity", "--method", "magnitude", "--unit", "m/s^2"});
+      {"calibrate", log, "--axes", "X (m/s^2),Y (m/s^2),Z (m/s^2)", "--instrument", "accelerometer",
+       "--field", "gravity", "--method", "magnitude", "--unit", "m/s^2"});
   EXPECT_EQ(result.status, 1);
   EXPECT_THAT(unwrapped(result.err), HasSubstr("the instrument was moving"));
   EXPECT_THAT(unwrapped(result.err), HasSubstr("(indoors?)"));
@@ -44,8 +44,8 @@ TEST_F(HonestAnswers, AWalkIsNoCalibration) {
 
 TEST_F(HonestAnswers, AUnitOfTheFieldMeansASensitivityOfOne) {
   const std::string run = run_of("run.csv", {.noise_sd = 1e-4});
-  const std::vector<std::string> in_g = {"calibrate", run, "--instrument", "accelerometer",
-                                         "--unit", "g"};
+  const std::vector<std::string> in_g = {"calibrate",     run,      "--instrument",
+                                         "accelerometer", "--unit", "g"};
   const ProgramResult refused = run_axiscal(in_g);  // it reads 2.5 V/g
   EXPECT_EQ(refused.status, 1);
   EXPECT_THAT(unwrapped(refused.err), HasSubstr("times what readings in g should have"));
@@ -57,10 +57,10 @@ TEST_F(HonestAnswers, AUnitOfTheFieldMeansASensitivityOfOne) {
 TEST_F(HonestAnswers, TheRecordsOwnReadingsProveNothing) {
   const std::string run = run_of("run.csv", {.replicates = 2, .noise_sd = 1e-4});
   const std::string record = folder_.path("cal.json");
-  ASSERT_EQ(run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--unit", "V", "-o",
-                         record})
-                .status,
-            0);
+  ASSERT_EQ(
+      run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--unit", "V", "-o", record})
+          .status,
+      0);
   EXPECT_THAT(run_axiscal({"check", record, run}).out, HasSubstr("proves nothing"));
   EXPECT_TRUE(json::parse(run_axiscal({"check", record, run, "--json"}).out)["own_readings"]);
   const std::string other = run_of("other.csv", {.replicates = 2, .noise_sd = 1e-4, .seed = 2});
@@ -109,8 +109,8 @@ TEST_F(HonestAnswers, BiasesThatHoldTheFieldAreComparedAsSuch) {
 
 TEST_F(HonestAnswers, TemperaturesAreNotPassedOverInSilence) {
   const auto run_with = [&](const std::string& name, int blocks, bool soaks) {
-    const std::string plain = observations_text(accelerometer_truth(),
-                                                {.replicates = blocks, .noise_sd = 1e-4});
+    const std::string plain =
+        observations_text(accelerometer_truth(), {.replicates = blocks, .noise_sd = 1e-4});
     std::string text;
     int row = 0;
     for (const std::vector<std::string>& cells : csv_cells(plain)) {
@@ -119,8 +119,8 @@ TEST_F(HonestAnswers, TemperaturesAreNotPassedOverInSilence) {
                              : -10.0 + 70.0 * std::abs(std::sin(2.7 * row));
       for (std::size_t j = 0; j < cells.size(); ++j) {
         const bool axis = row > 0 && j + 3 >= cells.size();
-        text += (j > 0 ? "," : "") +
-                (axis ? std::to_string(std::stod(cells[j]) + 1e-3 * t) : cells[j]);
+        text +=
+            (j > 0 ? "," : "") + (axis ? std::to_string(std::stod(cells[j]) + 1e-3 * t) : cells[j]);
       }
       text += row == 0 ? ",temperature\n" : "," + std::to_string(t) + "\n";
       ++row;
@@ -128,8 +128,8 @@ TEST_F(HonestAnswers, TemperaturesAreNotPassedOverInSilence) {
     return folder_.write(name, text);
   };
   const auto calibrate = [&](const std::string& run, const std::vector<std::string>& more = {}) {
-    std::vector<std::string> all = {"calibrate", run, "--instrument", "accelerometer", "--unit",
-                                    "V"};
+    std::vector<std::string> all = {"calibrate",     run,      "--instrument",
+                                    "accelerometer", "--unit", "V"};
     all.insert(all.end(), more.begin(), more.end());
     return run_axiscal(all);
   };
@@ -237,19 +237,18 @@ TEST_F(HonestAnswers, ErrorsEndWithTheLineToType) {
   const ProgramResult semicolons = run_axiscal(
       {"calibrate", folder_.write("s.csv", "rest;fence;x;y;z\n"), "--instrument", "accelerometer"});
   EXPECT_THAT(semicolons.err, HasSubstr("s.csv:1: the cells are parted by semicolons"));
-  const ProgramResult field =
-      run_axiscal({"calibrate", folder_.path("s.csv"), "--instrument", "generic", "--field",
-                   "gravty"});
+  const ProgramResult field = run_axiscal(
+      {"calibrate", folder_.path("s.csv"), "--instrument", "generic", "--field", "gravty"});
   EXPECT_THAT(field.err, HasSubstr("did you mean 'gravity'? This version knows"));
 }
 
 TEST_F(HonestAnswers, ExportsSayWhatTheyTakeAndDoNotCollide) {
   const std::string run = run_of("run.csv", {.replicates = 2, .noise_sd = 1e-4});
   const std::string record = folder_.path("cal.json");
-  ASSERT_EQ(run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--unit", "V", "-o",
-                         record})
-                .status,
-            0);
+  ASSERT_EQ(
+      run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--unit", "V", "-o", record})
+          .status,
+      0);
   const ProgramResult ros =
       run_axiscal({"export", record, "--format", "ros", "--reading-factor", "3.92266"});
   EXPECT_EQ(ros.status, 0) << ros.err;

@@ -262,8 +262,9 @@ TEST(FitNoise, TakesNFromTheStretchThatFallsAsWhiteNoise) {
   int i = 0;
   for (double tau = 0.01; tau < 300.0; tau *= 2.0, ++i) {
     const double off = i < 2 ? 3.0 : i > 8 ? 4.0 : 1.0;
-    curve.push_back(
-        {.tau_s = tau, .deviation = off * 0.02 / std::sqrt(tau), .degrees_of_freedom = 4000.0 / tau});
+    curve.push_back({.tau_s = tau,
+                     .deviation = off * 0.02 / std::sqrt(tau),
+                     .degrees_of_freedom = 4000.0 / tau});
   }
   const NoiseModel model = fit_noise(curve);
   const NoiseCoefficient& white = model.coefficients[static_cast<std::size_t>(NoiseKind::white)];

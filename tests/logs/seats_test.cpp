@@ -72,7 +72,9 @@ TEST(LabelByPlan, TrustsTheSheetsOrderForAnyInstrument) {
     const std::vector<RunSheetRow> sheet = some_sheet(seed);
     for (const auto& [field, sensitivity] :
          std::vector<std::pair<Eigen::Vector3d, Eigen::MatrixXd>>{
-             {compass, three}, {earth_rate, three}, {Eigen::Vector3d::UnitZ(), one},
+             {compass, three},
+             {earth_rate, three},
+             {Eigen::Vector3d::UnitZ(), one},
              {Eigen::Vector3d::UnitZ(), three}}) {
       const SeatLabels labels =
           label_by_plan(readings_in(sheet, field, sensitivity, 1e-3, seed), sheet, false);
@@ -107,9 +109,8 @@ TEST(LabelByPlan, SaysWhatDoesNotFitAndRefusesToGuess) {
   EXPECT_GT(misfit_of_order(means, sheet).value(), 0.02);
   EXPECT_THAT(label_by_plan(means, sheet, false).messages,
               ElementsAre(HasSubstr("do not read as the sheet's poses would in any field")));
-  EXPECT_THAT(test::complaint_of<RefusedError>([&] {
-                static_cast<void>(label_by_plan(means.topRows(11), sheet, false));
-              }),
+  EXPECT_THAT(test::complaint_of<RefusedError>(
+                  [&] { static_cast<void>(label_by_plan(means.topRows(11), sheet, false)); }),
               HasSubstr("11 rests, and 12 rows"));
 }
 

@@ -76,8 +76,8 @@ TEST(SpherePlot, IsThinnedEvenly) {
 
 TEST(CalibrationReport, LeavesALeverageWithoutMeaningOut) {
   const Calibration truth = accelerometer_truth();
-  const Calibration few =
-      calibrate(experiment_for(truth), observe(truth, {.slope = {0.003, -0.002}, .noise_sd = 1e-4}));
+  const Calibration few = calibrate(experiment_for(truth),
+                                    observe(truth, {.slope = {0.003, -0.002}, .noise_sd = 1e-4}));
   ASSERT_NEAR(few.statistics->degrees_of_freedom(0), 2.0, 1e-9);
   EXPECT_THAT(calibration_report(few), Not(HasSubstr("leverage")));
 }

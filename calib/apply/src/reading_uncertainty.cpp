@@ -387,8 +387,7 @@ Eigen::Matrix3d ReadingPropagation::field_covariance(std::span<const double> rea
   C.diagonal() += reading_variance(field, temperature);
   const Eigen::MatrixXd G =
       change_with_readings(readings, nullptr, temperature, C.diagonal().cwiseSqrt()).topRows<3>();
-  return G * C * G.transpose() +
-         component_u_ * component_u_ * reduced * reduced.transpose();
+  return G * C * G.transpose() + component_u_ * component_u_ * reduced * reduced.transpose();
 }
 
 ReadingPropagation::Axis ReadingPropagation::at_axis(std::size_t axis,

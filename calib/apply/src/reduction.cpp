@@ -81,8 +81,7 @@ FieldConversion plain_conversion(const FieldDescription& field,
   const double here_u = field.unit == "g" ? 0.0 : relative_u_of_field(field);
   conversion.component_u = here_u;
   if (conversion.magnitude != as_calibrated || there.magnitude_u > 0.0) {
-    conversion.ratio_u =
-        std::hypot(here_u, relative(there.magnitude_u, conversion.magnitude));
+    conversion.ratio_u = std::hypot(here_u, relative(there.magnitude_u, conversion.magnitude));
   }
   return conversion;
 }

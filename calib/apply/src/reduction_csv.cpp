@@ -317,7 +317,7 @@ class CsvReduction {
       put_unreadable();
       return;
     }
-    if (!reduced.field_in_sensor.allFinite()) {
+    if (!std::isfinite(reduced.field_in_sensor.norm())) {
       refuse("the readings are too large to be reduced");
       put_unreadable();
       return;

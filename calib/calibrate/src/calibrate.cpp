@@ -515,7 +515,6 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   return finished(run);
 }
 
-
 Calibration calibrate(const Experiment& experiment,
                       std::span<const DesignPoint> points,
                       const Eigen::Ref<const Eigen::MatrixXd>& response) {

@@ -47,9 +47,10 @@ void require_one_kind(const std::string& kind, const std::vector<std::string>& s
       if (own != VehicleSensor::none && other.sensor != own && !other.columns.word.empty() &&
           name.find(other.columns.word) != std::string::npos) {
         throw SetupError(
-            formatted("slot '{}' looks like a {}, but all slots of a run are calibrated as one kind "
-                      "of instrument, here {}; give each kind its own file, or leave out its columns",
-                      slot, other.name, kind),
+            formatted(
+                "slot '{}' looks like a {}, but all slots of a run are calibrated as one kind "
+                "of instrument, here {}; give each kind its own file, or leave out its columns",
+                slot, other.name, kind),
             {Setting::instrument});
       }
     }

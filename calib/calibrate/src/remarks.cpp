@@ -140,8 +140,7 @@ void say_what_length_means(const Experiment& experiment, Calibration& calibratio
 }
 
 void warn_of_other_sensitivity(const Experiment& experiment, Calibration& calibration) {
-  const std::optional<double> expected =
-      expected_sensitivity(experiment, calibration.field.unit);
+  const std::optional<double> expected = expected_sensitivity(experiment, calibration.field.unit);
   if (!expected) {
     return;
   }
@@ -173,11 +172,11 @@ void warn_of_other_sensitivity(const Experiment& experiment, Calibration& calibr
     calibration.warnings.push_back(
         {.code = code,
          .runs = {},
-         .message = formatted(
-             "axis {}: its sensitivity is {} times {}{}; check unit, range and wiring{}",
-             calibration.instrument.axes[static_cast<std::size_t>(k)], number_text(ratio, 3),
-             nominal, reason,
-             by_unit ? ", or state the nominal sensitivity if it is another" : "")});
+         .message =
+             formatted("axis {}: its sensitivity is {} times {}{}; check unit, range and wiring{}",
+                       calibration.instrument.axes[static_cast<std::size_t>(k)],
+                       number_text(ratio, 3), nominal, reason,
+                       by_unit ? ", or state the nominal sensitivity if it is another" : "")});
   }
 }
 

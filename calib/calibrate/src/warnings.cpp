@@ -220,9 +220,10 @@ class Finder {
     const std::vector<FieldPartDescription>& parts = calibration_.field.parts;
     const FieldKind& kind = field_kind(calibration_.field.kind);
     const bool can_be_set =
-        parts.empty() ? !kind.name.empty() && !kind.local
-                      : std::any_of(parts.begin(), parts.end(),
-                                    [](const FieldPartDescription& part) { return part.set_by_level; });
+        parts.empty()
+            ? !kind.name.empty() && !kind.local
+            : std::any_of(parts.begin(), parts.end(),
+                          [](const FieldPartDescription& part) { return part.set_by_level; });
     return can_be_set && !calibration_.residuals.empty() && !calibration_.residuals.front().level;
   }
 

@@ -26,7 +26,7 @@ Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
   one.readings = {Reading{.block = set.field.blocks().front(), .point = point, .level = level}};
   one.response = Eigen::MatrixXd::Zero(1, set.axis_count());
   one.rotation_sensor_from_table = {set.orientation(point)};
-  one.field_then.clear();  // at the mean time
+  one.field_then.clear();                        // at the mean time
   one.temperature.d = Eigen::VectorXd::Zero(1);  // at the reference
   one.effects.columns = Eigen::MatrixXd::Zero(1, set.effects.columns.cols());
   const JointState& state = solution.state;

@@ -223,7 +223,8 @@ std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
   Eigen::Index least = 0;
   constexpr double dead = 0.02;
   if (range.minCoeff(&least) < dead * range.maxCoeff()) {
-    return formatted("axis {} hardly changes: is it dead?", set.axes[static_cast<std::size_t>(least)]);
+    return formatted("axis {} hardly changes: is it dead?",
+                     set.axes[static_cast<std::size_t>(least)]);
   }
   const Ellipsoid sphere = sphere_through(cloud);
   const Eigen::MatrixXd fields =
@@ -269,11 +270,10 @@ void require_determined(const ReadingSet& set,
   if (worst > largest_relative_se || bias_in_se > largest_bias_in_se) {
     throw RefusedError(formatted(
         "method magnitude: bias and sensitivity are not told apart ({}): {}",
-        worst > largest_relative_se
-            ? formatted("standard errors of {} % of the field",
-                        number_text(std::round(100.0 * worst)))
-            : formatted("a bias of {} standard errors by the noise alone",
-                        number_text(std::round(10.0 * bias_in_se) / 10.0)),
+        worst > largest_relative_se ? formatted("standard errors of {} % of the field",
+                                                number_text(std::round(100.0 * worst)))
+                                    : formatted("a bias of {} standard errors by the noise alone",
+                                                number_text(std::round(10.0 * bias_in_se) / 10.0)),
         cause_of(set, cloud)));
   }
 }

@@ -85,8 +85,7 @@ Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
       const auto at = static_cast<Eigen::Index>(i);
       const double weight = set.weights(at, axis);
       sum += weight;
-      mean += weight *
-              set.all_columns(set.design_row(set.met_of_field(i), field), at, axis);
+      mean += weight * set.all_columns(set.design_row(set.met_of_field(i), field), at, axis);
     }
     row += sum > 0.0 ? Eigen::RowVectorXd(0.5 / sum * mean) : mean;
   }

@@ -165,9 +165,9 @@ Eigen::Matrix3d ReadingSource::rotation(const Reading& reading) const {
 }
 
 Eigen::Matrix3d ReadingSource::field_then(const Reading& reading) const {
-  return mean_time_s_ ? change_of_field(experiment_, *mean_time_s_,
-                                        reading.time_s.value_or(*mean_time_s_))
-                      : Eigen::Matrix3d::Identity();
+  return mean_time_s_
+             ? change_of_field(experiment_, *mean_time_s_, reading.time_s.value_or(*mean_time_s_))
+             : Eigen::Matrix3d::Identity();
 }
 
 void ReadingSource::set_temperature(int order, std::optional<double> reference) {
@@ -271,7 +271,8 @@ Eigen::Vector3d ReadingSource::field_in_sensor(const Reading& reading,
     return *reading.field_in_sensor;
   }
   if (!description.parts.empty()) {
-    return rotation(reading) * TableField(description.parts).at(fields, reading.level);  // none moves
+    return rotation(reading) *
+           TableField(description.parts).at(fields, reading.level);  // none moves
   }
   // The mean field where a block that was left out has no levelness of its own.
   Eigen::Vector3d in_table = *description.in_table;

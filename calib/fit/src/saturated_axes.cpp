@@ -56,8 +56,7 @@ std::optional<double> p_by_others(const ReadingSet& set,
   const Eigen::MatrixXd X = root.asDiagonal() * design(end.others, Eigen::all);
   // From the end, so that large readings lose no digits.
   const Eigen::VectorXd y =
-      root.asDiagonal() *
-      (set.response.col(end.axis)(end.others).array() - end.value).matrix();
+      root.asDiagonal() * (set.response.col(end.axis)(end.others).array() - end.value).matrix();
   const Eigen::Index nu = X.rows() - X.cols();
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(X);
   if (nu < 1 || qr.rank() < X.cols()) {
@@ -68,9 +67,13 @@ std::optional<double> p_by_others(const ReadingSet& set,
       std::sqrt(std::max({(y - X * estimate).squaredNorm() / static_cast<double>(nu),
                           end.step * end.step / 12.0, std::pow(set.rounding(end.axis), 2)}));
   const Eigen::RowVectorXd g = design(end.there, Eigen::all).colwise().mean();
-  // g = X' a, so that g' C g = a' a.
-  const Eigen::VectorXd a =
-      qr.solve(Eigen::MatrixXd::Identity(X.rows(), X.rows())).transpose() * g.transpose();
+  // X P = Q R, so that g' C g is the squared length of R'^-1 P' g.
+  const Eigen::VectorXd permuted = qr.colsPermutation().transpose() * g.transpose();
+  const Eigen::VectorXd a = qr.matrixR()
+                                .topLeftCorner(X.cols(), X.cols())
+                                .triangularView<Eigen::Upper>()
+                                .transpose()
+                                .solve(permuted);
   const double short_of = end.sign * g.dot(estimate) - 0.5 * end.step;
   return probability_of(
       short_of, scatter * std::sqrt(a.squaredNorm() + 1.0 / static_cast<double>(end.there.size())),
@@ -87,12 +90,10 @@ double p_by_magnitude(const ReadingSet& set,
   const Eigen::Matrix3d inverse = S.inverse();
   double short_of = -0.5 * end.step;
   for (const Eigen::Index i : end.there) {
-    const Eigen::Vector3d field =
-        inverse * (set.response.row(i).transpose() - response.bias);
+    const Eigen::Vector3d field = inverse * (set.response.row(i).transpose() - response.bias);
     const double expected =
         response.bias(end.axis) + magnitude * S.row(end.axis).dot(field.normalized());
-    short_of +=
-        end.sign * (expected - end.value) / static_cast<double>(end.there.size());
+    short_of += end.sign * (expected - end.value) / static_cast<double>(end.there.size());
   }
   return probability_of(short_of, estimate.statistics.residual_sd(end.axis),
                         estimate.statistics.degrees_of_freedom(end.axis));
@@ -108,11 +109,15 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
   constexpr double false_alarm = 0.02;  // by simulation at most 0.2 % of good runs are called so
   const bool by_magnitude = estimate.fields.empty() && !set.readings.front().field_in_sensor;
   const double ends = static_cast<double>(set.axis_count()) * (search.one_sided ? 1.0 : 2.0);
-  const Eigen::MatrixXd base = by_magnitude ? Eigen::MatrixXd() : field_design(set, estimate.fields);
+  const Eigen::MatrixXd base =
+      by_magnitude ? Eigen::MatrixXd() : field_design(set, estimate.fields);
   std::vector<SaturatedAxis> found;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const double step =
-        step_of_readings(set.readings_of_axis(k), search.stated_step).value_or(0.0);
+    const std::vector<double> values = set.readings_of_axis(k);
+    if (values.size() < fewest_at_end + fewest_others) {
+      continue;
+    }
+    const double step = step_of_readings(values, search.stated_step).value_or(0.0);
     for (const double sign : {1.0, -1.0}) {
       if (sign < 0.0 && search.one_sided) {
         continue;
@@ -121,12 +126,11 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
       if (end.there.size() < fewest_at_end || end.others.size() < fewest_others) {
         continue;
       }
-      const double p =
-          by_magnitude ? p_by_magnitude(set, estimate, search.magnitude, end)
-                       : p_by_others(set, set.all_columns(base, k), end).value_or(1.0);
+      const double p = by_magnitude ? p_by_magnitude(set, estimate, search.magnitude, end)
+                                    : p_by_others(set, set.all_columns(base, k), end).value_or(1.0);
       if (ends * p < false_alarm) {
-        SaturatedAxis& axis = found.emplace_back(
-            SaturatedAxis{.axis = k, .value = end.value, .runs = {}});
+        SaturatedAxis& axis =
+            found.emplace_back(SaturatedAxis{.axis = k, .value = end.value, .runs = {}});
         for (const Eigen::Index i : end.there) {
           axis.runs.push_back(set.readings[static_cast<std::size_t>(i)].run);
         }

@@ -234,9 +234,8 @@ Eigen::MatrixXd SuspectRun::table_rows(std::size_t i,
                                        const std::vector<Eigen::Vector3d>& fields,
                                        const Eigen::MatrixXd& coefficients) const {
   const Eigen::Vector3d& field = fields[set_.tilt_of(i)];
-  const Eigen::Matrix<double, 3, 2> change = set_.readings[i].level * field.norm() *
-                                             set_.met_of_field(i) *
-                                             tangents_of(field);
+  const Eigen::Matrix<double, 3, 2> change =
+      set_.readings[i].level * field.norm() * set_.met_of_field(i) * tangents_of(field);
   return coefficients.middleRows<3>(1).transpose() * change;
 }
 
@@ -296,9 +295,11 @@ HypothesisFit SuspectRun::drifted() const {
 HypothesisFit SuspectRun::saturated(Eigen::Index axis, bool top) const {
   const Eigen::MatrixXd Z = extreme_columns(axis, top, plain_);
   HypothesisFit fit = fitter_.fit(set_, {}, [&](const auto&, const auto&) { return Z; });
-  // Readings at an end share a digit, and with it an error: less than a step shifts nothing.
+  // Readings at an end share a digit, and with it an error of half a step; those at the other end
+  // may have the opposite one.
+  constexpr double both_ends = 1.5;
   const double step = step_of_readings(set_.readings_of_axis(axis), 0.0).value_or(0.0);
-  if (fit.fitted && !(std::abs(fit.added(0)) > step)) {
+  if (fit.fitted && !(std::abs(fit.added(0)) > both_ends * step)) {
     return {};
   }
   return fit;

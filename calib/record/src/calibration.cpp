@@ -69,9 +69,8 @@ Eigen::VectorXd reading_at_reference(const Calibration& calibration,
 bool gives_field(const Calibration& calibration) {
   // Sensitivities are among its parameters only where another record gave them.
   return calibration.method != Method::bias ||
-         (calibration.statistics &&
-          calibration.statistics->position_of(calibration.instrument.axes.front() +
-                                              ".sensitivity.x"));
+         (calibration.statistics && calibration.statistics->position_of(
+                                        calibration.instrument.axes.front() + ".sensitivity.x"));
 }
 
 bool is_made_from(const Calibration& calibration, const std::vector<InputFileDigest>& inputs) {

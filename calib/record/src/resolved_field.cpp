@@ -40,9 +40,9 @@ void check_field_kind(const std::string& kind) {
     for (const FieldKind& known : field_kinds()) {
       names.push_back(known.name);
     }
-    throw SetupError(formatted(
-        "unknown field '{}'{}", kind,
-        did_you_mean(kind, names, "this version knows: " + list_of_field_kinds())));
+    throw SetupError(
+        formatted("unknown field '{}'{}", kind,
+                  did_you_mean(kind, names, "this version knows: " + list_of_field_kinds())));
   }
 }
 

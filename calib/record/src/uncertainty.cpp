@@ -230,8 +230,9 @@ std::vector<std::string> not_counted(const Calibration& calibration) {
     all.emplace_back("the cube's face normals");
   }
   if (!counts_magnitude(calibration)) {
-    all.push_back(field_kind(calibration.field.kind).vertical ? "local gravity"
-                                                      : "the magnitude of the reference field");
+    all.push_back(field_kind(calibration.field.kind).vertical
+                      ? "local gravity"
+                      : "the magnitude of the reference field");
   }
   const std::string& unit = calibration.instrument.unit;
   if (unit.size() <= 2 && !unit.empty() && (unit.back() == 'V' || unit.back() == 'A')) {
@@ -243,9 +244,10 @@ std::vector<std::string> not_counted(const Calibration& calibration) {
 std::string words_of_not_counted(const Calibration& calibration) {
   const std::vector<std::string> missing = not_counted(calibration);
   return missing.empty() ? ""
-                         : formatted("The uncertainties do not count {}: how well that is known was "
-                                     "not stated.",
-                                     joined(missing));
+                         : formatted(
+                               "The uncertainties do not count {}: how well that is known was "
+                               "not stated.",
+                               joined(missing));
 }
 
 double parameter_value(const Calibration& calibration, const std::string& name) {

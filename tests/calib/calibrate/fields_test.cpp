@@ -586,8 +586,7 @@ TEST(OwnField, ThatMovesMovesNoTable) {
   experiment.fence_azimuth_rad = 0.4;
   int moved = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {  // 20 of 20 good runs were called so
-    const Calibration result =
-        calibrate(experiment, readings_under(*mast, truth, 0.4, 1e-3, seed));
+    const Calibration result = calibrate(experiment, readings_under(*mast, truth, 0.4, 1e-3, seed));
     for (const CalibrationWarning& warning : result.warnings) {
       moved += warning.code == WarningCode::table_moved ? 1 : 0;
     }

@@ -8,8 +8,8 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/calibrate.hpp"
-#include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/drift_check.hpp"
 #include "axiscal/calib/intrinsic.hpp"
 #include "axiscal/calib/limits.hpp"

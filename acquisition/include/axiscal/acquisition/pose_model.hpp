@@ -47,7 +47,7 @@ struct PoseModelFit {
   /// How the field changes with the two tangents [field unit per rad].
   Eigen::Matrix<double, 3, 2> field_by_tangents = Eigen::Matrix<double, 3, 2>::Zero();
   double variance_factor =
-      1.0;  ///< how much larger the scatter's variance is than stated; at least 1
+      1.0;            ///< how much larger the scatter's variance is than stated; at least 1
   double cost = 0.0;  ///< sum of the squared weighted residuals
   Eigen::MatrixXd covariance;  ///< covers bias (m), sensitivity by rows (3 m), two tangents, scale
 };
@@ -112,7 +112,7 @@ class PoseModel {
                                                      const Eigen::Vector3d& start) const;
 
   PoseModelSetup setup_;
-  SensitivityMatrix nominal_axes_;  // m x 3, rows of 0 and 1
+  SensitivityMatrix nominal_axes_;           // m x 3, rows of 0 and 1
   std::vector<Eigen::Vector3d> directions_;  // that the field may have in the table, about
 };
 

@@ -41,8 +41,8 @@ struct ExportOptions {
   /// say it: m/s^2 per count.
   std::optional<double> reading_factor;
   std::optional<double>
-      local_gravity;              ///< what 1 g was, for a record in g that does not say it [m/s^2]
-  HeaderNumbers numbers;          ///< what c-header and cpp-header compute with
+      local_gravity;      ///< what 1 g was, for a record in g that does not say it [m/s^2]
+  HeaderNumbers numbers;  ///< what c-header and cpp-header compute with
   /// What the header's names start with; empty: by kind and slot, "axiscal_accelerometer_L".
   std::string name;
   int instance = 0;               ///< number of the sensor: CAL_ACC0, INS_ACC2
@@ -83,7 +83,8 @@ struct Exported {
 /// The same of an IMU's accelerometer and gyroscope, in one file of one frame: format "kalibr".
 ///
 /// @throws DomainError   for an unknown format.
-/// @throws RefusedError  where the format takes one instrument a file, the two are of one kind or of
+/// @throws RefusedError  where the format takes one instrument a file, the two are of one kind or
+/// of
 ///                       two units; else as export_calibration().
 [[nodiscard]] Exported export_imu(const Calibration& first,
                                   const Calibration& second,

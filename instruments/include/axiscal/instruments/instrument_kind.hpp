@@ -78,8 +78,8 @@ struct InstrumentKind {
 
   std::string_view usual_field;  ///< kind of field where none is stated; empty: one must be
   VehicleSensor sensor = VehicleSensor::none;
-  ColumnNames columns;             ///< empty: they tell nothing of the kind
-  bool sees_one_side = false;      ///< its axes may see only what comes from in front of them
+  ColumnNames columns;              ///< empty: they tell nothing of the kind
+  bool sees_one_side = false;       ///< its axes may see only what comes from in front of them
   bool answers_to_gravity = false;  ///< beside its own field it often does
 
   /// What the record and the summary show besides bias and sensitivity; null for nothing.

@@ -55,12 +55,13 @@ struct SeatLabels {
                                                     const std::vector<RunSheetRow>& sheet);
 
 /// Labels by a run sheet where the kind of instrument is not known. The sheet's order is trusted
-/// where the rests read as its poses do in some field; else an accelerometer's faces are looked for,
-/// and rests that read otherwise have a message.
+/// where the rests read as its poses do in some field; else an accelerometer's faces are looked
+/// for, and rests that read otherwise have a message.
 ///
 /// @param means             of each rest, n x m.
 /// @param is_accelerometer  whether the columns were said to be one's, three.
-/// @throws RefusedError  where there are not as many rests as rows and nothing shows which is which.
+/// @throws RefusedError  where there are not as many rests as rows and nothing shows which is
+/// which.
 [[nodiscard]] SeatLabels label_by_plan(const Eigen::MatrixXd& means,
                                        const std::vector<RunSheetRow>& sheet,
                                        bool is_accelerometer);

@@ -151,12 +151,12 @@ class ReadingPropagation {
   Eigen::VectorXd sd_;
   double factor_;
   CoverageFactors factors_;
-  double component_u_ = 0.0;           // as FieldConversion's
-  double ratio_u_ = 0.0;               // likewise
-  Eigen::MatrixXd covariance_;         // covers the parameters, without the field's magnitude
-  Eigen::MatrixXd of_readings_;        // of it, what the readings' scatter makes
-  Eigen::MatrixXd of_inputs_;          // likewise, type B
-  std::vector<Part> components_;       // likewise, blocks, seats, ...
+  double component_u_ = 0.0;      // as FieldConversion's
+  double ratio_u_ = 0.0;          // likewise
+  Eigen::MatrixXd covariance_;    // covers the parameters, without the field's magnitude
+  Eigen::MatrixXd of_readings_;   // of it, what the readings' scatter makes
+  Eigen::MatrixXd of_inputs_;     // likewise, type B
+  std::vector<Part> components_;  // likewise, blocks, seats, ...
   // Independent errors of the cube that `up` shares: what each adds to S, and S^-1 of that.
   struct CubeError {
     SensitivityMatrix of_sensitivity;

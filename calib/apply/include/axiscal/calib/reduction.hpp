@@ -24,10 +24,10 @@ struct ReductionOptions {
 
 /// What is known of the field where readings are taken.
 struct FieldThere {
-  std::optional<double> magnitude;      ///< F [unit of the results]; default: the record's, in `g` 1
-  double magnitude_u = 0.0;             ///< its standard uncertainty [that unit]
-  std::optional<double> gravity_m_s2;   ///< gravity there; default: the record's site
-  double gravity_u_m_s2 = 0.0;          ///< its standard uncertainty
+  std::optional<double> magnitude;     ///< F [unit of the results]; default: the record's, in `g` 1
+  double magnitude_u = 0.0;            ///< its standard uncertainty [that unit]
+  std::optional<double> gravity_m_s2;  ///< gravity there; default: the record's site
+  double gravity_u_m_s2 = 0.0;         ///< its standard uncertainty
 };
 
 /// In what unit results are, and of which magnitude the field is where readings are taken.
@@ -36,8 +36,8 @@ struct FieldConversion {
   double factor = 1.0;     ///< results = factor * field in the record's unit
   double magnitude = 1.0;  ///< F where readings are taken [unit]
   /// Standard uncertainties by those of the fields here and there, relative: of components, and of
-  /// a component over F, which angles and residuals hold. In the field of the calibration the latter
-  /// is exact; so are components in `g` of the calibration's place.
+  /// a component over F, which angles and residuals hold. In the field of the calibration the
+  /// latter is exact; so are components in `g` of the calibration's place.
   double component_u = 0.0;
   double ratio_u = 0.0;
 };
@@ -63,8 +63,8 @@ struct FieldConversion {
 /// What a reading of three or more axes says.
 struct ReducedReading {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< f_hat [field unit]
-  double residual = 0.0;  ///< |f_hat| - F [field unit]; NaN where the biases hold the field
-  DerivedValues derived;  ///< as the kind of instrument says; likewise
+  double residual = 0.0;      ///< |f_hat| - F [field unit]; NaN where the biases hold the field
+  DerivedValues derived;      ///< as the kind of instrument says; likewise
   bool determined = true;     ///< false: fewer than three one-sided axes see the light
   bool extrapolated = false;  ///< the temperature is outside the calibrated range
 };

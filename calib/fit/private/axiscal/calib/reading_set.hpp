@@ -34,7 +34,7 @@ struct ReadingSet {
   // n: what has become of the field in the table since the mean time, a turn times the ratio of its
   // lengths; empty where it stays.
   std::vector<Eigen::Matrix3d> field_then;
-  std::vector<std::string> axes;                                   // m names
+  std::vector<std::string> axes;            // m names
   std::vector<std::optional<int>> nominal;  // the component each axis is meant to sense; or empty
   TableField field;
   // Second fields, known in the table, which no level changes: three more columns each.

@@ -25,9 +25,9 @@ struct FieldPart {
   /// "gravity", "geomagnetic", "earth_rotation", "induced_rotation", "induced_magnetic", "light" or
   /// "custom".
   std::string kind;
-  std::optional<FieldRole> role;            ///< default: the kind's
-  /// Empty: the first of the kind's; where no magnitude is stated, the readings' own if the kind has
-  /// it.
+  std::optional<FieldRole> role;  ///< default: the kind's
+  /// Empty: the first of the kind's; where no magnitude is stated, the readings' own if the kind
+  /// has it.
   std::string unit;
   std::optional<double> magnitude;          ///< F [unit]; default: see make_field_description()
   double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]
@@ -52,8 +52,8 @@ struct FieldSetup : FieldPart {
 
 /// Temperature terms (method.md, section 6).
 struct TemperatureSetup {
-  int order = 0;                    ///< order of the polynomials of bias and scale; 0: none
-  bool automatic = false;           ///< the order that the readings ask for
+  int order = 0;           ///< order of the polynomials of bias and scale; 0: none
+  bool automatic = false;  ///< the order that the readings ask for
   /// Temperatures are passed over. Else, with order 0, they are looked at as by `automatic` where
   /// readings at enough temperatures have them, and terms are fitted if they are clearly there.
   bool ignored = false;

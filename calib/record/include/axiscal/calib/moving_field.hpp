@@ -25,8 +25,8 @@ namespace axiscal {
 /// @return frame table; the identity where the field does not move.
 /// @throws SetupError  if it moves and the fence's azimuth is not stated, or it is not alone.
 [[nodiscard]] Eigen::Matrix3d change_of_field(const Experiment& experiment,
-                                            double from_s,
-                                            double to_s);
+                                              double from_s,
+                                              double to_s);
 
 /// As make_field_description(), of a field that moves at a time.
 /// @param time_s  seconds since 1970-01-01, UTC.

@@ -12,13 +12,13 @@ namespace axiscal {
 
 /// The uncertainty of one quantity that a calibration gives.
 struct CombinedUncertainty {
-  double u = 0.0;                   ///< combined standard uncertainty [unit of the quantity]
+  double u = 0.0;  ///< combined standard uncertainty [unit of the quantity]
   /// Effective: those of which coverage_factor is Student's t, by Welch and Satterthwaite where all
   /// parts have five or more; may be infinite.
   double degrees_of_freedom = 0.0;
-  double coverage_factor = 0.0;     ///< expanded / u
-  double expanded = 0.0;            ///< half width of the 95 % interval
-  std::vector<double> by_source;    ///< u of each source alone, in their order
+  double coverage_factor = 0.0;   ///< expanded / u
+  double expanded = 0.0;          ///< half width of the 95 % interval
+  std::vector<double> by_source;  ///< u of each source alone, in their order
 };
 
 /// A part of a quantity's variance that scatter says, with its degrees of freedom.

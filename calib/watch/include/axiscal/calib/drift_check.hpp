@@ -52,8 +52,8 @@ struct DriftCheck {
                                      double alpha = 0.01);
 
 /// Holds fresh biases against those of a record of method bias whose biases hold the field
-/// (gives_field()): axis by axis at the fresh readings' temperature, put together by Fisher's method.
-/// Such a record says nothing of directions, and the instrument must lie as it did.
+/// (gives_field()): axis by axis at the fresh readings' temperature, put together by Fisher's
+/// method. Such a record says nothing of directions, and the instrument must lie as it did.
 ///
 /// @param fresh        by method bias, of readings taken to the old record's reference
 ///                     (at_reference_temperature()), without temperature terms.
