@@ -22,7 +22,8 @@ bool has_angles(const Calibration& calibration) {
 }
 
 bool can_propagate(const Calibration& calibration) {
-  return calibration.statistics && calibration.instrument.axis_count() >= 3 &&
+  return gives_field(calibration) && calibration.statistics &&
+         calibration.instrument.axis_count() >= 3 &&
          calibration.statistics->covariance.size() > 0 &&
          calibration.statistics->covariance.allFinite() &&
          calibration.statistics->residual_sd.allFinite();
@@ -287,7 +288,7 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
 std::vector<Plot> orientation_plots(const Calibration& calibration,
                                     const Observations* observations) {
   std::vector<Plot> plots;
-  if (calibration.instrument.axis_count() != 3) {
+  if (calibration.instrument.axis_count() != 3 || !gives_field(calibration)) {
     return plots;
   }
   PlotSeries magnitudes{.name = "|f| - F"};

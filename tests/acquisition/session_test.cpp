@@ -105,7 +105,9 @@ TEST(Session, AsksNothingWhereNothingCanBeTold) {
       std::filesystem::remove(path);
       EXPECT_EQ(count(result, "question"), 0U) << one.name << ", seed " << s;
       EXPECT_EQ(count(result, "as_before"), 0U) << one.name << ", seed " << s;
-      EXPECT_EQ(count(result, "captured"), setup.sheet.size()) << one.name << ", seed " << s;
+      // A reading that the calibration itself doubts at the end is taken again.
+      EXPECT_EQ(count(result, "captured"), setup.sheet.size() + count(result, "retake"))
+          << one.name << ", seed " << s;
     }
   }
 }

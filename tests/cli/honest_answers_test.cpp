@@ -94,6 +94,8 @@ TEST_F(HonestAnswers, BiasesThatHoldTheFieldAreComparedAsSuch) {
   EXPECT_EQ(fresh.status, 0) << fresh.out;
   EXPECT_EQ(run_axiscal({"check", record, sweep("moved.csv", 1, 2e-3)}).status, 1);
 
+  EXPECT_EQ(run_axiscal({"report", record, own, "-o", folder_.path("report.html")}).status, 0);
+  EXPECT_EQ(run_axiscal({"budget", record, "--pitch", "10"}).status, 3);
   const ProgramResult applied = run_axiscal({"apply", record, own});
   const std::vector<std::vector<std::string>> rows = csv_cells(applied.out);
   const std::vector<std::string>& header = rows.front();

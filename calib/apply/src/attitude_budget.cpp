@@ -237,6 +237,12 @@ AttitudeBudget attitude_budget(const Calibration& calibration,
                                const ReadingNoise& noise,
                                const Eigen::Vector3d& field_in_sensor,
                                std::optional<double> temperature) {
+  if (!gives_field(calibration)) {
+    throw DomainError(
+        "the record's biases hold what the instrument met of the field, so that no reading gives "
+        "an "
+        "attitude");
+  }
   return AttitudeBudgetMaker(calibration, options, noise, field_in_sensor, temperature).budget();
 }
 
