@@ -118,6 +118,9 @@ Exported with_gravity(const ExportOptions& options, const Write& write) {
       formatted("1 g is taken as {} m/s^2, standard gravity, as the record does not say what it "
                 "was; at a site it differs by up to 0.3 %",
                 number_text(standard_gravity)));
+  if (exported.content.starts_with("# ")) {  // a comment, for who reads the file later
+    exported.content.insert(0, "# " + exported.notes.back() + "\n");
+  }
   return exported;
 }
 

@@ -334,6 +334,7 @@ TEST(Export, RefusesWhatNobodyCouldUse) {
   const Exported by_standard = export_calibration(no_gravity, "px4", {.lossy = true});
   ASSERT_EQ(by_standard.notes.size(), 1U);
   EXPECT_THAT(by_standard.notes.front(), HasSubstr("9.80665 m/s^2, standard gravity"));
+  EXPECT_THAT(by_standard.content, HasSubstr("# 1 g is taken as 9.80665 m/s^2"));
   refused(magnetometer(), "kalibr", "no magnetometer");
   refused(gyroscope(), "betaflight", "at each start");
   refused(gyroscope(), "px44", "did you mean 'px4'?");
