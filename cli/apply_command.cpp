@@ -103,9 +103,8 @@ FieldConversion conversion_of(const ApplyCommand& command, const Calibration& ca
   }
 }
 
-ReductionOptions reduction_options(const ApplyCommand& command, const Calibration& calibration) {
+ReductionOptions reduction_options(const ApplyCommand& command, const FieldConversion& conversion) {
   ReductionOptions options;
-  const FieldConversion conversion = conversion_of(command, calibration);
   options.factor = conversion.factor;
   options.magnitude = conversion.magnitude;
   if (command.declination) {
@@ -226,8 +225,9 @@ void put_propagation(const std::string& record,
 
 int run(const ApplyCommand& command) {
   const Calibration calibration = read_unrefused(command.record, command.force);
+  const FieldConversion conversion = conversion_of(command, calibration);
   const Reducer reducer =
-      make_reducer(command.record, calibration, reduction_options(command, calibration));
+      make_reducer(command.record, calibration, reduction_options(command, conversion));
   const std::optional<Calibration> attitude = attitude_of(command, calibration);
   const std::optional<Reducer> attitude_reducer =
       attitude ? std::optional<Reducer>(make_reducer(*command.attitude, *attitude, {}))
@@ -250,10 +250,10 @@ int run(const ApplyCommand& command) {
   std::optional<ReadingPropagation> attitude_uncertainty;
   if (command.uncertainty || command.expanded) {
     put_propagation(command.record, calibration, reducer, reading_noise(command, calibration),
-                    reduction_options(command, calibration).factor, level_of(command), uncertainty);
+                    conversion.factor, level_of(command), uncertainty);
     options.uncertainty = &*uncertainty;
     options.expanded = command.expanded;
-    uncertainty->set_field_u(conversion_of(command, calibration));
+    uncertainty->set_field_u(conversion);
     if (attitude_reducer) {
       put_propagation(*command.attitude, *attitude, *attitude_reducer, {}, 1.0, level_of(command),
                       attitude_uncertainty);

@@ -48,12 +48,17 @@ void add_options(OptionSet& options, ReportCommand& command) {
 // say which of their files was one.
 bool is_own_log(const Calibration& calibration, const std::string& path) {
   const bool of_imu = calibration.residuals.empty() || !calibration.residuals.front().point;
+  const auto may_be_log = [&](const InputFileDigest& input) {
+    return input.is_log || (of_imu && calibration.slot == calibration.instrument.kind);
+  };
+  const std::vector<InputFileDigest>& inputs = calibration.inputs;
+  if (std::none_of(inputs.begin(), inputs.end(), may_be_log)) {
+    return false;  // the file need not be read for its checksum
+  }
   const std::string sha256 = sha256_of_file(path);
-  return std::any_of(
-      calibration.inputs.begin(), calibration.inputs.end(), [&](const InputFileDigest& input) {
-        return input.sha256 == sha256 &&
-               (input.is_log || (of_imu && calibration.slot == calibration.instrument.kind));
-      });
+  return std::any_of(inputs.begin(), inputs.end(), [&](const InputFileDigest& input) {
+    return input.sha256 == sha256 && may_be_log(input);
+  });
 }
 
 // The readings of the record's instrument; a remark where they are not those that it was made from.

@@ -21,6 +21,16 @@ class HonestAnswers : public testing::Test {
     return folder_.write(name, observations_text(accelerometer_truth(), run));
   }
 
+  // What the readings are calibrated to.
+  std::string record_of(const std::string& run) {
+    const std::string record = folder_.path("cal.json");
+    EXPECT_EQ(run_axiscal(
+                  {"calibrate", run, "--instrument", "accelerometer", "--unit", "V", "-o", record})
+                  .status,
+              0);
+    return record;
+  }
+
   // The message on one line, however it was wrapped.
   static std::string unwrapped(std::string text) {
     for (std::size_t at = text.find("\n    "); at != std::string::npos; at = text.find("\n    ")) {
@@ -56,11 +66,7 @@ TEST_F(HonestAnswers, AUnitOfTheFieldMeansASensitivityOfOne) {
 
 TEST_F(HonestAnswers, TheRecordsOwnReadingsProveNothing) {
   const std::string run = run_of("run.csv", {.replicates = 2, .noise_sd = 1e-4});
-  const std::string record = folder_.path("cal.json");
-  ASSERT_EQ(
-      run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--unit", "V", "-o", record})
-          .status,
-      0);
+  const std::string record = record_of(run);
   EXPECT_THAT(run_axiscal({"check", record, run}).out, HasSubstr("proves nothing"));
   EXPECT_TRUE(json::parse(run_axiscal({"check", record, run, "--json"}).out)["own_readings"]);
   const std::string other = run_of("other.csv", {.replicates = 2, .noise_sd = 1e-4, .seed = 2});
@@ -246,11 +252,7 @@ TEST_F(HonestAnswers, ErrorsEndWithTheLineToType) {
 
 TEST_F(HonestAnswers, ExportsSayWhatTheyTakeAndDoNotCollide) {
   const std::string run = run_of("run.csv", {.replicates = 2, .noise_sd = 1e-4});
-  const std::string record = folder_.path("cal.json");
-  ASSERT_EQ(
-      run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--unit", "V", "-o", record})
-          .status,
-      0);
+  const std::string record = record_of(run);
   const ProgramResult ros =
       run_axiscal({"export", record, "--format", "ros", "--reading-factor", "3.92266"});
   EXPECT_EQ(ros.status, 0) << ros.err;

@@ -491,7 +491,8 @@ Calibration finished(Run& run) {
 
 Calibration calibrate(const Experiment& experiment, const Observations& observations) {
   check_run(experiment, observations);
-  if (has_temperatures_enough(experiment, observations)) {
+  const bool looks_at_temperature = has_temperatures_enough(experiment, observations);
+  if (looks_at_temperature) {
     Experiment with = experiment;
     with.temperature.automatic = true;
     Run run(with, observations);
@@ -500,10 +501,6 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
     if (run.needs_temperature_terms()) {
       return finished(run);
     }
-    Run without(experiment, observations);
-    without.describe();
-    without.take_as_looked_at();
-    return finished(without);
   }
   Run run(experiment, observations);
   run.describe();
@@ -512,6 +509,9 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
     return run.result();
   }
   run.choose_temperature_order();
+  if (looks_at_temperature) {
+    run.take_as_looked_at();
+  }
   return finished(run);
 }
 

@@ -155,6 +155,8 @@ struct Likeness {
   double beyond_chance = 0.0;
 };
 
+constexpr double alike_by_more_than_chance = 3.5;  // standard deviations
+
 Likeness likeness_of_neighbours(const Eigen::VectorXd& r) {
   const double correlation =
       r.head(r.size() - 1).dot(r.tail(r.size() - 1)) / std::max(r.squaredNorm(), 1e-300);
@@ -167,9 +169,8 @@ Likeness likeness_of_neighbours(const Eigen::VectorXd& r) {
 bool is_plain_noise(const Fit& fit) {
   const Eigen::VectorXd& r = fit.linear.residuals;
   const auto n = static_cast<double>(r.size());
-  constexpr double beyond_chance = 3.5;  // standard deviations
   const double largest = r.cwiseAbs().maxCoeff() / fit.sd;
-  return likeness_of_neighbours(r).beyond_chance < beyond_chance &&
+  return likeness_of_neighbours(r).beyond_chance < alike_by_more_than_chance &&
          n * student_t_two_sided_p(largest, fit.dof) > 1e-3;
 }
 
@@ -239,12 +240,11 @@ std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
   }
   if (quality.coverage >= well_covered && quality.fit_error > much_scatter) {
     const Likeness alike = likeness_of_neighbours(fields.rowwise().norm().array() - 1.0);
-    constexpr double clearly = 3.5;
     return formatted(
         "the readings cover {} % of the sphere within 30 degrees, but their magnitudes scatter by "
         "{} %{}; take the readings at rest, in one place, away from iron and currents",
         covered, number_text(100.0 * quality.fit_error, 2),
-        alike.beyond_chance > clearly
+        alike.beyond_chance > alike_by_more_than_chance
             ? formatted(", and consecutive ones are alike (correlation {}): the instrument was "
                         "moving, or the field is not the same in all places (indoors?)",
                         number_text(alike.correlation, 2))

@@ -24,9 +24,13 @@ struct EndOfAxis {
   std::vector<Eigen::Index> others;
 };
 
-EndOfAxis end_of_axis(const ReadingSet& set, Eigen::Index k, double sign, double step) {
+// @param values  of the axis, as readings_of_axis().
+EndOfAxis end_of_axis(const ReadingSet& set,
+                      Eigen::Index k,
+                      const std::vector<double>& values,
+                      double sign,
+                      double step) {
   EndOfAxis end{.axis = k, .sign = sign, .step = step};
-  const std::vector<double> values = set.readings_of_axis(k);
   end.value = sign > 0.0 ? *std::max_element(values.begin(), values.end())
                          : *std::min_element(values.begin(), values.end());
   for (Eigen::Index i = 0; i < set.size(); ++i) {
@@ -122,7 +126,7 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
       if (sign < 0.0 && search.one_sided) {
         continue;
       }
-      const EndOfAxis end = end_of_axis(set, k, sign, step);
+      const EndOfAxis end = end_of_axis(set, k, values, sign, step);
       if (end.there.size() < fewest_at_end || end.others.size() < fewest_others) {
         continue;
       }
