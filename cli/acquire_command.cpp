@@ -17,6 +17,7 @@
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"

@@ -5,6 +5,7 @@
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/reduction_csv.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
@@ -23,7 +24,8 @@ struct ApplyCommand {
   std::string output = "-";
   std::optional<std::string> field_magnitude, field_unit, yaw_above, pitch;
   std::optional<std::string> attitude, declination, latitude, longitude, height, gravity_model;
-  std::optional<std::string> noise, resolution, temperature_u, temperature_column;
+  std::optional<std::string> noise, resolution, temperature_u;
+  TableOptions table;
   std::optional<std::string> field_magnitude_u, level;
   bool uncertainty = false;
   bool expanded = false;
@@ -67,8 +69,7 @@ void add_options(OptionSet& options, ApplyCommand& command) {
               "smallest step of a reading, for --uncertainty; the record's");
   options.add("--temperature-u", command.temperature_u, "U",
               "of the temperature output, for --uncertainty; the record's");
-  options.add("--temperature-column", command.temperature_column, "NAME",
-              "of a record with temperature terms; temperature");
+  add_table_options(options, command.table);
   options.add_flag("--follow", command.follow, "write each row at once");
   options.add_flag("--strict", command.strict, "stop at a row that cannot be reduced");
   options.add_flag("--force", command.force, "use a refused record");
@@ -232,9 +233,20 @@ int run(const ApplyCommand& command) {
   const std::optional<Reducer> attitude_reducer =
       attitude ? std::optional<Reducer>(make_reducer(*command.attitude, *attitude, {}))
                : std::nullopt;
-  InputFile input(command.readings);
-  CsvReader csv = csv_reader_of(
-      input, command.follow ? CsvReader::Quotes::end_with_line : CsvReader::Quotes::span_lines);
+  OpenTable table;
+  std::optional<InputFile> followed;
+  if (command.follow) {  // rows as they come: nothing is looked at ahead of them
+    followed.emplace(command.readings);
+    table.csv = std::make_unique<CsvReader>(
+        [&](char* buffer, std::size_t size) { return followed->read(buffer, size); },
+        command.readings, CsvReader::Quotes::end_with_line);
+  } else {
+    table = open_table(
+        command.readings, command.table,
+        {.axes = calibration.instrument.axes,
+         .kind = calibration.instrument.differences.empty() ? calibration.instrument.kind : ""});
+  }
+  CsvReader& csv = *table.csv;
   // Output that goes on for ever is written to directly: it would never be put into its place.
   OutputFile output(command.output,
                     command.follow ? OutputFile::Mode::direct : OutputFile::Mode::replace_whole);
@@ -245,7 +257,8 @@ int run(const ApplyCommand& command) {
     options.attitude = &*attitude_reducer;
     options.attitude_columns = columns_of(*attitude, csv);
   }
-  options.temperature_column = command.temperature_column.value_or("temperature");
+  options.temperature_column =
+      command.follow ? command.table.temperature_column.value_or("temperature") : "temperature";
   std::optional<ReadingPropagation> uncertainty;
   std::optional<ReadingPropagation> attitude_uncertainty;
   if (command.uncertainty || command.expanded) {

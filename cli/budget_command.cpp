@@ -31,7 +31,7 @@ void add_options(OptionSet& options, BudgetCommand& command) {
               "of the sensor there; the record's reference");
   options.add("--noise", command.noise, "SD", "of a reading there; the scatter of the calibration");
   options.add("--pitch-formula", command.pitch_formula, "asin|atan2", "as apply --pitch; asin");
-  options.add("--map", command.map, "DEG",
+  options.add("--attitudes,--map", command.map, "DEG",
               "expanded uncertainty of pitch and roll over all attitudes, in steps");
   options.add("--monte-carlo", command.monte_carlo, "N",
               "check the linear propagation in the attitude by N trials (JCGM 101)");
@@ -294,9 +294,9 @@ int run(const BudgetCommand& command) {
       }
     }
     if (command.map) {
-      const double step = number_of("--map", *command.map);
+      const double step = number_of("--attitudes", *command.map);
       if (!(step >= 1.0 && step <= 90.0)) {
-        throw UsageError("--map: the step must be from 1 to 90 degrees");
+        throw UsageError("--attitudes: the step must be from 1 to 90 degrees");
       }
       show_map(calibration, asked, step, shown);
     }
@@ -317,7 +317,7 @@ Subcommand budget_subcommand() {
   return make_subcommand<BudgetCommand>(
       "budget", "a record's uncertainty by source: coefficients, and readings in any attitude",
       "Example: axiscal budget cal.json --pitch 30 --roll 45 --monte-carlo 20000\n"
-      "         axiscal budget cal.json --map 15",
+      "         axiscal budget cal.json --attitudes 15",
       &add_options, &run);
 }
 

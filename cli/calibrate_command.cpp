@@ -18,6 +18,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/parallel.hpp"
+#include "axiscal/logs/sensor_names.hpp"
 #include "experiment_options.hpp"
 #include "log_input.hpp"
 #include "option_names.hpp"
@@ -39,7 +40,7 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
   OptionSet log = options.group("Log");
   log.add("--imu", command.imu, "LOG",
           "a raw log of rests and turns instead of observations: accelerometer, gyroscope and "
-          "magnetometer at once; -o holds {slot}");
+          "magnetometer at once; -o holds {slot}, and of several sensors of a kind {instance}");
   add_rest_options(options, command.rests);
   log.add_flag("--cube", command.cube,
                "it sat in a cube: the seats are recognised; else it was turned by hand");
@@ -64,6 +65,7 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
 
 constexpr std::string_view slot_place = "{slot}";
 constexpr std::string_view serial_place = "{serial}";
+constexpr std::string_view instance_place = "{instance}";
 
 // Puts a name in its place in a pattern, if that has one.
 void put_name(std::string& path,
@@ -84,11 +86,13 @@ void put_name(std::string& path,
   path.replace(at, place.size(), name);
 }
 
-// The record's file: `{slot}` and `{serial}` in the pattern are its names.
+// The record's file: `{slot}`, `{serial}` and `{instance}` in the pattern are its names.
 std::string output_for(const std::string& pattern,
                        const std::string& slot,
-                       const std::string& serial) {
+                       const std::string& serial,
+                       int instance = 0) {
   std::string path = pattern;
+  put_name(path, pattern, instance_place, std::to_string(instance), "");
   put_name(path, pattern, slot_place, slot, "neither by columns SLOT.axis nor by --slot");
   put_name(path, pattern, serial_place, serial, "neither by a column 'serial' nor by --serial");
   return path;
@@ -187,8 +191,8 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
     outcome.text += outcome.text.empty() ? "" : "\n";
     outcome.text += summary_text(calibration);
     if (command.output && *command.output != "-" && (!refused || command.force)) {
-      const std::string path =
-          output_for(*command.output, calibration.slot, calibration.instrument.serial);
+      const std::string path = output_for(*command.output, calibration.slot,
+                                          calibration.instrument.serial, calibration.instance);
       write_whole_file(path, calibration_json(calibration));
       outcome.stored_refused = outcome.stored_refused || refused;
       outcome.text += formatted("\nrecord: {}\n", path);
@@ -387,6 +391,57 @@ int deliver_records(const CalibrateCommand& command,
 
 namespace {
 
+// What the options leave open, and the first table's columns say: the axes where they are not x, y,
+// z, by that the kind of instrument, and the unit.
+ExperimentOptions with_what_the_table_says(ExperimentOptions options, const TableOptions& table) {
+  std::error_code none;
+  const std::string path = options.files.front();
+  if (is_experiment_file(path) || path == "-" || !std::filesystem::is_regular_file(path, none) ||
+      (options.axes && options.instrument && options.unit)) {
+    return options;
+  }
+  const TableText text(path, format_of(table));
+  const auto has = [&](const std::string& name) {
+    return std::any_of(text.columns().begin(), text.columns().end(), [&](const NamedColumn& one) {
+      return one.name == name || one.name.ends_with("." + name);
+    });
+  };
+  const std::optional<LogSensor> sensor =
+      options.axes ? std::nullopt : sensor_of_kind(text, options.instrument.value_or(""));
+  const bool has_usual = has("x") && has("y") && has("z");
+  if (sensor) {
+    if (!has_usual) {
+      options.axes = joined({sensor->columns.begin(), sensor->columns.end()}, ",");
+    }
+    if (!has_usual || !options.instrument) {
+      print_remark("note", path + ": " + sensor->words);
+    }
+    if (!options.instrument) {
+      options.instrument = name_of(sensor->kind);
+    }
+  }
+  if (!options.unit) {
+    const std::vector<std::string> axes =
+        options.axes ? names_of(*options.axes) : std::vector<std::string>{"x", "y", "z"};
+    std::set<std::string> units;
+    for (const std::string& axis : axes) {
+      for (const NamedColumn& one : text.columns()) {
+        if (one.name == axis) {
+          units.insert(one.unit);
+        }
+      }
+    }
+    if (units.size() == 1 && !units.begin()->empty()) {
+      const SeriesKind kind = sensor ? sensor->kind : SeriesKind::other;
+      const std::optional<KnownUnit> known = known_unit(*units.begin(), kind);
+      options.unit = known ? std::string(known->name) : *units.begin();
+    } else if (sensor && !sensor->unit.empty()) {
+      options.unit = sensor->unit;
+    }
+  }
+  return options;
+}
+
 int run(const CalibrateCommand& command) {
   if (command.experiment.files.empty() == !command.imu.has_value()) {
     throw UsageError("calibrate: needs FILEs of observations, or --imu LOG, one of them");
@@ -397,11 +452,12 @@ int run(const CalibrateCommand& command) {
   const std::vector<std::string> of_logs = stated_options_of(command.rests);
   if (!of_logs.empty()) {
     throw UsageError(formatted(
-        "calibrate: {} {} for a log (--imu), and tables of readings are read without; give their "
-        "columns the usual names (rest, fence, time, temperature) and the axes by --axes",
+        "calibrate: {} {} for a log (--imu), and tables of readings are read without; name their "
+        "axes by --axes, and columns without a header by --names",
         joined(of_logs), of_logs.size() == 1 ? "is" : "are"));
   }
-  Experiment experiment = make_experiment(command.experiment);
+  const TableOptions& table = command.rests.log.table;
+  Experiment experiment = make_experiment(with_what_the_table_says(command.experiment, table));
   experiment.limits = command.limits.value_or(experiment.limits);
   const std::optional<Limits> limits =
       experiment.limits.empty() ? std::nullopt : std::optional(read_limits(experiment.limits));
@@ -419,7 +475,8 @@ int run(const CalibrateCommand& command) {
               .range = companion->instrument.range};
   }
   Observations companions;
-  const RunReadings run = read_run(experiment, Units::several, beside, &companions);
+  const RunReadings run =
+      read_run(experiment, Units::several, {.options = table}, beside, &companions);
   experiment.positioner =
       with_assembly(experiment.positioner, command.experiment.assembly, run.slots);
   experiment.slot = slot_of(experiment, run);

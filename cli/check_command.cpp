@@ -24,6 +24,7 @@ struct CheckCommand {
   std::string record;
   std::optional<std::string> other;  ///< observations or another record
   ExperimentOptions experiment;      ///< that differ from the record's
+  TableOptions table;
   std::optional<std::string> history, limits, alpha;
   std::string output = "-";
   bool json = false;
@@ -33,6 +34,7 @@ void add_options(OptionSet& options, CheckCommand& command) {
   options.add("record", command.record, "RECORD", "calibration record (JSON)");
   options.add("other", command.other, "FILE", "observations (CSV) or another record (JSON)");
   add_experiment_options(options, command.experiment);
+  add_table_options(options, command.table);
   options.add("--alpha", command.alpha, "P", "probability of a false alarm; 0.01");
   options.add("--limits", command.limits, "FILE", "accept or reject by these limits");
   options.add("--history", command.history, "FOLDER",
@@ -228,7 +230,9 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   FreshReadings fresh{.experiment = make_experiment(options, experiment_of(old))};
   Experiment without_method = fresh.experiment;  // the readings show whether there are labels
   without_method.method.reset();
-  fresh.run = read_run(without_method);
+  fresh.run = read_run(without_method, Units::one,
+                       {.options = command.table,
+                        .kind = old.instrument.differences.empty() ? old.instrument.kind : ""});
   if (old.temperature && !fresh.run.observations.readings.front().temperature) {
     std::fprintf(stderr,
                  "note: the readings have no column 'temperature' and count as taken at the "

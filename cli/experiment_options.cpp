@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "experiment_options.hpp"
 
+#include <array>
 #include <cctype>
+#include <filesystem>
 #include <functional>
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/experiment_json.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
@@ -387,13 +390,30 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
                   "standard uncertainty of the temperature output");
 }
 
+// A table of readings in JSON is a list, a record a line, or columns that are lists.
+bool is_experiment_file(const std::string& path) {
+  std::error_code none;
+  if (!path.ends_with(".json")) {
+    return false;
+  }
+  if (!std::filesystem::is_regular_file(path, none)) {
+    return true;
+  }
+  InputFile file(path);
+  std::array<char, 4096> buffer{};
+  const std::string_view start(buffer.data(), file.read(buffer.data(), buffer.size()));
+  const std::string_view text = trimmed(start);
+  return !text.starts_with('[') && (start.find("\"axiscal-") != std::string_view::npos ||
+                                    start.find("\"rest\"") == std::string_view::npos);
+}
+
 Experiment make_experiment(const ExperimentOptions& options, Experiment experiment) {
-  if (options.files.size() == 1 && options.files.front().ends_with(".json")) {
+  if (options.files.size() == 1 && is_experiment_file(options.files.front())) {
     experiment = read_experiment(options.files.front());
   } else if (!options.files.empty()) {
     experiment.observations = options.files;
     for (const std::string& file : options.files) {
-      if (file.ends_with(".json")) {
+      if (is_experiment_file(file)) {
         throw UsageError(formatted("'{}' is an experiment and must be the only file", file));
       }
     }

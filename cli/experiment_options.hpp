@@ -40,6 +40,9 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment);
 /// @throws DataError   for the experiment's or the positioner's file.
 [[nodiscard]] Experiment make_experiment(const ExperimentOptions& options, Experiment base = {});
 
+/// @return whether a file is an experiment's: JSON that says so, or that cannot be read.
+[[nodiscard]] bool is_experiment_file(const std::string& path);
+
 /// The experiment that made a record, as far as the record says it; its positioner is the nominal
 /// cube.
 [[nodiscard]] Experiment experiment_of(const Calibration& record);

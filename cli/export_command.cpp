@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/exchange/export.hpp"
+#include "axiscal/logs/noise_json.hpp"
 #include "input.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
@@ -97,7 +99,23 @@ bool is_text(std::string_view name) {
   return true;
 }
 
+// The noise of a log, which `noise --json` wrote, for Kalibr.
+bool export_noise(const ExportCommand& command) {
+  if (command.records.size() != 1 || command.format != "kalibr") {
+    return false;
+  }
+  const std::string text = read_whole_file(command.records.front());
+  if (text.find("\"axiscal-noise\"") == std::string::npos) {
+    return false;
+  }
+  write_whole_file(command.output, kalibr_imu_yaml(parse_noise(text, command.records.front())));
+  return true;
+}
+
 int run(const ExportCommand& command) {
+  if (export_noise(command)) {
+    return 0;
+  }
   if (command.list) {
     write_whole_file(command.output, list_of_formats());
     return 0;

@@ -6,6 +6,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/logs/sensor_names.hpp"
 #include "calibrate_command.hpp"
 #include "column_advice.hpp"
 #include "input.hpp"
@@ -64,6 +65,12 @@ ImuOptions options_of(const CalibrateCommand& command) {
   return options;
 }
 
+const LogSensor* sensor_of(const LogInput& input, const Calibration& record) {
+  return input.sensor(record.slot == "accelerometer" ? SeriesKind::accelerometer
+                      : record.slot == "gyroscope"   ? SeriesKind::gyroscope
+                                                     : SeriesKind::magnetometer);
+}
+
 // The instrument of which the log lacks a column: the option that names its columns, and what such
 // columns have in their names.
 struct LackingInstrument {
@@ -84,6 +91,89 @@ LackingInstrument lacking_instrument(const RecordedLog& log, const ImuOptions& o
 
 }  // namespace
 
+namespace {
+
+constexpr std::string_view place_of_instance = "{instance}";
+
+// What a gyroscope's unit makes of a number [rad/s]; nothing where the unit is not known.
+std::optional<double> rate_per_unit(const std::string& unit) {
+  const std::optional<KnownUnit> known = known_unit(unit, SeriesKind::gyroscope);
+  return known && known->kind == SeriesKind::gyroscope ? std::optional(known->si) : std::nullopt;
+}
+
+std::vector<std::string> columns_of(const LogSensor& sensor) {
+  return {sensor.columns.begin(), sensor.columns.end()};
+}
+
+// What the options leave open is taken from what the log says of its sensors.
+void take_sensors(const CalibrateCommand& command, const LogInput& input, ImuOptions& options) {
+  const RestOptions& rests = command.rests;
+  const auto take = [&](SeriesKind kind, const std::optional<std::string>& option,
+                        std::vector<std::string>& columns, const std::optional<std::string>& unit,
+                        std::string& to) -> const LogSensor* {
+    const LogSensor* const sensor = input.sensor(kind);
+    if (sensor == nullptr) {
+      return nullptr;
+    }
+    if (!option) {
+      columns = columns_of(*sensor);
+    }
+    if (columns != columns_of(*sensor)) {
+      return nullptr;
+    }
+    if (!unit && !sensor->unit.empty()) {
+      to = sensor->unit;
+    }
+    return sensor;
+  };
+  take(SeriesKind::accelerometer, rests.accelerometer, options.accelerometer,
+       command.experiment.unit, options.experiment.instrument.unit);
+  const LogSensor* const gyroscope = take(SeriesKind::gyroscope, rests.gyroscope, options.gyroscope,
+                                          command.gyroscope_unit, options.gyroscope_unit);
+  take(SeriesKind::magnetometer, rests.magnetometer, options.magnetometer,
+       command.magnetometer_unit, options.magnetometer_unit);
+  if (gyroscope != nullptr && !options.turns.rate_per_unit) {
+    options.turns.rate_per_unit = rate_per_unit(options.gyroscope_unit);
+  }
+  if (options.segment.time.empty() && !options.segment.rate_hz) {
+    options.segment.time = input.time;
+    if (input.time.empty()) {
+      options.segment.rate_hz = input.stated_rate_hz;
+    }
+  }
+}
+
+// The records of one instance: of each kind the sensor of that number, where there is one.
+std::vector<Calibration> calibrate_instance(const CalibrateCommand& command,
+                                            const LogInput& input,
+                                            int instance,
+                                            const InputFileDigest& digest,
+                                            std::string& heading) {
+  ImuOptions options = options_of(command);
+  take_sensors(command, input, options);
+  const LackingInstrument lacking = lacking_instrument(input.log, options);
+  ImuCalibration imu = advising_columns(lacking.option, lacking.word,
+                                        [&] { return calibrate_imu(input.log, options); });
+  heading += rests_text(imu) + "\n";
+  std::vector<Calibration> records = imu.records();
+  std::erase_if(records, [&](const Calibration& record) {
+    const LogSensor* const sensor = sensor_of(input, record);
+    // A sensor that serves several others is stored once.
+    return instance > 0 && sensor != nullptr && sensor->number != instance;
+  });
+  for (Calibration& record : records) {
+    record.inputs = {digest};
+    record.notes.insert(record.notes.end(), imu.notes.begin(), imu.notes.end());
+    if (const LogSensor* const sensor = sensor_of(input, record)) {
+      record.instance = sensor->number;
+      record.device = sensor->device;
+    }
+  }
+  return records;
+}
+
+}  // namespace
+
 int run_imu(const CalibrateCommand& command) {
   if (command.align || command.limits || command.table || command.history ||
       command.accept_suggestion) {
@@ -91,37 +181,43 @@ int run_imu(const CalibrateCommand& command) {
         "--imu: goes without --align (the three are aligned), --limits, --table, --history and "
         "--accept-suggestion; check the records afterwards");
   }
-  ImuOptions options = options_of(command);
-  const RecordedLog log = record_log(*command.imu, command.rests.log);
-  const auto take_if_there = [&](const std::optional<std::string>& option,
-                                 const std::vector<std::string>& usual,
-                                 std::vector<std::string>& columns) {
-    if (!option && std::all_of(usual.begin(), usual.end(), [&](const std::string& name) {
-          return find_column(log.columns, name).has_value();
-        })) {
-      columns = usual;
-    }
-  };
-  take_if_there(command.rests.gyroscope, {"gx", "gy", "gz"}, options.gyroscope);
-  take_if_there(command.rests.magnetometer, {"mx", "my", "mz"}, options.magnetometer);
-  const std::size_t instruments =
-      1 + (options.gyroscope.empty() ? 0U : 1U) + (options.magnetometer.empty() ? 0U : 1U);
-  if (command.output && *command.output != "-" && instruments > 1 &&
-      command.output->find("{slot}") == std::string::npos) {
-    throw UsageError(
-        formatted("-o: the log gives {} records; the file's name must hold {{slot}}", instruments));
-  }
-  const LackingInstrument lacking = lacking_instrument(log, options);
-  ImuCalibration imu =
-      advising_columns(lacking.option, lacking.word, [&] { return calibrate_imu(log, options); });
-  std::vector<Calibration> records = imu.records();
+  static_cast<void>(options_of(command));  // what is typed wrongly is said before the log is read
+  LogFormat format = format_of(command.rests.log, columns_named_by(command.rests));
   const InputFileDigest digest{
       .path = *command.imu, .sha256 = sha256_of_file(*command.imu), .is_log = true};
-  for (Calibration& record : records) {
-    record.inputs = {digest};
-    record.notes.insert(record.notes.end(), imu.notes.begin(), imu.notes.end());
+  const bool wants_all =
+      command.output && command.output->find(place_of_instance) != std::string::npos;
+  LogInput input = record_log(*command.imu, format);
+  int instances = 1;
+  for (const LogSensor& sensor : input.sensors) {
+    instances = std::max(instances, sensor.of);
   }
-  return deliver_records(command, records, rests_text(imu) + "\n");
+  if (command.output && *command.output != "-" && input.sensors.size() > 1 &&
+      command.output->find("{slot}") == std::string::npos) {
+    throw UsageError(formatted("-o: the log gives {} records; the file's name must hold {{slot}}",
+                               input.sensors.size()));
+  }
+  std::vector<Calibration> records;
+  std::string heading;
+  const bool chosen = command.rests.log.instance.has_value();
+  const int first = chosen ? format.instance : 0;
+  const int last = wants_all && !chosen ? instances - 1 : first;
+  for (int instance = first; instance <= last; ++instance) {
+    if (instance != first) {
+      format.instance = instance;
+      input = record_log(*command.imu, format);
+    }
+    const std::vector<Calibration> some =
+        calibrate_instance(command, input, chosen ? 0 : instance, digest, heading);
+    records.insert(records.end(), some.begin(), some.end());
+  }
+  if (instances > 1 && last == first && !chosen) {
+    records.front().notes.push_back(formatted(
+        "the log has {} sensors of a kind; these records are of the first (another: --instance N; "
+        "all of them: {{instance}} in the name of -o)",
+        instances));
+  }
+  return deliver_records(command, records, heading);
 }
 
 }  // namespace axiscal::cli

@@ -11,34 +11,39 @@
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/input_file.hpp"
 
 namespace axiscal::cli {
 
 namespace {
-
-CsvReader csv_reader_of_text(const std::string& text, const std::string& path) {
-  return {[rest = std::string_view(text)](char* buffer, std::size_t size) mutable {
-            const std::size_t count = rest.copy(buffer, size);
-            rest.remove_prefix(count);
-            return count;
-          },
-          path};
-}
 
 std::string sha256_of_text(const std::string& text) {
   std::array<char, SHA256_DIGEST_STRING_LENGTH> digest{};
   return SHA256Data(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(), digest.data());
 }
 
+// Bytes that are in memory.
+std::function<std::size_t(char* buffer, std::size_t size)> reader_of(const std::string& text) {
+  return [rest = std::string_view(text)](char* buffer, std::size_t size) mutable {
+    const std::size_t count = rest.copy(buffer, size);
+    rest.remove_prefix(count);
+    return count;
+  };
+}
+
 // Two instruments in one file, which may be a pipe: it is read once and held.
 ObservationsFile read_two_instruments(const std::string& path,
                                       const ObservationColumns& columns,
-                                      const ObservationColumns& beside) {
+                                      const ObservationColumns& beside,
+                                      const TableReading& reading) {
   const std::string text = read_whole_file(path);
-  CsvReader csv = csv_reader_of_text(text, path);
-  CsvReader csv_beside = csv_reader_of_text(text, path);
-  ObservationsFile result{.table = read_observations(csv, columns),
-                          .beside = read_observations(csv_beside, beside).observations,
+  const OpenTable own =
+      open_table(path, reading.options, {.axes = columns.axes, .kind = reading.kind},
+                 CsvReader::Quotes::span_lines, reader_of(text));
+  const OpenTable others = open_table(path, reading.options, {.axes = beside.axes},
+                                      CsvReader::Quotes::span_lines, reader_of(text));
+  ObservationsFile result{.table = read_observations(*own.csv, columns),
+                          .beside = read_observations(*others.csv, beside).observations,
                           .sha256 = sha256_of_text(text)};
   std::erase_if(result.table.ignored_columns, [&](const std::string& name) {
     return std::any_of(beside.differences.begin(), beside.differences.end(),
@@ -54,21 +59,29 @@ ObservationsFile read_two_instruments(const std::string& path,
 
 ObservationsFile read_observations_file(const std::string& path,
                                         const ObservationColumns& columns,
-                                        const std::optional<ObservationColumns>& beside) {
+                                        const std::optional<ObservationColumns>& beside,
+                                        const TableReading& reading) {
   if (beside) {
-    return read_two_instruments(path, columns, *beside);
+    return read_two_instruments(path, columns, *beside, reading);
   }
+  std::error_code none;
+  if (path != "-" && std::filesystem::is_regular_file(path, none)) {
+    const OpenTable table =
+        open_table(path, reading.options, {.axes = columns.axes, .kind = reading.kind});
+    return {.table = read_observations(*table.csv, columns), .sha256 = sha256_of_file(path)};
+  }
+  // What is read once only: its digest is made on the way.
   InputFile file(path);
   SHA2_CTX digest;
   SHA256Init(&digest);
-  CsvReader csv(
-      [&](char* buffer, std::size_t size) {
-        const std::size_t count = file.read(buffer, size);
-        SHA256Update(&digest, reinterpret_cast<const std::uint8_t*>(buffer), count);
-        return count;
-      },
-      path);
-  ObservationsFile result{.table = read_observations(csv, columns)};
+  const OpenTable table =
+      open_table(path, reading.options, {.axes = columns.axes, .kind = reading.kind},
+                 CsvReader::Quotes::span_lines, [&](char* buffer, std::size_t size) {
+                   const std::size_t count = file.read(buffer, size);
+                   SHA256Update(&digest, reinterpret_cast<const std::uint8_t*>(buffer), count);
+                   return count;
+                 });
+  ObservationsFile result{.table = read_observations(*table.csv, columns)};
   std::array<char, SHA256_DIGEST_STRING_LENGTH> text{};
   result.sha256 = SHA256End(&digest, text.data());
   return result;
@@ -91,11 +104,6 @@ std::string sha256_of_file(const std::string& path) {
     return "";
   }
   return text.data();
-}
-
-CsvReader csv_reader_of(InputFile& file, CsvReader::Quotes quotes) {
-  return {[&file](char* buffer, std::size_t size) { return file.read(buffer, size); }, file.path(),
-          quotes};
 }
 
 }  // namespace axiscal::cli

@@ -6,8 +6,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/observations_csv.hpp"
-#include "axiscal/core/csv_reader.hpp"
-#include "axiscal/core/input_file.hpp"
+#include "table_options.hpp"
 
 namespace axiscal::cli {
 
@@ -18,20 +17,25 @@ struct ObservationsFile {
   std::string sha256;
 };
 
+/// How a table of observations is read.
+struct TableReading {
+  TableOptions options;
+  /// Kind of the instrument: other columns may stand in for its axes, as open_table(); empty:
+  /// never.
+  std::string kind;
+};
+
 /// @param beside  columns of another instrument in the same rows.
 /// @throws DataError  as read_observations().
 [[nodiscard]] ObservationsFile read_observations_file(
     const std::string& path,
     const ObservationColumns& columns,
-    const std::optional<ObservationColumns>& beside = {});
+    const std::optional<ObservationColumns>& beside = {},
+    const TableReading& reading = {});
 
 /// @return the SHA-256 of a file's bytes; empty for standard input and pipes,
 ///         which are read once only.
 [[nodiscard]] std::string sha256_of_file(const std::string& path);
-
-/// A reader of an open file; the file must outlive it.
-[[nodiscard]] CsvReader csv_reader_of(InputFile& file,
-                                      CsvReader::Quotes quotes = CsvReader::Quotes::span_lines);
 
 /// @return a record that a result may rest on.
 /// @throws RefusedError  if its calibration was refused, and `force` is not set.

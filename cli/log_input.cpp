@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "log_input.hpp"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -25,13 +26,11 @@ std::vector<std::string> three_columns(const char* option, const std::string& te
 }  // namespace
 
 void add_log_options(OptionSet& options, LogOptions& log) {
+  add_table_options(options, log.table);
   OptionSet log_options = options.group("Log");
-  log_options.add("--time", log.time, "COLUMN",
-                  "of times; time, t, timestamp with _s, _ms, _us, _ns");
   log_options.add("--rate", log.rate, "HZ", "samples a second, instead of a column of times");
-  log_options.add("--names", log.names, "A,B,..", "names of the columns of a log without a header");
-  log_options.add("--map", log.map, "FILE",
-                  "axiscal-log (JSON): columns renamed, scaled, turned round");
+  log_options.add("--instance", log.instance, "N",
+                  "of recordings with several sensors of a kind: which, counted from 0");
 }
 
 void add_rest_options(OptionSet& options, RestOptions& rests) {
@@ -60,11 +59,9 @@ void add_rest_options(OptionSet& options, RestOptions& rests) {
 }
 
 std::vector<std::string> stated_options_of(const RestOptions& rests) {
-  const std::array<std::pair<const char*, const std::optional<std::string>*>, 15> all = {
-      {{"--names", &rests.log.names},
-       {"--map", &rests.log.map},
-       {"--time", &rests.log.time},
-       {"--rate", &rests.log.rate},
+  const std::array<std::pair<const char*, const std::optional<std::string>*>, 13> all = {
+      {{"--rate", &rests.log.rate},
+       {"--instance", &rests.log.instance},
        {"--columns", &rests.columns},
        {"--window", &rests.window},
        {"--min-length", &rests.shortest},
@@ -93,25 +90,38 @@ std::vector<std::string> names_of(const std::string& text) {
   return names;
 }
 
-LogFormat format_of(const LogOptions& options) {
-  LogFormat format;
-  if (options.map) {
-    format = read_log_format(*options.map);
+LogFormat format_of(const LogOptions& options, const std::vector<std::string>& wanted) {
+  LogFormat format = format_of(options.table);
+  format.wanted = wanted;
+  if (options.table.temperature_column) {
+    format.columns.push_back({.name = "temperature", .column = *options.table.temperature_column});
   }
-  if (options.names) {
-    format.names = names_of(*options.names);
+  if (options.instance) {
+    format.instance = whole_number_of("--instance", *options.instance, 0);
   }
   return format;
 }
 
+std::vector<std::string> columns_named_by(const RestOptions& options) {
+  std::vector<std::string> named;
+  for (const std::optional<std::string>* option :
+       {&options.columns, &options.accelerometer, &options.gyroscope, &options.magnetometer}) {
+    if (*option) {
+      const std::vector<std::string> names = names_of(**option);
+      named.insert(named.end(), names.begin(), names.end());
+    }
+  }
+  return named;
+}
+
 SegmentOptions segment_options_of(const RestOptions& options) {
   SegmentOptions segment;
-  segment.time = options.log.time.value_or("");
+  segment.time = options.log.table.time.value_or("");
   if (options.columns) {
     segment.columns = names_of(*options.columns);
   }
   if (options.log.rate) {
-    if (options.log.time) {
+    if (options.log.table.time) {
       throw UsageError("--rate: goes without --time, one of them");
     }
     segment.rate_hz = positive_of("--rate", *options.log.rate);
@@ -165,12 +175,24 @@ ImuOptions imu_options_of(const RestOptions& options,
   return imu;
 }
 
-RecordedLog record_log(const std::string& path, const LogOptions& options) {
-  LogFile file(path, format_of(options));
-  RecordedLog log{.name = path, .columns = file.columns()};
-  log.samples = read_log(file);
-  log.notes = file.notes();
-  return log;
+const LogSensor* LogInput::sensor(SeriesKind kind) const {
+  const auto found = std::find_if(sensors.begin(), sensors.end(),
+                                  [&](const LogSensor& one) { return one.kind == kind; });
+  return found == sensors.end() ? nullptr : &*found;
+}
+
+LogInput record_log(const std::string& path, const LogFormat& format) {
+  return record_log(LogFile(path, format));
+}
+
+LogInput record_log(LogFile file) {
+  LogInput input{.log = {.name = file.path(), .columns = file.columns()},
+                 .sensors = file.sensors(),
+                 .stated_rate_hz = file.stated_rate_hz(),
+                 .time = file.time_column()};
+  input.log.samples = read_log(file);
+  input.log.notes = file.notes();
+  return input;
 }
 
 void print_remarks_of(const Segmentation& rests,

@@ -9,12 +9,14 @@
 #include "axiscal/logs/log_file.hpp"
 #include "axiscal/logs/segment.hpp"
 #include "option_set.hpp"
+#include "table_options.hpp"
 
 namespace axiscal::cli {
 
 /// How a raw log is read, as typed.
 struct LogOptions {
-  std::optional<std::string> names, map, time, rate;
+  TableOptions table;
+  std::optional<std::string> rate, instance;
 };
 
 /// How a raw log is cut into rests, as typed.
@@ -37,7 +39,12 @@ void add_rest_options(OptionSet& options, RestOptions& rests);
 /// @return the parts of "a,b,c".
 [[nodiscard]] std::vector<std::string> names_of(const std::string& text);
 
-[[nodiscard]] LogFormat format_of(const LogOptions& options);
+/// @param wanted  columns that the other options name.
+[[nodiscard]] LogFormat format_of(const LogOptions& options,
+                                  const std::vector<std::string>& wanted = {});
+
+/// @return the columns that the options name: --columns, --accelerometer, ...
+[[nodiscard]] std::vector<std::string> columns_named_by(const RestOptions& options);
 
 /// @return the options of segment(), but for its columns.
 [[nodiscard]] SegmentOptions segment_options_of(const RestOptions& options);
@@ -47,8 +54,20 @@ void add_rest_options(OptionSet& options, RestOptions& rests);
 [[nodiscard]] ImuOptions imu_options_of(const RestOptions& options,
                                         const std::vector<std::string>& accelerometer);
 
+/// A log in memory, and the sensors that it holds.
+struct LogInput {
+  RecordedLog log;
+  std::vector<LogSensor> sensors;
+  std::optional<double> stated_rate_hz;  ///< where it has no times
+  std::string time;                      ///< the column of times; empty: none is known
+
+  /// @return the sensor of a kind, or null.
+  [[nodiscard]] const LogSensor* sensor(SeriesKind kind) const;
+};
+
 /// Reads a whole log into memory.
-[[nodiscard]] RecordedLog record_log(const std::string& path, const LogOptions& options);
+[[nodiscard]] LogInput record_log(const std::string& path, const LogFormat& format);
+[[nodiscard]] LogInput record_log(LogFile file);
 
 /// Prints notes, then warnings, to stderr.
 void print_remarks_of(const Segmentation& rests,

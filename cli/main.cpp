@@ -55,12 +55,12 @@ int fail(ExitStatus status, const std::string& message) {
 // In the order of the help.
 std::vector<axiscal::cli::Subcommand> subcommands() {
   using namespace axiscal::cli;
-  return {field_subcommand(),    calibrate_subcommand(), segment_subcommand(),
-          noise_subcommand(),    apply_subcommand(),     plan_subcommand(),
-          simulate_subcommand(), level_subcommand(),     characterize_subcommand(),
-          check_subcommand(),    budget_subcommand(),    study_subcommand(),
-          export_subcommand(),   import_subcommand(),    acquire_subcommand(),
-          report_subcommand(),   template_subcommand()};
+  return {field_subcommand(),        log_subcommand(),      calibrate_subcommand(),
+          segment_subcommand(),      noise_subcommand(),    apply_subcommand(),
+          plan_subcommand(),         simulate_subcommand(), level_subcommand(),
+          characterize_subcommand(), check_subcommand(),    budget_subcommand(),
+          study_subcommand(),        export_subcommand(),   import_subcommand(),
+          acquire_subcommand(),      report_subcommand(),   template_subcommand()};
 }
 
 }  // namespace

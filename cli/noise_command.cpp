@@ -8,6 +8,7 @@
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/logs/noise_json.hpp"
 #include "axiscal/logs/segment.hpp"
+#include "axiscal/logs/time_column.hpp"
 #include "column_advice.hpp"
 #include "log_input.hpp"
 #include "subcommands.hpp"
@@ -20,7 +21,7 @@ namespace {
 struct NoiseCommand {
   std::string log;
   LogOptions options;
-  std::optional<std::string> columns, tau, deviations;
+  std::optional<std::string> columns, tau, deviations, format;
   std::string output = "-";
   bool all_taus = false;
   bool is_curve = false;
@@ -28,7 +29,7 @@ struct NoiseCommand {
 };
 
 void add_options(OptionSet& options, NoiseCommand& command) {
-  options.add("log", command.log, "LOG", "text, .npy, .mat, also .gz .xz .zst; - is stdin",
+  options.add("log", command.log, "LOG", "of any format (see axiscal log); - is stdin",
               Need::required);
   options.add("--columns", command.columns, "A,B,..", "columns; all but the times");
   add_log_options(options, command.options);
@@ -41,6 +42,8 @@ void add_options(OptionSet& options, NoiseCommand& command) {
               "besides Allan's: modified, Hadamard, total");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of a table");
+  options.add("--format", command.format, "kalibr",
+              "write Kalibr's imu.yaml instead: densities, walks and rate of an IMU");
 }
 
 void warn(LogNoise& noise, const std::string& message) {
@@ -136,14 +139,18 @@ std::string noise_text(const LogNoise& noise) {
                 "longest tau were half the record");
   text += "; coefficients with 95 % intervals, deviations with 68 %\n";
   for (const ColumnNoise& one : noise.columns) {
-    text += formatted("\n{}\n", one.name);
+    text += formatted(
+        "\n{}{}\n", one.name,
+        one.kind.empty() ? ""
+                         : formatted(" ({}{})", one.kind, one.unit.empty() ? "" : ", " + one.unit));
+    const std::string unit = one.unit.empty() ? "unit" : one.unit;
     for (const NoiseCoefficient& c : one.model.coefficients) {
       text += c.value > 0.0
                   ? formatted("  {:<17}{:>12.5g}  ({:.4g} to {:.4g}) {}\n", noise_name(c.kind),
-                              c.value, c.low, c.high, noise_unit(c.kind))
+                              c.value, c.low, c.high, noise_unit(c.kind, unit))
               : std::isfinite(c.high)
                   ? formatted("  {:<17}{:>15}  (below {:.2g} {})\n", noise_name(c.kind),
-                              "not determined", c.high, noise_unit(c.kind))
+                              "not determined", c.high, noise_unit(c.kind, unit))
                   : formatted("  {:<17}{:>15}\n", noise_name(c.kind), "not determined");
     }
     text += fit_text(one.model);
@@ -313,7 +320,7 @@ LogNoise noise_of_log(RecordedLog& log, const NoiseCommand& command) {
     throw RefusedError(formatted("{} samples are too few for an Allan deviation", n));
   }
   const std::optional<TimeColumn> time =
-      find_time_column(log.name, log.columns, command.options.time.value_or(""));
+      find_time_column(log.name, log.columns, command.options.table.time.value_or(""));
   LogNoise noise{.samples = n};
   noise.rate_hz = rate_of(log, command.options, time, noise);
   const std::vector<OtherDeviation> others = deviations_of(command);
@@ -332,18 +339,81 @@ LogNoise noise_of_log(RecordedLog& log, const NoiseCommand& command) {
   return noise;
 }
 
-int run(const NoiseCommand& command) {
-  RecordedLog log = record_log(command.log, command.options);
-  for (const std::string& note : log.notes) {
-    print_remark("note", note);
+// Says of each column which sensor it is of.
+void name_sensors(const std::vector<LogSensor>& sensors, LogNoise& noise) {
+  for (ColumnNoise& one : noise.columns) {
+    one.rate_hz = noise.rate_hz;
+    for (const LogSensor& sensor : sensors) {
+      if (std::find(sensor.columns.begin(), sensor.columns.end(), one.name) !=
+          sensor.columns.end()) {
+        one.kind = name_of(sensor.kind);
+        one.unit = sensor.unit;
+      }
+    }
   }
-  const LogNoise noise = advising_columns("--columns", "", [&] {
-    return command.is_curve ? noise_of_curve(log, command) : noise_of_log(log, command);
-  });
+}
+
+LogNoise noise_of_input(LogInput& input, const NoiseCommand& command) {
+  if (!command.is_curve && !command.options.rate && !command.options.table.time) {
+    NoiseCommand own = command;
+    if (!input.time.empty()) {
+      own.options.table.time = input.time;
+    } else if (input.stated_rate_hz) {
+      own.options.rate = number_text(*input.stated_rate_hz);
+    }
+    return noise_of_log(input.log, own);
+  }
+  return command.is_curve ? noise_of_curve(input.log, command) : noise_of_log(input.log, command);
+}
+
+// A recording's sensors one by one, each at its own times.
+LogNoise noise_of_sensors(const NoiseCommand& command,
+                          LogFormat format,
+                          const std::vector<LogSensor>& sensors) {
+  LogNoise all;
+  for (const LogSensor& sensor : sensors) {
+    format.kinds = {sensor.kind};
+    print_remark("note", sensor.words);
+    LogInput input = record_log(command.log, format);
+    NoiseCommand own = command;
+    own.columns = joined({sensor.columns.begin(), sensor.columns.end()}, ",");
+    LogNoise one = noise_of_input(input, own);
+    name_sensors({sensor}, one);
+    if (all.columns.empty()) {
+      all.rate_hz = one.rate_hz;
+      all.samples = one.samples;
+    }
+    std::move(one.columns.begin(), one.columns.end(), std::back_inserter(all.columns));
+    all.warnings.insert(all.warnings.end(), one.warnings.begin(), one.warnings.end());
+  }
+  return all;
+}
+
+int run(const NoiseCommand& command) {
+  if (command.format && *command.format != "kalibr") {
+    throw UsageError(formatted("--format: '{}' is not 'kalibr'", *command.format));
+  }
+  const std::vector<std::string> wanted =
+      command.columns ? names_of(*command.columns) : std::vector<std::string>{};
+  const LogFormat format = format_of(command.options, wanted);
+  LogFile file(command.log, format);
+  LogNoise noise;
+  if (!file.is_table() && !command.columns && command.log != "-") {
+    noise = noise_of_sensors(command, format, file.sensors());
+  } else {
+    LogInput input = record_log(std::move(file));
+    for (const std::string& note : input.log.notes) {
+      print_remark("note", note);
+    }
+    noise = advising_columns("--columns", "", [&] { return noise_of_input(input, command); });
+    name_sensors(input.sensors, noise);
+  }
   if (noise.columns.empty()) {
     throw RefusedError("no column varies");
   }
-  write_whole_file(command.output, command.json ? noise_json(noise) : noise_text(noise));
+  write_whole_file(command.output, command.format ? kalibr_imu_yaml(noise)
+                                   : command.json ? noise_json(noise)
+                                                  : noise_text(noise));
   return 0;
 }
 

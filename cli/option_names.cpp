@@ -44,6 +44,8 @@ std::string_view option_of(Setting setting) {
       return "--leave-out";
     case Setting::local_gravity:
       return "--gravity";
+    case Setting::log:
+      return "calibrate --imu";
     case Setting::longitude:
       return "--longitude";
     case Setting::lossy:

@@ -239,8 +239,8 @@ int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_
 
 // Whether the instrument has taken on its chamber's temperature, by the last readings of a log.
 int tell_soak(const PlanCommand& command) {
-  InputFile file(*command.soak);
-  CsvReader csv = csv_reader_of(file);
+  const OpenTable table = open_table(*command.soak, {}, {});
+  CsvReader& csv = *table.csv;
   const std::size_t time = csv.need("time");
   const std::size_t temperature = csv.need("temperature");
   std::vector<double> times;

@@ -16,6 +16,7 @@ namespace axiscal::cli {
 
 RunReadings read_run(const Experiment& experiment,
                      Units units,
+                     const TableReading& reading,
                      const std::optional<ObservationColumns>& beside,
                      Observations* observations_beside) {
   if (experiment.observations.empty()) {
@@ -28,7 +29,7 @@ RunReadings read_run(const Experiment& experiment,
   for (const std::string& path : experiment.observations) {
     ObservationsFile file;
     try {
-      file = read_observations_file(path, columns, beside);
+      file = read_observations_file(path, columns, beside, reading);
     } catch (const MissingColumnError& error) {
       const bool is_axis =
           std::find(columns.axes.begin(), columns.axes.end(), error.column()) != columns.axes.end();

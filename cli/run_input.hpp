@@ -7,15 +7,18 @@
 
 #include "axiscal/calib/calibrate_run.hpp"
 #include "axiscal/calib/run_readings.hpp"
+#include "input.hpp"
 
 namespace axiscal::cli {
 
 /// Reads the experiment's observations, each file once; several files are blocks.
+/// @param reading  how their tables are read.
 /// @param beside  columns of another instrument that was recorded together, read in the same pass.
 /// @param observations_beside  set to what these columns hold.
 /// @throws DataError  for their content.
 [[nodiscard]] RunReadings read_run(const Experiment& experiment,
                                    Units units = Units::one,
+                                   const TableReading& reading = {},
                                    const std::optional<ObservationColumns>& beside = {},
                                    Observations* observations_beside = nullptr);
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstdio>
 
 #include "axiscal/core/error.hpp"
@@ -8,6 +9,7 @@
 #include "column_advice.hpp"
 #include "log_input.hpp"
 #include "subcommands.hpp"
+#include "summary.hpp"
 #include "usage_error.hpp"
 
 namespace axiscal::cli {
@@ -23,7 +25,7 @@ struct SegmentCommand {
 };
 
 void add_options(OptionSet& options, SegmentCommand& command) {
-  options.add("log", command.log, "LOG", "text, .npy, .mat, also .gz .xz .zst; - is stdin",
+  options.add("log", command.log, "LOG", "of any format (see axiscal log); - is stdin",
               Need::required);
   add_rest_options(options, command.rests);
   options.add("--range", command.rests.range, "LO,HI", "samples at or beyond these are saturated");
@@ -70,11 +72,39 @@ std::string segmentation_json(const Segmentation& rests, const SeatLabels* label
   return json_text(json);
 }
 
+// The columns that tell rest from motion: as stated, else x, y, z, else those of the accelerometer
+// that the log is seen to hold.
+std::vector<std::string> columns_of(const RestOptions& rests, LogFile& log) {
+  if (rests.columns || rests.accelerometer) {
+    return names_of(rests.columns ? *rests.columns : *rests.accelerometer);
+  }
+  const std::vector<std::string> usual = {"x", "y", "z"};
+  const bool has_usual = std::all_of(usual.begin(), usual.end(), [&](const std::string& name) {
+    return find_column(log.columns(), name).has_value();
+  });
+  if (!has_usual) {
+    for (const LogSensor& sensor : log.sensors()) {
+      if (sensor.kind == SeriesKind::accelerometer) {
+        print_remark("note", sensor.words);
+        return {sensor.columns.begin(), sensor.columns.end()};
+      }
+    }
+  }
+  return usual;
+}
+
 int run(const SegmentCommand& command) {
-  const std::vector<std::string> columns =
-      names_of(command.rests.columns.value_or(command.rests.accelerometer.value_or("x,y,z")));
+  const LogFormat format = format_of(command.rests.log, columns_named_by(command.rests));
+  LogFile log(command.log, format);
+  const std::vector<std::string> columns = columns_of(command.rests, log);
   ImuOptions options = imu_options_of(command.rests, columns);
   options.segment.columns = columns;
+  if (options.segment.time.empty() && !options.segment.rate_hz) {
+    options.segment.time = log.time_column();
+    if (options.segment.time.empty()) {
+      options.segment.rate_hz = log.stated_rate_hz();
+    }
+  }
   if (command.rests.accelerometer) {
     options.segment.attitude = options.accelerometer;
   }
@@ -92,11 +122,12 @@ int run(const SegmentCommand& command) {
   const bool checks_fences =
       command.rests.plan && (command.rests.gyroscope || command.rests.magnetometer);
   if (command.recognise || checks_fences) {
-    recorded = record_log(command.log, command.rests.log);
+    recorded = RecordedLog{.name = command.log, .columns = log.columns()};
+    recorded->samples = read_log(log);
+    recorded->notes = log.notes();
     notes = recorded->notes;
+    log = LogFile(recorded->name, recorded->columns, recorded->samples);
   }
-  LogFile log = recorded ? LogFile(recorded->name, recorded->columns, recorded->samples)
-                         : LogFile(command.log, format_of(command.rests.log));
   std::vector<std::string> needed = options.gyroscope;
   needed.insert(needed.end(), options.magnetometer.begin(), options.magnetometer.end());
   if (labels_wanted) {

@@ -81,15 +81,13 @@ std::vector<DesignEntry> design_of(const SheetOptions& options) {
   if (parse_number(options.design)) {
     throw UsageError("--design: the designs have 6, 12 or 24 points, not " + options.design);
   }
-  InputFile file(options.design);
-  CsvReader csv = csv_reader_of(file);
-  return read_design(csv);
+  const OpenTable table = open_table(options.design, {}, {});
+  return read_design(*table.csv);
 }
 
 std::vector<RunSheetRow> read_sheet_file(const std::string& path) {
-  InputFile file(path);
-  CsvReader csv = csv_reader_of(file);
-  return read_run_sheet(csv);
+  const OpenTable table = open_table(path, {}, {});
+  return read_run_sheet(*table.csv);
 }
 
 std::vector<RunSheetRow> make_sheet(const SheetOptions& options) {

@@ -15,6 +15,7 @@ Subcommand export_subcommand();
 Subcommand field_subcommand();
 Subcommand import_subcommand();
 Subcommand level_subcommand();
+Subcommand log_subcommand();
 Subcommand noise_subcommand();
 Subcommand plan_subcommand();
 Subcommand report_subcommand();

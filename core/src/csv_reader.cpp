@@ -74,6 +74,28 @@ CsvReader::CsvReader(Source source, std::string path, Quotes quotes)
   read_header();
 }
 
+CsvReader::CsvReader(Source source,
+                     std::string path,
+                     std::vector<std::string> header,
+                     Quotes quotes)
+    : source_(std::move(source)),
+      path_(std::move(path)),
+      quotes_(quotes),
+      buffer_(block_size),
+      header_(std::move(header)) {
+  for (const std::string& name : header_) {
+    header_text_ += (header_text_.empty() ? "" : ",") + csv_cell(name);
+  }
+}
+
+void CsvReader::rename(std::vector<std::string> header) {
+  if (header.size() != header_.size()) {
+    throw DomainError(
+        formatted("CsvReader: {} names for {} columns", header.size(), header_.size()));
+  }
+  header_ = std::move(header);
+}
+
 std::optional<std::size_t> CsvReader::column(std::string_view name) const {
   const auto found = std::find(header_.begin(), header_.end(), name);
   if (found == header_.end()) {

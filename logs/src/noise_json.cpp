@@ -9,20 +9,22 @@
 
 namespace axiscal {
 
-std::string noise_unit(NoiseKind kind) {
+std::string noise_unit(NoiseKind kind, const std::string& unit) {
+  const bool is_plain = unit.find('/') == std::string::npos;
+  const std::string whole = is_plain ? unit : "(" + unit + ")";
   switch (kind) {
     case NoiseKind::quantisation:
-      return "unit s";
+      return whole + " s";
     case NoiseKind::white:
-      return "unit/sqrt(Hz)";
+      return whole + "/sqrt(Hz)";
     case NoiseKind::bias_instability:
-      return "unit";
+      return unit;
     case NoiseKind::random_walk:
-      return "unit/sqrt(s)";
+      return whole + "/sqrt(s)";
     case NoiseKind::ramp:
       break;
   }
-  return "unit/s";
+  return whole + "/s";
 }
 
 std::string noise_json(const LogNoise& noise) {
@@ -48,7 +50,10 @@ std::string noise_json(const LogNoise& noise) {
     Json coefficients = Json::object();
     for (const NoiseCoefficient& c : one.model.coefficients) {
       coefficients[noise_name(c.kind)] = {
-          {"value", c.value}, {"low", c.low}, {"high", c.high}, {"unit", noise_unit(c.kind)}};
+          {"value", c.value},
+          {"low", c.low},
+          {"high", c.high},
+          {"unit", noise_unit(c.kind, one.unit.empty() ? "unit" : one.unit)}};
     }
     json["columns"][one.name] = {{"coefficients", coefficients},
                                  {"fit",
@@ -63,6 +68,16 @@ std::string noise_json(const LogNoise& noise) {
                                    {"sensible_s", one.dwell.sensible_s},
                                    {"sensible_deviation", one.dwell.sensible_deviation}}},
                                  {"allan_deviation", curve}};
+    Json& column = json["columns"][one.name];
+    if (!one.kind.empty()) {
+      column["kind"] = one.kind;
+    }
+    if (!one.unit.empty()) {
+      column["unit"] = one.unit;
+    }
+    if (one.rate_hz > 0.0) {
+      column["rate_hz"] = one.rate_hz;
+    }
   }
   json["warnings"] = noise.warnings;
   return json_text(json);
@@ -79,6 +94,15 @@ LogNoise parse_noise(std::string_view text, const std::string& path) {
   for (const std::string& name : columns.keys()) {
     const JsonValue column = columns.at(name);
     ColumnNoise one{.name = name};
+    if (const auto kind = column.find("kind")) {
+      one.kind = kind->text();
+    }
+    if (const auto unit = column.find("unit")) {
+      one.unit = unit->text();
+    }
+    if (const auto rate = column.find("rate_hz")) {
+      one.rate_hz = rate->number();
+    }
     for (const JsonValue& point : column.at("allan_deviation").elements()) {
       one.curve.push_back({.tau_s = point.at("tau").number(),
                            .samples = point.at("samples").count(),

@@ -155,7 +155,7 @@ TEST_F(HonestAnswers, WhatIsIgnoredIsRefused) {
   const std::string run = run_of("run.csv", {.noise_sd = 1e-4});
   const std::vector<std::string> good = {"calibrate", run, "--instrument", "accelerometer"};
   for (const std::vector<std::string>& more : std::vector<std::vector<std::string>>{
-           {"--names", "a,b"}, {"--map", run}, {"--rate", "100"}}) {
+           {"--accelerometer", "a,b,c"}, {"--instance", "1"}, {"--rate", "100"}}) {
     std::vector<std::string> all = good;
     all.insert(all.end(), more.begin(), more.end());
     const ProgramResult result = run_axiscal(all);
@@ -235,13 +235,13 @@ TEST_F(HonestAnswers, OneNumberForOneThing) {
 }
 
 TEST_F(HonestAnswers, ErrorsEndWithTheLineToType) {
-  std::string log = "time,acc_x,acc_y,acc_z\n";
+  std::string log = "time,ux,uy,uz\n";
   for (int i = 0; i < 400; ++i) {
     log += std::to_string(0.01 * i) + ",0,0,1\n";
   }
   const ProgramResult imu = run_axiscal({"calibrate", "--imu", folder_.write("log.csv", log)});
   EXPECT_EQ(imu.status, 3);
-  EXPECT_THAT(imu.err, HasSubstr("try --accelerometer acc_x,acc_y,acc_z"));
+  EXPECT_THAT(imu.err, HasSubstr("try --accelerometer ux,uy,uz"));
   const ProgramResult semicolons = run_axiscal(
       {"calibrate", folder_.write("s.csv", "rest;fence;x;y;z\n"), "--instrument", "accelerometer"});
   EXPECT_THAT(semicolons.err, HasSubstr("s.csv:1: the cells are parted by semicolons"));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // segment, noise and calibrate --imu as users run them.
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -250,7 +251,8 @@ TEST_F(LogCommands, BrokenLogsGiveAnAnswerOrAClearError) {
   EXPECT_EQ(segment(good.substr(0, 500)).status, 1);                  // too short for a rest
   EXPECT_THAT(segment(good.substr(0, 500)).err, HasSubstr("there is no rest of 1 s"));
   EXPECT_EQ(run_axiscal({"segment", folder_.path("none.csv")}).status, 3);
-  EXPECT_EQ(run_axiscal({"segment", folder_.path("")}).status, 3);
+  std::filesystem::create_directory(folder_.path("empty"));
+  EXPECT_EQ(run_axiscal({"segment", folder_.path("empty")}).status, 3);
   EXPECT_EQ(run_axiscal({"segment"}).status, 2);
   EXPECT_EQ(segment(good, {"--window", "-1"}).status, 2);
   EXPECT_EQ(segment(good, {"--rate", "100", "--time", "t"}).status, 2);

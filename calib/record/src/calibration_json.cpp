@@ -361,6 +361,8 @@ void members(JsonMembers& io, Calibration& calibration) {
   word_members(io, "robust", calibration.robust, "bisquare");
   io.value_if_any("positioner", calibration.positioner);
   io.value_if_any("slot", calibration.slot);
+  io.value_if_any("instance", calibration.instance);
+  io.value_if_any("device", calibration.device);
   word_members(io, "level_by", calibration.level_by_block, "block");
   io.value_if_any("leave_out", calibration.left_out);
   result_members(io, calibration);

@@ -45,8 +45,16 @@ class Table {
     fail(csv_.header()[column], what);
   }
 
+  static bool is_empty(std::span<const std::string_view> cells) {
+    return std::all_of(cells.begin(), cells.end(),
+                       [](std::string_view cell) { return cell.empty(); });
+  }
+
   bool next() {
-    const CsvReader::Row row = csv_.next();
+    CsvReader::Row row = csv_.next();
+    while (row == CsvReader::Row::good && csv_.cell_count() > 1 && is_empty(csv_.cells())) {
+      row = csv_.next();  // what spreadsheets leave behind a table
+    }
     if (row == CsvReader::Row::defective) {
       const bool longer = csv_.cell_count() > csv_.header().size();
       throw DataError(csv_.path(), csv_.line(),

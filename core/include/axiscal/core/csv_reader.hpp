@@ -42,6 +42,18 @@ class CsvReader {
   ///                    there twice.
   CsvReader(Source source, std::string path, Quotes quotes = Quotes::span_lines);
 
+  /// A table without a header: each row is one of readings.
+  /// @param header  the columns' names.
+  /// @throws DataError  if there is no row.
+  CsvReader(Source source,
+            std::string path,
+            std::vector<std::string> header,
+            Quotes quotes = Quotes::span_lines);
+
+  /// Calls the columns otherwise than the file does.
+  /// @throws DomainError  for another number of names than columns.
+  void rename(std::vector<std::string> header);
+
   /// @return the columns' names.
   [[nodiscard]] const std::vector<std::string>& header() const { return header_; }
 

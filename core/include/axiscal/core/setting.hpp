@@ -23,6 +23,7 @@ enum class Setting {
   laboratory,          ///< CertificateDetails
   leave_out,           ///< Experiment::leave_out, or slots
   local_gravity,       ///< ExportOptions::local_gravity
+  log,                 ///< a raw log instead of observations
   longitude,           ///< of FieldSetup::site
   lossy,               ///< ExportOptions::lossy
   magnetic_model,      ///< FieldPart::model

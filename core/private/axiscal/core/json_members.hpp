@@ -62,6 +62,7 @@ class JsonMembers {
   void value_if_any(const char* key, std::vector<std::string>& all) {
     value_if(!all.empty(), key, all);
   }
+  void value_if_any(const char* key, int& number) { value_if(number != 0, key, number); }
   void value_if_any(const char* key, double& number) {
     value_if(number > 0.0 || number < 0.0, key, number);
   }

@@ -19,6 +19,9 @@ struct ColumnNoise {
   std::map<OtherDeviation, std::vector<double>> others;
   NoiseModel model;
   Dwell dwell;
+  std::string kind;      ///< of its sensor: "accelerometer", ...; empty: not known
+  std::string unit;      ///< of the samples; empty: not known
+  double rate_hz = 0.0;  ///< of its samples
 };
 
 /// The noise of a log at rest.
@@ -39,7 +42,16 @@ struct LogNoise {
                                                                     std::string_view kind);
 
 /// @return the unit of a coefficient, "unit" standing for that of the samples: "unit/sqrt(Hz)".
-[[nodiscard]] std::string noise_unit(NoiseKind kind);
+[[nodiscard]] std::string noise_unit(NoiseKind kind, const std::string& unit = "unit");
+
+/// The noise of an accelerometer and a gyroscope as Kalibr's imu.yaml states it: densities N and
+/// random walks K, continuous-time, in SI units, the root of the mean square of the three axes; and
+/// the rate of the samples. A walk that the record does not show is stated by its limit.
+/// @throws RefusedError  if one of the two is missing, or of no unit that is known.
+/// @par Source
+/// github.com/ethz-asl/kalibr/wiki/IMU-Noise-Model; IEEE Std 952-1997, annex C.
+[[nodiscard]] std::string kalibr_imu_yaml(const LogNoise& noise,
+                                          const std::string& topic = "/imu0");
 
 /// Writes and reads {"format": "axiscal-noise", "version": 1, ..}: curves, coefficients, dwell
 /// times.

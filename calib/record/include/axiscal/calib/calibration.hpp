@@ -262,6 +262,8 @@ struct Calibration {
   bool robust = false;
   std::string positioner;       ///< its id; empty for the nominal cube
   std::string slot;             ///< where in an assembly the instrument sat; may be empty
+  int instance = 0;             ///< number of the sensor among those of its kind in a log
+  std::string device;           ///< by which the vehicle's software knows the sensor; may be empty
   bool level_by_block = false;  ///< whether each block has its own levelness
   std::vector<int> left_out;    ///< runs not used
   LinearResponse response;      ///< the coefficients; over temperature at its reference

@@ -25,13 +25,16 @@ namespace {
 
 std::string compression_of(std::string_view start) {
   using namespace std::string_view_literals;
-  const std::array<std::pair<std::string_view, const char*>, 4> known = {
+  const std::array<std::pair<std::string_view, const char*>, 7> known = {
       {{"\x1f\x8b"sv, "gzip"},
        {"BZh"sv, "bzip2"},
        {"\xfd"
         "7zXZ\0"sv,
         "xz"},
-       {"\x28\xb5\x2f\xfd"sv, "zstd"}}};
+       {"\x28\xb5\x2f\xfd"sv, "zstd"},
+       {"\x04\x22\x4d\x18"sv, "lz4"},
+       {"\x1f\x9d"sv, "compress"},
+       {"LZIP"sv, "lzip"}}};
   for (const auto& [magic, name] : known) {
     if (start.starts_with(magic)) {
       return name;
@@ -60,9 +63,13 @@ std::string read_up_to(std::size_t size,
 
 // The file, and behind it the unpacker.
 struct ByteSource::Reader {
-  explicit Reader(const std::string& path) : file(path) {}
+  using Read = std::function<std::size_t(char* buffer, std::size_t size)>;
 
-  InputFile file;
+  Reader(std::string name, Read read_file)
+      : path(std::move(name)), read_raw(std::move(read_file)) {}
+
+  std::string path;
+  Read read_raw;
   std::vector<char> start;  // the first bytes, read to see what they are
   std::size_t start_given = 0;
 
@@ -73,7 +80,7 @@ struct ByteSource::Reader {
       start_given += count;
       return count;
     }
-    return file.read(buffer, size);
+    return read_raw(buffer, size);
   }
 
 #ifdef AXISCAL_LIBARCHIVE
@@ -102,8 +109,8 @@ struct ByteSource::Reader {
       std::rethrow_exception(error);
     }
     const char* const why = archive_error_string(unpacker.get());
-    throw DataError(file.path(), formatted("the compressed file is damaged or cut short ({})",
-                                           why != nullptr ? why : "unknown"));
+    throw DataError(path, formatted("the compressed file is damaged or cut short ({})",
+                                    why != nullptr ? why : "unknown"));
   }
 
   void unpack() {
@@ -112,6 +119,9 @@ struct ByteSource::Reader {
     archive_read_support_filter_bzip2(unpacker.get());
     archive_read_support_filter_xz(unpacker.get());
     archive_read_support_filter_zstd(unpacker.get());
+    archive_read_support_filter_lz4(unpacker.get());
+    archive_read_support_filter_compress(unpacker.get());
+    archive_read_support_filter_lzip(unpacker.get());
     archive_read_support_format_raw(unpacker.get());
     archive_entry* entry = nullptr;
     if (archive_read_open(unpacker.get(), this, nullptr, next_packed, nullptr) != ARCHIVE_OK ||
@@ -138,8 +148,7 @@ struct ByteSource::Reader {
   std::unique_ptr<Inflater> inflater;
 
   [[noreturn]] void fail_gzip(const char* why) const {
-    throw DataError(file.path(),
-                    formatted("the compressed file is damaged or cut short (gzip: {})", why));
+    throw DataError(path, formatted("the compressed file is damaged or cut short (gzip: {})", why));
   }
 
   std::size_t inflate_some(char* buffer, std::size_t size) {
@@ -194,13 +203,19 @@ struct ByteSource::Reader {
 };
 
 ByteSource::ByteSource(const std::string& path)
-    : path_(path), reader_(std::make_unique<Reader>(path)) {
+    : ByteSource(path, [file = std::make_shared<InputFile>(path)](char* buffer, std::size_t size) {
+        return file->read(buffer, size);
+      }) {}
+
+ByteSource::ByteSource(std::string path,
+                       std::function<std::size_t(char* buffer, std::size_t size)> read)
+    : path_(std::move(path)), reader_(std::make_unique<Reader>(path_, std::move(read))) {
   constexpr std::size_t longest_magic = 6;
   std::vector<char>& start = reader_->start;
   start.resize(longest_magic);
   std::size_t filled = 0;
   while (filled < longest_magic) {
-    const std::size_t count = reader_->file.read(start.data() + filled, longest_magic - filled);
+    const std::size_t count = reader_->read_raw(start.data() + filled, longest_magic - filled);
     if (count == 0) {
       break;
     }
@@ -218,8 +233,8 @@ ByteSource::ByteSource(const std::string& path)
 #ifdef AXISCAL_LIBARCHIVE
     reader_->unpack();
 #else
-    throw DataError(path, "is compressed (" + compression_ +
-                              "), and this axiscal was built without libarchive; unpack it first");
+    throw DataError(path_, "is compressed (" + compression_ +
+                               "), and this axiscal was built without libarchive; unpack it first");
 #endif
   }
 }

@@ -21,6 +21,12 @@ class ByteSource {
  public:
   /// @throws DataError  as InputFile; or if it is compressed and this build cannot unpack it.
   explicit ByteSource(const std::string& path);
+
+  /// Bytes that come from elsewhere: a part of an archive, say.
+  /// @param path  for messages.
+  /// @param read  gives the next bytes, at most so many; 0 at the end.
+  ByteSource(std::string path, std::function<std::size_t(char* buffer, std::size_t size)> read);
+
   ~ByteSource();
   ByteSource(ByteSource&&) noexcept;
   ByteSource& operator=(ByteSource&&) noexcept;

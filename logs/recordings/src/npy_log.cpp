@@ -157,7 +157,7 @@ class NpyHeader {
     if (sizes.size() == 2) {
       columns = sizes[1];
     }
-    if (columns > most_columns) {
+    if (std::min(rows, columns) > most_columns) {
       fail(formatted("has {} columns, more than 10000", columns));
     }
   }
@@ -257,12 +257,31 @@ std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,
   }
   const std::string path = bytes.path();
   NpyHeader header(path, read_exactly(bytes, length));
-  std::vector<std::string> columns = header.names.empty() || !names.empty()
-                                         ? column_names(path, names, header.columns)
-                                         : header.names;
   if (header.rows == 0 || header.columns == 0) {
     throw DataError(path, "the .npy array is empty");
   }
+  // A few long rows are series along the second dimension.
+  constexpr std::size_t most_series = 64;
+  const bool is_transposed = header.names.empty() && header.rows <= most_series &&
+                             header.columns > 4 * header.rows && header.columns > most_series;
+  if (is_transposed) {
+    const bool by_column = header.fortran_order;
+    const std::size_t series = header.rows;
+    const std::size_t samples = header.columns;
+    const NpyType& type = header.types[0];
+    const std::string raw = read_exactly(bytes, series * samples * type.size);
+    LogBlock data(series, std::vector<double>(samples));
+    for (std::size_t s = 0; s < series; ++s) {
+      for (std::size_t i = 0; i < samples; ++i) {
+        const std::size_t at = by_column ? i * series + s : s * samples + i;
+        data[s][i] = value_at(&raw[at * type.size], type);
+      }
+    }
+    return std::make_unique<LogInMemory>(column_names(path, {}, series), std::move(data));
+  }
+  std::vector<std::string> columns = header.names.empty() || !names.empty()
+                                         ? column_names(path, names, header.columns)
+                                         : header.names;
   if (!header.fortran_order || header.columns == 1) {
     return std::make_unique<NpyLog>(std::move(bytes), std::move(header), std::move(columns));
   }

@@ -12,7 +12,8 @@ namespace axiscal {
 
 /// @param line       without its end.
 /// @param delimiter  between the cells; a blank stands for any run of blanks and tabs.
-/// @return the cells of a line of text, without blanks around them.
+/// @return the cells of a line of text, without blanks around them; what is between quotes is one
+///         cell.
 [[nodiscard]] std::vector<std::string_view> cells_of(std::string_view line, char delimiter);
 
 /// @param cell           may stand in quotes.

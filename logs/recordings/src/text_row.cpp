@@ -20,14 +20,44 @@ std::string_view without_checksum(std::string_view line) {
 namespace {
 
 std::string_view without_quotes(std::string_view cell) {
-  const bool quoted = cell.size() > 1 && cell.front() == '"' && cell.back() == '"';
+  const bool quoted = cell.size() > 1 && cell.front() == cell.back() &&
+                      (cell.front() == '"' || cell.front() == '\'');
   return quoted ? cell.substr(1, cell.size() - 2) : cell;
+}
+
+// Delimiters within quotes are text.
+std::vector<std::string_view> quoted_cells_of(std::string_view line, char delimiter) {
+  std::vector<std::string_view> cells;
+  const auto parts = [&](char c) {
+    return delimiter == ' ' ? c == ' ' || c == '\t' || c == '\r' : c == delimiter;
+  };
+  bool inside = false;
+  std::size_t first = 0;
+  const auto end_cell = [&](std::size_t end) {
+    const std::string_view cell = trimmed(line.substr(first, end - first));
+    if (delimiter != ' ' || !cell.empty()) {
+      cells.push_back(cell);
+    }
+  };
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"') {
+      inside = !inside;
+    } else if (!inside && parts(line[i])) {
+      end_cell(i);
+      first = i + 1;
+    }
+  }
+  end_cell(line.size());
+  return cells;
 }
 
 }  // namespace
 
 std::vector<std::string_view> cells_of(std::string_view line, char delimiter) {
   std::vector<std::string_view> cells;
+  if (line.find('"') != std::string_view::npos) {
+    return quoted_cells_of(line, delimiter);
+  }
   if (delimiter != ' ') {
     for (const std::string_view cell : split(line, delimiter)) {
       cells.push_back(trimmed(cell));
@@ -58,7 +88,7 @@ std::string_view cell_name(std::string_view cell) {
 
 bool is_comment_line(std::string_view line) {
   const std::string_view text = trimmed(line);
-  return text.empty() || text.front() == '#' || text.front() == '%';
+  return text.empty() || text.front() == '#' || text.front() == '%' || text.starts_with("//");
 }
 
 }  // namespace axiscal

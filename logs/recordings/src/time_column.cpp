@@ -11,6 +11,7 @@
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/log_file.hpp"
+#include "axiscal/logs/sensor_names.hpp"
 
 namespace axiscal {
 namespace {
@@ -51,6 +52,22 @@ struct Named {
 };
 
 Named named(const std::string& column) {
+  // "Time (s)", "Timestamp (us)": the unit stands behind the name.
+  if (const NamedColumn parts = named_column(column); !parts.unit.empty()) {
+    const std::string name = lower(parts.name);
+    const std::string unit = lower(parts.unit);
+    const bool is_called_time = name == "t" || name.ends_with("time") ||
+                                name.find("timestamp") != std::string::npos || name == "elapsed";
+    for (const Unit& known : units) {
+      const bool is_unit = unit == known.suffix || unit == known.words ||
+                           (known.seconds == 1.0 && (unit == "sec" || unit == "second")) ||
+                           (known.seconds == 1e-6 && (unit == "µs" || unit == "μs"));
+      if (is_called_time && is_unit) {
+        return {.is_time = true, .seconds = known.seconds};
+      }
+    }
+    return {};
+  }
   struct Suffix {
     const char* text;
     std::optional<double> seconds;
@@ -64,8 +81,32 @@ Named named(const std::string& column) {
                                                   {"_usec", 1e-6},
                                                   {"_ns", 1e-9},
                                                   {"_nsec", 1e-9}}};
-  const std::string name = lower(column);
-  for (const char* stem : {"time", "t", "timestamp", "time_stamp"}) {
+  std::string name = lower(column);
+  if (const std::size_t point = name.rfind('.');
+      point != std::string::npos && name != "field.header.stamp") {
+    name.erase(0, point + 1);  // "imu.time"
+  }
+  // What some programs call their times.
+  struct Known {
+    const char* name;
+    std::optional<double> seconds;
+  };
+  constexpr std::array<Known, 9> known_names = {{{"sampletimefine", std::nullopt},
+                                                 {"seconds_elapsed", 1.0},
+                                                 {"seconds", 1.0},
+                                                 {"timeus", 1e-6},
+                                                 {"timems", 1e-3},
+                                                 {"micros", 1e-6},
+                                                 {"millis", 1e-3},
+                                                 {"field.header.stamp", 1e-9},
+                                                 {"%time", 1e-9}}};
+  for (const Known& known : known_names) {
+    if (name == known.name) {
+      return {.is_time = true, .seconds = known.seconds};
+    }
+  }
+  for (const char* stem : {"time", "t", "timestamp", "time_stamp", "epoch", "date", "datetime",
+                           "ts", "zeit", "uhrzeit", "datum", "zeitstempel"}) {
     for (const Suffix& suffix : suffixes) {
       if (name == std::string(stem) + suffix.text) {
         return {.is_time = true, .seconds = suffix.seconds};
@@ -95,12 +136,18 @@ std::optional<TimeColumn> find_time_column(const std::string& path,
   if (!name.empty()) {
     return column_at(need_column(path, columns, name), name);
   }
+  // A column of dates alone stands beside one of times of day.
+  std::optional<TimeColumn> date;
   for (std::size_t c = 0; c < columns.size(); ++c) {
     if (named(columns[c]).is_time) {
-      return column_at(c, columns[c]);
+      const bool is_date = lower(columns[c]) == "date" || lower(columns[c]) == "datum";
+      if (!is_date) {
+        return column_at(c, columns[c]);
+      }
+      date = date ? date : column_at(c, columns[c]);
     }
   }
-  return std::nullopt;
+  return date;
 }
 
 double usual_step(std::span<const double> times) {
@@ -161,6 +208,23 @@ TimeUnit settle_time_unit(const std::string& path,
     if (may_be && is_since_1970(*first * unit.seconds) && !since_1970) {
       since_1970 = unit;
     }
+  }
+  // Xsens counts in 0.1 ms (MTw) or in us (DOT), and spreadsheets in days since 1899-12-30.
+  if (lower(column.name) == "sampletimefine") {
+    constexpr double tick_s = 1e-4;
+    constexpr double slowest_hz = 1.0;
+    constexpr double fastest_hz = 2500.0;
+    const bool are_ticks = rate_hz(tick_s) >= slowest_hz && rate_hz(tick_s) <= fastest_hz;
+    return {.seconds = are_ticks ? tick_s : 1e-6};
+  }
+  constexpr double day_s = 86400.0;
+  constexpr double first_day = 36526.0;  // the year 2000
+  constexpr double last_day = 73050.0;   // 2100
+  if (*first > first_day && *first < last_day && step < 1e-3 &&
+      is_rate(day_s, highest_usual_rate_hz)) {
+    return {.seconds = day_s,
+            .remark = formatted("{}the times are taken as days, as spreadsheets count, {} Hz", head,
+                                number_text(rate_hz(day_s), 3))};
   }
   const bool seconds_fit = is_rate(1.0, highest_rate_hz);
   const auto taken = [&](const Unit& unit, const std::string& why) -> TimeUnit {

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "axiscal/logs/recorded_sensor.hpp"
+#include "axiscal/logs/recording_file.hpp"
 
 namespace axiscal {
 
@@ -21,6 +25,25 @@ struct LogFormat {
   std::vector<std::string>
       names;  ///< what the columns are called where the log has no header; else c1, c2, ...
   std::vector<MappedColumn> columns;  ///< renamed or scaled; the others stay as they are
+  /// Of recordings that hold several sensors of a kind: which, counted from 0.
+  int instance = 0;
+  /// Of such recordings: the kinds of sensors that are wanted; empty: all. A single kind comes at
+  /// its own times, not interpolated.
+  std::vector<SeriesKind> kinds;
+  /// Of such recordings: columns that are wanted by the names that the format has for them, alone
+  /// ("AccX") or behind their message's ("IMU2.AccX").
+  std::vector<std::string> wanted;
+};
+
+/// A sensor of three axes among the columns of a log.
+struct LogSensor {
+  SeriesKind kind = SeriesKind::other;
+  std::array<std::string, 3> columns;  ///< of x, y, z, as the log calls them
+  std::string unit;                    ///< empty: not known
+  int number = 0;                      ///< of its kind in the recording, counted from 0
+  int of = 1;                          ///< how many of its kind the recording has
+  std::string device;                  ///< by which the vehicle's software knows it; may be empty
+  std::string words;                   ///< what it is, and how that is known
 };
 
 /// Reads a mapping of columns: {"format": "axiscal-log", "version": 1, "names": [..],
@@ -53,12 +76,18 @@ struct LogDefects {
 /// A raw recording, read block by block in constant memory.
 ///
 /// Text: comma, semicolon, tab or blanks between the cells, decimal point or comma, with or without
-/// a header, lines before it skipped; `#` and `%` begin comments. Compressed by gz, bz2, xz or zst.
-/// NumPy's .npy. MATLAB's .mat (v5, v7.3), of which all columns are held in memory. What a file is,
-/// is seen from its first bytes, not from its name; `-` is standard input.
+/// a header, lines before it skipped; `#`, `%` and `//` begin comments; UTF-8, UTF-16 or Latin-1.
+/// Compressed by gz, bz2, xz, zst, lz4; within a zip. NumPy's .npy and .npz, MATLAB's .mat (v5,
+/// v7.3), spreadsheets (.xlsx) and JSON, whose columns are held in memory. Flight logs, bags and
+/// phones' recordings (RecordingFile): the sensors that they hold become the columns ax, ay, az,
+/// gx,
+/// ..., mx, ..., temperature beside time_s, at the times of the fastest accelerometer or gyroscope,
+/// the others interpolated. What a file is, is seen from its content, not from its name; `-` is
+/// standard input.
 class LogFile {
  public:
-  /// @throws DataError  if there is no such file, it is empty or damaged, or no table is in it.
+  /// @throws DataError  if there is no such file, it is empty or damaged, or no table and no sensor
+  /// is in it; the message says what is.
   explicit LogFile(const std::string& path, const LogFormat& format = {});
 
   /// Samples that are in memory already.
@@ -76,6 +105,24 @@ class LogFile {
 
   /// As need_column().
   [[nodiscard]] std::size_t need(const std::string& name) const;
+
+  /// The sensors among its columns, by the format, or the names and units of the columns, or their
+  /// numbers. To be asked before select().
+  [[nodiscard]] std::vector<LogSensor> sensors();
+
+  /// The column of times: by its name, else by its cells, which are times of day or dates, or
+  /// ascend evenly. To be asked before select().
+  /// @return its name; empty where there is none.
+  [[nodiscard]] std::string time_column();
+
+  /// @return samples a second, where the file states it and has no times; else nothing.
+  [[nodiscard]] std::optional<double> stated_rate_hz() const;
+
+  /// @return "ulog", "table", ...; empty for samples from memory.
+  [[nodiscard]] const std::string& format() const { return format_; }
+
+  /// @return whether it is a table of its own, and not one made of a recording's series.
+  [[nodiscard]] bool is_table() const { return is_table_; }
 
   /// From now on read() gives these columns only, in this order.
   void select(std::vector<std::size_t> columns);
@@ -98,10 +145,22 @@ class LogFile {
   class Source;
 
  private:
+  void select_all();
+  void look_ahead();
+  void scale(LogBlock& block) const;
+  static std::size_t rows_at_once(std::size_t columns);
+
   std::unique_ptr<Source> source_;
   std::vector<std::string> columns_;
-  std::vector<double> factors_;   // what every column is multiplied with
-  std::vector<double> selected_;  // factors of the selected ones
+  std::vector<double> factors_;      // what every column is multiplied with
+  std::vector<std::size_t> places_;  // of every column in the source
+  std::vector<std::size_t> selected_;
+  LogBlock ahead_;  // rows that were read to see what the columns are
+  std::size_t ahead_given_ = 0;
+  std::vector<LogSensor> sensors_;  // where the format knows them
+  int instance_ = 0;
+  bool is_table_ = true;
+  std::string format_, table_name_;
   std::string path_;
 };
 

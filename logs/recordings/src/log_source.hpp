@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,9 @@ class LogFile::Source {
   std::vector<std::string> columns;
   std::vector<std::string> notes;
   LogDefects defects;
+  double rate_hz = 0.0;  ///< samples a second, as the file states it; 0 where it does not
+  std::optional<std::size_t> clock;  ///< column of dates or times of day
+  std::vector<std::size_t> is_text;  ///< columns in which no number stands
 };
 
 /// @param names  for columns without a header; may be empty.
@@ -28,7 +32,12 @@ class LogFile::Source {
 [[nodiscard]] std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,
                                                             const std::vector<std::string>& names);
 [[nodiscard]] std::unique_ptr<LogFile::Source> open_mat_log(ByteSource bytes);
-[[nodiscard]] std::unique_ptr<LogFile::Source> open_mat73_log(const std::string& path);
+/// @param path  of a file, not a pipe.
+/// @param name  for messages.
+[[nodiscard]] std::unique_ptr<LogFile::Source> open_mat73_log(const std::string& path,
+                                                              const std::string& name);
+[[nodiscard]] std::unique_ptr<LogFile::Source> open_hdf5_log(const std::string& path,
+                                                             const std::string& name);
 
 /// A log that is in memory.
 class LogInMemory : public LogFile::Source {

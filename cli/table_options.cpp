@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "table_options.hpp"
+
+#include <algorithm>
+
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
+#include "log_input.hpp"
+#include "summary.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+// Which sensor of a recording a kind of instrument is.
+std::string_view sensor_name(const std::string& kind) {
+  for (const InstrumentKind& known : instrument_kinds()) {
+    if (known.name == kind) {
+      switch (known.sensor) {
+        case VehicleSensor::accelerometer:
+          return name_of(SeriesKind::accelerometer);
+        case VehicleSensor::gyroscope:
+          return name_of(SeriesKind::gyroscope);
+        case VehicleSensor::magnetometer:
+          return name_of(SeriesKind::magnetometer);
+        case VehicleSensor::none:
+          break;
+      }
+    }
+  }
+  return kind == "inclinometer" ? name_of(SeriesKind::accelerometer) : "";
+}
+
+bool has_column(const TableText& table, const std::string& name) {
+  const auto small = [](std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) {
+      return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+    });
+    return text;
+  };
+  return std::any_of(
+      table.columns().begin(), table.columns().end(), [&](const NamedColumn& column) {
+        return small(column.name) == small(name) || column.name.ends_with("." + name);
+      });
+}
+
+// The columns that are taken for axes which the table does not have.
+std::optional<LogSensor> stand_in(const TableText& table, const WantedColumns& wanted) {
+  const bool has_one =
+      std::any_of(wanted.axes.begin(), wanted.axes.end(),
+                  [&](const std::string& axis) { return has_column(table, axis); });
+  if (wanted.kind.empty() || wanted.axes.size() != 3 || has_one || table.columns().empty()) {
+    return std::nullopt;
+  }
+  if (std::optional<LogSensor> sensor = sensor_of_kind(table, wanted.kind)) {
+    return sensor;
+  }
+  LogSensor plain;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::string letter(1, "xyz"[axis]);
+    const auto found = std::find_if(
+        table.columns().begin(), table.columns().end(), [&](const NamedColumn& column) {
+          return column.name == letter || column.name == std::string(1, "XYZ"[axis]);
+        });
+    if (found == table.columns().end()) {
+      return std::nullopt;
+    }
+    plain.columns[axis] = found->name;
+  }
+  return plain;
+}
+
+}  // namespace
+
+void add_table_options(OptionSet& options, TableOptions& table) {
+  OptionSet group = options.group("Table");
+  group.add("--names", table.names, "A,B,..", "names of the columns of a file without a header");
+  group.add("--map", table.map, "FILE",
+            "axiscal-log (JSON): columns renamed, scaled, turned round");
+  group.add("--time", table.time, "COLUMN",
+            "of times; time, t, timestamp with _s, _ms, _us, _ns or (s), (ms), ..");
+  group.add("--temperature-column", table.temperature_column, "COLUMN",
+            "of temperatures; temperature");
+}
+
+LogFormat format_of(const TableOptions& options) {
+  LogFormat format;
+  if (options.map) {
+    format = read_log_format(*options.map);
+  }
+  if (options.names) {
+    format.names = names_of(*options.names);
+  }
+  return format;
+}
+
+std::optional<LogSensor> sensor_of_kind(const TableText& table, const std::string& kind) {
+  const std::string_view wanted = sensor_name(kind);
+  std::optional<LogSensor> found;
+  for (const LogSensor& sensor : table.sensors()) {
+    if (wanted.empty() || name_of(sensor.kind) == wanted) {
+      if (found) {
+        return std::nullopt;  // several: which one is for the user to say
+      }
+      found = sensor;
+    }
+  }
+  return found;
+}
+
+OpenTable open_table(const std::string& path,
+                     const TableOptions& options,
+                     const WantedColumns& wanted,
+                     CsvReader::Quotes quotes,
+                     const std::function<std::size_t(char* buffer, std::size_t size)>& read) {
+  const LogFormat format = format_of(options);
+  OpenTable table;
+  table.text = read ? std::make_unique<TableText>(path, read, format)
+                    : std::make_unique<TableText>(path, format);
+  std::vector<std::string> known = {"run",   "rest",   "fence",       "block", "mount",
+                                    "level", "serial", "temperature", "time",  "samples",
+                                    "fx",    "fy",     "fz"};
+  for (const std::string& axis : wanted.axes) {
+    known.push_back(axis);
+    known.push_back(axis + "_sd");
+  }
+  std::vector<MappedColumn> renamed;
+  const auto rename = [&](const std::optional<std::string>& column, const char* name) {
+    if (column && *column != name) {
+      renamed.push_back({.name = name, .column = *column});
+    }
+  };
+  rename(options.time, "time");
+  rename(options.temperature_column, "temperature");
+  if (const std::optional<LogSensor> sensor = stand_in(*table.text, wanted)) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      renamed.push_back({.name = wanted.axes[axis], .column = sensor->columns[axis]});
+    }
+    print_remark("note", formatted("{}: the axes {} are taken from the columns {}", path,
+                                   joined(wanted.axes),
+                                   joined({sensor->columns.begin(), sensor->columns.end()})));
+  }
+  table.csv = std::make_unique<CsvReader>(table.text->reader(known, renamed, quotes));
+  for (const std::string& note : table.text->notes()) {
+    print_remark("note", path + ": " + note);
+  }
+  return table;
+}
+
+}  // namespace axiscal::cli

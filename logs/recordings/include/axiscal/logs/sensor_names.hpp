@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "axiscal/logs/recording_file.hpp"
+
+namespace axiscal {
+
+/// A unit as people write it: "m/s²", "dps", "µT", "Gauss".
+struct KnownUnit {
+  std::string_view
+      name;  ///< as Axiscal writes it: "m/s^2", "g", "deg/s", "uT", "gauss", "degC", ...
+  SeriesKind kind = SeriesKind::other;  ///< what such a unit is of
+  double si = 1.0;                      ///< times this it is m/s^2, rad/s, T
+};
+
+/// @return the unit, or nothing for one that is not known. "G" is gauss, but in what says that it
+///         is an acceleration; "mG" likewise.
+[[nodiscard]] std::optional<KnownUnit> known_unit(std::string_view text,
+                                                  SeriesKind of = SeriesKind::other);
+
+/// A column's name and the unit behind it: "ax (m/s^2)", "x [V]", "Temperature / degC".
+struct NamedColumn {
+  std::string name;
+  std::string unit;  ///< as it stands there; empty where there is none
+};
+
+/// Parts "x [V]" into name and unit. Brackets of numbers, as in "gyro_rad[0]", are no units.
+[[nodiscard]] NamedColumn named_column(std::string_view header);
+
+/// @return the kind of sensor that words are about: "acc", "gyr", "mag", "temp" and the like.
+[[nodiscard]] SeriesKind kind_of_words(std::string_view words);
+
+/// @return 0, 1, 2 for a name that is of an axis: "AccX", "gyro_y", "Acc_Z", "accel[2]", "mag.x";
+/// the
+///         format's x, y, z; else nothing.
+[[nodiscard]] std::optional<std::size_t> axis_of_name(std::string_view name);
+
+/// What the columns of a table are, by their names and units.
+class SensorColumns {
+ public:
+  /// @param columns  as the table's header has them.
+  /// @param table    its name: of "Accelerometer.csv" x, y, z are an accelerometer's.
+  explicit SensorColumns(const std::vector<std::string>& columns, std::string_view table = "");
+
+  /// @return kind, unit and known_by of a column.
+  [[nodiscard]] Series series_of(const std::string& column) const;
+
+  /// @return the column of times, where there is one.
+  [[nodiscard]] std::optional<std::size_t> time() const { return time_; }
+
+  /// @return seconds per unit of the times, as the name states it; 1 where it does not.
+  [[nodiscard]] double seconds() const { return seconds_; }
+
+ private:
+  std::vector<std::string> columns_;
+  std::vector<Series> series_;
+  std::optional<std::size_t> time_;
+  double seconds_ = 1.0;
+};
+
+}  // namespace axiscal

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "series_decoder.hpp"
+
+namespace axiscal {
+
+/// A message of ArduPilot or MAVLink, whatever it was written as: its time is found among its
+/// fields, a column `I` is its instance, and what its fields are is known by the message's name.
+class FlightMessage {
+ public:
+  FlightMessage() = default;
+
+  /// @param name   "IMU", "MAG2", "RAW_IMU", ...
+  /// @param fields  its numbers, the time and the instance too.
+  FlightMessage(std::string name, std::vector<std::string> fields);
+
+  [[nodiscard]] const std::vector<std::string>& fields() const { return fields_; }
+
+  /// @param values  one for each field.
+  /// @param count   of the series that the sink knows.
+  /// @param time_s  where the message has none of its own.
+  void put(SeriesSink& sink,
+           std::span<const double> values,
+           std::size_t& count,
+           std::optional<double> time_s = {});
+
+ private:
+  std::string name_;
+  std::vector<std::string> fields_;
+  std::optional<std::size_t> time_, instance_;
+  double seconds_ = 1.0;  // per unit of the time
+  std::vector<std::size_t> others_;
+  std::map<int, MessageSeries> series_;  // one an instance
+  std::vector<double> values_;
+};
+
+}  // namespace axiscal

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+// Flight logs as text: ArduPilot's .log, whose lines are `NAME, value, value` and whose FMT lines
+// name the columns, and what mavlogdump prints, `date time: NAME {field : value, ...}`.
+#include <algorithm>
+
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/timestamp.hpp"
+#include "flight_messages.hpp"
+#include "line_stream.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::size_t most_messages = 4096;
+
+class DataflashText final : public RecordingFile::Decoder {
+ public:
+  explicit DataflashText(ByteSource bytes) : lines_(std::move(bytes)) { format = "dataflash-text"; }
+
+  bool read(SeriesSink& sink) override {
+    std::string_view line;
+    if (!lines_.next(line)) {
+      return false;
+    }
+    const std::vector<std::string_view> cells = split(line, ',');
+    if (cells.front() == "FMT") {
+      take_format(cells);
+      return true;
+    }
+    const auto known = messages_.find(std::string(cells.front()));
+    if (known == messages_.end()) {
+      other_ += trimmed(line).empty() ? 0U : 1U;
+      return true;
+    }
+    if (cells.size() != known->second.places.size() + 1) {
+      ++damaged_;
+      return true;
+    }
+    if (known->first == "PARM" && cells.size() >= 3) {
+      facts[std::string(cells[cells.size() - 2])] = cells.back();
+      return true;
+    }
+    values_.clear();
+    for (std::size_t c = 1; c < cells.size(); ++c) {
+      if (known->second.places[c - 1]) {
+        values_.push_back(parse_number(cells[c]).value_or(not_a_number));
+      }
+    }
+    known->second.flight.put(sink, values_, count_);
+    return true;
+  }
+
+  std::vector<std::string> notes() const override {
+    std::vector<std::string> all;
+    if (other_ > 0) {
+      all.push_back(formatted("{} lines are no messages, and left out", other_));
+    }
+    if (damaged_ > 0) {
+      all.push_back(
+          formatted("{} lines have another number of fields than their message, and are "
+                    "left out",
+                    damaged_));
+    }
+    return all;
+  }
+
+ private:
+  struct Message {
+    std::vector<bool> places;  // which fields are numbers
+    FlightMessage flight;
+  };
+
+  // FMT, 128, 89, IMU, Iffffff, TimeMS,GyrX,...
+  void take_format(const std::vector<std::string_view>& cells) {
+    constexpr std::size_t first_column = 5;
+    if (cells.size() <= first_column || messages_.size() >= most_messages) {
+      return;
+    }
+    Message message;
+    std::vector<std::string> fields;
+    for (std::size_t c = first_column; c < cells.size(); ++c) {
+      const std::size_t f = c - first_column;
+      const bool is_number = f >= cells[4].size() ||
+                             std::string_view("nNZa").find(cells[4][f]) == std::string_view::npos;
+      message.places.push_back(is_number);
+      if (is_number) {
+        fields.emplace_back(cells[c]);
+      }
+    }
+    const std::string name(cells[3]);
+    message.flight = FlightMessage(name, fields);
+    messages_.try_emplace(name, std::move(message));
+  }
+
+  LineStream lines_;
+  std::map<std::string, Message> messages_;
+  std::vector<double> values_;
+  std::size_t count_ = 0, other_ = 0, damaged_ = 0;
+};
+
+// "2017-09-10 10:49:22.70: IMU {TimeUS : 402644506, GyrX : -0.07}", in parts.
+struct DumpedLine {
+  std::string_view time, name, fields;
+};
+
+std::optional<DumpedLine> dumped_line(std::string_view line) {
+  const std::size_t open = line.find(" {");
+  const std::size_t colon = line.find(": ");
+  if (open == std::string_view::npos || colon == std::string_view::npos || colon > open ||
+      !trimmed(line).ends_with('}')) {
+    return std::nullopt;
+  }
+  const DumpedLine parts{.time = line.substr(0, colon),
+                         .name = trimmed(line.substr(colon + 2, open - colon - 2)),
+                         .fields = line.substr(open + 2, line.rfind('}') - open - 2)};
+  const bool is_name =
+      !parts.name.empty() && parts.name.find_first_of(" ,:{}") == std::string_view::npos;
+  return is_name ? std::optional(parts) : std::nullopt;
+}
+
+class MavlinkText final : public RecordingFile::Decoder {
+ public:
+  explicit MavlinkText(ByteSource bytes) : lines_(std::move(bytes)) { format = "mavlink-text"; }
+
+  bool read(SeriesSink& sink) override {
+    std::string_view line;
+    if (!lines_.next(line)) {
+      return false;
+    }
+    const std::optional<DumpedLine> parts = dumped_line(line);
+    if (!parts) {
+      other_ += trimmed(line).empty() ? 0U : 1U;
+      return true;
+    }
+    names_.clear();
+    values_.clear();
+    for (const std::string_view field : split(parts->fields, ',')) {
+      const std::size_t colon = field.find(" : ");
+      const std::optional<double> value = colon == std::string_view::npos
+                                              ? std::nullopt
+                                              : parse_number(trimmed(field.substr(colon + 3)));
+      const bool is_nan =
+          colon != std::string_view::npos && trimmed(field.substr(colon + 3)) == "nan";
+      if (value || is_nan) {
+        names_.emplace_back(trimmed(field.substr(0, colon)));
+        values_.push_back(value.value_or(not_a_number));
+      }
+    }
+    const std::string name(parts->name);
+    auto known = messages_.find(name);
+    if (known == messages_.end()) {
+      if (names_.empty() || messages_.size() >= most_messages) {
+        return true;
+      }
+      known = messages_.emplace(name, FlightMessage(name, names_)).first;
+    }
+    if (known->second.fields() != names_) {
+      ++other_;
+      return true;
+    }
+    known->second.put(sink, values_, count_, parse_timestamp(parts->time));
+    return true;
+  }
+
+  std::vector<std::string> notes() const override {
+    return other_ > 0 ? std::vector{formatted("{} lines are no messages, and left out", other_)}
+                      : std::vector<std::string>{};
+  }
+
+ private:
+  LineStream lines_;
+  std::map<std::string, FlightMessage> messages_;
+  std::vector<std::string> names_;
+  std::vector<double> values_;
+  std::size_t count_ = 0, other_ = 0;
+};
+
+}  // namespace
+
+bool is_dataflash_text(std::string_view start) {
+  const std::vector<std::string_view> lines = first_lines(start, true);
+  return std::any_of(lines.begin(), lines.end(), [](std::string_view line) {
+    return line.starts_with("FMT, 128, ") || line.starts_with("FMT,128,");
+  });
+}
+
+bool is_mavlink_text(std::string_view start) {
+  constexpr std::size_t looked_at = 5;
+  const std::vector<std::string_view> lines = first_lines(start, true, looked_at);
+  return std::any_of(lines.begin(), lines.end(), [](std::string_view line) {
+    const std::optional<DumpedLine> parts = dumped_line(line);
+    return parts && parts->fields.find(" : ") != std::string_view::npos;
+  });
+}
+
+DecoderPointer open_dataflash_text(ByteSource bytes) {
+  return std::make_unique<DataflashText>(std::move(bytes));
+}
+
+DecoderPointer open_mavlink_text(ByteSource bytes) {
+  return std::make_unique<MavlinkText>(std::move(bytes));
+}
+
+}  // namespace axiscal

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+// HDF5 files (The HDF Group): every dataset of numbers of one or two dimensions, and the members of
+// records; those of as many rows are one table. The library is not safe with damaged files:
+// other_process.hpp.
+#include "axiscal/core/error.hpp"
+#include "log_source.hpp"
+
+#ifdef AXISCAL_HDF5
+#include <array>
+#include <hdf5/serial/hdf5.h>
+#include <vector>
+
+#include "other_process.hpp"
+#endif
+
+namespace axiscal {
+
+#ifdef AXISCAL_HDF5
+namespace {
+
+constexpr std::size_t most_numbers = std::size_t{1} << 30U;
+
+// Closes what the library opened.
+class Handle {
+ public:
+  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() {
+    if (id_ >= 0) {
+      close_(id_);
+    }
+  }
+  operator hid_t() const { return id_; }  // NOLINT(google-explicit-constructor): as its functions
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+// "imu/accelerometer" -> "imu.accelerometer", as names of columns are elsewhere.
+std::string column_name(std::string name) {
+  for (char& c : name) {
+    c = c == '/' ? '.' : c;
+  }
+  return name;
+}
+
+bool is_number(hid_t type) {
+  const H5T_class_t kind = H5Tget_class(type);
+  return kind == H5T_INTEGER || kind == H5T_FLOAT;
+}
+
+void add_numbers(hid_t dataset,
+                 hid_t type,
+                 const std::string& name,
+                 std::size_t rows,
+                 std::size_t columns,
+                 SeriesTables& tables) {
+  std::vector<double> values(rows * columns);
+  if (H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0) {
+    throw Error("the HDF5 file is damaged: dataset '" + name + "' cannot be read");
+  }
+  // They come row by row.
+  std::vector<double> by_column(values.size());
+  for (std::size_t r = 0; r < rows; ++r) {
+    for (std::size_t c = 0; c < columns; ++c) {
+      by_column[c * rows + r] = values[r * columns + c];
+    }
+  }
+  tables.add(column_name(name), rows, columns, by_column);
+}
+
+void add_dataset(hid_t dataset, const std::string& name, SeriesTables& tables) {
+  const Handle space(H5Dget_space(dataset), &H5Sclose);
+  const Handle type(H5Dget_type(dataset), &H5Tclose);
+  const int dimensions = H5Sget_simple_extent_ndims(space);
+  std::array<hsize_t, 2> sizes = {1, 1};
+  if (dimensions < 1 || dimensions > 2 ||
+      H5Sget_simple_extent_dims(space, sizes.data(), nullptr) < 0 || sizes[0] == 0 ||
+      sizes[1] == 0 || sizes[0] > most_numbers / sizes[1]) {
+    return;
+  }
+  const auto rows = static_cast<std::size_t>(sizes[0]);
+  const auto columns = static_cast<std::size_t>(sizes[1]);
+  if (is_number(type)) {
+    add_numbers(dataset, H5T_NATIVE_DOUBLE, name, rows, columns, tables);
+    return;
+  }
+  if (H5Tget_class(type) != H5T_COMPOUND || dimensions != 1) {
+    return;
+  }
+  const int members = H5Tget_nmembers(type);
+  for (unsigned m = 0; m < static_cast<unsigned>(std::max(members, 0)); ++m) {
+    const Handle member(H5Tget_member_type(type, m), &H5Tclose);
+    char* const member_name = H5Tget_member_name(type, m);
+    if (member_name == nullptr) {
+      continue;
+    }
+    const std::string own(member_name);
+    if (is_number(member)) {
+      const Handle wanted(H5Tcreate(H5T_COMPOUND, sizeof(double)), &H5Tclose);
+      H5Tinsert(wanted, member_name, 0, H5T_NATIVE_DOUBLE);
+      add_numbers(dataset, wanted, own, rows, 1, tables);
+    }
+    H5free_memory(member_name);
+  }
+}
+
+herr_t visit(hid_t place, const char* name, const H5O_info_t* info, void* to) {
+  if (info->type == H5O_TYPE_DATASET) {
+    const Handle dataset(H5Dopen2(place, name, H5P_DEFAULT), &H5Dclose);
+    if (dataset >= 0) {
+      add_dataset(dataset, name, *static_cast<SeriesTables*>(to));
+    }
+  }
+  return 0;
+}
+
+SeriesTables read_hdf5(const std::string& path) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), &H5Fclose);
+  if (file < 0) {
+    throw Error("the HDF5 file is damaged");
+  }
+  SeriesTables tables;
+  H5Ovisit1(file, H5_INDEX_NAME, H5_ITER_NATIVE, &visit, &tables);
+  return tables;
+}
+
+}  // namespace
+
+std::unique_ptr<LogFile::Source> open_hdf5_log(const std::string& path, const std::string& name) {
+  return read_in_another_process(path, name, &read_hdf5, "HDF5 file");
+}
+#else
+std::unique_ptr<LogFile::Source> open_hdf5_log(const std::string&, const std::string& name) {
+  throw DataError(name, "is HDF5, and this axiscal was built without libhdf5; save it as CSV");
+}
+#endif
+
+}  // namespace axiscal

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <utility>
+
+#include "series_decoder.hpp"
+
+namespace axiscal {
+
+MessageSeries::MessageSeries(const std::string& name,
+                             int instance,
+                             const std::vector<std::string>& columns,
+                             const Rule& rule) {
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    Series of_column = rule(columns[c]);
+    // What is of one kind and unit is one series, wherever it stands in the message.
+    Part* part = nullptr;
+    for (Part& other : parts_) {
+      const bool full = other.series.kind != SeriesKind::other && other.series.columns.size() == 3;
+      if (other.series.kind == of_column.kind && other.series.unit == of_column.unit && !full) {
+        part = &other;
+      }
+    }
+    if (part == nullptr) {
+      of_column.name = name;
+      of_column.instance = instance;
+      of_column.columns.clear();
+      part = &parts_.emplace_back(Part{.series = std::move(of_column)});
+    }
+    part->series.columns.push_back(columns[c]);
+    part->places.push_back(c);
+  }
+}
+
+void MessageSeries::announce(SeriesSink& sink, std::size_t& count) {
+  for (Part& part : parts_) {
+    part.number = count++;
+    sink.add(part.series);
+  }
+  announced_ = true;
+}
+
+void MessageSeries::put(SeriesSink& sink, double time_s, std::span<const double> message) {
+  for (const Part& part : parts_) {
+    values_.clear();
+    for (const std::size_t place : part.places) {
+      values_.push_back(message[place]);
+    }
+    sink.sample(part.number, time_s, values_);
+  }
+}
+
+}  // namespace axiscal

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "log_source.hpp"
+#include "series_decoder.hpp"
+
+namespace axiscal {
+
+/// A file that was recognised: a table of text, one of numbers, or a decoder of its series.
+struct OpenedFile {
+  std::string format;                      ///< of a table of text: empty until read_table()
+  std::string table_name;                  ///< of a table: what it is about, by the file's name
+  std::optional<ByteSource> text;          ///< a table of text, UTF-8 or Latin-1
+  std::unique_ptr<LogFile::Source> table;  ///< a table of numbers
+  DecoderPointer decoder;                  ///< of what is no table
+
+  [[nodiscard]] bool is_table() const { return decoder == nullptr; }
+};
+
+/// Reads the start of a table of text, so that its columns are known; its format by them.
+/// @param names  for columns without a header; may be empty.
+/// @throws DataError  if there is no row of numbers.
+void read_table(OpenedFile& opened, const std::vector<std::string>& names);
+
+/// Recognises a file by its content, and opens it.
+/// @throws DataError  as RecordingFile.
+[[nodiscard]] OpenedFile open_recording(const std::string& path);
+
+/// The same for a part of an archive, or what was opened already.
+[[nodiscard]] OpenedFile open_recording(ByteSource bytes);
+
+/// A table as series: its columns by kind and unit. Read by read_table() already.
+[[nodiscard]] DecoderPointer decoder_of_table(OpenedFile opened);
+
+/// A zip archive: NumPy's .npz, a spreadsheet, or tables of a phone.
+/// @param path  of a file that libarchive can open.
+/// @param name  for messages.
+[[nodiscard]] OpenedFile open_zip(const std::string& path, const std::string& name);
+
+/// Several recordings as one, each with its series.
+[[nodiscard]] OpenedFile joined_recordings(std::vector<OpenedFile> parts);
+
+/// A text that is in memory.
+[[nodiscard]] ByteSource bytes_of_text(const std::string& path, std::string text);
+
+/// JSON as a table of text: records, one record a line, or columns.
+[[nodiscard]] OpenedFile open_json(ByteSource bytes);
+
+/// What sketches print, `X: 1.5 Y: -2 Z: 3`, and what a serial monitor puts before it,
+/// `14:08:06.818 -> 1.5,-2,3`, as a table with commas; another text as it is.
+[[nodiscard]] ByteSource printed_lines_as_table(ByteSource bytes);
+
+/// @return the first sheet of a workbook that holds numbers, as text with commas.
+/// @param part  gives the content of a part of the archive; empty where it is not there.
+[[nodiscard]] std::string csv_of_workbook(
+    const std::string& name, const std::function<std::string(const std::string& part)>& part);
+
+/// Rests on a copy of what can be read once only; the copy is gone with the object.
+class SpooledFile {
+ public:
+  explicit SpooledFile(ByteSource& bytes);
+  ~SpooledFile();
+  SpooledFile(const SpooledFile&) = delete;
+  SpooledFile& operator=(const SpooledFile&) = delete;
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// @return the file's name without folder and ending.
+[[nodiscard]] std::string stem_of(const std::string& path);
+
+}  // namespace axiscal

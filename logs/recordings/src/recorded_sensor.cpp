@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/logs/recorded_sensor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/logs/sensor_names.hpp"
+
+namespace axiscal {
+namespace {
+
+// PX4's sensor_combined and vehicle_.. hold readings that its parameters have corrected.
+bool is_corrected(const RecordingSummary& summary, const Series& series) {
+  return summary.format == "ulog" &&
+         (series.name == "sensor_combined" || series.name.starts_with("vehicle_"));
+}
+
+// The number by which PX4's and ArduPilot's parameters know a sensor.
+std::string device_of(const RecordingSummary& summary, const RecordedSensor& sensor) {
+  const Series& series = summary.series[sensor.series].series;
+  const auto fact = [&](const std::string& name) {
+    const auto found = summary.facts.find(name);
+    return found == summary.facts.end() ? std::string() : found->second;
+  };
+  if (summary.format == "ulog") {
+    const std::string own = fact(formatted("device_id {} {}", series.name, series.instance));
+    const char* const kind = sensor.kind == SeriesKind::accelerometer ? "ACC"
+                             : sensor.kind == SeriesKind::gyroscope   ? "GYRO"
+                                                                      : "MAG";
+    return own.empty() ? fact(formatted("CAL_{}{}_ID", kind, sensor.number)) : own;
+  }
+  if (summary.format.starts_with("dataflash")) {
+    const std::string number = sensor.number == 0 ? "" : formatted("{}", sensor.number + 1);
+    return sensor.kind == SeriesKind::magnetometer
+               ? fact("COMPASS_DEV_ID" + number)
+               : fact(formatted("INS_{}{}_ID",
+                                sensor.kind == SeriesKind::accelerometer ? "ACC" : "GYR", number));
+  }
+  return "";
+}
+
+std::string full_name(const RecordingSummary& summary, const Series& series) {
+  const auto same =
+      std::count_if(summary.series.begin(), summary.series.end(), [&](const SeriesSummary& other) {
+        return other.series.name == series.name && other.series.instance != series.instance;
+      });
+  return same > 0 ? formatted("{}[{}]", series.name, series.instance) : series.name;
+}
+
+std::string_view words_of(KnownBy by) {
+  switch (by) {
+    case KnownBy::format:
+      return "by the file's format";
+    case KnownBy::names:
+      return "by the columns' names";
+    case KnownBy::units:
+      return "by the columns' units";
+    case KnownBy::data:
+      return "by the numbers alone";
+    case KnownBy::nothing:
+      break;
+  }
+  return "not known";
+}
+
+}  // namespace
+
+std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary) {
+  std::vector<RecordedSensor> sensors;
+  for (const SeriesKind kind :
+       {SeriesKind::accelerometer, SeriesKind::gyroscope, SeriesKind::magnetometer}) {
+    std::vector<RecordedSensor> found;
+    double fastest = 0.0;
+    std::size_t most = 0;
+    for (std::size_t s = 0; s < summary.series.size(); ++s) {
+      const SeriesSummary& one = summary.series[s];
+      if (one.series.kind != kind || one.series.columns.size() != 3 || one.samples < 2) {
+        continue;
+      }
+      RecordedSensor sensor{.kind = kind,
+                            .series = s,
+                            .name = full_name(summary, one.series),
+                            .unit = one.series.unit,
+                            .known_by = one.series.known_by,
+                            .rate_hz = one.rate_hz,
+                            .samples = one.samples,
+                            .is_corrected = is_corrected(summary, one.series)};
+      // By the axes' names, else in the order of the file.
+      sensor.places = {0, 1, 2};
+      std::array<std::optional<std::size_t>, 3> axes{};
+      for (std::size_t c = 0; c < 3; ++c) {
+        if (const auto axis = axis_of_name(named_column(one.series.columns[c]).name)) {
+          axes[*axis] = c;
+        }
+      }
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (axes[0] && axes[1] && axes[2]) {
+          sensor.places[axis] = *axes[axis];
+        }
+        sensor.columns[axis] = one.series.columns[sensor.places[axis]];
+      }
+      fastest = std::isfinite(one.rate_hz) ? std::max(fastest, one.rate_hz) : fastest;
+      most = std::max(most, one.samples);
+      found.push_back(std::move(sensor));
+    }
+    // A slow copy of what is recorded fast is left out, then what is corrected where it is raw too.
+    constexpr double slow = 0.2;
+    std::erase_if(found, [&](const RecordedSensor& sensor) {
+      return std::isfinite(sensor.rate_hz) && fastest > 0.0
+                 ? sensor.rate_hz < slow * fastest
+                 : static_cast<double>(sensor.samples) < slow * static_cast<double>(most);
+    });
+    const bool has_raw = std::any_of(found.begin(), found.end(), [](const RecordedSensor& sensor) {
+      return !sensor.is_corrected;
+    });
+    std::erase_if(found,
+                  [&](const RecordedSensor& sensor) { return has_raw && sensor.is_corrected; });
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      found[i].number = static_cast<int>(i);
+      found[i].device = device_of(summary, found[i]);
+      sensors.push_back(std::move(found[i]));
+    }
+  }
+  return sensors;
+}
+
+std::string words_of(const RecordedSensor& sensor) {
+  std::string text = formatted("{} {}: {}({})", name_of(sensor.kind), sensor.number,
+                               sensor.name.empty() ? "" : sensor.name + " ",
+                               joined({sensor.columns.begin(), sensor.columns.end()}));
+  text += sensor.unit.empty() ? ", unit not known" : ", " + sensor.unit;
+  if (std::isfinite(sensor.rate_hz) && sensor.rate_hz > 0.0) {
+    text += formatted(", {} Hz", number_text(sensor.rate_hz, 4));
+  }
+  text += formatted("; known {}", words_of(sensor.known_by));
+  return sensor.is_corrected ? text + "; corrected by the log's own parameters" : text;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/logs/recording_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include <fcntl.h>
+#include <system_error>
+#include <unistd.h>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "opened.hpp"
+#include "text_layout.hpp"
+
+namespace axiscal {
+namespace {
+
+using namespace std::string_view_literals;
+
+// What a table is by its columns: the programs that write such.
+std::string format_of_table(const std::vector<std::string>& columns) {
+  const auto has = [&](std::string_view part) {
+    return std::any_of(columns.begin(), columns.end(), [&](const std::string& name) {
+      return name.find(part) != std::string::npos;
+    });
+  };
+  const std::string first = columns.empty() ? "" : columns.front();
+  const std::string second = columns.size() > 1 ? columns[1] : "";
+  return has("loopIteration")                                       ? "blackbox"
+         : has("PacketCounter")                                     ? "xsens"
+         : has("loggingTime") || has("accelerometerAcceleration")   ? "sensorlog"
+         : first == "time" && second == "seconds_elapsed"           ? "sensorlogger"
+         : has("seconds_elapsed") && has("sensor")                  ? "sensorlogger"
+         : first == "Timestamp (us)" || has("Gyroscope X (deg/s)")  ? "ximu"
+         : has("AngleX(deg)") || (first == "address" && has("(g)")) ? "witmotion"
+         : first == "Time (s)"                                      ? "phyphox"
+                                                                    : "table";
+}
+
+OpenedFile table(const char* format,
+                 std::unique_ptr<LogFile::Source> source,
+                 const std::string& path) {
+  OpenedFile opened{.format = format, .table_name = stem_of(path), .table = std::move(source)};
+  return opened;
+}
+
+OpenedFile decoded(DecoderPointer decoder) {
+  OpenedFile opened{.format = decoder->format};
+  opened.decoder = std::move(decoder);
+  return opened;
+}
+
+// Text, by its first lines.
+OpenedFile open_text(ByteSource bytes) {
+  bytes = as_utf8(std::move(bytes));
+  constexpr std::size_t looked_at = 8192;
+  const std::string_view start = bytes.peek(looked_at);
+  const bool is_text = start.find('\0') == std::string_view::npos;
+  if (is_text && is_dataflash_text(start)) {
+    return decoded(open_dataflash_text(std::move(bytes)));
+  }
+  if (is_text && is_mavlink_text(start)) {
+    return decoded(open_mavlink_text(std::move(bytes)));
+  }
+  if (is_text && is_vectornav(start)) {
+    return decoded(open_vectornav(std::move(bytes)));
+  }
+  if (is_text && is_motioncal(start)) {
+    return decoded(open_motioncal(std::move(bytes)));
+  }
+  const std::size_t content = start.starts_with("\xEF\xBB\xBF") ? 3 : 0;
+  const std::size_t first = start.find_first_not_of(" \t\r\n", content);
+  if (first != std::string_view::npos && (start[first] == '{' || start[first] == '[') &&
+      start.substr(first).find_first_of("\"[") != std::string_view::npos) {
+    return open_json(std::move(bytes));
+  }
+  OpenedFile opened{.table_name = stem_of(bytes.path())};
+  opened.text = is_text ? printed_lines_as_table(std::move(bytes)) : std::move(bytes);
+  return opened;
+}
+
+// What lies in a folder of recordings: the one bag in it, as ROS 2 writes bags, or the tables that
+// a phone's program wrote side by side.
+std::vector<std::string> files_in_folder(const std::string& path) {
+  std::vector<std::string> bags, tables;
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(path, none)) {
+    const std::string name = entry.path().string();
+    if (name.ends_with(".db3") || name.ends_with(".mcap") || name.ends_with(".db3.zstd") ||
+        name.ends_with(".mcap.zstd")) {
+      bags.push_back(name);
+    } else if (name.ends_with(".csv")) {
+      tables.push_back(name);
+    }
+  }
+  std::sort(bags.begin(), bags.end());
+  std::sort(tables.begin(), tables.end());
+  if (bags.size() > 1) {
+    throw DataError(path, "is a directory of several bags; name one: " + joined(bags));
+  }
+  if (bags.empty() && tables.empty()) {
+    throw DataError(path,
+                    "is a directory, and holds neither a bag of ROS 2 (.db3, .mcap) nor tables "
+                    "(.csv)");
+  }
+  return bags.empty() ? tables : bags;
+}
+
+bool is_regular(const std::string& path) {
+  std::error_code none;
+  return path != "-" && std::filesystem::is_regular_file(path, none);
+}
+
+// Formats that are read at several places at once need a file; what is none is copied.
+template <typename Open>
+OpenedFile with_file(ByteSource bytes, const Open& open) {
+  const std::string path = bytes.path();
+  if (is_regular(path) && bytes.compression().empty()) {
+    return open(path, path);
+  }
+  auto copy = std::make_shared<SpooledFile>(bytes);
+  OpenedFile opened = open(copy->path(), path);
+  if (opened.decoder) {
+    opened.decoder->keep = copy;
+  }
+  return opened;
+}
+
+}  // namespace
+
+std::string_view name_of(SeriesKind kind) {
+  constexpr std::array<std::string_view, 5> names = {"accelerometer", "gyroscope", "magnetometer",
+                                                     "temperature", "other"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+std::string stem_of(const std::string& path) {
+  const std::size_t slash = path.find_last_of("/:");
+  std::string name = slash == std::string::npos ? path : path.substr(slash + 1);
+  const std::size_t point = name.find('.', 1);
+  return point == std::string::npos ? name : name.substr(0, point);
+}
+
+ByteSource bytes_of_text(const std::string& path, std::string text) {
+  return {path, [text = std::make_shared<const std::string>(std::move(text)),
+                 given = std::size_t{0}](char* buffer, std::size_t size) mutable {
+            const std::size_t count = text->copy(buffer, size, given);
+            given += count;
+            return count;
+          }};
+}
+
+SpooledFile::SpooledFile(ByteSource& bytes) {
+  const char* const folder = std::getenv("TMPDIR");  // NOLINT(concurrency-mt-unsafe)
+  // It has a name, as libraries that follow links would not find it otherwise.
+  path_ = std::string(folder != nullptr ? folder : "/tmp") + "/axiscal-XXXXXX";
+  const int descriptor = ::mkostemp(path_.data(), O_CLOEXEC);
+  if (descriptor < 0) {
+    path_.clear();
+    throw DataError(bytes.path(), "no room for a temporary copy; give the file's name instead");
+  }
+  std::vector<char> buffer(1U << 18U);
+  for (;;) {
+    const std::size_t count = bytes.read(buffer.data(), buffer.size());
+    if (count == 0) {
+      break;
+    }
+    for (std::size_t done = 0; done < count;) {
+      const ssize_t written = ::write(descriptor, buffer.data() + done, count - done);
+      if (written <= 0) {
+        ::close(descriptor);
+        ::unlink(path_.c_str());
+        throw DataError(bytes.path(), "no room for a temporary copy; give the file's name instead");
+      }
+      done += static_cast<std::size_t>(written);
+    }
+  }
+  ::close(descriptor);
+}
+
+SpooledFile::~SpooledFile() {
+  ::unlink(path_.c_str());
+}
+
+OpenedFile open_recording(ByteSource bytes) {
+  constexpr std::size_t looked_at = 640;
+  const std::string start(bytes.peek(looked_at));
+  const std::string path = bytes.path();
+  if (start.starts_with("ULog\x01\x12\x35"sv)) {
+    return decoded(open_ulog(std::move(bytes)));
+  }
+  if (start.starts_with("\xA3\x95"sv)) {
+    return decoded(open_dataflash(std::move(bytes)));
+  }
+  if (start.starts_with("#ROSBAG V2.0"sv)) {
+    return decoded(open_rosbag1(std::move(bytes)));
+  }
+  if (start.starts_with("\x89MCAP0\r\n"sv)) {
+    return decoded(open_mcap(std::move(bytes)));
+  }
+  if (start.starts_with("SQLite format 3\0"sv)) {
+    return with_file(std::move(bytes), [](const std::string& file, const std::string& name) {
+      return decoded(open_rosbag2(file, name));
+    });
+  }
+  if (start.starts_with("PK\x03\x04"sv)) {
+    return with_file(std::move(bytes), &open_zip);
+  }
+  if (start.starts_with("\x93NUMPY")) {
+    return table("npy", open_npy_log(std::move(bytes), {}), path);
+  }
+  if (start.starts_with("MATLAB 7.3 ")) {
+    return with_file(std::move(bytes), [](const std::string& file, const std::string& name) {
+      return table("mat", open_mat73_log(file, name), name);
+    });
+  }
+  if (start.starts_with("\x89HDF\r\n\x1a\n"sv)) {
+    return with_file(std::move(bytes), [](const std::string& file, const std::string& name) {
+      return table("hdf5", open_hdf5_log(file, name), name);
+    });
+  }
+  if (start.starts_with("MATLAB ")) {
+    return table("mat", open_mat_log(std::move(bytes)), path);
+  }
+  if (is_blackbox(start)) {
+    return decoded(open_blackbox(std::move(bytes)));
+  }
+  if (is_tlog(start)) {
+    return decoded(open_tlog(std::move(bytes)));
+  }
+  return open_text(std::move(bytes));
+}
+
+void read_table(OpenedFile& opened, const std::vector<std::string>& names) {
+  if (!opened.text) {
+    if (opened.table && !names.empty()) {
+      opened.table->columns = column_names(opened.table_name, names, opened.table->columns.size());
+    }
+    return;
+  }
+  const std::string compression = opened.text->compression();
+  opened.table = open_text_log(*std::move(opened.text), names);
+  opened.text.reset();
+  if (!compression.empty()) {
+    opened.table->notes.push_back(formatted("unpacked ({})", compression));
+  }
+  if (opened.format.empty()) {
+    opened.format = format_of_table(opened.table->columns);
+  }
+}
+
+OpenedFile open_recording(const std::string& path) {
+  std::error_code none;
+  if (path == "-" || !std::filesystem::is_directory(path, none)) {
+    return open_recording(ByteSource(path));
+  }
+  std::vector<OpenedFile> opened;
+  for (const std::string& file : files_in_folder(path)) {
+    try {
+      opened.push_back(open_recording(ByteSource(file)));
+      read_table(opened.back(), {});
+    } catch (const DataError&) {
+      if (!opened.empty() && opened.back().text) {
+        opened.pop_back();  // a table without numbers, such as Metadata.csv
+      }
+    }
+  }
+  if (opened.empty()) {
+    throw DataError(path, "is a directory whose files hold no numbers");
+  }
+  return opened.size() == 1 ? std::move(opened.front()) : joined_recordings(std::move(opened));
+}
+
+RecordingFile::RecordingFile(const std::string& path) : path_(path) {
+  OpenedFile opened = open_recording(path);
+  read_table(opened, {});
+  decoder_ = opened.is_table() ? decoder_of_table(std::move(opened)) : std::move(opened.decoder);
+}
+
+RecordingFile::~RecordingFile() = default;
+RecordingFile::RecordingFile(RecordingFile&&) noexcept = default;
+RecordingFile& RecordingFile::operator=(RecordingFile&&) noexcept = default;
+
+const std::string& RecordingFile::format() const {
+  return decoder_->format;
+}
+bool RecordingFile::read(SeriesSink& sink) {
+  return decoder_->read(sink);
+}
+std::vector<std::string> RecordingFile::notes() const {
+  return decoder_->notes();
+}
+const std::map<std::string, std::string>& RecordingFile::facts() const {
+  return decoder_->facts;
+}
+
+}  // namespace axiscal

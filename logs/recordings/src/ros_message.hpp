@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "record_bytes.hpp"
+#include "series_decoder.hpp"
+
+namespace axiscal {
+
+/// How the numbers of a message are laid out: ROS 1's own (packed) or ROS 2's CDR (aligned).
+enum class RosWire { packed, cdr };
+
+/// A message type of ROS by the text that defines it (wiki.ros.org/msg; docs.ros.org,
+/// "Interfaces").
+class RosMessageType {
+ public:
+  /// @param name        "sensor_msgs/Imu" or "sensor_msgs/msg/Imu".
+  /// @param definition  its text and those of the types that it holds, parted by lines of `=`;
+  /// where
+  ///                    it is empty, the usual types of sensors are known.
+  /// @return nothing where a type is not known or the text is not understood.
+  [[nodiscard]] static std::optional<RosMessageType> parse(const std::string& name,
+                                                           std::string_view definition);
+
+  /// @return its numbers: "angular_velocity.x", "orientation_covariance[0]"; arrays up to 16 long.
+  [[nodiscard]] const std::vector<std::string>& columns() const { return columns_; }
+
+  /// @return "sensor_msgs/Imu": without "msg".
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+  struct Decoded {
+    std::vector<double> values;     ///< one for each column
+    std::optional<double> stamp_s;  ///< header.stamp, where it is not 0
+  };
+
+  /// @return false where the message is shorter than its type says.
+  [[nodiscard]] bool decode(std::string_view message, RosWire wire, Decoded& to) const;
+
+ private:
+  enum class Kind { number, text, time, duration, message };
+  struct Field {
+    std::string name;
+    Kind kind = Kind::number;
+    char letter = 'd';     // of a number: b B h H i I q Q f d ?
+    std::size_t type = 0;  // of a message: its place in types_
+    bool is_array = false;
+    std::optional<std::size_t> count;  // of a fixed array
+  };
+  struct Type {
+    std::string name;
+    std::vector<Field> fields;
+  };
+  struct Walk;
+
+  bool add_type(const std::string& name,
+                const std::map<std::string, std::string>& texts,
+                int depth);
+  void name_columns(std::size_t type, const std::string& prefix, int depth);
+
+  std::string name_;
+  std::vector<Type> types_;
+  std::vector<std::string> columns_;
+  std::vector<std::size_t> open_;  // types that are being read
+  std::size_t names_ = 0;          // that were looked at
+};
+
+/// The topic of a bag: its messages as series.
+class RosTopic {
+ public:
+  RosTopic() = default;
+
+  /// @param type        "sensor_msgs/Imu", ...
+  /// @param definition  as RosMessageType::parse().
+  RosTopic(std::string topic, const std::string& type, std::string_view definition);
+
+  /// @param time_s  when it was recorded; the header's stamp is taken where there is one.
+  void put(
+      SeriesSink& sink, std::string_view message, RosWire wire, double time_s, std::size_t& count);
+
+  [[nodiscard]] const std::string& topic() const { return topic_; }
+  [[nodiscard]] bool has_numbers() const { return type_ && !type_->columns().empty(); }
+  [[nodiscard]] std::size_t damaged() const { return damaged_; }
+  [[nodiscard]] const std::string& type_name() const { return type_name_; }
+
+ private:
+  std::string topic_, type_name_;
+  std::optional<RosMessageType> type_;
+  MessageSeries series_;
+  RosMessageType::Decoded decoded_;
+  std::size_t damaged_ = 0;
+};
+
+/// @return what is to be said of a bag's topics: those without numbers, damaged messages.
+[[nodiscard]] std::vector<std::string> notes_of(const std::vector<const RosTopic*>& topics);
+
+}  // namespace axiscal

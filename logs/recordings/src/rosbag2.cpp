@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// ROS 2 bags in SQLite (github.com/ros2/rosbag2, rosbag2_storage_sqlite3): tables topics, messages,
+// from Iron on message_definitions.
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "series_decoder.hpp"
+
+#ifdef AXISCAL_SQLITE
+#include <map>
+#include <memory>
+#include <sqlite3.h>
+#include <string>
+
+#include "ros_message.hpp"
+#include "unpack.hpp"
+#endif
+
+namespace axiscal {
+
+#ifdef AXISCAL_SQLITE
+namespace {
+
+struct CloseDatabase {
+  void operator()(sqlite3* database) const { sqlite3_close_v2(database); }
+};
+struct FinishStatement {
+  void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
+};
+using Statement = std::unique_ptr<sqlite3_stmt, FinishStatement>;
+
+class Rosbag2 final : public RecordingFile::Decoder {
+ public:
+  Rosbag2(const std::string& path, std::string name) : name_(std::move(name)) {
+    format = "rosbag2";
+    sqlite3* database = nullptr;
+    const int status = sqlite3_open_v2(path.c_str(), &database, SQLITE_OPEN_READONLY, nullptr);
+    database_.reset(database);
+    if (status != SQLITE_OK) {
+      fail("cannot be opened as a database");
+    }
+    // A stranger's file: no functions in its schema, and its pages are looked at.
+    sqlite3_db_config(database, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+    sqlite3_db_config(database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+    sqlite3_exec(database, "PRAGMA cell_size_check=ON", nullptr, nullptr, nullptr);
+    sqlite3_limit(database, SQLITE_LIMIT_LENGTH, 1 << 28);
+    // SQLite calls back after so many steps of its machine: a damaged index can make it go round.
+    const Statement topics = prepare("SELECT id, name, type FROM topics");
+    if (topics == nullptr) {
+      fail("is a database without ROS 2's tables topics and messages");
+    }
+    const std::map<std::string, std::string> definitions = read_definitions();
+    constexpr std::size_t most_topics = 4096;
+    while (sqlite3_step(topics.get()) == SQLITE_ROW && topics_.size() < most_topics) {
+      const std::string type = text(topics, 2);
+      const auto definition = definitions.find(type);
+      topics_.emplace(sqlite3_column_int64(topics.get(), 0),
+                      RosTopic(text(topics, 1), type,
+                               definition == definitions.end() ? "" : definition->second));
+    }
+    messages_ = prepare("SELECT topic_id, timestamp, data FROM messages ORDER BY timestamp");
+    if (messages_ == nullptr) {
+      fail("is a database without ROS 2's table messages");
+    }
+  }
+
+  bool read(SeriesSink& sink) override {
+    const int status = sqlite3_step(messages_.get());
+    if (status != SQLITE_ROW) {
+      if (status != SQLITE_DONE) {
+        damage_ = sqlite3_errmsg(database_.get());
+      }
+      return false;
+    }
+    const auto topic = topics_.find(sqlite3_column_int64(messages_.get(), 0));
+    const auto* const data = static_cast<const char*>(sqlite3_column_blob(messages_.get(), 2));
+    const int size = sqlite3_column_bytes(messages_.get(), 2);
+    if (topic == topics_.end() || data == nullptr || size <= 0) {
+      return true;
+    }
+    using namespace std::string_view_literals;
+    std::string_view message(data, static_cast<std::size_t>(size));
+    std::optional<std::string> unpacked;
+    if (message.starts_with("\x28\xb5\x2f\xfd"sv)) {  // compression mode MESSAGE
+      unpacked = unpack_zstd(message);
+      message = unpacked ? std::string_view(*unpacked) : ""sv;
+    }
+    topic->second.put(sink, message, RosWire::cdr,
+                      static_cast<double>(sqlite3_column_int64(messages_.get(), 1)) * 1e-9, count_);
+    return true;
+  }
+
+  std::vector<std::string> notes() const override {
+    std::vector<const RosTopic*> topics;
+    for (const auto& [id, topic] : topics_) {
+      topics.push_back(&topic);
+    }
+    std::vector<std::string> all = notes_of(topics);
+    if (!damage_.empty()) {
+      all.push_back(formatted("the database is damaged, and read up to there: {}", damage_));
+    }
+    return all;
+  }
+
+ private:
+  [[noreturn]] void fail(const char* why) const { throw DataError(name_, why); }
+
+  Statement prepare(const char* sql) {
+    sqlite3_stmt* statement = nullptr;
+    sqlite3_prepare_v2(database_.get(), sql, -1, &statement, nullptr);
+    return Statement(statement);
+  }
+
+  static std::string text(const Statement& statement, int column) {
+    const auto* const bytes =
+        reinterpret_cast<const char*>(sqlite3_column_text(statement.get(), column));
+    return bytes == nullptr ? "" : bytes;
+  }
+
+  std::map<std::string, std::string> read_definitions() {
+    std::map<std::string, std::string> definitions;
+    const Statement rows = prepare(
+        "SELECT topic_type, encoded_message_definition FROM message_definitions WHERE encoding = "
+        "'ros2msg'");
+    while (rows != nullptr && sqlite3_step(rows.get()) == SQLITE_ROW) {
+      definitions[text(rows, 0)] = text(rows, 1);
+    }
+    return definitions;
+  }
+
+  std::string name_;
+  std::unique_ptr<sqlite3, CloseDatabase> database_;
+  std::map<std::int64_t, RosTopic> topics_;
+  Statement messages_;
+  std::string damage_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace
+
+DecoderPointer open_rosbag2(const std::string& path, const std::string& name) {
+  return std::make_unique<Rosbag2>(path, name);
+}
+#else
+DecoderPointer open_rosbag2(const std::string&, const std::string& name) {
+  throw DataError(name, "is a ROS 2 bag, and this axiscal was built without libsqlite3");
+}
+#endif
+
+}  // namespace axiscal

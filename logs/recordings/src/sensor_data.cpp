@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sensor_data.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+
+#include "axiscal/core/median.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/logs/sensor_names.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::size_t fewest_rows = 50;  // by which numbers are believed
+
+// Whether a column never falls, and mostly ascends, as times do.
+bool ascends(const std::vector<double>& values) {
+  std::size_t up = 0;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (!(values[i] >= values[i - 1])) {
+      return false;
+    }
+    up += values[i] > values[i - 1] ? 1U : 0U;
+  }
+  return values.size() >= fewest_rows && 4 * up > values.size();
+}
+
+// Whether a column is one of times or of a counter: it ascends in even steps.
+bool ascends_evenly(const std::vector<double>& values) {
+  if (!ascends(values)) {
+    return false;
+  }
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    steps.push_back(values[i] - values[i - 1]);
+  }
+  const double usual = upper_median(steps);
+  const auto even = std::count_if(steps.begin(), steps.end(), [&](double step) {
+    return step > 0.2 * usual && step < 5.0 * usual;
+  });
+  return usual > 0.0 && 10 * even >= 9 * static_cast<std::ptrdiff_t>(steps.size());
+}
+
+double length_of(const LogBlock& block, std::size_t first, std::size_t row) {
+  return std::hypot(block[first][row], block[first + 1][row], block[first + 2][row]);
+}
+
+// Lengths of three columns: the middle one, and the middle of how far they are off it, in parts.
+struct Lengths {
+  double middle = 0.0;
+  double spread = 1.0;
+};
+
+Lengths lengths_of(const LogBlock& block, std::size_t first) {
+  std::vector<double> lengths;
+  for (std::size_t row = 0; row < block[first].size(); ++row) {
+    const double length = length_of(block, first, row);
+    if (std::isfinite(length)) {
+      lengths.push_back(length);
+    }
+  }
+  if (lengths.size() < fewest_rows) {
+    return {};
+  }
+  const double middle = upper_median(lengths);
+  std::vector<double> off;
+  for (const double length : lengths) {
+    off.push_back(std::abs(length - middle) / middle);
+  }
+  return {.middle = middle, .spread = middle > 0.0 ? upper_median(off) : 1.0};
+}
+
+// The unit in which a length is gravity's; empty for none.
+std::string gravity_unit(const Lengths& lengths) {
+  constexpr double g0 = 9.80665;
+  constexpr double within = 0.06;
+  constexpr double steady = 0.06;
+  const auto is = [&](double g) { return std::abs(lengths.middle / g - 1.0) < within; };
+  if (!(lengths.spread < steady)) {
+    return "";
+  }
+  return is(g0) ? "m/s^2" : is(1.0) ? "g" : is(1000.0) ? "mg" : "";
+}
+
+// The unit in which a length is the geomagnetic field's, 22 to 67 uT, or near it; empty for none.
+std::string magnetic_unit(const Lengths& lengths) {
+  struct Unit {
+    const char* name;
+    double lowest;  // 20 uT in it
+  };
+  constexpr std::array<Unit, 4> units = {
+      {{"gauss", 0.2}, {"uT", 20.0}, {"mgauss", 200.0}, {"nT", 2e4}}};
+  constexpr double steady = 0.15;
+  constexpr double widest = 4.0;
+  for (const Unit& unit : units) {
+    if (lengths.spread < steady && lengths.middle > unit.lowest &&
+        lengths.middle < widest * unit.lowest) {
+      return unit.name;
+    }
+  }
+  return "";
+}
+
+using Vector = std::array<double, 3>;
+
+Vector cross(const Vector& a, const Vector& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+double dot(const Vector& a, const Vector& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+// Whether three columns turn gravity as rates do: d(up)/dt = -rate x up. @return the correlation,
+// over so many samples at once, as noise of neighbours hides a slow turn.
+double turning_of(const LogBlock& block, std::size_t gravity, std::size_t rates, std::size_t step) {
+  double product = 0.0;
+  double changes = 0.0;
+  double turns = 0.0;
+  for (std::size_t row = 0; row + step < block[gravity].size(); row += step) {
+    const auto vector = [&](std::size_t first, std::size_t at) {
+      return Vector{block[first][at], block[first + 1][at], block[first + 2][at]};
+    };
+    const Vector up = vector(gravity, row + step / 2);
+    const double length = std::sqrt(dot(up, up));
+    const Vector before = vector(gravity, row);
+    const Vector after = vector(gravity, row + step);
+    Vector mean{};
+    for (std::size_t i = 0; i < step; ++i) {
+      const Vector rate = vector(rates, row + i);
+      for (std::size_t k = 0; k < 3; ++k) {
+        mean[k] += rate[k] / static_cast<double>(step);
+      }
+    }
+    const Vector turn = cross(up, mean);  // -rate x up
+    const Vector change = {after[0] - before[0], after[1] - before[1], after[2] - before[2]};
+    if (length > 0.0 && std::isfinite(dot(change, turn))) {
+      product += dot(change, turn) / (length * length);
+      changes += dot(change, change) / (length * length);
+      turns += dot(turn, turn) / (length * length);
+    }
+  }
+  return changes > 0.0 && turns > 0.0 ? product / std::sqrt(changes * turns) : 0.0;
+}
+
+// What a name is without its number: "accelBuffer" of "accelBuffer_2"; empty without one.
+std::string_view stem_of_part(std::string_view name) {
+  const std::size_t end = name.find_last_not_of("0123456789");
+  if (end == std::string_view::npos || end + 1 == name.size() || name[end] != '_') {
+    return {};
+  }
+  return name.substr(0, end);
+}
+
+// Whether a column's name tells nothing of what is in it: c4, x, ch2, data_3. Of others (a
+// quaternion, say) numbers alone are no proof.
+bool says_nothing(std::string_view name) {
+  const NamedColumn parts = named_column(name);
+  std::string small;
+  for (const char c : parts.name) {
+    if (c != '_' && c != '[' && c != ']' && c != ' ' &&
+        std::isdigit(static_cast<unsigned char>(c)) == 0) {
+      small += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+  }
+  constexpr std::array<std::string_view, 14> plain = {
+      "", "c", "x", "y", "z", "v", "a", "ch", "col", "column", "data", "value", "axis", "val"};
+  return std::find(plain.begin(), plain.end(), small) != plain.end() ||
+         !stem_of_part(parts.name).empty();
+}
+
+void set(TableColumns& columns, std::size_t first, const Series& what) {
+  for (std::size_t c = first; c < first + 3; ++c) {
+    columns.series[c] = what;
+  }
+}
+
+// Matrices: "accelBuffer_1 .. _4" is a time and three axes, "gyro_1 .. _3" are three axes.
+void recognise_matrices(const std::vector<std::string>& names,
+                        const LogBlock& block,
+                        TableColumns& columns) {
+  for (std::size_t first = 0; first < names.size();) {
+    const std::string_view stem = stem_of_part(names[first]);
+    std::size_t end = first + 1;
+    while (end < names.size() && !stem.empty() && stem_of_part(names[end]) == stem) {
+      ++end;
+    }
+    const bool has_time = end - first >= 2 && ascends(block[first]);
+    const std::size_t axes = first + (has_time ? 1 : 0);
+    if (has_time && !columns.time) {
+      columns.time = first;
+    }
+    const SeriesKind kind = kind_of_words(stem);
+    if (end - axes == 3 && kind != SeriesKind::other && kind != SeriesKind::temperature) {
+      set(columns, axes,
+          {.kind = kind,
+           .unit = kind == SeriesKind::accelerometer ? gravity_unit(lengths_of(block, axes)) : "",
+           .known_by = KnownBy::names});
+    } else if (end - axes == 1 && kind == SeriesKind::temperature) {
+      columns.series[axes] = {.kind = kind, .known_by = KnownBy::names};
+    }
+    first = end;
+  }
+}
+
+}  // namespace
+
+TableColumns recognise_columns(const std::vector<std::string>& names,
+                               std::string_view table,
+                               const LogBlock& block) {
+  const SensorColumns sensors(names, table);
+  TableColumns columns{.time = sensors.time(), .seconds = sensors.seconds()};
+  const auto is_empty = [&](std::size_t c) {
+    return std::none_of(block[c].begin(), block[c].end(),
+                        [](double v) { return std::isfinite(v); });
+  };
+  if (columns.time && is_empty(*columns.time)) {
+    columns.time.reset();
+  }
+  for (const std::string& name : names) {
+    columns.series.push_back(sensors.series_of(name));
+  }
+  const auto has = [&](SeriesKind kind) {
+    return std::any_of(columns.series.begin(), columns.series.end(),
+                       [&](const Series& series) { return series.kind == kind; });
+  };
+  const bool has_names =
+      has(SeriesKind::accelerometer) || has(SeriesKind::gyroscope) || has(SeriesKind::magnetometer);
+  if (!has_names) {
+    recognise_matrices(names, block, columns);
+  }
+  // An accelerometer whose unit nobody states shows gravity.
+  for (std::size_t c = 0; c + 2 < names.size(); ++c) {
+    Series& series = columns.series[c];
+    const auto same = [&](std::size_t other) {
+      return columns.series[other].kind == SeriesKind::accelerometer;
+    };
+    if (series.kind == SeriesKind::accelerometer && series.unit.empty() && same(c + 1) &&
+        same(c + 2)) {
+      const std::string unit = gravity_unit(lengths_of(block, c));
+      for (std::size_t k = c; k < c + 3; ++k) {
+        columns.series[k].unit = unit;
+      }
+      c += 2;
+    }
+  }
+  if (has(SeriesKind::accelerometer) || has_names) {
+    return columns;
+  }
+  // Numbers alone.
+  if (!columns.time && !names.empty() && ascends_evenly(block[0])) {
+    columns.time = 0;
+  }
+  std::optional<std::size_t> gravity;
+  const auto is_free = [&](std::size_t c) {
+    return c != columns.time && columns.series[c].kind == SeriesKind::other &&
+           says_nothing(names[c]);
+  };
+  const auto three_free = [&](std::size_t c) {
+    return c + 2 < names.size() && is_free(c) && is_free(c + 1) && is_free(c + 2);
+  };
+  for (std::size_t c = 0; c < names.size() && !gravity; ++c) {
+    if (three_free(c)) {
+      const std::string unit = gravity_unit(lengths_of(block, c));
+      if (!unit.empty()) {
+        gravity = c;
+        set(columns, c,
+            {.kind = SeriesKind::accelerometer, .unit = unit, .known_by = KnownBy::data});
+      }
+    }
+  }
+  constexpr double clearly = 0.3;
+  for (std::size_t c = 0; gravity && c < names.size(); ++c) {
+    const auto turns = [&](std::size_t step) {
+      return turning_of(block, *gravity, c, step) > clearly;
+    };
+    if (three_free(c) && (turns(4) || turns(16) || turns(64))) {
+      set(columns, c, {.kind = SeriesKind::gyroscope, .known_by = KnownBy::data});
+      break;
+    }
+  }
+  // A compass turned about: its length stays, and is that of the Earth's field in a usual unit.
+  for (std::size_t c = 0; !gravity && c + 2 < names.size(); ++c) {
+    const std::string unit = three_free(c) ? magnetic_unit(lengths_of(block, c)) : "";
+    if (!unit.empty()) {
+      set(columns, c, {.kind = SeriesKind::magnetometer, .unit = unit, .known_by = KnownBy::data});
+      break;
+    }
+  }
+  return columns;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,386 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/logs/sensor_names.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/logs/time_column.hpp"
+
+namespace axiscal {
+namespace {
+
+std::string lower(std::string_view text) {
+  std::string small(text);
+  std::transform(small.begin(), small.end(), small.begin(), [](unsigned char c) {
+    return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  });
+  return small;
+}
+
+struct UnitName {
+  std::string_view written;  // in small letters, without blanks
+  KnownUnit unit;
+};
+
+constexpr double g0 = 9.80665;
+constexpr double rad_per_degree = 0.017453292519943295;
+
+constexpr KnownUnit metres = {"m/s^2", SeriesKind::accelerometer, 1.0};
+constexpr KnownUnit gs = {"g", SeriesKind::accelerometer, g0};
+constexpr KnownUnit milli_gs = {"mg", SeriesKind::accelerometer, 1e-3 * g0};
+constexpr KnownUnit radians = {"rad/s", SeriesKind::gyroscope, 1.0};
+constexpr KnownUnit milliradians = {"mrad/s", SeriesKind::gyroscope, 1e-3};
+constexpr KnownUnit degrees = {"deg/s", SeriesKind::gyroscope, rad_per_degree};
+constexpr KnownUnit millidegrees = {"mdeg/s", SeriesKind::gyroscope, 1e-3 * rad_per_degree};
+constexpr KnownUnit teslas = {"T", SeriesKind::magnetometer, 1.0};
+constexpr KnownUnit milliteslas = {"mT", SeriesKind::magnetometer, 1e-3};
+constexpr KnownUnit microteslas = {"uT", SeriesKind::magnetometer, 1e-6};
+constexpr KnownUnit nanoteslas = {"nT", SeriesKind::magnetometer, 1e-9};
+constexpr KnownUnit gauss = {"gauss", SeriesKind::magnetometer, 1e-4};
+constexpr KnownUnit milligauss = {"mgauss", SeriesKind::magnetometer, 1e-7};
+constexpr KnownUnit celsius = {"degC", SeriesKind::temperature, 1.0};
+
+constexpr std::array<UnitName, 46> unit_names = {{{"m/s^2", metres},
+                                                  {"m/s2", metres},
+                                                  {"m/s²", metres},
+                                                  {"m/s/s", metres},
+                                                  {"m/s**2", metres},
+                                                  {"m*s^-2", metres},
+                                                  {"ms^-2", metres},
+                                                  {"m·s⁻²", metres},
+                                                  {"mps2", metres},
+                                                  {"mss", metres},
+                                                  {"g", gs},
+                                                  {"gn", gs},
+                                                  {"g0", gs},
+                                                  {"mg", milli_gs},
+                                                  {"milli-g", milli_gs},
+                                                  {"rad/s", radians},
+                                                  {"rad/sec", radians},
+                                                  {"rps", radians},
+                                                  {"radians/s", radians},
+                                                  {"mrad/s", milliradians},
+                                                  {"deg/s", degrees},
+                                                  {"deg/sec", degrees},
+                                                  {"degrees/s", degrees},
+                                                  {"°/s", degrees},
+                                                  {"°/sec", degrees},
+                                                  {"º/s", degrees},
+                                                  {"dps", degrees},
+                                                  {"mdps", millidegrees},
+                                                  {"mdeg/s", millidegrees},
+                                                  {"t", teslas},
+                                                  {"tesla", teslas},
+                                                  {"mt", milliteslas},
+                                                  {"ut", microteslas},
+                                                  {"µt", microteslas},  // micro sign
+                                                  {"μt", microteslas},  // Greek mu
+                                                  {"microtesla", microteslas},
+                                                  {"nt", nanoteslas},
+                                                  {"gauss", gauss},
+                                                  {"ga", gauss},
+                                                  {"gs", gauss},
+                                                  {"mgauss", milligauss},
+                                                  {"mga", milligauss},
+                                                  {"degc", celsius},
+                                                  {"°c", celsius},
+                                                  {"℃", celsius},
+                                                  {"celsius", celsius}}};
+
+bool contains(std::string_view text, std::string_view part) {
+  return text.find(part) != std::string_view::npos;
+}
+
+bool is_digits(std::string_view text) {
+  return !text.empty() && std::all_of(text.begin(), text.end(),
+                                      [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+// "a_x" -> "ax", "x-axis" -> "x".
+std::string letters_of_axis(std::string small) {
+  const std::size_t axis = small.find("axis");
+  if (axis != std::string::npos) {
+    small.erase(axis, 4);
+  }
+  std::erase_if(small, [](char c) { return c == '_' || c == '-' || c == ' '; });
+  return small;
+}
+
+// What phones and filters give without gravity: it is of no use to a calibration.
+bool is_without_gravity(std::string_view small) {
+  return contains(small, "linear acc") || contains(small, "linearacc") ||
+         small == "acceleration without gravity" || contains(small, "freeacc") ||
+         contains(small, "free acc") || contains(small, "free_acc") || contains(small, "useracc") ||
+         contains(small, "user_acc");
+}
+
+// A unit within a name, behind an underscore: "accel_mps2_x", "gyro_rad", "magnetometer_ga[0]",
+// "acc_x_g".
+std::optional<KnownUnit> unit_within(std::string_view name, SeriesKind kind) {
+  struct Part {
+    std::string_view text;
+    KnownUnit unit;
+  };
+  constexpr std::array<Part, 14> parts = {{{"_m_s2", metres},
+                                           {"_mps2", metres},
+                                           {"_mss", metres},
+                                           {"_rad_s", radians},
+                                           {"_radps", radians},
+                                           {"_rads", radians},
+                                           {"_rad", radians},
+                                           {"_dps", degrees},
+                                           {"_deg_s", degrees},
+                                           {"_degs", degrees},
+                                           {"_ut", microteslas},
+                                           {"_nt", nanoteslas},
+                                           {"_ga", gauss},
+                                           {"_mg", milli_gs}}};
+  for (const Part& part : parts) {
+    const std::size_t at = name.find(part.text);
+    const std::size_t end = at == std::string_view::npos ? at : at + part.text.size();
+    const bool ends =
+        at != std::string_view::npos &&
+        (end == name.size() || std::isalnum(static_cast<unsigned char>(name[end])) == 0);
+    if (ends && part.unit.kind == kind) {
+      return part.unit;
+    }
+  }
+  if (kind == SeriesKind::accelerometer && name.ends_with("_g")) {
+    return gs;
+  }
+  return std::nullopt;
+}
+
+// Units that a writer does not state but documents: ArduPilot's messages as CSV ("TimeUS"), Xsens's
+// exports ("PacketCounter"), Sensor Logger's files ("seconds_elapsed"), MPU tables of phones.
+std::string unit_of_writer(const std::vector<std::string>& columns,
+                           std::string_view table,
+                           std::string_view name,
+                           SeriesKind kind) {
+  const auto has = [&](std::string_view column) {
+    return std::find(columns.begin(), columns.end(), column) != columns.end();
+  };
+  if (name.starts_with("field.") || has("%time")) {  // rostopic echo -p, of sensor_msgs
+    return kind == SeriesKind::accelerometer  ? "m/s^2"
+           : kind == SeriesKind::gyroscope    ? "rad/s"
+           : kind == SeriesKind::magnetometer ? "T"
+                                              : "";
+  }
+  if (has("TimeUS") || has("TimeMS")) {
+    return name.starts_with("Acc")   ? "m/s^2"
+           : name.starts_with("Gyr") ? "rad/s"
+           : name.starts_with("Mag") ? "mgauss"
+           : name == "T"             ? "degC"
+                                     : "";
+  }
+  if (has("PacketCounter")) {
+    return name.starts_with("Acc_") ? "m/s^2" : name.starts_with("Gyr_") ? "rad/s" : "";
+  }
+  if (has("seconds_elapsed")) {
+    // Android's accelerometer is in m/s^2, the iPhone's uncalibrated one in g: its numbers say.
+    return kind == SeriesKind::gyroscope      ? "rad/s"
+           : kind == SeriesKind::magnetometer ? "uT"
+           : table == "TotalAcceleration"     ? "m/s^2"
+                                              : "";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::optional<KnownUnit> known_unit(std::string_view text, SeriesKind of) {
+  std::string small;
+  for (const char c : lower(text)) {
+    if (c != ' ') {
+      small += c;
+    }
+  }
+  if (of == SeriesKind::magnetometer) {
+    if (small == "g") {
+      return gauss;
+    }
+    if (small == "mg") {
+      return milligauss;
+    }
+  }
+  if (trimmed(text) == "mT") {
+    return milliteslas;
+  }
+  if (of == SeriesKind::temperature && (small == "c" || small == "°")) {
+    return celsius;
+  }
+  const auto* const found =
+      std::find_if(unit_names.begin(), unit_names.end(),
+                   [&](const UnitName& name) { return name.written == small; });
+  return found == unit_names.end() ? std::nullopt : std::optional(found->unit);
+}
+
+NamedColumn named_column(std::string_view header) {
+  header = trimmed(header);
+  for (const auto& [open, close] : {std::pair{'(', ')'}, std::pair{'[', ']'}}) {
+    if (!header.ends_with(close)) {
+      continue;
+    }
+    const std::size_t at = header.rfind(open);
+    if (at == std::string_view::npos || at == 0) {
+      continue;
+    }
+    const std::string_view inside = trimmed(header.substr(at + 1, header.size() - at - 2));
+    if (inside.empty() || is_digits(inside)) {
+      continue;
+    }
+    return {.name = std::string(trimmed(header.substr(0, at))), .unit = std::string(inside)};
+  }
+  if (const std::size_t slash = header.find(" / "); slash != std::string_view::npos) {
+    return {.name = std::string(trimmed(header.substr(0, slash))),
+            .unit = std::string(trimmed(header.substr(slash + 3)))};
+  }
+  return {.name = std::string(header)};
+}
+
+SeriesKind kind_of_words(std::string_view words) {
+  const std::string small = lower(words);
+  if (is_without_gravity(small) || contains(small, "accuracy")) {
+    return SeriesKind::other;
+  }
+  if (contains(small, "acc") || contains(small, "specific_force") ||
+      contains(small, "linear_acceleration")) {
+    return SeriesKind::accelerometer;
+  }
+  if (contains(small, "gyr") || contains(small, "angular_velocity") ||
+      contains(small, "angular velocity") || contains(small, "rotationrate") ||
+      contains(small, "rotation_rate") || contains(small, "angularrate") ||
+      contains(small, "angular_rate") || contains(small, "omega")) {
+    return SeriesKind::gyroscope;
+  }
+  if ((contains(small, "mag") && !contains(small, "magnitude") && !contains(small, "image")) ||
+      contains(small, "compass")) {
+    return SeriesKind::magnetometer;
+  }
+  if (contains(small, "temp")) {
+    return SeriesKind::temperature;
+  }
+  return SeriesKind::other;
+}
+
+std::optional<std::size_t> axis_of_name(std::string_view name) {
+  std::string small = lower(trimmed(name));
+  if (small.ends_with(']') && small.size() > 3 && small[small.size() - 3] == '[') {
+    const char digit = small[small.size() - 2];
+    if (digit >= '0' && digit <= '2') {
+      return static_cast<std::size_t>(digit - '0');
+    }
+  }
+  // A letter that stands alone or ends the name: "x", "acc_x", "AccX", "ax"; or begins it: "xacc".
+  const auto axis = [](char c) -> std::optional<std::size_t> {
+    return c >= 'x' && c <= 'z' ? std::optional(static_cast<std::size_t>(c - 'x')) : std::nullopt;
+  };
+  if (small.empty()) {
+    return std::nullopt;
+  }
+  if (const auto last = axis(small.back())) {
+    return last;
+  }
+  // "accel_x_g", "acc_x_raw", "x-axis", "accelerationX(G)" without its unit
+  for (std::size_t i = 1; i + 1 < small.size(); ++i) {
+    const bool alone = std::isalnum(static_cast<unsigned char>(small[i - 1])) == 0 &&
+                       std::isalnum(static_cast<unsigned char>(small[i + 1])) == 0;
+    if (const auto inside = axis(small[i]); inside && alone) {
+      return inside;
+    }
+  }
+  const bool leads = kind_of_words(small) != SeriesKind::other || small.find("axis") == 2;
+  return leads ? axis(small.front()) : std::nullopt;
+}
+
+SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::string_view table)
+    : columns_(columns), series_(columns.size()) {
+  std::vector<NamedColumn> names;
+  for (const std::string& column : columns) {
+    names.push_back(named_column(column));
+  }
+  if (const std::optional<TimeColumn> found = find_time_column("", columns, "")) {
+    time_ = found->position;
+    seconds_ = found->unit_is_stated ? found->seconds : 0.0;
+  }
+  const SeriesKind kind_of_table = kind_of_words(table);
+  // Sensor Logger's Accelerometer.csv is without gravity; TotalAcceleration.csv has it.
+  const bool is_sensor_logger =
+      std::find(columns.begin(), columns.end(), "seconds_elapsed") != columns.end();
+  const bool table_without_gravity =
+      is_without_gravity(lower(table)) || (is_sensor_logger && table == "Accelerometer");
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    const std::string small = lower(names[c].name);
+    Series& series = series_[c];
+    if (c == time_ || is_without_gravity(small)) {
+      continue;
+    }
+    const bool is_axis = axis_of_name(small).has_value();
+    SeriesKind kind = kind_of_words(small);
+    KnownBy by = KnownBy::names;
+    // A name of two letters: ax, a_x, gx or wx, mx, bx; one of a letter: x, x-axis.
+    const std::string letters = letters_of_axis(small);
+    if (kind == SeriesKind::other && is_axis && letters.size() == 2) {
+      kind = letters[0] == 'a'                        ? SeriesKind::accelerometer
+             : letters[0] == 'g' || letters[0] == 'w' ? SeriesKind::gyroscope
+             : letters[0] == 'm' || letters[0] == 'b' ? SeriesKind::magnetometer
+                                                      : SeriesKind::other;
+    }
+    if (kind == SeriesKind::other && is_axis && !table_without_gravity &&
+        (letters.size() == 1 || small == "field.vector." + small.substr(small.size() - 1))) {
+      kind = kind_of_table;
+    }
+    if (kind == SeriesKind::other && small == "t") {  // ArduPilot's, or with its unit
+      const bool is_temperature = known_unit(names[c].unit, SeriesKind::temperature).has_value() ||
+                                  unit_of_writer(columns, table, names[c].name, kind) == "degC";
+      kind = is_temperature ? SeriesKind::temperature : kind;
+    }
+    std::optional<KnownUnit> unit = known_unit(names[c].unit, kind);
+    if (!unit) {
+      unit = unit_within(small, kind);
+    }
+    if (kind == SeriesKind::other && unit && is_axis && !table_without_gravity &&
+        letters.size() <= 2) {
+      kind = unit->kind;
+      by = KnownBy::units;
+    }
+    const bool three = kind != SeriesKind::temperature;
+    if (kind == SeriesKind::other || (three && !is_axis) || (unit && unit->kind != kind)) {
+      series.unit = names[c].unit;
+      continue;
+    }
+    series = {.kind = kind, .unit = unit ? std::string(unit->name) : names[c].unit, .known_by = by};
+  }
+  // Units that writers are known for.
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    if (series_[c].kind != SeriesKind::other && series_[c].unit.empty()) {
+      series_[c].unit = unit_of_writer(columns, table, names[c].name, series_[c].kind);
+    }
+  }
+  // Three axes are a sensor; one alone is not.
+  for (const SeriesKind kind :
+       {SeriesKind::accelerometer, SeriesKind::gyroscope, SeriesKind::magnetometer}) {
+    std::array<std::size_t, 3> found{};
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      if (series_[c].kind == kind) {
+        ++found[axis_of_name(names[c].name).value_or(0)];
+      }
+    }
+    if (found[0] != found[1] || found[1] != found[2]) {
+      for (Series& series : series_) {
+        if (series.kind == kind) {
+          series = {.unit = series.unit};
+        }
+      }
+    }
+  }
+}
+
+Series SensorColumns::series_of(const std::string& column) const {
+  const auto found = std::find(columns_.begin(), columns_.end(), column);
+  return found == columns_.end() ? Series{}
+                                 : series_[static_cast<std::size_t>(found - columns_.begin())];
+}
+
+}  // namespace axiscal

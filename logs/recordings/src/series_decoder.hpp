@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "axiscal/logs/recording_file.hpp"
+#include "byte_source.hpp"
+
+namespace axiscal {
+
+/// One format of recordings: it parses, and hands on what it finds; it stores nothing.
+class RecordingFile::Decoder {
+ public:
+  Decoder() = default;
+  Decoder(const Decoder&) = delete;
+  Decoder& operator=(const Decoder&) = delete;
+  virtual ~Decoder() = default;
+
+  /// Decodes the next record or block.
+  /// @return false at the end.
+  [[nodiscard]] virtual bool read(SeriesSink& sink) = 0;
+
+  /// What was damaged or left out so far.
+  [[nodiscard]] virtual std::vector<std::string> notes() const { return notes_; }
+
+  std::string format;
+  std::map<std::string, std::string> facts;
+  std::shared_ptr<void> keep;  ///< what must live as long: a copy of the file
+
+ protected:
+  std::vector<std::string> notes_;
+};
+
+/// Parts of one message that are of different kinds, each a series of its own.
+///
+/// Neighbouring columns of one kind and unit are one series; what no rule names is `other`.
+class MessageSeries {
+ public:
+  struct Part {
+    Series series;
+    std::vector<std::size_t> places;  ///< of its columns in the message
+    std::size_t number = 0;           ///< by which the sink knows it
+  };
+
+  /// What a column is, or `other`.
+  using Rule = std::function<Series(const std::string& column)>;
+
+  MessageSeries() = default;
+
+  /// @param name      of the message.
+  /// @param columns   all of its numbers but its time.
+  /// @param rule      states kind, unit and known_by of a column.
+  MessageSeries(const std::string& name,
+                int instance,
+                const std::vector<std::string>& columns,
+                const Rule& rule);
+
+  /// Makes its series known to a sink.
+  /// @param count  of the series so far; counted on.
+  void announce(SeriesSink& sink, std::size_t& count);
+
+  void put(SeriesSink& sink, double time_s, std::span<const double> message);
+
+  [[nodiscard]] bool announced() const { return announced_; }
+  [[nodiscard]] const std::vector<Part>& parts() const { return parts_; }
+
+ private:
+  std::vector<Part> parts_;
+  std::vector<double> values_;
+  bool announced_ = false;
+};
+
+using DecoderPointer = std::unique_ptr<RecordingFile::Decoder>;
+
+[[nodiscard]] DecoderPointer open_ulog(ByteSource bytes);
+[[nodiscard]] DecoderPointer open_dataflash(ByteSource bytes);
+[[nodiscard]] DecoderPointer open_dataflash_text(ByteSource bytes);
+[[nodiscard]] DecoderPointer open_mavlink_text(ByteSource bytes);
+[[nodiscard]] DecoderPointer open_tlog(ByteSource bytes);
+[[nodiscard]] DecoderPointer open_blackbox(ByteSource bytes);
+[[nodiscard]] DecoderPointer open_rosbag1(ByteSource bytes);
+[[nodiscard]] DecoderPointer open_mcap(ByteSource bytes);
+[[nodiscard]] DecoderPointer open_vectornav(ByteSource bytes);
+[[nodiscard]] DecoderPointer open_motioncal(ByteSource bytes);
+/// @param path  of a file that SQLite can open.
+/// @param name  for messages.
+[[nodiscard]] DecoderPointer open_rosbag2(const std::string& path, const std::string& name);
+
+/// Whether a text's first lines are of that format.
+[[nodiscard]] bool is_dataflash_text(std::string_view start);
+[[nodiscard]] bool is_mavlink_text(std::string_view start);
+[[nodiscard]] bool is_vectornav(std::string_view start);
+[[nodiscard]] bool is_motioncal(std::string_view start);
+[[nodiscard]] bool is_tlog(std::string_view start);
+[[nodiscard]] bool is_blackbox(std::string_view start);
+
+}  // namespace axiscal

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/logs/sensor_names.hpp"
+#include "axiscal/logs/time_column.hpp"
+#include "opened.hpp"
+#include "sensor_data.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::size_t block_rows = 8192;
+
+class TableDecoder final : public RecordingFile::Decoder {
+ public:
+  explicit TableDecoder(OpenedFile opened)
+      : source_(std::move(opened.table)), name_(std::move(opened.table_name)) {
+    format = std::move(opened.format);
+    for (std::size_t c = 0; c < source_->columns.size(); ++c) {
+      if (std::find(source_->is_text.begin(), source_->is_text.end(), c) ==
+          source_->is_text.end()) {
+        places_.push_back(c);
+        columns_.push_back(source_->columns[c]);
+      } else {
+        facts["text columns"] += (facts["text columns"].empty() ? "" : ",") + source_->columns[c];
+      }
+    }
+    source_->select(places_);
+  }
+
+  bool read(SeriesSink& sink) override {
+    const std::size_t rows = source_->read(block_, block_rows);
+    if (rows == 0) {
+      return false;
+    }
+    if (!series_.announced()) {
+      begin(sink);
+    }
+    std::vector<double> row(others_.size());
+    for (std::size_t r = 0; r < rows; ++r) {
+      for (std::size_t c = 0; c < others_.size(); ++c) {
+        row[c] = block_[others_[c]][r];
+      }
+      series_.put(sink, time_of(r), row);
+      ++done_;
+    }
+    return true;
+  }
+
+  std::vector<std::string> notes() const override {
+    std::vector<std::string> all = notes_;
+    all.insert(all.end(), source_->notes.begin(), source_->notes.end());
+    const LogDefects& defects = source_->defects;
+    if (defects.ragged_rows > 0) {
+      all.push_back(
+          formatted("{} rows have another number of cells than the first, and are left out "
+                    "(line {} is the first)",
+                    defects.ragged_rows, defects.first_ragged_line));
+    }
+    return all;
+  }
+
+ private:
+  [[nodiscard]] double time_of(std::size_t row) const {
+    if (time_) {
+      return block_[*time_][row] * seconds_;
+    }
+    return source_->rate_hz > 0.0 ? static_cast<double>(done_) / source_->rate_hz : not_a_number;
+  }
+
+  // The first block shows what the columns are.
+  void begin(SeriesSink& sink) {
+    TableColumns columns = recognise_columns(columns_, name_, block_);
+    time_ = columns.time;
+    for (std::size_t c = 0; !time_ && c < places_.size(); ++c) {
+      if (source_->clock == places_[c]) {
+        time_ = c;
+        columns.seconds = 1.0;
+      }
+    }
+    const auto counter = std::find(columns_.begin(), columns_.end(), "PacketCounter");
+    if (!time_ && source_->rate_hz > 0.0 && counter != columns_.end()) {
+      time_ = static_cast<std::size_t>(counter - columns_.begin());
+      seconds_ = 1.0 / source_->rate_hz;
+    } else if (time_) {
+      const TimeColumn column{.position = *time_,
+                              .seconds = columns.seconds > 0.0 ? columns.seconds : 1.0,
+                              .unit_is_stated = columns.seconds > 0.0,
+                              .name = columns_[*time_]};
+      try {
+        seconds_ = settle_time_unit(name_, column, block_[*time_]).seconds;
+      } catch (const DataError& error) {
+        notes_.emplace_back(error.what());
+        seconds_ = not_a_number;
+      }
+    }
+    std::vector<std::string> names;
+    for (std::size_t c = 0; c < columns_.size(); ++c) {
+      if (time_ != c) {
+        others_.push_back(c);
+        names.push_back(columns_[c]);
+      }
+    }
+    series_ = MessageSeries(name_, 0, names, [&](const std::string& name) {
+      const auto at = std::find(columns_.begin(), columns_.end(), name);
+      return columns.series[static_cast<std::size_t>(at - columns_.begin())];
+    });
+    series_.announce(sink, count_);
+  }
+
+  std::unique_ptr<LogFile::Source> source_;
+  std::string name_;
+  std::vector<std::size_t> places_;  // columns that are numbers
+  std::vector<std::string> columns_;
+  LogBlock block_;
+  std::optional<std::size_t> time_;
+  double seconds_ = 1.0;
+  std::size_t done_ = 0;
+  std::vector<std::size_t> others_;
+  MessageSeries series_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace
+
+DecoderPointer decoder_of_table(OpenedFile opened) {
+  return std::make_unique<TableDecoder>(std::move(opened));
+}
+
+}  // namespace axiscal

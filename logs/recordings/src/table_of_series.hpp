@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "axiscal/logs/log_file.hpp"
+#include "log_source.hpp"
+
+namespace axiscal {
+
+struct OpenedTable {
+  std::unique_ptr<LogFile::Source> source;
+  std::vector<LogSensor> sensors;
+};
+
+/// A recording of several series as one table: the sensors of one instance, and what else is
+/// wanted.
+/// @throws DataError  if it holds no sensor; the message says what it holds.
+[[nodiscard]] OpenedTable table_of_series(const std::string& path, const LogFormat& format);
+
+/// @return what a recording holds, in a line for a message: "it holds sensor_baro (4 columns),
+/// ...".
+[[nodiscard]] std::string what_it_holds(const RecordingSummary& summary);
+
+}  // namespace axiscal

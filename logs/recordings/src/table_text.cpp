@@ -1,0 +1,436 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/logs/table_text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <optional>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/missing_column.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/logs/text_row.hpp"
+#include "line_stream.hpp"
+#include "opened.hpp"
+#include "sensor_data.hpp"
+#include "table_of_series.hpp"
+#include "text_layout.hpp"
+
+namespace axiscal {
+namespace {
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) {
+    return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  });
+  return text;
+}
+
+bool is_called(const std::string& column, const std::string& name) {
+  return column == name;
+}
+
+bool is_called_in_other_letters(const std::string& column, const std::string& name) {
+  return lower(column) == lower(name);
+}
+
+// "Rest face", "fence_face", "pose.rest": labels alone, as axes are SLOT.axis.
+bool is_called_with_more(const std::string& column, const std::string& name) {
+  if (name != "rest" && name != "fence" && name != "run" && name != "block") {
+    return false;
+  }
+  const std::string small = lower(column);
+  return small.starts_with(name + " ") || small.starts_with(name + "_") ||
+         small.ends_with("." + name);
+}
+
+// The columns of a table without a header that hold labels of faces: rest and fence; whole numbers
+// before them are runs, the three numbers behind them the axes.
+std::vector<std::string> names_by_faces(const std::vector<std::vector<std::string_view>>& rows) {
+  const auto are = [&](std::size_t c, auto is) {
+    return std::all_of(rows.begin(), rows.end(), [&](const auto& row) { return is(row[c]); });
+  };
+  const auto is_face = [](std::string_view cell) {
+    return cell.size() == 2 &&
+           ((cell.find_first_of("+-") == 0 && cell.find_first_of("xyzXYZ") == 1) ||
+            (cell.find_first_of("+-") == 1 && cell.find_first_of("xyzXYZ") == 0));
+  };
+  const std::size_t n = rows.front().size();
+  for (std::size_t c = 0; c + 1 < n; ++c) {
+    if (!are(c, is_face) || !are(c + 1, is_face)) {
+      continue;
+    }
+    if (n - c - 2 != 3 || c > 1 || (c == 1 && !are(0, [](std::string_view cell) {
+                                      return parse_integer(cell).has_value();
+                                    }))) {
+      return {};
+    }
+    std::vector<std::string> names = {"rest", "fence", "x", "y", "z"};
+    if (c == 1) {
+      names.insert(names.begin(), "run");
+    }
+    return names;
+  }
+  return {};
+}
+
+// A table of numbers as text.
+class NumbersAsText {
+ public:
+  explicit NumbersAsText(std::unique_ptr<LogFile::Source> source) : source_(std::move(source)) {}
+
+  std::size_t read(char* buffer, std::size_t size) {
+    constexpr std::size_t rows = 4096;
+    while (given_ == text_.size()) {
+      text_.clear();
+      given_ = 0;
+      if (source_->read(block_, rows) == 0) {
+        return 0;
+      }
+      for (std::size_t row = 0; row < block_.front().size(); ++row) {
+        for (std::size_t c = 0; c < block_.size(); ++c) {
+          const double value = block_[c][row];
+          text_ += c > 0 ? "," : "";
+          text_ += std::isfinite(value) ? number_text(value) : "nan";
+        }
+        text_ += '\n';
+      }
+    }
+    const std::size_t count = text_.copy(buffer, size, given_);
+    given_ += count;
+    return count;
+  }
+
+ private:
+  std::unique_ptr<LogFile::Source> source_;
+  LogBlock block_;
+  std::string text_;
+  std::size_t given_ = 0;
+};
+
+}  // namespace
+
+struct TableText::State {
+  std::string path;
+  LogFormat format;
+  TextLayout layout;
+  bool is_plain = true;    // its bytes pass as they are
+  bool has_names = false;  // without a header, they are known all the same
+  std::vector<NamedColumn> columns;
+  std::vector<std::string> header;  // as the reader will have it; empty: as it is in the file
+  std::vector<double> factors;      // of each column
+  std::string table_name;
+  std::vector<std::string> notes;
+  std::optional<ByteSource> bytes;
+  std::unique_ptr<NumbersAsText> numbers;
+  // Where lines are converted.
+  std::unique_ptr<LineStream> lines;
+  std::string line;
+  std::size_t given = 0;
+
+  void open(OpenedFile opened);
+  void look_at_text();
+  void look_at_numbers(std::unique_ptr<LogFile::Source> source);
+  void map_columns();
+  std::size_t read(char* buffer, std::size_t size);
+  bool next_line();
+};
+
+void TableText::State::open(OpenedFile opened) {
+  table_name = opened.table_name;
+  if (!opened.is_table()) {
+    std::string holds;
+    if (path != "-") {
+      constexpr std::size_t looked_at = 100000;
+      holds = "; " + what_it_holds(summarise(path, looked_at));
+    }
+    throw DataError(
+        path,
+        formatted("is a recording ({}), not a table of readings in known orientations{}",
+                  opened.format, holds),
+        {Setting::log});
+  }
+  if (opened.text) {
+    bytes = as_utf8(*std::move(opened.text));
+    look_at_text();
+  } else {
+    look_at_numbers(std::move(opened.table));
+  }
+  map_columns();
+}
+
+void TableText::State::look_at_text() {
+  const std::string_view start = bytes->peek(layout_bytes);
+  if (!bytes->compression().empty()) {
+    notes.push_back(formatted("unpacked ({})", bytes->compression()));
+  }
+  const bool is_text = start.find('\0') == std::string_view::npos;
+  try {
+    if (!is_text) {
+      return;
+    }
+    layout = layout_of(path, start, start.size() < layout_bytes, {});
+  } catch (const DataError&) {
+    return;  // the reader of plain tables says what is wrong
+  }
+  if (!format.names.empty()) {
+    layout.columns = column_names(path, format.names, layout.columns.size());
+  }
+  if (!layout.has_header && format.names.empty()) {
+    std::vector<std::vector<std::string_view>> rows;
+    for (const std::string_view one : first_lines(start, start.size() < layout_bytes)) {
+      std::vector<std::string_view> cells = layout.cells_of_row(one);
+      if (!is_comment_line(one) && cells.size() == layout.columns.size()) {
+        rows.push_back(std::move(cells));
+      }
+    }
+    const std::vector<std::string> names =
+        rows.empty() ? std::vector<std::string>{} : names_by_faces(rows);
+    if (!names.empty()) {
+      layout.columns = names;
+      layout.notes = {"the table has no header; by the faces in it its columns are taken as " +
+                      joined(names)};
+      has_names = true;
+    }
+  }
+  for (const std::string& name : layout.columns) {
+    columns.push_back(named_column(name));
+  }
+  // The first line that says something is the header, and commas part its cells.
+  std::size_t first = 1;
+  for (const std::string_view one : first_lines(start, start.size() < layout_bytes)) {
+    const std::string_view text = trimmed(one);
+    if (!text.empty() && text.front() != '#' && text != "\xEF\xBB\xBF") {
+      break;
+    }
+    ++first;
+  }
+  const bool has_units_row = layout.has_header && layout.first_row_line > layout.header_line + 1;
+  bool gap_is_blank = true;
+  if (has_units_row) {
+    std::size_t number = 0;
+    for (const std::string_view one : first_lines(start, start.size() < layout_bytes)) {
+      ++number;
+      if (number > layout.header_line && number < layout.first_row_line && !is_comment_line(one)) {
+        gap_is_blank = false;
+      }
+    }
+  }
+  const bool plain_header = layout.has_header && layout.header_line == first;
+  is_plain = layout.delimiter == ',' && !layout.decimal_comma && plain_header && gap_is_blank &&
+             !layout.first_is_empty && !layout.last_is_empty &&
+             start.find('\'') == std::string_view::npos && format.names.empty() &&
+             is_utf8(start.substr(0, start.rfind('\n') + 1));
+  if (!layout.has_header && !has_names && format.names.empty() && layout.delimiter == ',' &&
+      first == 1 && !layout.decimal_comma) {
+    // Without a header nothing is known of the columns: the reader says what is needed.
+    is_plain = true;
+    columns.clear();
+  }
+  if (!is_plain) {
+    notes.insert(notes.end(), layout.notes.begin(), layout.notes.end());
+  }
+}
+
+void TableText::State::look_at_numbers(std::unique_ptr<LogFile::Source> source) {
+  if (!format.names.empty()) {
+    source->columns = column_names(path, format.names, source->columns.size());
+  }
+  for (const std::string& name : source->columns) {
+    columns.push_back(named_column(name));
+  }
+  header = source->columns;
+  is_plain = true;
+  numbers = std::make_unique<NumbersAsText>(std::move(source));
+}
+
+// --map: columns renamed, scaled, turned round.
+void TableText::State::map_columns() {
+  factors.assign(columns.size(), 1.0);
+  if (format.columns.empty()) {
+    return;
+  }
+  if (header.empty()) {
+    header = layout.columns;
+  }
+  const std::vector<std::string> before = header;
+  for (const MappedColumn& mapped : format.columns) {
+    const std::size_t at = need_column(path, before, mapped.column);
+    header[at] = mapped.name;
+    columns[at] = {.name = mapped.name};
+    factors[at] = mapped.factor;
+    is_plain = is_plain && mapped.factor == 1.0;
+    notes.push_back(formatted("column {} is {}{}", mapped.name,
+                              mapped.factor == 1.0 ? "" : number_text(mapped.factor) + " times ",
+                              mapped.column));
+  }
+}
+
+// The next line as CSV; lines that are no rows are empty, so that lines are counted as in the file.
+bool TableText::State::next_line() {
+  std::string_view raw;
+  if (!lines->next(raw)) {
+    return false;
+  }
+  line.clear();
+  given = 0;
+  const std::size_t number = lines->line();
+  if (number < layout.first_row_line || is_comment_line(raw)) {
+    line = "\n";
+    return true;
+  }
+  const std::vector<std::string_view> cells = layout.cells_of_row(without_checksum(raw));
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    if (c > 0) {
+      line += ',';
+    }
+    std::string cell(cells[c]);
+    if (cell.size() > 1 && cell.front() == cell.back() &&
+        (cell.front() == '"' || cell.front() == '\'')) {
+      cell = cell.substr(1, cell.size() - 2);
+      for (std::size_t at = cell.find("\"\""); at != std::string::npos;
+           at = cell.find("\"\"", at + 1)) {
+        cell.erase(at, 1);
+      }
+    }
+    const double value = layout.decimal_comma || (c < factors.size() && factors[c] != 1.0)
+                             ? cell_number(cell, layout.decimal_comma)
+                             : std::nan("");
+    if (std::isfinite(value)) {
+      if (layout.decimal_comma) {
+        std::replace(cell.begin(), cell.end(), ',', '.');
+      }
+      if (c < factors.size() && factors[c] != 1.0) {
+        cell = number_text(value * factors[c]);
+      }
+    }
+    line += csv_cell(is_utf8(cell) ? cell : utf8_of_latin1(cell));
+  }
+  line += '\n';
+  return true;
+}
+
+std::size_t TableText::State::read(char* buffer, std::size_t size) {
+  if (numbers) {
+    return numbers->read(buffer, size);
+  }
+  if (is_plain) {
+    return bytes->read(buffer, size);
+  }
+  while (given == line.size()) {
+    if (!next_line()) {
+      return 0;
+    }
+  }
+  const std::size_t count = line.copy(buffer, size, given);
+  given += count;
+  return count;
+}
+
+TableText::TableText(const std::string& path, const LogFormat& format)
+    : state_(std::make_unique<State>()) {
+  state_->path = path;
+  state_->format = format;
+  state_->open(open_recording(path));
+}
+
+TableText::TableText(std::string path,
+                     std::function<std::size_t(char* buffer, std::size_t size)> read,
+                     const LogFormat& format)
+    : state_(std::make_unique<State>()) {
+  state_->path = path;
+  state_->format = format;
+  state_->open(open_recording(ByteSource(std::move(path), std::move(read))));
+}
+
+TableText::~TableText() = default;
+TableText::TableText(TableText&&) noexcept = default;
+TableText& TableText::operator=(TableText&&) noexcept = default;
+
+const std::vector<NamedColumn>& TableText::columns() const {
+  return state_->columns;
+}
+
+const std::vector<std::string>& TableText::notes() const {
+  return state_->notes;
+}
+
+std::vector<LogSensor> TableText::sensors() const {
+  std::vector<std::string> names;
+  for (const NamedColumn& column : state_->columns) {
+    names.push_back(column.unit.empty() ? column.name : column.name + " (" + column.unit + ")");
+  }
+  const SensorColumns sensors(names, state_->table_name);
+  RecordingSummary summary{.format = "table"};
+  MessageSeries series("", 0, names,
+                       [&](const std::string& name) { return sensors.series_of(name); });
+  for (const MessageSeries::Part& part : series.parts()) {
+    summary.series.push_back({.series = part.series, .samples = 2, .rate_hz = std::nan("")});
+  }
+  std::vector<LogSensor> all;
+  for (const RecordedSensor& sensor : sensors_of(summary)) {
+    LogSensor one{.kind = sensor.kind, .unit = sensor.unit, .words = words_of(sensor)};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      one.columns[axis] = named_column(sensor.columns[axis]).name;
+    }
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+CsvReader TableText::reader(const std::vector<std::string>& known,
+                            const std::vector<MappedColumn>& renamed,
+                            CsvReader::Quotes quotes) {
+  State& state = *state_;
+  CsvReader::Source source = [&state](char* buffer, std::size_t size) {
+    return state.read(buffer, size);
+  };
+  std::vector<std::string> header = !state.header.empty() ? state.header : state.layout.columns;
+  // Names that are the same but for unit and capital letters.
+  const auto has = [&](const std::string& name) {
+    return std::find(header.begin(), header.end(), name) != header.end();
+  };
+  for (const MappedColumn& one : renamed) {
+    const auto column =
+        std::find_if(state.columns.begin(), state.columns.end(),
+                     [&](const NamedColumn& named) { return named.name == one.column; });
+    const std::size_t at = column != state.columns.end() && header.size() == state.columns.size()
+                               ? static_cast<std::size_t>(column - state.columns.begin())
+                               : need_column(state.path, header, one.column);
+    header[at] = one.name;
+  }
+  for (const std::string& name : known) {
+    if (has(name) || header.size() != state.columns.size()) {
+      continue;
+    }
+    for (const auto& is_same : {is_called, is_called_in_other_letters, is_called_with_more}) {
+      std::vector<std::size_t> places;
+      for (std::size_t c = 0; c < state.columns.size(); ++c) {
+        if (is_same(state.columns[c].name, name)) {
+          places.push_back(c);
+        }
+      }
+      if (places.size() == 1) {
+        state.notes.push_back(
+            formatted("column '{}' is taken as '{}'", header[places.front()], name));
+        header[places.front()] = name;
+        break;
+      }
+    }
+  }
+  if (state.numbers || !state.is_plain) {
+    if (!state.is_plain) {
+      state.lines = std::make_unique<LineStream>(*std::move(state.bytes));
+    }
+    return {std::move(source), state.path, header, quotes};
+  }
+  CsvReader csv(std::move(source), state.path, quotes);
+  if (!header.empty() && header.size() == csv.header().size()) {
+    csv.rename(header);
+  }
+  return csv;
+}
+
+}  // namespace axiscal

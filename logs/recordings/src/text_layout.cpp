@@ -1,0 +1,573 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "text_layout.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "axiscal/core/csv_reader.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/timestamp.hpp"
+#include "axiscal/logs/sensor_names.hpp"
+#include "axiscal/logs/text_row.hpp"
+#include "line_stream.hpp"
+#include "log_source.hpp"
+
+namespace axiscal {
+namespace {
+
+using Cells = std::vector<std::string_view>;
+
+struct Dialect {
+  char delimiter = ',';
+  bool decimal_comma = false;
+};
+
+// How many cells of a line are numbers.
+std::size_t count_numbers(const Cells& cells, bool decimal_comma) {
+  return static_cast<std::size_t>(std::count_if(
+      cells.begin(), cells.end(),
+      [&](std::string_view cell) { return std::isfinite(cell_number(cell, decimal_comma)); }));
+}
+
+std::size_t count_filled(const Cells& cells) {
+  return static_cast<std::size_t>(std::count_if(
+      cells.begin(), cells.end(), [](std::string_view cell) { return !cell.empty(); }));
+}
+
+// The dialect in which most lines have the same number of cells, most of them numbers.
+Dialect sniff(const Cells& lines) {
+  Dialect best;
+  double best_score = -1.0;
+  for (const char delimiter : {',', ';', '\t', '|', ' '}) {
+    for (const bool decimal_comma : {false, true}) {
+      if (decimal_comma && delimiter == ',') {
+        continue;
+      }
+      std::map<std::size_t, double> numbers;  // in all lines of so many cells
+      for (const std::string_view line : lines) {
+        const Cells cells = cells_of(line, delimiter);
+        numbers[cells.size()] += static_cast<double>(count_numbers(cells, decimal_comma));
+      }
+      for (const auto& [count, sum] : numbers) {
+        if (sum > best_score) {
+          best_score = sum;
+          best = {.delimiter = delimiter, .decimal_comma = decimal_comma};
+        }
+      }
+    }
+  }
+  return best;
+}
+
+bool is_a_unit(std::string_view cell) {
+  cell = cell_name(cell);
+  const bool in_brackets = cell.size() > 2 && ((cell.front() == '[' && cell.back() == ']') ||
+                                               (cell.front() == '(' && cell.back() == ')'));
+  constexpr std::array<std::string_view, 12> others = {"s", "ms", "us",     "ns",  "V", "mV",
+                                                       "A", "mA", "counts", "LSB", "-", "1"};
+  return in_brackets || known_unit(cell).has_value() ||
+         std::find(others.begin(), others.end(), cell) != others.end();
+}
+
+// Whether a row of names is one of units, which stands beneath the names.
+bool are_units(const Cells& cells) {
+  const auto units = static_cast<std::size_t>(std::count_if(cells.begin(), cells.end(), is_a_unit));
+  return units > 0 && 2 * units >= count_filled(cells) &&
+         std::all_of(cells.begin(), cells.end(), [](std::string_view cell) {
+           constexpr std::size_t longest = 12;
+           return cell.size() <= longest;
+         });
+}
+
+// A line of a comment without what makes it one.
+std::string_view uncommented(std::string_view line) {
+  line = trimmed(line);
+  const std::size_t at = line.find_first_not_of("#%/ \t");
+  return at == std::string_view::npos ? std::string_view() : line.substr(at);
+}
+
+bool has_letter(const Cells& cells) {
+  return std::any_of(cells.begin(), cells.end(), [](std::string_view cell) {
+    return std::any_of(cell.begin(), cell.end(),
+                       [](unsigned char c) { return std::isalpha(c) != 0; });
+  });
+}
+
+std::string delimiter_words(char delimiter) {
+  return delimiter == ' ' ? "blanks" : delimiter == '\t' ? "tabs" : std::string(1, delimiter);
+}
+
+class LayoutFinder {
+ public:
+  LayoutFinder(const std::string& path, Cells lines, const std::vector<std::string>& names)
+      : path_(path), lines_(std::move(lines)) {
+    Cells content;
+    for (const std::string_view line : lines_) {
+      if (!is_comment_line(line) && !is_separator_line(line)) {
+        content.push_back(line);
+      }
+    }
+    const Dialect dialect = sniff(content);
+    layout_.delimiter = dialect.delimiter;
+    layout_.decimal_comma = dialect.decimal_comma;
+    for (const std::string_view line : lines_) {
+      rows_.push_back(is_comment_line(line) || is_separator_line(line) || is_rule(line)
+                          ? Cells{}
+                          : cells_of(line, layout_.delimiter));
+      numbers_.push_back(count_numbers(rows_.back(), layout_.decimal_comma));
+    }
+    find_usual();
+    drop_empty_ends();
+    find_first_row();
+    find_header(names);
+    look_at_columns();
+    find_rate();
+    say();
+  }
+
+  TextLayout take() && { return std::move(layout_); }
+
+ private:
+  // "sep=;", as spreadsheets begin.
+  static bool is_separator_line(std::string_view line) {
+    return line.starts_with("sep=") && line.size() <= 5;
+  }
+
+  // "|---|---|", beneath the header of a table in Markdown.
+  static bool is_rule(std::string_view line) {
+    return line.size() > 2 && line.find_first_not_of("|-+:= \t") == std::string_view::npos &&
+           line.find("--") != std::string_view::npos;
+  }
+
+  // Delimiters at the ends of rows part nothing.
+  void drop_empty_ends() {
+    bool first = usual_ > 1 && layout_.delimiter != ' ';
+    bool last = first;
+    for (const Cells& row : rows_) {
+      if (row.size() == usual_) {
+        first = first && row.front().empty();
+        last = last && row.back().empty();
+      }
+    }
+    first = first && layout_.delimiter == '|';
+    layout_.first_is_empty = first;
+    layout_.last_is_empty = last;
+    const std::size_t fewer = (first ? 1U : 0U) + (last ? 1U : 0U);
+    if (fewer == 0 || usual_ <= fewer) {
+      layout_.first_is_empty = layout_.last_is_empty = false;
+      return;
+    }
+    for (Cells& row : rows_) {
+      if (row.size() == usual_) {
+        row = Cells(row.begin() + (first ? 1 : 0), row.end() - (last ? 1 : 0));
+      }
+    }
+    usual_ -= fewer;
+  }
+
+  void find_usual() {
+    std::map<std::size_t, std::size_t> numbers;  // in lines of so many cells
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (numbers_[i] > 0) {
+        numbers[rows_[i].size()] += numbers_[i];
+        if (usual_ == 0 || numbers[rows_[i].size()] > numbers[usual_]) {
+          usual_ = rows_[i].size();
+        }
+      }
+    }
+    if (usual_ == 0) {
+      throw DataError(path_, 1,
+                      formatted("no row of numbers in the first {} lines", lines_.size()));
+    }
+  }
+
+  // The first row of the usual number of cells that holds about as many numbers as the others.
+  void find_first_row() {
+    std::size_t most = 0;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      most = rows_[i].size() == usual_ ? std::max(most, numbers_[i]) : most;
+    }
+    while (first_ < rows_.size() &&
+           !(rows_[first_].size() == usual_ && 2 * numbers_[first_] > most)) {
+      ++first_;
+    }
+    first_ = std::min(first_, lines_.size());
+    layout_.first_row_line = first_ + 1;
+  }
+
+  void find_header(const std::vector<std::string>& names) {
+    std::optional<std::size_t> header, units;
+    for (std::size_t i = 0; i < first_; ++i) {
+      if (rows_[i].size() == usual_) {
+        units.reset();
+        if (header && numbers_[i] == 0 && are_units(rows_[i])) {
+          units = i;
+        } else {
+          header = i;
+        }
+      }
+    }
+    Cells cells = header ? rows_[*header] : Cells{};
+    if (!header) {  // it may stand in a comment
+      for (std::size_t i = 0; i < first_; ++i) {
+        const Cells words = cells_of(uncommented(lines_[i]), layout_.delimiter);
+        if (is_comment_line(lines_[i]) && words.size() == usual_ && has_letter(words) &&
+            count_numbers(words, layout_.decimal_comma) == 0) {
+          header = i;
+          cells = words;
+        }
+      }
+    }
+    before_ = header.value_or(first_);
+    if (header && names.empty()) {
+      layout_.has_header = true;
+      layout_.header_line = *header + 1;
+      for (std::size_t c = 0; c < cells.size(); ++c) {
+        std::string name = utf8_of_latin1(cell_name(cells[c]));
+        if (units && !rows_[*units][c].empty()) {
+          std::string_view unit = cell_name(rows_[*units][c]);
+          if (unit.find_first_of("[(") == 0) {
+            unit = unit.substr(1, unit.size() - 2);
+          }
+          name += " (" + utf8_of_latin1(unit) + ")";
+        }
+        layout_.columns.push_back(std::move(name));
+      }
+      check_names(*header + 1);
+    } else {
+      layout_.columns = column_names(path_, names, usual_);
+      if (names.empty()) {
+        layout_.notes.push_back("the log has no header; its columns are called " +
+                                joined(layout_.columns));
+      }
+    }
+  }
+
+  void check_names(std::size_t line) {
+    std::vector<std::string>& columns = layout_.columns;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      if (columns[i].empty()) {
+        columns[i] = formatted("c{}", i + 1);
+      }
+      const auto here = columns.begin() + static_cast<std::ptrdiff_t>(i);
+      if (std::find(columns.begin(), here, columns[i]) != here) {
+        throw DataError(path_, line, formatted("column '{}': is there twice", columns[i]));
+      }
+    }
+  }
+
+  void look_at_columns() {
+    layout_.is_text.assign(usual_, false);
+    layout_.is_clock.assign(usual_, false);
+    for (std::size_t c = 0; c < usual_; ++c) {
+      std::size_t numbers = 0;
+      std::size_t texts = 0;
+      std::size_t clocks = 0;
+      for (std::size_t i = first_; i < rows_.size(); ++i) {
+        if (rows_[i].size() != usual_ || rows_[i][c].empty()) {
+          continue;
+        }
+        const std::string_view cell = cell_name(rows_[i][c]);
+        const bool is_nan =
+            cell == "nan" || cell == "NaN" || cell == "NAN" || cell == "inf" || cell == "-inf";
+        if (std::isfinite(cell_number(cell, layout_.decimal_comma)) || is_nan) {
+          ++numbers;
+        } else if (std::isfinite(clock_seconds(cell))) {
+          ++clocks;
+        } else {
+          ++texts;
+        }
+      }
+      layout_.is_clock[c] = clocks > 0 && numbers == 0 && texts == 0;
+      layout_.is_text[c] = texts > 0 && numbers == 0;
+    }
+  }
+
+  // "// Update Rate: 100.0Hz", "OutputRate:,60Hz", "# sample rate = 50 Hz"
+  void find_rate() {
+    for (std::size_t i = 0; i < before_; ++i) {
+      const std::string_view line = lines_[i];
+      const std::size_t rate = std::min(line.find("Rate"), line.find("rate"));
+      const std::size_t hz = std::min(line.find("Hz"), line.find("hz"));
+      if (rate == std::string_view::npos || hz == std::string_view::npos || hz < rate) {
+        continue;
+      }
+      const std::string_view between = line.substr(rate + 4, hz - rate - 4);
+      const std::size_t first = between.find_first_of("0123456789");
+      if (first != std::string_view::npos) {
+        const double value = parse_number(trimmed(between.substr(first))).value_or(0.0);
+        layout_.rate_hz = value > 0.0 ? value : 0.0;
+      }
+    }
+  }
+
+  void say() {
+    const auto preamble = static_cast<std::size_t>(
+        std::count_if(lines_.begin(), lines_.begin() + static_cast<std::ptrdiff_t>(before_),
+                      [](std::string_view line) { return !is_comment_line(line); }));
+    if (preamble > 0) {
+      layout_.notes.push_back(formatted("{} lines before the table were skipped", preamble));
+    }
+    if (layout_.delimiter != ',' || layout_.decimal_comma) {
+      layout_.notes.push_back(formatted("cells parted by {}{}", delimiter_words(layout_.delimiter),
+                                        layout_.decimal_comma ? ", with decimal commas" : ""));
+    }
+  }
+
+  const std::string& path_;
+  Cells lines_;
+  std::vector<Cells> rows_;  // empty for comments
+  std::vector<std::size_t> numbers_;
+  std::size_t usual_ = 0;   // cells of a row
+  std::size_t first_ = 0;   // row, from 0
+  std::size_t before_ = 0;  // lines before the table
+  TextLayout layout_;
+};
+
+void append_utf8(char32_t c, std::string& text) {
+  const auto put = [&](char32_t byte) { text += static_cast<char>(byte); };
+  if (c < 0x80) {
+    put(c);
+  } else if (c < 0x800) {
+    put(0xC0U | c >> 6U);
+    put(0x80U | (c & 0x3FU));
+  } else if (c < 0x10000) {
+    put(0xE0U | c >> 12U);
+    put(0x80U | (c >> 6U & 0x3FU));
+    put(0x80U | (c & 0x3FU));
+  } else {
+    put(0xF0U | c >> 18U);
+    put(0x80U | (c >> 12U & 0x3FU));
+    put(0x80U | (c >> 6U & 0x3FU));
+    put(0x80U | (c & 0x3FU));
+  }
+}
+
+// UTF-16 as UTF-8, piece by piece.
+class Utf16Reader {
+ public:
+  Utf16Reader(ByteSource bytes, bool is_big) : bytes_(std::move(bytes)), is_big_(is_big) {}
+
+  std::size_t read(char* buffer, std::size_t size) {
+    while (ready_.size() - given_ == 0) {
+      if (!convert()) {
+        return 0;
+      }
+    }
+    const std::size_t count = ready_.copy(buffer, size, given_);
+    given_ += count;
+    return count;
+  }
+
+ private:
+  bool convert() {
+    ready_.clear();
+    given_ = 0;
+    std::array<char, 8192> raw{};
+    std::size_t filled = left_.copy(raw.data(), left_.size());
+    while (filled < raw.size()) {
+      const std::size_t count = bytes_.read(raw.data() + filled, raw.size() - filled);
+      if (count == 0) {
+        break;
+      }
+      filled += count;
+    }
+    left_.clear();
+    const auto unit = [&](std::size_t at) {
+      const auto first = static_cast<unsigned char>(raw[at]);
+      const auto second = static_cast<unsigned char>(raw[at + 1]);
+      return static_cast<char32_t>(is_big_ ? first << 8U | second : second << 8U | first);
+    };
+    std::size_t at = 0;
+    while (at + 1 < filled) {
+      char32_t c = unit(at);
+      if (c >= 0xD800 && c < 0xDC00) {  // the first of two
+        if (at + 3 >= filled) {
+          if (filled == raw.size()) {
+            left_.assign(raw.data() + at, filled - at);
+          }
+          break;
+        }
+        const char32_t low = unit(at + 2);
+        c = 0x10000 + ((c - 0xD800) << 10U) + (low >= 0xDC00 && low < 0xE000 ? low - 0xDC00 : 0);
+        at += 2;
+      }
+      at += 2;
+      append_utf8(c, ready_);
+    }
+    return filled > 0;
+  }
+
+  ByteSource bytes_;
+  bool is_big_;
+  std::string left_;
+  std::string ready_;
+  std::size_t given_ = 0;
+};
+
+}  // namespace
+
+TextLayout layout_of(const std::string& path,
+                     std::string_view start,
+                     bool is_whole,
+                     const std::vector<std::string>& names) {
+  if (start.starts_with("\xEF\xBB\xBF")) {
+    start.remove_prefix(3);
+  }
+  std::vector<std::string_view> lines = first_lines(start, is_whole);
+  for (std::string_view& line : lines) {
+    line = without_checksum(line);
+  }
+  return LayoutFinder(path, std::move(lines), names).take();
+}
+
+namespace {
+
+// Lines that end with carriage returns alone.
+ByteSource with_line_feeds(ByteSource bytes) {
+  const std::string_view start = bytes.peek(layout_bytes);
+  if (start.find('\r') == std::string_view::npos || start.find('\n') != std::string_view::npos ||
+      start.find('\0') != std::string_view::npos) {
+    return bytes;
+  }
+  const std::string path = bytes.path();
+  auto shared = std::make_shared<ByteSource>(std::move(bytes));
+  return {path, [shared](char* buffer, std::size_t size) {
+            const std::size_t count = shared->read(buffer, size);
+            std::replace(buffer, buffer + count, '\r', '\n');
+            return count;
+          }};
+}
+
+}  // namespace
+
+namespace {
+
+// Blanks and minus signs of typesetters, as spreadsheets write numbers with.
+ByteSource with_plain_signs(ByteSource bytes) {
+  struct Sign {
+    std::string_view typeset;
+    char plain;
+  };
+  constexpr std::array<Sign, 5> signs = {{{"\xE2\x80\x89", ' '},
+                                          {"\xE2\x80\xAF", ' '},
+                                          {"\xE2\x80\x87", ' '},
+                                          {"\xC2\xA0", ' '},
+                                          {"\xE2\x88\x92", '-'}}};
+  const std::string_view start = bytes.peek(layout_bytes);
+  const bool has_any = start.find('\0') == std::string_view::npos &&
+                       std::any_of(signs.begin(), signs.end(), [&](const Sign& sign) {
+                         return start.find(sign.typeset) != std::string_view::npos;
+                       });
+  if (!has_any) {
+    return bytes;
+  }
+  const std::string path = bytes.path();
+  auto lines = std::make_shared<LineStream>(std::move(bytes));
+  return {path, [lines, signs, text = std::string(), given = std::size_t{0}](
+                    char* buffer, std::size_t size) mutable {
+            std::string_view line;
+            while (given == text.size()) {
+              if (!lines->next(line)) {
+                return std::size_t{0};
+              }
+              text.assign(line);
+              text += '\n';
+              given = 0;
+              for (const Sign& sign : signs) {
+                for (std::size_t at = text.find(sign.typeset); at != std::string::npos;
+                     at = text.find(sign.typeset, at)) {
+                  text.replace(at, sign.typeset.size(), 1, sign.plain);
+                }
+              }
+            }
+            const std::size_t count = text.copy(buffer, size, given);
+            given += count;
+            return count;
+          }};
+}
+
+}  // namespace
+
+ByteSource as_utf8(ByteSource bytes) {
+  const std::string_view start = bytes.peek(4);
+  const bool is_little = start.starts_with("\xFF\xFE");
+  const bool is_big = start.starts_with("\xFE\xFF");
+  // Without its mark: text begins with a letter or digit of this part of the world.
+  const bool looks_little =
+      start.size() >= 4 && start[0] > 0 && start[1] == '\0' && start[2] > 0 && start[3] == '\0';
+  const bool looks_big =
+      start.size() >= 4 && start[0] == '\0' && start[1] > 0 && start[2] == '\0' && start[3] > 0;
+  if (!is_little && !is_big && !looks_little && !looks_big) {
+    return with_plain_signs(with_line_feeds(std::move(bytes)));
+  }
+  if (is_little || is_big) {
+    std::array<char, 2> mark{};
+    static_cast<void>(bytes.read(mark.data(), mark.size()));
+  }
+  const std::string path = bytes.path();
+  auto reader = std::make_shared<Utf16Reader>(std::move(bytes), is_big || looks_big);
+  return {path, [reader](char* buffer, std::size_t size) { return reader->read(buffer, size); }};
+}
+
+std::string utf8_of_latin1(std::string_view text) {
+  if (is_utf8(text)) {
+    return std::string(text);
+  }
+  std::string converted;
+  for (const char c : text) {
+    append_utf8(static_cast<unsigned char>(c), converted);
+  }
+  return converted;
+}
+
+std::vector<std::string_view> TextLayout::cells_of_row(std::string_view line) const {
+  std::vector<std::string_view> cells = cells_of(line, delimiter);
+  if (last_is_empty && cells.size() > 1 && cells.back().empty()) {
+    cells.pop_back();
+  }
+  if (first_is_empty && cells.size() > 1 && cells.front().empty()) {
+    cells.erase(cells.begin());
+  }
+  return cells;
+}
+
+double clock_seconds(std::string_view cell) {
+  cell = cell_name(cell);
+  // 27.03.2026 14:08:06,818
+  const std::size_t blank = cell.find(' ');
+  const std::vector<std::string_view> day = split(cell.substr(0, blank), '.');
+  if (day.size() == 3 && day[2].size() == 4) {
+    std::string text = formatted("{}-{:0>2}-{:0>2}", day[2], day[1], day[0]);
+    if (blank != std::string_view::npos) {
+      text += "T" + std::string(trimmed(cell.substr(blank)));
+      std::replace(text.begin(), text.end(), ',', '.');
+    }
+    return parse_timestamp(text).value_or(not_a_number);
+  }
+  // 14:08:06.818, 14:08:06:818
+  const std::vector<std::string_view> parts = split(cell, ':');
+  if (parts.size() >= 3 && parts.size() <= 4 && parts[0].size() <= 2) {
+    const std::optional<int> hours = parse_integer(parts[0]);
+    const std::optional<int> minutes = parse_integer(parts[1]);
+    const std::optional<double> seconds = parse_number(parts[2]);
+    const std::optional<double> more = parts.size() == 4 ? parse_number(parts[3]) : 0.0;
+    constexpr double day_hours = 24.0;
+    if (hours && minutes && seconds && more && *hours >= 0 && *hours < day_hours && *minutes >= 0 &&
+        *minutes < 60 && *seconds >= 0.0 && *seconds < 61.0) {
+      return 3600.0 * *hours + 60.0 * *minutes + *seconds + 1e-3 * *more;
+    }
+    return not_a_number;
+  }
+  return parse_timestamp(cell).value_or(not_a_number);
+}
+
+}  // namespace axiscal

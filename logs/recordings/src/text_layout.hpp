@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "byte_source.hpp"
+
+namespace axiscal {
+
+/// How a table of text is written, found out from its first lines.
+struct TextLayout {
+  char delimiter = ',';  ///< ' ': any run of blanks and tabs
+  bool decimal_comma = false;
+  std::vector<std::string> columns;  ///< c1, c2, ... without a header
+  bool has_header = false;
+  std::size_t header_line = 0;     ///< counted from 1; 0 without one
+  std::size_t first_row_line = 1;  ///< counted from 1
+  bool first_is_empty = false;     ///< each row begins with a delimiter: "| 1 | 2 |"
+  bool last_is_empty = false;      ///< each row ends with one
+  std::vector<bool> is_text;       ///< columns in which no number stands
+  std::vector<bool> is_clock;      ///< columns of dates or times of day
+  double rate_hz = 0.0;            ///< as a line before the table states it: "Update Rate: 100.0Hz"
+  std::vector<std::string> notes;  ///< what a reader may want to know
+
+  /// @return the cells of a row, without those that are always empty at its ends.
+  [[nodiscard]] std::vector<std::string_view> cells_of_row(std::string_view line) const;
+};
+
+/// What is looked at to find out a table's layout.
+inline constexpr std::size_t layout_bytes = 1U << 16U;
+
+/// @param path   for messages.
+/// @param start  the first bytes of the text, UTF-8.
+/// @param names  for columns without a header; may be empty.
+/// @throws DataError  if there is no table in it; it says what there is.
+[[nodiscard]] TextLayout layout_of(const std::string& path,
+                                   std::string_view start,
+                                   bool is_whole,
+                                   const std::vector<std::string>& names);
+
+/// @return the same text as UTF-8, where it is UTF-16; else as it is.
+[[nodiscard]] ByteSource as_utf8(ByteSource bytes);
+
+/// @return the text as UTF-8: as it is where it is, else each byte is taken as Latin-1 has it.
+[[nodiscard]] std::string utf8_of_latin1(std::string_view text);
+
+/// @return seconds of a time of day, 14:08:06.818, or since 1970 of a date and time; NaN for what
+/// is
+///         neither.
+[[nodiscard]] double clock_seconds(std::string_view cell);
+
+}  // namespace axiscal

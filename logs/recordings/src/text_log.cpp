@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/logs/text_row.hpp"
+#include "line_stream.hpp"
+#include "log_source.hpp"
+#include "text_layout.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr const char* unknown_format_words =
+    "is not text, and no format that is known: tables (text, .npy, .mat, .xlsx, JSON), flight logs "
+    "(ULog, DataFlash, tlog, blackbox), bags (ROS 1, ROS 2, MCAP), phones' recordings";
+
+// Reads a plain decimal number, as nearly all of a log are: up to 19 digits, a point, a small
+// exponent of ten by the point alone. Exact, as both the digits and the power of ten are exact
+// doubles (W. D. Clinger, PLDI 1990).
+// @return the end of the number; null where it is not so plain, and from_chars has to do.
+const char* read_plain_number(const char* at, const char* end, double& value) {
+  constexpr std::array<double, 23> powers = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                             1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                             1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+  const bool negative = at < end && *at == '-';
+  at += negative ? 1 : 0;
+  const char* const first = at;
+  std::uint64_t digits = 0;
+  const auto read_digits = [&] {
+    while (at < end && static_cast<unsigned char>(*at - '0') < 10) {
+      digits = 10 * digits + static_cast<std::uint64_t>(*at++ - '0');
+    }
+  };
+  read_digits();
+  const char* point = at;
+  if (at < end && *at == '.') {
+    ++at;
+    read_digits();
+  } else {
+    point = at - 1;
+  }
+  const auto decimals = static_cast<std::size_t>(at - point - 1);
+  const bool has_exponent = at < end && (*at == 'e' || *at == 'E');
+  constexpr std::uint64_t exact = 1ULL << 53U;
+  constexpr std::ptrdiff_t longest = 20;  // 19 digits do not overflow
+  if (has_exponent || at - first > longest || at - first < 1 || digits > exact ||
+      decimals >= powers.size() || (at - first == 1 && *first == '.')) {
+    return nullptr;
+  }
+  value = static_cast<double>(digits) / powers[decimals];
+  value = negative ? -value : value;
+  return at;
+}
+
+class TextLog : public LogFile::Source {
+ public:
+  TextLog(ByteSource bytes, const std::vector<std::string>& names)
+      : lines_(as_utf8(std::move(bytes))) {
+    read_start(names);
+    std::vector<std::size_t> all(columns.size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      all[i] = i;
+    }
+    select(all);
+  }
+
+  void select(const std::vector<std::size_t>& selected) override {
+    place_.assign(columns.size(), -1);
+    for (std::size_t i = 0; i < selected.size(); ++i) {
+      place_[selected[i]] = static_cast<int>(i);
+    }
+    selected_ = selected.size();
+  }
+
+  std::size_t read(LogBlock& block, std::size_t most) override {
+    block.resize(selected_);
+    for (std::vector<double>& column : block) {
+      column.resize(most);
+    }
+    std::size_t rows = 0;
+    std::string_view line;
+    while (rows < most && lines_.next(line)) {
+      if (is_row(line) && parse(line, block, rows)) {
+        ++rows;
+      }
+    }
+    for (std::vector<double>& column : block) {
+      column.resize(rows);
+    }
+    if (rows == 0 && rows_ == 0) {
+      throw DataError(lines_.path(), lines_.line(),
+                      "no row of numbers follows; are the cells parted as in the first rows?");
+    }
+    rows_ += rows;
+    return rows;
+  }
+
+ private:
+  // Finds out what the text is from its first 64 KiB.
+  void read_start(const std::vector<std::string>& names) {
+    const std::string_view start = lines_.peek(layout_bytes);
+    if (start.empty()) {
+      throw DataError(lines_.path(), "the file is empty");
+    }
+    if (start.find('\0') != std::string_view::npos) {
+      throw DataError(lines_.path(), unknown_format_words);
+    }
+    constexpr std::size_t lines_ahead = 200;
+    layout_ = layout_of(lines_.path(), start, start.size() < layout_bytes, names);
+    if (layout_.has_header && layout_.header_line <= lines_ahead) {
+      header_ = without_checksum(
+          first_lines(start, start.size() < layout_bytes)[layout_.header_line - 1]);
+    }
+    notes = layout_.notes;
+    columns = layout_.columns;
+    rate_hz = layout_.rate_hz;
+    for (std::size_t c = columns.size(); c-- > 0;) {
+      if (layout_.is_clock[c]) {
+        clock = c;
+      }
+    }
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      if (layout_.is_text[c]) {
+        is_text.push_back(c);
+      }
+    }
+    is_plain_ = layout_.delimiter != ' ' && !layout_.decimal_comma && !layout_.first_is_empty &&
+                !layout_.last_is_empty &&
+                std::none_of(layout_.is_clock.begin(), layout_.is_clock.end(),
+                             [](bool is_clock) { return is_clock; });
+  }
+
+  bool is_row(std::string_view line) const {
+    return lines_.line() >= layout_.first_row_line && !line.empty() && line.front() != '#' &&
+           line.front() != '%' && !line.starts_with("//") &&
+           line.find_first_not_of(" \t\r") != std::string_view::npos;
+  }
+
+  // @return whether the row has as many cells as the table has columns.
+  bool parse(std::string_view line, LogBlock& block, std::size_t row) {
+    line = without_checksum(line);
+    if (layout_.has_header && line == header_) {
+      return false;  // a logger that was started again
+    }
+    const bool good = is_plain_ && line.find('"') == std::string_view::npos
+                          ? parse_quickly(line, block, row)
+                          : parse_slowly(line, block, row);
+    if (!good) {
+      if (defects.ragged_rows++ == 0) {
+        defects.first_ragged_line = lines_.line();
+      }
+    }
+    return good;
+  }
+
+  void put(LogBlock& block, std::size_t column, std::size_t row, double value) {
+    if (place_[column] >= 0) {
+      block[static_cast<std::size_t>(place_[column])][row] = value;
+      if (!std::isfinite(value) && defects.missing_numbers++ == 0) {
+        defects.first_missing_line = lines_.line();
+      }
+    }
+  }
+
+  bool parse_quickly(std::string_view line, LogBlock& block, std::size_t row) {
+    const char* at = line.data();
+    const char* const end = at + line.size();
+    for (std::size_t column = 0; column < columns.size(); ++column) {
+      const char* cell_end = end;
+      if (place_[column] >= 0) {
+        while (at < end && *at == ' ') {
+          ++at;
+        }
+        double value = 0.0;
+        const char* stop = read_plain_number(at, end, value);
+        bool is_number = stop != nullptr;
+        if (!is_number) {
+          const auto [after, error] = std::from_chars(at, end, value);
+          stop = after;
+          is_number = error == std::errc{} && std::isfinite(value);
+        }
+        if (is_number && (stop == end || *stop == layout_.delimiter)) {
+          cell_end = stop;
+        } else {
+          const void* const found =
+              std::memchr(at, layout_.delimiter, static_cast<std::size_t>(end - at));
+          cell_end = found != nullptr ? static_cast<const char*>(found) : end;
+          value = cell_number(trimmed({at, static_cast<std::size_t>(cell_end - at)}), false);
+        }
+        put(block, column, row, value);
+      } else {
+        const void* const found =
+            std::memchr(at, layout_.delimiter, static_cast<std::size_t>(end - at));
+        cell_end = found != nullptr ? static_cast<const char*>(found) : end;
+      }
+      const bool last = column + 1 == columns.size();
+      if (last || cell_end == end) {
+        return last && cell_end == end;
+      }
+      at = cell_end + 1;
+    }
+    return false;
+  }
+
+  // Times of day go on behind midnight.
+  double past_midnight(double time_s) {
+    constexpr double day_s = 86400.0;
+    if (time_s < day_s) {
+      if (time_s + 0.5 * day_s < last_of_day_s_) {
+        days_s_ += day_s;
+      }
+      last_of_day_s_ = std::isfinite(time_s) ? time_s : last_of_day_s_;
+    }
+    return time_s + days_s_;
+  }
+
+  bool parse_slowly(std::string_view line, LogBlock& block, std::size_t row) {
+    const std::vector<std::string_view> cells = layout_.cells_of_row(line);
+    if (cells.size() != columns.size()) {
+      return false;
+    }
+    for (std::size_t column = 0; column < cells.size(); ++column) {
+      if (place_[column] >= 0) {
+        put(block, column, row,
+            layout_.is_clock[column] ? past_midnight(clock_seconds(cells[column]))
+                                     : cell_number(cells[column], layout_.decimal_comma));
+      }
+    }
+    return true;
+  }
+
+  LineStream lines_;
+  std::string header_;  // its line
+  TextLayout layout_;
+  double days_s_ = 0.0, last_of_day_s_ = 0.0;
+  bool is_plain_ = true;  // numbers parted by a character, with decimal points
+  std::size_t rows_ = 0;
+  std::vector<int> place_;  // where each column stands in a block; -1: not wanted
+  std::size_t selected_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<LogFile::Source> open_text_log(ByteSource bytes,
+                                               const std::vector<std::string>& names) {
+  return std::make_unique<TextLog>(std::move(bytes), names);
+}
+
+}  // namespace axiscal

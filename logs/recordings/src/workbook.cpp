@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// Spreadsheets of Office Open XML (ECMA-376, SpreadsheetML): the first sheet that holds numbers, as
+// text with commas.
+#include <functional>
+
+#include "axiscal/core/csv_reader.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "opened.hpp"
+
+#ifdef AXISCAL_PUGIXML
+#include <pugixml.hpp>
+#endif
+
+namespace axiscal {
+
+#ifdef AXISCAL_PUGIXML
+namespace {
+
+constexpr std::size_t most_sheets = 256;
+constexpr std::size_t most_columns = 16384;  // as many as there are in a sheet
+
+// "BC12" -> 54: columns are counted in letters, from 0.
+std::size_t column_of(std::string_view reference) {
+  std::size_t column = 0;
+  for (const char c : reference) {
+    if (c < 'A' || c > 'Z' || column > most_columns) {
+      break;
+    }
+    column = 26 * column + static_cast<std::size_t>(c - 'A') + 1;
+  }
+  return column == 0 ? 0 : column - 1;
+}
+
+// The text within an element of strings, which may be of several runs.
+std::string text_of(const pugi::xml_node& node) {
+  std::string text = node.child("t").text().as_string();
+  for (const pugi::xml_node run : node.children("r")) {
+    text += run.child("t").text().as_string();
+  }
+  return text;
+}
+
+std::vector<std::string> shared_strings(const std::string& xml) {
+  std::vector<std::string> strings;
+  pugi::xml_document document;
+  if (document.load_buffer(xml.data(), xml.size())) {
+    for (const pugi::xml_node node : document.child("sst").children("si")) {
+      strings.push_back(text_of(node));
+    }
+  }
+  return strings;
+}
+
+struct Sheet {
+  std::string csv;
+  std::size_t numbers = 0;
+};
+
+Sheet read_sheet(const std::string& xml, const std::vector<std::string>& strings) {
+  Sheet sheet;
+  pugi::xml_document document;
+  if (!document.load_buffer(xml.data(), xml.size())) {
+    return sheet;
+  }
+  std::size_t line = 1;
+  for (const pugi::xml_node row : document.child("worksheet").child("sheetData").children("row")) {
+    // Rows that are left out are empty lines, so that lines are counted as the sheet counts.
+    constexpr unsigned most_rows = 1U << 20U;
+    const unsigned number = row.attribute("r").as_uint(static_cast<unsigned>(line));
+    while (line < number && line < most_rows) {
+      sheet.csv += '\n';
+      ++line;
+    }
+    std::size_t column = 0;
+    std::string text;
+    for (const pugi::xml_node cell : row.children("c")) {
+      const std::string_view reference = cell.attribute("r").as_string();
+      const std::size_t place = reference.empty() ? column : column_of(reference);
+      if (place > most_columns) {
+        break;
+      }
+      for (; column < place; ++column) {
+        text += ',';
+      }
+      const std::string_view type = cell.attribute("t").as_string();
+      const std::string value = cell.child("v").text().as_string();
+      if (type == "s") {
+        const auto index =
+            static_cast<std::size_t>(std::max(parse_integer(trimmed(value)).value_or(-1), -1));
+        const std::string words = index < strings.size() ? strings[index] : "";
+        sheet.numbers += parse_number(trimmed(words)).has_value() ? 1U : 0U;
+        text += csv_cell(words);
+      } else if (type == "inlineStr") {
+        text += csv_cell(text_of(cell.child("is")));
+      } else {
+        sheet.numbers += parse_number(value).has_value() ? 1U : 0U;
+        text += csv_cell(value);
+      }
+    }
+    sheet.csv += text + '\n';
+    ++line;
+  }
+  return sheet;
+}
+
+}  // namespace
+
+std::string csv_of_workbook(const std::string& name,
+                            const std::function<std::string(const std::string& part)>& part) {
+  const std::vector<std::string> strings = shared_strings(part("xl/sharedStrings.xml"));
+  for (std::size_t number = 1; number <= most_sheets; ++number) {
+    const std::string xml = part(formatted("xl/worksheets/sheet{}.xml", number));
+    if (xml.empty()) {
+      break;
+    }
+    Sheet sheet = read_sheet(xml, strings);
+    if (sheet.numbers > 0) {
+      return std::move(sheet.csv);
+    }
+  }
+  throw DataError(name, "no sheet of the workbook holds numbers");
+}
+#else
+std::string csv_of_workbook(const std::string& name,
+                            const std::function<std::string(const std::string& part)>&) {
+  throw DataError(
+      name, "is a spreadsheet, and this axiscal was built without libpugixml; save it as CSV");
+}
+#endif
+
+}  // namespace axiscal
