@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <filesystem>
 #include <vector>
 
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/logs/table_text.hpp"
 
 namespace axiscal::cli {
 namespace {
@@ -59,6 +62,35 @@ std::string column_advice(const MissingColumnError& error,
   return any.empty() ? ""
                      : formatted("; try {} {}{}{}", option, needs_quotes ? "\"" : "", any,
                                  needs_quotes ? "\"" : "");
+}
+
+std::string with_marked_cell(const std::string& message) {
+  // PATH:LINE: column 'NAME': ...
+  std::size_t colon = message.find(':');
+  while (colon != std::string::npos) {
+    const std::size_t end = message.find_first_not_of("0123456789", colon + 1);
+    if (end != std::string::npos && end > colon + 1 && message.compare(end, 2, ": ") == 0) {
+      break;
+    }
+    colon = message.find(':', colon + 1);
+  }
+  if (colon == std::string::npos) {
+    return message;
+  }
+  const std::string path = message.substr(0, colon);
+  const std::size_t end = message.find(':', colon + 1);
+  constexpr std::string_view head = ": column '";
+  std::error_code none;
+  if (message.compare(end, head.size(), head) != 0 ||
+      !std::filesystem::is_regular_file(path, none)) {
+    return message;
+  }
+  const std::size_t quote = message.find('\'', end + head.size());
+  const std::string column = message.substr(end + head.size(), quote - end - head.size());
+  const auto line = static_cast<std::size_t>(
+      parse_number(message.substr(colon + 1, end - colon - 1)).value_or(0.0));
+  const std::string excerpt = line > 0 ? marked_cell(path, line, column) : "";
+  return excerpt.empty() ? message : message + "\n" + excerpt;
 }
 
 }  // namespace axiscal::cli

@@ -12,6 +12,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "column_advice.hpp"
 #include "command_line.hpp"
 #include "option_names.hpp"
 #include "subcommands.hpp"
@@ -80,7 +81,7 @@ int main(int argc, char** argv) {
   } catch (const axiscal::InputOverwriteError& error) {
     return fail(wrong_usage, "axiscal: " + axiscal::cli::with_options(error));
   } catch (const axiscal::DataError& error) {
-    return fail(bad_input, axiscal::cli::with_options(error));
+    return fail(bad_input, axiscal::cli::with_marked_cell(axiscal::cli::with_options(error)));
   } catch (const axiscal::ClosedPipe&) {
     return done;
   } catch (const axiscal::OutputError& error) {

@@ -28,7 +28,9 @@
 #include "axiscal/exchange/import.hpp"
 #include "axiscal/logs/log_file.hpp"
 #include "axiscal/logs/noise_json.hpp"
+#include "axiscal/logs/recording_file.hpp"
 #include "axiscal/logs/segment.hpp"
+#include "axiscal/logs/table_text.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
 #include "decoder.hpp"
 #include "web_page.hpp"
@@ -146,6 +148,33 @@ void log_with_start(std::string_view start, std::string_view bytes) {
 
 void npy(std::string_view bytes) {
   log_with_start("\x93NUMPY", bytes);
+}
+
+// Every series of a recording, and a table of text of it.
+void recording(std::string_view bytes) {
+  const File file(bytes);
+  static_cast<void>(recording_json(summarise(file.path(), 100000)));
+}
+
+template <const auto& Start>
+void recording_of(std::string_view bytes) {
+  recording(std::string(Start) + std::string(bytes));
+}
+
+using namespace std::string_view_literals;
+constexpr std::string_view ulog_start = "ULog\x01\x12\x35\x01\0\0\0\0\0\0\0\0"sv;
+constexpr std::string_view dataflash_start = "\xA3\x95"sv;
+constexpr std::string_view rosbag1_start = "#ROSBAG V2.0\n"sv;
+constexpr std::string_view mcap_start = "\x89MCAP0\r\n"sv;
+constexpr std::string_view blackbox_start =
+    "H Product:Blackbox flight data recorder by Nicholas Sherlock\n"sv;
+constexpr std::string_view zip_start = "PK\x03\x04"sv;
+
+void table(std::string_view bytes) {
+  const File file(bytes);
+  TableText text(file.path());
+  CsvReader csv = text.reader({"run", "rest", "fence", "x", "y", "z"});
+  static_cast<void>(read_observations(csv, {}));
 }
 
 void mat(std::string_view bytes) {
@@ -312,6 +341,14 @@ constexpr std::array targets = {
     Target{"laboratory", laboratory},
     Target{"mapping", mapping},
     Target{"log", log_of},
+    Target{"recording", recording},
+    Target{"ulog", recording_of<ulog_start>},
+    Target{"dataflash", recording_of<dataflash_start>},
+    Target{"rosbag1", recording_of<rosbag1_start>},
+    Target{"mcap", recording_of<mcap_start>},
+    Target{"blackbox", recording_of<blackbox_start>},
+    Target{"zip", recording_of<zip_start>},
+    Target{"table", table},
     Target{"npy", npy},
     Target{"mat", mat},
     Target{"mat73", mat73},

@@ -433,4 +433,49 @@ CsvReader TableText::reader(const std::vector<std::string>& known,
   return csv;
 }
 
+std::string marked_cell(const std::string& path, std::size_t line, const std::string& column) {
+  constexpr std::size_t widest = 100;
+  try {
+    OpenedFile opened = open_recording(path);
+    if (!opened.text) {
+      return "";
+    }
+    ByteSource bytes = as_utf8(*std::move(opened.text));
+    const std::string_view start = bytes.peek(layout_bytes);
+    TextLayout layout;
+    try {
+      layout = layout_of(path, start, start.size() < layout_bytes, {});
+    } catch (const DataError&) {
+      return "";
+    }
+    LineStream lines(std::move(bytes));
+    std::string_view text;
+    while (lines.line() < line) {
+      if (!lines.next(text)) {
+        return "";
+      }
+    }
+    std::size_t place = layout.columns.size();
+    for (std::size_t c = 0; c < layout.columns.size(); ++c) {
+      const std::string base = named_column(layout.columns[c]).name;
+      if (layout.columns[c] == column || lower(base) == lower(column)) {
+        place = c;
+      }
+    }
+    const std::vector<std::string_view> cells = layout.cells_of_row(text);
+    if (text.size() > widest || !is_utf8(text) || place >= cells.size() ||
+        line < layout.first_row_line) {
+      return text.size() > widest || !is_utf8(text) ? "" : "  " + std::string(text);
+    }
+    const auto at = static_cast<std::size_t>(cells[place].data() - text.data());
+    std::string mark(at + 2, ' ');
+    for (std::size_t i = 0; i < at; ++i) {
+      mark[i + 2] = text[i] == '\t' ? '\t' : ' ';
+    }
+    return "  " + std::string(text) + "\n" + mark + "^";
+  } catch (const Error&) {
+    return "";
+  }
+}
+
 }  // namespace axiscal

@@ -61,4 +61,12 @@ class TableText {
   std::unique_ptr<State> state_;
 };
 
+/// A line of a table with a mark under the cell of a column, for people.
+/// @param line    counted from 1.
+/// @param column  as messages call it; where it is none, the line stands without a mark.
+/// @return two lines of text, or empty where the file cannot be looked at.
+[[nodiscard]] std::string marked_cell(const std::string& path,
+                                      std::size_t line,
+                                      const std::string& column);
+
 }  // namespace axiscal
