@@ -424,6 +424,7 @@ ExperimentOptions with_what_the_table_says(ExperimentOptions options, const Tabl
     const std::vector<std::string> axes =
         options.axes ? names_of(*options.axes) : std::vector<std::string>{"x", "y", "z"};
     std::set<std::string> units;
+    std::string note;
     for (const std::string& axis : axes) {
       for (const NamedColumn& one : text.columns()) {
         if (one.name == axis) {
@@ -434,9 +435,12 @@ ExperimentOptions with_what_the_table_says(ExperimentOptions options, const Tabl
     if (units.size() == 1 && !units.begin()->empty()) {
       const SeriesKind kind = sensor ? sensor->kind : SeriesKind::other;
       const std::optional<KnownUnit> known = known_unit(*units.begin(), kind);
-      options.unit = known ? std::string(known->name) : *units.begin();
+      note = take_unit_of_file(known ? std::string(known->name) : *units.begin(), options);
     } else if (sensor && !sensor->unit.empty()) {
-      options.unit = sensor->unit;
+      note = take_unit_of_file(sensor->unit, options);
+    }
+    if (!note.empty()) {
+      print_remark("note", note);
     }
   }
   return options;

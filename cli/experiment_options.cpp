@@ -390,6 +390,28 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
                   "standard uncertainty of the temperature output");
 }
 
+std::string take_unit_of_file(const std::string& unit, ExperimentOptions& options) {
+  if (options.unit || unit.empty()) {
+    return "";
+  }
+  options.unit = unit;
+  const bool is_gravity = options.field.value_or("gravity") == "gravity" &&
+                          (options.instrument == "accelerometer" ||
+                           options.instrument == "inclinometer" || !options.instrument);
+  if (unit != "m/s^2" || !is_gravity || options.field_unit || options.field_magnitude) {
+    return "";
+  }
+  options.field_unit = unit;
+  if (options.latitude) {
+    return "";
+  }
+  options.field_magnitude = number_text(standard_gravity);
+  return formatted(
+      "the readings are in m/s^2, and so is the field: standard gravity, {}, is taken; --latitude "
+      "and --height say what it is where you are (up to 0.3 % else)",
+      *options.field_magnitude);
+}
+
 // A table of readings in JSON is a list, a record a line, or columns that are lists.
 bool is_experiment_file(const std::string& path) {
   std::error_code none;

@@ -40,6 +40,11 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment);
 /// @throws DataError   for the experiment's or the positioner's file.
 [[nodiscard]] Experiment make_experiment(const ExperimentOptions& options, Experiment base = {});
 
+/// Takes over the unit of the readings that a file states, where the options state none; gravity is
+/// then in m/s^2 too, the standard one where neither site nor magnitude is stated.
+/// @return what was taken for granted, in words; empty for nothing.
+std::string take_unit_of_file(const std::string& unit, ExperimentOptions& options);
+
 /// @return whether a file is an experiment's: JSON that says so, or that cannot be read.
 [[nodiscard]] bool is_experiment_file(const std::string& path);
 

@@ -27,8 +27,10 @@ struct ExportCommand {
 };
 
 void add_options(OptionSet& options, ExportCommand& command) {
-  options.add("record", command.records, "RECORD",
-              "calibration record (JSON); for kalibr accelerometer and gyroscope in one file");
+  options.add(
+      "record", command.records, "RECORD",
+      "calibration record (JSON); for kalibr accelerometer and gyroscope in one file, for px4, "
+      "ardupilot, iio all sensors of a vehicle; or the JSON of noise for kalibr");
   options.add("--format", command.format, "NAME", "one of --list");
   options.add_flag("--list", command.list, "the formats, and what their readers compute");
   options.add("--reading-factor", command.reading_factor, "R",
@@ -80,11 +82,21 @@ Exported exported(const ExportCommand& command) {
   const std::string& format = *command.format;
   try {
     const ExportOptions options = options_of(command);
-    const Calibration first = read_unrefused(command.records.front(), command.force);
-    return command.records.size() == 1
-               ? export_calibration(first, format, options)
-               : export_imu(first, read_unrefused(command.records.back(), command.force), format,
-                            options);
+    std::vector<Calibration> records;
+    for (const std::string& record : command.records) {
+      records.push_back(read_unrefused(record, command.force));
+    }
+    if (records.size() == 1) {
+      return export_calibration(records.front(), format, options);
+    }
+    if (records.size() == 2) {
+      return export_imu(records.front(), records.back(), format, options);
+    }
+    std::vector<const Calibration*> all;
+    for (const Calibration& record : records) {
+      all.push_back(&record);
+    }
+    return export_vehicle(all, format, options);
   } catch (const DomainError& error) {
     throw UsageError("export", error);
   }
@@ -120,10 +132,11 @@ int run(const ExportCommand& command) {
     write_whole_file(command.output, list_of_formats());
     return 0;
   }
-  if (command.records.empty() || command.records.size() > 2 || !command.format) {
+  if (command.records.empty() || !command.format) {
     throw UsageError(
-        "export: needs a RECORD (for kalibr two, of accelerometer and gyroscope) and --format "
-        "NAME; --list names the formats");
+        "export: needs a RECORD (for kalibr two, of accelerometer and gyroscope; for px4, "
+        "ardupilot "
+        "and iio all of a vehicle) and --format NAME; --list names the formats");
   }
   if (command.output == "-" && !is_text(*command.format) && isatty(STDOUT_FILENO) != 0) {
     throw UsageError(formatted("export: {} is no text; give -o FILE", *command.format));

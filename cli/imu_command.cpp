@@ -6,6 +6,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/logs/regions.hpp"
 #include "axiscal/logs/sensor_names.hpp"
 #include "calibrate_command.hpp"
 #include "column_advice.hpp"
@@ -143,17 +144,43 @@ void take_sensors(const CalibrateCommand& command, const LogInput& input, ImuOpt
   }
 }
 
+// The regions that are stated: by a file, or by a column of the log, which may be called `part`.
+std::vector<Region> regions_of(const CalibrateCommand& command, const LogInput& input) {
+  if (command.rests.regions) {
+    const bool is_file = command.rests.regions->ends_with(".json");
+    return is_file ? read_regions(*command.rests.regions)
+                   : read_region_column(*command.imu, *command.rests.regions);
+  }
+  if (input.has_parts) {
+    print_remark("note", "the column 'part' names rests and turns; they are taken as known");
+    return read_region_column(*command.imu, "part");
+  }
+  return {};
+}
+
 // The records of one instance: of each kind the sensor of that number, where there is one.
 std::vector<Calibration> calibrate_instance(const CalibrateCommand& command,
                                             const LogInput& input,
                                             int instance,
                                             const InputFileDigest& digest,
                                             std::string& heading) {
-  ImuOptions options = options_of(command);
+  CalibrateCommand own = command;
+  const LogSensor* const accelerometer = input.sensor(SeriesKind::accelerometer);
+  if (!own.experiment.unit && !command.rests.accelerometer && accelerometer != nullptr &&
+      !accelerometer->unit.empty()) {
+    const std::string note = take_unit_of_file(accelerometer->unit, own.experiment);
+    if (!note.empty()) {
+      print_remark("note", note);
+    }
+  }
+  ImuOptions options = options_of(own);
   take_sensors(command, input, options);
   const LackingInstrument lacking = lacking_instrument(input.log, options);
-  ImuCalibration imu = advising_columns(lacking.option, lacking.word,
-                                        [&] { return calibrate_imu(input.log, options); });
+  const std::vector<Region> regions = regions_of(command, input);
+  ImuCalibration imu = advising_columns(lacking.option, lacking.word, [&] {
+    return regions.empty() ? calibrate_imu(input.log, options)
+                           : calibrate_regions(input.log, regions, options);
+  });
   heading += rests_text(imu) + "\n";
   std::vector<Calibration> records = imu.records();
   std::erase_if(records, [&](const Calibration& record) {

@@ -7,6 +7,7 @@
 
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/logs/sensor_names.hpp"
 #include "sheet_options.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
@@ -47,6 +48,9 @@ void add_rest_options(OptionSet& options, RestOptions& rests) {
   log.add("--threshold", rests.threshold, "V",
           "rest is where the joined variance is below it; chosen from the data");
   log.add("--plan", rests.plan, "SHEET", "run sheet: the seats of a cube, in its order");
+  log.add("--regions", rests.regions, "FILE|COLUMN",
+          "calibrate: rests and whole turns that are known: axiscal-regions (JSON), or a column of "
+          "the table that names them, as x_p, x_a, x_rot");
   log.add("--first-fence", rests.first_fence, "FACE",
           "the first rest's face at the fence, where seats are recognised");
   log.add("--accelerometer", rests.accelerometer, "X,Y,Z", "columns; ax,ay,az");
@@ -59,7 +63,7 @@ void add_rest_options(OptionSet& options, RestOptions& rests) {
 }
 
 std::vector<std::string> stated_options_of(const RestOptions& rests) {
-  const std::array<std::pair<const char*, const std::optional<std::string>*>, 13> all = {
+  const std::array<std::pair<const char*, const std::optional<std::string>*>, 14> all = {
       {{"--rate", &rests.log.rate},
        {"--instance", &rests.log.instance},
        {"--columns", &rests.columns},
@@ -68,6 +72,7 @@ std::vector<std::string> stated_options_of(const RestOptions& rests) {
        {"--trim", &rests.trim},
        {"--threshold", &rests.threshold},
        {"--plan", &rests.plan},
+       {"--regions", &rests.regions},
        {"--first-fence", &rests.first_fence},
        {"--accelerometer", &rests.accelerometer},
        {"--gyroscope", &rests.gyroscope},
@@ -189,7 +194,21 @@ LogInput record_log(LogFile file) {
   LogInput input{.log = {.name = file.path(), .columns = file.columns()},
                  .sensors = file.sensors(),
                  .stated_rate_hz = file.stated_rate_hz(),
+                 .has_parts = file.has_text_column("part"),
                  .time = file.time_column()};
+  // "X (m/s^2)" is called X from here on, where that is one column.
+  for (LogSensor& sensor : input.sensors) {
+    for (std::string& column : sensor.columns) {
+      const std::string plain = named_column(column).name;
+      const auto calls = std::count_if(
+          input.log.columns.begin(), input.log.columns.end(),
+          [&](const std::string& other) { return named_column(other).name == plain; });
+      if (plain != column && calls == 1) {
+        std::replace(input.log.columns.begin(), input.log.columns.end(), column, plain);
+        column = plain;
+      }
+    }
+  }
   input.log.samples = read_log(file);
   input.log.notes = file.notes();
   return input;

@@ -23,7 +23,7 @@ struct LogOptions {
 struct RestOptions {
   LogOptions log;
   std::optional<std::string> window, shortest, trim, threshold, range;
-  std::optional<std::string> plan;
+  std::optional<std::string> plan, regions;
   std::optional<std::string> columns, first_fence;
   std::optional<std::string> accelerometer, gyroscope, magnetometer, gyroscope_scale;
 };
@@ -59,6 +59,7 @@ struct LogInput {
   RecordedLog log;
   std::vector<LogSensor> sensors;
   std::optional<double> stated_rate_hz;  ///< where it has no times
+  bool has_parts = false;                ///< whether a column of words is called `part`
   std::string time;                      ///< the column of times; empty: none is known
 
   /// @return the sensor of a kind, or null.

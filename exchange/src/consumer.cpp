@@ -342,6 +342,22 @@ std::vector<std::string> comment_of(const Calibration& calibration,
   return comment;
 }
 
+std::string worked_line(const Calibration& calibration, const ConsumerModel& model) {
+  constexpr int digits = 7;
+  const auto text_of = [](const Eigen::Vector3d& v) {
+    return formatted("({}, {}, {})", number_text(v(0), digits), number_text(v(1), digits),
+                     number_text(v(2), digits));
+  };
+  const Eigen::Vector3d field = calibration.field.magnitude * Eigen::Vector3d(0.6, 0.0, 0.8);
+  Eigen::Vector3d reading =
+      model.reading_factor * (calibration.response.bias + calibration.response.sensitivity * field);
+  for (double& v : reading) {  // as it will stand there
+    v = parse_number(number_text(v, digits)).value_or(v);
+  }
+  const Eigen::Vector3d corrected = model.inverse * (reading - model.bias);
+  return formatted("for example v = {} becomes {}", text_of(reading), text_of(corrected));
+}
+
 std::string comment_lines(const Calibration& calibration,
                           std::string_view mark,
                           const std::vector<std::string>& lines,

@@ -53,6 +53,9 @@ constexpr std::array known_exports = {
             "v = bias(t) + scale(t) S f"},
         export_dcc},
 #endif
+    KnownExport{ExportFormat{"iio", "Linux IIO (shell): in_accel_x_calibbias, .._calibscale, ...",
+                             "calibscale (v + calibbias)"},
+                export_iio},
     KnownExport{ExportFormat{"kalibr", "Kalibr's imu.yaml, model scale-misalignment: M, C, A",
                              "v = M C f + bias; gyroscope v = M C w + A C a + bias"},
                 export_kalibr},
@@ -193,13 +196,35 @@ Exported export_calibration(const Calibration& calibration,
                       [&](const ExportOptions& own) { return known.write(calibration, own); });
 }
 
+Exported export_vehicle(const std::vector<const Calibration*>& calibrations,
+                        std::string_view format,
+                        const ExportOptions& options) {
+  check_options(options);
+  const KnownExport& known = find_export(format);
+  if (known.write != export_px4 && known.write != export_ardupilot && known.write != export_iio) {
+    throw RefusedError(formatted("format {} takes one instrument a file", format));
+  }
+  Exported all;
+  for (const Calibration* calibration : calibrations) {
+    ExportOptions own = options;
+    own.instance = 0;  // each record's own
+    Exported one = export_calibration(*calibration, format, own);
+    all.content += (all.content.empty() ? "" : "\n") + one.content;
+    all.notes.insert(all.notes.end(), one.notes.begin(), one.notes.end());
+    if (one.loss && (!all.loss || one.loss->worst_deg > all.loss->worst_deg)) {
+      all.loss = one.loss;
+    }
+  }
+  return all;
+}
+
 Exported export_imu(const Calibration& first,
                     const Calibration& second,
                     std::string_view format,
                     const ExportOptions& options) {
   check_options(options);
   if (find_export(format).write != export_kalibr) {
-    throw RefusedError(formatted("format {} takes one instrument a file", format));
+    return export_vehicle({&first, &second}, format, options);
   }
   return with_gravity(
       options, [&](const ExportOptions& own) { return export_kalibr_imu(first, second, own); });

@@ -64,7 +64,8 @@ Exported export_px4(const Calibration& calibration, const ExportOptions& options
   const ConsumerModel model =
       nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "px4", options);
-  const std::string number = formatted("{}_", options.instance);
+  const int instance = options.instance > 0 ? options.instance : calibration.instance;
+  const std::string number = formatted("{}_", instance);
   std::vector<Parameter> all;
   std::string formula;
   std::string prefix;
@@ -90,8 +91,12 @@ Exported export_px4(const Calibration& calibration, const ExportOptions& options
       in_flight(sensor, formula,
                 "in the frame in which PX4 publishes the sensor, before the board's rotation");
   lines.push_back(formatted("PX4 takes them where {}ID is the sensor's device number", prefix));
+  lines.push_back(worked_line(calibration, model));
   lines.emplace_back("vehicle, component, name, value, type (9: float)");
   std::string text = comment_lines(calibration, "# ", lines, loss);
+  if (!calibration.device.empty() && parse_number(calibration.device)) {
+    text += formatted("1\t1\t{}ID\t{}\t6\n", prefix, calibration.device);  // a whole number
+  }
   for (const Parameter& parameter : all) {
     text += formatted("1\t1\t{}\t{}\t9\n", parameter.name, number_text(parameter.value));
   }
@@ -120,8 +125,9 @@ Exported export_ardupilot(const Calibration& calibration, const ExportOptions& o
   const bool is_compass = sensor == Sensor::magnetometer;
   const bool is_gyroscope = sensor == Sensor::gyroscope;
   require_instance(options, is_compass ? 3 : 5, "ardupilot");
-  const std::string ins = ardupilot_group(options.instance, is_gyroscope ? "GYR" : "ACC");
-  const std::string number = options.instance == 0 ? "" : std::to_string(options.instance + 1);
+  const int instance = options.instance > 0 ? options.instance : calibration.instance;
+  const std::string ins = ardupilot_group(instance, is_gyroscope ? "GYR" : "ACC");
+  const std::string number = instance == 0 ? "" : std::to_string(instance + 1);
   std::vector<Parameter> all;
   std::vector<std::string> lines;
   if (sensor == Sensor::accelerometer) {
@@ -144,6 +150,11 @@ Exported export_ardupilot(const Calibration& calibration, const ExportOptions& o
     add_axes(all, formatted("COMPASS_DIA{}_", number), "", model.inverse.diagonal());
     add_axes(all, formatted("COMPASS_ODI{}_", number), "", above_diagonal(model.inverse));
     all.push_back({"COMPASS_SCALE" + number, 0.0});  // none besides the matrix
+  }
+  lines.push_back(worked_line(calibration, model));
+  if (!calibration.device.empty() && parse_number(calibration.device)) {
+    const std::string name = is_compass ? "COMPASS_DEV_ID" + number : ins + "_ID";
+    all.push_back({name, *parse_number(calibration.device)});
   }
   std::string text = comment_lines(calibration, "# ", lines, loss);
   for (const Parameter& parameter : all) {
@@ -189,6 +200,7 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
                        number_text(model.bias.cwiseAbs().maxCoeff(), 6));
   }
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "betaflight", options);
+  lines.push_back(worked_line(calibration, model));
   std::string text = comment_lines(calibration, "# ", lines, loss);
   text += sensor == Sensor::accelerometer ? "set acc_calibration = " : "set mag_calibration = ";
   for (int k = 0; k < 3; ++k) {

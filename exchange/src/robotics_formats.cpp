@@ -88,7 +88,7 @@ KalibrSensor kalibr_sensor(const Calibration& calibration, const ExportOptions& 
                     : "Kalibr takes C of the accelerometer as the identity: the IMU's frame is "
                       "then C's",
        "C of an accelerometer and bias are additions: Kalibr itself writes neither",
-       "noise densities and random walks: axiscal noise"},
+       "noise densities and random walks: axiscal noise", worked_line(calibration, model)},
       result.loss);
   return result;
 }
@@ -152,6 +152,41 @@ Exported export_kalibr_imu(const Calibration& first,
   return exported;
 }
 
+namespace {
+
+// What a node puts into sensor_msgs/Imu, /MagneticField beside corrected readings: the scatter of
+// one reading, and what the calibration leaves of bias and sensitivity where the field is as large
+// as it was.
+std::string covariance_for_ros(const Calibration& calibration,
+                               const ConsumerModel& model,
+                               Sensor sensor,
+                               const std::string& unit) {
+  if (!calibration.statistics || calibration.statistics->residual_sd.size() != 3) {
+    return "";
+  }
+  Eigen::Matrix3d variance = Eigen::Matrix3d::Zero();
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const double sd = model.reading_factor * calibration.statistics->residual_sd(k);
+    variance(k, k) = std::isfinite(sd) ? sd * sd : 0.0;
+  }
+  const Eigen::Matrix3d C = model.inverse * variance * model.inverse.transpose();
+  std::string entries;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      entries += (entries.empty() ? "" : ", ") + number_text(0.5 * (C(i, j) + C(j, i)), 6);
+    }
+  }
+  const char* const name = sensor == Sensor::accelerometer ? "linear_acceleration_covariance"
+                           : sensor == Sensor::gyroscope   ? "angular_velocity_covariance"
+                                                           : "magnetic_field_covariance";
+  return formatted(
+      "# of the readings that were calibrated [({})^2]; one sample scatters more: see "
+      "axiscal noise\n{}: [{}]\n",
+      unit, name, entries);
+}
+
+}  // namespace
+
 Exported export_ros(const Calibration& calibration, const ExportOptions& options) {
   const Sensor sensor = sensor_of(calibration, "ros");
   const std::string unit = usual_unit(sensor, "T");
@@ -162,7 +197,8 @@ Exported export_ros(const Calibration& calibration, const ExportOptions& options
   std::string text = comment_lines(calibration, "# ",
                                    {formatted("field [{}] = SM v - bias, v in {}; SM row by row; "
                                               "imu_calib itself applies it to accelerometers only",
-                                              unit, readings)},
+                                              unit, readings),
+                                    worked_line(calibration, model)},
                                    loss);
   std::string entries;
   for (int i = 0; i < 3; ++i) {
@@ -172,6 +208,7 @@ Exported export_ros(const Calibration& calibration, const ExportOptions& options
   }
   text += formatted("SM: [{}]\nbias: {}\n", entries,
                     yaml_row((model.inverse * model.bias).transpose()));
+  text += covariance_for_ros(calibration, model, sensor, unit);
   return {.content = text, .loss = loss};
 }
 

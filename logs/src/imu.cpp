@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <set>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -295,6 +296,37 @@ class ImuCalibrator {
     return result_.seats ? labelled(all, *result_.seats, options_.sheet) : all;
   }
 
+  // Laid on its six faces and in no other way: too few rests for method magnitude, but each face is
+  // known. That they were level is taken for granted.
+  void take_six_faces(Experiment& experiment, Observations& observations) {
+    constexpr Eigen::Index enough = 10;  // for method magnitude
+    if (observations.size() >= enough) {
+      return;
+    }
+    std::vector<std::optional<Face>> faces;
+    try {
+      faces = resting_faces(accelerations_);
+    } catch (const RefusedError&) {
+      faces.clear();  // not all of them
+    }
+    const std::set<std::optional<Face>> all(faces.begin(), faces.end());
+    if (all.size() != all_faces.size() || all.contains(std::nullopt)) {
+      throw RefusedError(formatted(
+          "the log has {} rest{} of {} s or more, and a calibration needs it at rest in many "
+          "attitudes: "
+          "put it down on each of its six faces, better in twelve different ways and more, some "
+          "seconds each, and log that",
+          observations.size(), observations.size() == 1 ? "" : "s",
+          number_text(options_.segment.shortest_s, 2)));
+    }
+    take_as_level(make_field_description(experiment).magnitude, faces, observations);
+    experiment.method = Method::known;
+    result_.notes.emplace_back(
+        "it lay on its six faces: they are taken as level and square to the axes, so that what "
+        "they "
+        "are off goes into biases and cross-axis terms; the scatter shows how much");
+  }
+
   void calibrate_accelerometer() {
     Experiment experiment = options_.experiment;
     if (experiment.instrument.kind.empty()) {
@@ -304,7 +336,11 @@ class ImuCalibrator {
     take_usual_field(experiment);
     // Of a hand-turned board the model errs more than the mean of a second.
     experiment.weighting = experiment.weighting.value_or(Weighting::none);
-    result_.accelerometer = calibrate(experiment, observations_of(options_.accelerometer));
+    Observations observations = observations_of(options_.accelerometer);
+    if (!result_.seats && !experiment.method) {
+      take_six_faces(experiment, observations);
+    }
+    result_.accelerometer = calibrate(experiment, observations);
     result_.accelerometer.slot = "accelerometer";
   }
 

@@ -72,6 +72,18 @@ Eigen::MatrixX3d rough_ups(const Eigen::MatrixX3d& means) {
   return (means.rowwise() - 0.5 * (high + low)).array().rowwise() / (0.5 * (high - low)).array();
 }
 
+void take_as_level(double magnitude,
+                   const std::vector<std::optional<Face>>& faces,
+                   Observations& observations) {
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    if (faces[i]) {
+      const bool is_plus = static_cast<int>(*faces[i]) % 2 == 0;
+      observations.readings[i].field_in_sensor =
+          (is_plus ? -magnitude : magnitude) * Eigen::Vector3d::Unit(axis_of(*faces[i]));
+    }
+  }
+}
+
 std::vector<std::optional<Face>> resting_faces(const Eigen::MatrixX3d& means) {
   if (means.rows() < 2) {
     throw RefusedError("the resting faces need rests on opposite faces; there is one rest only");

@@ -7,17 +7,23 @@
 #include "axiscal/logs/log_file.hpp"
 #include "axiscal/logs/noise_json.hpp"
 #include "axiscal/logs/noise_model.hpp"
+#include "axiscal/logs/recorded_sensor.hpp"
+#include "axiscal/logs/recording_file.hpp"
+#include "axiscal/logs/regions.hpp"
 #include "axiscal/logs/seats.hpp"
 #include "axiscal/logs/segment.hpp"
+#include "axiscal/logs/sensor_names.hpp"
 #include "axiscal/logs/simulate_log.hpp"
 #include "axiscal/logs/static_detector.hpp"
+#include "axiscal/logs/table_text.hpp"
 #include "axiscal/logs/text_row.hpp"
 #include "axiscal/logs/time_column.hpp"
 
 /// @file
 /// Raw recordings: rests, seats, turns and noise.
 ///
-/// A LogFile reads text of any look, NumPy's and MATLAB's files in constant memory; segment()
+/// A LogFile reads tables of any look, flight logs, bags and phones' recordings as a table, a
+/// RecordingFile all series that they hold, a TableText tables whose cells are labels; segment()
 /// finds the rests of a recording and writes them as observations; calibrate_imu() calibrates
 /// accelerometer, gyroscope and magnetometer of one log in one frame; allan_deviation() and
 /// fit_noise() say how long a reading is worth averaging.

@@ -12,6 +12,7 @@
 #include "axiscal/core/missing_column.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/logs/sensor_names.hpp"
 #include "axiscal/logs/time_column.hpp"
 #include "opened.hpp"
 #include "sensor_data.hpp"
@@ -63,8 +64,18 @@ std::vector<std::string> column_names(const std::string& path,
 std::optional<std::size_t> find_column(const std::vector<std::string>& columns,
                                        const std::string& name) {
   const auto found = std::find(columns.begin(), columns.end(), name);
-  return found == columns.end() ? std::nullopt
-                                : std::optional(static_cast<std::size_t>(found - columns.begin()));
+  if (found != columns.end()) {
+    return static_cast<std::size_t>(found - columns.begin());
+  }
+  // One column that is called so but for its unit: "ax" is "ax (m/s^2)", and the other way round.
+  const std::string plain = named_column(name).name;
+  const auto is_so = [&](const std::string& column) {
+    return !plain.empty() && named_column(column).name == plain;
+  };
+  const auto first = std::find_if(columns.begin(), columns.end(), is_so);
+  const bool is_one =
+      first != columns.end() && std::none_of(std::next(first), columns.end(), is_so);
+  return is_one ? std::optional(static_cast<std::size_t>(first - columns.begin())) : std::nullopt;
 }
 
 std::size_t need_column(const std::string& path,
@@ -179,6 +190,11 @@ std::size_t LogFile::need(const std::string& name) const {
 
 std::optional<double> LogFile::stated_rate_hz() const {
   return source_->rate_hz > 0.0 ? std::optional(source_->rate_hz) : std::nullopt;
+}
+
+bool LogFile::has_text_column(const std::string& name) const {
+  return std::any_of(source_->is_text.begin(), source_->is_text.end(),
+                     [&](std::size_t column) { return source_->columns[column] == name; });
 }
 
 void LogFile::look_ahead() {

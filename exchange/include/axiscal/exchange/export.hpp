@@ -80,6 +80,13 @@ struct Exported {
                                           std::string_view format,
                                           const ExportOptions& options = {});
 
+/// The sensors of a vehicle in one file: formats "px4", "ardupilot", "iio". Each record's instance
+/// is the sensor's number, its device that by which the software knows it.
+/// @throws RefusedError  where the format takes one instrument a file; as export_calibration().
+[[nodiscard]] Exported export_vehicle(const std::vector<const Calibration*>& calibrations,
+                                      std::string_view format,
+                                      const ExportOptions& options = {});
+
 /// The same of an IMU's accelerometer and gyroscope, in one file of one frame: format "kalibr".
 ///
 /// @throws DomainError   for an unknown format.

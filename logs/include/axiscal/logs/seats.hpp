@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/calib/observations.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "axiscal/positioner/design_point.hpp"
 
@@ -24,6 +25,13 @@ struct SeatLabels {
 /// Its six directions do not determine more.
 /// @param means  of an accelerometer, n x 3.
 [[nodiscard]] Eigen::MatrixX3d rough_ups(const Eigen::MatrixX3d& means);
+
+/// States the field of readings by the face that lay on a level table: F up, away from it.
+/// @param magnitude  F [field unit].
+/// @param faces      of each reading; those without one are left as they are.
+void take_as_level(double magnitude,
+                   const std::vector<std::optional<Face>>& faces,
+                   Observations& observations);
 
 /// The faces on which a cube rests, from an accelerometer in it, not calibrated: the axis that
 /// reads farthest from the middle of its extremes, up being away from the face on the table.

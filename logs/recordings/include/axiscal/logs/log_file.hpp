@@ -115,6 +115,9 @@ class LogFile {
   /// @return its name; empty where there is none.
   [[nodiscard]] std::string time_column();
 
+  /// @return whether a column that holds no numbers, and is no column of the log, is called so.
+  [[nodiscard]] bool has_text_column(const std::string& name) const;
+
   /// @return samples a second, where the file states it and has no times; else nothing.
   [[nodiscard]] std::optional<double> stated_rate_hz() const;
 

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Linux IIO's calibbias and calibscale (kernel.org, ABI/testing/sysfs-bus-iio), one file an axis.
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "consumer.hpp"
+#include "formats.hpp"
+
+namespace axiscal {
+
+Exported export_iio(const Calibration& calibration, const ExportOptions& options) {
+  const Sensor sensor = sensor_of(calibration, "iio");
+  const std::string unit = sensor == Sensor::magnetometer ? "G" : usual_unit(sensor, "G");
+  const ConsumerModel model =
+      nearest_model(calibration, {unit, unit}, MatrixShape::diagonal, options);
+  const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "iio", options);
+  const std::string name = sensor == Sensor::accelerometer ? "accel"
+                           : sensor == Sensor::gyroscope   ? "anglvel"
+                                                           : "magn";
+  std::string text = comment_lines(
+      calibration, "# ",
+      {formatted("corrected = calibscale (v + calibbias), v = raw * scale in {}; drivers differ in "
+                 "the unit of calibbias: see that of yours",
+                 unit),
+       "cd /sys/bus/iio/devices/iio:deviceN, and run these lines there",
+       worked_line(calibration, model)},
+      loss);
+  for (int k = 0; k < 3; ++k) {
+    text +=
+        formatted("echo {} > in_{}_{}_calibbias\n", number_text(-model.bias(k)), name, "xyz"[k]);
+    text += formatted("echo {} > in_{}_{}_calibscale\n", number_text(model.inverse(k, k)), name,
+                      "xyz"[k]);
+  }
+  return {.content = text, .loss = loss};
+}
+
+}  // namespace axiscal
