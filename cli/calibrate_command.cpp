@@ -44,6 +44,8 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
   add_rest_options(options, command.rests);
   log.add_flag("--cube", command.cube,
                "it sat in a cube: the seats are recognised; else it was turned by hand");
+  log.add("--accelerometer-record", command.known_accelerometer, "RECORD",
+          "of the accelerometer, where it is calibrated already");
   log.add_flag("--fit-gyroscope-bias", command.fit_gyroscope_bias,
                "by the turns, not by the rests: for a bias that wanders");
   log.add("--gyroscope-unit", command.gyroscope_unit, "UNIT",

@@ -15,7 +15,8 @@ struct CalibrateCommand {
   ExperimentOptions experiment;
   std::optional<std::string> imu;  ///< a raw log instead of observations
   RestOptions rests;
-  std::optional<std::string> gyroscope_unit, magnetometer_unit, magnetic_magnitude;
+  std::optional<std::string> gyroscope_unit, magnetometer_unit, magnetic_magnitude,
+      known_accelerometer;
   bool cube = false;
   bool fit_gyroscope_bias = false;
   std::optional<std::string> output;

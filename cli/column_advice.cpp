@@ -8,16 +8,11 @@
 
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/logs/sensor_names.hpp"
 #include "axiscal/logs/table_text.hpp"
 
 namespace axiscal::cli {
 namespace {
-
-std::string in_small_letters(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 // The names that come of another letter for the one at a place, where the table has all three.
 std::string three_columns(const std::vector<std::string>& columns,

@@ -144,6 +144,22 @@ void take_sensors(const CalibrateCommand& command, const LogInput& input, ImuOpt
   }
 }
 
+// The record of the accelerometer, in the unit of the log.
+Calibration known_accelerometer_of(const CalibrateCommand& command, const ImuOptions& options) {
+  Calibration known = read_unrefused(*command.known_accelerometer, command.force);
+  const std::string& unit = options.experiment.instrument.unit;
+  if (known.instrument.axis_count() != 3 || !known.also.empty() || known.field.kind != "gravity") {
+    throw DataError(*command.known_accelerometer,
+                    "must be the record of an accelerometer of three axes");
+  }
+  if (unit != "1" && known.instrument.unit != "1" && known.instrument.unit != unit) {
+    throw DataError(
+        *command.known_accelerometer,
+        formatted("is of readings in {}, and the log's are in {}", known.instrument.unit, unit));
+  }
+  return known;
+}
+
 // The regions that are stated: by a file, or by a column of the log, which may be called `part`.
 std::vector<Region> regions_of(const CalibrateCommand& command, const LogInput& input) {
   if (command.rests.regions) {
@@ -175,6 +191,9 @@ std::vector<Calibration> calibrate_instance(const CalibrateCommand& command,
   }
   ImuOptions options = options_of(own);
   take_sensors(command, input, options);
+  if (command.known_accelerometer) {
+    options.known_accelerometer = known_accelerometer_of(command, options);
+  }
   const LackingInstrument lacking = lacking_instrument(input.log, options);
   const std::vector<Region> regions = regions_of(command, input);
   ImuCalibration imu = advising_columns(lacking.option, lacking.word, [&] {

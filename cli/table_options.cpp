@@ -32,16 +32,11 @@ std::string_view sensor_name(const std::string& kind) {
 }
 
 bool has_column(const TableText& table, const std::string& name) {
-  const auto small = [](std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) {
-      return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-    });
-    return text;
-  };
-  return std::any_of(
-      table.columns().begin(), table.columns().end(), [&](const NamedColumn& column) {
-        return small(column.name) == small(name) || column.name.ends_with("." + name);
-      });
+  return std::any_of(table.columns().begin(), table.columns().end(),
+                     [&](const NamedColumn& column) {
+                       return in_small_letters(column.name) == in_small_letters(name) ||
+                              column.name.ends_with("." + name);
+                     });
 }
 
 // The columns that are taken for axes which the table does not have.

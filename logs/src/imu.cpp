@@ -328,6 +328,12 @@ class ImuCalibrator {
   }
 
   void calibrate_accelerometer() {
+    if (options_.known_accelerometer) {
+      result_.accelerometer = *options_.known_accelerometer;
+      result_.accelerometer_was_known = true;
+      result_.notes.emplace_back("the accelerometer's record is taken as given");
+      return;
+    }
     Experiment experiment = options_.experiment;
     if (experiment.instrument.kind.empty()) {
       experiment.instrument.kind = "accelerometer";
@@ -435,7 +441,10 @@ class ImuCalibrator {
 }  // namespace
 
 std::vector<Calibration> ImuCalibration::records() const {
-  std::vector<Calibration> all = {accelerometer};
+  std::vector<Calibration> all;
+  if (!accelerometer_was_known) {
+    all.push_back(accelerometer);
+  }
   for (const std::optional<Calibration>* one : {&gyroscope, &magnetometer}) {
     if (*one) {
       all.push_back(**one);

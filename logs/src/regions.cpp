@@ -239,6 +239,11 @@ class RegionCalibrator {
   }
 
   void calibrate_accelerometer() {
+    if (options_.known_accelerometer) {
+      result_.accelerometer = *options_.known_accelerometer;
+      result_.accelerometer_was_known = true;
+      return;
+    }
     Experiment experiment = options_.experiment;
     experiment.instrument.kind = "accelerometer";
     experiment.instrument.axes = options_.accelerometer;

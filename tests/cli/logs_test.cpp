@@ -58,6 +58,21 @@ class LogCommands : public testing::Test {
   std::string log_path_;
 };
 
+// A record of the accelerometer that is there already serves the gyroscope, and stays as it is.
+TEST_F(LogCommands, TakeARecordOfTheAccelerometer) {
+  ASSERT_EQ(run_axiscal(
+                {"calibrate", "--imu", log_path_, "--cube", "-o", folder_.path("both-{slot}.json")})
+                .status,
+            0);
+  const ProgramResult result =
+      run_axiscal({"calibrate", "--imu", log_path_, "--cube", "--accelerometer-record",
+                   folder_.path("both-accelerometer.json"), "-o", folder_.path("new-{slot}.json")});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_FALSE(std::filesystem::exists(folder_.path("new-accelerometer.json")));
+  EXPECT_EQ(read_json(folder_.path("new-gyroscope.json"))["coefficients"],
+            read_json(folder_.path("both-gyroscope.json"))["coefficients"]);
+}
+
 // From a log to a record in two commands.
 TEST_F(LogCommands, SegmentGivesWhatCalibrateTakes) {
   const std::string run = folder_.path("run.csv");
@@ -265,7 +280,7 @@ TEST_F(LogCommands, BrokenLogsGiveAnAnswerOrAClearError) {
   const ProgramResult one = run_axiscal({"calibrate", "--imu", still, "--gyroscope", "gx,gy,gz",
                                          "-o", folder_.path("one-{slot}.json")});
   EXPECT_EQ(one.status, 1);
-  EXPECT_THAT(one.err, HasSubstr("ten readings"));
+  EXPECT_THAT(one.err, HasSubstr("needs it at rest in many attitudes"));
   EXPECT_EQ(run_axiscal({"calibrate", "--imu", log_path_, "--gyroscope", "gx,gy,gz", "-o",
                          folder_.path("one.json")})
                 .status,

@@ -198,7 +198,7 @@ TEST(CalibrateImu, SaysWhatIsWrong) {
       simulate_imu_log(some_imu(), std::vector<Eigen::Matrix3d>(14, Eigen::Matrix3d::Identity()));
   EXPECT_THAT(
       test::complaint_of<RefusedError>([&] { static_cast<void>(calibrate_imu(one, options)); }),
-      HasSubstr("ten readings"));
+      HasSubstr("needs it at rest in many attitudes"));
   options.seats = Seats::recognised;
   EXPECT_THAT(
       test::complaint_of<RefusedError>([&] { static_cast<void>(calibrate_imu(one, options)); }),

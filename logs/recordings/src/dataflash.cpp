@@ -116,7 +116,8 @@ class Dataflash final : public RecordingFile::Decoder {
     const bool is_head = start.starts_with("\xA3\x95");
     const auto known = messages_.find(id);
     if (!is_head || (id != format_message && known == messages_.end())) {
-      return find_next_message();
+      lost_ += stream_.skip_to("\xA3\x95");
+      return true;
     }
     const std::size_t size = id == format_message ? format_size : known->second.size;
     if (stream_.peek(size).size() < size) {
@@ -145,24 +146,6 @@ class Dataflash final : public RecordingFile::Decoder {
   }
 
  private:
-  bool find_next_message() {
-    using namespace std::string_view_literals;
-    constexpr std::size_t window = 1U << 16U;
-    for (;;) {
-      const std::string_view ahead = stream_.peek(window);
-      const std::size_t found = ahead.find("\xA3\x95"sv, 1);
-      if (found != std::string_view::npos) {
-        lost_ += stream_.skip(found);
-        return true;
-      }
-      if (ahead.size() < window) {
-        lost_ += stream_.skip(ahead.size());
-        return false;
-      }
-      lost_ += stream_.skip(window - 1);
-    }
-  }
-
   void take_format(RecordBytes& bytes) {
     const std::uint8_t id = bytes.take<std::uint8_t>();
     Message message{.size = bytes.take<std::uint8_t>()};

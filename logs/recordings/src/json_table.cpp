@@ -12,6 +12,7 @@
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "opened.hpp"
+#include "text_encoding.hpp"
 #include "text_layout.hpp"
 
 namespace axiscal {

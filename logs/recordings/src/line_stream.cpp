@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
+#include <utility>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
@@ -75,6 +77,27 @@ bool are_most_lines(std::string_view start,
   const std::vector<std::string_view> lines = first_lines(start, false, looked_at);
   const auto good = std::count_if(lines.begin(), lines.end(), is_such);
   return good > 0 && 2 * good >= static_cast<std::ptrdiff_t>(lines.size());
+}
+
+ByteSource converted_lines(ByteSource bytes,
+                           std::function<void(std::string_view line, std::string& text)> convert) {
+  const std::string path = bytes.path();
+  auto lines = std::make_shared<LineStream>(std::move(bytes));
+  return {path, [lines, convert = std::move(convert), text = std::string(), given = std::size_t{0}](
+                    char* buffer, std::size_t size) mutable {
+            std::string_view line;
+            while (given == text.size()) {
+              if (!lines->next(line)) {
+                return std::size_t{0};
+              }
+              text.clear();
+              given = 0;
+              convert(line, text);
+            }
+            const std::size_t count = text.copy(buffer, size, given);
+            given += count;
+            return count;
+          }};
 }
 
 }  // namespace axiscal

@@ -48,4 +48,9 @@ class LineStream {
 [[nodiscard]] bool are_most_lines(std::string_view start,
                                   const std::function<bool(std::string_view line)>& is_such);
 
+/// @param convert  is given each line and makes what comes in its place, its end included.
+/// @return a text of which each line is made anew.
+[[nodiscard]] ByteSource converted_lines(
+    ByteSource bytes, std::function<void(std::string_view line, std::string& text)> convert);
+
 }  // namespace axiscal

@@ -57,28 +57,6 @@ bool read_pairs(std::string_view line,
 
 constexpr std::string_view arrow = " -> ";
 
-// A text of which each line is made anew.
-ByteSource converted_lines(ByteSource bytes,
-                           std::function<void(std::string_view line, std::string& text)> convert) {
-  const std::string path = bytes.path();
-  auto lines = std::make_shared<LineStream>(std::move(bytes));
-  return {path, [lines, convert = std::move(convert), text = std::string(), given = std::size_t{0}](
-                    char* buffer, std::size_t size) mutable {
-            std::string_view line;
-            while (given == text.size()) {
-              if (!lines->next(line)) {
-                return std::size_t{0};
-              }
-              text.clear();
-              given = 0;
-              convert(line, text);
-            }
-            const std::size_t count = text.copy(buffer, size, given);
-            given += count;
-            return count;
-          }};
-}
-
 ByteSource without_arrows(ByteSource bytes) {
   return converted_lines(std::move(bytes), [](std::string_view line, std::string& text) {
     const std::size_t at = line.find(arrow);

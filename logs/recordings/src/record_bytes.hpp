@@ -113,6 +113,24 @@ class RecordStream {
     return done;
   }
 
+  /// Goes on to the next place behind the first byte that begins so; to the end where there is
+  /// none.
+  /// @return how many bytes were passed over.
+  std::uint64_t skip_to(std::string_view start) {
+    std::uint64_t passed = 0;
+    for (;;) {
+      const std::string_view ahead = peek(piece);
+      const std::size_t found = ahead.find(start, passed == 0 ? 1 : 0);
+      if (found != std::string_view::npos) {
+        return passed + skip(found);
+      }
+      if (ahead.size() < piece) {
+        return passed + skip(ahead.size());
+      }
+      passed += skip(piece - start.size());
+    }
+  }
+
   /// @return whether there are no more bytes.
   [[nodiscard]] bool at_end() { return peek(1).empty(); }
 

@@ -15,6 +15,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "opened.hpp"
+#include "text_encoding.hpp"
 #include "text_layout.hpp"
 
 namespace axiscal {

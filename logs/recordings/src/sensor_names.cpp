@@ -10,14 +10,6 @@
 namespace axiscal {
 namespace {
 
-std::string lower(std::string_view text) {
-  std::string small(text);
-  std::transform(small.begin(), small.end(), small.begin(), [](unsigned char c) {
-    return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-  });
-  return small;
-}
-
 struct UnitName {
   std::string_view written;  // in small letters, without blanks
   KnownUnit unit;
@@ -189,9 +181,17 @@ std::string unit_of_writer(const std::vector<std::string>& columns,
 
 }  // namespace
 
+std::string in_small_letters(std::string_view text) {
+  std::string small(text);
+  std::transform(small.begin(), small.end(), small.begin(), [](unsigned char c) {
+    return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  });
+  return small;
+}
+
 std::optional<KnownUnit> known_unit(std::string_view text, SeriesKind of) {
   std::string small;
-  for (const char c : lower(text)) {
+  for (const char c : in_small_letters(text)) {
     if (c != ' ') {
       small += c;
     }
@@ -240,7 +240,7 @@ NamedColumn named_column(std::string_view header) {
 }
 
 SeriesKind kind_of_words(std::string_view words) {
-  const std::string small = lower(words);
+  const std::string small = in_small_letters(words);
   if (is_without_gravity(small) || contains(small, "accuracy")) {
     return SeriesKind::other;
   }
@@ -265,7 +265,7 @@ SeriesKind kind_of_words(std::string_view words) {
 }
 
 std::optional<std::size_t> axis_of_name(std::string_view name) {
-  std::string small = lower(trimmed(name));
+  std::string small = in_small_letters(trimmed(name));
   if (small.ends_with(']') && small.size() > 3 && small[small.size() - 3] == '[') {
     const char digit = small[small.size() - 2];
     if (digit >= '0' && digit <= '2') {
@@ -309,9 +309,9 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
   const bool is_sensor_logger =
       std::find(columns.begin(), columns.end(), "seconds_elapsed") != columns.end();
   const bool table_without_gravity =
-      is_without_gravity(lower(table)) || (is_sensor_logger && table == "Accelerometer");
+      is_without_gravity(in_small_letters(table)) || (is_sensor_logger && table == "Accelerometer");
   for (std::size_t c = 0; c < columns.size(); ++c) {
-    const std::string small = lower(names[c].name);
+    const std::string small = in_small_letters(names[c].name);
     Series& series = series_[c];
     if (c == time_ || is_without_gravity(small)) {
       continue;

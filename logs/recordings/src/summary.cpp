@@ -9,6 +9,7 @@
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/logs/recording_file.hpp"
 #include "axiscal/logs/sensor_names.hpp"
+#include "text_encoding.hpp"
 #include "text_layout.hpp"
 
 namespace axiscal {

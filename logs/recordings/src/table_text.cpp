@@ -16,24 +16,18 @@
 #include "opened.hpp"
 #include "sensor_data.hpp"
 #include "table_of_series.hpp"
+#include "text_encoding.hpp"
 #include "text_layout.hpp"
 
 namespace axiscal {
 namespace {
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) {
-    return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-  });
-  return text;
-}
 
 bool is_called(const std::string& column, const std::string& name) {
   return column == name;
 }
 
 bool is_called_in_other_letters(const std::string& column, const std::string& name) {
-  return lower(column) == lower(name);
+  return in_small_letters(column) == in_small_letters(name);
 }
 
 // "Rest face", "fence_face", "pose.rest": labels alone, as axes are SLOT.axis.
@@ -41,7 +35,7 @@ bool is_called_with_more(const std::string& column, const std::string& name) {
   if (name != "rest" && name != "fence" && name != "run" && name != "block") {
     return false;
   }
-  const std::string small = lower(column);
+  const std::string small = in_small_letters(column);
   return small.starts_with(name + " ") || small.starts_with(name + "_") ||
          small.ends_with("." + name);
 }
@@ -458,7 +452,7 @@ std::string marked_cell(const std::string& path, std::size_t line, const std::st
     std::size_t place = layout.columns.size();
     for (std::size_t c = 0; c < layout.columns.size(); ++c) {
       const std::string base = named_column(layout.columns[c]).name;
-      if (layout.columns[c] == column || lower(base) == lower(column)) {
+      if (layout.columns[c] == column || in_small_letters(base) == in_small_letters(column)) {
         place = c;
       }
     }

@@ -41,12 +41,6 @@ inline constexpr std::size_t layout_bytes = 1U << 16U;
                                    bool is_whole,
                                    const std::vector<std::string>& names);
 
-/// @return the same text as UTF-8, where it is UTF-16; else as it is.
-[[nodiscard]] ByteSource as_utf8(ByteSource bytes);
-
-/// @return the text as UTF-8: as it is where it is, else each byte is taken as Latin-1 has it.
-[[nodiscard]] std::string utf8_of_latin1(std::string_view text);
-
 /// @return seconds of a time of day, 14:08:06.818, or since 1970 of a date and time; NaN for what
 /// is
 ///         neither.

@@ -13,6 +13,7 @@
 #include "axiscal/logs/text_row.hpp"
 #include "line_stream.hpp"
 #include "log_source.hpp"
+#include "text_encoding.hpp"
 #include "text_layout.hpp"
 
 namespace axiscal {

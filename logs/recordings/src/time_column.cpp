@@ -37,13 +37,6 @@ bool is_since_1970(double time_s) {
   return time_s > 1e9 && time_s < 2.2e9;
 }
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) {
-    return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-  });
-  return text;
-}
-
 // "time", "t_us", "Timestamp_ms", ...: the unit that the name states, and whether it is one of
 // times.
 struct Named {
@@ -54,8 +47,8 @@ struct Named {
 Named named(const std::string& column) {
   // "Time (s)", "Timestamp (us)": the unit stands behind the name.
   if (const NamedColumn parts = named_column(column); !parts.unit.empty()) {
-    const std::string name = lower(parts.name);
-    const std::string unit = lower(parts.unit);
+    const std::string name = in_small_letters(parts.name);
+    const std::string unit = in_small_letters(parts.unit);
     const bool is_called_time = name == "t" || name.ends_with("time") ||
                                 name.find("timestamp") != std::string::npos || name == "elapsed";
     for (const Unit& known : units) {
@@ -81,7 +74,7 @@ Named named(const std::string& column) {
                                                   {"_usec", 1e-6},
                                                   {"_ns", 1e-9},
                                                   {"_nsec", 1e-9}}};
-  std::string name = lower(column);
+  std::string name = in_small_letters(column);
   if (const std::size_t point = name.rfind('.');
       point != std::string::npos && name != "field.header.stamp") {
     name.erase(0, point + 1);  // "imu.time"
@@ -140,7 +133,8 @@ std::optional<TimeColumn> find_time_column(const std::string& path,
   std::optional<TimeColumn> date;
   for (std::size_t c = 0; c < columns.size(); ++c) {
     if (named(columns[c]).is_time) {
-      const bool is_date = lower(columns[c]) == "date" || lower(columns[c]) == "datum";
+      const bool is_date =
+          in_small_letters(columns[c]) == "date" || in_small_letters(columns[c]) == "datum";
       if (!is_date) {
         return column_at(c, columns[c]);
       }
@@ -182,7 +176,7 @@ TimeUnit settle_time_unit(const std::string& path,
   const std::string head = formatted("column '{}': ", column.name);
   const std::string advice = formatted(
       "; name the column {}_s, {}_ms, {}_us, ... by their unit (in its header), or state the rate",
-      lower(column.name), lower(column.name), lower(column.name));
+      in_small_letters(column.name), in_small_letters(column.name), in_small_letters(column.name));
   if (column.unit_is_stated) {
     return {
         .seconds = column.seconds,
@@ -210,7 +204,7 @@ TimeUnit settle_time_unit(const std::string& path,
     }
   }
   // Xsens counts in 0.1 ms (MTw) or in us (DOT), and spreadsheets in days since 1899-12-30.
-  if (lower(column.name) == "sampletimefine") {
+  if (in_small_letters(column.name) == "sampletimefine") {
     constexpr double tick_s = 1e-4;
     constexpr double slowest_hz = 1.0;
     constexpr double fastest_hz = 2500.0;

@@ -199,21 +199,8 @@ class Ulog final : public RecordingFile::Decoder {
   // Where bytes are no message, the next synchronisation message is looked for.
   bool find_next_message() {
     using namespace std::string_view_literals;
-    constexpr std::string_view sync = "\x08\x00S\x2F\x73\x13\x20\x25\x0C\xBB\x12"sv;
-    constexpr std::size_t window = 1U << 16U;
-    for (;;) {
-      const std::string_view ahead = stream_.peek(window);
-      const std::size_t found = ahead.find(sync, 1);
-      if (found != std::string_view::npos) {
-        lost_ += stream_.skip(found);
-        return true;
-      }
-      if (ahead.size() < window) {
-        lost_ += stream_.skip(ahead.size());
-        return false;
-      }
-      lost_ += stream_.skip(window - sync.size());
-    }
+    lost_ += stream_.skip_to("\x08\x00S\x2F\x73\x13\x20\x25\x0C\xBB\x12"sv);
+    return true;
   }
 
   void take_message(char type, std::string_view record, SeriesSink& sink) {

@@ -93,7 +93,9 @@ Sheet read_sheet(const std::string& xml, const std::vector<std::string>& strings
         sheet.numbers += parse_number(trimmed(words)).has_value() ? 1U : 0U;
         text += csv_cell(words);
       } else if (type == "inlineStr") {
-        text += csv_cell(text_of(cell.child("is")));
+        const std::string words = text_of(cell.child("is"));
+        sheet.numbers += parse_number(trimmed(words)).has_value() ? 1U : 0U;
+        text += csv_cell(words);
       } else {
         sheet.numbers += parse_number(value).has_value() ? 1U : 0U;
         text += csv_cell(value);

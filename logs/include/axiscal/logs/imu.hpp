@@ -42,6 +42,9 @@ struct ImuOptions {
   SegmentOptions segment;  ///< its columns: the gyroscope's by default, or the accelerometer's
   Seats seats = Seats::unknown;
   std::vector<RunSheetRow> sheet;
+  /// A calibration of the accelerometer that is there already, in the unit of the log's readings:
+  /// it is taken as it is.
+  std::optional<Calibration> known_accelerometer;
   std::optional<Face> first;  ///< the first rest's fence face, where seats are recognised
   TurnFitOptions turns;
 };
@@ -51,6 +54,7 @@ struct ImuCalibration {
   Segmentation rests;
   std::optional<SeatLabels> seats;
   Calibration accelerometer;
+  bool accelerometer_was_known = false;  ///< then records() leaves it out
   std::optional<Calibration> gyroscope;
   std::optional<Calibration> magnetometer;
   std::optional<TurnFit> turns;
@@ -58,7 +62,7 @@ struct ImuCalibration {
   std::optional<Eigen::Matrix3d> g_sensitivity, g_sensitivity_se;
   std::vector<std::string> notes;
 
-  /// @return the records that there are: slots accelerometer, gyroscope, magnetometer.
+  /// @return the records that were made: slots accelerometer, gyroscope, magnetometer.
   [[nodiscard]] std::vector<Calibration> records() const;
 };
 

@@ -12,6 +12,9 @@
 
 namespace axiscal {
 
+/// @return the text with a to z for A to Z; other characters as they are.
+[[nodiscard]] std::string in_small_letters(std::string_view text);
+
 /// A unit as people write it: "m/s²", "dps", "µT", "Gauss".
 struct KnownUnit {
   std::string_view
