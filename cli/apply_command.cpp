@@ -244,7 +244,8 @@ int run(const ApplyCommand& command) {
     table = open_table(
         command.readings, command.table,
         {.axes = calibration.instrument.axes,
-         .kind = calibration.instrument.differences.empty() ? calibration.instrument.kind : ""});
+         .kind = calibration.instrument.differences.empty() ? calibration.instrument.kind : "",
+         .unit = calibration.instrument.unit});
   }
   CsvReader& csv = *table.csv;
   // Output that goes on for ever is written to directly: it would never be put into its place.

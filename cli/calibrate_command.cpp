@@ -429,7 +429,7 @@ ExperimentOptions with_what_the_table_says(ExperimentOptions options, const Tabl
     std::string note;
     for (const std::string& axis : axes) {
       for (const NamedColumn& one : text.columns()) {
-        if (one.name == axis) {
+        if (in_small_letters(one.name) == in_small_letters(axis)) {
           units.insert(one.unit);
         }
       }

@@ -232,7 +232,8 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   without_method.method.reset();
   fresh.run = read_run(without_method, Units::one,
                        {.options = command.table,
-                        .kind = old.instrument.differences.empty() ? old.instrument.kind : ""});
+                        .kind = old.instrument.differences.empty() ? old.instrument.kind : "",
+                        .unit = old.instrument.unit});
   if (old.temperature && !fresh.run.observations.readings.front().temperature) {
     std::fprintf(stderr,
                  "note: the readings have no column 'temperature' and count as taken at the "

@@ -243,6 +243,21 @@ int run_imu(const CalibrateCommand& command) {
     throw UsageError(formatted("-o: the log gives {} records; the file's name must hold {{slot}}",
                                input.sensors.size()));
   }
+  const bool has_usual =
+      find_column(input.log.columns, "ax") && find_column(input.log.columns, "ay");
+  if (!command.rests.accelerometer && !has_usual && !input.sensors.empty() &&
+      input.sensor(SeriesKind::accelerometer) == nullptr) {
+    std::string found;
+    for (const LogSensor& sensor : input.sensors) {
+      found += (found.empty() ? "" : "; ") + sensor.words;
+    }
+    throw DataError(
+        *command.imu,
+        formatted("holds no accelerometer that feels gravity and varies: {}. What phones "
+                  "call linear acceleration is without gravity: record the acceleration "
+                  "with it. Other columns: --accelerometer X,Y,Z",
+                  found));
+  }
   std::vector<Calibration> records;
   std::string heading;
   const bool chosen = command.rests.log.instance.has_value();

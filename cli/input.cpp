@@ -37,9 +37,9 @@ ObservationsFile read_two_instruments(const std::string& path,
                                       const ObservationColumns& beside,
                                       const TableReading& reading) {
   const std::string text = read_whole_file(path);
-  const OpenTable own =
-      open_table(path, reading.options, {.axes = columns.axes, .kind = reading.kind},
-                 CsvReader::Quotes::span_lines, reader_of(text));
+  const OpenTable own = open_table(
+      path, reading.options, {.axes = columns.axes, .kind = reading.kind, .unit = reading.unit},
+      CsvReader::Quotes::span_lines, reader_of(text));
   const OpenTable others = open_table(path, reading.options, {.axes = beside.axes},
                                       CsvReader::Quotes::span_lines, reader_of(text));
   ObservationsFile result{.table = read_observations(*own.csv, columns),
@@ -66,21 +66,21 @@ ObservationsFile read_observations_file(const std::string& path,
   }
   std::error_code none;
   if (path != "-" && std::filesystem::is_regular_file(path, none)) {
-    const OpenTable table =
-        open_table(path, reading.options, {.axes = columns.axes, .kind = reading.kind});
+    const OpenTable table = open_table(
+        path, reading.options, {.axes = columns.axes, .kind = reading.kind, .unit = reading.unit});
     return {.table = read_observations(*table.csv, columns), .sha256 = sha256_of_file(path)};
   }
   // What is read once only: its digest is made on the way.
   InputFile file(path);
   SHA2_CTX digest;
   SHA256Init(&digest);
-  const OpenTable table =
-      open_table(path, reading.options, {.axes = columns.axes, .kind = reading.kind},
-                 CsvReader::Quotes::span_lines, [&](char* buffer, std::size_t size) {
-                   const std::size_t count = file.read(buffer, size);
-                   SHA256Update(&digest, reinterpret_cast<const std::uint8_t*>(buffer), count);
-                   return count;
-                 });
+  const OpenTable table = open_table(
+      path, reading.options, {.axes = columns.axes, .kind = reading.kind, .unit = reading.unit},
+      CsvReader::Quotes::span_lines, [&](char* buffer, std::size_t size) {
+        const std::size_t count = file.read(buffer, size);
+        SHA256Update(&digest, reinterpret_cast<const std::uint8_t*>(buffer), count);
+        return count;
+      });
   ObservationsFile result{.table = read_observations(*table.csv, columns)};
   std::array<char, SHA256_DIGEST_STRING_LENGTH> text{};
   result.sha256 = SHA256End(&digest, text.data());

@@ -23,6 +23,7 @@ struct TableReading {
   /// Kind of the instrument: other columns may stand in for its axes, as open_table(); empty:
   /// never.
   std::string kind;
+  std::string unit;  ///< of the readings that is wanted, as WantedColumns; empty: any
 };
 
 /// @param beside  columns of another instrument in the same rows.

@@ -52,12 +52,14 @@ std::string series_table(const RecordingSummary& summary) {
                                "kind", "samples", "rate [Hz]", "span [s]", "unit", "columns");
   for (const SeriesSummary& one : summary.series) {
     const bool has_times = std::isfinite(one.start_s) && std::isfinite(one.end_s);
-    text += formatted("{:<{}}  {:<13}  {:>9}  {:>9}  {:>10}  {:<7} {}{}\n", full_name(one), width,
-                      name_of(one.series.kind), one.samples,
-                      std::isfinite(one.rate_hz) ? number_text(one.rate_hz, 4) : "-",
-                      has_times ? number_text(one.end_s - one.start_s, 5) : "-",
-                      one.series.unit.empty() ? "-" : one.series.unit, columns_text(one),
-                      one.gaps > 0 ? formatted("; {} gaps", one.gaps) : "");
+    text += formatted(
+        "{:<{}}  {:<13}  {:>9}  {:>9}  {:>10}  {:<7} {}{}\n", full_name(one), width,
+        name_of(one.series.kind), one.samples,
+        std::isfinite(one.rate_hz) ? number_text(one.rate_hz, 4) : "-",
+        has_times ? number_text(one.end_s - one.start_s, 5) : "-",
+        one.series.unit.empty() ? "-" : one.series.unit, columns_text(one),
+        std::string(one.gaps > 0 ? formatted("; {} gaps", one.gaps) : "") +
+            (one.series.kind != SeriesKind::other && is_constant(one) ? "; does not vary" : ""));
   }
   return text;
 }

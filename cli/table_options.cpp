@@ -3,8 +3,10 @@
 
 #include <algorithm>
 
+#include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/field/field_unit.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "log_input.hpp"
 #include "summary.hpp"
@@ -63,6 +65,50 @@ std::optional<LogSensor> stand_in(const TableText& table, const WantedColumns& w
     plain.columns[axis] = found->name;
   }
   return plain;
+}
+
+// Columns of the axes whose header states another unit than is wanted.
+void convert_units(const std::string& path,
+                   const WantedColumns& wanted,
+                   const TableText& table,
+                   std::vector<MappedColumn>& renamed) {
+  if (wanted.unit.empty() || wanted.unit == "1") {
+    return;
+  }
+  for (const std::string& axis : wanted.axes) {
+    const auto already = std::find_if(renamed.begin(), renamed.end(),
+                                      [&](const MappedColumn& one) { return one.name == axis; });
+    const std::string called = already != renamed.end() ? already->column : axis;
+    const auto column =
+        std::find_if(table.columns().begin(), table.columns().end(), [&](const NamedColumn& one) {
+          return in_small_letters(one.name) == in_small_letters(called);
+        });
+    if (column == table.columns().end() || column->unit.empty()) {
+      continue;
+    }
+    SeriesKind kind = SeriesKind::other;
+    for (const SeriesKind one : {SeriesKind::accelerometer, SeriesKind::gyroscope,
+                                 SeriesKind::magnetometer, SeriesKind::temperature}) {
+      kind = name_of(one) == sensor_name(wanted.kind) ? one : kind;
+    }
+    const std::optional<KnownUnit> known = known_unit(column->unit, kind);
+    const std::string unit = known ? std::string(known->name) : column->unit;
+    const std::optional<double> factor = reading_factor_between(unit, wanted.unit);
+    if (!factor && is_reading_unit(unit) && is_reading_unit(wanted.unit)) {
+      throw DataError(path, formatted("column '{}' is in {} by its header, and readings in {} are "
+                                      "wanted",
+                                      called, unit, wanted.unit));
+    }
+    if (factor && *factor != 1.0) {
+      if (already != renamed.end()) {
+        already->factor = *factor;
+      } else {
+        renamed.push_back({.name = axis, .column = column->name, .factor = *factor});
+      }
+      print_remark("note", formatted("{}: column '{}' is converted from {} to {}", path, called,
+                                     unit, wanted.unit));
+    }
+  }
 }
 
 }  // namespace
@@ -135,6 +181,7 @@ OpenTable open_table(const std::string& path,
                                    joined(wanted.axes),
                                    joined({sensor->columns.begin(), sensor->columns.end()})));
   }
+  convert_units(path, wanted, *table.text, renamed);
   table.csv = std::make_unique<CsvReader>(table.text->reader(known, renamed, quotes));
   for (const std::string& note : table.text->notes()) {
     print_remark("note", path + ": " + note);

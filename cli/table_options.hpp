@@ -36,6 +36,9 @@ struct WantedColumns {
   /// The kind of instrument that they are of: where the table has none of them, but one sensor of
   /// that kind (or x, y, z), its columns are taken for them, and that is said; empty: never.
   std::string kind;
+  /// Unit of the readings that is wanted: columns whose header states another one are converted,
+  /// and refused where it is one of another quantity; empty or "1": any.
+  std::string unit;
 };
 
 /// Opens a table of any look; says in notes how columns were taken.

@@ -342,6 +342,20 @@ std::vector<std::string> comment_of(const Calibration& calibration,
   return comment;
 }
 
+Calibration with_measured_field(const Calibration& calibration) {
+  Calibration own = calibration;
+  const Eigen::Matrix3d S = calibration.response.sensitivity;
+  const double size = std::cbrt(std::abs(S.determinant()));
+  if (calibration.field.unit == "1" && calibration.field.magnitude == 1.0 &&
+      is_reading_unit(calibration.instrument.unit) && size > 0.0 && std::isfinite(size)) {
+    const std::string& unit = calibration.instrument.unit;
+    own.field.unit = unit == "gauss" ? "G" : unit == "mgauss" ? "mG" : unit;
+    own.field.magnitude = size;
+    own.response.sensitivity = S / size;
+  }
+  return own;
+}
+
 std::string worked_line(const Calibration& calibration, const ConsumerModel& model) {
   constexpr int digits = 7;
   const auto text_of = [](const Eigen::Vector3d& v) {

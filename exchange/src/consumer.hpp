@@ -57,6 +57,11 @@ ConsumerModel nearest_model(const Calibration& calibration,
                             MatrixShape shape,
                             const ExportOptions& options);
 
+/// A magnetometer's calibration whose field is in units of an unknown local one, with the field in
+/// the readings' unit instead, so that its scales keep the length that was read; others as they
+/// are.
+Calibration with_measured_field(const Calibration& calibration);
+
 /// What the model leaves out, if anything.
 std::optional<ExportLoss> loss_of(const Calibration& calibration, const ConsumerModel& model);
 

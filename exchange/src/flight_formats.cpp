@@ -57,8 +57,10 @@ std::vector<std::string> in_flight(Sensor sensor,
 
 }  // namespace
 
-Exported export_px4(const Calibration& calibration, const ExportOptions& options) {
-  const Sensor sensor = sensor_of(calibration, "px4");
+Exported export_px4(const Calibration& given, const ExportOptions& options) {
+  const Sensor sensor = sensor_of(given, "px4");
+  const Calibration calibration =
+      sensor == Sensor::magnetometer ? with_measured_field(given) : given;
   require_instance(options, 4, "px4");
   const std::string unit = usual_unit(sensor, "G");
   const ConsumerModel model =
@@ -116,8 +118,10 @@ std::string ardupilot_group(int instance, std::string_view sensor) {
                         : formatted("INS{}_{}", number, name);
 }
 
-Exported export_ardupilot(const Calibration& calibration, const ExportOptions& options) {
-  const Sensor sensor = sensor_of(calibration, "ardupilot");
+Exported export_ardupilot(const Calibration& given, const ExportOptions& options) {
+  const Sensor sensor = sensor_of(given, "ardupilot");
+  const Calibration calibration =
+      sensor == Sensor::magnetometer ? with_measured_field(given) : given;
   const std::string unit = usual_unit(sensor, "mG");
   const ConsumerModel model =
       nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);

@@ -7,8 +7,10 @@
 
 namespace axiscal {
 
-Exported export_iio(const Calibration& calibration, const ExportOptions& options) {
-  const Sensor sensor = sensor_of(calibration, "iio");
+Exported export_iio(const Calibration& given, const ExportOptions& options) {
+  const Sensor sensor = sensor_of(given, "iio");
+  const Calibration calibration =
+      sensor == Sensor::magnetometer ? with_measured_field(given) : given;
   const std::string unit = sensor == Sensor::magnetometer ? "G" : usual_unit(sensor, "G");
   const ConsumerModel model =
       nearest_model(calibration, {unit, unit}, MatrixShape::diagonal, options);

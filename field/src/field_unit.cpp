@@ -25,6 +25,19 @@ constexpr std::array units = {
     Unit{"W/m^2", "irradiance", 1.0},
 };
 
+// What instruments read besides, and how it is written too; `g` is the standard gravity.
+constexpr std::array reading_units = {
+    Unit{"g", "acceleration", standard_gravity},
+    Unit{"mg", "acceleration", 1e-3 * standard_gravity},
+    Unit{"gauss", "magnetic flux density", 1e-4},
+    Unit{"mgauss", "magnetic flux density", 1e-7},
+    Unit{"mrad/s", "angular rate", 1e-3},
+    Unit{"mdeg/s", "angular rate", 1e-3 * rad_per_deg},
+    Unit{"V", "voltage", 1.0},
+    Unit{"mV", "voltage", 1e-3},
+    Unit{"uV", "voltage", 1e-6},
+};
+
 const Unit* find_unit(std::string_view name) {
   for (const Unit& unit : units) {
     if (unit.name == name) {
@@ -32,6 +45,15 @@ const Unit* find_unit(std::string_view name) {
     }
   }
   return nullptr;
+}
+
+const Unit* find_reading_unit(std::string_view name) {
+  for (const Unit& unit : reading_units) {
+    if (unit.name == name) {
+      return &unit;
+    }
+  }
+  return find_unit(name);
 }
 
 }  // namespace
@@ -49,17 +71,19 @@ double factor_between(std::string_view from, std::string_view to) {
 }
 
 std::optional<double> reading_factor_between(std::string_view from, std::string_view to) {
-  if (from == "g" && to == "m/s^2") {
-    return standard_gravity;
+  if (from == to) {
+    return 1.0;
   }
-  if (from == "m/s^2" && to == "g") {
-    return 1.0 / standard_gravity;
-  }
-  try {
-    return factor_between(from, to);
-  } catch (const DomainError&) {
+  const Unit* const a = find_reading_unit(from);
+  const Unit* const b = find_reading_unit(to);
+  if (a == nullptr || b == nullptr || a->quantity != b->quantity) {
     return {};
   }
+  return a->in_si / b->in_si;
+}
+
+bool is_reading_unit(std::string_view name) {
+  return find_reading_unit(name) != nullptr;
 }
 
 }  // namespace axiscal

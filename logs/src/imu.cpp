@@ -234,7 +234,13 @@ class ImuCalibrator {
       calibrate_gyroscope();
     }
     if (!options_.magnetometer.empty()) {
-      calibrate_magnetometer();
+      try {
+        calibrate_magnetometer();
+      } catch (const RefusedError& error) {
+        // It has other needs; what the others are must not be lost for it.
+        result_.rests.warnings.push_back(
+            formatted("the magnetometer is left out: {}", error.what()));
+      }
     }
     result_.notes.insert(result_.notes.end(), log_.notes.begin(), log_.notes.end());
     result_.notes.insert(result_.notes.end(), result_.rests.notes.begin(),

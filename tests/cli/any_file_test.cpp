@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whatever file they have: the command on logs and tables of others, as their owners type it.
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <numbers>
 #include <random>
@@ -216,6 +217,58 @@ TEST_F(AnyFile, NamesItsInstrumentAndUnit) {
   const ProgramResult applied = run_axiscal({"apply", folder_.path("a.json"), other});
   EXPECT_EQ(applied.status, 0) << applied.err;
   EXPECT_THAT(unwrapped(applied.err), HasSubstr("are taken from the columns ax, ay, az"));
+}
+
+TEST_F(AnyFile, InAnotherUnitIsConvertedOrRefused) {
+  ASSERT_EQ(
+      run_axiscal({"calibrate", "--imu", six_faces(), "-o", folder_.path("{slot}.json")}).status,
+      0);
+  const std::string record = folder_.path("accelerometer.json");
+  const auto apply = [&](const std::string& header, const std::string& row) {
+    return run_axiscal({"apply", record, folder_.write("other.csv", header + "\n" + row + "\n")});
+  };
+  const ProgramResult same = apply("X (m/s^2),Y (m/s^2),Z (m/s^2)", "0.1,0.2,9.80665");
+  const ProgramResult other = apply("X (g),Y (g),Z (g)", "0.010197162129779,0.020394324259558,1");
+  ASSERT_EQ(same.status, 0) << same.err;
+  ASSERT_EQ(other.status, 0) << other.err;
+  EXPECT_THAT(unwrapped(other.err), HasSubstr("is converted from g to m/s^2"));
+  const auto first_number = [](const std::string& out) {
+    const std::string row = out.substr(out.find('\n') + 1);
+    std::size_t at = 0;
+    for (int comma = 0; comma < 3; ++comma) {
+      at = row.find(',', at) + 1;
+    }
+    return std::stod(row.substr(at));
+  };
+  EXPECT_NEAR(first_number(other.out), first_number(same.out), 1e-6);
+  const ProgramResult volts = apply("X (V),Y (V),Z (V)", "0.1,0.2,9.8");
+  EXPECT_EQ(volts.status, 3);
+  EXPECT_THAT(volts.err, HasSubstr("is in V by its header"));
+}
+
+TEST_F(AnyFile, TakesNoSensorThatIsDeadOrMadeByAFilter) {
+  std::string text = "time,ax,ay,az,gx,gy,gz\n";
+  std::ifstream phone(six_faces());
+  std::string line;
+  std::getline(phone, line);
+  while (std::getline(phone, line)) {
+    text += line + ",0,0,0\n";
+  }
+  const ProgramResult dead = run_axiscal({"calibrate", "--imu", folder_.write("dead.csv", text),
+                                          "-o", folder_.path("dead-{slot}.json")});
+  EXPECT_EQ(dead.status, 0) << dead.err;
+  EXPECT_THAT(unwrapped(dead.err), HasSubstr("gyroscope (gx, gy, gz) does not vary"));
+  // Sensor Logger's gravity is a filter's; it has no noise, and would look best of all.
+  std::filesystem::create_directory(folder_.path("phone"));
+  std::string gravity = "time,seconds_elapsed,z,y,x\n";
+  for (int i = 0; i < 100; ++i) {
+    gravity += std::to_string(1699734109763076400 + 10000000LL * i) + "," +
+               std::to_string(0.01 * i) + ",9.80665,0,0\n";
+  }
+  folder_.write("phone/Gravity.csv", gravity);
+  const ProgramResult log = run_axiscal({"log", folder_.path("phone")});
+  EXPECT_EQ(log.status, 0);
+  EXPECT_THAT(log.out, testing::Not(HasSubstr("accelerometer 0")));
 }
 
 }  // namespace

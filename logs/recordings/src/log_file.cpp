@@ -235,11 +235,18 @@ std::vector<LogSensor> LogFile::sensors() {
     return table.series[find_column(columns_, name).value()];
   });
   for (const MessageSeries::Part& part : series.parts()) {
-    summary.series.push_back({.series = part.series,
-                              .samples = std::max<std::size_t>(ahead_.front().size(), 2),
-                              .rate_hz = not_a_number});
+    SeriesSummary& one = summary.series.emplace_back(
+        SeriesSummary{.series = part.series,
+                      .samples = std::max<std::size_t>(ahead_.front().size(), 2),
+                      .rate_hz = not_a_number});
+    for (const std::size_t column : part.places) {
+      const auto [low, high] = std::minmax_element(ahead_[column].begin(), ahead_[column].end());
+      one.sd.push_back(low == ahead_[column].end() ? 0.0 : *high - *low);  // whether it varies
+    }
   }
   const std::vector<RecordedSensor> all = sensors_of(summary);
+  const std::vector<std::string> dead = words_of_dead(summary);
+  source_->notes.insert(source_->notes.end(), dead.begin(), dead.end());
   for (const SeriesKind kind :
        {SeriesKind::accelerometer, SeriesKind::gyroscope, SeriesKind::magnetometer}) {
     const RecordedSensor* chosen = nullptr;

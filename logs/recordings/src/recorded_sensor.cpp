@@ -67,6 +67,25 @@ std::string_view words_of(KnownBy by) {
 
 }  // namespace
 
+bool is_constant(const SeriesSummary& one) {
+  return !one.sd.empty() && one.samples > 2 &&
+         std::all_of(one.sd.begin(), one.sd.end(), [](double sd) { return !(sd > 0.0); });
+}
+
+std::vector<std::string> words_of_dead(const RecordingSummary& summary) {
+  std::vector<std::string> words;
+  for (const SeriesSummary& one : summary.series) {
+    const SeriesKind kind = one.series.kind;
+    if (kind != SeriesKind::other && kind != SeriesKind::temperature && is_constant(one)) {
+      const std::string name = full_name(summary, one.series);
+      words.push_back(formatted("the {}{}{} does not vary, and is left out", name_of(kind),
+                                name.empty() ? "" : " " + name,
+                                " (" + joined(one.series.columns) + ")"));
+    }
+  }
+  return words;
+}
+
 std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary) {
   std::vector<RecordedSensor> sensors;
   for (const SeriesKind kind :
@@ -112,6 +131,13 @@ std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary) {
                  ? sensor.rate_hz < slow * fastest
                  : static_cast<double>(sensor.samples) < slow * static_cast<double>(most);
     });
+    // What is known by its numbers alone yields to what is known by name.
+    const bool has_named =
+        std::any_of(found.begin(), found.end(),
+                    [](const RecordedSensor& sensor) { return sensor.known_by != KnownBy::data; });
+    std::erase_if(found, [&](const RecordedSensor& sensor) {
+      return has_named && sensor.known_by == KnownBy::data;
+    });
     const bool has_raw = std::any_of(found.begin(), found.end(), [](const RecordedSensor& sensor) {
       return !sensor.is_corrected;
     });
@@ -120,7 +146,9 @@ std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary) {
     for (std::size_t i = 0; i < found.size(); ++i) {
       found[i].number = static_cast<int>(i);
       found[i].device = device_of(summary, found[i]);
-      sensors.push_back(std::move(found[i]));
+      if (!is_constant(summary.series[found[i].series])) {  // dead; the others keep their numbers
+        sensors.push_back(std::move(found[i]));
+      }
     }
   }
   return sensors;

@@ -228,6 +228,11 @@ OpenedFile open_recording(ByteSource bytes) {
   if (start.starts_with("MATLAB ")) {
     return table("mat", open_mat_log(std::move(bytes)), path);
   }
+  for (const std::string_view other : {"%PDF"sv, "<!DOCTYPE"sv, "<html"sv, "<?xml"sv, "{\\rtf"sv}) {
+    if (start.starts_with(other)) {
+      throw DataError(path, "is a document, not a recording or a table");
+    }
+  }
   if (is_blackbox(start)) {
     return decoded(open_blackbox(std::move(bytes)));
   }

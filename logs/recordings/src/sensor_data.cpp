@@ -246,7 +246,9 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
       c += 2;
     }
   }
-  if (has(SeriesKind::accelerometer) || has_names) {
+  // Of Sensor Logger's files, and of filters' results, numbers prove nothing.
+  const bool is_of_phone = std::find(names.begin(), names.end(), "seconds_elapsed") != names.end();
+  if (has(SeriesKind::accelerometer) || has_names || is_of_phone) {
     return columns;
   }
   // Numbers alone.

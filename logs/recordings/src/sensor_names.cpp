@@ -100,11 +100,14 @@ std::string letters_of_axis(std::string small) {
 }
 
 // What phones and filters give without gravity: it is of no use to a calibration.
+// Or gravity alone, which is made by a filter.
 bool is_without_gravity(std::string_view small) {
-  return contains(small, "linear acc") || contains(small, "linearacc") ||
-         small == "acceleration without gravity" || contains(small, "freeacc") ||
-         contains(small, "free acc") || contains(small, "free_acc") || contains(small, "useracc") ||
-         contains(small, "user_acc");
+  const bool has_it = contains(small, "including") || contains(small, "with_gravity") ||
+                      contains(small, "with gravity") || contains(small, "withgravity");
+  return (!has_it && contains(small, "gravity")) || contains(small, "linear acc") ||
+         contains(small, "linearacc") || small == "acceleration without gravity" ||
+         contains(small, "freeacc") || contains(small, "free acc") || contains(small, "free_acc") ||
+         contains(small, "useracc") || contains(small, "user_acc");
 }
 
 // A unit within a name, behind an underscore: "accel_mps2_x", "gyro_rad", "magnetometer_ga[0]",

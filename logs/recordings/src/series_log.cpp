@@ -153,6 +153,15 @@ bool SeriesLog::take_row(std::vector<double>& row) {
     }
   }
   base.pop_front();
+  if (has_begun_ || !has_times) {
+    has_begun_ = true;
+  } else {
+    // Sensors begin some milliseconds apart: rows before all have are none.
+    constexpr double longest_wait_s = 1.0;
+    first_s_ = std::isnan(first_s_) ? time_s : first_s_;
+    has_begun_ = time_s - first_s_ > longest_wait_s ||
+                 std::none_of(row.begin(), row.end(), [](double v) { return std::isnan(v); });
+  }
   for (std::size_t s = 0; !has_times && s < queues.size(); ++s) {
     if (queues[s].wanted && s != base_ && !queues[s].samples.empty()) {
       queues[s].samples.pop_front();
@@ -167,6 +176,9 @@ std::size_t SeriesLog::read(LogBlock& block, std::size_t most) {
   std::size_t rows = 0;
   while (rows < most) {
     if (take_row(row)) {
+      if (!has_begun_) {
+        continue;
+      }
       for (std::size_t s = 0; s < selected_.size(); ++s) {
         const double value = row[selected_[s]];
         block[s].push_back(value);

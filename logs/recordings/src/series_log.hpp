@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,6 +42,8 @@ class SeriesLog final : public LogFile::Source {
   std::vector<MergedColumn> merged_;
   std::vector<std::size_t> selected_;
   bool at_end_ = false;
+  bool has_begun_ = false;  // whether all series have
+  double first_s_ = std::numeric_limits<double>::quiet_NaN();
 };
 
 }  // namespace axiscal

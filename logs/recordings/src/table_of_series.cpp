@@ -152,6 +152,8 @@ OpenedTable table_of_series(const std::string& path, const LogFormat& format) {
                                             std::move(columns));
   source->notes = summary.notes;
   source->notes.insert(source->notes.end(), notes.begin(), notes.end());
+  const std::vector<std::string> dead = words_of_dead(summary);
+  source->notes.insert(source->notes.end(), dead.begin(), dead.end());
   table.source = std::move(source);
   return table;
 }

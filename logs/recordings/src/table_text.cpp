@@ -75,6 +75,8 @@ class NumbersAsText {
  public:
   explicit NumbersAsText(std::unique_ptr<LogFile::Source> source) : source_(std::move(source)) {}
 
+  void scale(std::vector<double> factors) { factors_ = std::move(factors); }
+
   std::size_t read(char* buffer, std::size_t size) {
     constexpr std::size_t rows = 4096;
     while (given_ == text_.size()) {
@@ -85,7 +87,7 @@ class NumbersAsText {
       }
       for (std::size_t row = 0; row < block_.front().size(); ++row) {
         for (std::size_t c = 0; c < block_.size(); ++c) {
-          const double value = block_[c][row];
+          const double value = (c < factors_.size() ? factors_[c] : 1.0) * block_[c][row];
           text_ += c > 0 ? "," : "";
           text_ += std::isfinite(value) ? number_text(value) : "nan";
         }
@@ -100,6 +102,7 @@ class NumbersAsText {
  private:
   std::unique_ptr<LogFile::Source> source_;
   LogBlock block_;
+  std::vector<double> factors_;
   std::string text_;
   std::size_t given_ = 0;
 };
@@ -394,6 +397,17 @@ CsvReader TableText::reader(const std::vector<std::string>& known,
                                ? static_cast<std::size_t>(column - state.columns.begin())
                                : need_column(state.path, header, one.column);
     header[at] = one.name;
+    if (one.factor != 1.0 && at < state.factors.size()) {
+      state.factors[at] *= one.factor;
+      state.is_plain = false;
+      if (state.layout.first_row_line <= state.layout.header_line) {
+        state.layout.first_row_line = state.layout.header_line + 1;
+      }
+    }
+  }
+  if (state.numbers) {
+    state.numbers->scale(state.factors);
+    state.is_plain = true;
   }
   for (const std::string& name : known) {
     if (has(name) || header.size() != state.columns.size()) {

@@ -14,9 +14,13 @@ namespace axiscal {
 /// @throws DomainError  if the two are not of one quantity, or one is not known and not the other.
 [[nodiscard]] double factor_between(std::string_view from, std::string_view to);
 
-/// As factor_between(), of what an instrument reads: there `g` is the standard gravity.
+/// As factor_between(), of what an instrument reads: there `g` is the standard gravity, and
+/// volts, milli-g, gauss and the like are known too.
 /// @return nothing if the two are not of one quantity, or one is not known and not the other.
 [[nodiscard]] std::optional<double> reading_factor_between(std::string_view from,
                                                            std::string_view to);
+
+/// @return whether a unit of readings is one that converts: m/s^2, g, V, deg/s, gauss, ...
+[[nodiscard]] bool is_reading_unit(std::string_view name);
 
 }  // namespace axiscal

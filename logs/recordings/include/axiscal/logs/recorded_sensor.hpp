@@ -30,6 +30,12 @@ struct RecordedSensor {
 /// recorded fast, and the raw ones before those that the device has corrected.
 [[nodiscard]] std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary);
 
+/// @return whether no column of a series varies: a sensor that is dead, or not there.
+[[nodiscard]] bool is_constant(const SeriesSummary& series);
+
+/// @return what is to be said of sensors that are left out, as they do not vary.
+[[nodiscard]] std::vector<std::string> words_of_dead(const RecordingSummary& summary);
+
 /// @return "accelerometer (IMU: AccX, AccY, AccZ in m/s^2, 24.7 Hz, known by the format)".
 [[nodiscard]] std::string words_of(const RecordedSensor& sensor);
 
