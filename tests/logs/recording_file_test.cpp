@@ -429,7 +429,7 @@ TEST(RecordingFile, PutsSeriesOfOtherTimesIntoOneTable) {
   std::string accelerometer = "Time (s),X (m/s^2),Y (m/s^2),Z (m/s^2)\n";
   std::string magnetometer = "Time (s),X (uT),Y (uT),Z (uT)\n";
   for (int i = 0; i < 200; ++i) {
-    accelerometer += std::to_string(0.01 * i) + ",0,0,9.8\n";
+    accelerometer += std::to_string(0.01 * i) + ",0,0," + (i % 2 == 0 ? "9.8" : "9.81") + "\n";
   }
   for (int i = 0; i < 40; ++i) {  // a line over time, so that interpolation is exact
     magnetometer += std::to_string(0.05 * i + 0.003) + "," + std::to_string(20.0 + i) + ",0,30\n";

@@ -117,9 +117,18 @@ class Dataflash final : public RecordingFile::Decoder {
     const auto known = messages_.find(id);
     if (!is_head || (id != format_message && known == messages_.end())) {
       lost_ += stream_.skip_to("\xA3\x95");
+      is_lost_ = true;
       return true;
     }
     const std::size_t size = id == format_message ? format_size : known->second.size;
+    if (is_lost_) {  // behind other bytes it is believed where another message follows
+      const std::string_view ahead = stream_.peek(size + 2);
+      if (ahead.size() == size + 2 && !ahead.substr(size).starts_with("\xA3\x95")) {
+        lost_ += stream_.skip_to("\xA3\x95");
+        return true;
+      }
+      is_lost_ = false;
+    }
     if (stream_.peek(size).size() < size) {
       unfinished_ += stream_.take(size).size();
       return false;
@@ -210,6 +219,7 @@ class Dataflash final : public RecordingFile::Decoder {
   std::vector<double> values_;
   std::size_t count_ = 0, strange_ = 0, unfinished_ = 0;
   std::uint64_t lost_ = 0;
+  bool is_lost_ = false;  // whether what was read last was no message
 };
 
 }  // namespace

@@ -246,8 +246,19 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
       c += 2;
     }
   }
-  // Of Sensor Logger's files, and of filters' results, numbers prove nothing.
+  // Of Sensor Logger's files numbers prove nothing; but its Accelerometer.csv, which as a rule is
+  // without gravity, has it where it shows.
   const bool is_of_phone = std::find(names.begin(), names.end(), "seconds_elapsed") != names.end();
+  for (std::size_t c = 0; is_of_phone && table == "Accelerometer" && c + 2 < names.size(); ++c) {
+    const bool are_axes =
+        names[c].size() == 1 && names[c + 1].size() == 1 && names[c + 2].size() == 1;
+    const std::string unit = are_axes ? gravity_unit(lengths_of(block, c)) : "";
+    if (!unit.empty()) {
+      set(columns, c,
+          {.kind = SeriesKind::accelerometer, .unit = unit, .known_by = KnownBy::names});
+      return columns;
+    }
+  }
   if (has(SeriesKind::accelerometer) || has_names || is_of_phone) {
     return columns;
   }

@@ -16,6 +16,7 @@ namespace axiscal {
 namespace {
 
 constexpr std::size_t block_rows = 8192;
+constexpr std::size_t most_values = std::size_t{1} << 20U;  // 8 MiB
 
 class TableDecoder final : public RecordingFile::Decoder {
  public:
@@ -35,7 +36,10 @@ class TableDecoder final : public RecordingFile::Decoder {
   }
 
   bool read(SeriesSink& sink) override {
-    const std::size_t rows = source_->read(block_, block_rows);
+    // A line of text may have tens of thousands of cells: a block is bounded in values.
+    const std::size_t most = std::clamp<std::size_t>(
+        most_values / std::max<std::size_t>(1, places_.size()), 1, block_rows);
+    const std::size_t rows = source_->read(block_, most);
     if (rows == 0) {
       return false;
     }
@@ -67,7 +71,14 @@ class TableDecoder final : public RecordingFile::Decoder {
   }
 
  private:
-  [[nodiscard]] double time_of(std::size_t row) const {
+  [[nodiscard]] double time_of(std::size_t row) {
+    if (time_ && is_counter_) {  // of 16 bits
+      constexpr double turn = 65536.0;
+      const double count = block_[*time_][row];
+      turns_ += count + 0.5 * turn < last_count_ ? turn : 0.0;
+      last_count_ = count;
+      return (count + turns_) * seconds_;
+    }
     if (time_) {
       return block_[*time_][row] * seconds_;
     }
@@ -88,6 +99,7 @@ class TableDecoder final : public RecordingFile::Decoder {
     if (!time_ && source_->rate_hz > 0.0 && counter != columns_.end()) {
       time_ = static_cast<std::size_t>(counter - columns_.begin());
       seconds_ = 1.0 / source_->rate_hz;
+      is_counter_ = true;
     } else if (time_) {
       const TimeColumn column{.position = *time_,
                               .seconds = columns.seconds > 0.0 ? columns.seconds : 1.0,
@@ -121,6 +133,8 @@ class TableDecoder final : public RecordingFile::Decoder {
   LogBlock block_;
   std::optional<std::size_t> time_;
   double seconds_ = 1.0;
+  bool is_counter_ = false;  // the times are a counter of samples
+  double last_count_ = 0.0, turns_ = 0.0;
   std::size_t done_ = 0;
   std::vector<std::size_t> others_;
   MessageSeries series_;
