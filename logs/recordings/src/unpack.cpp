@@ -134,7 +134,7 @@ std::optional<std::string> unpack_zstd_to(std::string_view block, std::size_t si
 }  // namespace
 
 std::optional<std::string> unpack(std::string_view packing,
-                                  std::string_view block,
+                                  [[maybe_unused]] std::string_view block,
                                   std::size_t size) {
   if (size > largest_block) {
     return std::nullopt;
