@@ -14,6 +14,7 @@
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
@@ -396,9 +397,8 @@ namespace {
 // What the options leave open, and the first table's columns say: the axes where they are not x, y,
 // z, by that the kind of instrument, and the unit.
 ExperimentOptions with_what_the_table_says(ExperimentOptions options, const TableOptions& table) {
-  std::error_code none;
   const std::string path = options.files.front();
-  if (is_experiment_file(path) || path == "-" || !std::filesystem::is_regular_file(path, none) ||
+  if (is_experiment_file(path) || !can_be_read_again(path) ||
       (options.axes && options.instrument && options.unit)) {
     return options;
   }

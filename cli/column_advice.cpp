@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <filesystem>
 #include <vector>
 
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/sensor_names.hpp"
 #include "axiscal/logs/table_text.hpp"
@@ -75,9 +75,7 @@ std::string with_marked_cell(const std::string& message) {
   const std::string path = message.substr(0, colon);
   const std::size_t end = message.find(':', colon + 1);
   constexpr std::string_view head = ": column '";
-  std::error_code none;
-  if (message.compare(end, head.size(), head) != 0 ||
-      !std::filesystem::is_regular_file(path, none)) {
+  if (message.compare(end, head.size(), head) != 0 || !can_be_read_again(path)) {
     return message;
   }
   const std::size_t quote = message.find('\'', end + head.size());

@@ -3,11 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 
 #include <sha2.h>
 #include <sys/types.h>
-#include <system_error>
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/error.hpp"
@@ -64,8 +62,7 @@ ObservationsFile read_observations_file(const std::string& path,
   if (beside) {
     return read_two_instruments(path, columns, *beside, reading);
   }
-  std::error_code none;
-  if (path != "-" && std::filesystem::is_regular_file(path, none)) {
+  if (can_be_read_again(path)) {
     const OpenTable table = open_table(
         path, reading.options, {.axes = columns.axes, .kind = reading.kind, .unit = reading.unit});
     return {.table = read_observations(*table.csv, columns), .sha256 = sha256_of_file(path)};
@@ -98,9 +95,8 @@ Calibration read_unrefused(const std::string& record, bool force) {
 
 std::string sha256_of_file(const std::string& path) {
   std::array<char, SHA256_DIGEST_STRING_LENGTH> text{};
-  std::error_code none;  // a pipe would be waited for: it was read once
-  if (path == "-" || !std::filesystem::is_regular_file(path, none) ||
-      SHA256File(path.c_str(), text.data()) == nullptr) {
+  // A pipe would be waited for: it was read once.
+  if (!can_be_read_again(path) || SHA256File(path.c_str(), text.data()) == nullptr) {
     return "";
   }
   return text.data();

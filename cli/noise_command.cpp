@@ -4,6 +4,7 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/logs/noise_json.hpp"
@@ -398,7 +399,7 @@ int run(const NoiseCommand& command) {
   const LogFormat format = format_of(command.options, wanted);
   LogFile file(command.log, format);
   LogNoise noise;
-  if (!file.is_table() && !command.columns && command.log != "-") {
+  if (!file.is_table() && !command.columns && can_be_read_again(command.log)) {
     noise = noise_of_sensors(command, format, file.sensors());
   } else {
     LogInput input = record_log(std::move(file));

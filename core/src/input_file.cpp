@@ -3,11 +3,13 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <utility>
 #include <vector>
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <system_error>
 #include <unistd.h>
 
 #include "axiscal/core/error.hpp"
@@ -47,6 +49,11 @@ std::size_t InputFile::read(char* buffer, std::size_t size) {
       throw DataError(path_, std::string("cannot be read: ") + std::strerror(errno));
     }
   }
+}
+
+bool can_be_read_again(const std::string& path) {
+  std::error_code none;
+  return path != "-" && std::filesystem::is_regular_file(path, none);
 }
 
 std::string read_whole_file(const std::string& path) {

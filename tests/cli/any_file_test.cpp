@@ -78,6 +78,32 @@ TEST_F(AnyFile, IsDescribedWithTheNextCommand) {
   EXPECT_NEAR(json["series"][0]["rate_hz"].get<double>(), 100.0, 1e-6);
 }
 
+// A log is read twice, once to see what it holds; a pipe cannot be.
+TEST_F(AnyFile, OfAnAutopilotIsReadFromAPipeAsFromTheFile) {
+  std::string text =
+      "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n"
+      "FMT, 150, 50, IMU, QBffffff, TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ\n";
+  std::mt19937 random(2);
+  std::normal_distribution<double> normal(0.0, 0.01);
+  long time_us = 1000000;
+  for (int face = 0; face < 6; ++face) {
+    for (int i = 0; i < 460; ++i) {
+      const double shaken = i < 400 ? 1.0 : 300.0;
+      std::ostringstream line;
+      line << "IMU, " << (time_us += 5000) << ", 0";
+      for (int k = 0; k < 6; ++k) {
+        const bool up = k - 3 == face / 2;
+        line << ", " << shaken * normal(random) + (up ? (face % 2 == 0 ? 9.81 : -9.81) : 0.0);
+      }
+      text += line.str() + "\n";
+    }
+  }
+  const ProgramResult piped = run_axiscal({"segment", "-"}, {.stdin_text = text});
+  EXPECT_EQ(piped.status, 0) << piped.err;
+  const std::string path = folder_.write("flight.log", text);
+  EXPECT_EQ(piped.out, run_axiscal({"segment", path}).out);
+}
+
 TEST_F(AnyFile, OfAPhoneOnSixFacesIsCalibratedByOneCommand) {
   const ProgramResult result =
       run_axiscal({"calibrate", "--imu", six_faces(), "-o", folder_.path("imu-{slot}.json")});

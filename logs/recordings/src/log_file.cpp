@@ -115,7 +115,11 @@ LogFormat read_log_format(const std::string& path) {
 }
 
 LogFile::LogFile(const std::string& path, const LogFormat& format) : path_(path) {
-  OpenedFile opened = open_recording(path);
+  ReopenableFile file(path);
+  OpenedFile opened = file.open();
+  if (opened.is_table()) {
+    file.read_once();
+  }
   read_table(opened, format.names);
   format_ = opened.format;
   instance_ = format.instance;
@@ -123,7 +127,9 @@ LogFile::LogFile(const std::string& path, const LogFormat& format) : path_(path)
   if (opened.is_table()) {
     source_ = std::move(opened.table);
   } else {
-    OpenedTable table = table_of_series(path, format);
+    constexpr std::size_t looked_at = 400000;
+    const RecordingSummary summary = summarise(*opened.decoder, looked_at);
+    OpenedTable table = table_of_series(path, summary, file.open().decoder, format);
     is_table_ = false;
     source_ = std::move(table.source);
     sensors_ = std::move(table.sensors);

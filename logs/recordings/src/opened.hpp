@@ -38,6 +38,13 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 /// A table as series: its columns by kind and unit. Read by read_table() already.
 [[nodiscard]] DecoderPointer decoder_of_table(OpenedFile opened);
 
+/// What was opened as series, a table as well.
+[[nodiscard]] DecoderPointer series_of(OpenedFile opened);
+
+/// As summarise() of a path, of what was opened.
+[[nodiscard]] RecordingSummary summarise(RecordingFile::Decoder& decoder,
+                                         std::optional<std::size_t> most_samples = {});
+
 /// A zip archive: NumPy's .npz, a spreadsheet, or tables of a phone.
 /// @param path  of a file that libarchive can open.
 /// @param name  for messages.
@@ -61,17 +68,41 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 [[nodiscard]] std::string csv_of_workbook(
     const std::string& name, const std::function<std::string(const std::string& part)>& part);
 
-/// Rests on a copy of what can be read once only; the copy is gone with the object.
+/// A temporary copy of what can be read once only; it is gone with the object.
 class SpooledFile {
  public:
-  explicit SpooledFile(ByteSource& bytes);
+  /// @param name  of what is copied, for messages.
+  explicit SpooledFile(std::string name);
   ~SpooledFile();
   SpooledFile(const SpooledFile&) = delete;
   SpooledFile& operator=(const SpooledFile&) = delete;
+
+  /// @throws DataError  if there is no room for it.
+  void write(const char* buffer, std::size_t size);
+
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
+  std::string name_, path_;
+  int descriptor_ = -1;
+};
+
+/// A file that can be opened more than once, a pipe as well: what is read of a pipe is copied,
+/// until it is seen that once is enough.
+class ReopenableFile {
+ public:
+  explicit ReopenableFile(std::string path) : path_(std::move(path)) {}
+
+  /// @throws DataError  as open_recording().
+  [[nodiscard]] OpenedFile open();
+
+  /// It will not be opened once more: nothing is copied from now on.
+  void read_once();
+
+ private:
+  struct Pipe;
   std::string path_;
+  std::shared_ptr<Pipe> pipe_;  // where it is one, once it was opened
 };
 
 /// @return the file's name without folder and ending.

@@ -13,6 +13,7 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "opened.hpp"
 #include "text_encoding.hpp"
@@ -112,19 +113,24 @@ std::vector<std::string> files_in_folder(const std::string& path) {
   return bags.empty() ? tables : bags;
 }
 
-bool is_regular(const std::string& path) {
-  std::error_code none;
-  return path != "-" && std::filesystem::is_regular_file(path, none);
+// Copies what is still to come of a ByteSource or an InputFile.
+template <typename Bytes>
+void copy_rest(Bytes& bytes, SpooledFile& copy) {
+  std::vector<char> buffer(1U << 18U);
+  while (const std::size_t count = bytes.read(buffer.data(), buffer.size())) {
+    copy.write(buffer.data(), count);
+  }
 }
 
 // Formats that are read at several places at once need a file; what is none is copied.
 template <typename Open>
 OpenedFile with_file(ByteSource bytes, const Open& open) {
   const std::string path = bytes.path();
-  if (is_regular(path) && bytes.compression().empty()) {
+  if (can_be_read_again(path) && bytes.compression().empty()) {
     return open(path, path);
   }
-  auto copy = std::make_shared<SpooledFile>(bytes);
+  const auto copy = std::make_shared<SpooledFile>(path);
+  copy_rest(bytes, *copy);
   OpenedFile opened = open(copy->path(), path);
   if (opened.decoder) {
     opened.decoder->keep = copy;
@@ -156,36 +162,62 @@ ByteSource bytes_of_text(const std::string& path, std::string text) {
           }};
 }
 
-SpooledFile::SpooledFile(ByteSource& bytes) {
+SpooledFile::SpooledFile(std::string name) : name_(std::move(name)) {
   const char* const folder = std::getenv("TMPDIR");  // NOLINT(concurrency-mt-unsafe)
   // It has a name, as libraries that follow links would not find it otherwise.
   path_ = std::string(folder != nullptr ? folder : "/tmp") + "/axiscal-XXXXXX";
-  const int descriptor = ::mkostemp(path_.data(), O_CLOEXEC);
-  if (descriptor < 0) {
-    path_.clear();
-    throw DataError(bytes.path(), "no room for a temporary copy; give the file's name instead");
+  descriptor_ = ::mkostemp(path_.data(), O_CLOEXEC);
+  if (descriptor_ < 0) {
+    throw DataError(name_, "no room for a temporary copy; give the file's name instead");
   }
-  std::vector<char> buffer(1U << 18U);
-  for (;;) {
-    const std::size_t count = bytes.read(buffer.data(), buffer.size());
-    if (count == 0) {
-      break;
-    }
-    for (std::size_t done = 0; done < count;) {
-      const ssize_t written = ::write(descriptor, buffer.data() + done, count - done);
-      if (written <= 0) {
-        ::close(descriptor);
-        ::unlink(path_.c_str());
-        throw DataError(bytes.path(), "no room for a temporary copy; give the file's name instead");
-      }
-      done += static_cast<std::size_t>(written);
-    }
-  }
-  ::close(descriptor);
 }
 
 SpooledFile::~SpooledFile() {
+  ::close(descriptor_);
   ::unlink(path_.c_str());
+}
+
+void SpooledFile::write(const char* buffer, std::size_t size) {
+  for (std::size_t done = 0; done < size;) {
+    const ssize_t written = ::write(descriptor_, buffer + done, size - done);
+    if (written <= 0) {
+      throw DataError(name_, "no room for a temporary copy; give the file's name instead");
+    }
+    done += static_cast<std::size_t>(written);
+  }
+}
+
+struct ReopenableFile::Pipe {
+  InputFile file;
+  std::shared_ptr<SpooledFile> copy;  // none: it is read once
+};
+
+void ReopenableFile::read_once() {
+  if (pipe_) {
+    pipe_->copy.reset();
+  }
+}
+
+OpenedFile ReopenableFile::open() {
+  std::error_code none;
+  if (can_be_read_again(path_) || std::filesystem::is_directory(path_, none)) {
+    return open_recording(path_);
+  }
+  if (!pipe_) {
+    pipe_ = std::shared_ptr<Pipe>(new Pipe{InputFile(path_), nullptr});
+    pipe_->copy = std::make_shared<SpooledFile>(path_);
+    return open_recording(ByteSource(path_, [pipe = pipe_](char* buffer, std::size_t size) {
+      const std::size_t count = pipe->file.read(buffer, size);
+      if (pipe->copy) {
+        pipe->copy->write(buffer, count);
+      }
+      return count;
+    }));
+  }
+  copy_rest(pipe_->file, *pipe_->copy);
+  return open_recording(ByteSource(
+      path_, [copy = pipe_->copy, file = std::make_shared<InputFile>(pipe_->copy->path())](
+                 char* buffer, std::size_t size) { return file->read(buffer, size); }));
 }
 
 OpenedFile open_recording(ByteSource bytes) {
@@ -282,11 +314,13 @@ OpenedFile open_recording(const std::string& path) {
   return opened.size() == 1 ? std::move(opened.front()) : joined_recordings(std::move(opened));
 }
 
-RecordingFile::RecordingFile(const std::string& path) : path_(path) {
-  OpenedFile opened = open_recording(path);
+DecoderPointer series_of(OpenedFile opened) {
   read_table(opened, {});
-  decoder_ = opened.is_table() ? decoder_of_table(std::move(opened)) : std::move(opened.decoder);
+  return opened.is_table() ? decoder_of_table(std::move(opened)) : std::move(opened.decoder);
 }
+
+RecordingFile::RecordingFile(const std::string& path)
+    : path_(path), decoder_(series_of(open_recording(path))) {}
 
 RecordingFile::~RecordingFile() = default;
 RecordingFile::RecordingFile(RecordingFile&&) noexcept = default;

@@ -9,6 +9,7 @@
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/logs/recording_file.hpp"
 #include "axiscal/logs/sensor_names.hpp"
+#include "opened.hpp"
 #include "text_encoding.hpp"
 #include "text_layout.hpp"
 
@@ -247,15 +248,19 @@ class Summariser final : public SeriesSink {
 
 }  // namespace
 
-RecordingSummary summarise(const std::string& path, std::optional<std::size_t> most_samples) {
-  RecordingFile recording(path);
+RecordingSummary summarise(RecordingFile::Decoder& decoder,
+                           std::optional<std::size_t> most_samples) {
   Summariser summariser;
-  while (recording.read(summariser) && (!most_samples || summariser.samples() < *most_samples)) {
+  while (decoder.read(summariser) && (!most_samples || summariser.samples() < *most_samples)) {
   }
-  return {.format = recording.format(),
+  return {.format = decoder.format,
           .series = summariser.finish(),
-          .notes = recording.notes(),
-          .facts = recording.facts()};
+          .notes = decoder.notes(),
+          .facts = decoder.facts};
+}
+
+RecordingSummary summarise(const std::string& path, std::optional<std::size_t> most_samples) {
+  return summarise(*series_of(open_recording(path)), most_samples);
 }
 
 std::string recording_json(const RecordingSummary& summary) {

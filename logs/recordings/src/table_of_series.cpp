@@ -9,14 +9,10 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/missing_column.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "opened.hpp"
 #include "series_log.hpp"
 
 namespace axiscal {
 namespace {
-
-// By so many samples it is seen what a recording holds.
-constexpr std::size_t looked_at = 400000;
 
 // The letters by which a table calls the axes of a kind.
 char letter_of(SeriesKind kind) {
@@ -61,8 +57,10 @@ std::string what_it_holds(const RecordingSummary& summary) {
   return names.empty() ? "it holds no series of numbers" : "it holds " + joined(names);
 }
 
-OpenedTable table_of_series(const std::string& path, const LogFormat& format) {
-  const RecordingSummary summary = summarise(path, looked_at);
+OpenedTable table_of_series(const std::string& path,
+                            const RecordingSummary& summary,
+                            DecoderPointer decoder,
+                            const LogFormat& format) {
   const std::vector<RecordedSensor> all = sensors_of(summary);
   OpenedTable table;
   std::vector<MergedColumn> columns;
@@ -148,8 +146,7 @@ OpenedTable table_of_series(const std::string& path, const LogFormat& format) {
     throw DataError(path, formatted("no accelerometer, gyroscope or magnetometer is in this {}: {}",
                                     summary.format, what_it_holds(summary)));
   }
-  auto source = std::make_unique<SeriesLog>(std::move(open_recording(path).decoder), *base,
-                                            std::move(columns));
+  auto source = std::make_unique<SeriesLog>(std::move(decoder), *base, std::move(columns));
   source->notes = summary.notes;
   source->notes.insert(source->notes.end(), notes.begin(), notes.end());
   const std::vector<std::string> dead = words_of_dead(summary);

@@ -7,6 +7,7 @@
 
 #include "axiscal/logs/log_file.hpp"
 #include "log_source.hpp"
+#include "series_decoder.hpp"
 
 namespace axiscal {
 
@@ -17,8 +18,14 @@ struct OpenedTable {
 
 /// A recording of several series as one table: the sensors of one instance, and what else is
 /// wanted.
+/// @param summary  of its first samples, by which it is seen what it holds.
+/// @param decoder  at its beginning.
+/// @param path     for messages.
 /// @throws DataError  if it holds no sensor; the message says what it holds.
-[[nodiscard]] OpenedTable table_of_series(const std::string& path, const LogFormat& format);
+[[nodiscard]] OpenedTable table_of_series(const std::string& path,
+                                          const RecordingSummary& summary,
+                                          DecoderPointer decoder,
+                                          const LogFormat& format);
 
 /// @return what a recording holds, in a line for a message: "it holds sensor_baro (4 columns),
 /// ...".

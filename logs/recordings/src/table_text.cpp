@@ -138,15 +138,11 @@ struct TableText::State {
 void TableText::State::open(OpenedFile opened) {
   table_name = opened.table_name;
   if (!opened.is_table()) {
-    std::string holds;
-    if (path != "-") {
-      constexpr std::size_t looked_at = 100000;
-      holds = "; " + what_it_holds(summarise(path, looked_at));
-    }
+    constexpr std::size_t looked_at = 100000;
     throw DataError(
         path,
-        formatted("is a recording ({}), not a table of readings in known orientations{}",
-                  opened.format, holds),
+        formatted("is a recording ({}), not a table of readings in known orientations; {}",
+                  opened.format, what_it_holds(summarise(*opened.decoder, looked_at))),
         {Setting::log});
   }
   if (opened.text) {

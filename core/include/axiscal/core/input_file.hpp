@@ -37,6 +37,11 @@ class InputFile {
   int descriptor_ = -1;
 };
 
+/// @return whether a path names a file that can be read more than once: neither `-`, nor a pipe,
+/// nor
+///         a folder, nor nothing.
+[[nodiscard]] bool can_be_read_again(const std::string& path);
+
 /// @return the whole content of a file; `-` is standard input.
 /// @throws DataError  as InputFile; or if it is larger than largest_whole_file.
 [[nodiscard]] std::string read_whole_file(const std::string& path);
