@@ -340,7 +340,7 @@ void print_result(const AcquireCommand& command,
     print_result_text(files.dump() + "\n");
   } else {
     print_result_text(formatted("\n{}\nreadings: {}\nrecord: {}\nreport: {}\njournal: {}\n",
-                                summary_text(calibration), outputs.observations, outputs.record,
+                                summary(calibration), outputs.observations, outputs.record,
                                 outputs.report, outputs.journal));
   }
   for (const CalibrationWarning& warning : calibration.warnings) {

@@ -102,7 +102,7 @@ std::string output_for(const std::string& pattern,
 }
 
 // What would be refused when it is written is refused before the work.
-void check_output(const std::string& output, const Experiment& experiment, const RunReadings& run) {
+void check_output(const std::string& output, const Experiment& experiment, const Run& run) {
   if (run.slots.size() > 1 && output != "-" && output.find(slot_place) == std::string::npos) {
     throw UsageError(
         formatted("-o: the run has {} slots, one record each; the file's name must hold {{slot}}",
@@ -158,15 +158,13 @@ std::string verdict_line(const Calibration& calibration) {
                    verdict.rule == "guarded" ? ", guard band U95" : "");
 }
 
-void apply_limits(const std::optional<Limits>& limits,
-                  const std::string& path,
-                  std::vector<Calibration>& calibrations) {
+void apply_limits(const std::optional<Limits>& limits, std::vector<Calibration>& calibrations) {
   for (Calibration& calibration : calibrations) {
     if (limits) {
       try {
         calibration.verdict = evaluate(*limits, calibration);
       } catch (const DomainError& error) {
-        throw DataError(path, error.what(), error.settings());
+        throw DataError(limits->path, error.what(), error.settings());
       }
     }
   }
@@ -192,7 +190,7 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
           (outcome.refused_slots == "refused" ? ": slot " : ", ") + calibration.slot;
     }
     outcome.text += outcome.text.empty() ? "" : "\n";
-    outcome.text += summary_text(calibration);
+    outcome.text += summary(calibration);
     if (command.output && *command.output != "-" && (!refused || command.force)) {
       const std::string path = output_for(*command.output, calibration.slot,
                                           calibration.instrument.serial, calibration.instance);
@@ -208,7 +206,7 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
 std::optional<ProcessScatter> process_of(const CalibrateCommand& command,
                                          const std::vector<Calibration>& earlier,
                                          const Experiment& experiment,
-                                         const RunReadings& run) {
+                                         const Run& run) {
   if (!command.history) {
     return std::nullopt;
   }
@@ -234,7 +232,7 @@ struct Unit {
 
 Unit calibrate_unit(const CalibrateCommand& command,
                     const Experiment& experiment,
-                    const RunReadings& run,
+                    const Run& run,
                     const std::optional<Limits>& limits,
                     const std::vector<Calibration>& earlier) {
   Unit unit{.serial = run.serial};
@@ -243,7 +241,7 @@ Unit calibrate_unit(const CalibrateCommand& command,
     own.instrument.serial = run.serial;
     own.process = process_of(command, earlier, own, run);
     std::vector<Calibration> calibrations = calibrate_run(own, run, suggestions_of(command));
-    apply_limits(limits, experiment.limits, calibrations);
+    apply_limits(limits, calibrations);
     unit.calibration = std::move(calibrations.front());
     const Calibration& calibration = *unit.calibration;
     unit.result = status_name(calibration.status);
@@ -292,7 +290,7 @@ std::string table_of(const std::vector<Unit>& units) {
 
 // Each unit's record and the table need files of their own, none of them an input: seen before the
 // work.
-void check_outputs(const CalibrateCommand& command, const std::vector<RunReadings>& units) {
+void check_outputs(const CalibrateCommand& command, const std::vector<Run>& units) {
   if (command.output && units.size() > 1 &&
       command.output->find(serial_place) == std::string::npos) {
     throw UsageError(formatted(
@@ -310,7 +308,7 @@ void check_outputs(const CalibrateCommand& command, const std::vector<RunReading
   if (command.table) {
     add(*command.table);
   }
-  for (const RunReadings& unit : units) {
+  for (const Run& unit : units) {
     if (command.output) {
       add(output_for(*command.output, "", unit.serial));
     }
@@ -320,7 +318,7 @@ void check_outputs(const CalibrateCommand& command, const std::vector<RunReading
 // Many units in one run: a line each, the yield, and why the others failed.
 int run_batch(const CalibrateCommand& command,
               const Experiment& experiment,
-              const RunReadings& run,
+              const Run& run,
               const std::optional<Limits>& limits,
               const std::vector<Calibration>& earlier) {
   if (!command.table &&
@@ -336,7 +334,7 @@ int run_batch(const CalibrateCommand& command,
   std::vector<Unit> units;
   std::string text;
   std::size_t good = 0;
-  const std::vector<RunReadings> runs = split_by_serial(run, experiment.instrument.serial);
+  const std::vector<Run> runs = split_by_serial(run, experiment.instrument.serial);
   check_outputs(command, runs);
   units.resize(runs.size());
   for_each_in_parallel(runs.size(), [&](std::size_t i) {
@@ -463,10 +461,11 @@ int run(const CalibrateCommand& command) {
         joined(of_logs), of_logs.size() == 1 ? "is" : "are"));
   }
   const TableOptions& table = command.rests.log.table;
-  Experiment experiment = make_experiment(with_what_the_table_says(command.experiment, table));
-  experiment.limits = command.limits.value_or(experiment.limits);
+  ExperimentFile file = make_experiment_file(with_what_the_table_says(command.experiment, table));
+  Experiment& experiment = file.experiment;
+  const std::string limits_path = command.limits.value_or(file.paths.limits);
   const std::optional<Limits> limits =
-      experiment.limits.empty() ? std::nullopt : std::optional(read_limits(experiment.limits));
+      limits_path.empty() ? std::nullopt : std::optional(read_limits(limits_path));
   const std::vector<Calibration> earlier =
       command.history ? read_records(*command.history) : std::vector<Calibration>{};
   std::optional<Calibration> companion;
@@ -481,8 +480,7 @@ int run(const CalibrateCommand& command) {
               .range = companion->instrument.range};
   }
   Observations companions;
-  const RunReadings run =
-      read_run(experiment, Units::several, {.options = table}, beside, &companions);
+  const Run run = read_run(file, Units::several, {.options = table}, beside, &companions);
   experiment.positioner =
       with_assembly(experiment.positioner, command.experiment.assembly, run.slots);
   experiment.slot = slot_of(experiment, run);
@@ -502,7 +500,7 @@ int run(const CalibrateCommand& command) {
   if (companion) {
     align(*command.align, *companion, run.observations, companions, calibrations);
   }
-  apply_limits(limits, experiment.limits, calibrations);
+  apply_limits(limits, calibrations);
   return deliver_records(command, calibrations);
 }
 

@@ -81,9 +81,7 @@ std::vector<ReferenceFiles> reference_files(const CharacterizeCommand& command) 
 }
 
 // The instrument's readings in a table of one instrument, or of several where its slot is there.
-Observations own_readings(const ObservationsTable& table,
-                          const std::string& slot,
-                          const ReferenceFiles& files) {
+Observations own_readings(const Run& table, const std::string& slot, const ReferenceFiles& files) {
   if (table.slots.empty()) {
     return table.observations;
   }
@@ -121,7 +119,7 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
     }
     const ObservationsFile table = read_observations_file(
         files.observations, {.axes = record.instrument.axes, .needs_labels = true});
-    const std::vector<std::string>& slots = table.table.slots;
+    const std::vector<std::string>& slots = table.run.slots;
     const std::string wanted = files.slot.empty() ? record.slot : files.slot;
     const std::string read = slots.empty() ? "" : slots.size() == 1 ? slots.front() : wanted;
     if (!readings.emplace(files.observations, read).second) {
@@ -129,7 +127,7 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
           "--reference: the readings {} are there twice; a refit needs readings of its own",
           files.observations));
     }
-    reference.observations = own_readings(table.table, wanted, files);
+    reference.observations = own_readings(table.run, wanted, files);
     const std::string name = !read.empty()     ? read
                              : !wanted.empty() ? wanted
                              : !serial.empty()

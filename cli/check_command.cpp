@@ -208,7 +208,7 @@ double alpha_of(const CheckCommand& command) {
 
 struct FreshReadings {
   Experiment experiment;
-  RunReadings run;
+  Run run;
   std::optional<double> temperature;  // their mean
 };
 
@@ -227,9 +227,9 @@ std::optional<double> mean_temperature(const Observations& observations) {
 FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   ExperimentOptions options = command.experiment;
   options.files = {*command.other};
-  FreshReadings fresh{.experiment = make_experiment(options, experiment_of(old))};
-  Experiment without_method = fresh.experiment;  // the readings show whether there are labels
-  without_method.method.reset();
+  ExperimentFile without_method = make_experiment_file(options, experiment_of(old));
+  FreshReadings fresh{.experiment = without_method.experiment};
+  without_method.experiment.method.reset();  // the readings show whether there are labels
   fresh.run = read_run(without_method, Units::one,
                        {.options = command.table,
                         .kind = old.instrument.differences.empty() ? old.instrument.kind : "",

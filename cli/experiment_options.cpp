@@ -5,6 +5,7 @@
 #include <cctype>
 #include <filesystem>
 #include <functional>
+#include <memory>
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/experiment_json.hpp"
@@ -14,6 +15,7 @@
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
+#include "axiscal/field/recorded_field.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
 #include "typed_values.hpp"
@@ -70,34 +72,50 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
 }
 
 // The part that magnitude, vector and source are of: the induced one of a sum.
-FieldPart& stated_part(FieldSetup& field) {
-  for (FieldPart& part : field.others) {
-    if (!is_made_on_table(field) && is_made_on_table(part)) {
+FieldSetup& stated_part(FieldSetup& field) {
+  for (FieldSetup& part : field.others) {
+    if (!field.is_induced() && part.is_induced()) {
       return part;
     }
   }
   return field;
 }
 
-// KIND or KIND:ROLE.
-void set_kind(std::string_view text, FieldPart& part) {
-  const std::size_t parting = text.find(':');
-  part.kind = text.substr(0, parting);
-  part.role.reset();
+// KIND, KIND:ROLE or NAME=KIND:ROLE.
+FieldSetup part_of(std::string_view text) {
+  const std::size_t equals = text.find('=');
+  const std::size_t after_name = equals == std::string_view::npos ? 0 : equals + 1;
+  const std::size_t parting = text.find(':', after_name);
+  FieldSetup part(make_field(text.substr(after_name, parting - after_name)));
+  if (after_name > 0) {
+    part.name = text.substr(0, equals);
+  }
   if (parting != std::string_view::npos) {
     part.role = parse_role(text.substr(parting + 1));
     if (!part.role) {
       throw UsageError(formatted("--field: '{}': the role must be local or induced", text));
     }
   }
+  return part;
+}
+
+// What is stated of the parts otherwise stays.
+void take_kind(FieldSetup part, FieldSetup& field) {
+  field.of = std::move(part.of);
+  field.name = std::move(part.name);
+  field.role = part.role;
 }
 
 void set_kinds(const std::string& text, FieldSetup& field) {
+  if (text.ends_with(".json")) {
+    field = read_field(text);
+    return;
+  }
   field.others.clear();
   const std::vector<std::string_view> kinds = split(text, '+');
-  set_kind(kinds.front(), field);
+  take_kind(part_of(kinds.front()), field);
   for (std::size_t i = 1; i < kinds.size(); ++i) {
-    set_kind(kinds[i], field.others.emplace_back());
+    field.others.push_back(part_of(kinds[i]));
   }
 }
 
@@ -106,7 +124,7 @@ void set_kinds(const std::string& text, FieldSetup& field) {
 void for_each_part(const char* option,
                    const std::string& text,
                    FieldSetup& field,
-                   const std::function<void(const std::string& value, FieldPart& part)>& set) {
+                   const std::function<void(const std::string& value, FieldSetup& part)>& set) {
   if (field.others.empty()) {
     set(text, field);
     return;
@@ -114,8 +132,8 @@ void for_each_part(const char* option,
   // A plus sign may also begin a number, or its exponent.
   std::vector<std::string> values(1);
   for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool ends_value =
-        i > 0 && (std::isdigit(static_cast<unsigned char>(text[i - 1])) != 0 || text[i - 1] == '.');
+    const bool ends_value = i > 0 && (std::isdigit(static_cast<unsigned char>(text[i - 1])) != 0 ||
+                                      text[i - 1] == '.' || values.back() == "unknown");
     if (text[i] == '+' && (ends_value || values.back().empty())) {
       values.emplace_back();
     } else {
@@ -132,71 +150,90 @@ void for_each_part(const char* option,
   }
   for (std::size_t p = 0; p < values.size(); ++p) {
     if (!values[p].empty()) {
-      set(values[p], p == 0 ? static_cast<FieldPart&>(field) : field.others[p - 1]);
+      set(values[p], *field.parts()[p]);
     }
   }
 }
 
-void set_models(const ExperimentOptions& options, FieldPart& part) {
-  if (options.magnetic_model && field_kind(part.kind).dated) {
-    part.model = *options.magnetic_model;
+void set_models(const ExperimentOptions& options, FieldSetup& part) {
+  const FieldKind& kind = field_kind(part.kind());
+  const std::optional<std::string>& model = kind.dated      ? options.magnetic_model
+                                            : kind.vertical ? options.gravity_model
+                                                            : std::optional<std::string>();
+  if (model) {
+    part.of = make_field(kind.name, {{"model", *model}});
   }
-  if (options.gravity_model && field_kind(part.kind).vertical) {
-    part.model = *options.gravity_model;
+}
+
+void set_source(const std::string& source, FieldSetup& part) {
+  if (source != "sun" && source != "lamp") {
+    throw UsageError(formatted("--source: must be sun or lamp, not '{}'", source));
   }
+  if (part.kind() != "light") {
+    throw UsageError("--source: is of light, so goes with --field light");
+  }
+  part.of = make_field(part.kind(), {{"source", source}});
+}
+
+void set_magnitude(const std::string& value, FieldSetup& part) {
+  part.magnitude_unknown = value == "unknown";
+  part.magnitude.reset();
+  if (!part.magnitude_unknown) {
+    part.magnitude = number_of("--field-magnitude", value);
+  }
+}
+
+// X,Y,Z, or the file of what it was over time.
+void set_in_table(const std::string& value, FieldSetup& part) {
+  if (value.ends_with(".csv") && part.of) {
+    part.of = std::make_shared<const RecordedField>(read_recorded_field(value, part.of));
+    return;
+  }
+  const std::vector<double> v = numbers_of("--field-table", value, 3);
+  part.in_table = Eigen::Vector3d(v[0], v[1], v[2]);
 }
 
 void set_field(const ExperimentOptions& options, FieldSetup& field) {
   if (options.field) {
     set_kinds(*options.field, field);
   }
-  FieldPart& stated = stated_part(field);
   if (options.field_unit) {
-    field.unit = *options.field_unit;
-    for (FieldPart& part : field.others) {
-      part.unit = *options.field_unit;
+    for (FieldSetup* const part : field.parts()) {
+      part->unit = *options.field_unit;
     }
   }
   if (options.field_magnitude) {
-    for_each_part("--field-magnitude", *options.field_magnitude, field,
-                  [](const std::string& value, FieldPart& part) {
-                    part.magnitude = number_of("--field-magnitude", value);
-                  });
+    for_each_part("--field-magnitude", *options.field_magnitude, field, set_magnitude);
   }
   if (options.field_magnitude_u) {
     for_each_part("--field-magnitude-u", *options.field_magnitude_u, field,
-                  [](const std::string& value, FieldPart& part) {
+                  [](const std::string& value, FieldSetup& part) {
                     part.magnitude_u = not_negative_of("--field-magnitude-u", value);
                   });
   }
   if (options.field_table) {
-    for_each_part("--field-table", *options.field_table, field,
-                  [](const std::string& value, FieldPart& part) {
-                    const std::vector<double> v = numbers_of("--field-table", value, 3);
-                    part.in_table = Eigen::Vector3d(v[0], v[1], v[2]);
-                  });
+    for_each_part("--field-table", *options.field_table, field, set_in_table);
   }
   if (options.source) {
-    if (*options.source != "sun" && *options.source != "lamp") {
-      throw UsageError(formatted("--source: must be sun or lamp, not '{}'", *options.source));
-    }
-    stated.sun = *options.source == "sun";
+    set_source(*options.source, stated_part(field));
   }
-  set_models(options, field);
-  for (FieldPart& part : field.others) {
-    set_models(options, part);
+  for (FieldSetup* const part : field.parts()) {
+    set_models(options, *part);
   }
-  if ((options.longitude || options.height) && !options.latitude && !field.site) {
+}
+
+void set_place(const ExperimentOptions& options, TablePlace& place) {
+  if ((options.longitude || options.height) && !options.latitude && !place.site) {
     throw UsageError("a site needs its --latitude");
   }
   if (options.latitude || options.longitude || options.height) {
-    field.has_longitude = options.longitude || (field.site && field.has_longitude);
-    field.site = site_of_options(options.latitude, options.longitude, options.height,
-                                 field.site.value_or(Site{}));
+    place.has_longitude = options.longitude || (place.site && place.has_longitude);
+    place.site = site_of_options(options.latitude, options.longitude, options.height,
+                                 place.site.value_or(Site{}));
   }
   if (options.date) {
     static_cast<void>(date_of_option(*options.date));
-    field.date = *options.date;
+    place.date = *options.date;
   }
 }
 
@@ -315,17 +352,19 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
       "--field", experiment.field, "KIND",
       "gravity, geomagnetic, earth_rotation, induced_rotation, induced_magnetic, light or custom; "
       "KIND+KIND is a sum, of which unit, magnitude and vector are those of the induced part; "
-      "KIND:local, KIND:induced: whether a reading's level sets it");
+      "KIND:local, KIND:induced: whether a reading's level sets it; NAME=KIND: its level is in the "
+      "column level.NAME; or a FILE.json that states it");
   field.add("--also", experiment.also, "KIND",
             "a second field that it answers to, known in the table (a gyroscope's g-sensitivity)");
   field.add("--field-unit", experiment.field_unit, "UNIT",
             "g (default), m/s^2; nT, uT, T; rad/s, deg/s, deg/h; 1, W/m^2");
-  field.add("--field-magnitude", experiment.field_magnitude, "F",
-            "its magnitude, in its unit; of a sum A+B");
+  field.add(
+      "--field-magnitude", experiment.field_magnitude, "F",
+      "its magnitude, in its unit; of a sum A+B; `unknown` is fitted beside one that is known");
   field.add("--field-magnitude-u", experiment.field_magnitude_u, "U",
             "standard uncertainty of --field-magnitude");
   field.add("--field-table", experiment.field_table, "X,Y,Z",
-            "the field in the table's frame; of a sum X,Y,Z+X,Y,Z");
+            "the field in the table's frame; of a sum X,Y,Z+X,Y,Z; or a FILE.csv of it over time");
   field.add("--latitude", experiment.latitude, "DEG", "of the site");
   field.add("--longitude", experiment.longitude, "DEG", "of the site; 0");
   field.add("--height", experiment.height, "M", "of the site above the ellipsoid; 0");
@@ -429,36 +468,41 @@ bool is_experiment_file(const std::string& path) {
                                     start.find("\"rest\"") == std::string_view::npos);
 }
 
-Experiment make_experiment(const ExperimentOptions& options, Experiment experiment) {
+Experiment make_experiment(const ExperimentOptions& options, const Experiment& base) {
+  return make_experiment_file(options, base).experiment;
+}
+
+ExperimentFile make_experiment_file(const ExperimentOptions& options, const Experiment& base) {
+  ExperimentFile file{.experiment = base, .paths = {}};
   if (options.files.size() == 1 && is_experiment_file(options.files.front())) {
-    experiment = read_experiment(options.files.front());
+    file = read_experiment(options.files.front());
   } else if (!options.files.empty()) {
-    experiment.observations = options.files;
-    for (const std::string& file : options.files) {
-      if (is_experiment_file(file)) {
-        throw UsageError(formatted("'{}' is an experiment and must be the only file", file));
+    file.paths.observations = options.files;
+    for (const std::string& path : options.files) {
+      if (is_experiment_file(path)) {
+        throw UsageError(formatted("'{}' is an experiment and must be the only file", path));
       }
     }
   }
+  Experiment& experiment = file.experiment;
   set_instrument(options, experiment.instrument);
   if (!options.field) {
     take_usual_field(experiment);
   }
   set_field(options, experiment.field);
+  set_place(options, experiment.table);
   if (options.also) {
     experiment.also.clear();
     for (const std::string_view kind : split(*options.also, ',')) {
-      FieldPart& also = experiment.also.emplace_back();
-      also.kind = kind;
-      set_models(options, also);
+      set_models(options, experiment.also.emplace_back(make_field(kind)));
     }
   }
   if (options.fence_azimuth) {
-    experiment.fence_azimuth_rad =
+    experiment.table.fence_azimuth_rad =
         number_of("--fence-azimuth", *options.fence_azimuth) * rad_per_deg;
   }
   if (options.slope) {
-    experiment.slope = slope_of_option(*options.slope);
+    experiment.table.slope = slope_of_option(*options.slope);
   }
   if (options.nominal_sensitivity) {
     experiment.nominal_sensitivity =
@@ -475,43 +519,22 @@ Experiment make_experiment(const ExperimentOptions& options, Experiment experime
   set_temperature(options, experiment);
   set_stated_uncertainties(options, experiment.stated);
   static_cast<void>(make_field_description(experiment));  // complains before any data are read
-  for (const FieldPart& also : experiment.also) {
-    check_field_kind(also.kind);
-  }
-  return experiment;
+  return file;
 }
 
 Experiment experiment_of(const Calibration& record) {
   Experiment experiment;
   experiment.instrument = record.instrument;
-  const FieldDescription& field = record.field;
   if (record.method != Method::turns) {
     experiment.method = record.method;
   }
+  const FieldDescription& field = record.field;
   const bool given = experiment.method == Method::known;
-  experiment.field.unit = field.unit;
-  experiment.field.site = field.site;
-  experiment.field.date = field.date;
-  if (field.parts.empty()) {
-    experiment.field.kind = field.kind;
-    experiment.field.magnitude = field.magnitude;
-    experiment.field.magnitude_u = field.magnitude_u;
-    if (given || (!field_kind(field.kind).vertical && field.in_table)) {
-      experiment.field.in_table = field.in_table;
-    }
-  }
-  for (std::size_t p = 0; p < field.parts.size(); ++p) {
-    FieldPart& part =
-        p == 0 ? static_cast<FieldPart&>(experiment.field) : experiment.field.others.emplace_back();
-    part.kind = field.parts[p].kind;
-    part.unit = field.unit;
-    part.in_table = field.parts[p].in_table;
-    part.magnitude_u = field.parts[p].magnitude_u;
-    part.role = field.parts[p].set_by_level ? FieldRole::induced : FieldRole::local;
-  }
+  experiment.field = setup_of(field, given || !field_kind(field.kind).vertical);
+  experiment.table.site = field.site;
+  experiment.table.date = field.date;
   for (const AlsoResponse& also : record.also) {
-    FieldPart& part = experiment.also.emplace_back();
-    part.kind = also.kind;
+    FieldSetup& part = experiment.also.emplace_back(make_field(also.kind));
     part.unit = also.unit;
     part.in_table = also.in_table;
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/experiment_json.hpp"
 #include "option_set.hpp"
 
 namespace axiscal::cli {
@@ -38,7 +39,12 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment);
 /// @param base  what counts where neither says anything.
 /// @throws UsageError  for a value that is not one of its option's, or none where one is needed.
 /// @throws DataError   for the experiment's or the positioner's file.
-[[nodiscard]] Experiment make_experiment(const ExperimentOptions& options, Experiment base = {});
+[[nodiscard]] Experiment make_experiment(const ExperimentOptions& options,
+                                         const Experiment& base = {});
+
+/// The same with the files that it names.
+[[nodiscard]] ExperimentFile make_experiment_file(const ExperimentOptions& options,
+                                                  const Experiment& base = {});
 
 /// Takes over the unit of the readings that a file states, where the options state none; gravity is
 /// then in m/s^2 too, the standard one where neither site nor magnitude is stated.

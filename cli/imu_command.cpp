@@ -49,10 +49,6 @@ ImuOptions options_of(const CalibrateCommand& command) {
   options.gyroscope_unit = command.gyroscope_unit.value_or("1");
   options.magnetometer_unit = command.magnetometer_unit.value_or("1");
   options.turns.fit_bias = command.fit_gyroscope_bias;
-  if (options.experiment.field.has_longitude) {  // gravity does without
-    options.magnetic_field.site = options.experiment.field.site;
-  }
-  options.magnetic_field.date = options.experiment.field.date;
   if (command.magnetic_magnitude) {
     options.magnetic_field.magnitude =
         positive_of("--magnetic-magnitude", *command.magnetic_magnitude);

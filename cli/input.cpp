@@ -40,10 +40,10 @@ ObservationsFile read_two_instruments(const std::string& path,
       CsvReader::Quotes::span_lines, reader_of(text));
   const OpenTable others = open_table(path, reading.options, {.axes = beside.axes},
                                       CsvReader::Quotes::span_lines, reader_of(text));
-  ObservationsFile result{.table = read_observations(*own.csv, columns),
-                          .beside = read_observations(*others.csv, beside).observations,
-                          .sha256 = sha256_of_text(text)};
-  std::erase_if(result.table.ignored_columns, [&](const std::string& name) {
+  ObservationsFile result{.run = read_observations(*own.csv, columns),
+                          .beside = read_observations(*others.csv, beside).observations};
+  result.run.inputs = {{.path = path, .sha256 = sha256_of_text(text)}};
+  std::erase_if(result.run.ignored_columns, [&](const std::string& name) {
     return std::any_of(beside.differences.begin(), beside.differences.end(),
                        [&](const DifferentialAxis& axis) {
                          return axis.plus == name || axis.minus == name;
@@ -65,7 +65,9 @@ ObservationsFile read_observations_file(const std::string& path,
   if (can_be_read_again(path)) {
     const OpenTable table = open_table(
         path, reading.options, {.axes = columns.axes, .kind = reading.kind, .unit = reading.unit});
-    return {.table = read_observations(*table.csv, columns), .sha256 = sha256_of_file(path)};
+    ObservationsFile result{.run = read_observations(*table.csv, columns), .beside = {}};
+    result.run.inputs = {{.path = path, .sha256 = sha256_of_file(path)}};
+    return result;
   }
   // What is read once only: its digest is made on the way.
   InputFile file(path);
@@ -78,9 +80,9 @@ ObservationsFile read_observations_file(const std::string& path,
         SHA256Update(&digest, reinterpret_cast<const std::uint8_t*>(buffer), count);
         return count;
       });
-  ObservationsFile result{.table = read_observations(*table.csv, columns)};
+  ObservationsFile result{.run = read_observations(*table.csv, columns), .beside = {}};
   std::array<char, SHA256_DIGEST_STRING_LENGTH> text{};
-  result.sha256 = SHA256End(&digest, text.data());
+  result.run.inputs = {{.path = path, .sha256 = SHA256End(&digest, text.data())}};
   return result;
 }
 

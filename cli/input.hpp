@@ -10,11 +10,10 @@
 
 namespace axiscal::cli {
 
-/// A table of observations and the SHA-256 of its file.
+/// A table of observations with the SHA-256 of its file.
 struct ObservationsFile {
-  ObservationsTable table;
+  Run run;
   Observations beside;  ///< what the columns hold that were asked for beside them; else empty
-  std::string sha256;
 };
 
 /// How a table of observations is read.

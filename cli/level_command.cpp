@@ -115,9 +115,10 @@ Measured measure(const LevelCommand& command, Surface& surface) {
   if (!files.front().ends_with(".json")) {  // a table of readings, whatever they are of
     options.instrument = options.instrument.value_or("accelerometer");
   }
-  Experiment experiment = make_experiment(options);
+  ExperimentFile file = make_experiment_file(options);
+  Experiment& experiment = file.experiment;
   surface = experiment.positioner.surface();
-  const RunReadings run = read_run(experiment);
+  const Run run = read_run(file);
   experiment.positioner =
       with_assembly(experiment.positioner, command.experiment.assembly, run.slots);
   const std::vector<Calibration> calibrations = calibrate_run(experiment, run);

@@ -12,6 +12,7 @@
 #include "axiscal/calib/temperature.hpp"
 #include "axiscal/calib/tolerance.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/timestamp.hpp"
@@ -86,7 +87,7 @@ void add_options(OptionSet& options, PlanCommand& command) {
 Experiment planned_experiment(const PlanCommand& command) {
   Experiment experiment;
   if (command.experiment) {
-    experiment = read_experiment(*command.experiment);
+    experiment = read_experiment(*command.experiment).experiment;
   }
   if (experiment.instrument.kind.empty()) {
     experiment.instrument.kind = "accelerometer";
@@ -96,7 +97,7 @@ Experiment planned_experiment(const PlanCommand& command) {
     experiment.positioner = read_positioner(*command.positioner);
   }
   if (command.slope) {
-    experiment.slope = slope_of_option(*command.slope);
+    experiment.table.slope = slope_of_option(*command.slope);
   }
   if (command.method) {
     experiment.method = method_of_option(*command.method);

@@ -6,6 +6,7 @@
 #include "axiscal/calib/history.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
@@ -73,18 +74,18 @@ std::optional<Observations> readings_for(const Calibration& calibration, const s
       read_observations_file(path, {.axes = calibration.instrument.axes,
                                     .differences = calibration.instrument.differences,
                                     .range = calibration.instrument.range});
-  const bool is_input = std::any_of(calibration.inputs.begin(), calibration.inputs.end(),
-                                    [&](const InputFileDigest& input) {
-                                      return input.sha256.empty() || input.sha256 == file.sha256;
-                                    });
+  const bool is_input = std::any_of(
+      calibration.inputs.begin(), calibration.inputs.end(), [&](const InputFileDigest& input) {
+        return input.sha256.empty() || input.sha256 == file.run.inputs.front().sha256;
+      });
   if (!is_input) {
     print_remark("note", path +
                              " is not a file that the record was made from (its SHA-256 "
                              "differs): readings are matched by their run");
   }
-  Observations observations = file.table.observations;
+  Observations observations = file.run.observations;
   const Eigen::Index m = calibration.instrument.axis_count();
-  const std::vector<std::string>& slots = file.table.slots;
+  const std::vector<std::string>& slots = file.run.slots;
   const auto slot = std::find(slots.begin(), slots.end(), calibration.slot);
   if (slots.size() > 1 && slot != slots.end()) {
     observations.response = observations.response.middleCols(m * (slot - slots.begin()), m).eval();

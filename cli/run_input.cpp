@@ -14,19 +14,19 @@
 
 namespace axiscal::cli {
 
-RunReadings read_run(const Experiment& experiment,
-                     Units units,
-                     const TableReading& reading,
-                     const std::optional<ObservationColumns>& beside,
-                     Observations* observations_beside) {
-  if (experiment.observations.empty()) {
+Run read_run(const ExperimentFile& experiment,
+             Units units,
+             const TableReading& reading,
+             const std::optional<ObservationColumns>& beside,
+             Observations* observations_beside) {
+  if (experiment.paths.observations.empty()) {
     throw UsageError(
         "no observations are named, neither on the command line nor by the experiment");
   }
-  const ObservationColumns columns = observation_columns(experiment, units);
-  std::vector<RunFile> files;
+  const ObservationColumns columns = observation_columns(experiment.experiment, units);
+  std::vector<Run> files;
   std::vector<Observations> parts_beside;
-  for (const std::string& path : experiment.observations) {
+  for (const std::string& path : experiment.paths.observations) {
     ObservationsFile file;
     try {
       file = read_observations_file(path, columns, beside, reading);
@@ -35,8 +35,7 @@ RunReadings read_run(const Experiment& experiment,
           std::find(columns.axes.begin(), columns.axes.end(), error.column()) != columns.axes.end();
       throw error.with(is_axis ? column_advice(error, "--axes", "") : "");
     }
-    files.push_back(
-        {.digest = {.path = path, .sha256 = file.sha256}, .table = std::move(file.table)});
+    files.push_back(std::move(file.run));
     if (beside) {
       parts_beside.push_back(std::move(file.beside));
     }
@@ -44,7 +43,7 @@ RunReadings read_run(const Experiment& experiment,
   if (beside && observations_beside != nullptr) {
     *observations_beside = concatenate(parts_beside);
   }
-  return join_files(std::move(files), units);
+  return join_runs(std::move(files), units);
 }
 
 Positioner with_assembly(const Positioner& positioner,

@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "axiscal/calib/calibrate_run.hpp"
-#include "axiscal/calib/run_readings.hpp"
+#include "axiscal/calib/experiment_json.hpp"
+#include "axiscal/calib/run.hpp"
 #include "input.hpp"
 
 namespace axiscal::cli {
@@ -16,11 +17,11 @@ namespace axiscal::cli {
 /// @param beside  columns of another instrument that was recorded together, read in the same pass.
 /// @param observations_beside  set to what these columns hold.
 /// @throws DataError  for their content.
-[[nodiscard]] RunReadings read_run(const Experiment& experiment,
-                                   Units units = Units::one,
-                                   const TableReading& reading = {},
-                                   const std::optional<ObservationColumns>& beside = {},
-                                   Observations* observations_beside = nullptr);
+[[nodiscard]] Run read_run(const ExperimentFile& experiment,
+                           Units units = Units::one,
+                           const TableReading& reading = {},
+                           const std::optional<ObservationColumns>& beside = {},
+                           Observations* observations_beside = nullptr);
 
 /// @return the positioner with the mounts of --assembly, where that is given, instead of its own.
 /// @throws UsageError  as mounts_of_assembly().

@@ -168,8 +168,8 @@ StudySetup setup_of(const StudyCommand& command) {
   setup.noise_sd = noise_of(command, setup.truth);
   setup.simulation.resolution = setup.experiment.stated.resolution;
   if (setup.experiment.method != Method::known) {
-    setup.simulation.slope = setup.experiment.slope;
-    setup.experiment.slope.setZero();
+    setup.simulation.slope = setup.experiment.table.slope;
+    setup.experiment.table.slope.setZero();
   }
   if (command.temperature_sd) {
     setup.simulation.temperature_sd = not_negative_of("--temperature-sd", *command.temperature_sd);

@@ -5,6 +5,7 @@
 #include <axiscal/calib/characterize.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/calib/tolerance.hpp>
+#include <axiscal/field/gravity_field.hpp>
 #include <cmath>
 #include <cstdio>
 
@@ -45,7 +46,7 @@ int main() {
 
   axiscal::Experiment experiment;
   experiment.instrument.kind = "accelerometer";
-  experiment.field.kind = "gravity";
+  experiment.field = axiscal::GravityField();
   std::vector<axiscal::Reference> references;
   for (const char* name : {"A", "B", "C"}) {
     const std::uint64_t seed = references.size() + 1;

@@ -2,7 +2,8 @@
 // A Helmholtz coil around the cube, reversed: the Earth's field is told apart from the coil's.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
-#include <axiscal/field/induced_field.hpp>
+#include <axiscal/field/coil_field.hpp>
+#include <axiscal/field/geomagnetic_field.hpp>
 #include <cstdio>
 
 int main() {
@@ -11,19 +12,19 @@ int main() {
                                 .current_A = 0.3,
                                 .size_m = 0.2,
                                 .axis_in_table = {0.1, 0.0, 1.0}};
-  const Eigen::Vector3d coil = 1e6 * axiscal::coil_field_in_table_T(helmholtz);
-  std::printf("the coil makes %.2f uT\n", coil.norm());
+  const axiscal::CoilField coil(helmholtz, "uT");
+  std::printf("the coil makes %.2f uT\n", coil.magnitude());
 
   axiscal::Calibration truth;
   truth.instrument = {.kind = "magnetometer", .unit = "uT"};
   truth.field.unit = "uT";
-  axiscal::FieldPartDescription earth;
+  axiscal::FieldDescription earth;
   earth.kind = "geomagnetic";
-  earth.in_table = {8.0, 18.0, -43.0};
+  earth.in_table = Eigen::Vector3d(8.0, 18.0, -43.0);
   earth.set_by_level = false;
-  axiscal::FieldPartDescription made;
+  axiscal::FieldDescription made;
   made.kind = "induced_magnetic";
-  made.in_table = coil;
+  made.in_table = coil.value_in_enu();
   truth.field.parts = {earth, made};
   truth.response.bias = Eigen::Vector3d(5.0, -3.0, 1.0);
   truth.response.sensitivity = 0.98 * Eigen::Matrix3d::Identity();
@@ -40,16 +41,12 @@ int main() {
   // Told: the coil. Of the Earth's field only that it is there, and about how strong.
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
-  experiment.field.kind = "geomagnetic";
+  experiment.field = axiscal::GeomagneticField();
   experiment.field.unit = "uT";
-  experiment.field.magnitude = earth.in_table.norm();
-  axiscal::FieldPart part;
-  part.kind = "induced_magnetic";
-  part.unit = "uT";
-  part.coil = helmholtz;
-  experiment.field.others = {part};
+  experiment.field.magnitude = earth.in_table->norm();
+  experiment.field += coil;
   const axiscal::Calibration result = axiscal::calibrate(experiment, readings);
-  const Eigen::Vector3d found = result.field.parts[0].in_table;
+  const Eigen::Vector3d found = *result.field.parts[0].in_table;
   std::printf("the Earth's field in the table: %.1f %.1f %.1f uT\n", found.x(), found.y(),
               found.z());
   std::printf("sensitivity of z %.4f +- %.4f (95 %%)\n", result.response.sensitivity(2, 2),

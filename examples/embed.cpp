@@ -3,13 +3,14 @@
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/calib/uncertainty.hpp>
+#include <axiscal/field/gravity_field.hpp>
 #include <cstdio>
 
 int main() {
   axiscal::Experiment experiment;
   experiment.instrument.kind = "accelerometer";
   experiment.instrument.unit = "counts";
-  experiment.field.kind = "gravity";
+  experiment.field = axiscal::GravityField();
 
   // Your own driver would fill this in, one reading for each way in which the cube lies.
   Eigen::MatrixXd response(4, 3);

@@ -5,6 +5,7 @@
 #include <axiscal/calib/repeated_design.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/core/random.hpp>
+#include <axiscal/field/gravity_field.hpp>
 #include <cmath>
 #include <cstdio>
 
@@ -49,7 +50,7 @@ int main() {
         ++failed;
         axiscal::Experiment experiment;
         experiment.instrument.kind = "accelerometer";
-        experiment.field.kind = "gravity";
+        experiment.field = axiscal::GravityField();
         axiscal::Observations own;
         own.readings = axiscal::simulate(ideal, sheet).readings;
         own.response = readings.middleCols(3 * unit, 3);

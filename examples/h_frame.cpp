@@ -2,6 +2,7 @@
 // Two instruments in an H-shaped frame, one on either side of its web, calibrated by one run.
 #include <axiscal/calib/assembly.hpp>
 #include <axiscal/calib/simulate.hpp>
+#include <axiscal/field/gravity_field.hpp>
 #include <cstdio>
 
 int main() {
@@ -9,7 +10,7 @@ int main() {
   axiscal::Experiment experiment;
   experiment.instrument.kind = "accelerometer";
   experiment.instrument.unit = "V";
-  experiment.field.kind = "gravity";
+  experiment.field = axiscal::GravityField();
   experiment.positioner = axiscal::Positioner().with_mounts(mounts);
 
   // Both stand at the same 12 points; a data logger would write columns left.x, left.y, ...

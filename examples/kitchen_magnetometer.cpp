@@ -28,16 +28,13 @@ int main() {
   // What is told: where the kitchen is, and when. Not how the table stands.
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
-  experiment.field.kind = "geomagnetic";
-  experiment.field.unit = "uT";
-  experiment.field.site = kitchen;
-  experiment.field.date = "2026.5";
+  experiment.field = earth;
   const axiscal::Calibration result = axiscal::calibrate(experiment, readings);
 
   std::printf("method %s, field %.2f +- %.2f uT by %s\n",
               std::string(axiscal::method_name(result.method)).c_str(), result.field.magnitude,
               result.field.magnitude_u, result.field.model.c_str());
-  for (const axiscal::Quantity& quantity : axiscal::quantities_of(result)) {
+  for (const axiscal::KindQuantity& quantity : axiscal::quantities_of(result)) {
     if (quantity.name == "hard_iron") {
       std::printf("hard iron %.2f %.2f %.2f uT\n", quantity.values[0], quantity.values[1],
                   quantity.values[2]);

@@ -2,6 +2,7 @@
 // Levels a table on three screws: read, turn, read again, until the readings cannot tell any more.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
+#include <axiscal/field/gravity_field.hpp>
 #include <axiscal/positioner/surface.hpp>
 #include <cmath>
 #include <cstdio>
@@ -21,7 +22,7 @@ int main() {
 
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
-  experiment.field.kind = "gravity";
+  experiment.field = axiscal::GravityField();
   Eigen::Vector2d slope(0.004, -0.006);  // what nobody knows
   for (std::uint64_t round = 1; round <= 5; ++round) {
     axiscal::SimulationOptions options;

@@ -25,11 +25,10 @@ int main() {
 
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
-  experiment.field.kind = "earth_rotation";
-  experiment.field.unit = "deg/h";
-  experiment.field.site = site;  // the fence's azimuth is what is asked for
+  experiment.field =
+      axiscal::EarthRotationField(site, "deg/h");  // the fence's azimuth is asked for
   const axiscal::Calibration result = axiscal::calibrate(experiment, readings);
-  for (const axiscal::Quantity& quantity : axiscal::quantities_of(result)) {
+  for (const axiscal::KindQuantity& quantity : axiscal::quantities_of(result)) {
     if (quantity.name == "fence_azimuth_from_north_deg") {
       std::printf("the fence lies at azimuth %.2f +- %.2f degrees (truth 73.50)\n",
                   quantity.values[0], quantity.u[0]);

@@ -3,7 +3,6 @@
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <cstdio>
-#include <memory>
 
 // The cube stands on a table in a centrifuge: gravity and a centripetal part to the north.
 class CentrifugeField final : public axiscal::ReferenceField {
@@ -19,15 +18,15 @@ class CentrifugeField final : public axiscal::ReferenceField {
 };
 
 int main() {
-  const auto field = std::make_shared<CentrifugeField>(2.0, 3.0);
+  const CentrifugeField field(2.0, 3.0);
   axiscal::Experiment experiment;
   experiment.instrument.kind = "accelerometer";
   experiment.instrument.unit = "mV";
-  experiment.field.custom = field;
+  experiment.field = field;
 
   axiscal::Calibration truth;
   truth.instrument = experiment.instrument;
-  truth.field.in_table = field->value_in_enu();
+  truth.field.in_table = field.value_in_enu();
   truth.response.bias = Eigen::Vector3d(1.0, 2.0, 3.0);
   truth.response.sensitivity = 50.0 * Eigen::Matrix3d::Identity();
   axiscal::SimulationOptions options;

@@ -5,6 +5,7 @@
 #include <axiscal/calib/reduction.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/core/units.hpp>
+#include <axiscal/field/custom_field.hpp>
 #include <cmath>
 #include <cstdio>
 
@@ -17,8 +18,8 @@ axiscal::DerivedValues zenith_angle(const axiscal::DeriveInput& input) noexcept 
   return {.values = {std::atan2(std::hypot(E.x(), E.y()), E.z()) * axiscal::deg_per_rad}};
 }
 
-std::vector<axiscal::Quantity> gains(const axiscal::CalibratedInstrument& calibrated) {
-  axiscal::Quantity gain{.name = "gain", .of = "", .unit = "mV per V/m"};
+std::vector<axiscal::KindQuantity> gains(const axiscal::CalibratedInstrument& calibrated) {
+  axiscal::KindQuantity gain{.name = "gain", .of = "", .unit = "mV per V/m"};
   for (Eigen::Index k = 0; k < calibrated.response.bias.size(); ++k) {
     gain.values.push_back(calibrated.response.sensitivity.row(k).norm());
     gain.u.push_back(std::nan(""));
@@ -41,14 +42,14 @@ int main() {
   truth.response.sensitivity = 4.0 * Eigen::Matrix3d::Identity();
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
-  experiment.field.kind = truth.field.kind;
+  experiment.field = axiscal::CustomField();
   experiment.field.unit = truth.field.unit;
   experiment.field.in_table = truth.field.in_table;
   const axiscal::Calibration result = axiscal::calibrate(
       experiment,
       axiscal::simulate(truth, axiscal::make_run_sheet(axiscal::standard_design(12), 1, 1),
                         {.noise_sd = 0.01}));
-  for (const axiscal::Quantity& quantity : axiscal::quantities_of(result)) {
+  for (const axiscal::KindQuantity& quantity : axiscal::quantities_of(result)) {
     std::printf("%s of x: %.2f %s\n", quantity.name.c_str(), quantity.values[0],
                 quantity.unit.c_str());
   }

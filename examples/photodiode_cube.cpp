@@ -5,6 +5,7 @@
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/core/error.hpp>
 #include <axiscal/core/rotation.hpp>
+#include <axiscal/field/light_field.hpp>
 #include <cmath>
 #include <cstdio>
 
@@ -39,7 +40,7 @@ axiscal::Calibration calibrated(const axiscal::Calibration& truth) {
       truth, axiscal::make_run_sheet(design, 2, 5), {.noise_sd = 1e-3, .seed = 5});
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
-  experiment.field.kind = "light";
+  experiment.field = axiscal::LightField();
   experiment.field.in_table = truth.field.in_table;  // roughly enough: joint finds the rest
   return axiscal::calibrate(experiment, readings);
 }
@@ -50,7 +51,7 @@ int main() {
   const Eigen::Vector3d aside(0.47, 0.17, 0.87);  // 30 degrees from the table's normal
   const axiscal::Calibration truth = six_photodiodes(aside);
   const axiscal::Calibration result = calibrated(truth);
-  for (const axiscal::Quantity& quantity : axiscal::quantities_of(result)) {
+  for (const axiscal::KindQuantity& quantity : axiscal::quantities_of(result)) {
     if (quantity.name == "responsivity") {
       std::printf("%s: responsivity %.3f +- %.3f V", quantity.of.c_str(), quantity.values[0],
                   quantity.u[0]);

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program of the README: twelve readings in a file, and an angle by them.
+// The program of the README: twelve readings in a file, the result in words, and an angle by it.
 #include <axiscal/axiscal.hpp>
 #include <cstdio>
 
 int main() {
-  axiscal::InputFile file("run.csv");
-  axiscal::CsvReader csv([&](char* to, std::size_t n) { return file.read(to, n); }, file.path());
-  axiscal::Experiment experiment;
-  experiment.instrument.kind = "accelerometer";
-  experiment.field.kind = "gravity";
-  const axiscal::Reducer reducer(
-      axiscal::calibrate(experiment, axiscal::read_observations(csv, {}).observations));
+  const axiscal::Run run = axiscal::read_run("run.csv");
+  const axiscal::Calibration cal =
+      axiscal::calibrate(run, axiscal::accelerometer("V"), axiscal::gravity());
+  std::puts(axiscal::summary(cal).c_str());
+  const axiscal::Quantity bias = cal.parameter("x.bias");  // value, u, U, dof
+  std::printf("bias of x %.5f +- %.5f V (95 %%)\n", bias.value, bias.U);
+  const axiscal::Reducer reduce(cal);
   const double volts[] = {0.870, 0.0, 2.360};
-  std::printf("pitch %.2f degrees\n", reducer.reduce(volts).derived.values[0]);
+  std::printf("pitch %.2f degrees\n", reduce(volts)["pitch_deg"]);
+  axiscal::write(cal, "cal.json");
 }

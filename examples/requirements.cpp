@@ -16,6 +16,7 @@
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/calib/tolerance.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/field/gravity_field.hpp"
 
 namespace {
 
@@ -75,7 +76,7 @@ int main() {
   const axiscal::Calibration truth = inclinometer();
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
-  experiment.field.kind = "gravity";
+  experiment.field = axiscal::GravityField();
   experiment.positioner = measured_cube(15e-6);
   const axiscal::Observations observations =
       axiscal::simulate(truth, axiscal::make_run_sheet(axiscal::standard_design(12), 4, 1),

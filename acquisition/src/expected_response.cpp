@@ -42,7 +42,7 @@ double expected_direction_sd(const Experiment& experiment, const FieldDescriptio
   if (along_normal) {
     return off_level_rad;
   }
-  return experiment.fence_azimuth_rad ? local_field_rad : any_heading_rad;
+  return experiment.table.fence_azimuth_rad ? local_field_rad : any_heading_rad;
 }
 
 std::string unit_mistake_text(double ratio) {

@@ -143,7 +143,7 @@ bool PoseModel::is_usable() const {
 // Sensor from table of a reading as if at a point, times the level; for the setup's field.
 Eigen::Matrix3d PoseModel::rotation_at(const PlacedReading& reading,
                                        const DesignPoint& point) const {
-  return reading.entry.level * setup_.rotation_sensor_from_positioner *
+  return reading.entry.level.of_all() * setup_.rotation_sensor_from_positioner *
          setup_.positioner.rotation_table_from_positioner(point).transpose() * reading.field_turn;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "axiscal/core/timestamp.hpp"
+#include "axiscal/field/field_json.hpp"
 #include "journal_point.hpp"
 
 namespace axiscal {
@@ -18,7 +19,7 @@ Json ReadingList::captured(const CapturedReading& reading) {
   Json entry = {{"entry", "captured"}, {"run", reading.run}, {"step", reading.step}};
   put_point(entry, reading.row.entry.point);
   entry.update({{"block", reading.row.block},
-                {"level", reading.row.entry.level},
+                {"level", level_json(reading.row.entry.level)},
                 {"mean", json_from(reading.mean)},
                 {"sd", json_from(reading.sd)},
                 {"samples", reading.samples},
@@ -163,7 +164,7 @@ Observations ReadingList::observations(Eigen::Index axis_count) const {
     result.response.row(i) = reading.mean.transpose();
     result.response_sd->row(i) = reading.sd.transpose();
     (*result.samples)(i) = static_cast<double>(reading.samples);
-    result.has_level = result.has_level || reading.row.entry.level != 1.0;
+    result.has_level = result.has_level || reading.row.entry.level != FieldLevel(1.0);
     result.has_block = result.has_block || reading.row.block != readings_.front().row.block;
   }
   return result;

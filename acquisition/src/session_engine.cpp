@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "axis_columns.hpp"
-#include "axiscal/calib/moving_field.hpp"
+#include "axiscal/calib/experiment.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_document.hpp"
@@ -50,7 +50,7 @@ void Session::Engine::set_channels(const std::vector<Channel>& channels,
   if (knowledge_.field_moves()) {
     static_cast<void>(change_of_field(setup_.experiment, 0.0, 0.0));  // whether it can be told
     if (!is_utc(time_at_zero_.value_or(0.0))) {
-      throw DomainError(moving_field_name(setup_.experiment) +
+      throw DomainError(setup_.experiment.field.moving_part()->of->moving_name() +
                         " needs times in UTC, and the recording's are of its own: state "
                         "time=COLUMN with seconds since 1970");
     }
@@ -202,7 +202,7 @@ void Session::Engine::look_for_defects() {
 }
 
 double Session::Engine::level() const {
-  const double stated = wanted_ ? std::abs(wanted_row().entry.level) : 1.0;
+  const double stated = wanted_ ? std::abs(wanted_row().entry.level.of_all()) : 1.0;
   return stated > 0.0 ? stated : 1.0;
 }
 

@@ -5,6 +5,7 @@
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/version.hpp"
+#include "axiscal/field/field_json.hpp"
 #include "journal_point.hpp"
 
 namespace axiscal {
@@ -15,7 +16,7 @@ Json sheet_json(const std::vector<RunSheetRow>& sheet) {
   for (const RunSheetRow& row : sheet) {
     Json one = {{"run", row.run}, {"block", row.block}};
     put_point(one, row.entry.point);
-    one["level"] = row.entry.level;
+    one["level"] = level_json(row.entry.level);
     if (row.temperature) {
       one["temperature"] = *row.temperature;
     }
@@ -29,7 +30,7 @@ std::vector<RunSheetRow> sheet_of(const JsonValue& header) {
   for (const JsonValue& one : header.at("sheet").elements()) {
     RunSheetRow row{.run = one.at("run").integer(),
                     .block = one.at("block").integer(),
-                    .entry = {.point = point_of(one), .level = one.at("level").number()},
+                    .entry = {.point = point_of(one), .level = level_of(one.at("level"))},
                     .temperature = {}};
     if (const std::optional<JsonValue> temperature = one.find("temperature")) {
       row.temperature = temperature->number();

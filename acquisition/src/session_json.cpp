@@ -5,6 +5,7 @@
 
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/field/field_json.hpp"
 
 namespace axiscal {
 namespace {
@@ -24,7 +25,7 @@ Json step_json(const SessionStep& step) {
   return {{"rest", face_name(step.row.entry.point.rest())},
           {"fence", face_name(step.row.entry.point.fence())},
           {"block", step.row.block},
-          {"level", step.row.entry.level},
+          {"level", level_json(step.row.entry.level)},
           {"temperature", number_json(step.row.temperature)},
           {"run", step.run ? Json(*step.run) : Json(nullptr)},
           {"skipped", step.skipped}};

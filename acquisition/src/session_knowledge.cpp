@@ -7,7 +7,7 @@
 
 #include <Eigen/Geometry>
 
-#include "axiscal/calib/moving_field.hpp"
+#include "axiscal/calib/experiment.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "expected_response.hpp"
 #include "session_end.hpp"

@@ -20,9 +20,9 @@ std::string laying_words(const SessionView& view) {
                      : is_step                            ? "leave it as it lies"
                      : view.present ? "lift it, wipe its feet, and lay it down the same way"
                                     : "";
-  if (is_step || view.wanted->entry.level != 1.0) {
+  if (is_step || view.wanted->entry.level != FieldLevel(1.0)) {
     text +=
-        formatted("{}level {}", text.empty() ? "" : "; ", number_text(view.wanted->entry.level));
+        formatted("{}level {}", text.empty() ? "" : "; ", view.wanted->entry.level.text());
   }
   return text;
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <thread>
 
-#include "axiscal/calib/moving_field.hpp"
+#include "axiscal/calib/experiment.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/positioner/positioner.hpp"
@@ -44,6 +44,7 @@ SimulatedSource::SimulatedSource(std::string name, const SimulationSetup& setup)
   field_.kind = "gravity";
   field_.unit = "g";
   field_.in_table = {setup.slope.x(), setup.slope.y(), std::sqrt(1.0 - setup.slope.squaredNorm())};
+  in_table_ = TableField(field_.as_parts()).as_stated();
   to_ = Eigen::Quaterniond(Positioner().rotation_table_from_positioner(lies_));
   from_ = to_;
 }
@@ -68,9 +69,9 @@ void SimulatedSource::draw_instrument(double sensitivity,
 
 void SimulatedSource::play(const Experiment& experiment) {
   if (field_moves(experiment)) {
-    throw SetupError(
-        "a simulation has no time of day, and cannot show " + moving_field_name(experiment),
-        {Setting::field});
+    throw SetupError("a simulation has no time of day, and cannot show " +
+                         experiment.field.moving_part()->of->moving_name(),
+                     {Setting::field});
   }
   const Instrument& instrument = experiment.instrument;
   field_ = make_field_description(experiment);
@@ -98,6 +99,7 @@ void SimulatedSource::play(const Experiment& experiment) {
     RandomStream anywhere(setup_.seed, 2);
     field_.in_table = field_.magnitude * normal_vector(anywhere, 1.0).normalized();
   }
+  in_table_ = TableField(field_.as_parts()).as_stated();
 }
 
 void SimulatedSource::request(const DesignEntry* entry, bool warned) {
@@ -156,9 +158,8 @@ void SimulatedSource::sample(SampleBatch& batch) {
       knock_at_s_ = -1.0;
     }
   }
-  const Eigen::Vector3d field =
-      rotation_table_from_positioner.conjugate() * field_.at_level(level_) +
-      field_.magnitude * shaking;
+  const Eigen::Vector3d field = rotation_table_from_positioner.conjugate() * in_table_.at(level_) +
+                                field_.magnitude * shaking;
   Eigen::VectorXd seen = truth_.sensitivity * field;
   if (one_sided_) {
     seen = seen.cwiseMax(0.0);

@@ -2,44 +2,70 @@
 #include "axiscal/field/field_kind.hpp"
 
 #include <algorithm>
-#include <array>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/nearest_name.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "field_entries.hpp"
 
 namespace axiscal {
 namespace {
 
-constexpr std::array<std::string_view, 2> of_gravity = {"g", "m/s^2"};
-constexpr std::array<std::string_view, 5> of_magnetism = {"nT", "uT", "T", "mT", "G"};
-constexpr std::array<std::string_view, 3> of_rotation = {"rad/s", "deg/s", "deg/h"};
-constexpr std::array<std::string_view, 3> of_turntable = {"deg/s", "rad/s", "deg/h"};
-constexpr std::array<std::string_view, 2> of_light = {"1", "W/m^2"};
-
-constexpr std::array kinds = {
-    FieldKind{.name = "gravity",
-              .units = of_gravity,
-              .local = true,
-              .vertical = true,
-              .along_normal = true},
-    FieldKind{.name = "geomagnetic", .units = of_magnetism, .local = true, .dated = true},
-    FieldKind{.name = "earth_rotation", .units = of_rotation, .local = true, .rotation = true},
-    FieldKind{
-        .name = "induced_rotation", .units = of_turntable, .along_normal = true, .rotation = true},
-    FieldKind{.name = "induced_magnetic", .units = of_magnetism},
-    FieldKind{.name = "light", .units = of_light},
-    FieldKind{.name = "custom"},
-};
-
-constexpr FieldKind another = {};
+// A deque would keep references to entries, but a span needs them in a row: there is room for all
+// that a program will ever add.
+std::vector<FieldKind>& kinds() {
+  constexpr std::size_t most_kinds = 256;
+  static std::vector<FieldKind> all = [] {
+    std::vector<FieldKind> built_in = {
+        gravity_entry(), geomagnetic_entry(), earth_rotation_entry(), turntable_entry(),
+        coil_entry(),    light_entry(),       custom_entry()};
+    built_in.reserve(most_kinds);
+    return built_in;
+  }();
+  return all;
+}
 
 }  // namespace
 
 std::span<const FieldKind> field_kinds() {
-  return kinds;
+  return kinds();
+}
+
+void add_field_kind(const FieldKind& kind) {
+  if (kind.name.empty() || !field_kind(kind.name).name.empty() ||
+      kinds().size() == kinds().capacity()) {
+    throw DomainError(formatted("a kind of field '{}' cannot be added: {}", kind.name,
+                                kind.name.empty() ? "it has no name" : "it is there already"));
+  }
+  kinds().push_back(kind);
 }
 
 const FieldKind& field_kind(std::string_view name) {
-  const auto* const found = std::find_if(kinds.begin(), kinds.end(),
-                                         [&](const FieldKind& kind) { return kind.name == name; });
-  return found == kinds.end() ? another : *found;
+  static const FieldKind another = {};
+  const auto found = std::find_if(kinds().begin(), kinds().end(),
+                                  [&](const FieldKind& kind) { return kind.name == name; });
+  return found == kinds().end() ? another : *found;
+}
+
+std::string list_of_field_kinds() {
+  std::vector<std::string> names;
+  for (const FieldKind& kind : kinds()) {
+    names.emplace_back(kind.name);
+  }
+  return joined(names);
+}
+
+void check_field_kind(std::string_view kind) {
+  if (field_kind(kind).name.empty()) {
+    std::vector<std::string_view> names;
+    for (const FieldKind& known : kinds()) {
+      names.push_back(known.name);
+    }
+    throw SetupError(formatted(
+        "unknown field '{}'{}", kind,
+        did_you_mean(std::string(kind), names, "this version knows: " + list_of_field_kinds())));
+  }
 }
 
 }  // namespace axiscal

@@ -11,9 +11,14 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/json_members.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/field/field_resolver.hpp"
 #include "axiscal/field/field_unit.hpp"
+#include "field_entries.hpp"
+#include "field_members.hpp"
 #include "wmm2025_coefficients.hpp"
 
 namespace axiscal {
@@ -157,13 +162,53 @@ GeomagneticField::GeomagneticField(const Site& site,
                                    double year,
                                    std::string unit,
                                    const GeomagneticModel& model)
-    : unit_(std::move(unit)) {
+    : unit_(std::move(unit)), site_(site), year_(year), model_(model.name()) {
   const double per_nT = factor_between("nT", unit_);
   const Eigen::Vector3d value_nT = model.value_in_enu_nT(site, year);
   value_ = per_nT * value_nT;
   if (const auto u = model.uncertainty(value_nT)) {
     magnitude_u_ = per_nT * u->magnitude_nT;
   }
+}
+
+void GeomagneticField::state(FieldSetup& setup) const {
+  setup.unit = unit_;
+}
+
+void GeomagneticField::resolve(FieldResolver& of) const {
+  if (!site_ && !of.site()) {
+    of.set_given_magnitude(": its magnitude is not known; state it, or the site", {Setting::site});
+    return;
+  }
+  if (!site_) {
+    of.require_longitude();
+  }
+  const GeomagneticField there(site_ ? *site_ : *of.site(),
+                               site_ ? year_ : decimal_year_of(of.date_s()), of.found().unit,
+                               GeomagneticModel(model_));
+  of.set_magnitude(of.given_magnitude().value_or(there.magnitude()));
+  if (!of.given_magnitude()) {
+    of.set_model_u(there.magnitude_uncertainty());
+  }
+  of.found().model = model_;
+  of.set_direction(there.value_in_enu(), false);
+}
+
+void GeomagneticField::members(JsonMembers& io) {
+  model_members(io, model_, "wmm2025");
+  site_members(io, site_);
+  if (site_) {
+    io.need("date", year_);
+  }
+}
+
+FieldKind geomagnetic_entry() {
+  return {.name = "geomagnetic",
+          .units = magnetic_units,
+          .local = true,
+          .dated = true,
+          .members = members_with_date,
+          .make = maker_of<GeomagneticField>()};
 }
 
 }  // namespace axiscal

@@ -48,6 +48,26 @@ int main_axis(const Instrument& instrument, const LinearResponse& response, Eige
   return nominal_axis(instrument, axis).value_or(static_cast<int>(largest));
 }
 
+Instrument accelerometer(const std::string& unit) {
+  return {.kind = "accelerometer", .unit = unit};
+}
+
+Instrument inclinometer(const std::string& unit) {
+  return {.kind = "inclinometer", .unit = unit};
+}
+
+Instrument magnetometer(const std::string& unit) {
+  return {.kind = "magnetometer", .unit = unit};
+}
+
+Instrument gyroscope(const std::string& unit) {
+  return {.kind = "gyroscope", .unit = unit};
+}
+
+Instrument optical(const std::string& unit) {
+  return {.kind = "optical", .unit = unit};
+}
+
 void set_axes(Instrument& instrument, const std::vector<std::string>& texts) {
   instrument.axes.clear();
   instrument.differences.clear();

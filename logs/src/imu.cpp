@@ -18,6 +18,8 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/field/custom_field.hpp"
+#include "axiscal/field/geomagnetic_field.hpp"
 #include "axiscal/positioner/positioner.hpp"
 #include "rest_turns.hpp"
 
@@ -380,7 +382,7 @@ class ImuCalibrator {
       }
     }
     TurnFitOptions turn_options = options_.turns;
-    take_out_earth(options_.experiment.field.site, turns, turn_options);
+    take_out_earth(options_.experiment.table.site, turns, turn_options);
     result_.turns = fit_turns(turns, rests, turn_options);
     Calibration record = turn_calibration(*result_.turns,
                                           {.kind = "gyroscope",
@@ -413,12 +415,14 @@ class ImuCalibrator {
     experiment.instrument.range.reset();
     experiment.field = options_.magnetic_field;
     bool relative = false;
-    if (!experiment.field.magnitude && !experiment.field.site && !experiment.field.in_table) {
-      experiment.field.kind = "custom";
+    // Gravity does without a longitude.
+    const bool has_site = experiment.table.site && experiment.table.has_longitude;
+    if (!experiment.field.magnitude && !has_site && !experiment.field.in_table) {
+      experiment.field = CustomField();
       experiment.field.magnitude = 1.0;
       relative = true;
-    } else if (experiment.field.kind.empty()) {
-      experiment.field.kind = "geomagnetic";
+    } else if (!experiment.field.is_stated()) {
+      experiment.field.of = std::make_shared<const GeomagneticField>();
     }
     experiment.weighting = experiment.weighting.value_or(Weighting::none);
     experiment.method.reset();

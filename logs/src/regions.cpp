@@ -14,6 +14,7 @@
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/field/turntable_field.hpp"
 #include "axiscal/logs/seats.hpp"
 #include "axiscal/logs/table_text.hpp"
 #include "axiscal/logs/time_column.hpp"
@@ -321,13 +322,11 @@ class RegionCalibrator {
       sum += reading.field_in_sensor->norm();
     }
     Experiment experiment;
-    experiment.field.magnitude = sum / static_cast<double>(observations.size());
     experiment.instrument = {.kind = "gyroscope",
                              .serial = options_.experiment.instrument.serial,
                              .axes = options_.gyroscope,
                              .unit = options_.gyroscope_unit};
-    experiment.field.kind = "induced_rotation";
-    experiment.field.unit = "rad/s";
+    experiment.field = TurntableField(sum / static_cast<double>(observations.size()), "rad/s");
     experiment.method = Method::known;
     experiment.weighting = Weighting::none;
     experiment.search_for_mistakes = false;

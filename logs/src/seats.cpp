@@ -175,7 +175,7 @@ std::optional<double> misfit_of_order(const Eigen::MatrixXd& means,
   Eigen::MatrixXd J(means.rows(), 10);
   for (Eigen::Index i = 0; i < means.rows(); ++i) {
     const DesignEntry& entry = sheet[static_cast<std::size_t>(i)].entry;
-    const Eigen::Matrix3d R = entry.level * rotation_positioner_from_table(entry.point);
+    const Eigen::Matrix3d R = entry.level.of_all() * rotation_positioner_from_table(entry.point);
     J.row(i) << 1.0, R.reshaped().transpose();
   }
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(J);

@@ -414,7 +414,7 @@ std::string segmentation_csv(const Segmentation& segmentation,
                              const SeatLabels* labels,
                              const std::vector<RunSheetRow>& sheet) {
   const bool has_level = std::any_of(sheet.begin(), sheet.end(),
-                                     [](const RunSheetRow& row) { return row.entry.level != 1.0; });
+                                     [](const RunSheetRow& row) { return row.entry.level != FieldLevel(1.0); });
   std::string text = "run,";
   text += labels != nullptr && !sheet.empty() ? "block,rest,fence,"
           : labels != nullptr                 ? "rest,fence,"
@@ -448,7 +448,7 @@ std::string segmentation_csv(const Segmentation& segmentation,
                         face_name(labels->points[i]->fence()));
     }
     if (has_level) {
-      text += (row != nullptr ? number_text(row->entry.level) : "1") + ",";
+      text += (row != nullptr ? number_text(row->entry.level.of_all()) : "1") + ",";
     }
     text += formatted("{},{},{}", number_text(interval.start_s), number_text(interval.end_s),
                       interval.samples());

@@ -85,7 +85,7 @@ class Prefix {
 };
 
 // One run of still samples, while it grows.
-struct Run {
+struct StillSpan {
   std::size_t first = 0;
   std::size_t end = 0;
   double start_s = 0.0;
@@ -97,7 +97,7 @@ struct Run {
   std::vector<Sums> sums;
 };
 
-StaticInterval interval_of(const Run& run) {
+StaticInterval interval_of(const StillSpan& run) {
   const auto columns = static_cast<Eigen::Index>(run.sums.size());
   const auto n = static_cast<double>(run.end - run.first);
   StaticInterval interval{.first = run.first,
@@ -183,7 +183,7 @@ class StaticDetector::Stream {
  private:
   struct Detector {
     double threshold = 0.0;
-    std::optional<Run> run;
+    std::optional<StillSpan> run;
     std::vector<StaticInterval> intervals;
 
     void close(std::size_t shortest) {
@@ -330,7 +330,7 @@ class StaticDetector::Stream {
   void extend(Detector& detector, std::size_t begin, std::size_t end) {
     const std::size_t columns = samples_.size();
     if (!detector.run) {
-      Run& run = detector.run.emplace();
+      StillSpan& run = detector.run.emplace();
       run.first = base_ + begin;
       run.start_s = time_s_[begin];
       run.sums.resize(columns);
@@ -339,7 +339,7 @@ class StaticDetector::Stream {
       }
       run.last = run.reference;
     }
-    Run& run = *detector.run;
+    StillSpan& run = *detector.run;
     const double origin = static_cast<double>(run.first) - static_cast<double>(base_);
     const bool goes_on = run.end > run.first;
     for (std::size_t c = 0; c < columns; ++c) {

@@ -10,7 +10,7 @@ namespace axiscal::test {
 SessionSetup guided_setup(std::uint64_t seed, int replicates) {
   SessionSetup setup;
   setup.experiment.instrument = {.kind = "accelerometer", .unit = "g"};
-  setup.experiment.field.kind = "gravity";
+  setup.experiment.field.of = make_field("gravity");
   setup.sheet = make_run_sheet(standard_design(12), replicates, seed);
   setup.unattended = true;
   return setup;

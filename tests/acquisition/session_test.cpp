@@ -14,6 +14,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/field/light_field.hpp"
 #include "axiscal/field/sun.hpp"
 #include "guided.hpp"
 #include "matchers.hpp"
@@ -68,7 +69,7 @@ TEST(Session, AsksNothingWhereNothingCanBeTold) {
   const auto levels = [](SessionSetup& setup) {
     setup.experiment.instrument = {.kind = "gyroscope", .unit = "deg/s"};
     setup.experiment.field = {};
-    setup.experiment.field.kind = "induced_rotation";
+    setup.experiment.field.of = make_field("induced_rotation");
     setup.experiment.field.magnitude = 100.0;
     std::vector<DesignEntry> design;
     for (const DesignEntry& entry : standard_design(12)) {
@@ -90,7 +91,7 @@ TEST(Session, AsksNothingWhereNothingCanBeTold) {
       {"a compass that knows |F| alone", 8,
        [](SessionSetup& setup) {
          setup.experiment.instrument = {.kind = "magnetometer", .unit = "uT"};
-         setup.experiment.field.kind = "geomagnetic";
+         setup.experiment.field.of = make_field("geomagnetic");
          setup.experiment.field.unit = "uT";
          setup.experiment.field.magnitude = 48.0;
        }},
@@ -341,10 +342,10 @@ SessionSetup sun_setup(std::optional<double> fence_azimuth_rad) {
   SessionSetup setup = guided_setup();
   setup.unattended = false;
   setup.experiment.instrument = {.kind = "optical"};
-  setup.experiment.field.kind = "light";
-  setup.experiment.field.sun = true;
-  setup.experiment.field.site = sunny_site;
-  setup.experiment.fence_azimuth_rad = fence_azimuth_rad;
+  setup.experiment.field.of = make_field("light");
+  setup.experiment.field.of = std::make_shared<const LightField>(LightField::sun());
+  setup.experiment.table.site = sunny_site;
+  setup.experiment.table.fence_azimuth_rad = fence_azimuth_rad;
   return setup;
 }
 

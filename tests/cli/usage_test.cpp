@@ -153,7 +153,7 @@ TEST(Template, IsReadByWhatReadsItsFile) {
     EXPECT_EQ(run_axiscal({"template", name, "-o", path}).status, 0) << name;
     return path;
   };
-  EXPECT_EQ(read_experiment(written("experiment")).instrument.serial, "QA-113");
+  EXPECT_EQ(read_experiment(written("experiment")).experiment.instrument.serial, "QA-113");
   EXPECT_EQ(read_limits(written("limits")).limits.size(), 5U);
   EXPECT_EQ(read_certificate_details(written("laboratory")).number, "2026-017");
   EXPECT_EQ(read_log_format(written("map")).columns.front().factor, 1e-6);

@@ -89,7 +89,7 @@ void calibrated(std::string_view bytes) {
   Experiment experiment;
   experiment.search_for_mistakes = false;  // seconds, where a sanitizer looks at each step
   experiment.instrument.kind = "accelerometer";
-  experiment.field.kind = "gravity";
+  experiment.field.of = make_field("gravity");
   const Calibration calibration = calibrate(experiment, readings);
   // What the fit cannot state is refused by its writer, with an error of ours.
   const std::string text = calibration_json(calibration);
@@ -112,7 +112,7 @@ void experiment(std::string_view bytes) {
       return;
     }
   }
-  const Experiment made = parse_experiment(bytes, "experiment.json");
+  const Experiment made = parse_experiment(bytes, "experiment.json").experiment;
   static_cast<void>(make_field_description(made));
 }
 
@@ -256,7 +256,7 @@ void frames(std::string_view bytes) {
 SessionSetup setup() {
   SessionSetup made;
   made.experiment.instrument.kind = "accelerometer";
-  made.experiment.field.kind = "gravity";
+  made.experiment.field.of = make_field("gravity");
   int run = 1;
   for (const DesignEntry& entry : standard_design(12)) {
     made.sheet.push_back({.run = run++, .block = 1, .entry = entry, .temperature = {}});

@@ -54,8 +54,8 @@ Eigen::MatrixXd readings_in(const std::vector<RunSheetRow>& sheet,
   RandomStream random(seed);
   Eigen::MatrixXd means(static_cast<Eigen::Index>(sheet.size()), sensitivity.rows());
   for (std::size_t i = 0; i < sheet.size(); ++i) {
-    const Eigen::VectorXd v =
-        sensitivity * (sheet[i].entry.level * (table_from_cube(sheet[i]).transpose() * field));
+    const Eigen::VectorXd v = sensitivity * (sheet[i].entry.level.of_all() *
+                                             (table_from_cube(sheet[i]).transpose() * field));
     for (Eigen::Index k = 0; k < v.size(); ++k) {
       means(static_cast<Eigen::Index>(i), k) = 3.0 + v(k) + noise * random.normal();
     }

@@ -124,10 +124,10 @@ TEST_P(StrangersTable, ReadsAsThePlainOne) {
   const test::ScratchFolder folder;
   TableText text(folder.write("table.csv", GetParam().text));
   CsvReader csv = text.reader({"run", "rest", "fence", "x", "y", "z"});
-  const ObservationsTable read = read_observations(csv, {});
+  const axiscal::Run read = read_observations(csv, {});
   TableText expected_text(folder.write("plain.csv", plain));
   CsvReader expected_csv = expected_text.reader({});
-  const ObservationsTable expected = read_observations(expected_csv, {});
+  const axiscal::Run expected = read_observations(expected_csv, {});
   ASSERT_EQ(read.observations.response.rows(), rows);
   EXPECT_EQ(read.observations.response, expected.observations.response);
   for (std::size_t i = 0; i < rows; ++i) {

@@ -36,10 +36,7 @@ Calibration accelerometer_truth() {
 Experiment experiment_for(const Calibration& truth) {
   Experiment experiment;
   experiment.instrument = truth.instrument;
-  experiment.field.kind = truth.field.kind;
-  experiment.field.unit = truth.field.unit;
-  experiment.field.magnitude = truth.field.magnitude;
-  experiment.field.in_table = truth.field.in_table;
+  experiment.field = setup_of(truth.field, true);
   return experiment;
 }
 

@@ -2,6 +2,7 @@
 #include "axiscal/calib/reduction.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -11,6 +12,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/number_text.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/field_unit.hpp"
 
@@ -154,9 +156,11 @@ Calibration converted(Calibration calibration, const FieldConversion& conversion
   if (field.in_table_covariance) {
     *field.in_table_covariance *= scale * scale;
   }
-  for (FieldPartDescription& part : field.parts) {
+  for (FieldDescription& part : field.parts) {
     part.magnitude *= scale;
-    part.in_table *= scale;
+    if (part.in_table) {
+      *part.in_table *= scale;
+    }
   }
   if (calibration.statistics) {
     FitStatistics& statistics = *calibration.statistics;
@@ -328,6 +332,26 @@ bool Reducer::solve_lit(std::span<const double> readings,
   return true;
 }
 
+double ReducedReading::operator[](std::string_view name) const {
+  constexpr std::array<std::string_view, 3> components = {"x", "y", "z"};
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    if (name == components[i]) {
+      return field_in_sensor(static_cast<Eigen::Index>(i));
+    }
+  }
+  if (name == "residual") {
+    return residual;
+  }
+  std::vector<std::string> known = {"x", "y", "z", "residual"};
+  for (std::size_t i = 0; i < derived_names.size(); ++i) {
+    if (name == derived_names[i]) {
+      return derived.values[i];
+    }
+    known.emplace_back(derived_names[i]);
+  }
+  throw DomainError(formatted("a reduced reading has no '{}'; it has {}", name, joined(known)));
+}
+
 ReducedReading Reducer::reduce(std::span<const double> readings,
                                const Eigen::Vector3d* up,
                                std::optional<double> temperature) const {
@@ -359,6 +383,7 @@ ReducedReading Reducer::reduce(std::span<const double> readings,
   }
   result.residual = result.field_in_sensor.norm() - magnitude_;
   if (kind_->derive != nullptr && (up != nullptr || !kind_->derives_with_attitude)) {
+    result.derived_names = kind_->derived_names;
     result.derived = kind_->derive({.field_in_sensor = result.field_in_sensor,
                                     .magnitude = magnitude_,
                                     .inclination = inclination_,

@@ -7,20 +7,20 @@
 #include <utility>
 
 #include "axiscal/calib/bias_fit.hpp"
+#include "axiscal/calib/calibrate_run.hpp"
 #include "axiscal/calib/culprit.hpp"
 #include "axiscal/calib/estimate_by_method.hpp"
 #include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/generalized_fit.hpp"
 #include "axiscal/calib/lack_of_fit.hpp"
 #include "axiscal/calib/levelness_test.hpp"
 #include "axiscal/calib/magnitude.hpp"
 #include "axiscal/calib/mount_turns.hpp"
-#include "axiscal/calib/moving_field.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/polar_fit.hpp"
 #include "axiscal/calib/reading_source.hpp"
-#include "axiscal/calib/resolved_field.hpp"
 #include "axiscal/calib/rounding_scatter.hpp"
 #include "axiscal/calib/run_scatter.hpp"
 #include "axiscal/calib/saturated_axes.hpp"
@@ -43,36 +43,22 @@
 namespace axiscal {
 namespace {
 
-// The field in the table of the whole run: the mean direction where each block has its own.
-std::optional<Eigen::Vector3d> mean_field(const std::vector<Eigen::Vector3d>& fields) {
-  if (fields.size() <= 1) {
-    return fields.empty() ? std::nullopt : std::optional(fields.front());
-  }
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& field : fields) {
-    sum += field;
-  }
-  return fields.front().norm() * sum.normalized();
-}
-
-// The parts as fitted, and what they make together at level 1.
-void put_fields(FieldDescription& field, const std::vector<Eigen::Vector3d>& fields) {
-  if (field.parts.empty()) {
-    field.in_table = mean_field(fields);
-    return;
-  }
-  if (fields.empty()) {
+// The field as fitted, part by part, and what its parts make together at level 1.
+void set_fitted(const TableField& fitted, FieldDescription& field) {
+  if (!fitted.has_vectors()) {
     field.in_table.reset();  // the readings bring theirs
     return;
   }
-  for (std::size_t p = 0; p < fields.size(); ++p) {
-    field.parts[p].in_table = fields[p];
+  for (std::size_t p = 0; p < field.parts.size(); ++p) {
+    field.parts[p].in_table = fitted.vector(p);
     if (field.parts[p].free_length) {
-      field.parts[p].magnitude = fields[p].norm();
+      field.parts[p].magnitude = fitted.vector(p).norm();
     }
   }
-  field.in_table = field.at_level(1.0);
-  field.magnitude = field.in_table->norm();
+  field.in_table = fitted.mean();
+  if (!field.parts.empty()) {
+    field.magnitude = field.in_table->norm();
+  }
 }
 
 Eigen::Matrix3d noise_of(const Observations& observations) {
@@ -109,16 +95,14 @@ void put_temperature(const Estimate& estimate,
 }
 
 // The known-art form fitted to the same readings in the field as fitted.
-void compare_polar_fit(const ReadingSet& set,
-                       const std::vector<Eigen::Vector3d>& fields,
-                       Calibration& calibration) {
+void compare_polar_fit(const ReadingSet& set, const TableField& field, Calibration& calibration) {
   if (calibration.temperature || !calibration.also.empty() || set.leaves_out() ||
-      (fields.empty() && !set.rotation_sensor_from_table.empty())) {
+      (!field.has_vectors() && !set.rotation_sensor_from_table.empty())) {
     throw SetupError(
         "the polar fit goes with plain readings of one field, without temperature terms",
         {Setting::polar_fit});
   }
-  const Eigen::Matrix<double, Eigen::Dynamic, 3> met = field_design(set, fields).middleCols<3>(1);
+  const Eigen::Matrix<double, Eigen::Dynamic, 3> met = field_design(set, field).middleCols<3>(1);
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const int axis = main_axis(calibration.instrument, calibration.response, k);
     calibration.polar_fit.push_back(
@@ -138,9 +122,9 @@ Observations without_left_out(const Experiment& experiment, const Observations& 
 }
 
 // One run on its way to a record.
-class Run {
+class RunFit {
  public:
-  Run(const Experiment& experiment, const Observations& observations)
+  RunFit(const Experiment& experiment, const Observations& observations)
       : experiment_(experiment),
         observations_(observations),
         used_(without_left_out(experiment, observations)),
@@ -151,9 +135,9 @@ class Run {
         source_(checked(experiment, used_, method_), observations, weighting_, by_field_) {
     check_method(experiment, observations, used_, method_, by_field_);
     parts_ = resolve_field(experiment, source_.mean_time_s());
-    if (field_moves(experiment) && !by_field_ && !parts_.front().has_value) {
+    if (field_moves(experiment) && !by_field_ && !parts_.front().in_table) {
       throw RefusedError(
-          moving_field_name(experiment) +
+          experiment.field.moving_part()->of->moving_name() +
               " needs the time of the readings: a column 'time' (ISO 8601, UTC), or a "
               "date with a time of day",
           {Setting::date});
@@ -168,7 +152,7 @@ class Run {
     calibration_.created = timestamp_now();
     calibration_.software = software_name();
     calibration_.instrument = experiment_.instrument;
-    calibration_.field = describe_field(experiment_, parts_);
+    calibration_.field = describe_field(experiment_.table, parts_);
     calibration_.method = method_;
     calibration_.weights = weighting_;
     calibration_.robust = experiment_.robust;
@@ -260,14 +244,14 @@ class Run {
     calibration_.statistics = std::move(estimate_.statistics);
     put_temperature(estimate_, source_, std::move(trials_), calibration_);
     for (std::size_t a = 0; a < estimate_.also.size(); ++a) {
-      const ResolvedPart& also = source_.also()[a];
-      calibration_.also.push_back({.kind = also.part.kind,
+      const FieldDescription& also = source_.also()[a];
+      calibration_.also.push_back({.kind = also.kind,
                                    .unit = also.unit,
-                                   .in_table = also.part.in_table,
+                                   .in_table = *also.in_table,
                                    .sensitivity = estimate_.also[a],
                                    .sensitivity_se = estimate_.also[a]});
     }
-    put_fields(calibration_.field, estimate_.fields);
+    set_fitted(estimate_.field, calibration_.field);
     calibration_.field.in_table_covariance = estimate_.field_covariance;
     calibration_.field.in_table_degrees_of_freedom = estimate_.field_degrees_of_freedom;
     calibration_.levelness = std::move(estimate_.levelness);
@@ -278,11 +262,11 @@ class Run {
     }
     add_intervals(calibration_);
     calibration_.uncertainty =
-        make_budget(experiment_, fitted_, calibration_, estimate_.fields, std::move(weighed));
+        make_budget(experiment_, fitted_, calibration_, estimate_.field, std::move(weighed));
   }
 
   void look_at_residuals() {
-    calibration_.residuals = residuals_of(observations_, source_, estimate_.fields,
+    calibration_.residuals = residuals_of(observations_, source_, estimate_.field,
                                           experiment_.positioner, calibration_, used_by_axes());
     if (method_ == Method::magnitude) {
       calibration_.orientations =
@@ -294,7 +278,7 @@ class Run {
   void remark() {
     add_notes(calibration_, observations_, experiment_.positioner);
     if (experiment_.compare_polar_fit) {
-      compare_polar_fit(fitted_, estimate_.fields, calibration_);
+      compare_polar_fit(fitted_, estimate_.field, calibration_);
     }
     calibration_.notes.insert(calibration_.notes.end(), estimate_.notes.begin(),
                               estimate_.notes.end());
@@ -303,7 +287,7 @@ class Run {
     say_what_length_means(experiment_, calibration_);
     warn_of_other_sensitivity(experiment_, calibration_);
     if (!looked_at_temperature_) {
-      warn_of_ignored_temperature(experiment_, fitted_, estimate_.fields, calibration_);
+      warn_of_ignored_temperature(experiment_, fitted_, estimate_.field, calibration_);
     }
   }
 
@@ -388,7 +372,7 @@ class Run {
   void fit_once() {
     estimate_ = experiment_.instrument.one_sided
                     ? estimate_one_sided(method_, source_, parts_, seen_)
-                    : estimate_by(method_, source_.set(parts_, {}), parts_, by_field_);
+                    : estimate_by(method_, source_.set(parts_, {}), by_field_);
   }
 
   // What the drift that was found came to; it is the last of the effects.
@@ -463,7 +447,7 @@ class Run {
   Weighting weighting_;
   bool by_field_;  // whether the readings bring their fields
   ReadingSource source_;
-  std::vector<ResolvedPart> parts_;
+  std::vector<FieldDescription> parts_;
   std::vector<TemperatureOrderTrial> trials_;
   AxisMask seen_;  // which readings one-sided axes saw
   Estimate estimate_;
@@ -477,7 +461,7 @@ class Run {
 };
 
 // The record of a run whose method and terms are chosen.
-Calibration finished(Run& run) {
+Calibration finished(RunFit& run) {
   run.fit();
   run.search_for_mistakes();
   run.take_over();
@@ -495,14 +479,14 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
   if (looks_at_temperature) {
     Experiment with = experiment;
     with.temperature.automatic = true;
-    Run run(with, observations);
+    RunFit run(with, observations);
     run.describe();
     run.choose_temperature_order();
     if (run.needs_temperature_terms()) {
       return finished(run);
     }
   }
-  Run run(experiment, observations);
+  RunFit run(experiment, observations);
   run.describe();
   if (run.method() == Method::bias) {
     run.fit_biases();
@@ -518,17 +502,22 @@ Calibration calibrate(const Experiment& experiment, const Observations& observat
 Calibration calibrate(const Experiment& experiment,
                       std::span<const DesignPoint> points,
                       const Eigen::Ref<const Eigen::MatrixXd>& response) {
-  if (static_cast<Eigen::Index>(points.size()) != response.rows()) {
-    throw DomainError(
-        formatted("calibrate: {} design points, but {} readings", points.size(), response.rows()));
+  return calibrate(experiment, make_run(points, response).observations);
+}
+
+Calibration calibrate(const Run& run, Instrument instrument, FieldSetup field) {
+  Experiment experiment;
+  experiment.instrument = std::move(instrument);
+  experiment.field = std::move(field);
+  const bool any_axes = experiment.instrument.axes == Instrument().axes;
+  if (any_axes && !run.axes.empty()) {
+    experiment.instrument.axes = run.axes;
   }
-  Observations observations;
-  observations.response = response;
-  for (const DesignPoint& point : points) {
-    const int run = static_cast<int>(observations.readings.size()) + 1;
-    observations.readings.push_back({.run = run, .point = point});
+  if (!run.slots.empty() || has_several_units(run)) {
+    throw SetupError(
+        "the run is of several instruments: calibrate_run() and split_by_serial() take it apart");
   }
-  return calibrate(experiment, observations);
+  return calibrate_run(std::move(experiment), run).front();
 }
 
 }  // namespace axiscal

@@ -15,7 +15,7 @@ namespace axiscal {
 namespace {
 
 std::vector<Calibration> calibrate_one(Experiment experiment,
-                                       const RunReadings& run,
+                                       const Run& run,
                                        Suggestions suggestions,
                                        std::vector<std::string>& notes) {
   const std::vector<Mount>& mounts = experiment.positioner.mounts();
@@ -58,7 +58,7 @@ void require_one_kind(const std::string& kind, const std::vector<std::string>& s
 }
 
 std::vector<Calibration> calibrate_slots(const Experiment& experiment,
-                                         const RunReadings& run,
+                                         const Run& run,
                                          Suggestions suggestions,
                                          std::vector<std::string>& notes) {
   if (!experiment.slot.empty()) {
@@ -80,7 +80,7 @@ std::vector<Calibration> calibrate_slots(const Experiment& experiment,
 
 }  // namespace
 
-std::string slot_of(const Experiment& experiment, const RunReadings& run) {
+std::string slot_of(const Experiment& experiment, const Run& run) {
   const std::vector<Mount>& mounts = experiment.positioner.mounts();
   const bool only_mount = experiment.slot.empty() && run.slots.empty() && mounts.size() == 1 &&
                           !is_of_reference(experiment.positioner, mounts.front().slot);
@@ -88,7 +88,7 @@ std::string slot_of(const Experiment& experiment, const RunReadings& run) {
 }
 
 std::vector<Calibration> calibrate_run(Experiment experiment,
-                                       const RunReadings& run,
+                                       const Run& run,
                                        Suggestions suggestions) {
   if (experiment.instrument.serial.empty()) {
     experiment.instrument.serial = run.serial;

@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "axiscal/calib/calibration_warning.hpp"
-#include "axiscal/calib/moving_field.hpp"
+#include "axiscal/calib/experiment.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/field/field_kind.hpp"
 
@@ -17,7 +17,7 @@ namespace {
 // @param soak  number of the soak level of each reading; empty: all of one.
 std::vector<int> runs_without_opposite(const Observations& observations,
                                        const std::vector<int>& soak) {
-  using Key = std::tuple<int, double, int, DesignPoint>;
+  using Key = std::tuple<int, FieldLevel, int, DesignPoint>;
   std::set<Key> there;
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
     const Reading& reading = observations.readings[i];
@@ -63,7 +63,7 @@ bool lies_along_normal(const Experiment& experiment) {
   if (field.in_table) {
     return field.in_table->x() == 0.0 && field.in_table->y() == 0.0;
   }
-  return !field.custom && field_kind(field.kind).along_normal;
+  return field_kind(field.kind()).along_normal;
 }
 
 }  // namespace

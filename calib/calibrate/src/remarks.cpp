@@ -120,11 +120,11 @@ void add_notes(Calibration& calibration,
 
 void say_what_length_means(const Experiment& experiment, Calibration& calibration) {
   const FieldSetup& field = experiment.field;
-  if (!field.in_table || field.magnitude || field.custom || !field.others.empty()) {
+  if (!field.in_table || field.magnitude || !field.others.empty()) {
     return;
   }
   const double length = field.in_table->norm();
-  const bool is_one_g = field_kind(field.kind).vertical && calibration.field.unit == "g";
+  const bool is_one_g = field_kind(field.kind()).vertical && calibration.field.unit == "g";
   const std::string what = formatted(
       "the field's magnitude is taken as the length of the vector that was stated (in_table), {} "
       "{}",

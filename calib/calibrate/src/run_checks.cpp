@@ -18,7 +18,7 @@ namespace {
 
 // A field that no one can set, without another that can.
 bool is_local(const FieldSetup& field) {
-  return field.others.empty() && !field.custom && !is_made_on_table(field);
+  return field.others.empty() && field_kind(field.kind()).local;
 }
 
 void check_range(const Instrument& instrument) {
@@ -88,10 +88,11 @@ void check_readings(const Experiment& experiment, const Observations& observatio
       throw DomainError("calibrate: every reading needs its design point, or every one its field");
     }
     if (reading.level != 1.0 && is_local(experiment.field)) {
-      throw RefusedError(formatted(
-          "run {}: level {}, but {} cannot be set; its level is always 1", reading.run,
-          number_text(reading.level),
-          field_kind(experiment.field.kind).vertical ? experiment.field.kind : "a local field"));
+      throw RefusedError(formatted("run {}: level {}, but {} cannot be set; its level is always 1",
+                                   reading.run, reading.level.text(),
+                                   field_kind(experiment.field.kind()).vertical
+                                       ? experiment.field.kind()
+                                       : "a local field"));
     }
   }
 }
@@ -102,7 +103,7 @@ void check_levels(const Observations& observations, Method method) {
       throw RefusedError(
           formatted("run {}: level {}, but method magnitude takes the field's magnitude as the "
                     "same in all readings",
-                    reading.run, number_text(reading.level)));
+                    reading.run, reading.level.text()));
     }
   }
 }
@@ -171,8 +172,8 @@ void check_method(const Experiment& experiment,
         "levelness for the run");
   }
   for (std::size_t i = 1; i < experiment.also.size(); ++i) {
-    if (experiment.also[i].kind == experiment.also.front().kind) {
-      throw SetupError(formatted("also {}: is there twice", experiment.also[i].kind));
+    if (experiment.also[i].kind() == experiment.also.front().kind()) {
+      throw SetupError(formatted("also {}: is there twice", experiment.also[i].kind()));
     }
   }
   if (!experiment.also.empty() && (by_field || method == Method::magnitude)) {
@@ -185,10 +186,10 @@ void check_method(const Experiment& experiment,
     throw SetupError(formatted(
         "method {}: one-sided axes see a field from one side only; use joint or known", name));
   }
-  const FieldSetup& field = experiment.field;
-  if (experiment.instrument.one_sided && !field.others.empty() &&
-      (!is_made_on_table(field) ||
-       !std::all_of(field.others.begin(), field.others.end(), is_made_on_table))) {
+  const std::vector<const FieldSetup*> parts = experiment.field.parts();
+  if (experiment.instrument.one_sided && parts.size() > 1 &&
+      !std::all_of(parts.begin(), parts.end(),
+                   [](const FieldSetup* part) { return part->is_induced(); })) {
     throw SetupError(
         "one-sided axes under a light that stays on beside one that is set: which of them an axis "
         "sees is not known; darken the room, so that the light that is set is the only one");

@@ -24,12 +24,12 @@ Eigen::VectorXd fitted_response(const Calibration& calibration,
 
 std::vector<ReadingResidual> residuals_of(const Observations& observations,
                                           const ReadingSource& source,
-                                          const std::vector<Eigen::Vector3d>& fields,
+                                          const TableField& fitted,
                                           const Positioner& positioner,
                                           const Calibration& calibration,
                                           const AxisMask& used) {
   const LinearResponse& response = calibration.response;
-  const bool by_magnitude = fields.empty() && !source.by_field();
+  const bool by_magnitude = !fitted.has_vectors() && !source.by_field();
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> inverse(response.sensitivity);
   const bool has_magnitude = inverse.rank() == 3;
   std::vector<ReadingResidual> residuals;
@@ -54,7 +54,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
             : Eigen::Vector3d::Zero();
     const Eigen::Vector3d field =
         by_magnitude ? Eigen::Vector3d(calibration.field.magnitude * measured.normalized())
-                     : source.field_in_sensor(reading, calibration.field, fields);
+                     : source.field_in_sensor(reading, fitted);
     const Eigen::VectorXd left = v - fitted_response(calibration, source, reading, field);
     for (Eigen::Index k = 0; k < left.size(); ++k) {
       // What an axis does not see, or cannot read, leaves nothing; a reading that was left out

@@ -15,7 +15,7 @@ namespace axiscal {
 /// @param used    which readings each axis used, a row for each of the observations.
 [[nodiscard]] std::vector<ReadingResidual> residuals_of(const Observations& observations,
                                                         const ReadingSource& source,
-                                                        const std::vector<Eigen::Vector3d>& fields,
+                                                        const TableField& field,
                                                         const Positioner& positioner,
                                                         const Calibration& calibration,
                                                         const AxisMask& used);

@@ -40,9 +40,9 @@ std::vector<double> temperatures_of(const std::vector<Reading>& readings,
 
 // Probability that the residuals of some axis follow the temperature so closely by chance.
 double p_of_following(const ReadingSet& set,
-                      const std::vector<Eigen::Vector3d>& fields,
+                      const TableField& field,
                       const std::vector<double>& temperatures) {
-  const Eigen::MatrixXd base = field_design(set, fields);
+  const Eigen::MatrixXd base = field_design(set, field);
   double smallest = 1.0;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const Eigen::VectorXd root = set.weights.col(k).cwiseSqrt();
@@ -99,7 +99,7 @@ bool clearly_needed(const std::vector<TemperatureOrderTrial>& trials) {
 
 void warn_of_ignored_temperature(const Experiment& experiment,
                                  const ReadingSet& set,
-                                 const std::vector<Eigen::Vector3d>& fields,
+                                 const TableField& field,
                                  Calibration& calibration) {
   const std::vector<double> temperatures = temperatures_of(set.readings, {});
   if (!nothing_is_said(experiment.temperature) || temperatures.empty()) {
@@ -113,7 +113,7 @@ void warn_of_ignored_temperature(const Experiment& experiment,
   const bool spans_much = *high - *low >= much && *low >= coldest && *high <= hottest;
   const bool by_magnitude = calibration.method == Method::magnitude;
   constexpr double false_alarm = 0.002;
-  const double p = by_magnitude || *high == *low ? 1.0 : p_of_following(set, fields, temperatures);
+  const double p = by_magnitude || *high == *low ? 1.0 : p_of_following(set, field, temperatures);
   if (!spans_much && !(p < false_alarm)) {
     return;
   }

@@ -26,7 +26,7 @@ namespace axiscal {
 /// @param fields  in the table, as fitted.
 void warn_of_ignored_temperature(const Experiment& experiment,
                                  const ReadingSet& set,
-                                 const std::vector<Eigen::Vector3d>& fields,
+                                 const TableField& field,
                                  Calibration& calibration);
 
 }  // namespace axiscal

@@ -217,13 +217,12 @@ class Finder {
 
   // A field that can be set, and no column that says to what it was.
   [[nodiscard]] bool lacks_level() const {
-    const std::vector<FieldPartDescription>& parts = calibration_.field.parts;
+    const std::vector<FieldDescription>& parts = calibration_.field.parts;
     const FieldKind& kind = field_kind(calibration_.field.kind);
     const bool can_be_set =
-        parts.empty()
-            ? !kind.name.empty() && !kind.local
-            : std::any_of(parts.begin(), parts.end(),
-                          [](const FieldPartDescription& part) { return part.set_by_level; });
+        parts.empty() ? !kind.name.empty() && !kind.local
+                      : std::any_of(parts.begin(), parts.end(),
+                                    [](const FieldDescription& part) { return part.set_by_level; });
     return can_be_set && !calibration_.residuals.empty() && !calibration_.residuals.front().level;
   }
 

@@ -144,7 +144,7 @@ SolidState SolidFit::start() const {
       const Eigen::VectorXd v = reference.response.row(static_cast<Eigen::Index>(i));
       const Eigen::Vector3d up = inverse.solve(v - reference.calibrated.bias);
       own.try_emplace(reference.readings[i].point->rest(), Eigen::Vector3d::Zero()).first->second -=
-          reference.sign * reference.readings[i].level * up;
+          reference.sign * reference.readings[i].level.of_all() * up;
     }
     for (auto& [face, normal] : own) {
       normal.normalize();
@@ -224,7 +224,7 @@ Eigen::VectorXd SolidFit::residuals(const SolidState& state,
     for (std::size_t i = 0; i < reference.readings.size(); ++i) {
       const Reading& reading = reference.readings[i];
       const Eigen::VectorXd fit = response.at(
-          reading.level *
+          reading.level.of_all() *
           (state.mounts[k] * (cube.rotation_table_from_positioner(*reading.point).transpose() *
                               state.fields[k][reference.levels[i]])));
       for (Eigen::Index axis = 0; axis < fit.size(); ++axis) {
@@ -279,7 +279,7 @@ Eigen::MatrixXd SolidFit::jacobian(const SolidState& state,
       const std::size_t level = reference.levels[i];
       const Eigen::Vector3d& field = state.fields[k][level];
       const Eigen::Matrix3d to_sensor =
-          reading.level * state.mounts[k] *
+          reading.level.of_all() * state.mounts[k] *
           cube.rotation_table_from_positioner(*reading.point).transpose();
       const Eigen::Vector3d f = to_sensor * field;
       Eigen::Matrix<double, 3, 12> by_normals;
@@ -289,7 +289,8 @@ Eigen::MatrixXd SolidFit::jacobian(const SolidState& state,
             (forward[at].rotation_table_from_positioner(*reading.point) -
              backward[at].rotation_table_from_positioner(*reading.point)) /
             (2.0 * step);
-        by_normals.col(j) = reading.level * (state.mounts[k] * (change.transpose() * field));
+        by_normals.col(j) =
+            reading.level.of_all() * (state.mounts[k] * (change.transpose() * field));
       }
       const Eigen::Matrix<double, 3, 9> by_gauge = by_normals * layout.gauge;
       const Eigen::Matrix3d by_mount = -cross_matrix(f);

@@ -209,7 +209,7 @@ Estimate summarize(const ReadingSet& set,
   for (Eigen::Index k = 0; k < m; ++k) {
     const AxisRegression& axis = axes[static_cast<std::size_t>(k)];
     const LeastSquaresFit& fit = axis.fit;
-    put_coefficients(set, k, fit.estimate, estimate);
+    set_coefficients(set, k, fit.estimate, estimate);
     statistics.degrees_of_freedom(k) = fit.degrees_of_freedom;
     statistics.residual_sd(k) = fit.residual_sd;
     statistics.r_squared(k) = fit.r_squared;
@@ -228,7 +228,7 @@ Estimate summarize(const ReadingSet& set,
 }
 
 RegressionRows rows_of_readings(const ReadingSet& set) {
-  using Key = std::tuple<std::optional<DesignPoint>, double, int, std::vector<double>>;
+  using Key = std::tuple<std::optional<DesignPoint>, FieldLevel, int, std::vector<double>>;
   std::map<Key, int> numbers;
   RegressionRows rows;
   const bool continuous = set.temperature.order > 0 && set.temperature.soak.empty();

@@ -127,7 +127,7 @@ Eigen::MatrixXd without_field(const ReadingSet& set, const Calibration& calibrat
     const Eigen::Vector3d field =
         reading.field_in_sensor
             ? *reading.field_in_sensor
-            : Eigen::Vector3d(reading.level *
+            : Eigen::Vector3d(reading.level.of_all() *
                               (set.met_of_field(static_cast<std::size_t>(i)) *
                                calibration.field.in_table.value_or(calibration.field.magnitude *
                                                                    Eigen::Vector3d::UnitZ())));

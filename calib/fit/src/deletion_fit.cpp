@@ -20,9 +20,9 @@ struct DeletionFit::Others {
   Eigen::VectorXd estimate;            // likewise, as change from the fit of all
 };
 
-DeletionFit::DeletionFit(const ReadingSet& set, const TableField::Vectors& fields, bool known_field)
+DeletionFit::DeletionFit(const ReadingSet& set, const TableField& field, bool known_field)
     : set_(set), root_weights_(set.weights.cwiseSqrt()), own_(set.column_count()) {
-  const JointState state = JointFit(set, set.weights).at(fields);
+  const JointState state = JointFit(set, set.weights).at(field);
   shared_ = known_field ? 0 : state.direction_count();
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const JointAxis& joint = state.axes[static_cast<std::size_t>(k)];

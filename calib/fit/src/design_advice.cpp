@@ -19,9 +19,9 @@ Eigen::Index rank_for_advice(const Eigen::MatrixXd& matrix) {
 
 }  // namespace
 
-RowsForPoint rows_of_points(const ReadingSet& set, const std::vector<Eigen::Vector3d>& fields) {
-  return [&set, fields](const DesignPoint& point, double level) -> Eigen::MatrixXd {
-    return set.design_row(set.orientation(point), set.field.at(fields, level));
+RowsForPoint rows_of_points(const ReadingSet& set, const TableField& field) {
+  return [&set, field](const DesignPoint& point, double level) -> Eigen::MatrixXd {
+    return set.design_row(set.orientation(point), field.at(level));
   };
 }
 

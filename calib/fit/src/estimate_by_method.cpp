@@ -30,36 +30,50 @@ AxisMask lit_by_readings(const ReadingSet& set) {
       }
     }
     for (Eigen::Index i = 0; i < set.size(); ++i) {
-      const bool is_dark_reading = set.readings[static_cast<std::size_t>(i)].level == 0.0;
+      const bool is_dark_reading =
+          set.field.is_dark(set.readings[static_cast<std::size_t>(i)].level);
       lit(i, k) = is_dark_reading || set.response(i, k) > dark + 2.0 * grazing * (bright - dark);
     }
   }
   return lit;
 }
 
-// What the fitted model says that an axis sees: all lamps in front of it, or none lit.
-AxisMask lit_by_model(const ReadingSet& set,
-                      const Estimate& estimate,
-                      const std::vector<ResolvedPart>& parts) {
+// Directions in the sensor of all that shines at a reading: each part that is on, by its lamps
+// where they were given.
+std::vector<Eigen::Vector3d> lights_of(const ReadingSet& set,
+                                       std::size_t reading,
+                                       const TableField& field) {
+  const FieldLevel& level = set.readings[reading].level;
+  const Eigen::Matrix3d& R = set.rotation_sensor_from_table[reading];
+  std::vector<Eigen::Vector3d> lights;
+  for (std::size_t p = 0; p < field.parts().size(); ++p) {
+    const double factor = field.factor_of(p, level);
+    const Eigen::Vector3d vector = field.vector(field.is_sum() ? p : set.tilt_of(reading));
+    if (factor == 0.0 || !(vector.norm() > 0.0)) {
+      continue;
+    }
+    const Eigen::Vector3d met =
+        set.field_then.empty() ? vector : Eigen::Vector3d(set.field_then[reading] * vector);
+    lights.emplace_back(R * (factor * met).normalized());
+    for (const Eigen::Vector3d& lamp : field.parts()[p].start.lamps) {
+      // The lamps as they were given, turned with their sum.
+      lights.emplace_back(R * (smallest_rotation(*field.parts()[p].in_table, vector) * lamp));
+    }
+  }
+  return lights;
+}
+
+// What the fitted model says that an axis sees: all that shines is in front of it, or nothing does.
+AxisMask lit_by_model(const ReadingSet& set, const Estimate& estimate) {
   AxisMask lit = AxisMask::Constant(set.size(), set.axis_count(), true);
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     const Reading& reading = set.readings[at];
-    std::vector<Eigen::Vector3d> lights;  // directions in the sensor
-    if (reading.level == 0.0) {
-      continue;
-    }
-    if (estimate.fields.empty()) {
+    std::vector<Eigen::Vector3d> lights;
+    if (estimate.field.has_vectors()) {
+      lights = lights_of(set, at, estimate.field);
+    } else if (!set.field.is_dark(reading.level)) {
       lights.emplace_back(reading.field_in_sensor->normalized());
-    } else {
-      const Eigen::Matrix3d& R = set.rotation_sensor_from_table[at];
-      lights.emplace_back(R * set.field_in_table(i, estimate.fields).normalized());
-      for (const Eigen::Vector3d& lamp : parts.front().lamps) {
-        // The lamps as they were given, turned with their sum.
-        const Eigen::Matrix3d turned =
-            smallest_rotation(parts.front().part.in_table, estimate.fields.front());
-        lights.emplace_back(R * (turned * lamp));
-      }
     }
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
       const Eigen::Vector3d S = estimate.response.sensitivity.row(k);
@@ -73,60 +87,38 @@ AxisMask lit_by_model(const ReadingSet& set,
 
 // ---- the methods ----
 
-std::vector<FieldStart> starts_of(const std::vector<ResolvedPart>& parts) {
-  std::vector<FieldStart> starts;
-  double known = 0.0;  // a part of unknown size starts as large as the others
-  for (const ResolvedPart& part : parts) {
-    known = part.part.free_length ? known : std::max(known, part.part.magnitude);
-  }
-  for (const ResolvedPart& part : parts) {
-    FieldStart start{.has_direction = part.has_value && part.has_heading, .sign_by = part.sign_by};
-    start.value = (part.part.free_length ? known : part.part.magnitude) *
-                  (part.has_value ? part.part.in_table.normalized() : Eigen::Vector3d::UnitZ());
-    starts.push_back(start);
-  }
-  return starts;
-}
-
-std::vector<Eigen::Vector3d> values_of(const std::vector<ResolvedPart>& parts) {
-  std::vector<Eigen::Vector3d> values;
-  for (const ResolvedPart& part : parts) {
-    if (!part.has_value || part.part.free_length) {
-      throw SetupError(formatted("field {}: give its vector in the table's frame", part.part.kind),
+// The field where every part's vector is known.
+TableField known_field(const TableField& field) {
+  for (const FieldDescription& part : field.parts()) {
+    if (!part.in_table || part.free_length) {
+      throw SetupError(formatted("field {}: give its vector in the table's frame", part.kind),
                        {Setting::field_table});
     }
-    values.push_back(part.part.in_table);
   }
-  return values;
+  return field.as_stated();
 }
 
-Estimate by_method(Method method,
-                   const ReadingSet& set,
-                   const std::vector<ResolvedPart>& parts,
-                   bool by_field) {
+Estimate by_method(Method method, const ReadingSet& set, bool by_field) {
   if (method == Method::joint) {
-    return estimate_joint(set, starts_of(parts));
+    return estimate_joint(set);
   }
   if (method == Method::paired) {
-    const Eigen::Vector3d direction = values_of(parts).front().normalized();
-    return estimate_paired(set, parts.front().part.magnitude * direction);
+    const Eigen::Vector3d direction = known_field(set.field).vector(0).normalized();
+    return estimate_paired(set, set.field.parts().front().magnitude * direction);
   }
-  return estimate_known(set, by_field ? std::vector<Eigen::Vector3d>{} : values_of(parts));
+  return estimate_known(set, by_field ? set.field : known_field(set.field));
 }
 
 }  // namespace
 
-Estimate estimate_by(Method method,
-                     const ReadingSet& set,
-                     const std::vector<ResolvedPart>& parts,
-                     bool by_field) {
+Estimate estimate_by(Method method, const ReadingSet& set, bool by_field) {
   return fit_over_temperature(
-      set, [&](const ReadingSet& own) { return by_method(method, own, parts, by_field); });
+      set, [&](const ReadingSet& own) { return by_method(method, own, by_field); });
 }
 
 Estimate estimate_one_sided(Method method,
                             const ReadingSource& source,
-                            const std::vector<ResolvedPart>& parts,
+                            const std::vector<FieldDescription>& parts,
                             AxisMask& seen) {
   seen = lit_by_readings(source.set(parts, {}));
   Estimate estimate;
@@ -134,8 +126,8 @@ Estimate estimate_one_sided(Method method,
   constexpr int most_rounds = 12;
   for (int round = 0; round < most_rounds; ++round) {
     const ReadingSet set = source.set(parts, seen);
-    estimate = estimate_by(method, set, parts, source.by_field());
-    const AxisMask next = lit_by_model(set, estimate, parts);
+    estimate = estimate_by(method, set, source.by_field());
+    const AxisMask next = lit_by_model(set, estimate);
     if ((next == seen).all()) {
       return estimate;
     }
@@ -153,7 +145,7 @@ Estimate estimate_one_sided(Method method,
 
 std::vector<TemperatureOrderTrial> try_orders(Method method,
                                               ReadingSource& source,
-                                              const std::vector<ResolvedPart>& parts,
+                                              const std::vector<FieldDescription>& parts,
                                               bool by_field) {
   constexpr int highest_order = 2;
   std::vector<TemperatureOrderTrial> trials;
@@ -164,7 +156,7 @@ std::vector<TemperatureOrderTrial> try_orders(Method method,
       break;
     }
     try {
-      trials.push_back(trial_of(set, estimate_by(method, set, parts, by_field)));
+      trials.push_back(trial_of(set, estimate_by(method, set, by_field)));
     } catch (const RefusedError&) {
       if (order == 0) {
         throw;

@@ -3,7 +3,7 @@
 
 namespace axiscal {
 
-void put_coefficients(const ReadingSet& set,
+void set_coefficients(const ReadingSet& set,
                       Eigen::Index axis,
                       const Eigen::VectorXd& coefficients,
                       Estimate& estimate) {

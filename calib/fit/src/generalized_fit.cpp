@@ -27,8 +27,7 @@ Eigen::VectorXd first_scatter(const Estimate& estimate) {
   Eigen::VectorXd sigma = estimate.statistics.residual_sd;
   for (Eigen::Index k = 0; k < sigma.size(); ++k) {
     if (!(sigma(k) > 0.0)) {
-      sigma(k) =
-          1e-9 * estimate.response.sensitivity.row(k).norm() * estimate.fields.front().norm();
+      sigma(k) = 1e-9 * estimate.response.sensitivity.row(k).norm() * estimate.field.magnitude();
     }
   }
   return sigma;
@@ -55,7 +54,7 @@ class GeneralizedFit {
         inputs_(inputs),
         known_field_(known_field),
         seats_(seats),
-        fields_(start.fields),
+        field_(start.field),
         joint_(set_, set_.weights) {
     const Eigen::Index m = set_.axis_count();
     variances_.resize(m + (seats ? 1 : 0));
@@ -66,7 +65,7 @@ class GeneralizedFit {
     } else if (seats) {
       // Half of the noise, as a turn that moves the field as much.
       const Eigen::ArrayXd turn =
-          start.response.sensitivity.rowwise().norm().array() * fields_.front().norm();
+          start.response.sensitivity.rowwise().norm().array() * field_.magnitude();
       variances_(m) = 0.5 * (variances_.head(m).array() / turn.square()).mean();
     }
     smallest_ = Eigen::VectorXd::Zero(variances_.size());
@@ -77,7 +76,7 @@ class GeneralizedFit {
 
   // @return false where the readings do not determine it.
   bool solve() {
-    JointState state = joint_.at(fields_);
+    JointState state = joint_.at(field_);
     const Eigen::Index p = set_.column_count();
     const Eigen::Index m = set_.axis_count();
     start_from(state);
@@ -93,7 +92,7 @@ class GeneralizedFit {
       coefficients_ += fit_->estimate.head(p * m).reshaped(p, m);
       const Eigen::VectorXd step = fit_->estimate.segment(p * m, directions);
       if (directions > 0) {
-        fields_ = moved_fields(fields_, state.tangents, step);
+        field_ = field_.moved(state.tangents, step);
       }
       const double change =
           ((variances_ - before).array() / before.array().max(smallest_.array() + 1e-300))
@@ -103,7 +102,7 @@ class GeneralizedFit {
       if (round > 1 && change < still && step.lpNorm<Eigen::Infinity>() < still) {
         break;
       }
-      state = joint_.at(fields_);
+      state = joint_.at(field_);
     }
     for (Eigen::Index k = 0; k < m; ++k) {
       if (!(degrees_of_freedom(k) > 0.5)) {
@@ -116,7 +115,7 @@ class GeneralizedFit {
   // Columns f_k^2 at the fields that it began with. A bend swells the scatter of its axis: the axes
   // are weighed as they scatter with the columns, alike where they do not differ then.
   [[nodiscard]] std::optional<CurvatureTest> curvature() {
-    const JointState state = joint_.at(fields_);
+    const JointState state = joint_.at(field_);
     const Eigen::Index p = set_.column_count();
     const Eigen::Index m = set_.axis_count();
     start_from(state);
@@ -147,7 +146,7 @@ class GeneralizedFit {
       return std::nullopt;
     }
     const double left = std::max(squares - drop, 1e-300);
-    const double F = fields_.front().norm();
+    const double F = field_.magnitude();
     return CurvatureTest{
         .p_value = f_upper_p((drop / more) / (left / (free - more)), more, free - more),
         .bends = F * F * after->estimate.head(m)};
@@ -169,11 +168,11 @@ class GeneralizedFit {
   void put(Estimate& estimate) const {
     const Eigen::Index m = set_.axis_count();
     FitStatistics& statistics = estimate.statistics;
-    estimate.fields = fields_;
+    estimate.field = field_;
     statistics.residual_sd = variances_.head(m).cwiseSqrt();
     for (Eigen::Index k = 0; k < m; ++k) {
       statistics.degrees_of_freedom(k) = degrees_of_freedom(k);
-      put_coefficients(set_, k, coefficients_.col(k), estimate);
+      set_coefficients(set_, k, coefficients_.col(k), estimate);
     }
     const std::vector<Eigen::Index> places = set_.places_of_coefficients();
     statistics.covariance = fit_->scatter()(places, places);
@@ -205,7 +204,7 @@ class GeneralizedFit {
       Eigen::Vector3d field = Eigen::Vector3d::Zero();
       Eigen::Index first = 0;
       for (const UncertainInput& input : inputs) {
-        field += input.change(i, fields_) * predicted.segment(first, input.parts);
+        field += input.change(i, field_) * predicted.segment(first, input.parts);
         first += input.parts;
       }
       for (Eigen::Index k = 0; k < m; ++k) {
@@ -303,8 +302,7 @@ class GeneralizedFit {
     if (seats_ && !(from(m) > 0.0)) {
       from(m) =
           1e-4 * from.head(m).mean() /
-          std::pow(coefficients_.middleRows<3>(1).colwise().norm().mean() * fields_.front().norm(),
-                   2);
+          std::pow(coefficients_.middleRows<3>(1).colwise().norm().mean() * field_.magnitude(), 2);
     }
     return from;
   }
@@ -337,13 +335,13 @@ class GeneralizedFit {
       const Eigen::MatrixXd by_field = changes_with_field(i, root);
       Eigen::Index at = p * m + directions;
       for (const UncertainInput& input : inputs_) {
-        problem.W.block(m * i, at, m, input.parts) = by_field * input.change(i, fields_);
+        problem.W.block(m * i, at, m, input.parts) = by_field * input.change(i, field_);
         at += input.parts;
       }
       if (seats_) {
         problem.roots.back().emplace_back(
             by_field * set_.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
-            cross_matrix(set_.field_in_table(i, fields_)));
+            cross_matrix(set_.field_in_table(i, field_)));
       }
     }
     return problem;
@@ -364,7 +362,7 @@ class GeneralizedFit {
   const std::vector<UncertainInput>& inputs_;
   bool known_field_;
   bool seats_;
-  TableField::Vectors fields_;
+  TableField field_;
   JointFit joint_;
   Eigen::VectorXd variances_;  // sigma_k^2, and tau^2
   Eigen::VectorXd smallest_;
@@ -379,7 +377,7 @@ bool looks_for_seats(const Experiment& experiment,
                      const Estimate& estimate) {
   constexpr Eigen::Index fewest = 24;
   constexpr Eigen::Index most = 2000;  // nobody lays a cube so often
-  if (experiment.seats == SeatSetup::none || experiment.robust || estimate.fields.empty() ||
+  if (experiment.seats == SeatSetup::none || experiment.robust || !estimate.field.has_vectors() ||
       set.axis_count() < 2 || set.field.is_sum()) {
     return false;
   }
@@ -409,8 +407,8 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
                                             Method method,
                                             const Estimate& estimate) {
   const FitStatistics& statistics = estimate.statistics;
-  if (estimate.fields.empty() || set.rotation_sensor_from_table.empty() || experiment.robust ||
-      !(statistics.residual_sd.array() > 0.0).all()) {
+  if (!estimate.field.has_vectors() || set.rotation_sensor_from_table.empty() ||
+      experiment.robust || !(statistics.residual_sd.array() > 0.0).all()) {
     return std::nullopt;
   }
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
@@ -421,7 +419,7 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
   const Layings layings = layings_of(without_unpaired(set, estimate));
   const bool known = method == Method::known;
   const std::vector<UncertainInput> inputs =
-      uncertain_inputs(experiment, layings.set, known, estimate.fields);
+      uncertain_inputs(experiment, layings.set, known, estimate.field);
   const bool seats = seats_of(statistics) != nullptr;
   return GeneralizedFit(layings, inputs, known, seats, estimate).curvature();
 }
@@ -430,17 +428,18 @@ std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
                                                 const ReadingSet& set,
                                                 Method method,
                                                 const Estimate& estimate) {
-  if (estimate.fields.empty() || set.rotation_sensor_from_table.empty() || experiment.robust) {
+  if (!estimate.field.has_vectors() || set.rotation_sensor_from_table.empty() ||
+      experiment.robust) {
     return std::nullopt;
   }
   const bool known = method == Method::known;
-  const std::vector<UncertainInput> own = uncertain_inputs(experiment, set, known, estimate.fields);
+  const std::vector<UncertainInput> own = uncertain_inputs(experiment, set, known, estimate.field);
   if (own.empty()) {
     return std::nullopt;
   }
   const Layings layings = layings_of(without_unpaired(set, estimate));
   const std::vector<UncertainInput> inputs =
-      uncertain_inputs(experiment, layings.set, known, estimate.fields);
+      uncertain_inputs(experiment, layings.set, known, estimate.field);
   GeneralizedFit fit(layings, inputs, known, false, estimate);
   if (!fit.solve()) {
     return std::nullopt;
@@ -455,12 +454,12 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
                                                    Method method,
                                                    Estimate& estimate) {
   const bool known = method == Method::known;
-  if (estimate.fields.empty() || set.rotation_sensor_from_table.empty()) {
+  if (!estimate.field.has_vectors() || set.rotation_sensor_from_table.empty()) {
     return {};
   }
   const Layings layings = layings_of(without_unpaired(set, estimate));
   const std::vector<UncertainInput> inputs =
-      uncertain_inputs(experiment, layings.set, known, estimate.fields);
+      uncertain_inputs(experiment, layings.set, known, estimate.field);
   const bool has_normals = !inputs.empty() && inputs.front().name == "positioner";
   if (experiment.robust) {
     if (has_normals) {

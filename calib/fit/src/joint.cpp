@@ -73,10 +73,10 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Joi
       [&](const Eigen::MatrixXd& robust_weights) {
         const Eigen::MatrixXd weights = set.weights.cwiseProduct(robust_weights);
         const JointFit reweighted(set, weights);
-        state = reweighted.converged(reweighted.at(state.fields), sigma);
+        state = reweighted.converged(reweighted.at(state.field), sigma);
       });
   // Covariance by the given weights and the robust scatter; estimate and residuals are the robust.
-  JointSolution solution{.state = given.at(state.fields), .sigma = sigma, .shares = {}};
+  JointSolution solution{.state = given.at(state.field), .sigma = sigma, .shares = {}};
   solution.shares = given.shares(solution.state, sigma);
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     JointAxis& axis = solution.state.axes[static_cast<std::size_t>(k)];
@@ -90,10 +90,10 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Joi
 // @return whether the fields are to be reversed; nothing where neither tells.
 std::optional<bool> is_reversed(const ReadingSet& set,
                                 const JointState& state,
-                                const std::vector<FieldStart>& starts) {
+                                const std::vector<FieldDescription>& parts) {
   double given = 0.0;
-  for (std::size_t s = 0; s < starts.size(); ++s) {
-    given += state.fields[s].normalized().dot(starts[s].sign_by);
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    given += state.field.vector(p).normalized().dot(parts[p].start.sign_by);
   }
   if (given != 0.0) {
     return given < 0.0;
@@ -112,26 +112,19 @@ std::optional<bool> is_reversed(const ReadingSet& set,
   return std::nullopt;
 }
 
-JointState reversed(const JointFit& fit, const JointState& state) {
-  std::vector<Eigen::Vector3d> fields = state.fields;
-  for (Eigen::Vector3d& field : fields) {
-    field *= -1.0;
-  }
-  return fit.at(fields);
-}
-
 }  // namespace
 
-Estimate estimate_joint(const ReadingSet& set, const std::vector<FieldStart>& starts) {
-  std::vector<std::vector<Eigen::Vector3d>> all_starts = start_fields(set, starts);
+Estimate estimate_joint(const ReadingSet& set) {
+  std::vector<TableField> all_starts = start_fields(set);
   if (set.leaves_out() && all_starts.size() == 1) {
     // A lamp that is given on the cube's very diagonal leaves one-sided axes open only just: where
     // it really is may be enough, and the condition number will say how much.
     constexpr double a_little_rad = 0.01;
-    std::vector<Eigen::Vector3d> beside = all_starts.front();
-    for (Eigen::Vector3d& field : beside) {
-      field = rotation_by(a_little_rad * tangents_of(field).col(0)) * field;
+    std::vector<Eigen::Vector3d> turned = all_starts.front().vectors();
+    for (Eigen::Vector3d& vector : turned) {
+      vector = rotation_by(a_little_rad * tangents_of(vector).col(0)) * vector;
     }
+    TableField beside = all_starts.front().with(std::move(turned));
     if (open_parameters(set, field_design(set, beside)).names.empty()) {
       all_starts.front() = std::move(beside);
     }
@@ -142,9 +135,9 @@ Estimate estimate_joint(const ReadingSet& set, const std::vector<FieldStart>& st
   const JointFit fit(set, set.weights);
   BestSolution best = best_solution(set, fit, all_starts);
   JointSolution& solution = best.solution;
-  const std::optional<bool> turn = is_reversed(set, solution.state, starts);
+  const std::optional<bool> turn = is_reversed(set, solution.state, set.field.parts());
   if (turn.value_or(false)) {
-    solution.state = reversed(fit, solution.state);
+    solution.state = fit.at(solution.state.field.reversed());
     solution.shares = fit.shares(solution.state, solution.sigma);
   } else if (!turn) {
     best.ambiguity =
@@ -157,8 +150,8 @@ Estimate estimate_joint(const ReadingSet& set, const std::vector<FieldStart>& st
                                  : describe_joint(set, fit, solution, Eigen::MatrixXd());
   estimate.ambiguity = std::move(best.ambiguity);
   if (!set.field.is_sum() && !set.leaves_out()) {
-    estimate.levelness =
-        levelness_of(set, find_opposite_pairs(set).pairs, estimate, starts.front().value.norm());
+    estimate.levelness = levelness_of(set, find_opposite_pairs(set).pairs, estimate,
+                                      set.field.parts().front().magnitude);
   }
   return estimate;
 }

@@ -29,20 +29,21 @@ void describe_direction(const ReadingSet& set, const JointSolution& solution, Es
   const JointState& state = solution.state;
   // The sum of the parts, or the mean of the blocks.
   double largest = 0.0;
-  for (const Eigen::Vector3d& field : state.fields) {
-    largest = std::max(largest, field.norm());
+  for (const Eigen::Vector3d& vector : state.field.vectors()) {
+    largest = std::max(largest, vector.norm());
   }
   Eigen::Matrix<double, 3, Eigen::Dynamic> T(3, state.direction_count());
-  for (std::size_t s = 0; s < state.fields.size(); ++s) {
+  for (std::size_t s = 0; s < state.field.size(); ++s) {
     const Eigen::Index first = state.first_direction(s);
     T.middleCols(first, state.tangents[s].cols()) =
-        set.field.change_of_mean(state.fields, s) * (state.fields[s].norm() * state.tangents[s]);
-    const Eigen::Matrix2d own = C.block<2, 2>(first, first);
+        state.field.change_of_mean(s) * (state.field.step_unit(s) * state.tangents[s]);
+    const Eigen::Index own = state.tangents[s].cols();
+    const Eigen::MatrixXd spread = C.block(first, first, own, own);
     // A small part, as the Earth's rotation beside a turntable's, may point where it likes.
-    const double weight = set.field.is_sum() ? state.fields[s].norm() / largest : 1.0;
+    const double weight = set.field.is_sum() ? state.field.step_unit(s) / largest : 1.0;
     estimate.direction_se_rad =
         std::max(estimate.direction_se_rad,
-                 weight * std::sqrt(Eigen::JacobiSVD<Eigen::Matrix2d>(own).singularValues()(0)));
+                 weight * std::sqrt(Eigen::JacobiSVD<Eigen::MatrixXd>(spread).singularValues()(0)));
   }
   estimate.field_covariance = T * C * T.transpose();
   estimate.field_degrees_of_freedom =
@@ -65,7 +66,7 @@ Estimate describe_joint(const ReadingSet& set,
   statistics.degrees_of_freedom = solution.shares.degrees_of_freedom;
   statistics.residual_sd = Eigen::VectorXd::Constant(m, not_a_number);
   statistics.condition_number = condition_of(fit.jacobian(state, solution.sigma));
-  estimate.fields = state.fields;
+  estimate.field = state.field;
   const Eigen::Index p = set.coefficient_count();
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
@@ -74,7 +75,7 @@ Estimate describe_joint(const ReadingSet& set,
     if (nu > 0.0) {
       statistics.residual_sd(k) = set.robust ? s : std::sqrt(axis.residuals.squaredNorm() / nu);
     }
-    put_coefficients(set, k, axis.estimate, estimate);
+    set_coefficients(set, k, axis.estimate, estimate);
     statistics.r_squared(k) =
         r_squared_about_mean(set.response.col(k), set.weights.col(k), axis.residuals);
 

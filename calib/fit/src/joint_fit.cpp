@@ -118,12 +118,12 @@ struct NoiseFit {
 
 }  // namespace
 
-JointState JointFit::at(const std::vector<Eigen::Vector3d>& fields) const {
-  JointState state{.fields = fields, .tangents = {}, .axes = {}};
-  const Eigen::MatrixXd base = field_design(set_, fields);
-  state.tangents = tangents_of_fields(set_, fields);
+JointState JointFit::at(const TableField& field) const {
+  JointState state{.field = field, .tangents = {}, .axes = {}};
+  const Eigen::MatrixXd base = field_design(set_, field);
+  state.tangents = field.tangents();
   const Eigen::Index directions = state.direction_count();
-  const FieldChanges field_changes = changes_with_directions(set_, fields, state.tangents);
+  const FieldChanges field_changes = changes_with_directions(set_, field, state.tangents);
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
     JointAxis axis;
     // Axes of the same weights share one factorisation.
@@ -190,7 +190,7 @@ std::optional<JointState> JointFit::advanced(const JointState& state,
   step *= std::min(1.0, longest_step_rad / std::max(step.norm(), 1e-300));
   const double current = cost(state, sigma);
   for (int halving = 0; halving < 12; ++halving) {
-    JointState next = at(moved_fields(state.fields, state.tangents, step));
+    JointState next = at(state.field.moved(state.tangents, step));
     // Near the minimum the cost's own rounding must not stop the last steps.
     if (cost(next, sigma) <= (1.0 + 1e-12) * current) {
       return next;
@@ -285,12 +285,11 @@ std::vector<std::string> JointFit::names_of_columns(const JointState& state) con
     const std::vector<std::string> own = set_.names_of_axis(k);
     names.insert(names.end(), own.begin(), own.end());
   }
-  for (std::size_t s = 0; s < state.fields.size(); ++s) {
-    const std::string whose = set_.field.name_of(s);
-    names.insert(names.end(), 2, "direction of " + whose);
-    if (state.tangents[s].cols() > 2) {
-      names.push_back("magnitude of " + whose);
-    }
+  for (std::size_t s = 0; s < state.field.size(); ++s) {
+    const std::string what =
+        set_.field.has_free_length(s) ? "direction and size of " : "direction of ";
+    names.insert(names.end(), static_cast<std::size_t>(state.tangents[s].cols()),
+                 what + set_.field.name_of(s));
   }
   return names;
 }

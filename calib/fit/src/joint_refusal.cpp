@@ -30,8 +30,8 @@ Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
   one.temperature.d = Eigen::VectorXd::Zero(1);  // at the reference
   one.effects.columns = Eigen::MatrixXd::Zero(1, set.effects.columns.cols());
   const JointState& state = solution.state;
-  const Eigen::MatrixXd base = field_design(one, state.fields);
-  const FieldChanges changes = changes_with_directions(one, state.fields, state.tangents);
+  const Eigen::MatrixXd base = field_design(one, state.field);
+  const FieldChanges changes = changes_with_directions(one, state.field, state.tangents);
   std::vector<Eigen::MatrixXd> own;
   std::vector<Eigen::MatrixXd> shared;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {

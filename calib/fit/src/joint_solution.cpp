@@ -24,9 +24,7 @@ double pooled_scatter(const ReadingSet& set, const JointState& state, double dof
 }
 
 // The axes' noise is not known: it is what fits the residuals best, directions and noise in turn.
-JointSolution solve_joint(const ReadingSet& set,
-                          const JointFit& fit,
-                          const std::vector<Eigen::Vector3d>& start) {
+JointSolution solve_joint(const ReadingSet& set, const JointFit& fit, const TableField& start) {
   Eigen::VectorXd sigma = Eigen::VectorXd::Ones(set.axis_count());
   JointState state = fit.converged(fit.at(start), sigma);
   const DirectionShares unscaled = fit.shares(state, sigma);
@@ -79,9 +77,9 @@ double misfit(const ReadingSet& set, const JointState& state) {
 double angle_between(const JointState& a, const JointState& b) {
   double along = 0.0;
   double all = 0.0;
-  for (std::size_t s = 0; s < a.fields.size(); ++s) {
-    const double size = b.fields[s].norm();
-    along += size * a.fields[s].normalized().dot(b.fields[s].normalized());
+  for (std::size_t s = 0; s < a.field.size(); ++s) {
+    const double size = b.field.vector(s).norm();
+    along += size * a.field.vector(s).normalized().dot(b.field.vector(s).normalized());
     all += size;
   }
   return std::acos(std::min(1.0, std::abs(along) / all));
@@ -99,22 +97,23 @@ std::string another_direction(const ReadingSet& set,
                               const JointState& best) {
   std::size_t part = 0;
   double least = 2.0;
-  for (std::size_t s = 0; s < best.fields.size(); ++s) {
-    const double along = std::abs(other.fields[s].normalized().dot(best.fields[s].normalized()));
+  for (std::size_t s = 0; s < best.field.size(); ++s) {
+    const double along =
+        std::abs(other.field.vector(s).normalized().dot(best.field.vector(s).normalized()));
     if (along < least) {
       least = along;
       part = s;
     }
   }
   return formatted("another direction of {}, {} in the table, fits the readings as well",
-                   set.field.name_of(part), direction_text(other.fields[part].normalized()));
+                   set.field.name_of(part), direction_text(other.field.vector(part).normalized()));
 }
 
 }  // namespace
 
 BestSolution best_solution(const ReadingSet& set,
                            const JointFit& fit,
-                           const std::vector<std::vector<Eigen::Vector3d>>& starts) {
+                           const std::vector<TableField>& starts) {
   if (starts.size() == 1) {
     return {.solution = solve_joint(set, fit, starts.front()), .ambiguity = ""};
   }
@@ -125,20 +124,20 @@ BestSolution best_solution(const ReadingSet& set,
   constexpr double as_likely = 6.0;  // likelihoods within a factor of 20
   const Eigen::VectorXd equal = Eigen::VectorXd::Ones(set.axis_count());
   std::vector<JointState> found;
-  for (const std::vector<Eigen::Vector3d>& start : starts) {
+  for (const TableField& start : starts) {
     found.push_back(fit.converged(fit.at(start), equal, few_rounds));
   }
   const auto less = [&](const JointState& a, const JointState& b) {
     return misfit(set, a) < misfit(set, b);
   };
   const auto best = std::min_element(found.begin(), found.end(), less);
-  BestSolution result{.solution = solve_joint(set, fit, best->fields), .ambiguity = ""};
+  BestSolution result{.solution = solve_joint(set, fit, best->field), .ambiguity = ""};
   for (const JointState& other : found) {
     if (angle_between(other, *best) < another_rad ||
         misfit(set, other) > misfit(set, *best) + as_likely) {
       continue;
     }
-    JointSolution rival = solve_joint(set, fit, other.fields);
+    JointSolution rival = solve_joint(set, fit, other.field);
     if (angle_between(rival.state, result.solution.state) < another_rad ||
         misfit(set, rival.state) > misfit(set, result.solution.state) + as_likely) {
       continue;

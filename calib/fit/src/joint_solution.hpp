@@ -26,7 +26,7 @@ struct BestSolution {
 };
 [[nodiscard]] BestSolution best_solution(const ReadingSet& set,
                                          const JointFit& fit,
-                                         const std::vector<TableField::Vectors>& starts);
+                                         const std::vector<TableField>& starts);
 
 /// Refuses readings that do not determine coefficients and directions together.
 /// @throws RankDeficientError  naming what is open, and points that would close it.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <iterator>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include <Eigen/SVD>
 
@@ -24,10 +26,9 @@ std::vector<Eigen::Index> used_rows(const ReadingSet& set,
   return used;
 }
 
-// The directions that follow linearly, their sign open. A levelness with too few readings of its
-// own starts from that of all readings. Empty where they do not follow.
-std::vector<Eigen::Vector3d> linear_start(const ReadingSet& set,
-                                          const std::vector<FieldStart>& starts) {
+// The field whose directions follow linearly, their sign open. A levelness with too few readings of
+// its own starts from that of all readings. Nothing where they do not follow.
+std::optional<TableField> linear_start(const ReadingSet& set) {
   if (set.field.turns()) {
     return {};  // then its parts are not linear in the level
   }
@@ -37,35 +38,35 @@ std::vector<Eigen::Vector3d> linear_start(const ReadingSet& set,
   if (common.size() == 0) {
     return {};
   }
-  std::vector<Eigen::Vector3d> fields;
+  const std::vector<FieldDescription>& parts = set.field.parts();
+  std::vector<Eigen::Vector3d> vectors;
   if (set.field.is_sum()) {
     // The parts whose magnitude is known say how long the others are.
     double scale = 0.0;
-    for (std::size_t p = 0; p < starts.size() && scale == 0.0; ++p) {
-      if (!set.field.parts()[p].free_length) {
-        scale = starts[p].value.norm() / common.segment<3>(3 * static_cast<Eigen::Index>(p)).norm();
+    for (std::size_t p = 0; p < parts.size() && scale == 0.0; ++p) {
+      if (!parts[p].free_length) {
+        scale = parts[p].magnitude / common.segment<3>(3 * static_cast<Eigen::Index>(p)).norm();
       }
     }
-    for (std::size_t p = 0; p < starts.size(); ++p) {
+    for (std::size_t p = 0; p < parts.size(); ++p) {
       const Eigen::Vector3d part = common.segment<3>(3 * static_cast<Eigen::Index>(p));
-      fields.emplace_back(set.field.parts()[p].free_length
-                              ? scale * part
-                              : starts[p].value.norm() * part.normalized());
+      vectors.emplace_back(parts[p].free_length ? scale * part
+                                                : parts[p].magnitude * part.normalized());
     }
-    return fields;
+    return set.field.with(std::move(vectors));
   }
-  const double F = starts.front().value.norm();
-  fields.assign(set.field.blocks().size(), F * common);
-  for (std::size_t s = 0; fields.size() > 1 && s < fields.size(); ++s) {
+  const double F = parts.front().magnitude;
+  vectors.assign(set.field.blocks().size(), F * common);
+  for (std::size_t s = 0; vectors.size() > 1 && s < vectors.size(); ++s) {
     std::vector<Eigen::Index> rows;
     std::copy_if(all.begin(), all.end(), std::back_inserter(rows),
                  [&](Eigen::Index i) { return set.tilt_of(static_cast<std::size_t>(i)) == s; });
     const Eigen::VectorXd own = linear_directions(set, rows);
     if (own.size() > 0) {
-      fields[s] = std::copysign(F, own.dot(common)) * own;
+      vectors[s] = std::copysign(F, own.dot(common)) * own;
     }
   }
-  return fields;
+  return set.field.with(std::move(vectors));
 }
 
 }  // namespace
@@ -84,11 +85,10 @@ Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto at = static_cast<std::size_t>(used[static_cast<std::size_t>(i)]);
       const Eigen::Matrix3d R = set.met_of_field(at);
-      const double level = set.readings[at].level;
       Z(i, 0) = 1.0;
       for (Eigen::Index p = 0; p < parts; ++p) {
-        const bool by_level = set.field.parts()[static_cast<std::size_t>(p)].set_by_level;
-        const double factor = by_level ? level : 1.0;
+        const double factor =
+            set.field.factor_of(static_cast<std::size_t>(p), set.readings[at].level);
         Z.row(i).segment<9>(1 + 9 * p) = factor * R.reshaped().transpose();
       }
       Z.row(i).segment(unknowns, others) = set.design_row(R, Eigen::Vector3d::Zero()).tail(others);
@@ -115,32 +115,34 @@ Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen
   return Eigen::JacobiSVD<Eigen::MatrixXd>(rows_of_axes, Eigen::ComputeThinV).matrixV().col(0);
 }
 
-std::vector<std::vector<Eigen::Vector3d>> start_fields(const ReadingSet& set,
-                                                       const std::vector<FieldStart>& starts) {
-  if (std::vector<Eigen::Vector3d> linear = linear_start(set, starts); !linear.empty()) {
-    return {std::move(linear)};
+std::vector<TableField> start_fields(const ReadingSet& set) {
+  if (std::optional<TableField> linear = linear_start(set)) {
+    return {std::move(*linear)};
   }
+  // All combinations of what the parts' directions may be.
+  const TableField stated = set.field.as_stated();
   std::vector<std::vector<Eigen::Vector3d>> all(1);
-  for (const FieldStart& start : starts) {
-    const int directions = set.field.is_sum() ? 8 : 26;  // all combinations of the parts are tried
-    const std::vector<Eigen::Vector3d> choices =
-        start.has_direction ? std::vector<Eigen::Vector3d>{start.value.normalized()}
-                            : directions_on_sphere(directions);
+  for (std::size_t p = 0; p < set.field.parts().size(); ++p) {
+    const FieldDescription& part = set.field.parts()[p];
+    const Eigen::Vector3d value = stated.vector(p);
+    const std::vector<Eigen::Vector3d> directions =
+        part.in_table && part.start.has_heading ? std::vector<Eigen::Vector3d>{value.normalized()}
+                                                : directions_on_sphere(set.field.is_sum() ? 8 : 26);
     std::vector<std::vector<Eigen::Vector3d>> longer;
     for (const std::vector<Eigen::Vector3d>& begun : all) {
-      for (const Eigen::Vector3d& direction : choices) {
+      for (const Eigen::Vector3d& direction : directions) {
         longer.push_back(begun);
-        longer.back().emplace_back(start.value.norm() * direction);
+        longer.back().emplace_back(value.norm() * direction);
       }
     }
     all = std::move(longer);
   }
-  if (!set.field.is_sum()) {
-    for (std::vector<Eigen::Vector3d>& fields : all) {
-      fields.resize(set.field.blocks().size(), fields.front());
-    }
+  std::vector<TableField> starts;
+  for (std::vector<Eigen::Vector3d>& vectors : all) {
+    starts.push_back(set.field.is_sum() ? set.field.with(std::move(vectors))
+                                        : set.field.with_all(vectors.front()));
   }
-  return all;
+  return starts;
 }
 
 }  // namespace axiscal

@@ -22,7 +22,6 @@ namespace axiscal {
 
 /// Where to start from: what follows linearly, else what is given, else directions all around.
 /// @return one start or several, each with all the field's vectors.
-[[nodiscard]] std::vector<TableField::Vectors> start_fields(const ReadingSet& set,
-                                                            const std::vector<FieldStart>& starts);
+[[nodiscard]] std::vector<TableField> start_fields(const ReadingSet& set);
 
 }  // namespace axiscal

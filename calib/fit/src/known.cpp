@@ -6,10 +6,10 @@
 
 namespace axiscal {
 
-Estimate estimate_known(const ReadingSet& set, const std::vector<Eigen::Vector3d>& in_table) {
-  const Eigen::MatrixXd design = field_design(set, in_table);
+Estimate estimate_known(const ReadingSet& set, const TableField& field) {
+  const Eigen::MatrixXd design = field_design(set, field);
   require_determined(set, design,
-                     in_table.empty() ? RowsForPoint() : rows_of_points(set, in_table));
+                     field.has_vectors() ? rows_of_points(set, field) : RowsForPoint());
   require_response(set);
   std::vector<AxisRegression> axes;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
@@ -18,10 +18,10 @@ Estimate estimate_known(const ReadingSet& set, const std::vector<Eigen::Vector3d
   }
   Estimate estimate = summarize(set, axes, rows_of_readings(set));
   estimate.mean_field = design.middleCols<3>(1).rowwise().norm().mean();
-  estimate.fields = in_table;
-  if (!in_table.empty() && !set.field.is_sum() && !set.leaves_out()) {
+  estimate.field = field;
+  if (field.has_vectors() && !set.field.is_sum() && !set.leaves_out()) {
     estimate.levelness =
-        levelness_of(set, find_opposite_pairs(set).pairs, estimate, in_table.front().norm());
+        levelness_of(set, find_opposite_pairs(set).pairs, estimate, field.magnitude());
   }
   return estimate;
 }

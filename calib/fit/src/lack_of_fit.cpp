@@ -101,19 +101,19 @@ void test_lack_of_fit_of_inputs(const Experiment& experiment,
                                 Method method,
                                 Estimate& estimate) {
   std::vector<LackOfFit>& tests = estimate.statistics.lack_of_fit;
-  if (tests.empty() || estimate.fields.empty() || set.rotation_sensor_from_table.empty() ||
+  if (tests.empty() || !estimate.field.has_vectors() || set.rotation_sensor_from_table.empty() ||
       set.robust) {
     return;
   }
   const bool known = method == Method::known;
   const std::vector<UncertainInput> inputs =
-      uncertain_inputs(experiment, set, known, estimate.fields);
+      uncertain_inputs(experiment, set, known, estimate.field);
   const RegressionRows rows = rows_of_readings(set);
   if (inputs.empty() ||
       *std::max_element(rows.group.begin(), rows.group.end()) >= static_cast<int>(most_poses)) {
     return;
   }
-  const JointState state = JointFit(set, set.weights).at(estimate.fields);
+  const JointState state = JointFit(set, set.weights).at(estimate.field);
   Eigen::Index count = 0;
   for (const UncertainInput& input : inputs) {
     count += input.parts;
@@ -129,7 +129,7 @@ void test_lack_of_fit_of_inputs(const Experiment& experiment,
       Eigen::Index first = 0;
       for (const UncertainInput& input : inputs) {
         errors.block(i, first, 1, input.parts) =
-            set.scale(i, k) * S * input.change(i, estimate.fields);
+            set.scale(i, k) * S * input.change(i, estimate.field);
         first += input.parts;
       }
     }

@@ -25,7 +25,7 @@ struct FaceContrasts {
 std::vector<FaceContrasts> contrasts_by_face(const std::vector<OppositePair>& pairs) {
   std::map<std::pair<int, Face>, FaceContrasts> faces;
   for (const OppositePair& pair : pairs) {
-    if (pair.level == 0.0) {
+    if (pair.level.of_all() == 0.0) {
       continue;  // no field, no slope in it
     }
     FaceContrasts& face = faces[{pair.block, pair.point.rest()}];
@@ -66,7 +66,7 @@ void test_levelness(const ReadingSet& set, bool known_field, Estimate& estimate)
   const ReadingSet used = without_unpaired(set, estimate);
   const OppositePairs opposites = find_opposite_pairs(set);
   const std::vector<FaceContrasts> faces = contrasts_by_face(opposites.pairs);
-  const DeletionFit others(used, estimate.fields, known_field);
+  const DeletionFit others(used, estimate.field, known_field);
   double smallest = 2.0;
   const FaceContrasts* suspect = nullptr;
   for (const FaceContrasts& face : faces) {

@@ -87,7 +87,7 @@ void align_by_points(const ReadingSet& set, double F, Estimate& estimate) {
   }
   estimate.response.sensitivity *= best.transpose();
   turn_frame(best, estimate.statistics);
-  estimate.fields = {in_table};
+  estimate.field = set.field.with_all(in_table);
 }
 
 }  // namespace axiscal

@@ -37,7 +37,7 @@ Eigen::MatrixXd mount_columns(const ReadingSet& set,
     const auto at = static_cast<std::size_t>(i);
     const auto place = std::distance(mounts.begin(), mounts.find(set.readings[at].mount));
     const Eigen::Vector3d field =
-        set.rotation_sensor_from_table[at] * set.field_in_table(i, state.fields);
+        set.rotation_sensor_from_table[at] * set.field_in_table(i, state.field);
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
       // S d x f = -S [f]x d
       const Eigen::RowVector3d change = -state.axes[static_cast<std::size_t>(k)].root_weights(i) /
@@ -60,7 +60,7 @@ std::optional<MountStep> step_of_mounts(const ReadingSet& set,
   for (const Reading& reading : set.readings) {
     step.turns.emplace(reading.mount, Eigen::Vector3d::Zero());
   }
-  if (step.turns.size() < 2 || step.turns.size() > most_mounts || estimate.fields.empty() ||
+  if (step.turns.size() < 2 || step.turns.size() > most_mounts || !estimate.field.has_vectors() ||
       set.rotation_sensor_from_table.empty() || set.axis_count() < 2) {
     return std::nullopt;
   }
@@ -70,7 +70,7 @@ std::optional<MountStep> step_of_mounts(const ReadingSet& set,
     sigma(k) = std::max({sigma(k), set.rounding(k), 1e-300});
   }
   const JointFit joint(set, set.weights);
-  const JointState state = joint.at(estimate.fields);
+  const JointState state = joint.at(estimate.field);
   const Eigen::MatrixXd all = joint.jacobian(state, sigma);
   const Eigen::Index others = set.column_count() * m + (known_field ? 0 : state.direction_count());
   const Eigen::MatrixXd mounts = mount_columns(set, estimate, state, sigma, step.turns);

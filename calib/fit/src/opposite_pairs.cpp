@@ -59,11 +59,11 @@ struct FaceDifferences {
 
 std::vector<FaceDifferences> differences_by_face(const std::vector<OppositePair>& pairs,
                                                  const SensitivityMatrix& sensitivity,
-                                                 const TableField::Vectors& fields) {
+                                                 const TableField& field) {
   std::vector<FaceDifferences> faces;
   std::map<std::pair<int, Face>, std::size_t> place;
   for (const OppositePair& pair : pairs) {
-    if (pair.level == 0.0) {
+    if (pair.level.of_all() == 0.0) {
       continue;  // no field, no slope in it
     }
     const auto [found, is_new] =
@@ -74,13 +74,13 @@ std::vector<FaceDifferences> differences_by_face(const std::vector<OppositePair>
     FaceDifferences& face = faces[found->second];
     const Eigen::VectorXd root = pair.weights.cwiseSqrt();
     const Eigen::MatrixXd G =
-        root.asDiagonal() * (pair.level * sensitivity * pair.half_rotation.leftCols<2>());
+        root.asDiagonal() * (pair.level.of_all() * sensitivity * pair.half_rotation.leftCols<2>());
     const Eigen::Index rows = face.d.size();
     face.G.conservativeResize(rows + G.rows(), 2);
     face.G.bottomRows(G.rows()) = G;
     face.d.conservativeResize(rows + G.rows());
-    const Eigen::VectorXd along_normal =
-        pair.level * fields[pair.levelness].z() * (sensitivity * pair.half_rotation.col(2));
+    const Eigen::VectorXd along_normal = pair.level.of_all() * field.vector(pair.levelness).z() *
+                                         (sensitivity * pair.half_rotation.col(2));
     face.d.tail(G.rows()) = root.cwiseProduct(pair.half_difference - along_normal);
   }
   return faces;
@@ -216,7 +216,7 @@ MeanSlope mean_slope(const std::vector<FaceDifferences>& faces,
 OppositePairs find_opposite_pairs(const ReadingSet& set) {
   // Both points of a pair have the same block, level, temperature, rest face and axis of the fence
   // face.
-  using Key = std::tuple<int, double, int, Face, int>;
+  using Key = std::tuple<int, FieldLevel, int, Face, int>;
   std::map<Key, std::size_t> place;
   std::vector<OppositePair> candidates;
   for (std::size_t i = 0; i < set.readings.size(); ++i) {
@@ -263,18 +263,18 @@ std::optional<Levelness> levelness_of(const ReadingSet& set,
   const SensitivityMatrix& S = estimate.response.sensitivity;
   // Shifts of whole blocks cancel in the differences.
   if (set.temperature.order == 0 && !set.effects.has_drift) {
-    return estimate_levelness(set, pairs, S, estimate.fields, F);
+    return estimate_levelness(set, pairs, S, estimate.field, F);
   }
   const ReadingSet still = at_reference(set, estimate);
-  return estimate_levelness(still, find_opposite_pairs(still).pairs, S, estimate.fields, F);
+  return estimate_levelness(still, find_opposite_pairs(still).pairs, S, estimate.field, F);
 }
 
 std::optional<Levelness> estimate_levelness(const ReadingSet& set,
                                             const std::vector<OppositePair>& pairs,
                                             const SensitivityMatrix& sensitivity,
-                                            const TableField::Vectors& fields,
+                                            const TableField& field,
                                             double F) {
-  const std::vector<FaceDifferences> faces = differences_by_face(pairs, sensitivity, fields);
+  const std::vector<FaceDifferences> faces = differences_by_face(pairs, sensitivity, field);
   FacesByLevel levels(set.field.blocks().size());
   for (const FaceDifferences& face : faces) {
     levels[face.pair->levelness].push_back(face);

@@ -12,7 +12,7 @@ namespace axiscal {
 struct OppositePair {
   DesignPoint point;  // rest face with the positive fence face
   int block = 1;
-  double level = 1.0;
+  FieldLevel level;
   int soak = 0;                     // which soak level the readings were taken at
   std::size_t levelness = 0;        // which one it is of, as ReadingSet::tilt_of()
   std::vector<std::size_t> first;   // readings at `point`
@@ -42,7 +42,7 @@ struct OppositePairs {
 [[nodiscard]] std::optional<Levelness> estimate_levelness(const ReadingSet& set,
                                                           const std::vector<OppositePair>& pairs,
                                                           const SensitivityMatrix& sensitivity,
-                                                          const TableField::Vectors& fields,
+                                                          const TableField& field,
                                                           double F);
 
 /// The same for what a fit gave, the readings taken to the reference temperature.

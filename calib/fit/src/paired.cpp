@@ -2,6 +2,7 @@
 #include <cmath>
 #include <map>
 #include <tuple>
+#include <utility>
 
 #include "axis_regression.hpp"
 #include "axiscal/calib/design_advice.hpp"
@@ -25,7 +26,7 @@ struct PseudoObservation {
 };
 
 std::vector<PseudoObservation> pool_by_rest_face(const std::vector<OppositePair>& pairs) {
-  std::map<std::tuple<int, double, int, Face>, std::size_t> place;
+  std::map<std::tuple<int, FieldLevel, int, Face>, std::size_t> place;
   std::vector<PseudoObservation> pooled;
   for (const OppositePair& pair : pairs) {
     const auto [found, is_new] = place.emplace(
@@ -39,7 +40,7 @@ std::vector<PseudoObservation> pool_by_rest_face(const std::vector<OppositePair>
 }
 
 RegressionRows rows_of(const std::vector<PseudoObservation>& pooled, const ReadingSet& set) {
-  std::map<std::tuple<Face, double, int>, int> numbers;
+  std::map<std::tuple<Face, FieldLevel, int>, int> numbers;
   RegressionRows rows;
   for (const PseudoObservation& pseudo : pooled) {
     const OppositePair& first = *pseudo.pairs.front();
@@ -95,7 +96,7 @@ Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
 AxisData axis_data(const ReadingSet& set,
                    const std::vector<PseudoObservation>& pooled,
                    Eigen::Index axis,
-                   const std::vector<Eigen::Vector3d>& fields) {
+                   const TableField& field) {
   const auto n = static_cast<Eigen::Index>(pooled.size());
   AxisData data{.design = Eigen::MatrixXd::Zero(n, set.column_count()),
                 .response = Eigen::VectorXd::Zero(n),
@@ -107,7 +108,7 @@ AxisData axis_data(const ReadingSet& set,
       data.weights(i) += weight;
       data.response(i) += weight * pair->mean(axis);
       data.design.row(i) +=
-          weight * row_of_pair(set, *pair, axis, pair->level * fields[pair->levelness]);
+          weight * row_of_pair(set, *pair, axis, pair->level.of_all() * field.vector(pair->levelness));
     }
     if (data.weights(i) > 0.0) {
       data.response(i) /= data.weights(i);
@@ -122,7 +123,7 @@ AxisData axis_data(const ReadingSet& set,
 PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table) {
   const OppositePairs opposites = find_opposite_pairs(set);
   const std::vector<PseudoObservation> pooled = pool_by_rest_face(opposites.pairs);
-  const AxisData data = axis_data(set, pooled, 0, {in_table});
+  const AxisData data = axis_data(set, pooled, 0, set.field.with_all(in_table));
   PairedDesign paired{.design = data.design,
                       .averaging = Eigen::MatrixXd::Zero(data.weights.size(), set.size()),
                       .weights = data.weights};
@@ -154,9 +155,9 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
     throw RefusedError(in_plane_message, {Setting::method});
   }
   const Eigen::Vector3d normal(0.0, 0.0, std::copysign(F, nominal_in_table.z()));
-  std::vector<Eigen::Vector3d> fields(set.field.blocks().size(), normal);
+  TableField field = set.field.with_all(normal);
   require_determined(
-      set, axis_data(set, pooled, 0, fields).design.leftCols(set.base_column_count()),
+      set, axis_data(set, pooled, 0, field).design.leftCols(set.base_column_count()),
       [&](const DesignPoint& point, double level) -> Eigen::MatrixXd {
         const Eigen::Matrix3d R =
             0.5 * (set.orientation(point) + set.orientation(point.turned_round()));
@@ -170,16 +171,16 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
   for (int round = 0; round < 8; ++round) {
     std::vector<AxisRegression> axes;
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-      const AxisData data = axis_data(set, pooled, k, fields);
+      const AxisData data = axis_data(set, pooled, k, field);
       axes.push_back(regress_axis(data.design, data.response, data.weights, set.names_of_axis(k),
                                   set.robust, set.rounding(k)));
     }
     estimate = summarize(set, axes, rows_of(pooled, set));
-    estimate.fields = fields;
+    estimate.field = field;
     if (!set.leaves_out()) {
       estimate.levelness = levelness_of(set, opposites.pairs, estimate, F);
     }
-    if (!estimate.levelness && fields.size() > 1) {
+    if (!estimate.levelness && field.size() > 1) {
       throw RefusedError(
           "level by block: some block has no opposite readings that tell its levelness; take them, "
           "or use one levelness for the run");
@@ -188,19 +189,21 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
       break;
     }
     double change = 0.0;
-    for (std::size_t s = 0; s < fields.size(); ++s) {
+    std::vector<Eigen::Vector3d> turned;
+    for (std::size_t s = 0; s < field.size(); ++s) {
       const Eigen::Vector2d in_plane = estimate.levelness->of_level(s);
-      const Eigen::Vector3d measured(F * in_plane.x(), F * in_plane.y(), fields[s].z());
+      const Eigen::Vector3d measured(F * in_plane.x(), F * in_plane.y(), field.vector(s).z());
       const Eigen::Vector3d next = F * measured.normalized();
-      change = std::max(change, (next - fields[s]).norm());
-      fields[s] = next;
+      change = std::max(change, (next - field.vector(s)).norm());
+      turned.push_back(next);
     }
+    field = field.with(std::move(turned));
     if (change <= 1e-15 * F) {
       break;
     }
   }
-  for (const Eigen::Vector3d& field : fields) {
-    if (!(std::abs(field.z()) > smallest_normal_part * F)) {
+  for (const Eigen::Vector3d& vector : field.vectors()) {
+    if (!(std::abs(vector.z()) > smallest_normal_part * F)) {
       throw RefusedError(in_plane_message, {Setting::method});
     }
   }

@@ -22,18 +22,17 @@ double ReadingSet::rounding() const {
   return largest;
 }
 
-Eigen::Vector3d ReadingSet::field_in_table(Eigen::Index reading,
-                                           const TableField::Vectors& fields) const {
+Eigen::Vector3d ReadingSet::field_in_table(Eigen::Index reading, const TableField& field_at) const {
   const auto i = static_cast<std::size_t>(reading);
-  const Eigen::Vector3d at_mean_time = field.at(fields, readings[i].level, tilt_of(i));
+  const Eigen::Vector3d at_mean_time = field_at.at(readings[i].level, tilt_of(i));
   return field_then.empty() ? at_mean_time : Eigen::Vector3d(field_then[i] * at_mean_time);
 }
 
 Eigen::Matrix3d ReadingSet::field_change(Eigen::Index reading,
-                                         const TableField::Vectors& fields,
+                                         const TableField& field_at,
                                          std::size_t which) const {
   const auto i = static_cast<std::size_t>(reading);
-  const Eigen::Matrix3d change = field.change(fields, readings[i].level, tilt_of(i), which);
+  const Eigen::Matrix3d change = field_at.change(readings[i].level, tilt_of(i), which);
   return field_then.empty() ? change : Eigen::Matrix3d(field_then[i] * change);
 }
 
@@ -119,16 +118,16 @@ std::vector<double> ReadingSet::readings_of_axis(Eigen::Index k) const {
   return values;
 }
 
-Eigen::MatrixXd field_design(const ReadingSet& set, const std::vector<Eigen::Vector3d>& fields) {
+Eigen::MatrixXd field_design(const ReadingSet& set, const TableField& field) {
   Eigen::MatrixXd design(set.size(), set.base_column_count());
   for (Eigen::Index i = 0; i < set.size(); ++i) {
-    if (fields.empty()) {
+    if (!field.has_vectors()) {
       design(i, 0) = 1.0;
       design.row(i).tail<3>() = *set.readings[static_cast<std::size_t>(i)].field_in_sensor;
       continue;
     }
     design.row(i) = set.design_row(set.rotation_sensor_from_table[static_cast<std::size_t>(i)],
-                                   set.field_in_table(i, fields));
+                                   set.field_in_table(i, field));
   }
   return design;
 }

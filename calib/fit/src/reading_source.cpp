@@ -5,7 +5,7 @@
 #include <limits>
 #include <set>
 
-#include "axiscal/calib/moving_field.hpp"
+#include "axiscal/calib/experiment.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -59,13 +59,14 @@ ReadingSource::ReadingSource(const Experiment& experiment,
 }
 
 void ReadingSource::find_also() {
-  for (const FieldPart& also : experiment_.also) {
-    also_.push_back(resolve_part(experiment_, also));
-    if (!also_.back().has_value) {
+  for (const FieldSetup& also : experiment_.also) {
+    also_.push_back(
+        resolve_part(also, experiment_.table, {.reading_unit = experiment_.instrument.unit}));
+    if (!also_.back().in_table) {
       throw SetupError(
           formatted("also {}: where it points in the table must be known; give the site and the "
                     "fence's azimuth, or its in_table",
-                    also_.back().part.kind));
+                    also_.back().kind));
     }
   }
 }
@@ -119,11 +120,11 @@ void ReadingSource::find_mean_time() {
     if (!reading.time_s) {
       return;  // the date of the experiment, if it has a time, counts for all
     }
-    if (!is_utc(*reading.time_s)) {
+    if (experiment_.field.moving_part()->of->needs_utc() && !is_utc(*reading.time_s)) {
       throw RefusedError(
           formatted("run {}: {} needs the column 'time' as UTC (ISO 8601, or seconds since 1970), "
                     "not as seconds of the recording",
-                    reading.run, moving_field_name(experiment_)));
+                    reading.run, experiment_.field.moving_part()->of->moving_name()));
     }
     sum += *reading.time_s / static_cast<double>(rows_.size());
   }
@@ -195,7 +196,8 @@ TemperatureResponse ReadingSource::temperature_range() const {
   return temperature_;
 }
 
-ReadingSet ReadingSource::set(const std::vector<ResolvedPart>& parts, const AxisMask& seen) const {
+ReadingSet ReadingSource::set(const std::vector<FieldDescription>& parts,
+                              const AxisMask& seen) const {
   const auto n = static_cast<Eigen::Index>(rows_.size());
   const Instrument& instrument = experiment_.instrument;
   ReadingSet set;
@@ -208,19 +210,15 @@ ReadingSet ReadingSource::set(const std::vector<ResolvedPart>& parts, const Axis
     return experiment_.rotation_sensor_from_positioner *
            experiment_.positioner.rotation_table_from_positioner(point).transpose();
   };
-  std::vector<FieldPartDescription> descriptions;
-  for (const ResolvedPart& part : parts) {
-    descriptions.push_back(part.part);
-  }
-  if (!descriptions.empty()) {  // method bias has no field
-    set.field = TableField(std::move(descriptions));
+  if (!parts.empty()) {  // method bias has no field
+    set.field = TableField(parts);
   }
   if (!blocks_.empty()) {
-    set.field.tilt_by_block(blocks_);
+    set.field = set.field.tilted_by_block(blocks_);
   }
-  for (const ResolvedPart& also : also_) {
-    set.also_kinds.push_back(also.part.kind);
-    set.also_in_table.push_back(also.part.in_table);
+  for (const FieldDescription& also : also_) {
+    set.also_kinds.push_back(also.kind);
+    set.also_in_table.push_back(*also.in_table);
   }
   for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
     set.nominal.push_back(nominal_axis(instrument, k));
@@ -265,23 +263,19 @@ ReadingSet ReadingSource::set(const std::vector<ResolvedPart>& parts, const Axis
 }
 
 Eigen::Vector3d ReadingSource::field_in_sensor(const Reading& reading,
-                                               const FieldDescription& description,
-                                               const std::vector<Eigen::Vector3d>& fields) const {
+                                               const TableField& field) const {
   if (by_field_) {
     return *reading.field_in_sensor;
   }
-  if (!description.parts.empty()) {
-    return rotation(reading) *
-           TableField(description.parts).at(fields, reading.level);  // none moves
+  if (field.is_sum()) {
+    return rotation(reading) * field.at(reading.level);  // none moves
   }
   // The mean field where a block that was left out has no levelness of its own.
-  Eigen::Vector3d in_table = *description.in_table;
-  for (std::size_t s = 0; s < blocks_.size() && fields.size() > 1; ++s) {
-    if (blocks_[s] == reading.block) {
-      in_table = fields[s];
-    }
-  }
-  return reading.level * (rotation(reading) * field_then(reading) * in_table);
+  const std::vector<int>& blocks = field.blocks();
+  const bool has_own = std::binary_search(blocks.begin(), blocks.end(), reading.block);
+  const Eigen::Vector3d in_table =
+      has_own ? field.vector(field.tilt_of_block(reading.block)) : field.mean();
+  return field.factor_of(0, reading.level) * (rotation(reading) * field_then(reading) * in_table);
 }
 
 }  // namespace axiscal

@@ -4,7 +4,7 @@
 namespace axiscal {
 
 FieldChanges changes_with_directions(const ReadingSet& set,
-                                     const TableField::Vectors& fields,
+                                     const TableField& field,
                                      const std::vector<TableField::Tangents>& tangents) {
   Eigen::Index directions = 0;
   for (const TableField::Tangents& own : tangents) {
@@ -14,10 +14,10 @@ FieldChanges changes_with_directions(const ReadingSet& set,
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     Eigen::Matrix3Xd& all = changes.emplace_back(3, directions);
     Eigen::Index first = 0;
-    for (std::size_t s = 0; s < fields.size(); ++s) {
+    for (std::size_t s = 0; s < field.size(); ++s) {
       all.middleCols(first, tangents[s].cols()) =
           set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
-          set.field_change(i, fields, s) * (fields[s].norm() * tangents[s]);
+          set.field_change(i, field, s) * (field.step_unit(s) * tangents[s]);
       first += tangents[s].cols();
     }
   }
@@ -48,28 +48,6 @@ Eigen::MatrixXd stacked_by_axis(const std::vector<Eigen::MatrixXd>& own,
     all.block(n * k, p * m, n, q) = shared[axis];
   }
   return all;
-}
-
-std::vector<TableField::Tangents> tangents_of_fields(const ReadingSet& set,
-                                                     const TableField::Vectors& fields) {
-  std::vector<TableField::Tangents> tangents;
-  for (std::size_t s = 0; s < fields.size(); ++s) {
-    tangents.push_back(set.field.tangents(fields, s));
-  }
-  return tangents;
-}
-
-TableField::Vectors moved_fields(const TableField::Vectors& fields,
-                                 const std::vector<TableField::Tangents>& tangents,
-                                 const Eigen::VectorXd& step) {
-  TableField::Vectors moved;
-  Eigen::Index first = 0;
-  for (std::size_t s = 0; s < fields.size(); ++s) {
-    const Eigen::VectorXd own = step.segment(first, tangents[s].cols());
-    moved.push_back(TableField::moved(fields[s], tangents[s], own));
-    first += own.size();
-  }
-  return moved;
 }
 
 }  // namespace axiscal

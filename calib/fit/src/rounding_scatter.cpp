@@ -124,7 +124,7 @@ void count_rounding(const ReadingSet& set,
   if (static_cast<std::size_t>(*std::max_element(group.begin(), group.end())) >= most_poses) {
     return;
   }
-  const Eigen::MatrixXd base = field_design(set, estimate.fields);
+  const Eigen::MatrixXd base = field_design(set, estimate.field);
   const Eigen::Index p = set.coefficient_count();
   ScatterComponent component{.name = "rounding",
                              .sd = Eigen::VectorXd::Zero(set.axis_count()),
@@ -142,9 +142,9 @@ void count_rounding(const ReadingSet& set,
     }
     Eigen::MatrixXd design(static_cast<Eigen::Index>(poses.first.size()), base.cols());
     design = base(poses.first, Eigen::all);
-    if (!known_field && !estimate.fields.empty()) {
+    if (!known_field && estimate.field.has_vectors()) {
       // What the field's direction takes up is lost to the coefficients.
-      const JointState state = JointFit(set, set.weights).at(estimate.fields);
+      const JointState state = JointFit(set, set.weights).at(estimate.field);
       const Eigen::MatrixXd tangents = state.axes[static_cast<std::size_t>(k)].tangents;
       design.conservativeResize(Eigen::NoChange, base.cols() + tangents.cols());
       design.rightCols(tangents.cols()) = tangents(poses.first, Eigen::all);

@@ -71,7 +71,7 @@ Eigen::MatrixXd shifts_of_blocks(const ReadingSet& set, const Estimate& estimate
     place.emplace(block, static_cast<Eigen::Index>(place.size()));
   }
   const auto count = static_cast<Eigen::Index>(place.size());
-  const Eigen::MatrixXd base = field_design(set, estimate.fields);
+  const Eigen::MatrixXd base = field_design(set, estimate.field);
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(count, set.axis_count());
   Eigen::MatrixXd weights = sums;
   for (Eigen::Index i = 0; i < set.size(); ++i) {
@@ -195,7 +195,7 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
   if (n < p + fewest_left) {
     return std::nullopt;
   }
-  const Eigen::MatrixXd base = field_design(set, estimate.fields);
+  const Eigen::MatrixXd base = field_design(set, estimate.field);
   OrderedReadings ordered;
   ordered.responses = set.response(rows, Eigen::all);
   ordered.places.resize(n);

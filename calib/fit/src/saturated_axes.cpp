@@ -111,10 +111,9 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
   constexpr std::size_t fewest_at_end = 2;
   constexpr std::size_t fewest_others = 6;
   constexpr double false_alarm = 0.02;  // by simulation at most 0.2 % of good runs are called so
-  const bool by_magnitude = estimate.fields.empty() && !set.readings.front().field_in_sensor;
+  const bool by_magnitude = !estimate.field.has_vectors() && !set.readings.front().field_in_sensor;
   const double ends = static_cast<double>(set.axis_count()) * (search.one_sided ? 1.0 : 2.0);
-  const Eigen::MatrixXd base =
-      by_magnitude ? Eigen::MatrixXd() : field_design(set, estimate.fields);
+  const Eigen::MatrixXd base = by_magnitude ? Eigen::MatrixXd() : field_design(set, estimate.field);
   std::vector<SaturatedAxis> found;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const std::vector<double> values = set.readings_of_axis(k);

@@ -80,7 +80,7 @@ void count_soaks(const ReadingSet& set, Estimate& estimate) {
                              .covariance = Eigen::MatrixXd::Zero(statistics.covariance.rows(),
                                                                  statistics.covariance.cols()),
                              .degrees_of_freedom = static_cast<double>(q)};
-  const Eigen::MatrixXd design = field_design(set, estimate.fields);
+  const Eigen::MatrixXd design = field_design(set, estimate.field);
   const Eigen::Index own = set.coefficient_count();
   Eigen::MatrixXd of_readings = statistics.covariance_of_readings();
   const Eigen::MatrixXd of_components = statistics.covariance - of_readings;

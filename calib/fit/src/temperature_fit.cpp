@@ -39,10 +39,10 @@ void require_temperatures(const ReadingSet& set) {
 
 // Each temperature needs readings with both signs of the axis's field.
 void require_terms(const ReadingSet& set, const Estimate& estimate) {
-  if (estimate.fields.empty()) {
+  if (!estimate.field.has_vectors()) {
     return;  // the regression itself refuses what is open
   }
-  const Eigen::MatrixXd base = field_design(set, estimate.fields);
+  const Eigen::MatrixXd base = field_design(set, estimate.field);
   std::vector<std::string> names;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const std::vector<std::string> all = set.names_of_axis(k);

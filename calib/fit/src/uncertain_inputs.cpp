@@ -26,47 +26,47 @@ Eigen::Matrix<double, 3, 18> change_with_normals(
 std::vector<UncertainInput> uncertain_inputs(const Experiment& experiment,
                                              const ReadingSet& set,
                                              bool known_field,
-                                             const std::vector<Eigen::Vector3d>& fields) {
+                                             const TableField& field) {
   std::vector<UncertainInput> inputs;
-  if (fields.empty()) {
+  if (!field.has_vectors()) {
     return inputs;
   }
   const auto& covariance = experiment.positioner.description().normal_covariance;
   if (covariance && !covariance->isZero(0.0)) {
-    inputs.push_back({.name = "positioner",
-                      .u = not_a_number,
-                      .parts = covariance->cols(),
-                      .change = [&set, &positioner = experiment.positioner,
-                                 &mount = experiment.rotation_sensor_from_positioner,
-                                 root = covariance_root(*covariance)](
-                                    Eigen::Index i, const std::vector<Eigen::Vector3d>& f) {
-                        const DesignPoint& point = *set.readings[static_cast<std::size_t>(i)].point;
-                        return Eigen::Matrix3Xd(
-                            mount *
-                            change_with_normals(positioner.rotation_table_from_positioner(point),
-                                                point, set.field_in_table(i, f)) *
-                            root);
-                      }});
+    inputs.push_back(
+        {.name = "positioner",
+         .u = not_a_number,
+         .parts = covariance->cols(),
+         .change = [&set, &positioner = experiment.positioner,
+                    &mount = experiment.rotation_sensor_from_positioner,
+                    root = covariance_root(*covariance)](Eigen::Index i, const TableField& f) {
+           const DesignPoint& point = *set.readings[static_cast<std::size_t>(i)].point;
+           return Eigen::Matrix3Xd(
+               mount *
+               change_with_normals(positioner.rotation_table_from_positioner(point), point,
+                                   set.field_in_table(i, f)) *
+               root);
+         }});
   }
   const auto add_turns = [&](const char* name, double u, const Eigen::Matrix<double, 3, 2>& axes) {
-    inputs.push_back(
-        {.name = name,
-         .u = u,
-         .unit = "rad",
-         .parts = axes.cols(),
-         .change = [&set, u, axes](Eigen::Index i, const std::vector<Eigen::Vector3d>& f) {
-           const Eigen::Vector3d field = set.field_in_table(i, f);
-           // w cross f = -(f cross w).
-           return Eigen::Matrix3Xd(set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
-                                   (-u * cross_matrix(field) * axes));
-         }});
+    inputs.push_back({.name = name,
+                      .u = u,
+                      .unit = "rad",
+                      .parts = axes.cols(),
+                      .change = [&set, u, axes](Eigen::Index i, const TableField& f) {
+                        const Eigen::Vector3d met = set.field_in_table(i, f);
+                        // w cross f = -(f cross w).
+                        return Eigen::Matrix3Xd(
+                            set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+                            (-u * cross_matrix(met) * axes));
+                      }});
   };
   if (known_field && experiment.stated.slope_u > 0.0) {
     // A slope turns the field about the table's x and y.
     add_turns("levelness", experiment.stated.slope_u, Eigen::Matrix<double, 3, 2>::Identity());
   }
   if (known_field && experiment.stated.direction_u_rad > 0.0) {
-    add_turns("field direction", experiment.stated.direction_u_rad, tangents_of(fields.front()));
+    add_turns("field direction", experiment.stated.direction_u_rad, tangents_of(field.vector(0)));
   }
   return inputs;
 }

@@ -24,11 +24,11 @@ class BudgetMaker {
   BudgetMaker(const Experiment& experiment,
               const ReadingSet& set,
               const Calibration& calibration,
-              const std::vector<Eigen::Vector3d>& fields)
+              const TableField& field)
       : experiment_(experiment),
         set_(set),
         calibration_(calibration),
-        fields_(fields),
+        field_(field),
         statistics_(*calibration.statistics) {}
 
   UncertaintyBudget make(std::vector<UncertaintySource> weighed) {
@@ -42,11 +42,11 @@ class BudgetMaker {
     const bool weighs = !weighed.empty();
     std::move(weighed.begin(), weighed.end(), std::back_inserter(budget_.sources));
     add_field_magnitude();
-    if (calibration_.method == Method::known && !fields_.empty() && !weighs) {
+    if (calibration_.method == Method::known && field_.has_vectors() && !weighs) {
       add_given_directions();
     }
     add_mount();
-    if (set_.size() > 0 && !fields_.empty()) {
+    if (set_.size() > 0 && field_.has_vectors()) {
       add_resolution();
     }
     return std::move(budget_);
@@ -100,13 +100,13 @@ class BudgetMaker {
 
   // A part that is longer than it was taken to be. One whose length is fitted has none to doubt.
   void add_part_magnitude(std::size_t which) {
-    const FieldPartDescription& part = calibration_.field.parts[which];
-    if (!(part.magnitude_u > 0.0) || part.free_length || fields_.size() <= which) {
+    const FieldDescription& part = calibration_.field.parts[which];
+    if (!(part.magnitude_u > 0.0) || part.free_length || field_.size() <= which) {
       return;
     }
-    const Eigen::Vector3d longer = part.magnitude_u / part.magnitude * fields_[which];
+    const Eigen::Vector3d longer = part.magnitude_u / part.magnitude * field_.vector(which);
     const Eigen::VectorXd change = taken_up([&](Eigen::Index i) -> Eigen::Vector3d {
-      return set_.field_change(i, fields_, which) * longer;
+      return set_.field_change(i, field_, which) * longer;
     });
     add("magnitude of " + part.kind, "normal", part.magnitude_u, calibration_.field.unit,
         change * change.transpose());
@@ -118,7 +118,7 @@ class BudgetMaker {
   template <typename Change>
   [[nodiscard]] Eigen::VectorXd taken_up(const Change& change_of_field) const {
     const JointFit fit(set_, set_.weights);
-    const JointState state = fit.at(fields_);
+    const JointState state = fit.at(field_);
     const Eigen::Index p = set_.coefficient_count();
     const Eigen::Index m = set_.axis_count();
     const bool open =
@@ -158,7 +158,7 @@ class BudgetMaker {
       for (Eigen::Index j = 0; j < axes.cols(); ++j) {
         const Eigen::Vector3d axis = axes.col(j);
         const Eigen::VectorXd change = u * taken_up([&](Eigen::Index i) -> Eigen::Vector3d {
-                                         return axis.cross(set_.field_in_table(i, fields_));
+                                         return axis.cross(set_.field_in_table(i, field_));
                                        });
         covariance += change * change.transpose();
       }
@@ -169,7 +169,7 @@ class BudgetMaker {
       add_turns("levelness", stated.slope_u, Eigen::MatrixXd::Identity(3, 2));
     }
     if (stated.direction_u_rad > 0.0) {
-      const Eigen::Matrix<double, 3, 2> across = tangents_of(fields_.front());
+      const Eigen::Matrix<double, 3, 2> across = tangents_of(field_.vector(0));
       add_turns("field direction", stated.direction_u_rad, across);
     }
   }
@@ -209,7 +209,7 @@ class BudgetMaker {
     if (!(q > 0.0)) {
       return;
     }
-    const Eigen::MatrixXd base = field_design(set_, fields_);
+    const Eigen::MatrixXd base = field_design(set_, field_);
     const Eigen::Index p = set_.coefficient_count();
     Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(parameters(), parameters());
     for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
@@ -230,7 +230,7 @@ class BudgetMaker {
   const Experiment& experiment_;
   const ReadingSet& set_;
   const Calibration& calibration_;
-  const std::vector<Eigen::Vector3d>& fields_;
+  const TableField& field_;
   const FitStatistics& statistics_;
   UncertaintyBudget budget_;
 };
@@ -240,9 +240,9 @@ class BudgetMaker {
 UncertaintyBudget make_budget(const Experiment& experiment,
                               const ReadingSet& set,
                               const Calibration& calibration,
-                              const std::vector<Eigen::Vector3d>& fields,
+                              const TableField& field,
                               std::vector<UncertaintySource> weighed) {
-  return BudgetMaker(experiment, set, calibration, fields).make(std::move(weighed));
+  return BudgetMaker(experiment, set, calibration, field).make(std::move(weighed));
 }
 
 }  // namespace axiscal

@@ -22,7 +22,6 @@
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/limits.hpp"
 #include "axiscal/calib/magnitude_fit.hpp"
-#include "axiscal/calib/moving_field.hpp"
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
@@ -33,10 +32,10 @@
 #include "axiscal/calib/reduction_csv.hpp"
 #include "axiscal/calib/repeated_design.hpp"
 #include "axiscal/calib/robust.hpp"
-#include "axiscal/calib/run_readings.hpp"
+#include "axiscal/calib/run.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/calib/study.hpp"
-#include "axiscal/calib/table_field.hpp"
+#include "axiscal/calib/summary.hpp"
 #include "axiscal/calib/temperature.hpp"
 #include "axiscal/calib/tolerance.hpp"
 #include "axiscal/calib/turns.hpp"
@@ -45,6 +44,7 @@
 #include "axiscal/calib/verdict.hpp"
 #include "axiscal/calib/warning_code.hpp"
 #include "axiscal/calib/world.hpp"
+#include "axiscal/field/table_field.hpp"
 
 /// @file
 /// From readings to bias and sensitivity with their uncertainty, and from these to angles.
@@ -65,7 +65,7 @@
 ///
 /// axiscal::Experiment experiment;
 /// experiment.instrument = truth.instrument;
-/// experiment.field.kind = "gravity";
+/// experiment.field = axiscal::GravityField();
 /// const axiscal::Calibration calibration = axiscal::calibrate(experiment, readings);
 /// const axiscal::Reducer reducer(calibration);
 /// const double volts[] = {0.1 + 2.5 * 0.342, -0.2, 0.3 + 2.5 * 0.940};

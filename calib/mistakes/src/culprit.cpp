@@ -75,7 +75,7 @@ double effect_of(const SuspectRun& run, const Explanation& explanation) {
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     const Eigen::Vector4d change =
         explanation.fit.coefficients.col(k).head<4>() - run.plain().coefficients.col(k).head<4>();
-    const double F = run.plain().fields.front().norm();
+    const double F = run.plain().field.magnitude();
     effect = std::max({effect, std::abs(change(0)) / run.full_response(k),
                        change.tail<3>().norm() * F / run.full_response(k)});
   }
@@ -129,7 +129,7 @@ std::optional<Culprit> culprit_of(const SuspectRun& run, std::vector<Explanation
 
 bool can_be_searched(const ReadingSet& set, const Estimate& estimate) {
   const bool labelled =
-      set.rotation_sensor_from_table.size() == set.readings.size() && !estimate.fields.empty();
+      set.rotation_sensor_from_table.size() == set.readings.size() && estimate.field.has_vectors();
   return labelled && !set.field.is_sum() && !set.robust && !set.leaves_out() &&
          set.also_in_table.empty() && set.size() >= 6;
 }

@@ -53,7 +53,7 @@ double fold_scales(Eigen::MatrixXd& coefficients, ReadingSet& set) {
 // @return the largest turn [rad].
 double turn_fields(const std::vector<TableField::Tangents>& tangents,
                    Eigen::VectorXd turn,
-                   std::vector<Eigen::Vector3d>& fields) {
+                   TableField& field) {
   double turned = 0.0;
   Eigen::Index first = 0;
   for (const TableField::Tangents& of_field : tangents) {
@@ -63,7 +63,7 @@ double turn_fields(const std::vector<TableField::Tangents>& tangents,
     turned = std::max(turned, part.norm());
     first += of_field.cols();
   }
-  fields = moved_fields(fields, tangents, turn);
+  field = field.moved(tangents, turn);
   return turned;
 }
 
@@ -124,7 +124,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
   const Eigen::Index p = set.column_count();
   const Eigen::MatrixXd root = roots_of_weights(set, without);
   HypothesisFit result;
-  result.fields = fields_;
+  result.field = field_;
   result.coefficients = Eigen::MatrixXd::Zero(p, m);
   const bool free_field = !known_field_;
   Eigen::MatrixXd A;
@@ -133,7 +133,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
   double previous = -1.0;
   bool has_coefficients = false;
   for (int round = 0; round < most_rounds; ++round) {
-    const Eigen::MatrixXd base = field_design(set, result.fields);
+    const Eigen::MatrixXd base = field_design(set, result.field);
     std::vector<Eigen::MatrixXd> X;
     std::vector<Eigen::MatrixXd> own;
     for (Eigen::Index k = 0; k < m; ++k) {
@@ -147,11 +147,11 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     }
     has_coefficients = true;
     const Eigen::MatrixXd Z =
-        added ? added(result.fields, result.coefficients) : Eigen::MatrixXd(n * m, 0);
+        added ? added(result.field, result.coefficients) : Eigen::MatrixXd(n * m, 0);
     const Eigen::Index q = Z.cols();
-    const std::vector<TableField::Tangents> tangents = tangents_of_fields(set, result.fields);
+    const std::vector<TableField::Tangents> tangents = result.field.tangents();
     const FieldChanges changes =
-        free_field ? changes_with_directions(set, result.fields, tangents)
+        free_field ? changes_with_directions(set, result.field, tangents)
                    : FieldChanges(static_cast<std::size_t>(n), Eigen::Matrix3Xd(3, 0));
     const Eigen::Index D = changes.front().cols();
     std::vector<Eigen::MatrixXd> shared;
@@ -177,7 +177,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     result.coefficients += step.head(p * m).reshaped(p, m);
     double turned = 0.0;
     if (free_field) {
-      turned = turn_fields(tangents, step.segment(p * m, D), result.fields);
+      turned = turn_fields(tangents, step.segment(p * m, D), result.field);
     }
     // Coefficients follow the fields exactly; a linear step for both would go astray far from them.
     has_coefficients = turned < 0.02;

@@ -13,7 +13,7 @@ namespace axiscal {
 /// What a hypothesis about the readings leaves: sums of squares and what they are judged by.
 struct HypothesisFit {
   bool fitted = false;
-  std::vector<Eigen::Vector3d> fields;
+  TableField field;
   Eigen::MatrixXd coefficients;        // p x m
   Eigen::VectorXd rss;                 // one for each axis, as weighted
   Eigen::VectorXd degrees_of_freedom;  // one for each axis
@@ -34,8 +34,8 @@ struct HypothesisFit {
 
 /// Columns that a hypothesis adds to the model, (n m) x q, axis by axis, not weighted.
 /// @param coefficients  p x m.
-using AddedColumns = std::function<Eigen::MatrixXd(const std::vector<Eigen::Vector3d>& fields,
-                                                   const Eigen::MatrixXd& coefficients)>;
+using AddedColumns =
+    std::function<Eigen::MatrixXd(const TableField& field, const Eigen::MatrixXd& coefficients)>;
 
 /// Fits the readings of a set under hypotheses about them: all readings, the field's direction
 /// unknown or given. Axes count as their scale says.
@@ -44,8 +44,8 @@ class HypothesisFitter {
   /// @param fields       where to start, or as given.
   /// @param known_field  whether the directions are given.
   /// @param scale        m: what an axis's residuals are divided by.
-  HypothesisFitter(std::vector<Eigen::Vector3d> fields, bool known_field, Eigen::VectorXd scale)
-      : fields_(std::move(fields)), known_field_(known_field), scale_(std::move(scale)) {}
+  HypothesisFitter(TableField field, bool known_field, Eigen::VectorXd scale)
+      : field_(std::move(field)), known_field_(known_field), scale_(std::move(scale)) {}
 
   /// @param given    the readings as the hypothesis has them.
   /// @param without  readings that are left out, by position.
@@ -57,7 +57,7 @@ class HypothesisFitter {
 
   [[nodiscard]] const Eigen::VectorXd& scale() const { return scale_; }
   [[nodiscard]] bool known_field() const { return known_field_; }
-  void start_at(std::vector<Eigen::Vector3d> fields) { fields_ = std::move(fields); }
+  void start_at(TableField field) { field_ = std::move(field); }
 
  private:
   [[nodiscard]] Eigen::MatrixXd roots_of_weights(const ReadingSet& set,
@@ -69,7 +69,7 @@ class HypothesisFitter {
                 const Eigen::VectorXd& added,
                 HypothesisFit& result) const;
 
-  std::vector<Eigen::Vector3d> fields_;
+  TableField field_;
   bool known_field_;
   Eigen::VectorXd scale_;
 };

@@ -141,7 +141,7 @@ HypothesisFit weighed_fit(const SuspectRun& run) {
   for (int round = 0; round < rounds && equality_p_value(fit) < may_be_equal; ++round) {
     scale.array() *= (fit.rss.array() / fit.degrees_of_freedom.array().max(0.5)).sqrt();
     HypothesisFit next =
-        HypothesisFitter(fit.fields, run.fitter().known_field(), scale).fit(run.set());
+        HypothesisFitter(fit.field, run.fitter().known_field(), scale).fit(run.set());
     if (!next.fitted) {
       break;
     }
@@ -191,7 +191,7 @@ double deletion_p(const SuspectRun& run) {
       worth_deleting) {
     return 1.0;
   }
-  const DeletionFit others(run.set(), fit.fields, run.fitter().known_field());
+  const DeletionFit others(run.set(), fit.field, run.fitter().known_field());
   double smallest = 1.0;
   for (const std::size_t i : first_of(worst, most)) {
     smallest = std::min(smallest, others.p_value({i}, Eigen::MatrixXd::Ones(1, 1)).value_or(1.0));
@@ -204,7 +204,7 @@ double pair_p(const SuspectRun& run) {
   if (!run.best_pair().fitted || run.only_rounding()) {
     return 1.0;
   }
-  const DeletionFit others(run.set(), weighed_fit(run).fields, run.fitter().known_field());
+  const DeletionFit others(run.set(), weighed_fit(run).field, run.fitter().known_field());
   return others.p_value({run.pair()[0], run.pair()[1]}, Eigen::MatrixXd::Identity(2, 2))
       .value_or(1.0);
 }
@@ -248,7 +248,7 @@ bool looks_bad(const SuspectRun& run) {
   const Eigen::VectorXd own =
       (run.plain().rss.array() / run.plain().degrees_of_freedom.array().max(0.5)).sqrt() *
       run.fitter().scale().array();
-  const HypothesisFitter scaled(run.plain().fields, run.fitter().known_field(), own);
+  const HypothesisFitter scaled(run.plain().field, run.fitter().known_field(), own);
   const HypothesisFit again = scaled.fit(run.set());
   return again.fitted && equality_p_value(run.plain()) < 0.5 &&
          classes * single_p(run, again) < worth_a_look;

@@ -92,7 +92,7 @@ double distance_squared(const SuspectRun& run,
                         const ReadingSet& one,
                         const HypothesisFit& without,
                         const Eigen::VectorXd& response) {
-  const Eigen::MatrixXd base = field_design(one, without.fields);
+  const Eigen::MatrixXd base = field_design(one, without.field);
   double distance = 0.0;
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     const double expected =

@@ -26,7 +26,7 @@ std::vector<std::size_t> first_of(const std::vector<std::size_t>& order, std::si
 
 SuspectRun::SuspectRun(const ReadingSet& set, const Estimate& estimate, bool known_field)
     : set_(set),
-      fitter_(estimate.fields,
+      fitter_(estimate.field,
               known_field,
               set.noise_ratio.size() > 0
                   ? set.noise_ratio
@@ -102,7 +102,7 @@ void SuspectRun::delete_pairs() {
 void SuspectRun::weigh_axes_by(const HypothesisFit& clean) {
   const Eigen::VectorXd own =
       (clean.rss.array() / clean.degrees_of_freedom.array().max(0.5)).sqrt();
-  fitter_ = HypothesisFitter(clean.fields, fitter_.known_field(),
+  fitter_ = HypothesisFitter(clean.field, fitter_.known_field(),
                              fitter_.scale().cwiseProduct(own / own.maxCoeff()));
   plain_ = fitter_.fit(set_);
   if (plain_.fitted) {
@@ -182,7 +182,7 @@ std::vector<double> SuspectRun::drops_with_table_moved(const HypothesisFit& fit)
   for (std::size_t cut = count() - 1; cut > 0; --cut) {
     const std::size_t i = order_[cut];
     const auto row = static_cast<Eigen::Index>(i);
-    const Eigen::MatrixXd Z = table_rows(i, fit.fields, fit.coefficients);
+    const Eigen::MatrixXd Z = table_rows(i, fit.field, fit.coefficients);
     for (Eigen::Index k = 0; k < m(); ++k) {
       const Eigen::RowVector2d z = std::sqrt(set_.weights(row, k)) / fitter_.scale()(k) * Z.row(k);
       in_basis += fit.basis.row(n() * k + row).transpose() * z;
@@ -216,12 +216,12 @@ std::vector<std::size_t> SuspectRun::cuts() const {
 
 // The field turned in the table for all readings behind a cut of the run's order.
 Eigen::MatrixXd SuspectRun::table_columns(std::size_t cut,
-                                          const std::vector<Eigen::Vector3d>& fields,
+                                          const TableField& field,
                                           const Eigen::MatrixXd& coefficients) const {
   Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(n() * m(), 2);
   for (std::size_t at = cut; at < count(); ++at) {
     const std::size_t i = order_[at];
-    const Eigen::MatrixXd rows = table_rows(i, fields, coefficients);
+    const Eigen::MatrixXd rows = table_rows(i, field, coefficients);
     for (Eigen::Index k = 0; k < m(); ++k) {
       Z.row(n() * k + static_cast<Eigen::Index>(i)) = rows.row(k);
     }
@@ -231,11 +231,11 @@ Eigen::MatrixXd SuspectRun::table_columns(std::size_t cut,
 
 // The rows of one reading in them, one for each axis.
 Eigen::MatrixXd SuspectRun::table_rows(std::size_t i,
-                                       const std::vector<Eigen::Vector3d>& fields,
+                                       const TableField& field,
                                        const Eigen::MatrixXd& coefficients) const {
-  const Eigen::Vector3d& field = fields[set_.tilt_of(i)];
+  const Eigen::Vector3d& vector = field.vector(set_.tilt_of(i));
   const Eigen::Matrix<double, 3, 2> change =
-      set_.readings[i].level * field.norm() * set_.met_of_field(i) * tangents_of(field);
+      set_.readings[i].level.of_all() * vector.norm() * set_.met_of_field(i) * tangents_of(vector);
   return coefficients.middleRows<3>(1).transpose() * change;
 }
 
@@ -256,7 +256,7 @@ std::vector<std::size_t> SuspectRun::extremes(Eigen::Index axis,
                                               bool top,
                                               const HypothesisFit& fit) const {
   std::vector<double> sensed;
-  const Eigen::MatrixXd base = field_design(set_, fit.fields);
+  const Eigen::MatrixXd base = field_design(set_, fit.field);
   for (Eigen::Index i = 0; i < n(); ++i) {
     sensed.push_back((top ? 1.0 : -1.0) *
                      base.row(i).segment<3>(1).dot(fit.coefficients.col(axis).segment<3>(1)));
@@ -282,10 +282,9 @@ Eigen::MatrixXd SuspectRun::extreme_columns(Eigen::Index axis,
 }
 
 HypothesisFit SuspectRun::table_moved(std::size_t cut) const {
-  return fitter_.fit(
-      set_, {}, [&, cut](const std::vector<Eigen::Vector3d>& fields, const Eigen::MatrixXd& c) {
-        return table_columns(cut, fields, c);
-      });
+  return fitter_.fit(set_, {}, [&, cut](const TableField& field, const Eigen::MatrixXd& c) {
+    return table_columns(cut, field, c);
+  });
 }
 
 HypothesisFit SuspectRun::drifted() const {
@@ -307,21 +306,20 @@ HypothesisFit SuspectRun::saturated(Eigen::Index axis, bool top) const {
 
 HypothesisFit SuspectRun::tilted(std::size_t i) const {
   const auto row = static_cast<Eigen::Index>(i);
-  if (set_.readings[i].level == 0.0) {
+  if (set_.field.is_dark(set_.readings[i].level)) {
     return {};  // no field, no tilt in it
   }
-  return fitter_.fit(set_, {},
-                     [&, i, row](const std::vector<Eigen::Vector3d>& fields,
-                                 const Eigen::MatrixXd& c) -> Eigen::MatrixXd {
-                       const Eigen::Vector3d field =
-                           set_.rotation_sensor_from_table[i] * set_.field_in_table(row, fields);
-                       Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(n() * m(), 2);
-                       const Eigen::Matrix<double, 3, 2> change = field.norm() * tangents_of(field);
-                       for (Eigen::Index k = 0; k < m(); ++k) {
-                         Z.row(n() * k + row) = c.col(k).segment<3>(1).transpose() * change;
-                       }
-                       return Z;
-                     });
+  return fitter_.fit(
+      set_, {}, [&, i, row](const TableField& field, const Eigen::MatrixXd& c) -> Eigen::MatrixXd {
+        const Eigen::Vector3d met =
+            set_.rotation_sensor_from_table[i] * set_.field_in_table(row, field);
+        Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(n() * m(), 2);
+        const Eigen::Matrix<double, 3, 2> change = met.norm() * tangents_of(met);
+        for (Eigen::Index k = 0; k < m(); ++k) {
+          Z.row(n() * k + row) = c.col(k).segment<3>(1).transpose() * change;
+        }
+        return Z;
+      });
 }
 
 // A value for each of these readings, or for one of its axes, that may be anything.

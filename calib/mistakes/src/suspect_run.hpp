@@ -61,7 +61,7 @@ class SuspectRun {
 
   /// |S_k| F of an axis [unit].
   [[nodiscard]] double full_response(Eigen::Index k) const {
-    return plain_.coefficients.col(k).segment<3>(1).norm() * plain_.fields.front().norm();
+    return plain_.coefficients.col(k).segment<3>(1).norm() * plain_.field.magnitude();
   }
 
   /// Whether what is left is rounding.
@@ -103,10 +103,10 @@ class SuspectRun {
  private:
   [[nodiscard]] std::vector<Eigen::Index> rows_of(const std::vector<std::size_t>& readings) const;
   [[nodiscard]] Eigen::MatrixXd table_columns(std::size_t cut,
-                                              const std::vector<Eigen::Vector3d>& fields,
+                                              const TableField& field,
                                               const Eigen::MatrixXd& coefficients) const;
   [[nodiscard]] Eigen::MatrixXd table_rows(std::size_t i,
-                                           const std::vector<Eigen::Vector3d>& fields,
+                                           const TableField& field,
                                            const Eigen::MatrixXd& coefficients) const;
 
   const ReadingSet& set_;

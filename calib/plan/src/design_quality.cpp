@@ -25,7 +25,7 @@ Eigen::MatrixXd field_rows(const std::vector<DesignEntry>& design,
   for (std::size_t i = 0; i < design.size(); ++i) {
     const Eigen::Matrix3d& R = positioner.rotation_table_from_positioner(design[i].point);
     X.row(static_cast<Eigen::Index>(i)) << 1.0,
-        design[i].level * (R.transpose() * direction).transpose();
+        design[i].level.of_all() * (R.transpose() * direction).transpose();
   }
   return X;
 }

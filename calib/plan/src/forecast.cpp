@@ -85,12 +85,14 @@ Eigen::MatrixXd for_each_axis(const Eigen::MatrixXd& one, Eigen::Index m) {
 LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
   const Eigen::Index m = set.axis_count();
   const double F = setup.nominal.field.magnitude;
-  const Eigen::Vector3d field = rotation_sloping_from_level(setup.slope) *
-                                setup.nominal.field.in_table.value_or(Eigen::Vector3d(0.0, 0.0, F));
-  const RowsForPoint row_for = rows_of_points(set, {field});
+  const Eigen::Vector3d in_table =
+      rotation_sloping_from_level(setup.slope) *
+      setup.nominal.field.in_table.value_or(Eigen::Vector3d(0.0, 0.0, F));
+  const TableField field = set.field.with_all(in_table);
+  const RowsForPoint row_for = rows_of_points(set, field);
   LinearMap map;
   if (setup.method == Method::paired) {
-    const PairedDesign paired = paired_design(set, field);
+    const PairedDesign paired = paired_design(set, in_table);
     if (paired.design.rows() == 0) {
       throw RefusedError(
           "method paired: no point has its opposite (same rest face, opposite fence face); use "
@@ -106,16 +108,16 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
         Eigen::VectorXd::Constant(m, static_cast<double>(paired.design.rows()));
     // By generalised least squares it is a fit of all readings too.
     const JointFit fit(set, set.weights);
-    const Eigen::MatrixXd J = fit.jacobian(fit.at({field}), Eigen::VectorXd::Ones(m));
+    const Eigen::MatrixXd J = fit.jacobian(fit.at(field), Eigen::VectorXd::Ones(m));
     if (undetermined_columns(J).empty()) {
       map.columns = J;
     }
     return map;
   }
   map.degrees_of_freedom = Eigen::VectorXd::Constant(m, static_cast<double>(set.size()));
-  require_determined(set, field_design(set, {field}), row_for);
+  require_determined(set, field_design(set, field), row_for);
   if (setup.method == Method::known) {
-    const Eigen::MatrixXd X = field_design(set, {field});
+    const Eigen::MatrixXd X = field_design(set, field);
     map.coefficients_from_readings = for_each_axis(pseudo_inverse(X), m);
     map.columns = Eigen::MatrixXd::Zero(set.size() * m, 4 * m);
     for (Eigen::Index k = 0; k < m; ++k) {
@@ -124,7 +126,7 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
     return map;
   }
   const JointFit fit(set, set.weights);
-  const JointState state = fit.at({field});
+  const JointState state = fit.at(field);
   const Eigen::VectorXd sigma = Eigen::VectorXd::Ones(m);
   const Eigen::MatrixXd J = fit.jacobian(state, sigma);
   map.columns = J;
@@ -337,13 +339,13 @@ ForecastSetup forecast_setup(const Experiment& experiment,
                              std::vector<DesignEntry> design,
                              double sensitivity) {
   Experiment level = experiment;
-  level.slope.setZero();
+  level.table.slope.setZero();
   ForecastSetup setup;
   setup.nominal = nominal_calibration(level, sensitivity);
   setup.method = method_for(experiment, design);
   setup.design = std::move(design);
   setup.positioner = experiment.positioner;
-  setup.slope = experiment.slope;
+  setup.slope = experiment.table.slope;
   setup.mount = setup.positioner.mount(experiment.slot).value_or(Mount{});
   setup.mount.rotation_sensor_from_positioner = mount_rotation(setup.positioner, experiment.slot);
   return setup;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations_csv.hpp"
@@ -10,6 +11,8 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/field/field_kind.hpp"
+#include "axiscal/field/field_setup.hpp"
+#include "axiscal/field/table_field.hpp"
 #include "troubles.hpp"
 
 namespace axiscal {
@@ -21,8 +24,8 @@ Calibration on_level_table(Calibration truth) {
   if (field.parts.empty() && field.in_table && field_kind(field.kind).along_normal) {
     up = &*field.in_table;
   }
-  for (const FieldPartDescription& part : field.parts) {
-    up = field_kind(part.kind).vertical ? &part.in_table : up;
+  for (const FieldDescription& part : field.parts) {
+    up = part.in_table && field_kind(part.kind).vertical ? &*part.in_table : up;
   }
   for (const AlsoResponse& also : truth.also) {
     up = field_kind(also.kind).vertical ? &also.in_table : up;
@@ -40,9 +43,9 @@ Calibration on_level_table(Calibration truth) {
   if (field.in_table && field.parts.empty()) {
     field.in_table = level_from_sloping * *field.in_table;
   }
-  for (FieldPartDescription& part : field.parts) {
-    if (!part.set_by_level) {
-      part.in_table = level_from_sloping * part.in_table;
+  for (FieldDescription& part : field.parts) {
+    if (!part.set_by_level && part.in_table) {
+      part.in_table = level_from_sloping * *part.in_table;
     }
   }
   for (AlsoResponse& also : truth.also) {
@@ -57,16 +60,34 @@ Calibration with_field_of_site(Calibration truth) {
     return truth;
   }
   Experiment experiment;
-  experiment.field.kind = field.kind;
-  experiment.field.unit = field.unit;
-  experiment.field.magnitude = field.magnitude;
-  experiment.field.site = field.site;
-  experiment.field.date = field.date;
-  experiment.field.model = field.model;
-  experiment.fence_azimuth_rad = 0.0;
+  experiment.field = setup_of(field, false);
+  experiment.table.site = field.site;
+  experiment.table.date = field.date;
+  experiment.table.fence_azimuth_rad = 0.0;
   field.in_table = make_field_description(experiment).in_table;
   return truth;
 }
+
+namespace {
+
+// What axes read that see no light from behind: of each part that shines what is in front of them,
+// above the dark reading.
+Eigen::VectorXd lit_response(const Calibration& truth,
+                             const TableField& field,
+                             const FieldLevel& level,
+                             const Eigen::Matrix3d& rotation_sensor_from_table,
+                             std::optional<double> temperature) {
+  const Eigen::VectorXd dark = response_at(truth, Eigen::Vector3d::Zero(), temperature);
+  Eigen::VectorXd response = dark;
+  for (std::size_t p = 0; p < field.parts().size(); ++p) {
+    const Eigen::Vector3d light =
+        rotation_sensor_from_table * (field.factor_of(p, level) * field.vector(p));
+    response += (response_at(truth, light, temperature) - dark).cwiseMax(0.0);
+  }
+  return response;
+}
+
+}  // namespace
 
 SimulatedRun simulate_run(const Calibration& truth,
                           const std::vector<RunSheetRow>& sheet,
@@ -76,15 +97,15 @@ SimulatedRun simulate_run(const Calibration& truth,
   // alone is always turned: a lamp or coil that does not stand as the record says.
   const Eigen::Matrix3d turned = rotation_sloping_from_level(options.slope) *
                                  rotation_table_from_enu(options.fence_azimuth_rad);
-  std::vector<Eigen::Vector3d> parts;
-  for (const FieldPartDescription& part : truth.field.parts) {
-    parts.emplace_back(part.set_by_level ? part.in_table : Eigen::Vector3d(turned * part.in_table));
+  const bool is_sum = !truth.field.parts.empty();
+  std::vector<Eigen::Vector3d> vectors;
+  for (const FieldDescription& part : truth.field.as_parts()) {
+    const Eigen::Vector3d value =
+        part.in_table.value_or(Eigen::Vector3d(0.0, 0.0, is_sum ? 0.0 : part.magnitude));
+    const bool stays = is_sum && part.set_by_level;
+    vectors.emplace_back(stays ? value : Eigen::Vector3d(turned * value));
   }
-  const TableField sum = parts.empty() ? TableField() : TableField(truth.field.parts);
-  const auto field_in_table = [&](double level) -> Eigen::Vector3d {
-    return parts.empty() ? Eigen::Vector3d(turned * truth.field.at_level(level))
-                         : sum.at(parts, level);
-  };
+  const TableField field = TableField(truth.field.as_parts()).with(std::move(vectors));
   RandomStream random(options.seed, 1 + options.stream);
   const Eigen::VectorXd noise_sd = noise_of_axes(options, truth.response.bias.size());
   Troubles troubles(options.world, noise_sd, options.seed, options.stream, sheet.size());
@@ -99,7 +120,7 @@ SimulatedRun simulate_run(const Calibration& truth,
     if (temperature && options.temperature_sd > 0.0) {
       *temperature += options.temperature_sd * random.normal();
     }
-    observations.has_level = observations.has_level || row.entry.level != 1.0;
+    observations.has_level = observations.has_level || row.entry.level != FieldLevel(1.0);
     troubles.next(row.block);
     troubles.lay();
     if (options.world.mount_rad > 0.0) {
@@ -108,14 +129,12 @@ SimulatedRun simulate_run(const Calibration& truth,
     const Eigen::Matrix3d rotation_sensor_from_table = troubles.as_seated(
         options.rotation_sensor_from_positioner *
         options.positioner.rotation_table_from_positioner(row.entry.point).transpose());
-    const Eigen::Vector3d field_in_sensor =
-        rotation_sensor_from_table * field_in_table(row.entry.level);
-    Eigen::VectorXd response = response_at(truth, field_in_sensor, temperature) +
-                               nonlinear_part(options.world, truth, field_in_sensor);
-    if (truth.instrument.one_sided) {
-      // No light from behind: what is left is the dark reading.
-      response = response.cwiseMax(truth.response.bias);
-    }
+    const Eigen::Vector3d field_in_sensor = rotation_sensor_from_table * field.at(row.entry.level);
+    Eigen::VectorXd response =
+        truth.instrument.one_sided
+            ? lit_response(truth, field, row.entry.level, rotation_sensor_from_table, temperature)
+            : response_at(truth, field_in_sensor, temperature);
+    response += nonlinear_part(options.world, truth, field_in_sensor);
     for (const AlsoResponse& also : truth.also) {
       response += also.sensitivity * (rotation_sensor_from_table * (turned * also.in_table));
     }

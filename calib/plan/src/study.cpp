@@ -9,6 +9,7 @@
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/covariance_root.hpp"
+#include "axiscal/calib/experiment_json.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
@@ -18,6 +19,7 @@
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/earth_rotation_field.hpp"
+#include "axiscal/field/field_kind.hpp"
 #include "study_blocks.hpp"
 
 namespace axiscal {
@@ -147,7 +149,7 @@ class Trial {
   }
 
   [[nodiscard]] Calibration calibrated_by_turns() {
-    const std::optional<Site>& site = setup_.experiment.field.site;
+    const std::optional<Site>& site = setup_.experiment.table.site;
     // The table stands at any heading; without a site the Earth's axis may be any.
     const double heading = 2.0 * std::numbers::pi * random_.uniform();
     const double up =
@@ -222,7 +224,13 @@ Calibration truth_about(Calibration truth, const Calibration& calibration) {
 
 // What tells one study from another (FNV-1a of its description).
 std::string digest_of(const StudySetup& setup) {
+  Experiment described = setup.experiment;
   std::string text = calibration_json(setup.truth);
+  if (field_kind(described.field.kind()).make == nullptr) {  // a program's own, which no file holds
+    text += described.field.kind();
+    described.field = FieldSetup();
+  }
+  text += experiment_json(described);
   const auto put = [&](double value) { text += number_text(value) + " "; };
   for (const double sd : setup.noise_sd) {
     put(sd);
@@ -232,7 +240,7 @@ std::string digest_of(const StudySetup& setup) {
   }
   for (const DesignEntry& entry : setup.design) {
     text += entry.point.name();
-    put(entry.level);
+    text += entry.level.text();
   }
   const Tolerances& made = setup.tolerances;
   for (const double value :
@@ -240,9 +248,7 @@ std::string digest_of(const StudySetup& setup) {
         setup.simulation.slope.x(), setup.simulation.slope.y(), setup.simulation.resolution,
         setup.simulation.temperature_sd, setup.regression_only ? 1.0 : 0.0, setup.slope_sd,
         made.foot_height_m, made.ball_radius_m, made.squareness_rad, made.fence_rad,
-        setup.random_normals ? 1.0 : 0.0, setup.experiment.robust ? 1.0 : 0.0,
-        static_cast<double>(setup.experiment.temperature.order), setup.experiment.stated.slope_u,
-        setup.experiment.stated.direction_u_rad, setup.experiment.field.magnitude_u}) {
+        setup.random_normals ? 1.0 : 0.0}) {
     put(value);
   }
   if (setup.recording) {
@@ -252,10 +258,6 @@ std::string digest_of(const StudySetup& setup) {
     put(setup.recording->rate_hz);
   }
   text += world_text(setup.simulation.world) + (setup.alarms ? " alarms " : "");
-  text += setup.experiment.method ? method_name(*setup.experiment.method) : "";
-  for (const Eigen::Vector3d& normal : setup.experiment.positioner.normals()) {
-    put(normal.sum());
-  }
   std::uint64_t hash = 14695981039346656037ULL;
   for (const char c : text) {
     hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;

@@ -119,10 +119,7 @@ CalibrationErrors closed_form(const ToleranceStudy& study, Method method) {
 Experiment experiment_of(const ToleranceStudy& study, Method method) {
   Experiment experiment;
   experiment.instrument = study.nominal.instrument;
-  experiment.field.kind = study.nominal.field.kind;
-  experiment.field.unit = study.nominal.field.unit;
-  experiment.field.magnitude = study.nominal.field.magnitude;
-  experiment.field.in_table = study.nominal.field.in_table;
+  experiment.field = setup_of(study.nominal.field, true);
   experiment.method = method;
   experiment.positioner = Positioner(study.drawing, study.surface);  // as drawn
   return experiment;

@@ -82,7 +82,7 @@ bool is_made_from(const Calibration& calibration, const std::vector<InputFileDig
   });
 }
 
-std::vector<Quantity> quantities_of(const Calibration& calibration) {
+std::vector<KindQuantity> quantities_of(const Calibration& calibration) {
   const InstrumentKind& kind = find_instrument_kind(calibration.instrument.kind);
   if (kind.describe == nullptr) {
     return {};

@@ -7,6 +7,8 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_members.hpp"
+#include "axiscal/core/output_file.hpp"
+#include "axiscal/field/field_json.hpp"
 #include "axiscal/instruments/polar_form.hpp"
 #include "setup_members.hpp"
 #include "statistics_members.hpp"
@@ -40,7 +42,7 @@ void members(JsonMembers& io, CompanionAlignment& companion) {
 // What users of this kind of instrument call it.
 Json quantities_json(const Calibration& calibration) {
   Json list = Json::array();
-  for (const Quantity& quantity : quantities_of(calibration)) {
+  for (const KindQuantity& quantity : quantities_of(calibration)) {
     Json json = {{"name", quantity.name}};
     if (!quantity.of.empty()) {
       json["of"] = quantity.of;
@@ -200,7 +202,11 @@ void members(JsonMembers& io, Levelness& levelness) {
 void members(JsonMembers& io, ReadingResidual& residual, Eigen::Index m) {
   io.value("run", residual.run);
   point_members(io, residual.point);
-  io.value_if_any("level", residual.level);
+  if (!io.reads() && residual.level) {
+    io.to()["level"] = level_json(*residual.level);
+  } else if (const auto level = io.reads() ? io.from().find("level") : std::nullopt) {
+    residual.level = level_of(*level);
+  }
   io.value_if_any("block", residual.block);
   io.value_if_any("temperature", residual.temperature);
   io.vector("response", residual.response, m);
@@ -418,6 +424,10 @@ Calibration parse_calibration(std::string_view text, const std::string& path) {
   JsonMembers io(json);
   members(io, calibration);
   return calibration;
+}
+
+void write(const Calibration& calibration, const std::string& path) {
+  write_whole_file(path, calibration_json(calibration));
 }
 
 Calibration read_calibration(const std::string& path) {

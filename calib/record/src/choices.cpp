@@ -10,7 +10,6 @@ constexpr std::array<std::string_view, 6> method_names = {"paired",    "joint", 
                                                           "magnitude", "bias",  "turns"};
 constexpr std::array<std::string_view, 3> status_names = {"ok", "warning", "refused"};
 constexpr std::array<std::string_view, 3> weighting_names = {"none", "samples", "sd"};
-constexpr std::array<std::string_view, 2> role_names = {"local", "induced"};
 constexpr std::array<std::string_view, 2> level_by_names = {"run", "block"};
 constexpr std::array<std::string_view, 3> drift_names = {"auto", "none", "linear"};
 constexpr std::array<std::string_view, 3> seat_names = {"auto", "fit", "none"};
@@ -40,10 +39,6 @@ std::optional<Method> parse_method(std::string_view name) {
 std::optional<Method> parse_chosen_method(std::string_view name) {
   const std::optional<Method> method = parse_method(name);
   return method == Method::turns ? std::nullopt : method;
-}
-
-std::optional<FieldRole> parse_role(std::string_view name) {
-  return find_in<FieldRole>(role_names, name);
 }
 
 std::string_view status_name(CalibrationStatus status) {
@@ -80,6 +75,18 @@ std::optional<MagnitudeShape> parse_shape(std::string_view name) {
 
 std::string_view shape_name(std::optional<MagnitudeShape> shape) {
   return shape ? shape_names[static_cast<std::size_t>(*shape)] : std::string_view();
+}
+
+std::string_view level_by_name(LevelBy level_by) {
+  return level_by_names[static_cast<std::size_t>(level_by)];
+}
+
+std::string_view drift_name(DriftSetup drift) {
+  return drift_names[static_cast<std::size_t>(drift)];
+}
+
+std::string_view seats_name(SeatSetup seats) {
+  return seat_names[static_cast<std::size_t>(seats)];
 }
 
 }  // namespace axiscal

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <map>
 #include <optional>
+#include <utility>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -136,11 +138,23 @@ class Table {
 
   [[nodiscard]] std::size_t line() const { return csv_.line(); }
 
+  // What follows a prefix in the columns' names, in their order.
+  [[nodiscard]] std::vector<std::string> names_after(const std::string& prefix) const {
+    std::vector<std::string> names;
+    for (const std::string& name : csv_.header()) {
+      if (name.size() > prefix.size() && name.starts_with(prefix)) {
+        names.push_back(name.substr(prefix.size()));
+      }
+    }
+    return names;
+  }
+
   // Slots whose SLOT.axis are there for the first axis, in the columns' order.
   [[nodiscard]] std::vector<std::string> slots_of(const std::string& axis) const {
     std::vector<std::string> slots;
     for (const std::string& name : csv_.header()) {
-      if (name.size() > axis.size() + 1 && name.ends_with("." + axis)) {
+      if (name.size() > axis.size() + 1 && name.ends_with("." + axis) &&
+          !name.starts_with(level_column_prefix)) {
         slots.push_back(name.substr(0, name.size() - axis.size() - 1));
       }
     }
@@ -166,10 +180,40 @@ class Table {
   std::vector<bool> used_;
 };
 
+// Where a reading's level stands: in `level`, and of parts with levels of their own in
+// `level.NAME`.
+class LevelColumns {
+ public:
+  LevelColumns() = default;
+  explicit LevelColumns(Table& table) : of_all_(table.find("level")) {
+    for (const std::string& name : table.names_after(level_column_prefix)) {
+      of_parts_.emplace_back(name, table.need(level_column_prefix + name));
+    }
+  }
+
+  [[nodiscard]] bool any() const { return of_all_.has_value() || !of_parts_.empty(); }
+
+  [[nodiscard]] FieldLevel read(const Table& table) const {
+    const double of_all = of_all_ ? table.number(*of_all_) : 1.0;
+    if (of_parts_.empty()) {
+      return of_all;
+    }
+    std::map<std::string, double, std::less<>> of_parts;
+    for (const auto& [name, column] : of_parts_) {
+      of_parts[name] = table.number(column);
+    }
+    return FieldLevel(std::move(of_parts), of_all);
+  }
+
+ private:
+  std::optional<std::size_t> of_all_;
+  std::vector<std::pair<std::string, std::size_t>> of_parts_;
+};
+
 // Where the columns of observations are.
 struct Columns {
-  std::optional<std::size_t> rest, fence, run, block, mount, level, temperature, time, samples,
-      serial;
+  std::optional<std::size_t> rest, fence, run, block, mount, temperature, time, samples, serial;
+  LevelColumns level;
   std::vector<std::size_t> axes;
   std::vector<std::optional<std::size_t>> minus;  // for each axis that is a difference
   std::vector<std::size_t> axes_sd;               // empty unless every axis has one
@@ -225,7 +269,7 @@ Columns find_columns(Table& table, const ObservationColumns& wanted) {
   columns.run = table.find("run");
   columns.block = table.find("block");
   columns.mount = table.find("mount");
-  columns.level = table.find("level");
+  columns.level = LevelColumns(table);
   columns.temperature =
       wanted.needs_temperature ? table.need("temperature") : table.find("temperature");
   columns.time = table.find("time");
@@ -246,9 +290,7 @@ Reading read_reading(const Table& table, const Columns& columns, int row) {
   if (columns.rest) {
     reading.point = table.point(*columns.rest, *columns.fence);
   }
-  if (columns.level) {
-    reading.level = table.number(*columns.level);
-  }
+  reading.level = columns.level.read(table);
   if (columns.temperature) {
     reading.temperature = table.number(*columns.temperature);
   }
@@ -277,13 +319,29 @@ void append_cells(std::string& text, const std::vector<std::string>& cells) {
 
 }  // namespace
 
-ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
+std::vector<std::string> columns_without_meaning(const std::vector<std::string>& header) {
+  constexpr std::array<std::string_view, 13> names = {
+      "rest", "fence",   "run",    "block", "mount", "level", "temperature",
+      "time", "samples", "serial", "fx",    "fy",    "fz"};
+  std::vector<std::string> own;
+  for (const std::string& name : header) {
+    const bool has_meaning = std::find(names.begin(), names.end(), name) != names.end() ||
+                             name.starts_with(level_column_prefix) || name.ends_with("_sd");
+    if (!has_meaning) {
+      own.push_back(name);
+    }
+  }
+  return own;
+}
+
+Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
   if (asked_for.axes.empty()) {
     throw DomainError("read_observations: at least one axis is needed");
   }
   Table table(csv);
-  ObservationsTable result;
+  Run result;
   ObservationColumns wanted = asked_for;
+  result.axes = asked_for.axes;
   if (!csv.column(asked_for.axes.front()) && asked_for.differences.empty()) {
     result.slots = table.slots_of(asked_for.axes.front());
   }
@@ -298,7 +356,7 @@ ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& as
   const Columns columns = find_columns(table, wanted);
   Observations& observations = result.observations;
   observations.has_block = columns.block.has_value();
-  observations.has_level = columns.level.has_value();
+  observations.has_level = columns.level.any();
   std::vector<double> response;
   std::vector<double> response_sd;
   std::vector<double> samples;
@@ -362,7 +420,7 @@ std::vector<RunSheetRow> read_run_sheet(CsvReader& csv) {
   Table table(csv);
   const std::size_t rest = table.need("rest");
   const std::size_t fence = table.need("fence");
-  const std::optional<std::size_t> level = table.find("level");
+  const LevelColumns level(table);
   const std::optional<std::size_t> run = table.find("run");
   const std::optional<std::size_t> block = table.find("block");
   const std::optional<std::size_t> temperature = table.find("temperature");
@@ -371,7 +429,7 @@ std::vector<RunSheetRow> read_run_sheet(CsvReader& csv) {
     sheet.push_back(
         {.run = run ? table.integer(*run) : static_cast<int>(sheet.size()) + 1,
          .block = block ? table.integer(*block) : 1,
-         .entry = {.point = table.point(rest, fence), .level = level ? table.number(*level) : 1.0},
+         .entry = {.point = table.point(rest, fence), .level = level.read(table)},
          .temperature = temperature ? std::optional(table.number(*temperature)) : std::nullopt});
   }
   if (sheet.empty()) {

@@ -2,6 +2,7 @@
 #include "setup_members.hpp"
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 
@@ -24,11 +25,47 @@ void differences_members(JsonMembers& io, std::vector<DifferentialAxis>& differe
   }
 }
 
-void members(JsonMembers& io, FieldPartDescription& part) {
+void convention_member(JsonMembers& io, Instrument& instrument) {
+  std::string name = instrument.convention == AxisConvention::forward_right_down ? "frd" : "";
+  io.value_if_any("convention", name);
+  if (!name.empty()) {
+    io.check("convention", [&] { instrument.convention = parse_convention(name); });
+  }
+}
+
+void range_members(JsonMembers& io, Instrument& instrument) {
+  if (io.has("range", instrument.range.has_value())) {
+    ReadingRange range = instrument.range.value_or(ReadingRange{});
+    io.need_pair("range", range.low, range.high);
+    io.check("range", range.low < range.high, "must be [low, high], low less than high");
+    instrument.range = range;
+  }
+  io.flag_unless("one_sided", instrument.one_sided, false);
+}
+
+// As set_axes() takes them.
+std::vector<std::string> axis_texts(const Instrument& instrument) {
+  std::vector<std::string> texts;
+  for (const std::string& axis : instrument.axes) {
+    texts.push_back(axis);
+    for (const DifferentialAxis& difference : instrument.differences) {
+      if (difference.axis == axis) {
+        texts.back() = formatted("{}={}-{}", axis, difference.plus, difference.minus);
+      }
+    }
+  }
+  return texts;
+}
+
+// One part of a sum; what they have in common is said once, of the whole.
+void part_members(JsonMembers& io, FieldDescription& part) {
   io.need("kind", part.kind);
+  io.value_if_any("name", part.name);
   io.need("magnitude", part.magnitude);
   io.value_if_any("magnitude_u", part.magnitude_u);
-  io.need_vector("in_table", part.in_table, 3);
+  Eigen::Vector3d in_table = part.in_table.value_or(Eigen::Vector3d::Zero());
+  io.need_vector("in_table", in_table, 3);
+  part.in_table = in_table;
   io.need("set_by_level", part.set_by_level);
   io.need("turning", part.turning);
 }
@@ -64,18 +101,29 @@ void members(JsonMembers& io, Instrument& instrument) {
   io.need("axes", instrument.axes);
   io.check("axes", [&] { check_axes(instrument); });
   io.need("unit", instrument.unit);
-  std::string convention = instrument.convention == AxisConvention::forward_right_down ? "frd" : "";
-  io.value_if_any("convention", convention);
-  if (!convention.empty()) {
-    io.check("convention", [&] { instrument.convention = parse_convention(convention); });
-  }
+  convention_member(io, instrument);
   differences_members(io, instrument.differences);
-  if (io.has("range", instrument.range.has_value())) {
-    ReadingRange range = instrument.range.value_or(ReadingRange{});
-    io.need_pair("range", range.low, range.high);
-    instrument.range = range;
+  range_members(io, instrument);
+}
+
+void stated_members(JsonMembers& io, Instrument& instrument) {
+  io.value_if_any("kind", instrument.kind);
+  if (!instrument.kind.empty()) {
+    io.check("kind", [&] { static_cast<void>(find_instrument_kind(instrument.kind)); });
   }
-  io.flag_unless("one_sided", instrument.one_sided, false);
+  io.value_if_any("serial", instrument.serial);
+  if (!instrument.serial.empty()) {
+    io.check("serial", [&] { check_serial(instrument.serial); });
+  }
+  io.value_if_any("model", instrument.model);
+  if (io.has("axes", true)) {
+    std::vector<std::string> texts = axis_texts(instrument);
+    io.need("axes", texts);
+    io.check("axes", [&] { set_axes(instrument, texts); });
+  }
+  io.value("unit", instrument.unit);
+  convention_member(io, instrument);
+  range_members(io, instrument);
 }
 
 void members(JsonMembers& io, FieldDescription& field) {
@@ -91,7 +139,10 @@ void members(JsonMembers& io, FieldDescription& field) {
   io.value_if_any("local_gravity_m_s2", field.local_gravity);
   io.value_if_any("local_gravity_u_m_s2", field.local_gravity_u);
   io.list_if_any("parts", field.parts,
-                 [](JsonMembers& one, FieldPartDescription& part) { members(one, part); });
+                 [](JsonMembers& one, FieldDescription& part) { part_members(one, part); });
+  for (FieldDescription& part : field.parts) {
+    part.unit = field.unit;
+  }
   io.object_if_any("site", field.site, [](JsonMembers& one, Site& site) { members(one, site); });
   io.value_if_any("date", field.date);
 }

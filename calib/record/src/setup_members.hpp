@@ -12,6 +12,10 @@ namespace axiscal {
 void members(JsonMembers& io, Instrument& instrument);
 void members(JsonMembers& io, FieldDescription& field);
 
+/// An instrument as an experiment states it: as far as it is stated, its axes as set_axes() takes
+/// them.
+void stated_members(JsonMembers& io, Instrument& instrument);
+
 /// Second fields that the instrument answers to.
 /// @param m  number of axes.
 void also_members(JsonMembers& io, std::vector<AlsoResponse>& all, Eigen::Index m);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,9 @@
 
 namespace axiscal {
 
+/// A part of the field that has its own level has the column level.NAME.
+inline const std::string level_column_prefix = "level.";
+
 /// The columns that every table of design points begins with; mount, level and temperature where
 /// they say something.
 class SheetColumns {
@@ -16,7 +20,12 @@ class SheetColumns {
   explicit SheetColumns(const std::vector<Reading>& readings) {
     for (const Reading& reading : readings) {
       with_mount_ = with_mount_ || reading.mount != 1;
-      with_level_ = with_level_ || reading.level != 1.0;
+      with_level_ = with_level_ || reading.level.of_all() != 1.0;
+      if (reading.level.differs_by_part()) {
+        for (const auto& [name, level] : reading.level.of_parts()) {
+          parts_.insert(name);
+        }
+      }
       with_temperature_ = with_temperature_ || reading.temperature.has_value();
     }
   }
@@ -30,6 +39,9 @@ class SheetColumns {
     }
     if (with_level_) {
       cells.emplace_back("level");
+    }
+    for (const std::string& part : parts_) {
+      cells.push_back(level_column_prefix + part);
     }
     if (with_temperature_) {
       cells.emplace_back("temperature");
@@ -45,7 +57,10 @@ class SheetColumns {
       cells.push_back(std::to_string(reading.mount));
     }
     if (with_level_) {
-      cells.push_back(number_text(reading.level));
+      cells.push_back(number_text(reading.level.of_all()));
+    }
+    for (const std::string& part : parts_) {
+      cells.push_back(number_text(reading.level.of(part)));
     }
     if (with_temperature_) {
       cells.push_back(reading.temperature ? number_text(*reading.temperature) : "");
@@ -57,6 +72,7 @@ class SheetColumns {
   bool with_mount_ = false;
   bool with_level_ = false;
   bool with_temperature_ = false;
+  std::set<std::string> parts_;  // that have levels of their own
 };
 
 }  // namespace axiscal

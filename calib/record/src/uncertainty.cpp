@@ -250,6 +250,39 @@ std::string words_of_not_counted(const Calibration& calibration) {
                                joined(missing));
 }
 
+namespace {
+
+std::string unit_of_parameter(const Calibration& calibration, std::string_view name) {
+  const std::string& unit = calibration.instrument.unit;
+  if (name.find(".sensitivity.") != std::string_view::npos) {
+    return unit_per(unit, calibration.field.unit);
+  }
+  for (const AlsoResponse& also : calibration.also) {
+    if (name.find("." + also.kind + ".") != std::string_view::npos) {
+      return unit_per(unit, also.unit);
+    }
+  }
+  return name.find(".scale.") != std::string_view::npos ? "1" : unit;
+}
+
+}  // namespace
+
+Quantity Calibration::parameter(const std::string& name) const {
+  Quantity quantity{.value = parameter_value(*this, name),
+                    .u = not_a_number,
+                    .U = not_a_number,
+                    .dof = not_a_number,
+                    .unit = unit_of_parameter(*this, name)};
+  for (const ParameterUncertainty& one : parameter_uncertainties(*this)) {
+    if (one.name == name) {
+      quantity.u = one.uncertainty.u;
+      quantity.U = one.uncertainty.expanded;
+      quantity.dof = one.uncertainty.degrees_of_freedom;
+    }
+  }
+  return quantity;
+}
+
 double parameter_value(const Calibration& calibration, const std::string& name) {
   for (std::size_t k = 0; k < calibration.instrument.axes.size(); ++k) {
     const std::string& axis = calibration.instrument.axes[k];

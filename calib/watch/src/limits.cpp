@@ -157,7 +157,7 @@ Limits parse_limits(std::string_view text, const std::string& path) {
   json.require_format("axiscal-limits");
   json.allow_keys(
       std::array<std::string_view, 5>{"format", "version", "rule", "conditions", "limits"});
-  Limits limits;
+  Limits limits{.path = path};
   limits.rule = json.text_or("rule", "simple");
   if (limits.rule != "simple" && limits.rule != "guarded") {
     json.at("rule").fail("must be simple or guarded");

@@ -2,16 +2,27 @@
 #pragma once
 
 #include "axiscal/core/units.hpp"
+#include "axiscal/field/coil_field.hpp"
 #include "axiscal/field/custom_field.hpp"
 #include "axiscal/field/earth_rotation_field.hpp"
+#include "axiscal/field/field_description.hpp"
 #include "axiscal/field/field_kind.hpp"
+#include "axiscal/field/field_level.hpp"
+#include "axiscal/field/field_resolver.hpp"
+#include "axiscal/field/field_role.hpp"
+#include "axiscal/field/field_setup.hpp"
 #include "axiscal/field/field_unit.hpp"
 #include "axiscal/field/geomagnetic_field.hpp"
 #include "axiscal/field/gravity_field.hpp"
 #include "axiscal/field/induced_field.hpp"
+#include "axiscal/field/light_field.hpp"
+#include "axiscal/field/recorded_field.hpp"
 #include "axiscal/field/reference_field.hpp"
 #include "axiscal/field/site.hpp"
 #include "axiscal/field/sun.hpp"
+#include "axiscal/field/table_field.hpp"
+#include "axiscal/field/table_place.hpp"
+#include "axiscal/field/turntable_field.hpp"
 
 /// @file
 /// What the world offers to calibrate against: vectors that are known at a site.

@@ -7,9 +7,9 @@
 namespace axiscal {
 namespace {
 
-std::vector<Quantity> describe(const CalibratedInstrument& calibrated) {
+std::vector<KindQuantity> describe(const CalibratedInstrument& calibrated) {
   const std::string& unit = calibrated.instrument.unit;
-  std::vector<Quantity> quantities;
+  std::vector<KindQuantity> quantities;
   for (Eigen::Index k = 0; k < calibrated.instrument.axis_count(); ++k) {
     const std::string& axis = calibrated.instrument.axes[static_cast<std::size_t>(k)];
     const int main = main_axis(calibrated.instrument, calibrated.response, k);

@@ -22,11 +22,12 @@ namespace axiscal {
     const std::function<Eigen::VectorXd(const LinearResponse&)>& of);
 
 /// A quantity of the response with its uncertainty.
-[[nodiscard]] Quantity quantity_of(const CalibratedInstrument& calibrated,
-                                   std::string name,
-                                   std::string of_what,
-                                   std::string unit,
-                                   const std::function<Eigen::VectorXd(const LinearResponse&)>& of);
+[[nodiscard]] KindQuantity quantity_of(
+    const CalibratedInstrument& calibrated,
+    std::string name,
+    std::string of_what,
+    std::string unit,
+    const std::function<Eigen::VectorXd(const LinearResponse&)>& of);
 
 /// Standard uncertainty of a number that follows from the field in the table; NaN if not known.
 [[nodiscard]] double propagated_from_field(
@@ -34,7 +35,7 @@ namespace axiscal {
     const std::function<double(const Eigen::Vector3d& in_table)>& of);
 
 /// An angle that follows from the field in the table, which must be known, with its uncertainty.
-[[nodiscard]] Quantity angle_of_field(
+[[nodiscard]] KindQuantity angle_of_field(
     const CalibratedInstrument& calibrated,
     std::string name,
     const std::function<double(const Eigen::Vector3d& in_table)>& angle_rad);

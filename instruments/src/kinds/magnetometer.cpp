@@ -25,9 +25,9 @@ DerivedValues derive(const DeriveInput& input) noexcept {
   return {.values = {heading_rad * deg_per_rad, std::atan2(-upward, north.norm()) * deg_per_rad}};
 }
 
-std::vector<Quantity> describe(const CalibratedInstrument& calibrated) {
+std::vector<KindQuantity> describe(const CalibratedInstrument& calibrated) {
   const std::string& unit = calibrated.instrument.unit;
-  std::vector<Quantity> quantities;
+  std::vector<KindQuantity> quantities;
   quantities.push_back(quantity_of(calibrated, "hard_iron", "", unit,
                                    [](const LinearResponse& r) { return r.bias; }));
   if (calibrated.instrument.axis_count() == 3) {

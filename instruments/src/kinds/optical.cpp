@@ -12,8 +12,8 @@ DerivedValues derive(const DeriveInput& input) noexcept {
   return {.values = {direction.x(), direction.y(), direction.z()}};
 }
 
-std::vector<Quantity> describe(const CalibratedInstrument& calibrated) {
-  std::vector<Quantity> quantities;
+std::vector<KindQuantity> describe(const CalibratedInstrument& calibrated) {
+  std::vector<KindQuantity> quantities;
   for (Eigen::Index k = 0; k < calibrated.instrument.axis_count(); ++k) {
     const std::string& axis = calibrated.instrument.axes[static_cast<std::size_t>(k)];
     quantities.push_back(quantity_of(
@@ -27,7 +27,7 @@ std::vector<Quantity> describe(const CalibratedInstrument& calibrated) {
                                      }));
   }
   if (calibrated.in_table) {
-    Quantity direction{.name = "direction_to_source_in_table", .of = "", .unit = "1"};
+    KindQuantity direction{.name = "direction_to_source_in_table", .of = "", .unit = "1"};
     for (int j = 0; j < 3; ++j) {
       const auto component = [j](const Eigen::Vector3d& f) { return f.normalized()(j); };
       direction.values.push_back(component(*calibrated.in_table));

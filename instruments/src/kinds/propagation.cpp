@@ -68,11 +68,11 @@ std::vector<double> propagated(const CalibratedInstrument& calibrated,
   return {u.begin(), u.end()};
 }
 
-Quantity quantity_of(const CalibratedInstrument& calibrated,
-                     std::string name,
-                     std::string of_what,
-                     std::string unit,
-                     const std::function<Eigen::VectorXd(const LinearResponse&)>& of) {
+KindQuantity quantity_of(const CalibratedInstrument& calibrated,
+                         std::string name,
+                         std::string of_what,
+                         std::string unit,
+                         const std::function<Eigen::VectorXd(const LinearResponse&)>& of) {
   const Eigen::VectorXd values = of(calibrated.response);
   return {.name = std::move(name),
           .of = std::move(of_what),
@@ -95,9 +95,9 @@ double propagated_from_field(const CalibratedInstrument& calibrated,
   return std::sqrt(std::max((J * C * J.transpose())(0, 0), 0.0));
 }
 
-Quantity angle_of_field(const CalibratedInstrument& calibrated,
-                        std::string name,
-                        const std::function<double(const Eigen::Vector3d&)>& angle_rad) {
+KindQuantity angle_of_field(const CalibratedInstrument& calibrated,
+                            std::string name,
+                            const std::function<double(const Eigen::Vector3d&)>& angle_rad) {
   const auto angle_deg = [&](const Eigen::Vector3d& field) {
     return angle_rad(field) * deg_per_rad;
   };

@@ -70,7 +70,7 @@ TEST_P(Exact, ReturnsTheTruth) {
   experiment.method = method;
   const Eigen::Vector2d slope(std::sin(x_deg * rad_per_deg), std::sin(y_deg * rad_per_deg));
   if (method == Method::known) {
-    experiment.slope = slope;
+    experiment.table.slope = slope;
   }
   const Calibration result = calibrate(
       experiment, observe(truth, {.points = points, .replicates = replicates, .slope = slope}));
@@ -397,10 +397,10 @@ TEST(Calibrate, TakesGravityInSiUnitsAtASite) {
   const Observations observations = observe(truth, {});
   Experiment experiment;
   experiment.instrument = truth.instrument;
-  experiment.field.kind = "gravity";
+  experiment.field.of = make_field("gravity");
   experiment.field.unit = "m/s^2";
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), SetupError);
-  experiment.field.site = Site{.latitude_deg = 45.0};
+  experiment.table.site = Site{.latitude_deg = 45.0};
   const Calibration result = calibrate(experiment, observations);
   EXPECT_NEAR(result.field.magnitude, 9.806197769377, 1e-9);
   EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-9);
@@ -475,7 +475,7 @@ TEST(Calibrate, TakesAUsersOwnField) {
   const Observations observations = observe(truth, {});
   Experiment experiment;
   experiment.instrument = truth.instrument;
-  experiment.field.custom = std::make_shared<Centrifuge>();
+  experiment.field = std::make_shared<Centrifuge>();
   const Calibration result = calibrate(experiment, observations);
   EXPECT_EQ(result.field.kind, "centrifuge");
   EXPECT_EQ(result.method, Method::joint);
@@ -487,7 +487,7 @@ TEST(Calibrate, RefusesAMagnitudeBesideAUsersOwnField) {
   const Observations observations = observe(truth, {});
   Experiment experiment;
   experiment.instrument = truth.instrument;
-  experiment.field.custom = std::make_shared<Centrifuge>();
+  experiment.field = std::make_shared<Centrifuge>();
   experiment.field.magnitude = 2.0 * Centrifuge().magnitude();
   EXPECT_THAT(test::complaint_of<SetupError>(
                   [&] { static_cast<void>(calibrate(experiment, observations)); }),
@@ -715,7 +715,7 @@ TEST(Calibrate, RefusesAMagnitudeThatContradictsTheVector) {
   experiment.field.magnitude = 1.0;
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observe(truth, {}))), SetupError);
   experiment.field.magnitude.reset();
-  experiment.slope = {0.01, 0.0};
+  experiment.table.slope = {0.01, 0.0};
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observe(truth, {}))), SetupError);
 }
 
@@ -789,7 +789,7 @@ TEST(Calibrate, NamesTheFaceThatDisagreesAboutTheSlope) {
     Experiment experiment = experiment_for(truth);
     experiment.method = method;
     if (method == Method::known) {
-      experiment.slope = {0.003, 0.001};
+      experiment.table.slope = {0.003, 0.001};
     }
     const Calibration result = calibrate(experiment, observations);
     ASSERT_TRUE(result.levelness->suspect);
@@ -869,7 +869,7 @@ TEST(Calibrate, WarnsOfASlopeThatIsNotTheStatedOne) {
   const Observations observations =
       observe(truth, {.slope = {0.004, 0.0}, .noise_sd = 1e-4, .seed = 7});
   EXPECT_THAT(codes(calibrate(experiment, observations)), Contains("slope"));
-  experiment.slope = {0.004, 0.0};
+  experiment.table.slope = {0.004, 0.0};
   EXPECT_EQ(calibrate(experiment, observations).status, CalibrationStatus::ok);
 }
 

@@ -43,7 +43,7 @@ TEST_P(Coverage, IsAsStatedAndTheBoundIsReached) {
   experiment.method = method;
   const Eigen::Vector2d slope(0.004, -0.002);
   if (method == Method::known) {
-    experiment.slope = slope;
+    experiment.table.slope = slope;
   }
   constexpr double noise = 2e-4;
   constexpr int runs = 1500;

@@ -59,7 +59,7 @@ Observations observations_of(const Eigen::MatrixXd& response) {
 Experiment experiment_of(const std::string& instrument, const std::string& field, double F) {
   Experiment experiment;
   experiment.instrument.kind = instrument;
-  experiment.field.kind = field;
+  experiment.field.of = make_field(field);
   experiment.field.magnitude = F;
   return experiment;
 }

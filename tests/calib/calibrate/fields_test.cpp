@@ -3,9 +3,11 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <string>
+#include <utility>
 
 #include "axiscal/calib/calibrate.hpp"
-#include "axiscal/calib/moving_field.hpp"
+#include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/calib/simulate.hpp"
@@ -13,7 +15,11 @@
 #include "axiscal/core/random.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/field/coil_field.hpp"
 #include "axiscal/field/earth_rotation_field.hpp"
+#include "axiscal/field/gravity_field.hpp"
+#include "axiscal/field/light_field.hpp"
+#include "axiscal/field/table_field.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "matchers.hpp"
 #include "scenario.hpp"
@@ -104,7 +110,7 @@ Trial magnetometer_trial(double dip_deg) {
   trial.truth.field.in_table =
       48000.0 * (tilted_table() * Eigen::Vector3d(0.0, std::cos(dip_rad), -std::sin(dip_rad)));
   trial.experiment.instrument = trial.truth.instrument;
-  trial.experiment.field.kind = "geomagnetic";
+  trial.experiment.field.of = make_field("geomagnetic");
   trial.experiment.field.magnitude = 48000.0;
   trial.noise = 0.02;
   return trial;
@@ -142,7 +148,7 @@ TEST(Magnetometer, KnowsItsFieldsDirectionInTheTable) {
   const Eigen::Vector3d error = *result.field.in_table - *trial.truth.field.in_table;
   EXPECT_LT(error.norm(), 5.0 * std::sqrt(result.field.in_table_covariance->trace()));
   bool has_azimuth = false;
-  for (const Quantity& quantity : quantities_of(result)) {
+  for (const KindQuantity& quantity : quantities_of(result)) {
     if (quantity.name == "fence_azimuth_from_magnetic_north_deg") {
       has_azimuth = true;
       EXPECT_NEAR(quantity.values[0], 200.0 - 360.0, 2.0);  // but for the table's tilt
@@ -212,8 +218,8 @@ Trial gyroscope_trial(double latitude_deg) {
   trial.truth.field.in_table =
       tilted_table() * EarthRotationField(Site{.latitude_deg = latitude_deg}).value_in_enu();
   trial.experiment.instrument = trial.truth.instrument;
-  trial.experiment.field.kind = "earth_rotation";
-  trial.experiment.field.site = Site{.latitude_deg = latitude_deg};
+  trial.experiment.field.of = make_field("earth_rotation");
+  trial.experiment.table.site = Site{.latitude_deg = latitude_deg};
   trial.noise = 5e-9;
   return trial;
 }
@@ -235,7 +241,7 @@ TEST(Gyroscope, FindsNorthWithItsUncertainty) {
     const Calibration result =
         calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 2, seed),
                                              {.noise_sd = trial.noise, .seed = seed}));
-    for (const Quantity& quantity : quantities_of(result)) {
+    for (const KindQuantity& quantity : quantities_of(result)) {
       if (quantity.name == "fence_azimuth_from_north_deg") {
         covered += std::abs(quantity.values[0] - 30.0) < 1.96 * quantity.u[0] ? 1 : 0;
         EXPECT_LT(quantity.u[0], 0.1);
@@ -253,7 +259,7 @@ Trial turntable_trial() {
   trial.truth.field.in_table =
       rotation_sloping_from_level({0.0097, -0.0073}) * Eigen::Vector3d(0.0, 0.0, 100.0);
   trial.experiment.instrument = trial.truth.instrument;
-  trial.experiment.field.kind = "induced_rotation";
+  trial.experiment.field.of = make_field("induced_rotation");
   trial.experiment.field.magnitude = 100.0;
   trial.design = design_with_levels(12, {-1.0, 0.0, 1.0});
   trial.noise = 0.01;
@@ -275,22 +281,22 @@ Trial turntable_on_the_earth() {
       per_s * (rotation_table_from_enu(200.0 * rad_per_deg) *
                EarthRotationField(Site{.latitude_deg = 48.0}).value_in_enu());
   trial.truth.field.kind = "earth_rotation+induced_rotation";
-  FieldPartDescription local;
+  FieldDescription local;
   local.kind = "earth_rotation";
   local.in_table = earth;
   local.magnitude = earth.norm();
   local.set_by_level = false;
-  FieldPartDescription table;
+  FieldDescription table;
   table.kind = "induced_rotation";
   table.in_table = 0.02 * Eigen::Vector3d(0.0097, -0.0073, 1.0).normalized();
   table.magnitude = 0.02;
   table.turning = true;
   trial.truth.field.parts = {local, table};
-  trial.experiment.field.kind = "earth_rotation";
+  trial.experiment.field.of = make_field("earth_rotation");
   trial.experiment.field.unit = "deg/s";
-  trial.experiment.field.site = Site{.latitude_deg = 48.0};
+  trial.experiment.table.site = Site{.latitude_deg = 48.0};
   trial.experiment.field.magnitude.reset();
-  trial.experiment.field.others.emplace_back().kind = "induced_rotation";
+  trial.experiment.field += FieldSetup(make_field("induced_rotation"));
   trial.experiment.field.others.front().magnitude = 0.02;
   trial.experiment.field.others.front().unit = "deg/s";
   trial.noise = 1e-6;
@@ -305,7 +311,7 @@ TEST(Turntable, AddsTheEarthsRotationAveragedWhereItTurns) {
                                            {.noise_sd = trial.noise, .seed = 1}));
   EXPECT_EQ(result.method, Method::joint);
   ASSERT_EQ(result.field.parts.size(), 2U);
-  EXPECT_MATRIX_NEAR(result.field.parts[0].in_table, trial.truth.field.parts[0].in_table, 5e-6);
+  EXPECT_MATRIX_NEAR(*result.field.parts[0].in_table, *trial.truth.field.parts[0].in_table, 5e-6);
 }
 
 // Half a percent of the turntable's rate is half a percent of every scale, and the Earth's rate is
@@ -330,17 +336,17 @@ TEST(Turntable, CountsTheUncertaintyOfEachPart) {
 // What the field is at a level, by an average over a whole turn of a table that turns.
 TEST(FieldAtLevel, AveragesWhatDoesNotTurn) {
   const Trial trial = turntable_on_the_earth();
-  const std::vector<FieldPartDescription>& parts = trial.truth.field.parts;
-  const Eigen::Vector3d axis = parts[1].in_table.normalized();
+  const std::vector<FieldDescription>& parts = trial.truth.field.parts;
+  const Eigen::Vector3d axis = parts[1].in_table->normalized();
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   constexpr int steps = 360;
   for (int i = 0; i < steps; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / steps;
-    mean += rotation_by(angle * axis) * parts[0].in_table / steps;
+    mean += rotation_by(angle * axis) * *parts[0].in_table / steps;
   }
-  EXPECT_MATRIX_NEAR(trial.truth.field.at_level(-1.0), Eigen::Vector3d(mean - parts[1].in_table),
+  EXPECT_MATRIX_NEAR(trial.truth.field.at_level(-1.0), Eigen::Vector3d(mean - *parts[1].in_table),
                      1e-14);
-  EXPECT_MATRIX_NEAR(trial.truth.field.at_level(0.0), parts[0].in_table, 1e-16);
+  EXPECT_MATRIX_NEAR(trial.truth.field.at_level(0.0), *parts[0].in_table, 1e-16);
 }
 
 // ---- g-sensitivity ----
@@ -354,7 +360,7 @@ Trial g_sensitive_trial(const std::vector<double>& levels) {
   also.sensitivity = 0.02 * response_of(1.0, 0.0).sensitivity;
   trial.truth.also = {also};
   trial.truth.field.in_table = Eigen::Vector3d(0.0, 0.0, 100.0);
-  trial.experiment.also.emplace_back().kind = "gravity";
+  trial.experiment.also.emplace_back(GravityField());
   trial.design = design_with_levels(12, levels);
   return trial;
 }
@@ -387,18 +393,18 @@ TEST(GSensitivity, AtOneLevelIsRefusedWithWhatToAdd) {
 
 Trial coil_trial() {
   Trial trial = magnetometer_trial(60.0);
-  FieldPartDescription earth;
+  FieldDescription earth;
   earth.kind = "geomagnetic";
   earth.in_table = *trial.truth.field.in_table;
   earth.magnitude = 48000.0;
   earth.set_by_level = false;
-  FieldPartDescription coil;
+  FieldDescription coil;
   coil.kind = "induced_magnetic";
   coil.in_table = 60000.0 * Eigen::Vector3d(0.1, -0.05, 1.0).normalized();
   coil.magnitude = 60000.0;
   trial.truth.field.kind = "geomagnetic+induced_magnetic";
   trial.truth.field.parts = {earth, coil};
-  trial.experiment.field.others.emplace_back().kind = "induced_magnetic";
+  trial.experiment.field += FieldSetup(make_field("induced_magnetic"));
   trial.design = design_with_levels(12, {-1.0, 1.0});
   return trial;
 }
@@ -409,17 +415,76 @@ TEST(CoilField, ReversedAndAddedToTheEarthsIsFittedThoughItsSizeIsUnknown) {
   const Calibration result =
       calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 1, 2),
                                            {.noise_sd = trial.noise, .seed = 2}));
-  EXPECT_MATRIX_NEAR(result.field.parts[1].in_table, trial.truth.field.parts[1].in_table, 100.0);
+  EXPECT_MATRIX_NEAR(*result.field.parts[1].in_table, *trial.truth.field.parts[1].in_table, 100.0);
 }
 
 TEST(CoilField, OfKnownGeometryIsKnown) {
   Trial trial = coil_trial();
-  trial.experiment.field.others.front().coil =
-      Coil{.turns = 50.0, .current_A = 0.2, .size_m = 0.15, .axis_in_table = {0.1, -0.05, 1.0}};
-  const Eigen::Vector3d value =
-      1e9 * coil_field_in_table_T(*trial.experiment.field.others.front().coil);
+  const CoilField coil(
+      Coil{.turns = 50.0, .current_A = 0.2, .size_m = 0.15, .axis_in_table = {0.1, -0.05, 1.0}});
+  trial.experiment.field.others = {coil};
+  const Eigen::Vector3d value = coil.value_in_enu();
   trial.truth.field.parts[1].in_table = value;
   expect_truth_and_coverage(trial, 60);
+}
+
+// ---- parts of which nothing is known ----
+
+FieldDescription part_of(std::string kind, const Eigen::Vector3d& in_table, bool set_by_level) {
+  FieldDescription part;
+  part.kind = std::move(kind);
+  part.in_table = in_table;
+  part.magnitude = in_table.norm();
+  part.set_by_level = set_by_level;
+  return part;
+}
+
+// A lamp of 1, switched on and off in a room with light of 0.164 from elsewhere.
+TEST(RoomLight, OfUnknownSizeIsFittedBesideALamp) {
+  Trial trial;
+  trial.truth = test::truth_of(response_of(1.0, 0.02), "optical");
+  trial.truth.field = {.kind = "light+light", .unit = "1"};
+  trial.truth.field.parts = {part_of("light", {-0.06, 0.13, 0.08}, false),
+                             part_of("light", Eigen::Vector3d(0.4, 0.15, 0.9).normalized(), true)};
+  trial.experiment.instrument = trial.truth.instrument;
+  trial.experiment.field = LightField();
+  trial.experiment.field.role = FieldRole::local;
+  FieldSetup lamp = LightField();
+  lamp.magnitude = 1.0;
+  trial.experiment.field += lamp;
+  trial.design = design_with_levels(12, {0.0, 1.0});
+  trial.noise = 3e-4;
+  expect_truth_and_coverage(trial, 60);
+  // And where the room is dark after all, which nobody stated.
+  trial.truth.field.parts[0].in_table = Eigen::Vector3d::Zero();
+  expect_truth_and_coverage(trial, 60);
+}
+
+// Two coils driven in turn: each has its own level.
+TEST(Coils, InTurnAreOneExperiment) {
+  Trial trial = magnetometer_trial(60.0);
+  const FieldDescription earth = part_of("geomagnetic", *trial.truth.field.in_table, false);
+  FieldDescription north = part_of("induced_magnetic", {1000.0, 58000.0, 2000.0}, true);
+  FieldDescription up = part_of("induced_magnetic", {3000.0, -1000.0, 61000.0}, true);
+  north.name = "north";
+  up.name = "up";
+  trial.truth.field.kind = "geomagnetic+induced_magnetic+induced_magnetic";
+  trial.truth.field.parts = {earth, north, up};
+  for (const char* const name : {"north", "up"}) {
+    FieldSetup coil = CoilField();
+    coil.name = name;
+    trial.experiment.field += coil;
+  }
+  trial.design.clear();
+  for (const DesignEntry& entry : standard_design(12)) {
+    for (const double level : {-1.0, 1.0}) {
+      trial.design.push_back(
+          {.point = entry.point, .level = FieldLevel({{"north", level}, {"up", 0.0}})});
+      trial.design.push_back(
+          {.point = entry.point, .level = FieldLevel({{"north", 0.0}, {"up", level}})});
+    }
+  }
+  expect_truth_and_coverage(trial, 30);
 }
 
 // ---- a field of the user's own that moves ----
@@ -453,13 +518,13 @@ class TurningLamp final : public ReferenceField {
 
 TEST(OwnField, ThatMovesOnTheTableTurnsInTheTablesFrame) {
   Experiment experiment;
-  experiment.field.custom = std::make_shared<TurningLamp>();
-  experiment.slope = {0.02, -0.03};
+  experiment.field = std::make_shared<TurningLamp>();
+  experiment.table.slope = {0.02, -0.03};
   const Eigen::Matrix3d turn = change_of_field(experiment, 0.0, 300.0);
   const TurningLamp lamp;
   EXPECT_MATRIX_NEAR(turn * lamp.value_in_enu_at(0.0), lamp.value_in_enu_at(300.0), 1e-15);
   // Times decide how a reading met it, and so do not let opposite positions be averaged.
-  EXPECT_EQ(moving_field_name(experiment), "the field lamp arm");
+  EXPECT_EQ(experiment.field.moving_part()->of->moving_name(), "the field lamp arm");
 }
 
 TEST(RolesOfParts, OfOneKindAreToldApart) {
@@ -477,17 +542,17 @@ TEST(RolesOfParts, ThatContradictTheFieldAreRefused) {
   Experiment experiment = test::experiment_for(truth);
   experiment.instrument.kind = "optical";
   experiment.instrument.one_sided = true;
-  experiment.field.kind = "light";
+  experiment.field.of = make_field("light");
   experiment.field.unit = "1";
   experiment.method = Method::joint;
   experiment.field.role = FieldRole::local;
-  experiment.field.others.emplace_back().kind = "light";
+  experiment.field += FieldSetup(make_field("light"));
   experiment.field.others.front().unit = experiment.field.unit;
   EXPECT_THAT(test::complaint_of<SetupError>(
                   [&] { static_cast<void>(calibrate(experiment, observations)); }),
               HasSubstr("darken the room"));
   Experiment turntable;
-  turntable.field.kind = "induced_rotation";
+  turntable.field.of = make_field("induced_rotation");
   turntable.field.magnitude = 1.0;
   turntable.field.role = FieldRole::local;
   EXPECT_THROW(static_cast<void>(make_field_description(turntable)), SetupError);
@@ -499,8 +564,8 @@ TEST(OwnField, ThatMovesIsAskedForAtEachReadingsTime) {
   const auto mast = std::make_shared<GoingRound>();
   Experiment experiment;
   experiment.instrument.kind = "generic";
-  experiment.field.custom = mast;
-  experiment.fence_azimuth_rad = azimuth_rad;
+  experiment.field = mast;
+  experiment.table.fence_azimuth_rad = azimuth_rad;
   const std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(12), 2, 4);
   Observations observations;
   observations.readings = readings_of(sheet);
@@ -520,7 +585,7 @@ TEST(OwnField, ThatMovesIsAskedForAtEachReadingsTime) {
   EXPECT_MATRIX_NEAR(result.response.bias, truth.bias, 1e-9);
 
   Experiment anywhere = experiment;
-  anywhere.fence_azimuth_rad.reset();
+  anywhere.table.fence_azimuth_rad.reset();
   EXPECT_THAT(
       test::complaint_of<SetupError>([&] { static_cast<void>(calibrate(anywhere, observations)); }),
       HasSubstr("the field mast moves"));
@@ -582,8 +647,8 @@ TEST(OwnField, ThatMovesMovesNoTable) {
   const auto mast = std::make_shared<SlowMast>(0.0);
   Experiment experiment;
   experiment.instrument.kind = "generic";
-  experiment.field.custom = mast;
-  experiment.fence_azimuth_rad = 0.4;
+  experiment.field = mast;
+  experiment.table.fence_azimuth_rad = 0.4;
   int moved = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {  // 20 of 20 good runs were called so
     const Calibration result = calibrate(experiment, readings_under(*mast, truth, 0.4, 1e-3, seed));
@@ -599,8 +664,8 @@ TEST(OwnField, IsMetInItsLengthAtEachReading) {
   const auto mast = std::make_shared<SlowMast>(0.028);
   Experiment experiment;
   experiment.instrument.kind = "generic";
-  experiment.field.custom = mast;
-  experiment.fence_azimuth_rad = 0.4;
+  experiment.field = mast;
+  experiment.table.fence_azimuth_rad = 0.4;
   const Observations observations = readings_under(*mast, truth, 0.4, 0.0, 1);
   for (const Method method : {Method::joint, Method::known}) {  // S was off by 1.5 %
     experiment.method = method;
@@ -637,8 +702,9 @@ Trial photodiode_trial(double lamp_angle_deg, int points) {
   trial.truth.field = {.kind = "light", .unit = "1", .magnitude = 1.0};
   trial.truth.field.in_table = rotation_sloping_from_level({0.0097, -0.0073}) * lamp;
   trial.experiment.instrument = trial.truth.instrument;
-  trial.experiment.field.kind = "light";
-  trial.experiment.field.lamps = {Lamp{.direction_in_table = lamp}};
+  trial.experiment.field.of = make_field("light");
+  trial.experiment.field.of =
+      std::make_shared<const LightField>(std::vector<Lamp>{Lamp{.direction_in_table = lamp}});
   trial.design = design_with_levels(points, {1.0});
   for (DesignEntry entry : standard_design(points)) {
     entry.level = 0.0;
@@ -664,7 +730,8 @@ TEST(Photodiodes, NearTheDiagonalAreWarnedOfUntilThereAre24Points) {
   };
   Trial diagonal = photodiode_trial(54.7356, 12);
   const Eigen::Vector3d lamp = Eigen::Vector3d(1.0, 1.0, 1.0).normalized();
-  diagonal.experiment.field.lamps = {Lamp{.direction_in_table = lamp}};
+  diagonal.experiment.field.of =
+      std::make_shared<const LightField>(std::vector<Lamp>{Lamp{.direction_in_table = lamp}});
   diagonal.truth.field.in_table = rotation_sloping_from_level({0.0097, -0.0073}) * lamp;
   const Calibration few = run(diagonal);
   bool warned = false;

@@ -20,7 +20,7 @@ class Invariance : public testing::TestWithParam<Method> {
   Invariance() {
     experiment_.method = GetParam();
     if (GetParam() == Method::known) {
-      experiment_.slope = {0.004, -0.003};
+      experiment_.table.slope = {0.004, -0.003};
     }
   }
 

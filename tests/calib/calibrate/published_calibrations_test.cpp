@@ -36,7 +36,7 @@ std::vector<std::vector<double>> read_numbers(const std::string& path, std::size
 Experiment known_experiment() {
   Experiment experiment;
   experiment.instrument.kind = "accelerometer";
-  experiment.field.kind = "gravity";
+  experiment.field.of = make_field("gravity");
   experiment.method = Method::known;
   return experiment;
 }

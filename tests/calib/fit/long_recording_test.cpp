@@ -118,7 +118,7 @@ Calibration swept(const Observations& run) {
   Experiment experiment;
   experiment.instrument.kind = "gyroscope";
   experiment.instrument.unit = "deg/s";
-  experiment.field.kind = "earth_rotation";
+  experiment.field.of = make_field("earth_rotation");
   experiment.field.magnitude = 1.0;
   experiment.method = Method::bias;
   experiment.temperature.automatic = false;

@@ -11,6 +11,7 @@
 #include "axiscal/core/random.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/field/light_field.hpp"
 #include "axiscal/field/sun.hpp"
 #include "matchers.hpp"
 #include "scenario.hpp"
@@ -31,7 +32,7 @@ Eigen::Matrix3d soft_iron(MagnitudeShape shape) {
 Experiment magnitude_experiment(MagnitudeShape shape = MagnitudeShape::symmetric) {
   Experiment experiment;
   experiment.instrument.kind = "magnetometer";
-  experiment.field.kind = "geomagnetic";
+  experiment.field.of = make_field("geomagnetic");
   experiment.field.magnitude = 50.0;
   experiment.field.unit = "uT";
   experiment.shape = shape;
@@ -306,10 +307,10 @@ TEST(Sun, IsTakenAtEachReadingsTime) {
   }
   Experiment experiment;
   experiment.instrument = truth.instrument;
-  experiment.field.kind = "light";
-  experiment.field.sun = true;
-  experiment.field.site = site;
-  experiment.fence_azimuth_rad = 40.0 * rad_per_deg;
+  experiment.field.of = make_field("light");
+  experiment.field.of = std::make_shared<const LightField>(LightField::sun());
+  experiment.table.site = site;
+  experiment.table.fence_azimuth_rad = 40.0 * rad_per_deg;
   for (const Method method : {Method::known, Method::joint}) {
     experiment.method = method;
     const Calibration result = calibrate(experiment, observations);
@@ -317,7 +318,7 @@ TEST(Sun, IsTakenAtEachReadingsTime) {
   }
   // How the sun moves in the table depends on how the fence lies.
   Experiment without = experiment;
-  without.fence_azimuth_rad.reset();
+  without.table.fence_azimuth_rad.reset();
   EXPECT_THROW(static_cast<void>(calibrate(without, observations)), SetupError);
   // Seconds of the recording are no time of day.
   for (Reading& reading : observations.readings) {

@@ -26,12 +26,12 @@ TEST(ReadingSet, FindsTheTiltOfItsBlock) {
   set.readings[1].block = 7;
   set.readings[2].block = 4;
   set.readings[2].level = -2.0;
-  set.field.tilt_by_block({4, 7});
-  const TableField::Vectors fields = {{0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}};
-  EXPECT_EQ(set.field_in_table(1, fields), fields[1]);
-  EXPECT_EQ(set.field_in_table(2, fields), -2.0 * fields[0]);
-  EXPECT_EQ(set.field_change(2, fields, 0), -2.0 * Eigen::Matrix3d::Identity());
-  EXPECT_EQ(set.field_change(2, fields, 1), Eigen::Matrix3d::Zero());
+  set.field = set.field.tilted_by_block({4, 7});
+  const TableField field = set.field.with({{0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}});
+  EXPECT_EQ(set.field_in_table(1, field), field.vector(1));
+  EXPECT_EQ(set.field_in_table(2, field), -2.0 * field.vector(0));
+  EXPECT_EQ(set.field_change(2, field, 0), -2.0 * Eigen::Matrix3d::Identity());
+  EXPECT_EQ(set.field_change(2, field, 1), Eigen::Matrix3d::Zero());
 }
 
 }  // namespace

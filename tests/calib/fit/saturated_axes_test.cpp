@@ -15,7 +15,7 @@ namespace {
 Experiment on_a_table() {
   Experiment experiment;
   experiment.instrument = {.kind = "accelerometer", .axes = {"x", "y", "z"}, .unit = "V"};
-  experiment.field.kind = "gravity";
+  experiment.field.of = make_field("gravity");
   return experiment;
 }
 

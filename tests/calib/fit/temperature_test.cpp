@@ -61,7 +61,7 @@ Experiment warm_experiment(const Calibration& truth, Method method, int order) {
   experiment.temperature.order = order;
   experiment.temperature.reference = 20.0;
   if (method == Method::known) {
-    experiment.slope = {0.003, -0.004};
+    experiment.table.slope = {0.003, -0.004};
   }
   return experiment;
 }
@@ -386,11 +386,11 @@ TEST(BiasMethod, ReproducesAThermalSweepOfARealGyroscope) {
   Experiment experiment;
   experiment.instrument.kind = "gyroscope";
   experiment.instrument.axes = {"imu.gyro.x", "imu.gyro.y", "imu.gyro.z"};
-  experiment.field.kind = "earth_rotation";
+  experiment.field.of = make_field("earth_rotation");
   experiment.method = Method::bias;
   experiment.temperature.order = 3;
   experiment.temperature.reference = 0.0;
-  const ObservationsTable table = read_observations(csv, {.axes = experiment.instrument.axes});
+  const axiscal::Run table = read_observations(csv, {.axes = experiment.instrument.axes});
   const Calibration result = calibrate(experiment, table.observations);
   const Eigen::Vector3d constant(-6.90865875e-02, -1.49698945e-02, 1.63495271e-02);
   Eigen::Matrix3d terms;

@@ -179,7 +179,7 @@ TEST(Culprit, FindsAWrongLevel) {
   }
   Observations observations =
       simulate(truth, make_run_sheet(design, 1, 4), {.noise_sd = 0.01, .seed = 4});
-  observations.readings[10].level *= -1.0;
+  observations.readings[10].level = -observations.readings[10].level.of_all();
   Experiment experiment = experiment_for(truth);
   const Calibration result = calibrate(experiment, observations);
   ASSERT_FALSE(result.warnings.empty());

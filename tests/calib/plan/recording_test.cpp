@@ -31,7 +31,7 @@ StudySetup study_of(const Calibration& truth, const Recording& recording, const 
   StudySetup setup;
   setup.truth = truth;
   setup.experiment.instrument = truth.instrument;
-  setup.experiment.field.kind = truth.field.kind;
+  setup.experiment.field.of = make_field(truth.field.kind);
   setup.experiment.field.magnitude = truth.field.magnitude;
   setup.design = standard_design(12);
   setup.recording = recording;
@@ -67,7 +67,7 @@ TEST_P(TurnsOfGyroscope, AreCovered) {
   StudySetup setup = study_of(gyroscope_truth(), {.kind = RecordingKind::turns, .samples = 5400},
                               GetParam().world);
   setup.noise_sd = Eigen::Vector3d::Constant(GetParam().noise);
-  setup.experiment.field.site = Site{.latitude_deg = 40.0};
+  setup.experiment.table.site = Site{.latitude_deg = 40.0};
   const Coverage coverage = coverage_of(setup, 250);
   EXPECT_GE(coverage.sensitivity, 0.925);
   EXPECT_LE(coverage.sensitivity, 0.985);

@@ -32,8 +32,8 @@ std::string complaint(const json& record) {
 TEST(CalibrationJson, IsWrittenAgainByteForByte) {
   const Calibration truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.field.site = Site{.latitude_deg = 52.0, .longitude_deg = 8.0};
-  experiment.field.date = "2026-11-20";
+  experiment.table.site = Site{.latitude_deg = 52.0, .longitude_deg = 8.0};
+  experiment.table.date = "2026-11-20";
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
     for (const bool robust : {false, true}) {
       experiment.method = method;

@@ -6,6 +6,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
+#include "axiscal/field/gravity_field.hpp"
 #include "matchers.hpp"
 #include "program.hpp"
 #include "scenario.hpp"
@@ -34,16 +35,17 @@ std::string experiment_complaint(const json& experiment) {
 }
 
 TEST(ParseExperiment, ReadsEverything) {
-  const Experiment experiment = parse_experiment(whole_experiment().dump(), "dir/e.json");
-  EXPECT_THAT(experiment.observations, testing::ElementsAre("dir/a.csv", "/tmp/b.csv"));
+  const ExperimentFile read = parse_experiment(whole_experiment().dump(), "dir/e.json");
+  const Experiment& experiment = read.experiment;
+  EXPECT_THAT(read.paths.observations, testing::ElementsAre("dir/a.csv", "/tmp/b.csv"));
   EXPECT_EQ(experiment.instrument.kind, "inclinometer");
   EXPECT_EQ(experiment.instrument.axes.size(), 2U);
   EXPECT_EQ(experiment.instrument.convention, AxisConvention::forward_right_down);
   EXPECT_EQ(experiment.field.in_table->z(), 9.8);
-  EXPECT_EQ(experiment.field.site->height_m, 100.0);
-  EXPECT_EQ(experiment.field.date, "2026.5");
-  EXPECT_DOUBLE_EQ(experiment.fence_azimuth_rad.value(), 90.0 * rad_per_deg);
-  EXPECT_EQ(experiment.slope.y(), -0.002);
+  EXPECT_EQ(experiment.table.site->height_m, 100.0);
+  EXPECT_EQ(experiment.table.date, "2026.5");
+  EXPECT_DOUBLE_EQ(experiment.table.fence_azimuth_rad.value(), 90.0 * rad_per_deg);
+  EXPECT_EQ(experiment.table.slope.y(), -0.002);
   EXPECT_EQ(experiment.method, Method::known);
   EXPECT_EQ(experiment.weighting, Weighting::sd);
   EXPECT_TRUE(experiment.robust);
@@ -56,16 +58,64 @@ TEST(ParseExperiment, ReadsTheRolesOfAFieldsParts) {
                                   {"kind":"light","in_table":[0,0,1]},
                                   {"kind":"custom","role":"induced","in_table":[1,0,0]}])");
   file["table"].erase("slope");
-  const Experiment experiment = parse_experiment(file.dump(), "dir/e.json");
+  const Experiment experiment = parse_experiment(file.dump(), "dir/e.json").experiment;
   EXPECT_EQ(experiment.field.role, FieldRole::local);
-  EXPECT_FALSE(is_made_on_table(experiment.field));
-  EXPECT_TRUE(is_made_on_table(experiment.field.others[0]));
-  EXPECT_TRUE(is_made_on_table(experiment.field.others[1]));
+  EXPECT_FALSE(experiment.field.is_induced());
+  EXPECT_TRUE(experiment.field.others[0].is_induced());
+  EXPECT_TRUE(experiment.field.others[1].is_induced());
   const FieldDescription field = make_field_description(experiment);
   EXPECT_FALSE(field.parts[0].set_by_level);
   EXPECT_TRUE(field.parts[1].set_by_level);
   file["field"][0]["role"] = "mine";
   EXPECT_THAT(experiment_complaint(file), HasSubstr("/field/0/role: 'mine' is not known"));
+}
+
+// What is written is what was read, with every key that there is.
+TEST(ExperimentJson, ComesBackAsItWas) {
+  json file = whole_experiment();
+  file["also"] = "gravity";
+  file["nominal_sensitivity"] = 2.5;
+  file["noise_ratio"] = {1.0, 2.0};
+  file["uncertainty"] = {{"resolution", 1e-3}, {"temperature", 0.1}};
+  file["temperature"] = {{"order", "auto"}, {"reference", 21.5}};
+  file["drift"] = "none";
+  file["mistakes"] = false;
+  file["slot"] = "L";
+  file["limits"] = "l.json";
+  file["process"] = {{"mean_square", {1e-8, 2e-8}}, {"degrees_of_freedom", 4}, {"records", 3}};
+  const std::vector<json> fields = {
+      json::parse(R"({"kind": "gravity", "unit": "m/s^2", "in_table": [0, 0.1, 9.8]})"),
+      json::parse(R"({"kind": "light", "source": "sun", "refraction": true})"),
+      json::parse(R"([{"kind": "geomagnetic", "model": "wmm2025", "magnitude": "unknown"},
+                      {"kind": "induced_magnetic", "name": "up", "coil": {"turns": 3,
+                       "current_A": 0.5, "size_m": 0.2, "shape": "merritt"}}])"),
+      json::parse(R"([{"kind": "light", "role": "local"},
+                      {"kind": "light", "magnitude": 2, "magnitude_u": 0.01,
+                       "lamps": [{"direction_in_table": [0, 1, 1], "irradiance": 2}]}])"),
+      json::parse(R"({"kind": "custom", "unit": "V/m", "in_enu": [1, 2, 3]})"),
+      json::parse(R"({"kind": "induced_rotation", "magnitude": 90})"),
+      json::parse(R"({"kind": "earth_rotation", "site": {"latitude_deg": 48}})")};
+  for (const json& field : fields) {
+    file["field"] = field;
+    file["table"] = {{"fence_azimuth_deg", 90}};
+    const ExperimentFile first = parse_experiment(file.dump(), "e.json");
+    const std::string text = experiment_json(first.experiment, first.paths);
+    const ExperimentFile second = parse_experiment(text, "e.json");
+    EXPECT_EQ(experiment_json(second.experiment, second.paths), text);
+    const json written = json::parse(text);
+    for (const auto& [key, value] : file.items()) {
+      EXPECT_TRUE(written.contains(key) || key == "level_by") << key << " of " << field;  // usual
+    }
+    EXPECT_EQ(second.experiment.field.parts().size(), first.experiment.field.parts().size());
+  }
+}
+
+TEST(ExperimentJson, WritesNothingThatIsNotStated) {
+  Experiment experiment;
+  experiment.instrument.kind = "accelerometer";
+  experiment.field = GravityField();
+  const json written = json::parse(experiment_json(experiment));
+  EXPECT_EQ(written.size(), 4U);  // format, version, instrument, field
 }
 
 TEST(ParseExperiment, SuggestsTheNearKey) {
@@ -111,7 +161,7 @@ TEST(ParseExperiment, RefusesWrongValues) {
 TEST(ParseExperiment, TakesTheLimitsRelativeToItself) {
   json file = whole_experiment();
   file["limits"] = "l.json";
-  EXPECT_EQ(parse_experiment(file.dump(), "dir/e.json").limits, "dir/l.json");
+  EXPECT_EQ(parse_experiment(file.dump(), "dir/e.json").paths.limits, "dir/l.json");
   file["limits"] = 3;
   EXPECT_THAT(experiment_complaint(file), HasSubstr("/limits"));
 }
@@ -119,7 +169,7 @@ TEST(ParseExperiment, TakesTheLimitsRelativeToItself) {
 TEST(MakeFieldDescription, FindsTheMagnitude) {
   Experiment experiment;
   experiment.instrument.kind = "accelerometer";
-  experiment.field.kind = "gravity";
+  experiment.field.of = make_field("gravity");
   EXPECT_EQ(make_field_description(experiment).magnitude, 1.0);
   EXPECT_EQ(make_field_description(experiment).unit, "g");
   experiment.field.in_table = Eigen::Vector3d(0.0, 3.0, 4.0);
@@ -127,20 +177,20 @@ TEST(MakeFieldDescription, FindsTheMagnitude) {
   experiment.field.magnitude = 6.0;
   EXPECT_EQ(make_field_description(experiment).magnitude, 6.0);
   const auto field = [](const char* kind, const char* unit) {
-    FieldSetup setup;
-    setup.kind = kind;
+    FieldSetup setup(make_field(kind));
     setup.unit = unit;
     return setup;
   };
   experiment.field = field("gravity", "m/s^2");
   EXPECT_THROW(static_cast<void>(make_field_description(experiment)), SetupError);
-  experiment.field.site = Site{.latitude_deg = 90.0};
+  experiment.table.site = Site{.latitude_deg = 90.0};
   EXPECT_NEAR(make_field_description(experiment).magnitude, 9.8321849379, 1e-9);
   experiment.field = field("custom", "nT");
   EXPECT_THROW(static_cast<void>(make_field_description(experiment)), SetupError);
   experiment.field.unit = "";
   EXPECT_EQ(make_field_description(experiment).magnitude, 1.0);
-  for (const char* kind : {"", "gravty", "geomagnetic"}) {
+  EXPECT_THROW(static_cast<void>(make_field("gravty")), SetupError);
+  for (const char* kind : {"", "geomagnetic"}) {
     experiment.field = field(kind, "");
     EXPECT_THROW(static_cast<void>(make_field_description(experiment)), SetupError);
   }
@@ -150,12 +200,12 @@ TEST(MakeFieldDescription, FindsTheMagnitude) {
 
 TEST(MakeFieldDescription, TiltsTheFieldByTheKnownSlope) {
   Experiment experiment;
-  experiment.field.kind = "gravity";
-  experiment.slope = {0.01, -0.02};
-  experiment.fence_azimuth_rad = 1.0;
+  experiment.field.of = make_field("gravity");
+  experiment.table.slope = {0.01, -0.02};
+  experiment.table.fence_azimuth_rad = 1.0;
   const Eigen::Vector3d in_table = *make_field_description(experiment).in_table;
   EXPECT_MATRIX_NEAR(in_table, Eigen::Vector3d(0.01, -0.02, std::sqrt(1.0 - 5e-4)), 1e-15);
-  experiment.slope = {1.0, 0.1};
+  experiment.table.slope = {1.0, 0.1};
   EXPECT_THROW(static_cast<void>(make_field_description(experiment)), SetupError);
 }
 
@@ -182,7 +232,7 @@ TEST(ChooseMethod, FollowsTheContract) {
 TEST(FieldDescription, IsWorkedOutForEachKind) {
   for (const FieldKind& kind : field_kinds()) {
     Experiment experiment;
-    experiment.field.kind = kind.name;
+    experiment.field.of = make_field(kind.name);
     experiment.field.in_table = Eigen::Vector3d(0.0, 3.0, 4.0);
     const FieldDescription field = make_field_description(experiment);
     EXPECT_EQ(field.kind, kind.name);

@@ -23,7 +23,7 @@ CsvReader reader_of(const std::string& text) {
           "run.csv"};
 }
 
-ObservationsTable read(const std::string& text, const ObservationColumns& columns = {}) {
+axiscal::Run read(const std::string& text, const ObservationColumns& columns = {}) {
   CsvReader csv = reader_of(text);
   return read_observations(csv, columns);
 }
@@ -38,7 +38,7 @@ std::string csv_complaint(const std::string& text, const ObservationColumns& col
 }
 
 TEST(ReadObservations, TakesColumnsInAnyOrder) {
-  const ObservationsTable table = read(
+  const axiscal::Run table = read(
       "operator,z,fence,y,REST,x,rest,temperature,time,block,run,level\n"
       "A,3,Y-,2,?,1,+x,21.5,2026-11-20T00:00:10Z,2,7,-1\n");
   EXPECT_THAT(table.ignored_columns, ElementsAre("operator", "REST"));
@@ -53,17 +53,17 @@ TEST(ReadObservations, TakesColumnsInAnyOrder) {
 }
 
 TEST(ReadObservations, TakesFieldsInsteadOfLabels) {
-  const ObservationsTable table = read("fx,fy,fz,x,y,z\n0,0,1,1,2,3\n");
+  const axiscal::Run table = read("fx,fy,fz,x,y,z\n0,0,1,1,2,3\n");
   EXPECT_EQ(*table.observations.readings[0].field_in_sensor, Eigen::Vector3d(0.0, 0.0, 1.0));
   EXPECT_FALSE(table.observations.readings[0].point);
   // Axes that are called so are responses.
-  const ObservationsTable forces =
+  const axiscal::Run forces =
       read("rest,fence,fx,fy,fz\n+X,+Y,1,2,3\n", {.axes = {"fx", "fy", "fz"}});
   EXPECT_FALSE(forces.observations.readings[0].field_in_sensor);
 }
 
 TEST(ReadObservations, TakesWhatSpreadsheetsMake) {
-  const ObservationsTable table = read(
+  const axiscal::Run table = read(
       "\xEF\xBB\xBF# by hand\r\n\"rest\",\"fence\", x , y,z,samples,x_sd,y_sd,z_sd,serial\r\n"
       "\r\n\"+X\",Y+,\"1.5\", -2 ,+3e0,10,1,2,3,\"QA,1\"\r\n");
   EXPECT_EQ(table.observations.response, Eigen::RowVector3d(1.5, -2.0, 3.0));
@@ -123,7 +123,7 @@ TEST(ObservationsCsv, ComesBack) {
   const Calibration truth = test::accelerometer_truth();
   const test::Run run{.replicates = 2, .noise_sd = 0.1};
   const Observations observations = test::observe(truth, run);
-  const ObservationsTable table = read(test::observations_text(truth, run));
+  const axiscal::Run table = read(test::observations_text(truth, run));
   EXPECT_EQ(table.observations.response, observations.response);
   for (std::size_t i = 0; i < 24; ++i) {
     EXPECT_EQ(table.observations.readings[i].point, observations.readings[i].point);
@@ -141,7 +141,7 @@ TEST(RunSheetCsv, CanBeTheDesignOfAnother) {
   CsvReader with_level = reader_of(run_sheet_csv(make_run_sheet(design, 1, 3)));
   double sum = 0.0;
   for (const DesignEntry& entry : read_design(with_level)) {
-    sum += entry.level;
+    sum += entry.level.of_all();
   }
   EXPECT_EQ(sum, 4.5);
   CsvReader empty = reader_of("rest,fence\n");

@@ -103,7 +103,7 @@ TEST(Budget, HasTheLevelnessAsRefitsShowIt) {
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(12);
   for (int j = 0; j < 2; ++j) {
     Experiment tilted = experiment;
-    tilted.slope(j) = 1e-4;
+    tilted.table.slope(j) = 1e-4;
     const Calibration other = calibrate(tilted, observations);
     for (Eigen::Index k = 0; k < 3; ++k) {
       squares(4 * k) += std::pow(other.response.bias(k) - result.response.bias(k), 2);

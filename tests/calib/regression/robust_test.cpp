@@ -41,7 +41,7 @@ TEST_P(RobustCalibration, ResistsAnOutlierAndCostsLittleWithout) {
   Experiment experiment = experiment_for(truth);
   experiment.method = GetParam();
   if (GetParam() == Method::known) {
-    experiment.slope = {0.002, -0.001};
+    experiment.table.slope = {0.002, -0.001};
   }
   Observations observations =
       observe(truth, {.replicates = 3, .slope = {0.002, -0.001}, .noise_sd = 1e-4, .seed = 5});

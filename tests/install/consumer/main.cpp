@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
   truth.response.sensitivity = Eigen::Matrix3d::Identity();
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
-  experiment.field.kind = "gravity";
+  experiment.field = axiscal::GravityField();
   const axiscal::Calibration calibration = axiscal::calibrate(
       experiment,
       axiscal::simulate(truth, axiscal::make_run_sheet(axiscal::standard_design(12), 1, 1)));

@@ -147,7 +147,7 @@ struct SessionView {
   std::vector<SessionAlarm> alarms;
   std::vector<int> suspects;            ///< runs that look wrong by what came after them
   std::vector<std::string> result;      ///< at the end: verdict and warnings
-  std::optional<double> present_level;  ///< of the field at the last reading
+  std::optional<FieldLevel> present_level;  ///< of the field at the last reading
 };
 
 /// The engine of a guided calibration: samples and commands go in, a view and events come out. It

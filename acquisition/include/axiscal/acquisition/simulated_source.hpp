@@ -13,6 +13,7 @@
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/instruments/instrument.hpp"
+#include "axiscal/field/table_field.hpp"
 
 namespace axiscal {
 
@@ -78,7 +79,8 @@ class SimulatedSource final : public Source {
   double time_s_ = 0.0;
   double started_s_ = -1.0;  // when it began, by the clock on the wall
   std::optional<DesignEntry> wanted_;
-  double level_ = 1.0;
+  FieldLevel level_;
+  TableField in_table_;  // the field as it is stated
   DesignPoint lies_{Face::minus_z, Face::plus_y};
   Eigen::Quaterniond from_ = Eigen::Quaterniond::Identity();  // table from positioner
   Eigen::Quaterniond to_ = Eigen::Quaterniond::Identity();

@@ -15,15 +15,18 @@ constexpr std::array wrong_level_advice = {
                   .one = "Check what the field was set to, or take the reading again."}};
 
 void explain_by_level(const SuspectRun& run, std::size_t i, Explanations& found) {
-  std::set<double> levels;
+  std::set<FieldLevel> levels;
   for (const Reading& reading : run.set().readings) {
     levels.insert(reading.level);
   }
-  if (!run.set().field.level_can_be_set() || (levels.size() == 1 && *levels.begin() == 1.0)) {
+  if (!run.set().field.level_can_be_set() ||
+      (levels.size() == 1 && *levels.begin() == FieldLevel(1.0))) {
     return;
   }
-  levels.insert({-1.0, 0.0, 1.0});
-  for (const double level : levels) {
+  if (!run.set().readings[i].level.differs_by_part()) {
+    levels.insert({-1.0, 0.0, 1.0});
+  }
+  for (const FieldLevel& level : levels) {
     if (level == run.set().readings[i].level) {
       continue;
     }
@@ -31,11 +34,11 @@ void explain_by_level(const SuspectRun& run, std::size_t i, Explanations& found)
     set.readings[i].level = level;
     Correction correction = about(run, WarningCode::wrong_level, {i});
     correction.levels = {{run.run_of(i), level}};
-    found.add(run.fitter().fit(set), {},
-              static_cast<double>(run.n()) * static_cast<double>(levels.size() - 1),
-              std::move(correction),
-              formatted("at level {} instead of {}", number_text(level),
-                        number_text(run.set().readings[i].level)));
+    found.add(
+        run.fitter().fit(set), {},
+        static_cast<double>(run.n()) * static_cast<double>(levels.size() - 1),
+        std::move(correction),
+        formatted("at level {} instead of {}", level.text(), run.set().readings[i].level.text()));
   }
 }
 

@@ -44,6 +44,7 @@ class JsonValue {
   [[nodiscard]] bool boolean() const;
   [[nodiscard]] std::string text() const;
   [[nodiscard]] bool is_array() const { return value_->is_array(); }
+  [[nodiscard]] bool is_object() const { return value_->is_object(); }
   [[nodiscard]] bool is_text() const { return value_->is_string(); }
   [[nodiscard]] Eigen::VectorXd vector(std::optional<Eigen::Index> size = {}) const;  ///< finite
   [[nodiscard]] Eigen::VectorXd vector_or_nan(std::optional<Eigen::Index> size = {}) const;
@@ -63,6 +64,9 @@ class JsonValue {
 
   /// Runs a check of this value; a DomainError of it becomes this value's complaint.
   void check(const std::function<void()>& check_value) const;
+
+  /// @return the value as JSON, e.g. to be read as a file of its own.
+  [[nodiscard]] std::string dump() const { return value_->dump(); }
 
   [[noreturn]] void fail(std::string_view what) const;
   [[nodiscard]] const std::string& path() const { return path_; }

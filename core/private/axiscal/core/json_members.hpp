@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -75,24 +76,47 @@ class JsonMembers {
     }
   }
 
+  /// Members of the object that are not among these are typing errors.
+  void allow_keys(std::span<const std::string_view> keys) const {
+    if (reads()) {
+      from_->allow_keys(keys);
+    }
+  }
+
   /// The same, not written where it is what it usually is.
   void flag_unless(const char* key, bool& flag, bool usual) { value_if(flag != usual, key, flag); }
 
   /// A member that is one of some names; nothing is an empty one.
   /// @param name_of  the name of a value; @param parse  the value of a name, or nothing.
+  /// @param known    the names for a complaint; may be left out.
   template <typename Value, typename NameOf, typename Parse>
-  void choice(const char* key, Value& value, NameOf name_of, Parse parse) {
+  void choice(
+      const char* key, Value& value, NameOf name_of, Parse parse, std::string_view known = {}) {
     std::string name(name_of(value));
     this->value(key, name);
-    choose(key, name, value, parse);
+    choose(key, name, value, parse, known);
   }
 
   /// The same, not written where it is nothing.
   template <typename Value, typename NameOf, typename Parse>
-  void choice_if_any(const char* key, Value& value, NameOf name_of, Parse parse) {
+  void choice_if_any(
+      const char* key, Value& value, NameOf name_of, Parse parse, std::string_view known = {}) {
     std::string name(name_of(value));
     value_if_any(key, name);
-    choose(key, name, value, parse);
+    choose(key, name, value, parse, known);
+  }
+
+  /// The same, not written where it is what it usually is.
+  template <typename Value, typename NameOf, typename Parse>
+  void choice_unless(const char* key,
+                     Value& value,
+                     Value usual,
+                     NameOf name_of,
+                     Parse parse,
+                     std::string_view known = {}) {
+    if (reads() ? from_->find(key).has_value() : value != usual) {
+      choice(key, value, name_of, parse, known);
+    }
   }
 
   /// A number that is always written; what is absent in a file is NaN.
@@ -245,13 +269,15 @@ class JsonMembers {
 
  private:
   template <typename Value, typename Parse>
-  void choose(const char* key, const std::string& name, Value& value, Parse parse) {
+  void choose(
+      const char* key, const std::string& name, Value& value, Parse parse, std::string_view known) {
     if (!reads() || name.empty()) {
       return;
     }
     const auto parsed = parse(name);
     if (!parsed) {
-      from_->at(key).fail("'" + name + "' is not known to this version");
+      from_->at(key).fail("'" + name + "' is not known to this version" +
+                          (known.empty() ? "" : "; known: " + std::string(known)));
     }
     value = *parsed;
   }

@@ -10,6 +10,9 @@ namespace axiscal {
 /// Any constant field, given as a vector: a coil's, a lamp's, one that was measured.
 class CustomField final : public ReferenceField {
  public:
+  /// Of which the experiment states magnitude or vector; else one in units of itself.
+  CustomField() = default;
+
   /// @param value_in_enu  the field [unit], frame enu; not zero.
   /// @param unit          any text; "1" for a field in units of itself.
   /// @throws DomainError  if the vector is zero or not finite.
@@ -18,10 +21,17 @@ class CustomField final : public ReferenceField {
   [[nodiscard]] Eigen::Vector3d value_in_enu() const override { return value_in_enu_; }
   [[nodiscard]] std::string_view unit() const override { return unit_; }
   [[nodiscard]] std::string_view kind() const override { return "custom"; }
+  [[nodiscard]] bool is_induced() const override { return !has_value(); }
+
+  void state(FieldSetup& setup) const override;
+  void resolve(FieldResolver& of) const override;
+  void members(JsonMembers& io) override;
 
  private:
-  Eigen::Vector3d value_in_enu_;
-  std::string unit_;
+  [[nodiscard]] bool has_value() const { return value_in_enu_.norm() > 0.0; }
+
+  Eigen::Vector3d value_in_enu_ = Eigen::Vector3d::Zero();
+  std::string unit_ = "1";
 };
 
 }  // namespace axiscal

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "axiscal/field/reference_field.hpp"
@@ -14,6 +15,9 @@ inline constexpr double earth_rate_rad_per_s = 7.292115e-5;
 /// The Earth's rotation at a site: w (0, cos latitude, sin latitude).
 class EarthRotationField final : public ReferenceField {
  public:
+  /// At the table's place.
+  EarthRotationField() = default;
+
   /// @param site  latitude counts.
   /// @param unit  "rad/s", "deg/s" or "deg/h".
   /// @throws DomainError  for a bad site or unit.
@@ -23,9 +27,14 @@ class EarthRotationField final : public ReferenceField {
   [[nodiscard]] std::string_view unit() const override { return unit_; }
   [[nodiscard]] std::string_view kind() const override { return "earth_rotation"; }
 
+  void state(FieldSetup& setup) const override;
+  void resolve(FieldResolver& of) const override;
+  void members(JsonMembers& io) override;
+
  private:
-  Eigen::Vector3d value_;
+  Eigen::Vector3d value_ = Eigen::Vector3d::Zero();
   std::string unit_;
+  std::optional<Site> site_;  // its own, instead of the table's
 };
 
 }  // namespace axiscal

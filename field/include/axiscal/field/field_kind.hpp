@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
-#include "axiscal/core/version.hpp"
+#include "axiscal/field/reference_field.hpp"
 
 namespace axiscal {
 
-/// What is special to a kind of field: one entry for each, as InstrumentKind is for instruments.
-/// Who needs to know something of a kind asks for it here by what it is about, not by the name.
+/// What is special to a kind of field, and how one is made: one entry for each, as InstrumentKind
+/// is for instruments. Who needs to know something of a kind asks for it here by what it is about,
+/// not by the name.
 struct FieldKind {
   std::string_view name;
   std::span<const std::string_view> units;  ///< its default first; empty: any text
@@ -18,12 +22,32 @@ struct FieldKind {
   bool along_normal = false;  ///< lies along the normal of a level table
   bool rotation = false;      ///< an angular rate: what does not turn reads none of it
   bool dated = false;         ///< changes over the years, as its model says
+  std::span<const std::string_view> members;  ///< that files have for it alone, as "model"
+  /// A field of this kind of which nothing is stated yet; null for a kind that is not in files.
+  std::shared_ptr<ReferenceField> (*make)() = nullptr;
 };
 
-/// @return all that come with the library.
+/// @return the function that FieldKind::make wants.
+template <typename Field>
+[[nodiscard]] constexpr auto maker_of() {
+  return +[]() -> std::shared_ptr<ReferenceField> { return std::make_shared<Field>(); };
+}
+
+/// @return all kinds: those that come with the library, then those that were added.
 [[nodiscard]] std::span<const FieldKind> field_kinds();
+
+/// Adds a kind of the user's own, so that files and options can state it. Its texts must live as
+/// long as the program. Call it before any field is read, not while other threads read some.
+/// @throws DomainError  if there is a kind of that name.
+void add_field_kind(const FieldKind& kind);
 
 /// @return the kind of that name; of a user's own, or of a sum, one that nothing is known of.
 [[nodiscard]] const FieldKind& field_kind(std::string_view name);
+
+/// @throws SetupError  for a kind of field that is not known; the message lists the kinds.
+void check_field_kind(std::string_view kind);
+
+/// @return the names of all kinds, for messages: "gravity, geomagnetic, ...".
+[[nodiscard]] std::string list_of_field_kinds();
 
 }  // namespace axiscal

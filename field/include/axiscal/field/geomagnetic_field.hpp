@@ -73,6 +73,9 @@ class GeomagneticModel {
 /// @endcode
 class GeomagneticField final : public ReferenceField {
  public:
+  /// By the built-in model, at the table's place and date.
+  GeomagneticField() = default;
+
   /// @param site   where.
   /// @param year   decimal year.
   /// @param model  whose it is.
@@ -89,10 +92,17 @@ class GeomagneticField final : public ReferenceField {
   [[nodiscard]] std::string_view kind() const override { return "geomagnetic"; }
   [[nodiscard]] double magnitude_uncertainty() const override { return magnitude_u_; }
 
+  void state(FieldSetup& setup) const override;
+  void resolve(FieldResolver& of) const override;
+  void members(JsonMembers& io) override;
+
  private:
-  Eigen::Vector3d value_;
+  Eigen::Vector3d value_ = Eigen::Vector3d::Zero();
   std::string unit_;
   double magnitude_u_ = 0.0;
+  std::optional<Site> site_;  // its own, instead of the table's
+  double year_ = 0.0;         // of its own site
+  std::string model_ = "wmm2025";
 };
 
 }  // namespace axiscal

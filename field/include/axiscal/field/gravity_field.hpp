@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "axiscal/field/reference_field.hpp"
@@ -57,10 +58,22 @@ class GravityField final : public ReferenceField {
   [[nodiscard]] std::string_view kind() const override { return "gravity"; }
   [[nodiscard]] double magnitude_uncertainty() const override { return magnitude_u_; }
 
+  void state(FieldSetup& setup) const override;
+  void resolve(FieldResolver& of) const override;
+  void members(JsonMembers& io) override;
+
  private:
   double magnitude_ = 1.0;
   std::string unit_ = "g";
   double magnitude_u_ = 0.0;
+  bool is_measured_ = false;  // a magnitude was stated
+  std::optional<Site> site_;  // its own, instead of the table's
+  std::string model_ = "wgs84";
 };
+
+/// @return local gravity as the unit, 1 g.
+[[nodiscard]] inline GravityField gravity() {
+  return GravityField();
+}
 
 }  // namespace axiscal

@@ -1,26 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include <Eigen/Core>
 
+#include "axiscal/field/table_place.hpp"
+
 namespace axiscal {
 
-/// What the world offers to calibrate against: a known vector at a site.
+class FieldResolver;
+class JsonMembers;
+struct FieldSetup;
+
+/// What the world offers to calibrate against: gravity, the geomagnetic field, a lamp's light.
 ///
-/// Any field whose direction is fixed in the room will do. Derive from this class to calibrate
-/// against a field of your own: a calibration asks for nothing but these functions.
+/// `experiment.field = GeomagneticField(site, 2026.5)`. Any field whose direction is fixed in the
+/// room will do, and one that moves if it says how. Derive from this class to calibrate against a
+/// field of your own: a calibration asks for nothing but the functions of the first group. Those of
+/// the second are for a kind that files can state too (docs/howto.md, "Add a field").
 class ReferenceField {
  public:
   ReferenceField() = default;
   virtual ~ReferenceField() = default;
 
-  /// @return the field [unit()], frame enu (east, north, up at the site).
+  // ---- what every field says ----
+
+  /// @return the field [unit()], frame enu (east, north, up at the site); zero where it is not
+  ///         known without the table's place.
   [[nodiscard]] virtual Eigen::Vector3d value_in_enu() const = 0;
 
-  /// @return whether value_in_enu_at() changes from reading to reading, as with the sun's place.
+  /// @return the unit of value_in_enu(), e.g. "m/s^2"; it becomes part of the record. Empty: the
+  ///         first of its kind's.
+  [[nodiscard]] virtual std::string_view unit() const = 0;
+
+  /// @return the kind of field as records name it, e.g. "gravity".
+  [[nodiscard]] virtual std::string_view kind() const = 0;
+
+  /// @return whether the field changes from reading to reading, as with the sun's place.
   [[nodiscard]] virtual bool moves() const { return false; }
+
+  /// @return whether a field that moves asks for times in UTC; else any clock will do that the
+  ///         readings have too.
+  [[nodiscard]] virtual bool needs_utc() const { return true; }
 
   /// @param time_s  seconds since 1970-01-01, UTC.
   /// @return the field then [unit()], frame enu; of a field that does not move value_in_enu(). Its
@@ -28,12 +51,6 @@ class ReferenceField {
   [[nodiscard]] virtual Eigen::Vector3d value_in_enu_at([[maybe_unused]] double time_s) const {
     return value_in_enu();
   }
-
-  /// @return the unit of value_in_enu(), e.g. "m/s^2"; it becomes part of the record.
-  [[nodiscard]] virtual std::string_view unit() const = 0;
-
-  /// @return the kind of field as records name it, e.g. "gravity".
-  [[nodiscard]] virtual std::string_view kind() const = 0;
 
   /// @return length of value_in_enu() [unit()].
   [[nodiscard]] virtual double magnitude() const { return value_in_enu().norm(); }
@@ -44,6 +61,30 @@ class ReferenceField {
   /// @return whether the field is made on the table: value_in_enu() is then its value in the table
   ///         wherever that stands, and a reading's `level` the multiple of it that was set.
   [[nodiscard]] virtual bool is_induced() const { return false; }
+
+  // ---- what a kind that is stated in files says besides ----
+
+  /// States in an experiment's setup what this field knows of itself; as it comes, nothing, and
+  /// resolve() asks the functions above.
+  virtual void state([[maybe_unused]] FieldSetup& setup) const {}
+
+  /// Finds what the field is in the table by what is stated of it. As it comes, the value above
+  /// counts, and no other may be stated beside it.
+  /// @throws SetupError, RefusedError  as resolve_field().
+  virtual void resolve(FieldResolver& of) const;
+
+  /// @return where a field that moves points in the table at a time [any unit]; as it comes, by
+  ///         value_in_enu_at() and how the table lies.
+  /// @throws SetupError  where that is not stated.
+  [[nodiscard]] virtual Eigen::Vector3d moving_in_table(const TablePlace& place,
+                                                        double time_s) const;
+
+  /// @return what moves, for messages: "the field NAME", "the sun's place".
+  [[nodiscard]] virtual std::string moving_name() const;
+
+  /// The members that files have for this kind besides those of every field, by one table for
+  /// reading and writing.
+  virtual void members([[maybe_unused]] JsonMembers& io) {}
 
  protected:
   ReferenceField(const ReferenceField&) = default;

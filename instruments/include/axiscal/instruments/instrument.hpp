@@ -51,6 +51,14 @@ struct Instrument {
   [[nodiscard]] Eigen::Index axis_count() const { return static_cast<Eigen::Index>(axes.size()); }
 };
 
+/// @return an instrument of a kind with three axes x, y, z.
+/// @param unit  of its readings, any text.
+[[nodiscard]] Instrument accelerometer(const std::string& unit);
+[[nodiscard]] Instrument inclinometer(const std::string& unit);
+[[nodiscard]] Instrument magnetometer(const std::string& unit);
+[[nodiscard]] Instrument gyroscope(const std::string& unit);
+[[nodiscard]] Instrument optical(const std::string& unit);
+
 /// Takes axes as users write them: "x", or "d=p-n" for the difference of two columns.
 /// @param instrument  its axes and differences are set.
 /// @throws DomainError  for a text that is neither, or names as check_axes().

@@ -45,7 +45,7 @@ struct CalibratedInstrument {
 };
 
 /// What users of a kind of instrument call its calibration: some numbers under a name.
-struct Quantity {
+struct KindQuantity {
   std::string name;            ///< "hard_iron", "responsivity", "dip_to_table_deg", ...
   std::string of;              ///< the axis or component that it is of; may be empty
   std::vector<double> values;  ///< one, or one for each component
@@ -83,7 +83,7 @@ struct InstrumentKind {
   bool answers_to_gravity = false;  ///< beside its own field it often does
 
   /// What the record and the summary show besides bias and sensitivity; null for nothing.
-  std::vector<Quantity> (*describe)(const CalibratedInstrument& calibrated) = nullptr;
+  std::vector<KindQuantity> (*describe)(const CalibratedInstrument& calibrated) = nullptr;
 };
 
 /// @return all kinds that are known: those of this version, then those that were added.

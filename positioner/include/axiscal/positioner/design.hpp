@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "axiscal/field/field_level.hpp"
 #include "axiscal/positioner/design_point.hpp"
 
 namespace axiscal {
@@ -12,7 +13,7 @@ namespace axiscal {
 /// One point of an experiment: how the cube lies, and at which multiple of an induced field.
 struct DesignEntry {
   DesignPoint point;
-  double level = 1.0;
+  FieldLevel level;
 };
 
 /// The standard designs.

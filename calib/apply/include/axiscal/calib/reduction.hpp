@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -67,6 +68,14 @@ struct ReducedReading {
   DerivedValues derived;      ///< as the kind of instrument says; likewise
   bool determined = true;     ///< false: fewer than three one-sided axes see the light
   bool extrapolated = false;  ///< the temperature is outside the calibrated range
+  std::span<const std::string_view> derived_names;  ///< of the values in `derived`
+
+  /// @param name  "x", "y", "z" of the field, "residual", or of what the kind of instrument
+  /// derives,
+  ///              as "pitch_deg".
+  /// @return that number.
+  /// @throws DomainError  for another name; the message lists them.
+  [[nodiscard]] double operator[](std::string_view name) const;
 };
 
 /// What a reading of one axis says where there are fewer than three.
@@ -126,6 +135,11 @@ class Reducer {
   [[nodiscard]] ReducedReading reduce(std::span<const double> readings,
                                       const Eigen::Vector3d* up = nullptr,
                                       std::optional<double> temperature = {}) const;
+
+  /// The same in short: `reduce(volts)["pitch_deg"]`.
+  [[nodiscard]] ReducedReading operator()(std::span<const double> readings) const {
+    return reduce(readings);
+  }
 
   /// @return whether the record has temperature terms, so that reduce() needs a temperature.
   [[nodiscard]] bool needs_temperature() const { return temperature_.has_value(); }

@@ -8,6 +8,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/calib/run.hpp"
 
 namespace axiscal {
 
@@ -27,7 +28,7 @@ namespace axiscal {
 /// @code
 /// axiscal::Experiment experiment;
 /// experiment.instrument = {.kind = "accelerometer", .unit = "V"};
-/// experiment.field.kind = "gravity";
+/// experiment.field = axiscal::GravityField();
 /// const axiscal::Calibration calibration = axiscal::calibrate(experiment, observations);
 /// @endcode
 ///
@@ -64,5 +65,17 @@ namespace axiscal {
 /// times. Calibration::corrections and notes say what was done.
 [[nodiscard]] Calibration calibrate_with_suggestions(Experiment experiment,
                                                      Observations observations);
+
+/// A run of one instrument in one field, with all else as it usually is.
+///
+/// @code
+/// const axiscal::Run run = axiscal::read_run("run.csv");
+/// const axiscal::Calibration cal =
+///     axiscal::calibrate(run, axiscal::accelerometer("V"), axiscal::gravity());
+/// @endcode
+///
+/// @param instrument  where its axes are x, y, z, those of the run count.
+/// @throws SetupError  for a run of several instruments; else as calibrate().
+[[nodiscard]] Calibration calibrate(const Run& run, Instrument instrument, FieldSetup field);
 
 }  // namespace axiscal

@@ -6,7 +6,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
-#include "axiscal/calib/run_readings.hpp"
+#include "axiscal/calib/run.hpp"
 
 namespace axiscal {
 
@@ -18,7 +18,7 @@ enum class Suggestions {
 
 /// @return the slot of a single instrument: the stated one, or that of the positioner's only mount
 ///         (not of a reference instrument); empty where there is none, or columns state slots.
-[[nodiscard]] std::string slot_of(const Experiment& experiment, const RunReadings& run);
+[[nodiscard]] std::string slot_of(const Experiment& experiment, const Run& run);
 
 /// Calibrates what was read: one record, or one for each slot of an assembly; each with the files
 /// that it came from, and with notes on what was taken for granted about the mounts.
@@ -27,7 +27,7 @@ enum class Suggestions {
 /// @throws SetupError  if a slot is stated beside those of the columns, or suggestions are to be
 ///                     accepted for an assembly; else as calibrate(), calibrate_assembly().
 [[nodiscard]] std::vector<Calibration> calibrate_run(Experiment experiment,
-                                                     const RunReadings& run,
+                                                     const Run& run,
                                                      Suggestions suggestions = Suggestions::name);
 
 }  // namespace axiscal

@@ -19,7 +19,7 @@ class DeletionFit {
   /// @param set          with design points; must outlive it.
   /// @param fields       in the table, as fitted or given.
   /// @param known_field  whether they are given.
-  DeletionFit(const ReadingSet& set, const TableField::Vectors& fields, bool known_field);
+  DeletionFit(const ReadingSet& set, const TableField& field, bool known_field);
 
   /// How unlikely contrasts of some readings are by the others: for each axis F(q, nu_k) with the
   /// others' fit, its noise by axis iterated anew, and the axes put together by Fisher's method.

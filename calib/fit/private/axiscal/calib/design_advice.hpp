@@ -16,8 +16,7 @@ namespace axiscal {
 using RowsForPoint = std::function<Eigen::MatrixXd(const DesignPoint&, double level)>;
 
 /// Rows [1, f, second fields] for the fields in the table.
-[[nodiscard]] RowsForPoint rows_of_points(const ReadingSet& set,
-                                          const std::vector<Eigen::Vector3d>& fields);
+[[nodiscard]] RowsForPoint rows_of_points(const ReadingSet& set, const TableField& field);
 
 /// A short list of points that, added one after another, make a design determine all its columns.
 ///

@@ -5,31 +5,29 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/reading_source.hpp"
-#include "axiscal/calib/resolved_field.hpp"
 
 namespace axiscal {
 
 /// What a method gives, over temperature too where the set has its terms.
 /// @param method  paired, joint or known.
-[[nodiscard]] Estimate estimate_by(Method method,
-                                   const ReadingSet& set,
-                                   const std::vector<ResolvedPart>& parts,
-                                   bool by_field);
+[[nodiscard]] Estimate estimate_by(Method method, const ReadingSet& set, bool by_field);
 
 /// The same for one-sided axes: which rows an axis sees is decided by the fitted model, until it
 /// stays.
 /// @param seen  those rows.
 [[nodiscard]] Estimate estimate_one_sided(Method method,
                                           const ReadingSource& source,
-                                          const std::vector<ResolvedPart>& parts,
+                                          const std::vector<FieldDescription>& parts,
                                           AxisMask& seen);
 
 /// The fits of all temperature orders that the readings allow: 0, 1, ...
 /// @param source  on return it has the terms of the last order that was tried.
-[[nodiscard]] std::vector<TemperatureOrderTrial> try_orders(Method method,
-                                                            ReadingSource& source,
-                                                            const std::vector<ResolvedPart>& parts,
-                                                            bool by_field);
+[[nodiscard]] std::vector<TemperatureOrderTrial> try_orders(
+    Method method,
+    ReadingSource& source,
+    const std::vector<FieldDescription>& parts,
+    bool by_field);
 
 }  // namespace axiscal

@@ -12,14 +12,6 @@
 
 namespace axiscal {
 
-/// How a part of the field starts where its direction is fitted.
-struct FieldStart {
-  Eigen::Vector3d value = Eigen::Vector3d::UnitZ();  // its length is F
-  bool has_direction = true;                         // else any: several starts
-  // What decides between (S, f) and (-S, -f), which fit alike; else the sign expected of S.
-  Eigen::Vector3d sign_by = Eigen::Vector3d::Zero();
-};
-
 /// Whether the axes' responses bend.
 struct CurvatureTest {
   double p_value = 1.0;   // that they seem to bend so much by chance
@@ -41,8 +33,7 @@ struct Estimate {
   Eigen::MatrixXd temperature_bias;     // m x order, method.md, section 6
   Eigen::MatrixXd temperature_scale;
   Eigen::MatrixXd effects;  // e x m: what the columns of the run's effects came to
-  // In the table, one for each levelness (of a sum: for each part); empty: as readings.
-  std::vector<Eigen::Vector3d> fields;
+  TableField field;         // as fitted; without vectors: as the readings bring it
   FitStatistics statistics;
   std::optional<Levelness> levelness;
   std::optional<Eigen::Matrix3d> field_covariance;  // joint: of the fields' mean
@@ -72,14 +63,13 @@ struct PairedDesign {
 };
 [[nodiscard]] PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table);
 
-/// All readings, the field's direction in the table unknown (method.md, section 4).
-/// @param starts  one for each part.
-[[nodiscard]] Estimate estimate_joint(const ReadingSet& set, const std::vector<FieldStart>& starts);
+/// All readings, the field's direction in the table unknown (method.md, section 4). It starts from
+/// what is known of the set's field.
+[[nodiscard]] Estimate estimate_joint(const ReadingSet& set);
 
 /// The field known for each reading (method.md, section 4).
-/// @param in_table  the field, of a sum its parts; empty where the readings bring theirs.
-[[nodiscard]] Estimate estimate_known(const ReadingSet& set,
-                                      const std::vector<Eigen::Vector3d>& in_table);
+/// @param field  with its vectors; without them where the readings bring theirs.
+[[nodiscard]] Estimate estimate_known(const ReadingSet& set, const TableField& field);
 
 /// The set as it would have been read at the reference temperature, in the middle of the run.
 [[nodiscard]] ReadingSet at_reference(ReadingSet set, const Estimate& estimate);
@@ -88,7 +78,7 @@ struct PairedDesign {
 [[nodiscard]] ReadingSet without_unpaired(ReadingSet set, const Estimate& estimate);
 
 /// Takes what the columns of an axis's regression say into the estimate.
-void put_coefficients(const ReadingSet& set,
+void set_coefficients(const ReadingSet& set,
                       Eigen::Index axis,
                       const Eigen::VectorXd& coefficients,
                       Estimate& estimate);

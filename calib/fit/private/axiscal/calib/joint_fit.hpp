@@ -28,19 +28,19 @@ struct JointAxis {
 };
 
 struct JointState {
-  std::vector<Eigen::Vector3d> fields;  // in the table, one for each levelness or part
+  TableField field;  // in the table, one for each levelness or part
   std::vector<TableField::Tangents> tangents;
   std::vector<JointAxis> axes;
 
-  // The first of a field's columns among the directions.
-  [[nodiscard]] Eigen::Index first_direction(std::size_t field) const {
+  // The first of a vector's columns among the directions.
+  [[nodiscard]] Eigen::Index first_direction(std::size_t which) const {
     Eigen::Index first = 0;
-    for (std::size_t s = 0; s < field; ++s) {
+    for (std::size_t s = 0; s < which; ++s) {
       first += tangents[s].cols();
     }
     return first;
   }
-  [[nodiscard]] Eigen::Index direction_count() const { return first_direction(fields.size()); }
+  [[nodiscard]] Eigen::Index direction_count() const { return first_direction(field.size()); }
 };
 
 /// What the fitted directions cost.
@@ -69,7 +69,7 @@ class JointFit {
   JointFit(const ReadingSet& set, const Eigen::MatrixXd& weights) : set_(set), weights_(weights) {}
 
   /// b and S fitted for given fields.
-  [[nodiscard]] JointState at(const std::vector<Eigen::Vector3d>& fields) const;
+  [[nodiscard]] JointState at(const TableField& field) const;
 
   /// The fixed point sigma_k^2 = RSS_k / nu_k of a linearised problem, in which the residuals of
   /// each axis are linear in the step: the likelihood of what the coefficients leave (REML), by

@@ -11,6 +11,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/calib/run_effects.hpp"
+#include "axiscal/field/table_field.hpp"
 
 namespace axiscal {
 
@@ -36,7 +37,7 @@ struct ReadingSet {
   std::vector<Eigen::Matrix3d> field_then;
   std::vector<std::string> axes;            // m names
   std::vector<std::optional<int>> nominal;  // the component each axis is meant to sense; or empty
-  TableField field;
+  TableField field;                         // its parts and tilts; without vectors
   // Second fields, known in the table, which no level changes: three more columns each.
   std::vector<std::string> also_kinds;
   std::vector<Eigen::Vector3d> also_in_table;
@@ -88,11 +89,11 @@ struct ReadingSet {
                : Eigen::Matrix3d(rotation_sensor_from_table[reading] * field_then[reading]);
   }
 
-  // What a reading met, by the field's vectors; and what that changes with one of them.
+  // What a reading met of the field with its vectors; and what that changes with one of them.
   [[nodiscard]] Eigen::Vector3d field_in_table(Eigen::Index reading,
-                                               const TableField::Vectors& fields) const;
+                                               const TableField& field_at) const;
   [[nodiscard]] Eigen::Matrix3d field_change(Eigen::Index reading,
-                                             const TableField::Vectors& fields,
+                                             const TableField& field_at,
                                              std::size_t which) const;
 
   // Row [1, f, second fields] of a reading, by its rotation and the field in the table.
@@ -117,7 +118,6 @@ struct ReadingSet {
 
 /// Rows [1, f_i, second fields] of the regression for the fields in the table, or where there are
 /// none for those that the readings bring; n x base_column_count().
-[[nodiscard]] Eigen::MatrixXd field_design(const ReadingSet& set,
-                                           const std::vector<Eigen::Vector3d>& fields);
+[[nodiscard]] Eigen::MatrixXd field_design(const ReadingSet& set, const TableField& field);
 
 }  // namespace axiscal

@@ -10,7 +10,6 @@
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/calib/reading_set.hpp"
-#include "axiscal/calib/resolved_field.hpp"
 
 namespace axiscal {
 
@@ -36,7 +35,8 @@ class ReadingSource {
 
   /// The readings, with the weights of those that an axis does not see set to 0.
   /// @param seen  one row for each of rows(); empty: all that are not saturated.
-  [[nodiscard]] ReadingSet set(const std::vector<ResolvedPart>& parts, const AxisMask& seen) const;
+  [[nodiscard]] ReadingSet set(const std::vector<FieldDescription>& parts,
+                               const AxisMask& seen) const;
 
   /// From now on set() has temperature terms of this order.
   /// @param reference  t0; nothing: the mean of the readings that are used.
@@ -72,15 +72,14 @@ class ReadingSource {
   [[nodiscard]] std::optional<double> mean_time_s() const { return mean_time_s_; }
 
   /// @return the second fields, which are known in the table.
-  [[nodiscard]] const std::vector<ResolvedPart>& also() const { return also_; }
+  [[nodiscard]] const std::vector<FieldDescription>& also() const { return also_; }
 
   [[nodiscard]] bool by_field() const { return by_field_; }
 
   /// The field of a reading in the sensor's frame.
-  /// @param fields  as Estimate::fields.
+  /// @param fields  as Estimate::field.
   [[nodiscard]] Eigen::Vector3d field_in_sensor(const Reading& reading,
-                                                const FieldDescription& description,
-                                                const std::vector<Eigen::Vector3d>& fields) const;
+                                                const TableField& field) const;
 
  private:
   void find_also();
@@ -93,7 +92,7 @@ class ReadingSource {
   bool by_field_;
   Eigen::MatrixXd weights_;
   std::vector<std::size_t> rows_;
-  std::vector<ResolvedPart> also_;
+  std::vector<FieldDescription> also_;
   std::vector<int> blocks_;  // those of the readings used, where each has its own levelness
   AxisMask in_range_;
   std::optional<double> mean_time_s_;

@@ -16,11 +16,11 @@ namespace axiscal {
 /// How the field in the sensor changes with q unknowns; for each reading 3 x q.
 using FieldChanges = std::vector<Eigen::Matrix3Xd>;
 
-/// @return how it changes with a step along the tangents of the fields [rad]; the D tangents of all
-///         fields in their order.
+/// @return how it changes with a step along the tangents of the field [rad]; those of all its
+///         vectors in their order.
 [[nodiscard]] FieldChanges changes_with_directions(
     const ReadingSet& set,
-    const TableField::Vectors& fields,
+    const TableField& field,
     const std::vector<TableField::Tangents>& tangents);
 
 /// @return how an axis's readings change with the same unknowns, not weighted; n x q.
@@ -35,13 +35,5 @@ using FieldChanges = std::vector<Eigen::Matrix3Xd>;
 /// @return (n m) x (p m + q).
 [[nodiscard]] Eigen::MatrixXd stacked_by_axis(const std::vector<Eigen::MatrixXd>& own,
                                               const std::vector<Eigen::MatrixXd>& shared);
-
-/// The tangents of all fields, and the fields after a step along them.
-/// @param step  D entries [rad].
-[[nodiscard]] std::vector<TableField::Tangents> tangents_of_fields(
-    const ReadingSet& set, const TableField::Vectors& fields);
-[[nodiscard]] TableField::Vectors moved_fields(const TableField::Vectors& fields,
-                                               const std::vector<TableField::Tangents>& tangents,
-                                               const Eigen::VectorXd& step);
 
 }  // namespace axiscal

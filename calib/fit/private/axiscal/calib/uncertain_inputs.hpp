@@ -32,18 +32,17 @@ struct UncertainInput {
   std::string unit;        ///< what u is in
   Eigen::Index parts = 0;  ///< q independent errors of standard deviation 1
   /// How the field in the sensor changes with them, 3 x q, at one reading.
-  std::function<Eigen::Matrix3Xd(Eigen::Index, const std::vector<Eigen::Vector3d>&)> change;
+  std::function<Eigen::Matrix3Xd(Eigen::Index, const TableField&)> change;
 };
 
 /// The cube's face normals by their covariance; and, where the field is given, the table's slope
 /// and the field's direction by their stated uncertainties.
 ///
-/// @param set     must outlive the result.
-/// @param fields  in the table, as fitted or given; empty: there are none.
-[[nodiscard]] std::vector<UncertainInput> uncertain_inputs(
-    const Experiment& experiment,
-    const ReadingSet& set,
-    bool known_field,
-    const std::vector<Eigen::Vector3d>& fields);
+/// @param set    must outlive the result.
+/// @param field  as fitted or given; without vectors there are none.
+[[nodiscard]] std::vector<UncertainInput> uncertain_inputs(const Experiment& experiment,
+                                                           const ReadingSet& set,
+                                                           bool known_field,
+                                                           const TableField& field);
 
 }  // namespace axiscal

@@ -17,7 +17,7 @@ namespace axiscal {
 [[nodiscard]] UncertaintyBudget make_budget(const Experiment& experiment,
                                             const ReadingSet& set,
                                             const Calibration& calibration,
-                                            const std::vector<Eigen::Vector3d>& fields,
+                                            const TableField& field,
                                             std::vector<UncertaintySource> weighed);
 
 }  // namespace axiscal

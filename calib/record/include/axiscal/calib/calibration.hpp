@@ -9,10 +9,11 @@
 
 #include "axiscal/calib/choices.hpp"
 #include "axiscal/calib/correction.hpp"
-#include "axiscal/calib/table_field.hpp"
 #include "axiscal/calib/temperature.hpp"
 #include "axiscal/calib/uncertainty_budget.hpp"
 #include "axiscal/calib/verdict.hpp"
+#include "axiscal/field/field_description.hpp"
+#include "axiscal/field/field_level.hpp"
 #include "axiscal/field/site.hpp"
 #include "axiscal/instruments/instrument.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
@@ -20,27 +21,6 @@
 #include "axiscal/positioner/design_point.hpp"
 
 namespace axiscal {
-
-/// The reference field of a calibration.
-struct FieldDescription {
-  std::string kind;  ///< "gravity", "geomagnetic", ..., or a user's own; of a sum joined by "+"
-  std::string unit = "1";                   ///< what magnitude and in_table are in
-  double magnitude = 1.0;                   ///< F at level 1 [unit]
-  double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]; 0: not stated
-  std::string model;                        ///< "wgs84", "wmm2025", ... where one was used
-  std::optional<double> local_gravity;      ///< what 1 g was, for a field in g [m/s^2]
-  double local_gravity_u = 0.0;             ///< its standard uncertainty [m/s^2]; 0: not stated
-  std::optional<Eigen::Vector3d> in_table;  ///< given or estimated, at level 1 [unit], frame table
-  std::optional<Eigen::Matrix3d> in_table_covariance;  ///< `joint`: of in_table [unit^2]
-  double in_table_degrees_of_freedom = 0.0;            ///< those of in_table_covariance
-  std::optional<Site> site;                            ///< where it was computed for
-  std::string date;                                    ///< as given; gravity needs none
-  std::vector<FieldPartDescription> parts;             ///< where it is a sum; else empty
-
-  /// @return the field in the table at a level [unit]: `level` times in_table, for a sum by its
-  ///         parts.
-  [[nodiscard]] Eigen::Vector3d at_level(double level) const;
-};
 
 /// Diagnostics of one row of the regression: a reading, or (`paired`) the average of opposite ones.
 struct RegressionRow {
@@ -193,7 +173,7 @@ struct Levelness {
 struct ReadingResidual {
   int run = 1;
   std::optional<DesignPoint> point;
-  std::optional<double> level;
+  std::optional<FieldLevel> level;
   std::optional<int> block;
   std::optional<double> temperature;
   Eigen::VectorXd response;  ///< response less the fit, m entries [unit]
@@ -249,6 +229,15 @@ struct InputFileDigest {
   bool is_log = false;  ///< whose rests were the readings; else a table of them
 };
 
+/// One number of a result with its uncertainty.
+struct Quantity {
+  double value = 0.0;
+  double u = 0.0;    ///< combined standard uncertainty; NaN where none is known
+  double U = 0.0;    ///< expanded, half the width of the 95 % interval; NaN likewise
+  double dof = 0.0;  ///< effective degrees of freedom; NaN likewise
+  std::string unit;  ///< of value, u and U
+};
+
 /// The result of a calibration: what a record file holds (formats.md, Record).
 struct Calibration {
   std::string created;   ///< ISO 8601, UTC
@@ -286,6 +275,11 @@ struct Calibration {
   std::vector<Correction> corrections;   ///< that were made on request; points, levels, responses
                                          ///< are not kept in the file
   std::vector<std::string> notes;
+
+  /// @param name  "x.bias", "x.sensitivity.y", "z.scale.d2", ...
+  /// @return that parameter with its uncertainty, scatter and stated inputs together.
+  /// @throws DomainError  for a name that is none of the record's; the message suggests one.
+  [[nodiscard]] Quantity parameter(const std::string& name) const;
 };
 
 /// The reading that a calibration expects.
@@ -313,6 +307,6 @@ struct Calibration {
                                 const std::vector<InputFileDigest>& inputs);
 
 /// @return what users of this kind of instrument call the calibration: hard iron, responsivity, ...
-[[nodiscard]] std::vector<Quantity> quantities_of(const Calibration& calibration);
+[[nodiscard]] std::vector<KindQuantity> quantities_of(const Calibration& calibration);
 
 }  // namespace axiscal

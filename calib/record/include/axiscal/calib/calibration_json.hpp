@@ -26,6 +26,10 @@ namespace axiscal {
 ///                    (a later version, temperature terms).
 [[nodiscard]] Calibration parse_calibration(std::string_view text, const std::string& path);
 
+/// Writes a record's file; one that is there is replaced at once or not at all.
+/// @throws OutputError  if it cannot be written; DomainError as calibration_json().
+void write(const Calibration& calibration, const std::string& path);
+
 /// As parse_calibration(), from a file; `-` is standard input.
 [[nodiscard]] Calibration read_calibration(const std::string& path);
 

@@ -27,15 +27,6 @@ enum class Method {
 /// @return the method of that name, if an experiment can choose it.
 [[nodiscard]] std::optional<Method> parse_chosen_method(std::string_view name);
 
-/// Who has hold of a part of the field.
-enum class FieldRole {
-  local,    ///< it is found there, and no one can set it
-  induced,  ///< it is made on the table, and a reading's level multiplies it
-};
-
-/// @return the role of that name ("local", "induced"), or nothing.
-[[nodiscard]] std::optional<FieldRole> parse_role(std::string_view name);
-
 /// What a calibration is worth.
 enum class CalibrationStatus {
   ok,
@@ -71,6 +62,9 @@ enum class LevelBy {
 /// @return the choice of that name ("run", "block"), or nothing.
 [[nodiscard]] std::optional<LevelBy> parse_level_by(std::string_view name);
 
+/// @return "run", "block".
+[[nodiscard]] std::string_view level_by_name(LevelBy level_by);
+
 /// Whether a drift of the bias over the run is a term of the fit.
 enum class DriftSetup {
   automatic,  ///< where the readings show one
@@ -81,6 +75,9 @@ enum class DriftSetup {
 /// @return the choice of that name ("auto", "none", "linear"), or nothing.
 [[nodiscard]] std::optional<DriftSetup> parse_drift(std::string_view name);
 
+/// @return "auto", "none", "linear".
+[[nodiscard]] std::string_view drift_name(DriftSetup drift);
+
 /// Whether the turn of the cube each time it is laid is a component of the scatter.
 enum class SeatSetup {
   automatic,  ///< from 24 readings on
@@ -90,6 +87,9 @@ enum class SeatSetup {
 
 /// @return the choice of that name ("auto", "fit", "none"), or nothing.
 [[nodiscard]] std::optional<SeatSetup> parse_seats(std::string_view name);
+
+/// @return "auto", "fit", "none".
+[[nodiscard]] std::string_view seats_name(SeatSetup seats);
 
 /// The matrix that `magnitude` takes for S, as a rotation of it stays open.
 enum class MagnitudeShape {

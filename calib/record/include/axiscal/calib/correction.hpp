@@ -20,7 +20,7 @@ struct Correction {
   std::vector<int> runs;                                   ///< the readings concerned
   std::vector<std::pair<int, DesignPoint>> points;         ///< run and the point it was taken at
   std::vector<std::pair<int, Eigen::VectorXd>> responses;  ///< run and what it should say
-  std::vector<std::pair<int, double>> levels;              ///< run and the level it was taken at
+  std::vector<std::pair<int, FieldLevel>> levels;          ///< run and the level it was taken at
   std::vector<int> leave_out;                              ///< runs that only leaving out mends
 };
 

@@ -12,43 +12,12 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/process_scatter.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/field/induced_field.hpp"
-#include "axiscal/field/reference_field.hpp"
-#include "axiscal/field/site.hpp"
+#include "axiscal/field/field_setup.hpp"
+#include "axiscal/field/table_place.hpp"
 #include "axiscal/instruments/instrument.hpp"
 #include "axiscal/positioner/positioner.hpp"
 
 namespace axiscal {
-
-/// One part of the reference field, as an experiment states it (formats.md, Experiment).
-struct FieldPart {
-  /// "gravity", "geomagnetic", "earth_rotation", "induced_rotation", "induced_magnetic", "light" or
-  /// "custom".
-  std::string kind;
-  std::optional<FieldRole> role;  ///< default: the kind's
-  /// Empty: the first of the kind's; where no magnitude is stated, the readings' own if the kind
-  /// has it.
-  std::string unit;
-  std::optional<double> magnitude;          ///< F [unit]; default: see make_field_description()
-  double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]
-  std::optional<Eigen::Vector3d> in_table;  ///< [unit], frame table
-  std::string model;         ///< which gravity or geomagnetic model; empty: wgs84, wmm2025
-  std::optional<Coil> coil;  ///< that makes induced_magnetic
-  std::vector<Lamp> lamps;   ///< that make light, all at once
-  bool sun = false;          ///< light is the sun's, at the site and each reading's time
-  bool refraction = false;   ///< the sun is seen as the air lifts it
-
-  /// A field of the user's own instead of kind, role, unit and magnitude.
-  std::shared_ptr<const ReferenceField> custom;
-};
-
-/// The reference field: one part, or the sum of several.
-struct FieldSetup : FieldPart {
-  std::vector<FieldPart> others;  ///< further parts, local and induced, that add up
-  std::optional<Site> site;       ///< where local fields are computed
-  bool has_longitude = true;      ///< whether the site's longitude was stated
-  std::string date;               ///< ISO 8601 or decimal year; today
-};
 
 /// Temperature terms (method.md, section 6).
 struct TemperatureSetup {
@@ -72,16 +41,13 @@ struct StatedUncertainties {
 
 /// All that is not a reading.
 struct Experiment {
-  std::vector<std::string> observations;  ///< files; calibrate() does not look at them
   Instrument instrument;
   FieldSetup field;
-  std::vector<FieldPart> also;  ///< second fields that it answers to, known in the table
-  std::optional<double> fence_azimuth_rad;  ///< azimuth of the table's y, clockwise from north;
-                                            ///< not stated: 0, or as the readings show it
+  std::vector<FieldSetup> also;  ///< second fields that it answers to, known in the table
+  TablePlace table;              ///< where the table stands, how it lies, and when
   /// What the axes' main sensitivities should be [unit per field unit]; mistakes in a whole run
   /// show against it. Not stated: see expected_sensitivity().
   std::optional<double> nominal_sensitivity;
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< known slope of the table, as Levelness
   Positioner positioner;
   std::string slot;  ///< where in an assembly the instrument sits; may be empty
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();  ///< its mount
@@ -104,7 +70,6 @@ struct Experiment {
   /// What is not fitted is taken from it: of method `bias` the sensitivity.
   std::shared_ptr<const Calibration> from;
   std::vector<int> leave_out;  ///< runs not used
-  std::string limits;          ///< file of what a unit must meet; calibrate() does not look at it
 };
 
 /// What the axes' sensitivities should be: as stated; else, where readings are in a unit of the
@@ -120,22 +85,24 @@ struct Experiment {
 /// gravity for accelerometers and inclinometers.
 void take_usual_field(Experiment& experiment);
 
-/// @throws SetupError  for a kind of field that is not known; the message lists the kinds.
-void check_field_kind(const std::string& kind);
+/// The field of an experiment before anything is measured, part by part: resolve_field() at its
+/// table.
+/// @param time_s  for a field that moves, where the readings tell it; else the table's date.
+[[nodiscard]] std::vector<FieldDescription> resolve_field(const Experiment& experiment,
+                                                          std::optional<double> time_s = {});
 
-/// @throws SetupError  for a unit that a kind of field is not given in.
-void check_field_unit(const std::string& kind, const std::string& unit);
+/// The same in one, its parts together.
+[[nodiscard]] FieldDescription make_field_description(const Experiment& experiment,
+                                                      std::optional<double> time_s = {});
 
-/// @return whether a part is made on the table: by its role, its own class, or its kind.
-[[nodiscard]] bool is_made_on_table(const FieldPart& part);
+/// @return whether the field turns in the table while readings are taken, as the sun does, or one
+///         of the user's own that says so.
+[[nodiscard]] bool field_moves(const Experiment& experiment);
 
-/// The field of an experiment, before anything is measured.
-///
-/// Its magnitude is the given one; else the length of in_table; else 1 in `g` or `1`; else what a
-/// model gives at the site and date, a coil's geometry, the sum of lamps. in_table is the given
-/// one; else the field at the site by the fence's azimuth and the known slope; a turntable's is
-/// along the table's normal. A sum is in the unit of its first part.
-/// @throws SetupError  if the kind or unit is not known, or the magnitude cannot be computed.
-[[nodiscard]] FieldDescription make_field_description(const Experiment& experiment);
+/// @return how it changes from one time to the other, as change_of_field().
+/// @throws SetupError  also where second fields stand beside one that moves.
+[[nodiscard]] Eigen::Matrix3d change_of_field(const Experiment& experiment,
+                                              double from_s,
+                                              double to_s);
 
 }  // namespace axiscal

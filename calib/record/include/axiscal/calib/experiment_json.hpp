@@ -3,22 +3,40 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "axiscal/calib/experiment.hpp"
 
 namespace axiscal {
 
-/// Reads an experiment file (formats.md, Experiment), with the positioner file that it names.
-///
-/// Paths in it are relative to it.
+/// The files that an experiment file names. They are relative to it, and are read as such.
+struct ExperimentPaths {
+  std::vector<std::string> observations;
+  std::string limits;  ///< what a unit must meet; may be empty
+};
+
+/// An experiment with the files that it names.
+struct ExperimentFile {
+  Experiment experiment;
+  ExperimentPaths paths;
+};
+
+/// Reads an experiment file (formats.md, Experiment), with the positioner and the record that it
+/// names or holds. What experiment_json() wrote comes back so that it is written the same again.
 ///
 /// @param text  the file's content.
 /// @param path  its name, for messages and relative paths.
 /// @throws DataError  if the text is no such file, has an unknown key (the nearest known one is
-///                    suggested), a value of the wrong type, or one that this version cannot use.
-[[nodiscard]] Experiment parse_experiment(std::string_view text, const std::string& path);
+///                    suggested), or a value of the wrong type.
+[[nodiscard]] ExperimentFile parse_experiment(std::string_view text, const std::string& path);
 
 /// As parse_experiment(), from a file.
-[[nodiscard]] Experiment read_experiment(const std::string& path);
+[[nodiscard]] ExperimentFile read_experiment(const std::string& path);
+
+/// @return the experiment as such a file; a positioner that is not the nominal one and the record
+///         that it starts from stand in it whole.
+/// @throws DomainError  if its field is a program's own, of a kind that was not added.
+[[nodiscard]] std::string experiment_json(const Experiment& experiment,
+                                          const ExperimentPaths& paths = {});
 
 }  // namespace axiscal

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/field/field_level.hpp"
 #include "axiscal/positioner/design_point.hpp"
 
 namespace axiscal {
@@ -17,7 +18,7 @@ struct Reading {
   int block = 1;                                   ///< replicate of the whole design
   int mount = 1;                                   ///< how often the instrument was mounted anew
   std::optional<DesignPoint> point;                ///< how the cube lay
-  double level = 1.0;                              ///< multiple of the induced field
+  FieldLevel level;                                ///< multiple of the induced field
   std::optional<double> temperature;               ///< temperature sensor output, any unit
   std::optional<double> time_s;                    ///< when it was taken [s]
   std::optional<Eigen::Vector3d> field_in_sensor;  ///< instead of a design point [field unit]

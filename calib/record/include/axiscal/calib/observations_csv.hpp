@@ -6,35 +6,12 @@
 #include <vector>
 
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/calib/run.hpp"
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/instruments/instrument.hpp"
 #include "axiscal/positioner/design.hpp"
 
 namespace axiscal {
-
-/// A table of observations as read.
-struct ObservationsTable {
-  Observations observations;
-  std::string serial;  ///< the unit under test, of the first row, where a column states it
-  std::vector<std::string> serials;          ///< every row's; empty without such a column
-  std::vector<std::string> ignored_columns;  ///< columns that nothing was done with
-  /// Where the columns are SLOT.axis: the slots in the columns' order; the responses are those of
-  /// the first slot's axes, then the second's, ...
-  std::vector<std::string> slots;
-};
-
-/// Which columns a table of observations must have.
-struct ObservationColumns {
-  /// The response columns; where the first is missing, SLOT.axis of one slot or more.
-  std::vector<std::string> axes = {"x", "y", "z"};
-  std::vector<DifferentialAxis> differences;  ///< axes that are the difference of two columns
-  std::optional<ReadingRange> range;          ///< each of their columns'
-  bool needs_labels = false;                  ///< `rest` and `fence`, even where the field is given
-  bool needs_samples = false;                 ///< `samples`
-  bool needs_temperature = false;             ///< `temperature`
-  bool takes_several_units = false;           ///< else a second `serial` is an error
-  bool needs_sd = false;                      ///< `AXIS_sd` for each axis, positive
-};
 
 /// Reads observations (formats.md, Observations).
 ///
@@ -42,7 +19,12 @@ struct ObservationColumns {
 /// @param wanted   what it must have; more is read where it is there.
 /// @throws DataError  `PATH:LINE: column 'x': ...` for a missing needed column, an unknown face, a
 ///                    cell that is no finite number, a ragged row and the like.
-[[nodiscard]] ObservationsTable read_observations(CsvReader& csv, const ObservationColumns& wanted);
+[[nodiscard]] Run read_observations(CsvReader& csv, const ObservationColumns& wanted);
+
+/// @return the columns of a table that say nothing of how a reading was taken: its axes, or another
+///         program's.
+[[nodiscard]] std::vector<std::string> columns_without_meaning(
+    const std::vector<std::string>& header);
 
 /// Reads a design or run sheet: columns `rest`, `fence` and, where it is there, `level`.
 /// @throws DataError  as read_observations().

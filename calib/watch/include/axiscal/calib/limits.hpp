@@ -22,6 +22,7 @@ struct Limit {
 
 /// What a unit must meet (formats.md, Limits).
 struct Limits {
+  std::string path;             ///< of their file, for messages
   std::string rule = "simple";  ///< "simple" or "guarded"
   bool intermediate = false;    ///< biases must be known between days or mounts, not by one block
   std::vector<Limit> limits;

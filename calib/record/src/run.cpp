@@ -1,35 +1,68 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/run_readings.hpp"
+#include "axiscal/calib/run.hpp"
 
 #include <algorithm>
 #include <cstddef>
 #include <unordered_map>
 
+#include "axiscal/calib/observations_csv.hpp"
+#include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
 namespace {
 
-void check_same_unit(const RunReadings& run, const RunFile& file) {
-  if (!run.serial.empty() && !file.table.serial.empty() && run.serial != file.table.serial) {
-    throw DataError(file.digest.path, formatted("column 'serial': '{}', but an earlier file is of "
+void check_same_unit(const Run& run, const Run& file) {
+  if (!run.serial.empty() && !file.serial.empty() && run.serial != file.serial) {
+    throw DataError(file.inputs.front().path, formatted("column 'serial': '{}', but an earlier file is of "
                                                 "'{}'; one unit at a time is taken here",
-                                                file.table.serial, run.serial));
+                                                file.serial, run.serial));
   }
 }
 
-void note_ignored_columns(const RunFile& file, std::vector<std::string>& notes) {
-  const std::vector<std::string>& ignored = file.table.ignored_columns;
+void note_ignored_columns(const Run& file, std::vector<std::string>& notes) {
+  const std::vector<std::string>& ignored = file.ignored_columns;
   if (!ignored.empty()) {
     const bool one = ignored.size() == 1;
-    notes.push_back(formatted("{}: {}{}{} ignored", file.digest.path, one ? "column " : "columns ",
+    notes.push_back(formatted("{}: {}{}{} ignored", file.inputs.front().path, one ? "column " : "columns ",
                               joined(ignored), one ? " was" : " were"));
   }
 }
 
 }  // namespace
+
+Run read_run(const std::string& path, const ObservationColumns& columns) {
+  InputFile file(path);
+  CsvReader csv([&](char* to, std::size_t size) { return file.read(to, size); }, path);
+  ObservationColumns wanted = columns;
+  const bool any_axes = columns.axes == ObservationColumns().axes && columns.differences.empty();
+  if (any_axes && !csv.column("x") && !csv.column("y") && !csv.column("z")) {
+    const std::vector<std::string> own = columns_without_meaning(csv.header());
+    wanted.axes = own.empty() ? wanted.axes : own;
+  }
+  Run run = read_observations(csv, wanted);
+  run.inputs = {{.path = path, .sha256 = {}}};
+  note_ignored_columns(run, run.notes);
+  return run;
+}
+
+Run make_run(std::span<const DesignPoint> points,
+             const Eigen::Ref<const Eigen::MatrixXd>& response) {
+  if (static_cast<Eigen::Index>(points.size()) != response.rows()) {
+    throw DomainError(
+        formatted("a run of {} design points, but {} readings", points.size(), response.rows()));
+  }
+  Run run;
+  run.observations.response = response;
+  for (const DesignPoint& point : points) {
+    const int number = static_cast<int>(run.observations.readings.size()) + 1;
+    run.observations.readings.push_back({.run = number, .point = point});
+  }
+  return run;
+}
 
 ObservationColumns observation_columns(const Experiment& experiment, Units units) {
   const Method method = experiment.method.value_or(Method::known);
@@ -44,24 +77,25 @@ ObservationColumns observation_columns(const Experiment& experiment, Units units
           .needs_sd = experiment.weighting == Weighting::sd};
 }
 
-RunReadings join_files(std::vector<RunFile> files, Units units) {
-  RunReadings run;
+Run join_runs(std::vector<Run> files, Units units) {
+  Run run;
   std::vector<Observations> parts;
   std::string without_serial;  // a file without that column
-  for (RunFile& file : files) {
+  for (Run& file : files) {
     if (units == Units::one) {
       check_same_unit(run, file);
     }
-    if (!parts.empty() && run.slots != file.table.slots) {
-      throw DataError(file.digest.path, "the columns are of other slots than the first file's");
+    if (!parts.empty() && run.slots != file.slots) {
+      throw DataError(file.inputs.front().path, "the columns are of other slots than the first file's");
     }
-    without_serial = file.table.serials.empty() ? file.digest.path : without_serial;
-    run.slots = file.table.slots;
-    run.serial = file.table.serial.empty() ? run.serial : file.table.serial;
+    without_serial = file.serials.empty() ? file.inputs.front().path : without_serial;
+    run.slots = file.slots;
+    run.serial = file.serial.empty() ? run.serial : file.serial;
     note_ignored_columns(file, run.notes);
-    run.inputs.push_back(file.digest);
-    run.serials.insert(run.serials.end(), file.table.serials.begin(), file.table.serials.end());
-    parts.push_back(std::move(file.table.observations));
+    run.inputs.insert(run.inputs.end(), file.inputs.begin(), file.inputs.end());
+    run.axes = file.axes;
+    run.serials.insert(run.serials.end(), file.serials.begin(), file.serials.end());
+    parts.push_back(std::move(file.observations));
   }
   if (!without_serial.empty()) {
     if (has_several_units(run)) {
@@ -74,14 +108,14 @@ RunReadings join_files(std::vector<RunFile> files, Units units) {
   return run;
 }
 
-bool has_several_units(const RunReadings& run) {
+bool has_several_units(const Run& run) {
   return std::any_of(run.serials.begin(), run.serials.end(),
                      [&](const std::string& serial) { return serial != run.serials.front(); });
 }
 
-std::vector<RunReadings> split_by_serial(const RunReadings& run, const std::string& stated_serial) {
+std::vector<Run> split_by_serial(const Run& run, const std::string& stated_serial) {
   if (run.serials.empty()) {
-    RunReadings only = run;
+    Run only = run;
     only.serial = stated_serial.empty() ? run.serial : stated_serial;
     return {only};
   }
@@ -95,12 +129,13 @@ std::vector<RunReadings> split_by_serial(const RunReadings& run, const std::stri
     }
     own.push_back(i);
   }
-  std::vector<RunReadings> units;
+  std::vector<Run> units;
   for (const std::string& serial : serials) {
     const std::vector<std::size_t>& own = rows.at(serial);
     units.push_back({.observations = select_rows(run.observations, own),
                      .inputs = run.inputs,
                      .notes = run.notes,
+                     .axes = run.axes,
                      .serial = serial,
                      .serials = std::vector<std::string>(own.size(), serial),
                      .slots = run.slots});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/run_readings.hpp"
+#include "axiscal/calib/run.hpp"
 
 #include "axiscal/core/error.hpp"
 #include "matchers.hpp"
@@ -8,28 +8,28 @@ namespace axiscal {
 namespace {
 
 // Readings whose value tells which they are: 10 x file + row.
-RunFile file_of(const std::string& path, int file, const std::vector<std::string>& serials) {
-  RunFile one{.digest = {.path = path, .sha256 = "s" + path}, .table = {}};
+axiscal::Run file_of(const std::string& path, int file, const std::vector<std::string>& serials) {
+  axiscal::Run one{.observations = {}, .inputs = {{.path = path, .sha256 = "s" + path}}};
   const auto n = static_cast<Eigen::Index>(serials.size());
-  one.table.observations.response.resize(n, 1);
+  one.observations.response.resize(n, 1);
   for (Eigen::Index i = 0; i < n; ++i) {
-    one.table.observations.readings.push_back({.run = static_cast<int>(i) + 1});
-    one.table.observations.response(i, 0) = 10.0 * file + static_cast<double>(i);
+    one.observations.readings.push_back({.run = static_cast<int>(i) + 1});
+    one.observations.response(i, 0) = 10.0 * file + static_cast<double>(i);
   }
-  one.table.serials = serials;
-  one.table.serial = serials.front();
+  one.serials = serials;
+  one.serial = serials.front();
   return one;
 }
 
-RunFile without_serials(RunFile file) {
-  file.table.serial.clear();
-  file.table.serials.clear();
+axiscal::Run without_serials(Run file) {
+  file.serial.clear();
+  file.serials.clear();
   return file;
 }
 
-std::string refusal_of(std::vector<RunFile> files, Units units) {
+std::string refusal_of(std::vector<axiscal::Run> files, Units units) {
   try {
-    static_cast<void>(join_files(std::move(files), units));
+    static_cast<void>(join_runs(std::move(files), units));
   } catch (const DataError& error) {
     return error.what();
   }
@@ -37,9 +37,9 @@ std::string refusal_of(std::vector<RunFile> files, Units units) {
 }
 
 TEST(JoinFiles, MakesBlocksAndKeepsWhatTheFilesSay) {
-  RunFile first = file_of("a.csv", 1, {"7", "7"});
-  first.table.ignored_columns = {"note", "who"};
-  const RunReadings run = join_files({first, file_of("b.csv", 2, {"7"})}, Units::one);
+  axiscal::Run first = file_of("a.csv", 1, {"7", "7"});
+  first.ignored_columns = {"note", "who"};
+  const axiscal::Run run = join_runs({first, file_of("b.csv", 2, {"7"})}, Units::one);
   ASSERT_EQ(run.observations.readings.size(), 3U);
   EXPECT_EQ(run.observations.readings[2].run, 3);
   EXPECT_NE(run.observations.readings[2].block, run.observations.readings[0].block);
@@ -51,31 +51,31 @@ TEST(JoinFiles, MakesBlocksAndKeepsWhatTheFilesSay) {
 }
 
 TEST(JoinFiles, TakesOneUnitOrSaysWhoseReadingsTheyAre) {
-  const RunFile seven = file_of("a.csv", 1, {"7"});
-  const RunFile eight = file_of("b.csv", 2, {"8"});
+  const axiscal::Run seven = file_of("a.csv", 1, {"7"});
+  const axiscal::Run eight = file_of("b.csv", 2, {"8"});
   EXPECT_THAT(refusal_of({seven, eight}, Units::one), testing::HasSubstr("b.csv: column 'serial'"));
-  EXPECT_TRUE(has_several_units(join_files({seven, eight}, Units::several)));
+  EXPECT_TRUE(has_several_units(join_runs({seven, eight}, Units::several)));
   EXPECT_THAT(
       refusal_of({seven, eight, without_serials(file_of("c.csv", 3, {""}))}, Units::several),
       testing::HasSubstr("c.csv: column 'serial' is missing"));
   // All that is stated is one unit: then the file without a serial is of it too.
-  const RunReadings run =
-      join_files({seven, without_serials(file_of("c.csv", 3, {""}))}, Units::several);
+  const axiscal::Run run =
+      join_runs({seven, without_serials(file_of("c.csv", 3, {""}))}, Units::several);
   EXPECT_TRUE(run.serials.empty());
   EXPECT_EQ(run.serial, "7");
 }
 
 TEST(JoinFiles, RefusesOtherSlots) {
-  RunFile left = file_of("a.csv", 1, {"7"});
-  left.table.slots = {"L"};
+  axiscal::Run left = file_of("a.csv", 1, {"7"});
+  left.slots = {"L"};
   EXPECT_THAT(refusal_of({left, file_of("b.csv", 2, {"7"})}, Units::one),
               testing::HasSubstr("b.csv: the columns are of other slots"));
 }
 
 TEST(SplitBySerial, KeepsTheOrderOfUnitsAndOfTheirReadings) {
-  const RunReadings run =
-      join_files({file_of("a.csv", 1, {"b", "a", "b", "a", "c"})}, Units::several);
-  const std::vector<RunReadings> units = split_by_serial(run, "");
+  const axiscal::Run run =
+      join_runs({file_of("a.csv", 1, {"b", "a", "b", "a", "c"})}, Units::several);
+  const std::vector<axiscal::Run> units = split_by_serial(run, "");
   ASSERT_EQ(units.size(), 3U);
   EXPECT_EQ(units[0].serial, "b");
   EXPECT_EQ(units[1].serial, "a");
@@ -84,8 +84,8 @@ TEST(SplitBySerial, KeepsTheOrderOfUnitsAndOfTheirReadings) {
   EXPECT_EQ(units[1].observations.response(1, 0), 13.0);
   EXPECT_EQ(units[2].serials, std::vector<std::string>{"c"});
 
-  const std::vector<RunReadings> stated =
-      split_by_serial(join_files({without_serials(file_of("a.csv", 1, {""}))}, Units::one), "X");
+  const std::vector<axiscal::Run> stated =
+      split_by_serial(join_runs({without_serials(file_of("a.csv", 1, {""}))}, Units::one), "X");
   ASSERT_EQ(stated.size(), 1U);
   EXPECT_EQ(stated.front().serial, "X");
 }

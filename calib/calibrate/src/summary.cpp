@@ -1,0 +1,444 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string_view>
+
+#include "axiscal/calib/orientation_quality.hpp"
+#include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/core/wrapped_text.hpp"
+#include "axiscal/field/field_kind.hpp"
+#include "axiscal/instruments/polar_form.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr int cell_width = 14;
+
+// Decimals that show two digits of an uncertainty.
+int decimals_for(double uncertainty) {
+  return static_cast<int>(1.0 - std::floor(std::log10(uncertainty)));
+}
+
+constexpr std::size_t longest_label = 17;  // so that a row stays within 80 columns
+
+// A value to the digits that its uncertainty leaves; six digits where there is none.
+std::string rounded(double value, double uncertainty) {
+  if (std::isnan(value)) {
+    return "-";
+  }
+  if (!(uncertainty > 0.0) || !std::isfinite(uncertainty) || !std::isfinite(value)) {
+    return formatted("{:.6g}", value);
+  }
+  const int decimals = decimals_for(uncertainty);
+  std::string fixed = formatted("{:.{}f}", value, std::clamp(decimals, 0, 17));
+  const bool readable = decimals <= 8 && fixed.size() < cell_width - 1;
+  if (readable) {
+    return fixed;
+  }
+  const double size = std::max(std::abs(value), uncertainty);
+  const int digits = static_cast<int>(std::floor(std::log10(size))) + decimals;
+  return formatted("{:.{}e}", value, std::clamp(digits, 1, 6));
+}
+
+std::string rounded_uncertainty(double uncertainty) {
+  return std::isfinite(uncertainty) ? rounded(uncertainty, uncertainty) : "-";
+}
+
+std::string cell(const std::string& text) {
+  return formatted("{:>{}}", text, cell_width);
+}
+
+std::string row(std::string_view label, std::size_t width, const std::vector<std::string>& cells) {
+  std::string line = formatted("  {:<{}}", label, width);
+  for (const std::string& text : cells) {
+    line += cell(text);
+  }
+  return line + "\n";
+}
+
+std::string counted(std::size_t count, const std::string& noun) {
+  return formatted("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+class Summary {
+ public:
+  explicit Summary(const Calibration& calibration)
+      : c_(calibration),
+        statistics_(calibration.statistics ? *calibration.statistics : FitStatistics()),
+        uncertainties_(parameter_uncertainties(calibration)) {
+    for (const std::string& axis : c_.instrument.axes) {
+      label_width_ = std::max(label_width_, axis.size() + 1);
+    }
+    label_width_ = std::min(label_width_, longest_label + 1);
+  }
+
+  std::string text() {
+    add_what_was_done();
+    add_coefficients();
+    add_also();
+    add_temperature();
+    add_axes();
+    add_polar_fit();
+    add_quantities();
+    add_levelness();
+    add_orientations();
+    add_quality();
+    return text_;
+  }
+
+ private:
+  void heading(const std::string& title) { text_ += formatted("\n{}\n", wrapped(title, 80)); }
+
+  void add_what_was_done() {
+    const Instrument& instrument = c_.instrument;
+    text_ += instrument.kind;
+    text_ += instrument.serial.empty() ? "" : " " + instrument.serial;
+    text_ += c_.slot.empty() ? "" : " in slot " + c_.slot;
+    text_ += formatted(
+        ": {}, readings in {}\n",
+        instrument.axes.size() == 1 ? "1 axis" : formatted("{} axes", instrument.axes.size()),
+        instrument.unit == "1" ? "units of 1" : instrument.unit);
+    text_ += formatted("field {}, magnitude {:.7g}{}", c_.field.kind, c_.field.magnitude,
+                       c_.field.unit == "1" ? "" : " " + c_.field.unit);
+    if (c_.field.magnitude_u > 0.0) {
+      text_ += formatted(" (standard uncertainty {:.2g})", c_.field.magnitude_u);
+    }
+    text_ += c_.field.model.empty() ? "\n" : formatted(", model {}\n", c_.field.model);
+    std::set<DesignPoint> points;
+    std::set<int> blocks;
+    for (const ReadingResidual& residual : c_.residuals) {
+      if (residual.used && residual.point) {
+        points.insert(*residual.point);
+        blocks.insert(residual.block.value_or(1));
+      }
+    }
+    std::string files;
+    for (const InputFileDigest& input : c_.inputs) {
+      files += (files.empty() ? "" : ", ") + input.path;
+    }
+    std::string used = files.empty() ? "" : files + ": ";
+    if (!c_.statistics) {
+      text_ += used.empty() ? "" : wrapped(used, 80) + "\n";
+      return;
+    }
+    used += c_.method == Method::turns
+                ? counted(static_cast<std::size_t>(statistics_.observations), "turn")
+                : formatted("{} of {} used", statistics_.observations,
+                            counted(c_.residuals.size(), "reading"));
+    if (!points.empty()) {
+      used += formatted(", at {} in {}", counted(points.size(), "design point"),
+                        counted(blocks.size(), "block"));
+    }
+    text_ += wrapped(used, 80) + "\n";
+    std::string method = "method " + std::string(method_name(c_.method));
+    if (c_.method == Method::paired) {
+      method +=
+          formatted(": {} of opposite positions", counted(statistics_.rows.size(), "average"));
+    } else if (c_.method == Method::joint) {
+      method += ": all readings, the field's direction in the table fitted with them";
+    } else if (c_.method == Method::turns) {
+      method += ": the attitudes after turns from rest to rest, by integration";
+    } else if (c_.method == Method::magnitude) {
+      method += ": orientations unknown, sensitivity taken as " + std::string(shape_name(c_.shape));
+    } else {
+      method += ": the field taken as given";
+    }
+    method += c_.weights == Weighting::none
+                  ? ""
+                  : "; weighted by " + std::string(weighting_name(c_.weights));
+    method += c_.robust ? "; robust (bisquare)" : "";
+    method += c_.positioner.empty() ? "" : "; cube " + c_.positioner;
+    text_ += wrapped(method, 80) + "\n";
+  }
+
+  void add_coefficients() {
+    const std::string unit = c_.instrument.unit;
+    heading(formatted("Coefficients: bias [{}], sensitivity to x, y, z [{}]; +- U (95 %)", unit,
+                      unit_per(unit, c_.field.unit)));
+    text_ += row("axis", label_width_ + 3, {"bias", "x", "y", "z"});
+    for (Eigen::Index k = 0; k < c_.response.bias.size(); ++k) {
+      const double U_bias = half_width(k, ".bias");
+      std::vector<std::string> values = {rounded(c_.response.bias(k), U_bias)};
+      std::vector<std::string> intervals = {rounded_uncertainty(U_bias)};
+      for (Eigen::Index j = 0; j < 3; ++j) {
+        const double U = half_width(k, component_of("sensitivity", j));
+        values.push_back(rounded(c_.response.sensitivity(k, j), U));
+        intervals.push_back(rounded_uncertainty(U));
+      }
+      text_ += row(axis_name(k), label_width_ + 3, values);
+      text_ += row(formatted("{:>{}}", "+-", label_width_ + 2), label_width_ + 3, intervals);
+    }
+  }
+
+  static std::string component_of(const std::string& what, Eigen::Index j) {
+    return formatted(".{}.{}", what, "xyz"[j]);
+  }
+
+  // Expanded uncertainty of a parameter of axis k, scatter and stated inputs together.
+  [[nodiscard]] double half_width(Eigen::Index k, const std::string& what) const {
+    const std::string name = c_.instrument.axes[static_cast<std::size_t>(k)] + what;
+    const auto at = std::find_if(uncertainties_.begin(), uncertainties_.end(),
+                                 [&](const ParameterUncertainty& one) { return one.name == name; });
+    return at == uncertainties_.end() ? std::nan("") : at->uncertainty.expanded;
+  }
+
+  void add_axes() {
+    heading("Sensing axes: size and direction of the sensitivity");
+    text_ += row("axis", label_width_ + 3, {"size", "nominal", "off it [deg]", "azimuth [deg]"});
+    for (Eigen::Index k = 0; k < c_.response.bias.size(); ++k) {
+      const Eigen::Vector3d S = c_.response.sensitivity.row(k);
+      const int nominal = main_axis(c_.instrument, c_.response, k);
+      const PolarForm polar = polar_from_sensitivity(S, nominal, c_.instrument.convention);
+      double U = 0.0;
+      for (Eigen::Index j = 0; j < 3; ++j) {
+        U = std::fmax(U, half_width(k, component_of("sensitivity", j)));
+      }
+      const double across = S.norm() * std::sin(polar.coning_angle_rad);
+      text_ += row(axis_name(k), label_width_ + 3,
+                   {rounded(S.norm(), U), std::string(1, "xyz"[nominal]),
+                    rounded(polar.coning_angle_rad * deg_per_rad, U / S.norm() * deg_per_rad),
+                    rounded(polar.azimuth_rad * deg_per_rad, U / across * deg_per_rad)});
+    }
+  }
+
+  void add_also() {
+    for (const AlsoResponse& also : c_.also) {
+      heading(formatted("Sensitivity to {} along x, y, z [{}]; +- U (95 %)", also.kind,
+                        unit_per(c_.instrument.unit, also.unit)));
+      for (Eigen::Index k = 0; k < also.sensitivity.rows(); ++k) {
+        std::vector<std::string> values;
+        std::vector<std::string> intervals;
+        for (Eigen::Index j = 0; j < 3; ++j) {
+          const double U = half_width(k, component_of(also.kind, j));
+          values.push_back(rounded(also.sensitivity(k, j), U));
+          intervals.push_back(rounded_uncertainty(U));
+        }
+        text_ += row(axis_name(k), label_width_ + 3, values);
+        text_ += row(formatted("{:>{}}", "+-", label_width_ + 2), label_width_ + 3, intervals);
+      }
+    }
+  }
+
+  // What users of this kind of instrument call the calibration.
+  void add_quantities() {
+    const std::vector<KindQuantity> quantities = quantities_of(c_);
+    if (quantities.empty()) {
+      return;
+    }
+    heading(formatted("As {}; +- standard uncertainty", c_.instrument.kind));
+    for (const KindQuantity& quantity : quantities) {
+      std::string name = quantity.name;
+      std::replace(name.begin(), name.end(), '_', ' ');
+      if (name.ends_with(" deg")) {
+        name.resize(name.size() - 4);
+      }
+      name += quantity.of.empty() ? "" : " " + quantity.of;
+      std::string line = formatted("  {}:", name);
+      for (std::size_t i = 0; i < quantity.values.size(); ++i) {
+        line += " " + rounded(quantity.values[i], quantity.u[i]);
+        if (std::isfinite(quantity.u[i])) {
+          line += " +- " + rounded_uncertainty(quantity.u[i]);
+        }
+        line += i + 1 < quantity.values.size() ? "," : "";
+      }
+      line += quantity.unit == "1" ? "" : " " + quantity.unit;
+      text_ += formatted("  {}\n", wrapped(line.substr(2), 78));
+    }
+    if (c_.alignment) {
+      const Alignment& alignment = c_.alignment->alignment;
+      text_ += wrapped(formatted("  aligned with {}: angle between the two fields {:.3f} degrees "
+                                 "(standard error {:.2g}), rotation to {:.2g} degrees or better",
+                                 c_.alignment->record, alignment.angle_rad * deg_per_rad,
+                                 alignment.angle_se_rad * deg_per_rad,
+                                 alignment.standard_error_rad.maxCoeff() * deg_per_rad),
+                       80) +
+               "\n";
+    }
+  }
+
+  void add_orientations() {
+    if (!c_.orientations) {
+      return;
+    }
+    const OrientationQuality& quality = *c_.orientations;
+    heading("Orientations");
+    text_ += formatted("  fit error (rms of |f| - F) {:.3g} % of F\n", 100.0 * quality.fit_error);
+    text_ += formatted("  spread of the magnitude (sd) {:.3g} % of F\n",
+                       100.0 * quality.magnitude_spread);
+    text_ += formatted("  coverage: {:.0f} % of the sphere within 30 degrees of a reading\n",
+                       100.0 * quality.coverage);
+    text_ += formatted("  largest gap: {:.0f} degrees, towards {} of the sensor\n",
+                       quality.largest_gap_rad * deg_per_rad, direction_in_words(quality.gap));
+  }
+
+  void add_levelness() {
+    if (!c_.levelness) {
+      return;
+    }
+    const Levelness& levelness = *c_.levelness;
+    const bool gravity = field_kind(c_.field.kind).vertical;
+    heading(gravity ? "Levelness: slope of the table [mrad], rising towards +x and +y"
+                    : "Field in the table's plane, thousandths of its magnitude");
+    const std::size_t width = 40;
+    const auto pair = [](double x, double y, double ux, double uy) {
+      return std::vector<std::string>{rounded(1e3 * x, 1e3 * ux), rounded(1e3 * y, 1e3 * uy)};
+    };
+    text_ += row("", width, {"x", "y"});
+    for (const BlockLevelness& block : levelness.blocks) {
+      text_ += row(formatted("block {}", block.block), width,
+                   pair(block.x, block.y, block.standard_error_x, block.standard_error_y));
+      text_ += row("  its standard error", width,
+                   {rounded_uncertainty(1e3 * block.standard_error_x),
+                    rounded_uncertainty(1e3 * block.standard_error_y)});
+    }
+    text_ += row("mean", width,
+                 pair(levelness.mean_x, levelness.mean_y, levelness.standard_error_x,
+                      levelness.standard_error_y));
+    text_ += row("standard error of the mean", width,
+                 {rounded_uncertainty(1e3 * levelness.standard_error_x),
+                  rounded_uncertainty(1e3 * levelness.standard_error_y)});
+    if (levelness.estimates.size() > 1) {
+      text_ += row(
+          formatted("spread (sd) of {}", counted(levelness.estimates.size(), "estimate")), width,
+          {rounded_uncertainty(1e3 * levelness.sd_x), rounded_uncertainty(1e3 * levelness.sd_y)});
+    }
+    if (!std::isnan(levelness.p_value)) {
+      text_ += formatted("  the faces {} (p = {:.2g})\n",
+                         levelness.consistent ? "agree" : "DISAGREE", levelness.p_value);
+    }
+    if (levelness.combined) {
+      const CombinedLevelness& all = *levelness.combined;
+      text_ += row(formatted("all {}", counted(all.slots.size(), "slot")), width,
+                   pair(all.x, all.y, all.standard_error_x, all.standard_error_y));
+      text_ += row("standard error of all", width,
+                   {rounded_uncertainty(1e3 * all.standard_error_x),
+                    rounded_uncertainty(1e3 * all.standard_error_y)});
+      text_ += formatted("  the slots {} (p = {:.2g})\n", all.consistent ? "agree" : "DISAGREE",
+                         all.p_value);
+    }
+  }
+
+  void add_quality() {
+    if (!c_.statistics) {
+      return;
+    }
+    heading("Fit");
+    const std::size_t axes_at_once = 3;
+    const auto m = static_cast<std::size_t>(c_.response.bias.size());
+    for (std::size_t first = 0; first < m; first += axes_at_once) {
+      add_quality_of(first, std::min(m, first + axes_at_once));
+    }
+    text_ += formatted("  condition number of the design {:.3g}\n", statistics_.condition_number);
+    if (const std::string missing = words_of_not_counted(c_); !missing.empty()) {
+      text_ += "\n" + wrapped(missing, 80) + "\n";
+    }
+  }
+
+  void add_quality_of(std::size_t first, std::size_t last) {
+    std::vector<std::string> names;
+    std::vector<std::string> sd;
+    std::vector<std::string> dof;
+    std::vector<std::string> unexplained;
+    std::vector<std::string> studentized;
+    std::vector<std::string> lack;
+    for (std::size_t i = first; i < last; ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      names.push_back(axis_name(k).substr(0, cell_width - 2));
+      sd.push_back(formatted("{:.3g}", statistics_.residual_sd(k)));
+      dof.push_back(formatted("{:.4g}", statistics_.degrees_of_freedom(k)));
+      const double r_squared = statistics_.r_squared(k);
+      unexplained.push_back(std::isnan(r_squared) ? "-" : formatted("{:.1e}", 1.0 - r_squared));
+      // With next to no degrees of freedom these are huge by chance and tell nothing.
+      constexpr double fewest_degrees_of_freedom = 4.0;
+      double largest = std::nan("");
+      for (const RegressionRow& row_of_fit : statistics_.rows) {
+        largest = std::fmax(largest, std::abs(row_of_fit.studentized(k)));
+      }
+      const bool tells = statistics_.degrees_of_freedom(k) >= fewest_degrees_of_freedom;
+      studentized.push_back(tells && !std::isnan(largest) ? formatted("{:.2f}", largest) : "-");
+      if (!statistics_.lack_of_fit.empty()) {
+        const double p = statistics_.lack_of_fit[i].p_value;
+        lack.push_back(std::isnan(p) ? "-" : formatted("{:.2g}", p));
+      }
+    }
+    const std::size_t width = 34;
+    text_ += row("axis", width, names);
+    text_ += row(formatted("residual sd of a reading [{}]", c_.instrument.unit).substr(0, width),
+                 width, sd);
+    if (!statistics_.observations_per_axis.empty()) {
+      std::vector<std::string> used;
+      for (std::size_t i = first; i < last; ++i) {
+        used.push_back(std::to_string(statistics_.observations_per_axis[i]));
+      }
+      text_ += row("readings used", width, used);
+    }
+    text_ += row("degrees of freedom", width, dof);
+    text_ += row("1 - R^2", width, unexplained);
+    text_ += row("largest studentised residual", width, studentized);
+    if (!lack.empty()) {
+      text_ += row("lack of fit against repeats, p", width, lack);
+    }
+  }
+
+  void add_polar_fit() {
+    if (c_.polar_fit.empty()) {
+      return;
+    }
+    heading("The known-art fit of the same readings by Gauss-Newton");
+    text_ += row("axis", 8, {"bias", "size", "off it [deg]", "azimuth [deg]", "rounds"});
+    for (std::size_t k = 0; k < c_.polar_fit.size(); ++k) {
+      const PolarFit& fit = c_.polar_fit[k];
+      text_ += row(axis_name(static_cast<Eigen::Index>(k)), 8,
+                   {formatted("{:.6g}", fit.bias), formatted("{:.6g}", fit.form.sensitivity),
+                    formatted("{:.4f}", fit.form.coning_angle_rad * deg_per_rad),
+                    formatted("{:.2f}", fit.form.azimuth_rad * deg_per_rad),
+                    fit.converged ? std::to_string(fit.rounds) : "none"});
+    }
+  }
+
+  // Coefficients over temperature: bias(t) = b + b1 d + .., scale(t) = 1 + c1 d + .., d = t - t0.
+  void add_temperature() {
+    if (!c_.temperature) {
+      return;
+    }
+    const TemperatureResponse& terms = *c_.temperature;
+    heading(formatted("Temperature: the above at {:.6g}; readings from {:.6g} to {:.6g}",
+                      terms.reference, terms.low, terms.high));
+    for (Eigen::Index k = 0; k < terms.bias.rows(); ++k) {
+      for (Eigen::Index j = 0; j < terms.bias.cols(); ++j) {
+        const std::string power = j == 0 ? "d" : formatted("d^{}", j + 1);
+        text_ += row(formatted("{} {}", axis_name(k), power), 20,
+                     {"bias", formatted("{:.4g}", terms.bias(k, j)), "scale",
+                      formatted("{:.4g}", terms.scale(k, j))});
+        text_ += row("", 20,
+                     {"+- (1 sd)", formatted("{:.1g}", terms.bias_se(k, j)), "",
+                      formatted("{:.1g}", terms.scale_se(k, j))});
+      }
+    }
+  }
+
+  [[nodiscard]] std::string axis_name(Eigen::Index k) const {
+    return c_.instrument.axes[static_cast<std::size_t>(k)].substr(0, longest_label);
+  }
+
+  const Calibration& c_;
+  FitStatistics statistics_;  // blank where another software made the record
+  std::vector<ParameterUncertainty> uncertainties_;
+  std::size_t label_width_ = 4;
+  std::string text_;
+};
+
+}  // namespace
+
+std::string summary(const Calibration& calibration) {
+  return Summary(calibration).text();
+}
+
+}  // namespace axiscal

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/observations.hpp"
+
+namespace axiscal {
+
+/// The readings of a run with what their files say of them: of one instrument, of the slots of an
+/// assembly, or of many units one after another. One file, or several joined.
+struct Run {
+  Observations observations;
+  std::vector<InputFileDigest> inputs;  ///< the files; empty for arrays
+  std::vector<std::string> notes;
+  std::vector<std::string> axes;     ///< the response columns' names; of an assembly one slot's
+  std::string serial;                ///< the unit under test, of the first reading that states it
+  std::vector<std::string> serials;  ///< every reading's; empty without such a column
+  /// Where the columns are SLOT.axis: the slots in the columns' order; the responses are those of
+  /// the first slot's axes, then the second's, ...
+  std::vector<std::string> slots;
+  std::vector<std::string> ignored_columns;  ///< columns that nothing was done with
+};
+
+/// Which columns a table of observations must have.
+struct ObservationColumns {
+  /// The response columns; where the first is missing, SLOT.axis of one slot or more.
+  std::vector<std::string> axes = {"x", "y", "z"};
+  std::vector<DifferentialAxis> differences;  ///< axes that are the difference of two columns
+  std::optional<ReadingRange> range;          ///< each of their columns'
+  bool needs_labels = false;                  ///< `rest` and `fence`, even where the field is given
+  bool needs_samples = false;                 ///< `samples`
+  bool needs_temperature = false;             ///< `temperature`
+  bool takes_several_units = false;           ///< else a second `serial` is an error
+  bool needs_sd = false;                      ///< `AXIS_sd` for each axis, positive
+};
+
+/// Reads a run from a file (formats.md, Observations).
+///
+/// @param path     CSV; `-` is standard input.
+/// @param columns  what it must have; if x, y, z are asked for and none of them is there, every
+///                 column that has no meaning of its own is an axis.
+/// @throws DataError  as read_observations().
+[[nodiscard]] Run read_run(const std::string& path, const ObservationColumns& columns = {});
+
+/// A run from arrays, as from a program's own acquisition.
+///
+/// @param points    how the cube lay in each reading; n.
+/// @param response  the readings, n x m [unit of the instrument].
+/// @throws DomainError  if their numbers differ.
+[[nodiscard]] Run make_run(std::span<const DesignPoint> points,
+                           const Eigen::Ref<const Eigen::MatrixXd>& response);
+
+/// Whether the readings may be of more than one unit under test.
+enum class Units { one, several };
+
+/// @return the columns that an experiment's files need.
+[[nodiscard]] ObservationColumns observation_columns(const Experiment& experiment, Units units);
+
+/// Joins the files of a run, one or more; several are blocks.
+///
+/// @throws DataError  if they are of other slots, or `serial` is missing from one where the others
+///                    are of several units, or is not the same where only one unit is taken.
+[[nodiscard]] Run join_runs(std::vector<Run> files, Units units);
+
+/// @return whether the readings are of more than one unit under test.
+[[nodiscard]] bool has_several_units(const Run& run);
+
+/// @return the readings of each unit, in the order in which they first come; without a column
+///         `serial` all are of one unit, of the serial that was stated.
+[[nodiscard]] std::vector<Run> split_by_serial(const Run& run, const std::string& stated_serial);
+
+}  // namespace axiscal

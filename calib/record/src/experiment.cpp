@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/experiment.hpp"
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/field/field_unit.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
+
+namespace axiscal {
+
+void take_usual_field(Experiment& experiment) {
+  if (!experiment.field.is_stated() && !experiment.instrument.kind.empty()) {
+    experiment.field.of = make_field(find_instrument_kind(experiment.instrument.kind).usual_field);
+  }
+}
+
+std::optional<double> expected_sensitivity(const Experiment& experiment,
+                                           const std::string& field_unit) {
+  if (experiment.nominal_sensitivity) {
+    return experiment.nominal_sensitivity;
+  }
+  const std::string& unit = experiment.instrument.unit;
+  if (unit == "1" || unit.empty()) {
+    return {};
+  }
+  return reading_factor_between(field_unit, unit);
+}
+
+std::vector<FieldDescription> resolve_field(const Experiment& experiment,
+                                            std::optional<double> time_s) {
+  return resolve_field(experiment.field, experiment.table,
+                       {.time_s = time_s, .reading_unit = experiment.instrument.unit});
+}
+
+FieldDescription make_field_description(const Experiment& experiment,
+                                        std::optional<double> time_s) {
+  return describe_field(experiment.table, resolve_field(experiment, time_s));
+}
+
+bool field_moves(const Experiment& experiment) {
+  return experiment.field.moving_part() != nullptr;
+}
+
+Eigen::Matrix3d change_of_field(const Experiment& experiment, double from_s, double to_s) {
+  const FieldSetup* const moving = experiment.field.moving_part();
+  if (moving != nullptr && !experiment.also.empty()) {
+    throw SetupError(moving->of->moving_name() + " moves, and so goes with no other field");
+  }
+  return change_of_field(experiment.field, experiment.table, from_s, to_s);
+}
+
+}  // namespace axiscal

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace axiscal {
+
+/// @return the text broken at blanks into lines of at most `width` columns, later ones indented.
+[[nodiscard]] std::string wrapped(const std::string& text, std::size_t width);
+
+}  // namespace axiscal

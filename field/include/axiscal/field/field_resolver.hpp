@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "axiscal/core/setting.hpp"
+#include "axiscal/field/field_kind.hpp"
+#include "axiscal/field/field_setup.hpp"
+
+namespace axiscal {
+
+/// One part of a field on its way from what is stated to what can be known of it in the table: what
+/// the kinds have in common. Each kind's own way is its ReferenceField::resolve().
+class FieldResolver {
+ public:
+  /// @param beside_others  whether it is one part of a sum.
+  FieldResolver(const FieldSetup& part,
+                const TablePlace& place,
+                const FieldOccasion& occasion,
+                bool beside_others);
+
+  /// @throws SetupError, RefusedError  as resolve_part().
+  [[nodiscard]] FieldDescription resolve();
+
+  /// What is stated, and what has been found of it.
+  [[nodiscard]] const FieldSetup& given() const { return given_; }
+  [[nodiscard]] FieldDescription& found() { return found_; }
+
+  /// The table's site, for a field that has none of its own.
+  [[nodiscard]] const std::optional<Site>& site() const { return place_.site; }
+
+  /// @throws SetupError  where the table's longitude is not stated.
+  void require_longitude() const;
+
+  /// Whether the time of day is known, by the readings or the place's date.
+  [[nodiscard]] bool knows_time() const;
+
+  /// The time of the readings, where it is known.
+  [[nodiscard]] const std::optional<double>& reading_time_s() const { return occasion_.time_s; }
+
+  /// The place's date, or today [s].
+  [[nodiscard]] double date_s() const;
+
+  /// The given magnitude, else the given vector's length; nothing where neither is there.
+  [[nodiscard]] std::optional<double> given_magnitude() const;
+
+  void set_magnitude(double magnitude);
+
+  /// The given magnitude; where none is given it is open, if other parts can fix the scale.
+  /// @param otherwise  what is said behind the field's name where there is none and none may be.
+  /// @param settings   that would say it too.
+  void set_given_magnitude(const std::string& otherwise, std::vector<Setting> settings);
+
+  /// The magnitude is open: it is fitted beside parts whose own is known.
+  void leave_magnitude_open();
+
+  /// Whether this is a local part of which no number is stated, beside others.
+  [[nodiscard]] bool may_be_open() const;
+
+  /// A model's own uncertainty, unless the user states another.
+  void set_model_u(double magnitude_u);
+
+  /// The field's value in the table, of the part's magnitude.
+  /// @param value    where it points; frame enu, or where it is made on the table that one's.
+  void set_direction(const Eigen::Vector3d& value, bool induced);
+
+  /// A vector in the table that follows from what makes it; a magnitude that is given wins.
+  void set_made(const std::function<Eigen::Vector3d()>& make);
+
+  /// As ReferenceField::resolve() by the value that the field itself says.
+  void resolve_by_value(const ReferenceField& field);
+
+ private:
+  void check_given() const;
+  void prepare();
+  [[nodiscard]] std::string unit_unless_stated(const FieldKind& kind) const;
+
+  const FieldSetup& given_;
+  const TablePlace& place_;
+  const FieldOccasion& occasion_;
+  bool beside_others_;
+  FieldDescription found_;
+};
+
+}  // namespace axiscal

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+namespace axiscal {
+
+/// Whether the experimenter sets a part of the field.
+enum class FieldRole {
+  local,    ///< it is found at the site, and stays as it is
+  induced,  ///< it is made on the table, and each reading states the multiple of it that was set
+};
+
+/// @return the role of that name ("local", "induced"), or nothing.
+[[nodiscard]] std::optional<FieldRole> parse_role(std::string_view name);
+
+/// @return "local", "induced"; empty for nothing.
+[[nodiscard]] std::string_view role_name(std::optional<FieldRole> role);
+
+}  // namespace axiscal

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <concepts>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/field/field_description.hpp"
+#include "axiscal/field/field_role.hpp"
+#include "axiscal/field/reference_field.hpp"
+#include "axiscal/field/table_place.hpp"
+
+namespace axiscal {
+
+/// The reference field as an experiment states it: one field, or the sum of several.
+///
+/// @code
+/// experiment.field = axiscal::GeomagneticField(site, 2026.5, "uT");
+/// experiment.field.magnitude = 48.2;               // measured, and not the model's
+/// experiment.field += axiscal::CoilField(coil);    // beside it, by the readings' level
+/// @endcode
+struct FieldSetup {
+  FieldSetup() = default;
+
+  /// Not explicit, so that a field is assigned to an experiment as it is.
+  FieldSetup(std::shared_ptr<const ReferenceField> field);  // NOLINT(google-explicit-constructor)
+  template <std::derived_from<ReferenceField> Field>
+  FieldSetup(std::shared_ptr<Field> field)  // NOLINT(google-explicit-constructor)
+      : FieldSetup(std::shared_ptr<const ReferenceField>(std::move(field))) {}
+  template <std::derived_from<ReferenceField> Field>
+  FieldSetup(Field field)  // NOLINT(google-explicit-constructor)
+      : FieldSetup(std::shared_ptr<const ReferenceField>(
+            std::make_shared<const Field>(std::move(field)))) {}
+
+  std::shared_ptr<const ReferenceField> of;  ///< which field; null: not stated
+  std::string name;  ///< its readings' levels are in the column level.NAME; may be empty
+  std::optional<FieldRole> role;  ///< default: the kind's
+  /// Empty: the first of the kind's; where no magnitude is stated, the readings' own if the kind
+  /// has it.
+  std::string unit;
+  std::optional<double> magnitude;          ///< F [unit]; default: see resolve_field()
+  bool magnitude_unknown = false;           ///< it is fitted; of a part beside a known one
+  double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]
+  std::optional<Eigen::Vector3d> in_table;  ///< [unit], frame table
+  std::vector<FieldSetup> others;           ///< further parts, local and induced, that add up
+
+  /// Adds a part.
+  FieldSetup& operator+=(FieldSetup part);
+
+  [[nodiscard]] bool is_stated() const { return of != nullptr; }
+
+  /// @return the field's kind; empty where none is stated.
+  [[nodiscard]] std::string_view kind() const { return of ? of->kind() : std::string_view(); }
+
+  /// @return whether it is made on the table: by its role, its own class, or its kind.
+  [[nodiscard]] bool is_induced() const;
+
+  /// @return the parts of a sum, this one first.
+  [[nodiscard]] std::vector<const FieldSetup*> parts() const;
+  [[nodiscard]] std::vector<FieldSetup*> parts();
+
+  /// @return the part that changes from reading to reading; null where none does.
+  [[nodiscard]] const FieldSetup* moving_part() const;
+};
+
+/// @param kind     its name; empty: none.
+/// @param members  what files state of the kind besides, as {"model", "igrf14"}.
+/// @return a field of that kind.
+/// @throws SetupError  for a kind or member that is not known; the message lists the kinds.
+[[nodiscard]] std::shared_ptr<const ReferenceField> make_field(
+    std::string_view kind, const std::map<std::string, std::string>& members = {});
+
+/// Reads a field as an experiment's file states it (formats.md, Experiment): an object, or an array
+/// of parts that add up.
+/// @param path  of the file; `-` is standard input.
+/// @throws DataError  for a file that is no such thing.
+[[nodiscard]] FieldSetup read_field(const std::string& path);
+
+/// @return a record's field as an experiment would state it.
+/// @param with_vector  whether where it lies in the table is stated too.
+[[nodiscard]] FieldSetup setup_of(const FieldDescription& field, bool with_vector);
+
+/// @throws SetupError  for a unit that a kind of field is not given in.
+void check_field_unit(std::string_view kind, const std::string& unit);
+
+/// What is known beside the table's place when a field is looked at.
+struct FieldOccasion {
+  std::optional<double> time_s;  ///< of the readings, where they tell; else the place's date
+  std::string reading_unit;      ///< what readings are in; a field of which no number is stated
+                                 ///< takes it
+};
+
+/// The field before anything is measured, part by part, in the unit of the first.
+///
+/// Its magnitude is the given one; else the length of in_table; else 1 in `g` or `1`; else what a
+/// model gives at the site and date, a coil's geometry, the sum of lamps. in_table is the given
+/// one; else the field at the site by the fence's azimuth and the known slope; a turntable's is
+/// along the table's normal. Beside a part whose magnitude is known, that of another may be open.
+/// @throws SetupError    if kind or unit are not known, or a magnitude cannot be computed.
+/// @throws RefusedError  if a model does not hold there, or the sun is below the horizon.
+[[nodiscard]] std::vector<FieldDescription> resolve_field(const FieldSetup& setup,
+                                                          const TablePlace& place,
+                                                          const FieldOccasion& occasion);
+
+/// One part alone, e.g. a second field.
+[[nodiscard]] FieldDescription resolve_part(const FieldSetup& part,
+                                            const TablePlace& place,
+                                            const FieldOccasion& occasion);
+
+/// What the parts make together, with the site and date that they were found for.
+[[nodiscard]] FieldDescription describe_field(const TablePlace& place,
+                                              const std::vector<FieldDescription>& parts);
+
+/// @return rotation_table_from_enu at a place, for a field that moves.
+/// @throws SetupError  if the fence's azimuth is not stated.
+[[nodiscard]] Eigen::Matrix3d rotation_of_moving(const TablePlace& place,
+                                                 const ReferenceField& field);
+
+/// How a field that moves changes in the table: its value at one time becomes that at the other, by
+/// a turn times the ratio of their lengths.
+///
+/// @param from_s, to_s  seconds since 1970-01-01, UTC.
+/// @return frame table; the identity where the field does not move.
+/// @throws SetupError  if it moves and the fence's azimuth is not stated, or it is not alone.
+[[nodiscard]] Eigen::Matrix3d change_of_field(const FieldSetup& setup,
+                                              const TablePlace& place,
+                                              double from_s,
+                                              double to_s);
+
+}  // namespace axiscal

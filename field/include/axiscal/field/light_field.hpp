@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "axiscal/field/reference_field.hpp"
+
+namespace axiscal {
+
+/// A collimated lamp: its light comes from one direction.
+struct Lamp {
+  Eigen::Vector3d direction_in_table = Eigen::Vector3d::UnitZ();  ///< towards the lamp, any length
+  double irradiance = 1.0;  ///< on a surface square to the light [unit]
+};
+
+/// @return the field of several lamps at once: the sum of irradiance times direction, which is what
+///         an axis with a cosine response that sees all of them answers to [unit], frame table.
+/// @throws DomainError  if there is no lamp, or one has no direction or irradiance.
+[[nodiscard]] Eigen::Vector3d lamps_in_table(const std::vector<Lamp>& lamps);
+
+/// Light: of lamps on the table, of the sun, or from wherever the readings find it.
+class LightField final : public ReferenceField {
+ public:
+  /// From a direction that is fitted or stated.
+  LightField() = default;
+
+  /// @param lamps  that shine all at once; a reading's level is the multiple of their light.
+  /// @param unit   of their irradiance.
+  /// @throws DomainError  as lamps_in_table().
+  explicit LightField(std::vector<Lamp> lamps, std::string unit = "1");
+
+  /// The sun's light, whose direction follows from the table's site and the readings' times.
+  /// @param refraction  whether the air lifts it.
+  [[nodiscard]] static LightField sun(bool refraction = false);
+
+  /// @return the sum of the lamps [unit()], frame table; zero without lamps.
+  [[nodiscard]] Eigen::Vector3d value_in_enu() const override;
+  [[nodiscard]] std::string_view unit() const override { return unit_; }
+  [[nodiscard]] std::string_view kind() const override { return "light"; }
+  [[nodiscard]] bool moves() const override { return is_sun_; }
+  [[nodiscard]] bool is_induced() const override { return true; }
+
+  void state(FieldSetup& setup) const override;
+  void resolve(FieldResolver& of) const override;
+  [[nodiscard]] Eigen::Vector3d moving_in_table(const TablePlace& place,
+                                                double time_s) const override;
+  [[nodiscard]] std::string moving_name() const override { return "the sun's place"; }
+  void members(JsonMembers& io) override;
+
+ private:
+  void resolve_sun(FieldResolver& of) const;
+
+  std::vector<Lamp> lamps_;
+  bool is_sun_ = false;
+  bool refraction_ = false;
+  std::string unit_;
+};
+
+}  // namespace axiscal

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/field/reference_field.hpp"
+
+namespace axiscal {
+
+/// A field that was recorded while the readings were taken: its vector in the table over time, by
+/// another instrument that stayed where it was. Between the times it is linear.
+class RecordedField final : public ReferenceField {
+ public:
+  /// @param of         which field it is; it says kind, unit and role.
+  /// @param times_s    ascending, two or more, by the same clock as the readings' times.
+  /// @param in_table   3 x n [unit of the field], frame table; none is zero.
+  /// @param path       of the file that they are from, to be written with the experiment; may be
+  ///                   empty.
+  /// @throws DomainError  unless they are so.
+  RecordedField(std::shared_ptr<const ReferenceField> of,
+                std::vector<double> times_s,
+                Eigen::Matrix3Xd in_table,
+                std::string path = "");
+
+  /// @return the mean vector [unit()], frame table.
+  [[nodiscard]] Eigen::Vector3d value_in_enu() const override;
+  [[nodiscard]] std::string_view unit() const override { return of_->unit(); }
+  [[nodiscard]] std::string_view kind() const override { return of_->kind(); }
+  [[nodiscard]] bool is_induced() const override { return of_->is_induced(); }
+  [[nodiscard]] bool moves() const override { return true; }
+  [[nodiscard]] bool needs_utc() const override { return false; }
+
+  /// @throws RefusedError  for a time that is not within the record.
+  [[nodiscard]] Eigen::Vector3d value_in_enu_at(double time_s) const override;
+  [[nodiscard]] Eigen::Vector3d moving_in_table(const TablePlace& place,
+                                                double time_s) const override;
+  void resolve(FieldResolver& of) const override;
+  void members(JsonMembers& io) override;
+
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  std::shared_ptr<const ReferenceField> of_;
+  std::vector<double> times_s_;
+  Eigen::Matrix3Xd in_table_;
+  std::string path_;
+};
+
+/// Reads a field's record: CSV with a column `time` (seconds, or ISO 8601) and three more columns,
+/// the components along the table's x, y and z.
+///
+/// @param of    as RecordedField.
+/// @throws DataError  for a table of another kind, times that do not ascend, or a vector of zero.
+[[nodiscard]] RecordedField read_recorded_field(const std::string& path,
+                                                std::shared_ptr<const ReferenceField> of);
+
+}  // namespace axiscal

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "axiscal/field/reference_field.hpp"
+
+namespace axiscal {
+
+/// A turntable's rotation, `induced_rotation`: along the table's normal, and a reading's level is
+/// the multiple of its rate. Of local fields beside it only what lies along its axis is left.
+class TurntableField final : public ReferenceField {
+ public:
+  /// Of which the experiment states the rate as the field's magnitude.
+  TurntableField() = default;
+
+  /// @param rate  at level 1, positive [unit].
+  /// @param unit  "deg/s", "rad/s" or "deg/h".
+  /// @throws DomainError  if the rate is not positive and finite.
+  explicit TurntableField(double rate, std::string unit = "deg/s");
+
+  /// @return the rate along the table's normal [unit()]; zero where it is not stated.
+  [[nodiscard]] Eigen::Vector3d value_in_enu() const override { return {0.0, 0.0, rate_}; }
+  [[nodiscard]] std::string_view unit() const override { return unit_; }
+  [[nodiscard]] std::string_view kind() const override { return "induced_rotation"; }
+  [[nodiscard]] bool is_induced() const override { return true; }
+
+  void state(FieldSetup& setup) const override;
+  void resolve(FieldResolver& of) const override;
+
+ private:
+  double rate_ = 0.0;
+  std::string unit_;
+};
+
+}  // namespace axiscal

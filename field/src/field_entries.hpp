@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "axiscal/field/field_kind.hpp"
+
+namespace axiscal {
+
+/// What magnetic fields are given in.
+inline constexpr std::array<std::string_view, 5> magnetic_units = {"nT", "uT", "T", "mT", "G"};
+
+// The entry of each kind that comes with the library, beside its class.
+[[nodiscard]] FieldKind gravity_entry();
+[[nodiscard]] FieldKind geomagnetic_entry();
+[[nodiscard]] FieldKind earth_rotation_entry();
+[[nodiscard]] FieldKind turntable_entry();
+[[nodiscard]] FieldKind coil_entry();
+[[nodiscard]] FieldKind light_entry();
+[[nodiscard]] FieldKind custom_entry();
+
+}  // namespace axiscal

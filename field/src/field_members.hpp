@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "axiscal/core/json_members.hpp"
+#include "axiscal/field/site.hpp"
+
+namespace axiscal {
+
+/// The members of a kind that a model computes at a site.
+inline constexpr std::array<std::string_view, 2> members_with_site = {"model", "site"};
+inline constexpr std::array<std::string_view, 3> members_with_date = {"model", "site", "date"};
+
+/// A model's name; not written where it is the usual one.
+void model_members(JsonMembers& io, std::string& model, const std::string& usual);
+
+/// A site of the field's own, where it is not the table's.
+void site_members(JsonMembers& io, std::optional<Site>& site);
+
+}  // namespace axiscal

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/field/field_resolver.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "axiscal/core/timestamp.hpp"
+
+namespace axiscal {
+
+FieldResolver::FieldResolver(const FieldSetup& part,
+                             const TablePlace& place,
+                             const FieldOccasion& occasion,
+                             bool beside_others)
+    : given_(part), place_(place), occasion_(occasion), beside_others_(beside_others) {
+  found_.unit = part.unit;
+  found_.name = part.name;
+}
+
+FieldDescription FieldResolver::resolve() {
+  check_given();
+  if (!given_.of) {
+    throw SetupError("the field is not stated: " + list_of_field_kinds(), {Setting::field});
+  }
+  prepare();
+  given_.of->resolve(*this);
+  if (given_.in_table) {
+    found_.in_table = given_.in_table;
+    found_.start.has_heading = true;
+    found_.start.sign_by = given_.in_table->normalized();
+  }
+  if (given_.magnitude_unknown) {
+    leave_magnitude_open();
+  }
+  return std::move(found_);
+}
+
+void FieldResolver::check_given() const {
+  if (given_.in_table && !(given_.in_table->norm() > 0.0 && given_.in_table->norm() < 1e150)) {
+    throw SetupError("the field's vector in the table must not be zero, and shorter than 1e150",
+                     {Setting::field_table});
+  }
+  if (given_.magnitude && !(*given_.magnitude > 0.0 && std::isfinite(*given_.magnitude))) {
+    throw SetupError("the field's magnitude must be a positive number", {Setting::field_magnitude});
+  }
+  if (given_.magnitude && given_.magnitude_unknown) {
+    throw SetupError("the field's magnitude is either a number or unknown, not both",
+                     {Setting::field_magnitude});
+  }
+  if (!(given_.magnitude_u >= 0.0)) {
+    throw SetupError("the uncertainty of the field's magnitude must not be negative",
+                     {Setting::field_magnitude_u});
+  }
+}
+
+// Kind, unit and role, by what is stated of them and what the kind allows.
+void FieldResolver::prepare() {
+  const FieldKind& kind = field_kind(given_.kind());
+  found_.kind = given_.kind();
+  if (found_.unit.empty()) {
+    found_.unit = given_.of->unit();
+  }
+  if (found_.unit.empty()) {
+    found_.unit = unit_unless_stated(kind);
+  }
+  check_field_unit(found_.kind, found_.unit);
+  if (kind.local && given_.role == FieldRole::induced) {
+    throw SetupError(formatted(
+        "field {}: is found at a site, and no one can set it; its role is local", found_.kind));
+  }
+  found_.set_by_level = given_.is_induced();
+}
+
+void FieldResolver::resolve_by_value(const ReferenceField& field) {
+  if (given_.magnitude && !(std::abs(*given_.magnitude / field.magnitude() - 1.0) <= 1e-9)) {
+    throw SetupError(formatted(
+        "field {}: a field of one's own states its magnitude itself, {} {}; another one, {}, is "
+        "stated beside it: leave one of them out",
+        field.kind(), number_text(field.magnitude()), field.unit(),
+        number_text(*given_.magnitude)));
+  }
+  if (given_.role && (*given_.role == FieldRole::induced) != field.is_induced()) {
+    throw SetupError(
+        formatted("field {}: a field of one's own states its role itself; leave the other one out",
+                  field.kind()));
+  }
+  found_.magnitude = field.magnitude();
+  set_model_u(field.magnitude_uncertainty());
+  if (!field.moves()) {
+    set_direction(field.value_in_enu(), field.is_induced());
+  } else if (knows_time()) {
+    const Eigen::Vector3d value = field.value_in_enu_at(occasion_.time_s.value_or(date_s()));
+    found_.magnitude = value.norm();
+    set_direction(value, field.is_induced());
+  }
+}
+
+// The kind's usual one; where no number is stated that would be in it, that of the readings.
+std::string FieldResolver::unit_unless_stated(const FieldKind& kind) const {
+  const std::string& of_readings = occasion_.reading_unit;
+  const bool has_number = given_.magnitude || given_.in_table || given_.magnitude_u > 0.0;
+  if (!has_number && !kind.vertical &&
+      std::find(kind.units.begin(), kind.units.end(), of_readings) != kind.units.end() &&
+      of_readings != "1") {
+    return of_readings;
+  }
+  return kind.units.empty() ? "1" : std::string(kind.units.front());
+}
+
+void FieldResolver::require_longitude() const {
+  if (!place_.has_longitude) {
+    throw SetupError(formatted("field {}: the site's longitude is missing", found_.kind),
+                     {Setting::longitude});
+  }
+}
+
+bool FieldResolver::knows_time() const {
+  return occasion_.time_s || place_.date.find('T') != std::string::npos;
+}
+
+double FieldResolver::date_s() const {
+  if (place_.date.empty()) {
+    return seconds_now();
+  }
+  const std::optional<double> time_s = parse_date(place_.date);
+  if (!time_s) {
+    throw SetupError(formatted("the date '{}' is neither ISO 8601 nor a decimal year", place_.date),
+                     {Setting::date});
+  }
+  return *time_s;
+}
+
+std::optional<double> FieldResolver::given_magnitude() const {
+  if (given_.magnitude) {
+    return given_.magnitude;
+  }
+  return given_.in_table ? std::optional<double>(given_.in_table->norm()) : std::nullopt;
+}
+
+void FieldResolver::set_magnitude(double magnitude) {
+  found_.magnitude = magnitude;
+  found_.magnitude_u = given_.magnitude_u;
+}
+
+void FieldResolver::set_model_u(double magnitude_u) {
+  found_.magnitude_u = given_.magnitude_u > 0.0 ? given_.magnitude_u : magnitude_u;
+}
+
+bool FieldResolver::may_be_open() const {
+  return given_.magnitude_unknown || (beside_others_ && !found_.set_by_level && !given_magnitude());
+}
+
+void FieldResolver::leave_magnitude_open() {
+  found_.free_length = true;
+  set_magnitude(given_magnitude().value_or(1.0));
+}
+
+void FieldResolver::set_given_magnitude(const std::string& otherwise,
+                                        std::vector<Setting> settings) {
+  if (given_magnitude()) {
+    set_magnitude(*given_magnitude());
+  } else if (may_be_open()) {
+    leave_magnitude_open();
+  } else {
+    settings.push_back(Setting::field_magnitude);
+    throw SetupError(formatted("field {}{}", found_.kind, otherwise), std::move(settings));
+  }
+}
+
+void FieldResolver::set_direction(const Eigen::Vector3d& value, bool induced) {
+  const double azimuth_rad = induced ? 0.0 : place_.fence_azimuth_rad.value_or(0.0);
+  Eigen::Vector3d in_table = rotation_table_from_enu(azimuth_rad) * value;
+  if (!induced) {
+    in_table = rotation_sloping_from_level(place_.slope) * in_table;
+  }
+  found_.in_table = found_.magnitude * in_table.normalized();
+  const Eigen::Vector3d direction = value.normalized();
+  constexpr double nearly_vertical = 0.98;
+  found_.start.has_heading =
+      induced || place_.fence_azimuth_rad.has_value() || std::abs(direction.z()) > nearly_vertical;
+  // Without the heading only the vertical part says where the field points.
+  constexpr double clearly_inclined = 0.2;
+  if (found_.start.has_heading) {
+    found_.start.sign_by = in_table.normalized();
+  } else if (std::abs(direction.z()) > clearly_inclined) {
+    found_.start.sign_by = {0.0, 0.0, direction.z()};
+  }
+}
+
+void FieldResolver::set_made(const std::function<Eigen::Vector3d()>& make) {
+  Eigen::Vector3d value;
+  try {
+    value = make();
+  } catch (const DomainError& error) {
+    throw SetupError(formatted("field {}: {}", found_.kind, error.what()), error.settings());
+  }
+  set_magnitude(given_magnitude().value_or(value.norm()));
+  found_.in_table = found_.magnitude * value.normalized();
+  found_.start.sign_by = value.normalized();
+}
+
+}  // namespace axiscal
