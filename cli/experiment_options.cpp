@@ -524,6 +524,15 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
 
 Experiment experiment_of(const Calibration& record) {
   Experiment experiment;
+  if (!record.experiment.empty()) {
+    const Experiment done =
+        parse_experiment(record.experiment, "the record's experiment").experiment;
+    experiment.noise_ratio = done.noise_ratio;
+    experiment.drift = done.drift;
+    experiment.seats = done.seats;
+    experiment.nominal_sensitivity = done.nominal_sensitivity;
+    experiment.table.fence_azimuth_rad = done.table.fence_azimuth_rad;
+  }
   experiment.instrument = record.instrument;
   if (record.method != Method::turns) {
     experiment.method = record.method;

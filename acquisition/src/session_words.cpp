@@ -21,8 +21,7 @@ std::string laying_words(const SessionView& view) {
                      : view.present ? "lift it, wipe its feet, and lay it down the same way"
                                     : "";
   if (is_step || view.wanted->entry.level != FieldLevel(1.0)) {
-    text +=
-        formatted("{}level {}", text.empty() ? "" : "; ", view.wanted->entry.level.text());
+    text += formatted("{}level {}", text.empty() ? "" : "; ", view.wanted->entry.level.text());
   }
   return text;
 }

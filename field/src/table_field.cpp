@@ -124,7 +124,8 @@ bool TableField::is_dark(const FieldLevel& level) const {
 
 std::size_t TableField::turning_part(const FieldLevel& level) const {
   std::size_t part = 0;
-  while (part < parts().size() && !(parts()[part].turning && level.of(parts()[part].level_name()) != 0.0)) {
+  while (part < parts().size() &&
+         !(parts()[part].turning && level.of(parts()[part].level_name()) != 0.0)) {
     ++part;
   }
   return part;
@@ -151,7 +152,8 @@ Eigen::Matrix3d TableField::change(const FieldLevel& level,
                                    std::size_t tilt,
                                    std::size_t which) const {
   if (!is_sum()) {
-    return (which == tilt ? level.of(parts().front().level_name()) : 0.0) * Eigen::Matrix3d::Identity();
+    return (which == tilt ? level.of(parts().front().level_name()) : 0.0) *
+           Eigen::Matrix3d::Identity();
   }
   const std::size_t turning = turning_part(level);
   const double factor = factor_of(which, level);
@@ -213,10 +215,10 @@ TableField TableField::moved(const std::vector<Tangents>& tangents,
     const Eigen::VectorXd own = step.segment(first, tangents[v].cols());
     first += own.size();
     const double unit = step_unit(v);
-    field.vectors_[v] += unit * (tangents[v] * own);
-    if (!has_free_length(v)) {
-      field.vectors_[v] *= unit / field.vectors_[v].norm();
-    }
+    field.vectors_[v] =
+        has_free_length(v)
+            ? Eigen::Vector3d(vectors_[v] + unit * (tangents[v] * own))
+            : Eigen::Vector3d(unit * (vectors_[v].normalized() + tangents[v] * own).normalized());
   }
   return field;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -410,16 +411,38 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
   return result;
 }
 
+namespace {
+
+// The parts of the field that have levels of their own in a sheet.
+std::set<std::string> parts_with_levels(const std::vector<RunSheetRow>& sheet) {
+  std::set<std::string> parts;
+  for (const RunSheetRow& row : sheet) {
+    if (row.entry.level.differs_by_part()) {
+      for (const auto& [name, level] : row.entry.level.of_parts()) {
+        parts.insert(name);
+      }
+    }
+  }
+  return parts;
+}
+
+}  // namespace
+
 std::string segmentation_csv(const Segmentation& segmentation,
                              const SeatLabels* labels,
                              const std::vector<RunSheetRow>& sheet) {
-  const bool has_level = std::any_of(sheet.begin(), sheet.end(),
-                                     [](const RunSheetRow& row) { return row.entry.level != FieldLevel(1.0); });
+  const bool has_level = std::any_of(sheet.begin(), sheet.end(), [](const RunSheetRow& row) {
+    return row.entry.level.of_all() != 1.0;
+  });
   std::string text = "run,";
   text += labels != nullptr && !sheet.empty() ? "block,rest,fence,"
           : labels != nullptr                 ? "rest,fence,"
                                               : "";
   text += has_level ? "level," : "";
+  const std::set<std::string> parts = parts_with_levels(sheet);
+  for (const std::string& part : parts) {
+    text += formatted("level.{},", part);
+  }
   text += "start,end,samples";
   for (const std::string& column : segmentation.columns) {
     text += "," + column;
@@ -449,6 +472,9 @@ std::string segmentation_csv(const Segmentation& segmentation,
     }
     if (has_level) {
       text += (row != nullptr ? number_text(row->entry.level.of_all()) : "1") + ",";
+    }
+    for (const std::string& part : parts) {
+      text += (row != nullptr ? number_text(row->entry.level.of(part)) : "1") + ",";
     }
     text += formatted("{},{},{}", number_text(interval.start_s), number_text(interval.end_s),
                       interval.samples());

@@ -110,8 +110,9 @@ std::string seat_svg(const DesignPoint& point) {
 
 std::string run_sheet_page(const std::vector<RunSheetRow>& sheet, const std::string& title) {
   const bool several_blocks = !sheet.empty() && sheet.back().block != sheet.front().block;
-  const bool with_level = std::any_of(
-      sheet.begin(), sheet.end(), [](const RunSheetRow& row) { return row.entry.level != FieldLevel(1.0); });
+  const bool with_level = std::any_of(sheet.begin(), sheet.end(), [](const RunSheetRow& row) {
+    return row.entry.level != FieldLevel(1.0);
+  });
   std::string page = formatted(
       "<!DOCTYPE html>\n"
       "<html lang=\"en\">\n"
@@ -143,8 +144,7 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet, const std::str
     }
     page += formatted(
         "<li><div class=\"head\"><span>Run {}{}</span><span class=\"box\"></span></div>{}</li>\n",
-        row.run, with_level ? ", level " + row.entry.level.text() : "",
-        seat_svg(row.entry.point));
+        row.run, with_level ? ", level " + row.entry.level.text() : "", seat_svg(row.entry.point));
   }
   page += block == 0 ? "" : "</ol>\n";
   page += "</body>\n</html>\n";

@@ -52,6 +52,29 @@ std::vector<std::string> row_of(const std::string& text, const std::string& labe
   return {};
 }
 
+// With its readings added, what a record says of the experiment is one.
+TEST(CalibrateCommand, StoresAnExperimentThatCanBeDoneAgain) {
+  const ScratchFolder folder;
+  const std::string run = folder.write(
+      "run.csv",
+      observations_text(accelerometer_truth(), {.slope = {0.003, -0.002}, .noise_sd = 1e-4}));
+  ASSERT_EQ(calibrate({run}, {"--method", "joint", "--drift", "none", "--resolution", "1e-5",
+                              "--leave-out", "3", "-o", folder.path("cal.json")})
+                .status,
+            0);
+  const json record = read_json(folder.path("cal.json"));
+  json experiment = record["experiment"];
+  EXPECT_EQ(experiment["field"]["kind"], "gravity");
+  EXPECT_EQ(experiment["leave_out"], json({3}));
+  experiment["observations"] = {run};
+  const std::string again = folder.write("again.json", experiment.dump());
+  ASSERT_EQ(run_axiscal({"calibrate", again, "-o", folder.path("cal2.json")}).status, 0);
+  const json second = read_json(folder.path("cal2.json"));
+  EXPECT_EQ(second["coefficients"], record["coefficients"]);
+  EXPECT_EQ(second["uncertainty"], record["uncertainty"]);
+  EXPECT_EQ(second["experiment"], record["experiment"]);
+}
+
 TEST(CalibrateCommand, WritesTheRecordAndPrintsTheTables) {
   const ScratchFolder folder;
   const Calibration truth = accelerometer_truth();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "axiscal/calib/minimum_norm.hpp"
@@ -237,6 +238,13 @@ Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options
       weights_.push_back(weights(k) * weights(k));
     }
   }
+  if (m == 2 && kind_->sees_one_side && gives_field_) {
+    const Eigen::Vector3d across = Eigen::Vector3d(S.row(0)).cross(Eigen::Vector3d(S.row(1)));
+    constexpr double parallel = 1e-6;
+    if (across.norm() > parallel * S.row(0).norm() * S.row(1).norm()) {
+      open_direction_ = across.normalized();
+    }
+  }
   for (const AlsoResponse& also : calibration.also) {
     also_.emplace_back(factor_ * (inverse * also.sensitivity));
   }
@@ -408,12 +416,18 @@ ReducedAxis Reducer::reduce_axis(std::size_t axis,
   return result;
 }
 
-double Reducer::unseen_component(double first, double second) const {
-  if (bias_.size() != 2) {
-    throw DomainError("Reducer::unseen_component: the instrument must have two axes");
+Reducer::ClosedField Reducer::closed_field(double first,
+                                           double second,
+                                           std::optional<double> temperature) const {
+  if (!open_direction_) {
+    throw DomainError(
+        "Reducer::closed_field: needs two axes of an instrument that sees what is in front of it");
   }
-  const Eigen::Vector3d seen = inverse_[0] * (first - bias_[0]) + inverse_[1] * (second - bias_[1]);
-  return std::sqrt(std::max(0.0, magnitude_ * magnitude_ - seen.squaredNorm()));
+  const Eigen::Vector3d seen = inverse_[0] * above_bias(0, first, temperature) +
+                               inverse_[1] * above_bias(1, second, temperature);
+  const double left = magnitude_ * magnitude_ - seen.squaredNorm();
+  return {.in_sensor = seen + std::sqrt(std::max(0.0, left)) * *open_direction_,
+          .clamped = left < 0.0};
 }
 
 }  // namespace axiscal

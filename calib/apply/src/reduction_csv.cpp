@@ -85,6 +85,10 @@ std::vector<std::string> result_names(const std::vector<ReadingColumn>& axes,
         names.push_back(formatted("angle_{}_deg", column.axis));
       }
     }
+    if (reducer.closes_by_magnitude()) {
+      names.insert(names.end(), reducer.kind().derived_names.begin(),
+                   reducer.kind().derived_names.end());
+    }
   }
   if (options.uncertainty != nullptr) {
     const std::size_t results = names.size();
@@ -391,6 +395,13 @@ class CsvReduction {
         clamped = clamped || reduced.clamped;
       }
     }
+    if (reducer_.closes_by_magnitude()) {
+      const Reducer::ClosedField field = closed_field(0.0, 0.0);
+      clamped = clamped || field.clamped;
+      for (const double component : field.in_sensor.normalized()) {
+        out_.put_cell(component);
+      }
+    }
     for (std::size_t k = 0; k < row_.readings().size(); ++k) {
       extrapolated = extrapolated || reduced_axis(k).extrapolated;
     }
@@ -405,7 +416,8 @@ class CsvReduction {
     for (std::size_t k = 0; k < row_.readings().size(); ++k) {
       all.push_back(options_.uncertainty->at_axis(k, row_.readings()[k], row_.temperature()));
     }
-    const auto put_all = [&](auto of_component, auto of_angle) {
+    const Eigen::Vector3d u_direction = direction_uncertainty(all);
+    const auto put_all = [&](auto of_component, auto of_angle, double k_direction) {
       for (const ReadingPropagation::Axis& u : all) {
         out_.put_cell(of_component(u));
       }
@@ -414,16 +426,48 @@ class CsvReduction {
           out_.put_cell(of_angle(u));
         }
       }
+      for (int j = 0; j < 3 && reducer_.closes_by_magnitude(); ++j) {
+        out_.put_cell(k_direction > 0.0 ? k_direction * u_direction(j)
+                                        : all.front().coverage_factor);
+      }
     };
     using Axis = ReadingPropagation::Axis;
     put_all([](const Axis& u) { return u.component; },
-            [](const Axis& u) { return u.angle_rad * deg_per_rad; });
+            [](const Axis& u) { return u.angle_rad * deg_per_rad; }, 1.0);
     if (options_.expanded) {
       put_all([](const Axis& u) { return u.coverage_factor * u.component; },
-              [](const Axis& u) { return u.coverage_factor * u.angle_rad * deg_per_rad; });
+              [](const Axis& u) { return u.coverage_factor * u.angle_rad * deg_per_rad; },
+              all.front().coverage_factor);
       put_all([](const Axis& u) { return u.coverage_factor; },
-              [](const Axis& u) { return u.coverage_factor; });
+              [](const Axis& u) { return u.coverage_factor; }, 0.0);
     }
+  }
+
+  // The field by two axes, their readings moved by so much of the field along each.
+  [[nodiscard]] Reducer::ClosedField closed_field(double first, double second) const {
+    const std::span<const double> readings = row_.readings();
+    return reducer_.closed_field(readings[0] + first * reducer_.sensitivity_of(0),
+                                 readings[1] + second * reducer_.sensitivity_of(1),
+                                 row_.temperature());
+  }
+
+  // What the two components' uncertainties make of the direction.
+  [[nodiscard]] Eigen::Vector3d direction_uncertainty(
+      const std::vector<ReadingPropagation::Axis>& components) const {
+    Eigen::Vector3d variance = Eigen::Vector3d::Zero();
+    if (!reducer_.closes_by_magnitude()) {
+      return variance;
+    }
+    const double step = 1e-5 * reducer_.magnitude();
+    for (std::size_t k = 0; k < 2; ++k) {
+      const auto moved = [&](double by) -> Eigen::Vector3d {
+        return closed_field(k == 0 ? by : 0.0, k == 1 ? by : 0.0).in_sensor.normalized();
+      };
+      const Eigen::Vector3d change =
+          (moved(step) - moved(-step)) / (2.0 * step) * components[k].component;
+      variance += change.cwiseAbs2();
+    }
+    return variance.cwiseSqrt();
   }
 
   [[nodiscard]] ReducedAxis reduced_axis(std::size_t k) const {

@@ -6,9 +6,11 @@
 
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/experiment_json.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 
 namespace axiscal {
@@ -57,6 +59,12 @@ void require_one_kind(const std::string& kind, const std::vector<std::string>& s
   }
 }
 
+// As a file would state it; nothing of a field that is a program's own.
+std::string text_of(const Experiment& experiment) {
+  const FieldKind& kind = field_kind(experiment.field.kind());
+  return kind.make == nullptr ? "" : experiment_json(experiment);
+}
+
 std::vector<Calibration> calibrate_slots(const Experiment& experiment,
                                          const Run& run,
                                          Suggestions suggestions,
@@ -94,11 +102,13 @@ std::vector<Calibration> calibrate_run(Experiment experiment,
     experiment.instrument.serial = run.serial;
   }
   std::vector<std::string> notes = run.notes;
+  const std::string stated = text_of(experiment);
   std::vector<Calibration> calibrations =
       run.slots.empty() ? calibrate_one(std::move(experiment), run, suggestions, notes)
                         : calibrate_slots(experiment, run, suggestions, notes);
   for (Calibration& calibration : calibrations) {
     calibration.inputs = run.inputs;
+    calibration.experiment = stated;
     calibration.notes.insert(calibration.notes.end(), notes.begin(), notes.end());
   }
   return calibrations;

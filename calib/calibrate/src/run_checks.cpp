@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -19,6 +21,32 @@ namespace {
 // A field that no one can set, without another that can.
 bool is_local(const FieldSetup& field) {
   return field.others.empty() && field_kind(field.kind()).local;
+}
+
+// A column level.NAME is of a part of that name.
+void check_level_names(const Experiment& experiment, const Observations& observations) {
+  std::set<std::string> stated;
+  for (const Reading& reading : observations.readings) {
+    if (reading.level.differs_by_part()) {
+      for (const auto& [name, level] : reading.level.of_parts()) {
+        stated.insert(name);
+      }
+    }
+  }
+  std::vector<std::string> names;
+  for (const FieldSetup* const part : experiment.field.parts()) {
+    if (part->is_induced()) {
+      names.emplace_back(part->name.empty() ? part->kind() : part->name);
+    }
+  }
+  for (const std::string& name : stated) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) {
+      throw SetupError(
+          formatted("column 'level.{}': no part of the field that can be set is called so{}", name,
+                    names.empty() ? "" : "; there are " + joined(names)),
+          {Setting::field});
+    }
+  }
 }
 
 void check_range(const Instrument& instrument) {
@@ -120,6 +148,7 @@ void check_run(const Experiment& experiment, const Observations& observations) {
     throw SetupError("the noise ratio must have a positive number for each axis");
   }
   check_values(observations);
+  check_level_names(experiment, observations);
   check_readings(experiment, observations);
   if (!is_rotation(experiment.rotation_sensor_from_positioner)) {
     throw DomainError("calibrate: rotation_sensor_from_positioner is no rotation");

@@ -108,7 +108,8 @@ AxisData axis_data(const ReadingSet& set,
       data.weights(i) += weight;
       data.response(i) += weight * pair->mean(axis);
       data.design.row(i) +=
-          weight * row_of_pair(set, *pair, axis, pair->level.of_all() * field.vector(pair->levelness));
+          weight *
+          row_of_pair(set, *pair, axis, pair->level.of_all() * field.vector(pair->levelness));
     }
     if (data.weights(i) > 0.0) {
       data.response(i) /= data.weights(i);

@@ -228,6 +228,9 @@ ReadingSet ReadingSource::set(const std::vector<FieldDescription>& parts,
     const auto from = static_cast<Eigen::Index>(row);
     const Reading& reading = observations_.readings[row];
     set.readings.push_back(reading);
+    if (!set.field.is_sum()) {  // its one part's level is that of all
+      set.readings.back().level = reading.level.of(set.field.parts().front().level_name());
+    }
     set.response.row(i) = observations_.response.row(from);
     for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
       const bool used = in_range_(from, k) && (seen.size() == 0 || seen(i, k));

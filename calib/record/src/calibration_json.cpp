@@ -350,6 +350,17 @@ void turn_members(JsonMembers& io, std::vector<Eigen::Vector3d>& errors) {
   }
 }
 
+// An experiment's file within the record; only who wants to do it again reads what is in it.
+void experiment_member(JsonMembers& io, std::string& experiment) {
+  if (!io.reads()) {
+    if (!experiment.empty()) {
+      io.to()["experiment"] = Json::parse(experiment);
+    }
+  } else if (const auto found = io.from().find("experiment")) {
+    experiment = found->dump();
+  }
+}
+
 void members(JsonMembers& io, Calibration& calibration) {
   io.value("created", calibration.created);
   io.value("software", calibration.software);
@@ -359,6 +370,7 @@ void members(JsonMembers& io, Calibration& calibration) {
     one.value("sha256", input.sha256);
     one.flag_unless("log", input.is_log, false);
   });
+  experiment_member(io, calibration.experiment);
   io.need_object("instrument", [&](JsonMembers& one) { members(one, calibration.instrument); });
   io.need_object("field", [&](JsonMembers& one) { members(one, calibration.field); });
   io.choice("method", calibration.method, method_name, parse_method);

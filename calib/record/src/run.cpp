@@ -17,9 +17,10 @@ namespace {
 
 void check_same_unit(const Run& run, const Run& file) {
   if (!run.serial.empty() && !file.serial.empty() && run.serial != file.serial) {
-    throw DataError(file.inputs.front().path, formatted("column 'serial': '{}', but an earlier file is of "
-                                                "'{}'; one unit at a time is taken here",
-                                                file.serial, run.serial));
+    throw DataError(file.inputs.front().path,
+                    formatted("column 'serial': '{}', but an earlier file is of "
+                              "'{}'; one unit at a time is taken here",
+                              file.serial, run.serial));
   }
 }
 
@@ -27,8 +28,9 @@ void note_ignored_columns(const Run& file, std::vector<std::string>& notes) {
   const std::vector<std::string>& ignored = file.ignored_columns;
   if (!ignored.empty()) {
     const bool one = ignored.size() == 1;
-    notes.push_back(formatted("{}: {}{}{} ignored", file.inputs.front().path, one ? "column " : "columns ",
-                              joined(ignored), one ? " was" : " were"));
+    notes.push_back(formatted("{}: {}{}{} ignored", file.inputs.front().path,
+                              one ? "column " : "columns ", joined(ignored),
+                              one ? " was" : " were"));
   }
 }
 
@@ -86,7 +88,8 @@ Run join_runs(std::vector<Run> files, Units units) {
       check_same_unit(run, file);
     }
     if (!parts.empty() && run.slots != file.slots) {
-      throw DataError(file.inputs.front().path, "the columns are of other slots than the first file's");
+      throw DataError(file.inputs.front().path,
+                      "the columns are of other slots than the first file's");
     }
     without_serial = file.serials.empty() ? file.inputs.front().path : without_serial;
     run.slots = file.slots;

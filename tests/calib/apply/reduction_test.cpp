@@ -123,17 +123,22 @@ TEST(Reducer, GivesEachAxisWithFewerThanThree) {
   }
 }
 
-TEST(Reducer, KnowsTheThirdComponentUpToItsSign) {
-  const Calibration truth = truth_with_axes(2, "inclinometer");
+// A sun sensor of two axes: where the sun is follows from what they see and that it is in front.
+TEST(Reducer, ClosesTwoAxesOfASunSensorByTheMagnitude) {
+  Calibration truth = truth_with_axes(2, "optical");
   const Reducer reducer(truth);
-  const Eigen::Vector3d f(0.4, -0.3, std::sqrt(0.75));
-  const Eigen::VectorXd v = truth.response.at(f);
-  const Eigen::Vector3d first = truth.response.sensitivity.row(0);
-  const Eigen::Vector3d second = truth.response.sensitivity.row(1);
-  EXPECT_NEAR(reducer.unseen_component(v(0), v(1)),
-              std::abs(first.cross(second).normalized().dot(f)), 1e-14);
-  EXPECT_EQ(reducer.unseen_component(50.0, 50.0), 0.0);
-  EXPECT_THROW(static_cast<void>(Reducer(accelerometer_truth()).unseen_component(0.0, 0.0)),
+  ASSERT_TRUE(reducer.closes_by_magnitude());
+  const Eigen::Vector3d across = Eigen::Vector3d(truth.response.sensitivity.row(0))
+                                     .cross(Eigen::Vector3d(truth.response.sensitivity.row(1)));
+  for (Eigen::Vector3d f : {Eigen::Vector3d(0.3, -0.2, 0.9), Eigen::Vector3d(-0.5, 0.4, 0.7)}) {
+    f = std::copysign(truth.field.magnitude, f.dot(across)) * f.normalized();
+    const Eigen::VectorXd v = truth.response.at(f);
+    const Reducer::ClosedField closed = reducer.closed_field(v(0), v(1));
+    EXPECT_MATRIX_NEAR(closed.in_sensor, f, 1e-12);
+    EXPECT_FALSE(closed.clamped);
+  }
+  EXPECT_TRUE(reducer.closed_field(50.0, 50.0).clamped);
+  EXPECT_THROW(static_cast<void>(Reducer(accelerometer_truth()).closed_field(0.0, 0.0)),
                DomainError);
 }
 

@@ -487,6 +487,41 @@ TEST(Coils, InTurnAreOneExperiment) {
   expect_truth_and_coverage(trial, 30);
 }
 
+TEST(Coils, OfAnotherNameThanTheReadingsStateAreNamed) {
+  const Trial trial = magnetometer_trial(60.0);
+  Experiment experiment = trial.experiment;
+  experiment.field += CoilField();
+  experiment.field.others.front().name = "north";
+  std::vector<RunSheetRow> sheet = make_run_sheet(trial.design, 1, 1);
+  Observations observations = simulate(trial.truth, sheet, {.noise_sd = trial.noise});
+  for (Reading& reading : observations.readings) {
+    reading.level = FieldLevel({{"nrth", 1.0}});
+  }
+  EXPECT_THAT(test::complaint_of<SetupError>(
+                  [&] { static_cast<void>(calibrate(experiment, observations)); }),
+              HasSubstr("column 'level.nrth': no part of the field that can be set is called so; "
+                        "there are north"));
+}
+
+// One lamp alone may have its level under its name.
+TEST(Lamp, MayStateItsLevelUnderItsName) {
+  Trial trial;
+  trial.truth = test::truth_of(response_of(1.0, 0.02), "optical");
+  trial.truth.field = {.kind = "light", .unit = "1", .magnitude = 1.0};
+  trial.truth.field.in_table = Eigen::Vector3d(0.4, 0.15, 0.9).normalized();
+  trial.experiment.instrument = trial.truth.instrument;
+  trial.experiment.field = LightField();
+  trial.design = design_with_levels(12, {0.0, 1.0});
+  Observations plain =
+      simulate(trial.truth, make_run_sheet(trial.design, 1, 1), {.noise_sd = 1e-4, .seed = 1});
+  Observations named = plain;
+  for (Reading& reading : named.readings) {
+    reading.level = FieldLevel({{"light", reading.level.of_all()}});
+  }
+  EXPECT_EQ(calibrate(trial.experiment, named).response.sensitivity,
+            calibrate(trial.experiment, plain).response.sensitivity);
+}
+
 // ---- a field of the user's own that moves ----
 
 // A source that goes round a mast, 30 degrees above the horizon, once in an hour.

@@ -189,6 +189,7 @@ TEST(MakeFieldDescription, FindsTheMagnitude) {
   EXPECT_THROW(static_cast<void>(make_field_description(experiment)), SetupError);
   experiment.field.unit = "";
   EXPECT_EQ(make_field_description(experiment).magnitude, 1.0);
+  experiment.table = {};
   EXPECT_THROW(static_cast<void>(make_field("gravty")), SetupError);
   for (const char* kind : {"", "geomagnetic"}) {
     experiment.field = field(kind, "");

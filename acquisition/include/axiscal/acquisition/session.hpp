@@ -145,8 +145,8 @@ struct SessionView {
   Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();
   std::optional<double> forecast_deg;  ///< largest standard uncertainty of a direction at the end
   std::vector<SessionAlarm> alarms;
-  std::vector<int> suspects;            ///< runs that look wrong by what came after them
-  std::vector<std::string> result;      ///< at the end: verdict and warnings
+  std::vector<int> suspects;                ///< runs that look wrong by what came after them
+  std::vector<std::string> result;          ///< at the end: verdict and warnings
   std::optional<FieldLevel> present_level;  ///< of the field at the last reading
 };
 

@@ -12,8 +12,8 @@
 #include "axiscal/acquisition/source.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/core/random.hpp"
-#include "axiscal/instruments/instrument.hpp"
 #include "axiscal/field/table_field.hpp"
+#include "axiscal/instruments/instrument.hpp"
 
 namespace axiscal {
 

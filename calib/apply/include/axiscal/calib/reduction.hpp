@@ -165,13 +165,29 @@ class Reducer {
                                         double reading,
                                         std::optional<double> temperature = {}) const noexcept;
 
-  /// What two axes leave open: the field's component square to both, known up to its sign.
+  /// @return |S_k|, what an axis reads more in one unit of the results' field along it.
+  [[nodiscard]] double sensitivity_of(std::size_t axis) const { return length_[axis]; }
+
+  /// @return whether two axes give the whole field: what they leave open follows from its
+  /// magnitude,
+  ///         and it is in front of them, as the sun is of a sun sensor.
+  [[nodiscard]] bool closes_by_magnitude() const { return open_direction_.has_value(); }
+
+  /// The field by two axes and its magnitude.
+  struct ClosedField {
+    Eigen::Vector3d in_sensor = Eigen::Vector3d::Zero();  ///< f_hat [field unit]
+    bool clamped = false;  ///< the axes see more than F, so that nothing is left open
+  };
+
+  /// What two axes see, and square to both, on the side of first x second,
+  /// sqrt(F^2 - |what they see|^2).
   ///
-  /// @param first, second  readings of the two axes [unit], finite; m = 2.
-  /// @return its magnitude, sqrt(F^2 - |part that the axes see|^2) [field unit]; 0 where the axes
-  ///         see more than F.
-  /// @throws DomainError  if there are not two axes.
-  [[nodiscard]] double unseen_component(double first, double second) const;
+  /// @param first, second  readings of the two axes [unit], finite.
+  /// @param temperature    as reduce().
+  /// @throws DomainError  unless closes_by_magnitude().
+  [[nodiscard]] ClosedField closed_field(double first,
+                                         double second,
+                                         std::optional<double> temperature = {}) const;
 
  private:
   const InstrumentKind* kind_;
@@ -194,6 +210,7 @@ class Reducer {
 
   bool gives_field_ = true;
   bool one_sided_ = false;
+  std::optional<Eigen::Vector3d> open_direction_;  // of two axes that close by magnitude
   std::vector<Eigen::Vector3d> rows_;  // rows of S, where the inverse is not one for all readings
   std::vector<double> weights_;        // those axes' weights
   std::optional<TemperatureResponse> temperature_;

@@ -244,6 +244,8 @@ struct Calibration {
   std::string software;  ///< e.g. "axiscal 0.1.0"
   CalibrationStatus status = CalibrationStatus::ok;
   std::vector<InputFileDigest> inputs;
+  /// What was calibrated, and how, as experiment_json() writes it; empty where that is not known.
+  std::string experiment;
   Instrument instrument;
   FieldDescription field;
   std::optional<Method> method;  ///< nothing where another software did it
