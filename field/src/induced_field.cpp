@@ -4,7 +4,8 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/field/field_resolver.hpp"
+#include "axiscal/field/field_kind.hpp"
+#include "axiscal/field/field_setup.hpp"
 
 namespace axiscal {
 
@@ -25,10 +26,6 @@ void InducedField::state(FieldSetup& setup) const {
     setup.role = FieldRole::induced;
     setup.in_table = value_;
   }
-}
-
-void InducedField::resolve(FieldResolver& of) const {
-  of.resolve_by_value(*this);
 }
 
 }  // namespace axiscal

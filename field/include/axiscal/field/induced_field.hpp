@@ -26,7 +26,6 @@ class InducedField final : public ReferenceField {
   [[nodiscard]] bool is_induced() const override { return true; }
 
   void state(FieldSetup& setup) const override;
-  void resolve(FieldResolver& of) const override;
 
  private:
   std::string kind_;
