@@ -15,8 +15,8 @@ using axiscal::Experiment;
 using axiscal::Method;
 using axiscal::Observations;
 
-Calibration truth() {
-  Calibration truth;
+SensorModel truth() {
+  SensorModel truth;
   truth.instrument.kind = "accelerometer";
   truth.field = {.kind = "gravity", .unit = "g", .magnitude = 1.0};
   truth.response.bias = Eigen::Vector3d(0.012, -0.034, 0.005);
@@ -75,7 +75,7 @@ void calibrate(benchmark::State& state, Method method, int replicates) {
   }
   const Observations run = readings(replicates);
   for (auto _ : state) {
-    benchmark::DoNotOptimize(axiscal::calibrate(experiment, run).response.bias.data());
+    benchmark::DoNotOptimize(axiscal::calibrate(experiment, run).sensor.response.bias.data());
   }
 }
 BENCHMARK_CAPTURE(calibrate, paired_12, Method::paired, 1);

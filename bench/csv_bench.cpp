@@ -70,14 +70,14 @@ BENCHMARK(read_three_columns)->Unit(benchmark::kMillisecond);
 
 void apply_to_text(benchmark::State& state) {
   axiscal::Calibration calibration;
-  calibration.instrument.kind = "accelerometer";
-  calibration.response.bias = Eigen::Vector3d(0.01, -0.02, 0.03);
-  calibration.response.sensitivity = 2.5 * Eigen::Matrix3d::Identity();
+  calibration.sensor.instrument.kind = "accelerometer";
+  calibration.sensor.response.bias = Eigen::Vector3d(0.01, -0.02, 0.03);
+  calibration.sensor.response.sensitivity = 2.5 * Eigen::Matrix3d::Identity();
   const axiscal::Reducer reducer(calibration);
   for (auto _ : state) {
     axiscal::CsvReader csv = reader_of(table());
     std::size_t written = 0;
-    axiscal::reduce_csv(csv, axiscal::reading_columns(calibration.instrument), reducer, {},
+    axiscal::reduce_csv(csv, axiscal::reading_columns(calibration.sensor.instrument), reducer, {},
                         [&](std::string_view block) { written += block.size(); });
     benchmark::DoNotOptimize(written);
   }

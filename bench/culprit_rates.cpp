@@ -52,7 +52,7 @@ void run(const Case& one, int trials, std::uint64_t seed) {
       const axiscal::test::Verdict verdict = axiscal::test::judge(result, seeded);
       caught += verdict.caught ? 1 : 0;
       named += verdict.named ? 1 : 0;
-      refused += result.status == axiscal::CalibrationStatus::refused ? 1 : 0;
+      refused += result.findings.status == axiscal::CalibrationStatus::refused ? 1 : 0;
     } catch (const axiscal::Error& error) {
       std::printf("  %s\n", error.what());
     }

@@ -11,10 +11,10 @@ namespace {
 
 axiscal::Calibration calibration_of(const char* kind) {
   axiscal::Calibration calibration;
-  calibration.instrument.kind = kind;
-  calibration.response.bias = Eigen::Vector3d(0.01, -0.02, 0.03);
-  calibration.response.sensitivity = 2.5 * Eigen::Matrix3d::Identity();
-  calibration.response.sensitivity(0, 1) = 0.02;
+  calibration.sensor.instrument.kind = kind;
+  calibration.sensor.response.bias = Eigen::Vector3d(0.01, -0.02, 0.03);
+  calibration.sensor.response.sensitivity = 2.5 * Eigen::Matrix3d::Identity();
+  calibration.sensor.response.sensitivity(0, 1) = 0.02;
   return calibration;
 }
 
@@ -34,9 +34,9 @@ BENCHMARK_CAPTURE(reduce, components_and_angles, "accelerometer");
 // The same by hand, as a floor.
 void plain_components(benchmark::State& state) {
   const axiscal::Calibration calibration = calibration_of("generic");
-  const Eigen::Matrix3d S = calibration.response.sensitivity;
+  const Eigen::Matrix3d S = calibration.sensor.response.sensitivity;
   const Eigen::Matrix3d inverse = S.inverse();
-  const Eigen::Vector3d bias = calibration.response.bias;
+  const Eigen::Vector3d bias = calibration.sensor.response.bias;
   Eigen::Vector3d v(reading[0], reading[1], reading[2]);
   for (auto _ : state) {
     benchmark::DoNotOptimize(v);

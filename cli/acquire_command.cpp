@@ -16,6 +16,7 @@
 #include "axiscal/acquisition/web_face.hpp"
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/experiment_json.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/input_protection.hpp"
@@ -126,10 +127,14 @@ void set_noise(const AcquireCommand& command, const Instrument& instrument, Sess
   setup.dwell_s = std::clamp(dwell_s, setup.shortest_dwell_s, setup.longest_dwell_s);
 }
 
-SessionSetup session_setup(const AcquireCommand& command) {
+// @param begun  the journal's header, where a session goes on: its experiment and its sheet stand.
+SessionSetup session_setup(const AcquireCommand& command,
+                           const std::optional<SessionHeader>& begun) {
   SessionSetup setup;
-  setup.experiment = experiment_for(command);
-  setup.sheet = sheet_for(command);
+  setup.experiment = begun && !begun->experiment.empty()
+                         ? parse_experiment(begun->experiment, *command.resume).experiment
+                         : experiment_for(command);
+  setup.sheet = begun ? begun->sheet : sheet_for(command);
   set_noise(command, setup.experiment.instrument, setup);
   if (command.window) {
     setup.stillness.window_s = positive_of("--window", *command.window);
@@ -196,10 +201,11 @@ Journal start_journal(const AcquireCommand& command,
                       const SessionSetup& setup,
                       const std::string& path) {
   Journal journal = Journal::create(path);
-  const std::string why =
-      journal.append(session_header_line({.directory = std::filesystem::current_path().string(),
-                                          .arguments = command.arguments,
-                                          .sheet = setup.sheet}));
+  const std::string why = journal.append(session_header_line(
+      {.directory = std::filesystem::current_path().string(),
+       .arguments = command.arguments,
+       .sheet = setup.sheet,
+       .experiment = can_be_stated(setup.experiment) ? experiment_json(setup.experiment) : ""}));
   if (!why.empty()) {
     throw OutputError(why);
   }
@@ -314,7 +320,7 @@ Calibration write_files(const SessionSetup& setup, const Session& session, const
         outputs.observations));
   }
   Calibration calibration = *session.calibration();
-  calibration.inputs = {
+  calibration.provenance.inputs = {
       {.path = outputs.journal, .sha256 = sha256_of_file(outputs.journal)},
       {.path = outputs.observations, .sha256 = sha256_of_file(outputs.observations)}};
   write_whole_file(outputs.record, calibration_json(calibration));
@@ -332,7 +338,7 @@ void print_result(const AcquireCommand& command,
                   const Outputs& outputs) {
   if (command.json) {
     const Json files = {{"event", "files"},
-                        {"status", status_name(calibration.status)},
+                        {"status", status_name(calibration.findings.status)},
                         {"observations", outputs.observations},
                         {"record", outputs.record},
                         {"report", outputs.report},
@@ -343,7 +349,7 @@ void print_result(const AcquireCommand& command,
                                 summary(calibration), outputs.observations, outputs.record,
                                 outputs.report, outputs.journal));
   }
-  for (const CalibrationWarning& warning : calibration.warnings) {
+  for (const CalibrationWarning& warning : calibration.findings.warnings) {
     print_remark("warning", warning.message);
   }
 }
@@ -379,10 +385,7 @@ int run_guided(AcquireCommand command) {
     command = resumed_command(command, *begun);
   }
   const Outputs outputs = outputs_of(command);
-  SessionSetup setup = session_setup(command);
-  if (begun) {
-    setup.sheet = begun->sheet;
-  }
+  SessionSetup setup = session_setup(command, begun);
   std::vector<std::unique_ptr<Source>> sources = open_sources(command);
   for (const std::unique_ptr<Source>& source : sources) {
     source->play(setup.experiment);
@@ -419,7 +422,7 @@ int run_guided(AcquireCommand command) {
                   session.readings().size(), outputs.journal));
   }
   print_result(command, *calibration, outputs);
-  return calibration->status == CalibrationStatus::refused ? 1 : 0;
+  return calibration->findings.status == CalibrationStatus::refused ? 1 : 0;
 }
 
 }  // namespace

@@ -88,9 +88,9 @@ FieldConversion conversion_of(const ApplyCommand& command, const Calibration& ca
     throw UsageError("a site needs its --latitude");
   }
   if (command.latitude) {
-    if (!field_kind(calibration.field.kind).vertical) {
+    if (!field_kind(calibration.sensor.field.kind).vertical) {
       throw UsageError("--latitude: a site's gravity is of no use to a record of field " +
-                       calibration.field.kind);
+                       calibration.sensor.field.kind);
     }
     const Site site = site_of_options(command.latitude, command.longitude, command.height, Site{});
     const GravityField gravity(site, command.gravity_model.value_or("wgs84"));
@@ -98,7 +98,7 @@ FieldConversion conversion_of(const ApplyCommand& command, const Calibration& ca
     there.gravity_u_m_s2 = gravity.magnitude_uncertainty();
   }
   try {
-    return field_conversion(calibration.field, command.field_unit.value_or(""), there);
+    return field_conversion(calibration.sensor.field, command.field_unit.value_or(""), there);
   } catch (const DomainError& error) {
     throw UsageError("apply", error);
   }
@@ -136,13 +136,13 @@ Reducer make_reducer(const std::string& record,
 
 // The columns of the record's axes: their names, or SLOT.axis in a log of its whole assembly.
 std::vector<ReadingColumn> columns_of(const Calibration& calibration, const CsvReader& csv) {
-  std::vector<ReadingColumn> columns = reading_columns(calibration.instrument);
-  if (!calibration.slot.empty() && !csv.column(columns.front().plus)) {
+  std::vector<ReadingColumn> columns = reading_columns(calibration.sensor.instrument);
+  if (!calibration.provenance.slot.empty() && !csv.column(columns.front().plus)) {
     for (ReadingColumn& column : columns) {
-      column.axis.insert(0, calibration.slot + ".");
-      column.plus.insert(0, calibration.slot + ".");
+      column.axis.insert(0, calibration.provenance.slot + ".");
+      column.plus.insert(0, calibration.provenance.slot + ".");
       if (!column.minus.empty()) {
-        column.minus.insert(0, calibration.slot + ".");
+        column.minus.insert(0, calibration.provenance.slot + ".");
       }
     }
   }
@@ -153,11 +153,11 @@ std::vector<ReadingColumn> columns_of(const Calibration& calibration, const CsvR
 std::optional<Calibration> attitude_of(const ApplyCommand& command,
                                        const Calibration& calibration) {
   if (!command.attitude) {
-    if (!calibration.also.empty()) {
+    if (!calibration.sensor.also.empty()) {
       throw UsageError(
           formatted("the record answers to {} too: give the record of an instrument of that field "
                     "whose axes are in the same file, --attitude RECORD",
-                    calibration.also.front().kind));
+                    calibration.sensor.also.front().kind));
     }
     if (command.declination) {
       throw UsageError("--declination: a heading needs --attitude RECORD, an accelerometer's");
@@ -165,18 +165,19 @@ std::optional<Calibration> attitude_of(const ApplyCommand& command,
     return std::nullopt;
   }
   Calibration attitude = read_unrefused(*command.attitude, command.force);
-  const std::string wanted = calibration.also.empty() ? "gravity" : calibration.also.front().kind;
-  if (attitude.field.kind != wanted || attitude.response.bias.size() < 3 ||
-      !attitude.also.empty()) {
+  const std::string wanted =
+      calibration.sensor.also.empty() ? "gravity" : calibration.sensor.also.front().kind;
+  if (attitude.sensor.field.kind != wanted || attitude.sensor.response.bias.size() < 3 ||
+      !attitude.sensor.also.empty()) {
     throw DataError(*command.attitude,
                     "--attitude: must be the record of an instrument of three "
                     "axes or more, calibrated against " +
                         wanted);
   }
-  if (!calibration.also.empty()) {
+  if (!calibration.sensor.also.empty()) {
     try {
-      attitude =
-          converted(attitude, field_conversion(attitude.field, calibration.also.front().unit));
+      attitude = converted(
+          attitude, field_conversion(attitude.sensor.field, calibration.sensor.also.front().unit));
     } catch (const DomainError& error) {
       throw DataError(*command.attitude, error.what(), error.settings());
     }
@@ -187,7 +188,7 @@ std::optional<Calibration> attitude_of(const ApplyCommand& command,
 ReadingNoise reading_noise(const ApplyCommand& command, const Calibration& calibration) {
   ReadingNoise noise = stated_noise(calibration);
   if (command.noise) {
-    noise.sd = Eigen::VectorXd::Constant(calibration.instrument.axis_count(),
+    noise.sd = Eigen::VectorXd::Constant(calibration.sensor.instrument.axis_count(),
                                          not_negative_of("--noise", *command.noise));
   }
   if (command.resolution) {
@@ -241,11 +242,12 @@ int run(const ApplyCommand& command) {
         [&](char* buffer, std::size_t size) { return followed->read(buffer, size); },
         command.readings, CsvReader::Quotes::end_with_line);
   } else {
-    table = open_table(
-        command.readings, command.table,
-        {.axes = calibration.instrument.axes,
-         .kind = calibration.instrument.differences.empty() ? calibration.instrument.kind : "",
-         .unit = calibration.instrument.unit});
+    table = open_table(command.readings, command.table,
+                       {.axes = calibration.sensor.instrument.axes,
+                        .kind = calibration.sensor.instrument.differences.empty()
+                                    ? calibration.sensor.instrument.kind
+                                    : "",
+                        .unit = calibration.sensor.instrument.unit});
   }
   CsvReader& csv = *table.csv;
   // Output that goes on for ever is written to directly: it would never be put into its place.
@@ -272,7 +274,8 @@ int run(const ApplyCommand& command) {
       put_propagation(*command.attitude, *attitude, *attitude_reducer, {}, 1.0, level_of(command),
                       attitude_uncertainty);
       options.attitude_uncertainty = &*attitude_uncertainty;
-      if (!calibration.positioner.empty() && calibration.positioner == attitude->positioner) {
+      if (!calibration.provenance.positioner.empty() &&
+          calibration.provenance.positioner == attitude->provenance.positioner) {
         uncertainty->share_cube();
       }
     }
@@ -291,7 +294,7 @@ int run(const ApplyCommand& command) {
                  "the record's biases hold what the instrument met of the field: what is given is "
                  "how far readings are from bias(t), without residual or direction");
   }
-  if (calibration.instrument.axis_count() == 2 && reducer.kind().has_axis_elevation) {
+  if (calibration.sensor.instrument.axis_count() == 2 && reducer.kind().has_axis_elevation) {
     std::fprintf(stderr, "note: with 2 axes the third component is known only up to its sign\n");
   }
   if (summary.unreadable > 0) {
@@ -301,7 +304,7 @@ int run(const ApplyCommand& command) {
                  command.readings.c_str(), summary.unreadable, summary.rows,
                  summary.first_unreadable_line);
   }
-  const std::string& field = calibration.field.kind;
+  const std::string& field = calibration.sensor.field.kind;
   if (field_kind(field).local && !field_kind(field).rotation &&
       2 * summary.far_from_field > summary.rows) {
     std::fprintf(
@@ -309,7 +312,7 @@ int run(const ApplyCommand& command) {
         "%s: %zu of %zu rows differ from the field's magnitude (%g %s) by more than 30 %%; "
         "are the readings in the record's unit, and is --field-magnitude in --field-unit?\n",
         command.readings.c_str(), summary.far_from_field, summary.rows, reducer.magnitude(),
-        command.field_unit.value_or(calibration.field.unit).c_str());
+        command.field_unit.value_or(calibration.sensor.field.unit).c_str());
   }
   if (summary.extrapolated > 0) {
     std::fprintf(stderr,

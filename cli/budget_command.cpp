@@ -90,10 +90,10 @@ std::string line(const std::string& name,
 
 std::vector<std::string> sources_of(const Calibration& calibration) {
   std::vector<std::string> names;
-  if (!calibration.uncertainty) {
+  if (!calibration.fit.uncertainty) {
     return {"fit"};
   }
-  for (const UncertaintySource& source : calibration.uncertainty->sources) {
+  for (const UncertaintySource& source : calibration.fit.uncertainty->sources) {
     names.push_back(source.name);
   }
   return names;
@@ -101,12 +101,12 @@ std::vector<std::string> sources_of(const Calibration& calibration) {
 
 // Each source: its kind, its input and how strongly the parameter that it moves most depends on it.
 void show_sources(const Calibration& calibration, Shown& shown) {
-  if (!calibration.uncertainty) {
+  if (!calibration.fit.uncertainty) {
     return;
   }
   shown.text += "Sources\n";
   shown.json["sources"] = Json::array();
-  for (const UncertaintySource& source : calibration.uncertainty->sources) {
+  for (const UncertaintySource& source : calibration.fit.uncertainty->sources) {
     Json json = {{"name", source.name},
                  {"type", source.type},
                  {"distribution", source.distribution},
@@ -161,8 +161,8 @@ void show_attitude(const Calibration& calibration,
     Json json = json_of(quantity.uncertainty, budget.sources);
     json["name"] = quantity.name;
     json["value"] = quantity.value;
-    const Advice advice =
-        advice_to_halve(quantity.uncertainty, budget.sources, calibration.statistics->observations);
+    const Advice advice = advice_to_halve(quantity.uncertainty, budget.sources,
+                                          calibration.fit.statistics->observations);
     json["dominant"] = {
         {"source", advice.source}, {"share", advice.share}, {"advice", advice.text}};
     shown.json["attitude"].push_back(std::move(json));
@@ -170,7 +170,7 @@ void show_attitude(const Calibration& calibration,
   for (const AttitudeQuantity& quantity : budget.quantities) {
     if (quantity.name != "residual") {
       const Advice advice = advice_to_halve(quantity.uncertainty, budget.sources,
-                                            calibration.statistics->observations);
+                                            calibration.fit.statistics->observations);
       if (!advice.source.empty()) {
         shown.text += formatted("  {}: {:.0f} % of the variance is '{}'; {}\n", quantity.name,
                                 100.0 * advice.share, advice.source, advice.text);
@@ -221,10 +221,10 @@ void show_map(const Calibration& calibration, const Asked& asked, double step_de
     pitch_text += formatted("  {:>6.0f}", pitch);
     roll_text += formatted("  {:>6.0f}", pitch);
     for (double roll = -180.0; roll < 180.0 - 1e-9; roll += step_deg) {
-      const AttitudeBudget budget =
-          attitude_budget(calibration, asked.reduction, asked.noise,
-                          field_of_attitude(calibration, pitch * rad_per_deg, roll * rad_per_deg),
-                          asked.temperature);
+      const AttitudeBudget budget = attitude_budget(
+          calibration, asked.reduction, asked.noise,
+          field_of_attitude(calibration.sensor, pitch * rad_per_deg, roll * rad_per_deg),
+          asked.temperature);
       Json one = {{"pitch_deg", pitch}, {"roll_deg", roll}};
       for (const AttitudeQuantity& quantity : budget.quantities) {
         one["expanded_95"][quantity.name] = quantity.uncertainty.expanded;
@@ -246,7 +246,7 @@ Asked asked_of(const BudgetCommand& command, const Calibration& calibration) {
   Asked asked;
   asked.noise = stated_noise(calibration);
   if (command.noise) {
-    asked.noise.sd = Eigen::VectorXd::Constant(calibration.instrument.axis_count(),
+    asked.noise.sd = Eigen::VectorXd::Constant(calibration.sensor.instrument.axis_count(),
                                                not_negative_of("--noise", *command.noise));
   }
   if (command.temperature) {
@@ -256,7 +256,7 @@ Asked asked_of(const BudgetCommand& command, const Calibration& calibration) {
     asked.reduction.inclination.pitch_formula =
         pitch_formula_of("--pitch-formula", *command.pitch_formula);
   }
-  asked.reduction.magnitude = calibration.field.magnitude;
+  asked.reduction.magnitude = calibration.sensor.field.magnitude;
   return asked;
 }
 
@@ -284,7 +284,7 @@ int run(const BudgetCommand& command) {
       }
       const double roll = command.roll ? number_of("--roll", *command.roll) : 0.0;
       const Eigen::Vector3d field =
-          field_of_attitude(calibration, pitch * rad_per_deg, roll * rad_per_deg);
+          field_of_attitude(calibration.sensor, pitch * rad_per_deg, roll * rad_per_deg);
       show_attitude(calibration, asked, field, shown);
       if (command.monte_carlo) {
         const int trials = whole_number_of("--monte-carlo", *command.monte_carlo, 1000);

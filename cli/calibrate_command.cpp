@@ -151,8 +151,8 @@ void align(const std::string& record,
 
 // The verdict of a unit in a line: what a factory's log wants.
 std::string verdict_line(const Calibration& calibration) {
-  const Verdict& verdict = *calibration.verdict;
-  const std::string& serial = calibration.instrument.serial;
+  const Verdict& verdict = *calibration.findings.verdict;
+  const std::string& serial = calibration.sensor.instrument.serial;
   return formatted("{}{} (rule {}{})", serial.empty() ? std::string("unit") : serial,
                    verdict.passed ? ": pass" : ": fail: " + reason_of(verdict), verdict.rule,
                    verdict.rule == "guarded" ? ", guard band U95" : "");
@@ -162,7 +162,7 @@ void apply_limits(const std::optional<Limits>& limits, std::vector<Calibration>&
   for (Calibration& calibration : calibrations) {
     if (limits) {
       try {
-        calibration.verdict = evaluate(*limits, calibration);
+        calibration.findings.verdict = evaluate(*limits, calibration);
       } catch (const DomainError& error) {
         throw DataError(limits->path, error.what(), error.settings());
       }
@@ -182,18 +182,20 @@ struct Outcome {
 Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& calibrations) {
   Outcome outcome{.refused_slots = "refused"};
   for (const Calibration& calibration : calibrations) {
-    const bool refused = calibration.status == CalibrationStatus::refused;
+    const bool refused = calibration.findings.status == CalibrationStatus::refused;
     outcome.refused = outcome.refused || refused;
-    outcome.failed = outcome.failed || (calibration.verdict && !calibration.verdict->passed);
-    if (refused && !calibration.slot.empty()) {
+    outcome.failed =
+        outcome.failed || (calibration.findings.verdict && !calibration.findings.verdict->passed);
+    if (refused && !calibration.provenance.slot.empty()) {
       outcome.refused_slots +=
-          (outcome.refused_slots == "refused" ? ": slot " : ", ") + calibration.slot;
+          (outcome.refused_slots == "refused" ? ": slot " : ", ") + calibration.provenance.slot;
     }
     outcome.text += outcome.text.empty() ? "" : "\n";
     outcome.text += summary(calibration);
     if (command.output && *command.output != "-" && (!refused || command.force)) {
-      const std::string path = output_for(*command.output, calibration.slot,
-                                          calibration.instrument.serial, calibration.instance);
+      const std::string path =
+          output_for(*command.output, calibration.provenance.slot,
+                     calibration.sensor.instrument.serial, calibration.provenance.instance);
       write_whole_file(path, calibration_json(calibration));
       outcome.stored_refused = outcome.stored_refused || refused;
       outcome.text += formatted("\nrecord: {}\n", path);
@@ -244,13 +246,13 @@ Unit calibrate_unit(const CalibrateCommand& command,
     apply_limits(limits, calibrations);
     unit.calibration = std::move(calibrations.front());
     const Calibration& calibration = *unit.calibration;
-    unit.result = status_name(calibration.status);
-    if (calibration.status == CalibrationStatus::refused ||
-        (!calibration.verdict && calibration.status != CalibrationStatus::ok)) {
-      unit.reason = calibration.warnings.front().message;
-    } else if (calibration.verdict) {
-      unit.result = calibration.verdict->passed ? "pass" : "fail";
-      unit.reason = reason_of(*calibration.verdict);
+    unit.result = status_name(calibration.findings.status);
+    if (calibration.findings.status == CalibrationStatus::refused ||
+        (!calibration.findings.verdict && calibration.findings.status != CalibrationStatus::ok)) {
+      unit.reason = calibration.findings.warnings.front().message;
+    } else if (calibration.findings.verdict) {
+      unit.result = calibration.findings.verdict->passed ? "pass" : "fail";
+      unit.reason = reason_of(*calibration.findings.verdict);
     }
   } catch (const RefusedError& error) {
     unit.result = "error";
@@ -265,7 +267,7 @@ std::string table_of(const std::vector<Unit>& units) {
                                   [](const Unit& unit) { return unit.calibration.has_value(); });
   std::vector<std::string> parameters;
   if (first != units.end()) {
-    parameters = first->calibration->statistics->parameter_names;
+    parameters = first->calibration->fit.statistics->parameter_names;
   }
   std::string text = "serial,result,reason";
   for (const std::string& parameter : parameters) {
@@ -377,7 +379,7 @@ int deliver_records(const CalibrateCommand& command,
   }
   print_remarks(calibrations);
   for (const Calibration& calibration : calibrations) {
-    if (calibration.verdict) {
+    if (calibration.findings.verdict) {
       std::fprintf(stderr, "%s\n", verdict_line(calibration).c_str());
     }
   }
@@ -472,12 +474,12 @@ int run(const CalibrateCommand& command) {
   std::optional<ObservationColumns> beside;
   if (command.align) {
     companion = read_calibration(*command.align);
-    if (companion->status == CalibrationStatus::refused) {
+    if (companion->findings.status == CalibrationStatus::refused) {
       throw RefusedError(*command.align + ": this calibration was refused");
     }
-    beside = {.axes = companion->instrument.axes,
-              .differences = companion->instrument.differences,
-              .range = companion->instrument.range};
+    beside = {.axes = companion->sensor.instrument.axes,
+              .differences = companion->sensor.instrument.differences,
+              .range = companion->sensor.instrument.range};
   }
   Observations companions;
   const Run run = read_run(file, Units::several, {.options = table}, beside, &companions);

@@ -107,20 +107,20 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
     Reference reference;
     reference.calibration = read_calibration(files.record);
     // Two records of one serial number are one instrument, whatever the files are called.
-    const std::string& serial = reference.calibration.instrument.serial;
-    reference.instrument = serial.empty()
-                               ? std::filesystem::weakly_canonical(files.record).string()
-                               : formatted("{} {}", reference.calibration.instrument.kind, serial);
+    const std::string& serial = reference.calibration.sensor.instrument.serial;
+    reference.instrument =
+        serial.empty() ? std::filesystem::weakly_canonical(files.record).string()
+                       : formatted("{} {}", reference.calibration.sensor.instrument.kind, serial);
     const Calibration& record = reference.calibration;
-    if (record.status == CalibrationStatus::refused) {
+    if (record.findings.status == CalibrationStatus::refused) {
       throw RefusedError(files.record +
                          ": this calibration was refused; a cube cannot be measured "
                          "with it");
     }
     const ObservationsFile table = read_observations_file(
-        files.observations, {.axes = record.instrument.axes, .needs_labels = true});
+        files.observations, {.axes = record.sensor.instrument.axes, .needs_labels = true});
     const std::vector<std::string>& slots = table.run.slots;
-    const std::string wanted = files.slot.empty() ? record.slot : files.slot;
+    const std::string wanted = files.slot.empty() ? record.provenance.slot : files.slot;
     const std::string read = slots.empty() ? "" : slots.size() == 1 ? slots.front() : wanted;
     if (!readings.emplace(files.observations, read).second) {
       throw UsageError(formatted(

@@ -99,7 +99,7 @@ std::string check_text(const DriftCheck& check, const Calibration& record) {
                          ? "drifted: the coefficients differ by more than chance (p = "
                          : "no drift: the coefficients differ by no more than chance (p = ";
   text += number_text(check.p_value, 2) + ")\n";
-  const bool has_pitch = find_instrument_kind(record.instrument.kind).has_axis_elevation;
+  const bool has_pitch = find_instrument_kind(record.sensor.instrument.kind).has_axis_elevation;
   if (std::isfinite(check.pitch_error_deg)) {
     text += formatted(
         "{} by the old record is now off by up to {:.3g} degrees (u {:.2g}; as the "
@@ -230,21 +230,22 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   ExperimentFile without_method = make_experiment_file(options, experiment_of(old));
   FreshReadings fresh{.experiment = without_method.experiment};
   without_method.experiment.method.reset();  // the readings show whether there are labels
-  fresh.run = read_run(without_method, Units::one,
-                       {.options = command.table,
-                        .kind = old.instrument.differences.empty() ? old.instrument.kind : "",
-                        .unit = old.instrument.unit});
-  if (old.temperature && !fresh.run.observations.readings.front().temperature) {
+  fresh.run =
+      read_run(without_method, Units::one,
+               {.options = command.table,
+                .kind = old.sensor.instrument.differences.empty() ? old.sensor.instrument.kind : "",
+                .unit = old.sensor.instrument.unit});
+  if (old.sensor.temperature && !fresh.run.observations.readings.front().temperature) {
     std::fprintf(stderr,
                  "note: the readings have no column 'temperature' and count as taken at the "
                  "record's reference\n");
   }
   fresh.temperature = mean_temperature(fresh.run.observations);
   fresh.run.observations = at_reference_temperature(std::move(fresh.run.observations), old);
-  if (old.method == Method::bias) {
+  if (old.fit.method == Method::bias) {
     // What was taken to the reference needs no terms, and method bias asks for temperatures.
     for (Reading& reading : fresh.run.observations.readings) {
-      reading.temperature = old.temperature ? old.temperature->reference : 0.0;
+      reading.temperature = old.sensor.temperature ? old.sensor.temperature->reference : 0.0;
     }
     fresh.experiment.temperature.order = 0;
     if (gives_field(old)) {
@@ -261,7 +262,7 @@ Calibration calibration_of(const CheckCommand& command,
                                                  command.experiment.assembly, readings.run.slots);
   std::vector<Calibration> calibrations = calibrate_run(readings.experiment, readings.run);
   for (Calibration& calibration : calibrations) {  // what check says of such biases itself
-    std::erase_if(calibration.warnings, [](const CalibrationWarning& warning) {
+    std::erase_if(calibration.findings.warnings, [](const CalibrationWarning& warning) {
       return warning.code == WarningCode::field_in_bias;
     });
   }
@@ -270,11 +271,12 @@ Calibration calibration_of(const CheckCommand& command,
     throw UsageError("check: takes one instrument, not several slots");
   }
   Calibration fresh = std::move(calibrations.front());
-  if (fresh.status == CalibrationStatus::refused) {
-    throw RefusedError("the fresh readings give no calibration: " + fresh.warnings.front().message);
+  if (fresh.findings.status == CalibrationStatus::refused) {
+    throw RefusedError("the fresh readings give no calibration: " +
+                       fresh.findings.warnings.front().message);
   }
-  if (old.temperature && old.method != Method::bias) {
-    fresh.temperature = old.temperature;  // it is compared at the reference of both
+  if (old.sensor.temperature && old.fit.method != Method::bias) {
+    fresh.sensor.temperature = old.sensor.temperature;  // it is compared at the reference of both
   }
   return fresh;
 }
@@ -305,12 +307,14 @@ int run(const CheckCommand& command) {
   const std::optional<Limits> limits =
       command.limits ? std::optional(read_limits(*command.limits)) : std::nullopt;
   const Calibration old = read_calibration(command.record);
-  if (old.status == CalibrationStatus::refused) {
+  if (old.findings.status == CalibrationStatus::refused) {
     throw RefusedError(command.record +
                        ": this calibration was refused; nothing is held against it");
   }
-  if (command.experiment.instrument && *command.experiment.instrument != old.instrument.kind) {
-    throw UsageError("--instrument: the record is of an instrument of kind " + old.instrument.kind);
+  if (command.experiment.instrument &&
+      *command.experiment.instrument != old.sensor.instrument.kind) {
+    throw UsageError("--instrument: the record is of an instrument of kind " +
+                     old.sensor.instrument.kind);
   }
   Calibration fresh;
   std::optional<double> temperature;
@@ -318,23 +322,23 @@ int run(const CheckCommand& command) {
   try {
     if (is_record(*command.other)) {
       fresh = read_calibration(*command.other);
-      if (fresh.status == CalibrationStatus::refused) {
+      if (fresh.findings.status == CalibrationStatus::refused) {
         throw RefusedError(*command.other + ": this calibration was refused");
       }
-      own = is_made_from(old, fresh.inputs);
+      own = is_made_from(old, fresh.provenance.inputs);
     } else {
       FreshReadings readings = read_fresh(command, old);
       own = is_made_from(old, readings.run.inputs);
       temperature = readings.temperature;
       if (gives_field(old) && !has_pose(readings.run.observations) &&
-          old.method != Method::magnitude) {
+          old.fit.method != Method::magnitude) {
         if (limits) {
           throw UsageError(
               "--limits: readings without labels give no coefficients to hold against limits");
         }
         const InSituCheck check = check_in_situ(old, readings.run.observations, alpha);
         return report(command, in_situ_json(check, own),
-                      own_text(own) + in_situ_text(check, old.field.unit), check.drifted);
+                      own_text(own) + in_situ_text(check, old.sensor.field.unit), check.drifted);
       }
       fresh = calibration_of(command, std::move(readings), old);
     }
@@ -349,9 +353,10 @@ int run(const CheckCommand& command) {
     const int status = report(command, check_json(check, verdict, own),
                               own_text(own) + check_text(check, old), failed);
     if (verdict) {
-      std::fprintf(stderr, "%s: %s\n",
-                   fresh.instrument.serial.empty() ? "unit" : fresh.instrument.serial.c_str(),
-                   verdict->passed ? "pass" : ("fail: " + reason_of(*verdict)).c_str());
+      std::fprintf(
+          stderr, "%s: %s\n",
+          fresh.sensor.instrument.serial.empty() ? "unit" : fresh.sensor.instrument.serial.c_str(),
+          verdict->passed ? "pass" : ("fail: " + reason_of(*verdict)).c_str());
     }
     return status;
   } catch (const SetupError&) {

@@ -2,6 +2,7 @@
 #include "command_line.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <string_view>
 
 #include <CLI/CLI.hpp>
@@ -10,6 +11,7 @@
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/version.hpp"
+#include "axiscal/formulas/kind_file.hpp"
 #include "definition.hpp"
 #include "usage_error.hpp"
 
@@ -21,6 +23,21 @@ CLI::Option* find_option(CLI::App& app, const std::string& argument) {
   return app.get_option_no_throw(argument.substr(0, argument.find('=')));
 }
 
+constexpr std::string_view instrument_option = "--instrument";
+
+// The file of a kind of instrument, where that is what the option at a place states.
+std::optional<std::string> instrument_file(const std::vector<std::string>& arguments,
+                                           std::size_t at) {
+  const std::string& argument = arguments[at];
+  std::string value;
+  if (argument == instrument_option && at + 1 < arguments.size()) {
+    value = arguments[at + 1];
+  } else if (argument.starts_with(formatted("{}=", instrument_option))) {
+    value = argument.substr(instrument_option.size() + 1);
+  }
+  return value.ends_with(".json") ? std::optional(value) : std::nullopt;
+}
+
 // Joins an option and its value, as values may start with a minus sign, and refuses unknown ones.
 std::vector<std::string> with_joined_values(CLI::App& app,
                                             const std::vector<std::string>& arguments) {
@@ -29,6 +46,15 @@ std::vector<std::string> with_joined_values(CLI::App& app,
     std::string argument = arguments[i];
     if (argument.starts_with("--") && argument.size() > 2) {
       const CLI::Option* option = find_option(app, argument);
+      if (const std::optional<std::string> file = instrument_file(arguments, i)) {
+        // Every command takes it, as records of a kind can be read only where it is known.
+        const std::string_view kind = add_instrument_kind_file(*file).name;
+        i += argument == instrument_option ? 1U : 0U;
+        if (option != nullptr) {
+          result.push_back(formatted("{}={}", instrument_option, kind));
+        }
+        continue;
+      }
       if (option == nullptr) {
         std::vector<std::string> names;
         for (const CLI::Option* known : app.get_options()) {

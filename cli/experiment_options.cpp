@@ -331,8 +331,9 @@ void add_files(OptionSet& options, ExperimentOptions& experiment, Need need) {
 
 void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   OptionSet instrument = options.group("Instrument");
-  instrument.add("--instrument", experiment.instrument, "KIND",
-                 "accelerometer, inclinometer, magnetometer, gyroscope, optical or generic");
+  instrument.add("--instrument", experiment.instrument, "KIND|FILE.json",
+                 "accelerometer, inclinometer, magnetometer, gyroscope, optical or generic; a file "
+                 "states a kind of your own, for every command");
   instrument.add("--serial", experiment.serial, "TEXT", "serial number");
   instrument.add("--model", experiment.model, "TEXT", "what units of one design have in common");
   instrument.add(
@@ -524,36 +525,36 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
 
 Experiment experiment_of(const Calibration& record) {
   Experiment experiment;
-  if (!record.experiment.empty()) {
+  if (!record.provenance.experiment.empty()) {
     const Experiment done =
-        parse_experiment(record.experiment, "the record's experiment").experiment;
+        parse_experiment(record.provenance.experiment, "the record's experiment").experiment;
     experiment.noise_ratio = done.noise_ratio;
     experiment.drift = done.drift;
     experiment.seats = done.seats;
     experiment.nominal_sensitivity = done.nominal_sensitivity;
     experiment.table.fence_azimuth_rad = done.table.fence_azimuth_rad;
   }
-  experiment.instrument = record.instrument;
-  if (record.method != Method::turns) {
-    experiment.method = record.method;
+  experiment.instrument = record.sensor.instrument;
+  if (record.fit.method != Method::turns) {
+    experiment.method = record.fit.method;
   }
-  const FieldDescription& field = record.field;
+  const FieldDescription& field = record.sensor.field;
   const bool given = experiment.method == Method::known;
   experiment.field = setup_of(field, given || !field_kind(field.kind).vertical);
   experiment.table.site = field.site;
   experiment.table.date = field.date;
-  for (const AlsoResponse& also : record.also) {
+  for (const AlsoResponse& also : record.sensor.also) {
     FieldSetup& part = experiment.also.emplace_back(make_field(also.kind));
     part.unit = also.unit;
     part.in_table = also.in_table;
   }
-  if (record.weights != Weighting::none) {
-    experiment.weighting = record.weights;
+  if (record.fit.weights != Weighting::none) {
+    experiment.weighting = record.fit.weights;
   }
-  experiment.robust = record.robust;
-  experiment.level_by = record.level_by_block ? LevelBy::block : LevelBy::run;
-  experiment.shape = record.shape.value_or(experiment.shape);
-  experiment.slot = record.slot;
+  experiment.robust = record.fit.robust;
+  experiment.level_by = record.fit.level_by_block ? LevelBy::block : LevelBy::run;
+  experiment.shape = record.fit.shape.value_or(experiment.shape);
+  experiment.slot = record.provenance.slot;
   return experiment;
 }
 

@@ -35,7 +35,7 @@ Json health_json(const HealthView& view, const Calibration& calibration) {
        {view.now.field_in_sensor.x(), view.now.field_in_sensor.y(), view.now.field_in_sensor.z()}},
       {"residual", view.now.residual},
       {"readings", view.readings}};
-  const InstrumentKind& kind = find_instrument_kind(calibration.instrument.kind);
+  const InstrumentKind& kind = find_instrument_kind(calibration.sensor.instrument.kind);
   for (std::size_t i = 0; i < kind.derived_names.size() && !kind.derives_with_attitude; ++i) {
     json[std::string(kind.derived_names[i])] = view.now.derived.values[i];
   }
@@ -69,7 +69,7 @@ HealthWatchSetup watch_setup(const AcquireCommand& command) {
 int run_health_check(const AcquireCommand& command) {
   const HealthWatchSetup setup = watch_setup(command);
   const Calibration& calibration = setup.calibration;
-  const std::string& unit = calibration.field.unit;
+  const std::string& unit = calibration.sensor.field.unit;
   HealthRun run;
   if (command.readings) {
     run.readings = static_cast<std::size_t>(whole_number_of("--readings", *command.readings, 1));

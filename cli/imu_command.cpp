@@ -63,9 +63,9 @@ ImuOptions options_of(const CalibrateCommand& command) {
 }
 
 const LogSensor* sensor_of(const LogInput& input, const Calibration& record) {
-  return input.sensor(record.slot == "accelerometer" ? SeriesKind::accelerometer
-                      : record.slot == "gyroscope"   ? SeriesKind::gyroscope
-                                                     : SeriesKind::magnetometer);
+  return input.sensor(record.provenance.slot == "accelerometer" ? SeriesKind::accelerometer
+                      : record.provenance.slot == "gyroscope"   ? SeriesKind::gyroscope
+                                                                : SeriesKind::magnetometer);
 }
 
 // The instrument of which the log lacks a column: the option that names its columns, and what such
@@ -144,14 +144,15 @@ void take_sensors(const CalibrateCommand& command, const LogInput& input, ImuOpt
 Calibration known_accelerometer_of(const CalibrateCommand& command, const ImuOptions& options) {
   Calibration known = read_unrefused(*command.known_accelerometer, command.force);
   const std::string& unit = options.experiment.instrument.unit;
-  if (known.instrument.axis_count() != 3 || !known.also.empty() || known.field.kind != "gravity") {
+  if (known.sensor.instrument.axis_count() != 3 || !known.sensor.also.empty() ||
+      known.sensor.field.kind != "gravity") {
     throw DataError(*command.known_accelerometer,
                     "must be the record of an accelerometer of three axes");
   }
-  if (unit != "1" && known.instrument.unit != "1" && known.instrument.unit != unit) {
-    throw DataError(
-        *command.known_accelerometer,
-        formatted("is of readings in {}, and the log's are in {}", known.instrument.unit, unit));
+  if (unit != "1" && known.sensor.instrument.unit != "1" && known.sensor.instrument.unit != unit) {
+    throw DataError(*command.known_accelerometer,
+                    formatted("is of readings in {}, and the log's are in {}",
+                              known.sensor.instrument.unit, unit));
   }
   return known;
 }
@@ -204,11 +205,13 @@ std::vector<Calibration> calibrate_instance(const CalibrateCommand& command,
     return instance > 0 && sensor != nullptr && sensor->number != instance;
   });
   for (Calibration& record : records) {
-    record.inputs = {digest};
-    record.notes.insert(record.notes.end(), imu.notes.begin(), imu.notes.end());
+    record.provenance.inputs = {digest};
+    for (const std::string& note : imu.notes) {
+      record.findings.notes.push_back({NoteCode::input, note});
+    }
     if (const LogSensor* const sensor = sensor_of(input, record)) {
-      record.instance = sensor->number;
-      record.device = sensor->device;
+      record.provenance.instance = sensor->number;
+      record.provenance.device = sensor->device;
     }
   }
   return records;
@@ -269,10 +272,11 @@ int run_imu(const CalibrateCommand& command) {
     records.insert(records.end(), some.begin(), some.end());
   }
   if (instances > 1 && last == first && !chosen) {
-    records.front().notes.push_back(formatted(
-        "the log has {} sensors of a kind; these records are of the first (another: --instance N; "
-        "all of them: {{instance}} in the name of -o)",
-        instances));
+    records.front().findings.notes.push_back(
+        {NoteCode::input,
+         formatted("the log has {} sensors of a kind; these records are of the first (another: "
+                   "--instance N; all of them: {{instance}} in the name of -o)",
+                   instances)});
   }
   return deliver_records(command, records, heading);
 }

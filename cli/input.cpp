@@ -88,7 +88,7 @@ ObservationsFile read_observations_file(const std::string& path,
 
 Calibration read_unrefused(const std::string& record, bool force) {
   Calibration calibration = read_calibration(record);
-  if (calibration.status == CalibrationStatus::refused && !force) {
+  if (calibration.findings.status == CalibrationStatus::refused && !force) {
     throw RefusedError(record +
                        ": this calibration was refused; look at its warnings, or use --force");
   }

@@ -126,9 +126,9 @@ Measured measure(const LevelCommand& command, Surface& surface) {
   // What any slot warns of counts for the one table that all stand on.
   Measured measured{files.front(), false, calibrations.front()};
   for (std::size_t s = 1; s < calibrations.size(); ++s) {
-    std::vector<CalibrationWarning>& warnings = measured.calibration.warnings;
-    warnings.insert(warnings.end(), calibrations[s].warnings.begin(),
-                    calibrations[s].warnings.end());
+    std::vector<CalibrationWarning>& warnings = measured.calibration.findings.warnings;
+    warnings.insert(warnings.end(), calibrations[s].findings.warnings.begin(),
+                    calibrations[s].findings.warnings.end());
   }
   return measured;
 }
@@ -137,10 +137,10 @@ Measured measure(const LevelCommand& command, Surface& surface) {
 void require_trust(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
   const bool spoilt = std::any_of(
-      calibration.warnings.begin(), calibration.warnings.end(),
+      calibration.findings.warnings.begin(), calibration.findings.warnings.end(),
       [](const CalibrationWarning& warning) { return warning_kind(warning.code).spoils_slope; });
-  if (spoilt || calibration.status == CalibrationStatus::refused ||
-      (calibration.levelness && !calibration.levelness->consistent)) {
+  if (spoilt || calibration.findings.status == CalibrationStatus::refused ||
+      (calibration.fit.levelness && !calibration.fit.levelness->consistent)) {
     throw RefusedError(
         "level: the readings do not agree about the slope, so no turns are given; mend what the "
         "warnings name (take those readings again, --leave-out, --level-by block) first");
@@ -150,21 +150,21 @@ void require_trust(const Measured& measured) {
 // Of several blocks the last: the table may have been moved before it. Of several slots all.
 Slope slope_of(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
-  if (!field_kind(calibration.field.kind).vertical) {
+  if (!field_kind(calibration.sensor.field.kind).vertical) {
     throw RefusedError(
         formatted("level: the field is {}, and only gravity shows where the table is not level",
-                  calibration.field.kind));
+                  calibration.sensor.field.kind));
   }
-  if (!calibration.levelness && measured.from_record) {
+  if (!calibration.fit.levelness && measured.from_record) {
     throw RefusedError(measured.path +
                        ": the record holds no levelness; give the readings instead");
   }
-  if (!calibration.levelness) {
+  if (!calibration.fit.levelness) {
     throw RefusedError(
         "level: no reading has its opposite (same rest face, opposite fence face), so nothing "
         "shows the table's slope; take each face turned round as well");
   }
-  const Levelness& levelness = *calibration.levelness;
+  const Levelness& levelness = *calibration.fit.levelness;
   const BlockLevelness now = levelness.as_it_stands();
   Slope slope{.value = {now.x, now.y},
               .standard_error = {now.standard_error_x, now.standard_error_y},

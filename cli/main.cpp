@@ -12,6 +12,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "axiscal/formulas/formula_field.hpp"
 #include "column_advice.hpp"
 #include "command_line.hpp"
 #include "option_names.hpp"
@@ -70,6 +71,7 @@ int main(int argc, char** argv) {
   open_missing_standard_files();
   set_signals();
   const axiscal::InputProtection no_input_is_overwritten;
+  axiscal::add_formula_field();
   try {
     const axiscal::cli::Action action = axiscal::cli::parse_command_line(
         std::vector<std::string>(argv + 1, argv + argc), subcommands());

@@ -1,91 +1,72 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "option_names.hpp"
 
+#include <array>
 #include <string_view>
 #include <vector>
 
+#include "axiscal/acquisition/settings.hpp"
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/exchange/settings.hpp"
+#include "axiscal/field/settings.hpp"
+#include "axiscal/instruments/settings.hpp"
+#include "axiscal/logs/settings.hpp"
 
 namespace axiscal::cli {
 namespace {
 
-// The compiler names a setting that has no option here.
+struct OptionName {
+  Setting setting;
+  std::string_view option;
+};
+
+constexpr std::array options_of_settings = {
+    OptionName{settings::axes, "--axes"},
+    OptionName{settings::column_names, "--map"},
+    OptionName{settings::date, "--date"},
+    OptionName{settings::fence_azimuth, "--fence-azimuth"},
+    OptionName{settings::field, "--field"},
+    OptionName{settings::field_magnitude, "--field-magnitude"},
+    OptionName{settings::field_magnitude_u, "--field-magnitude-u"},
+    OptionName{settings::field_table, "--field-table"},
+    OptionName{settings::from_record, "--from"},
+    OptionName{settings::gyroscope_scale, "--gyroscope-scale"},
+    OptionName{settings::instrument, "--instrument"},
+    OptionName{settings::imported_magnitude, "--magnitude"},
+    OptionName{settings::journal, "--journal"},
+    OptionName{settings::laboratory, "--laboratory"},
+    OptionName{settings::leave_out, "--leave-out"},
+    OptionName{settings::local_gravity, "--gravity"},
+    OptionName{settings::log, "calibrate --imu"},
+    OptionName{settings::longitude, "--longitude"},
+    OptionName{settings::lossy, "--lossy"},
+    OptionName{settings::magnetic_model, "--magnetic-model"},
+    OptionName{settings::method, "--method"},
+    OptionName{settings::numbers, "--numbers"},
+    OptionName{settings::plain_face, "--plain"},
+    OptionName{settings::polar_fit, "--polar-fit"},
+    OptionName{settings::ports, "acquire --list"},
+    OptionName{settings::range, "--range"},
+    OptionName{settings::rate, "--rate"},
+    OptionName{settings::reading_factor, "--reading-factor"},
+    OptionName{settings::resume, "--resume"},
+    OptionName{settings::run_sheet, "--plan"},
+    OptionName{settings::shortest_rest, "--min-length"},
+    OptionName{settings::site, "--latitude, --longitude"},
+    OptionName{settings::slope, "--slope"},
+    OptionName{settings::temperature_order, "--temperature-order"},
+    OptionName{settings::time_column, "--time"},
+    OptionName{settings::web_face, "--web"}};
+
+// A setting without an option here is called by its path.
 std::string_view option_of(Setting setting) {
-  switch (setting) {
-    case Setting::axes:
-      return "--axes";
-    case Setting::column_names:
-      return "--map";
-    case Setting::date:
-      return "--date";
-    case Setting::fence_azimuth:
-      return "--fence-azimuth";
-    case Setting::field:
-      return "--field";
-    case Setting::field_magnitude:
-      return "--field-magnitude";
-    case Setting::field_magnitude_u:
-      return "--field-magnitude-u";
-    case Setting::field_table:
-      return "--field-table";
-    case Setting::from_record:
-      return "--from";
-    case Setting::gyroscope_scale:
-      return "--gyroscope-scale";
-    case Setting::instrument:
-      return "--instrument";
-    case Setting::imported_magnitude:
-      return "--magnitude";
-    case Setting::journal:
-      return "--journal";
-    case Setting::laboratory:
-      return "--laboratory";
-    case Setting::leave_out:
-      return "--leave-out";
-    case Setting::local_gravity:
-      return "--gravity";
-    case Setting::log:
-      return "calibrate --imu";
-    case Setting::longitude:
-      return "--longitude";
-    case Setting::lossy:
-      return "--lossy";
-    case Setting::magnetic_model:
-      return "--magnetic-model";
-    case Setting::method:
-      return "--method";
-    case Setting::numbers:
-      return "--numbers";
-    case Setting::plain_face:
-      return "--plain";
-    case Setting::polar_fit:
-      return "--polar-fit";
-    case Setting::ports:
-      return "acquire --list";
-    case Setting::range:
-      return "--range";
-    case Setting::rate:
-      return "--rate";
-    case Setting::reading_factor:
-      return "--reading-factor";
-    case Setting::resume:
-      return "--resume";
-    case Setting::run_sheet:
-      return "--plan";
-    case Setting::shortest_rest:
-      return "--min-length";
-    case Setting::site:
-      return "--latitude, --longitude";
-    case Setting::slope:
-      return "--slope";
-    case Setting::temperature_order:
-      return "--temperature-order";
-    case Setting::time_column:
-      return "--time";
-    case Setting::web_face:
-      return "--web";
+  for (const OptionName& one : options_of_settings) {
+    if (one.setting == setting) {
+      return one.option;
+    }
   }
-  return "";
+  return setting.path;
 }
 
 }  // namespace

@@ -48,11 +48,12 @@ void add_options(OptionSet& options, ReportCommand& command) {
 // Whether the file is the log whose rests the record was made from; records of version 0.1 do not
 // say which of their files was one.
 bool is_own_log(const Calibration& calibration, const std::string& path) {
-  const bool of_imu = calibration.residuals.empty() || !calibration.residuals.front().point;
+  const bool of_imu = calibration.fit.residuals.empty() || !calibration.fit.residuals.front().point;
   const auto may_be_log = [&](const InputFileDigest& input) {
-    return input.is_log || (of_imu && calibration.slot == calibration.instrument.kind);
+    return input.is_log ||
+           (of_imu && calibration.provenance.slot == calibration.sensor.instrument.kind);
   };
-  const std::vector<InputFileDigest>& inputs = calibration.inputs;
+  const std::vector<InputFileDigest>& inputs = calibration.provenance.inputs;
   if (std::none_of(inputs.begin(), inputs.end(), may_be_log)) {
     return false;  // the file need not be read for its checksum
   }
@@ -71,22 +72,23 @@ std::optional<Observations> readings_for(const Calibration& calibration, const s
     return std::nullopt;
   }
   const ObservationsFile file =
-      read_observations_file(path, {.axes = calibration.instrument.axes,
-                                    .differences = calibration.instrument.differences,
-                                    .range = calibration.instrument.range});
-  const bool is_input = std::any_of(
-      calibration.inputs.begin(), calibration.inputs.end(), [&](const InputFileDigest& input) {
-        return input.sha256.empty() || input.sha256 == file.run.inputs.front().sha256;
-      });
+      read_observations_file(path, {.axes = calibration.sensor.instrument.axes,
+                                    .differences = calibration.sensor.instrument.differences,
+                                    .range = calibration.sensor.instrument.range});
+  const bool is_input =
+      std::any_of(calibration.provenance.inputs.begin(), calibration.provenance.inputs.end(),
+                  [&](const InputFileDigest& input) {
+                    return input.sha256.empty() || input.sha256 == file.run.inputs.front().sha256;
+                  });
   if (!is_input) {
     print_remark("note", path +
                              " is not a file that the record was made from (its SHA-256 "
                              "differs): readings are matched by their run");
   }
   Observations observations = file.run.observations;
-  const Eigen::Index m = calibration.instrument.axis_count();
+  const Eigen::Index m = calibration.sensor.instrument.axis_count();
   const std::vector<std::string>& slots = file.run.slots;
-  const auto slot = std::find(slots.begin(), slots.end(), calibration.slot);
+  const auto slot = std::find(slots.begin(), slots.end(), calibration.provenance.slot);
   if (slots.size() > 1 && slot != slots.end()) {
     observations.response = observations.response.middleCols(m * (slot - slots.begin()), m).eval();
   }
@@ -132,10 +134,10 @@ int run(const ReportCommand& command) {
   if (command.history) {
     options.history = read_history(*command.history);
     if (std::none_of(options.history.begin(), options.history.end(), [&](const UnitHistory& unit) {
-          return unit.serial == calibration.instrument.serial;
+          return unit.serial == calibration.sensor.instrument.serial;
         })) {
       print_remark("note", formatted("{} holds no record of unit '{}'", *command.history,
-                                     calibration.instrument.serial));
+                                     calibration.sensor.instrument.serial));
     }
   }
   if (command.positioner || command.adjusters || command.thread_pitch) {

@@ -62,15 +62,15 @@ Positioner with_assembly(const Positioner& positioner,
 void print_remarks(const std::vector<Calibration>& calibrations) {
   std::set<std::string> said;  // what all slots have in common is said once
   for (const Calibration& calibration : calibrations) {
-    const std::string slot = calibrations.size() > 1 && !calibration.slot.empty()
-                                 ? formatted("slot {}: ", calibration.slot)
+    const std::string slot = calibrations.size() > 1 && !calibration.provenance.slot.empty()
+                                 ? formatted("slot {}: ", calibration.provenance.slot)
                                  : "";
-    for (const std::string& note : calibration.notes) {
-      if (said.insert(note).second) {
-        print_remark("note", note);
+    for (const CalibrationNote& note : calibration.findings.notes) {
+      if (said.insert(note.message).second) {
+        print_remark("note", note.message);
       }
     }
-    for (const CalibrationWarning& warning : calibration.warnings) {
+    for (const CalibrationWarning& warning : calibration.findings.warnings) {
       if (said.insert(warning.message).second) {
         print_remark("warning",
                      (warning.code == WarningCode::slot_levelness ? "" : slot) + warning.message);

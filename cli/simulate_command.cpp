@@ -52,7 +52,7 @@ void add_options(OptionSet& options, SimulateCommand& command) {
 struct Truth {
   std::string slot;  // empty for a single instrument without one
   std::string path;
-  Calibration calibration;
+  SensorModel sensor;
 };
 
 std::vector<Truth> read_truths(const SimulateCommand& command) {
@@ -67,7 +67,7 @@ std::vector<Truth> read_truths(const SimulateCommand& command) {
     }
     Truth truth{.slot = has_slot ? text.substr(0, parting) : "",
                 .path = has_slot ? text.substr(parting + 1) : text,
-                .calibration = {}};
+                .sensor = {}};
     if (has_slot && truth.slot.empty()) {
       throw UsageError(formatted("--truth: '{}': the slot's name is missing", text));
     }
@@ -106,7 +106,7 @@ SimulationOptions simulation_options(const SimulateCommand& command) {
 }
 
 // A log of one instrument, a row for each sample; beside turns what an ideal accelerometer reads.
-std::string recording_csv(const Calibration& truth,
+std::string recording_csv(const SensorModel& truth,
                           const Recording& recording,
                           const SheetOptions& sheet,
                           const SimulationOptions& options) {
@@ -159,9 +159,9 @@ int run(const SimulateCommand& command) {
   }
   std::vector<std::string> slots;
   for (Truth& truth : truths) {
-    truth.calibration = with_field_of_site(read_calibration(truth.path));
+    truth.sensor = with_field_of_site(read_calibration(truth.path).sensor);
     if (command.slope) {
-      truth.calibration = on_level_table(std::move(truth.calibration));
+      truth.sensor = on_level_table(std::move(truth.sensor));
     }
     slots.push_back(truth.slot);
   }
@@ -175,7 +175,7 @@ int run(const SimulateCommand& command) {
         truths.front().slot.empty() ? command.slot.value_or("") : truths.front().slot;
     options.rotation_sensor_from_positioner = mount_rotation(options.positioner, slot);
     write_whole_file(command.output,
-                     recording_csv(truths.front().calibration, *recording, command.sheet, options));
+                     recording_csv(truths.front().sensor, *recording, command.sheet, options));
     return 0;
   }
   // Every instrument stands at the same points, but has noise of its own.
@@ -185,9 +185,9 @@ int run(const SimulateCommand& command) {
   for (const Truth& truth : truths) {
     const std::string slot = truth.slot.empty() ? command.slot.value_or("") : truth.slot;
     options.rotation_sensor_from_positioner = mount_rotation(options.positioner, slot);
-    Observations own = simulate(truth.calibration, sheet, options);
+    Observations own = simulate(truth.sensor, sheet, options);
     ++options.stream;
-    for (const std::string& axis : truth.calibration.instrument.axes) {
+    for (const std::string& axis : truth.sensor.instrument.axes) {
       columns.push_back(truth.slot.empty() ? axis : formatted("{}.{}", truth.slot, axis));
     }
     if (all.readings.empty()) {

@@ -122,11 +122,14 @@ int merge_shards(const StudyCommand& command) {
   return static_cast<std::int64_t>(all.blocks.size()) < blocks ? 1 : 0;
 }
 
-Eigen::VectorXd noise_of(const StudyCommand& command, const Calibration& truth) {
-  const Eigen::Index m = truth.instrument.axis_count();
+// @param m        axes.
+// @param scatter  of the readings of a record; may be empty.
+Eigen::VectorXd noise_of(const StudyCommand& command,
+                         Eigen::Index m,
+                         const Eigen::VectorXd& scatter) {
   if (!command.noise) {
-    if (truth.statistics && (truth.statistics->residual_sd.array() > 0.0).all()) {
-      return truth.statistics->residual_sd;
+    if (scatter.size() == m && (scatter.array() > 0.0).all()) {
+      return scatter;
     }
     throw UsageError("study: the noise of a reading is needed (--noise SD)");
   }
@@ -144,9 +147,12 @@ StudySetup setup_of(const StudyCommand& command) {
   if (has_truth == !command.experiment.files.empty()) {
     throw UsageError("study: needs an EXPERIMENT.json or --truth RECORD.json, one of them");
   }
+  Eigen::VectorXd scatter;  // of the record's readings
   if (has_truth) {
-    setup.truth = read_calibration(*command.truth);
-    setup.experiment = make_experiment(command.experiment, experiment_of(setup.truth));
+    const Calibration record = read_calibration(*command.truth);
+    setup.truth = record.sensor;
+    scatter = record.fit.statistics ? record.fit.statistics->residual_sd : scatter;
+    setup.experiment = make_experiment(command.experiment, experiment_of(record));
     if (setup.truth.temperature && !command.experiment.temperature_order) {
       setup.experiment.temperature.order =
           static_cast<int>(std::min<Eigen::Index>(setup.truth.temperature->bias.cols(), 2));
@@ -154,7 +160,7 @@ StudySetup setup_of(const StudyCommand& command) {
   } else {
     setup.experiment = make_experiment(command.experiment);
     setup.truth =
-        nominal_calibration(setup.experiment, setup.experiment.nominal_sensitivity.value_or(1.0));
+        nominal_sensor(setup.experiment, setup.experiment.nominal_sensitivity.value_or(1.0));
   }
   if (!setup.truth.field.in_table) {
     setup.truth.field.in_table = setup.truth.field.magnitude * Eigen::Vector3d::UnitZ();
@@ -165,7 +171,7 @@ StudySetup setup_of(const StudyCommand& command) {
   setup.design = design_of(command.sheet);
   setup.replicates = replicates_of(command.sheet);
   setup.temperatures = temperatures_of(command.sheet);
-  setup.noise_sd = noise_of(command, setup.truth);
+  setup.noise_sd = noise_of(command, setup.truth.instrument.axis_count(), scatter);
   setup.simulation.resolution = setup.experiment.stated.resolution;
   if (setup.experiment.method != Method::known) {
     setup.simulation.slope = setup.experiment.table.slope;

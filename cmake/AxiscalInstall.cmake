@@ -5,7 +5,7 @@ include(GNUInstallDirs)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/axiscal)
 install(
-  TARGETS ${axiscal_modules} axiscal_calib axiscal_all
+  TARGETS ${axiscal_modules} axiscal_calib axiscal_library axiscal_all
   EXPORT axiscalTargets
   FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT axiscalTargets NAMESPACE axiscal:: DESTINATION ${package_dir})
@@ -57,7 +57,7 @@ function(axiscal_install_pc pc_name target)
   configure_file(cmake/axiscal.pc.in ${pc_name}.pc @ONLY)
   install(FILES "${CMAKE_CURRENT_BINARY_DIR}/${pc_name}.pc" DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endfunction()
-foreach(module IN LISTS axiscal_modules ITEMS axiscal_calib)
+foreach(module IN LISTS axiscal_modules ITEMS axiscal_calib axiscal_library)
   string(REGEX REPLACE "^axiscal_" "axiscal-" pc_name ${module})
   axiscal_install_pc(${pc_name} ${module})
 endforeach()

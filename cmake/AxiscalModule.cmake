@@ -43,6 +43,14 @@ function(axiscal_add_module name)
                SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
                VERIFY_INTERFACE_HEADER_SETS ON)
   set_property(GLOBAL APPEND PROPERTY AXISCAL_MODULES ${target})
+  # What is added later is no target yet, so that a module of the library could link a tool only as a
+  # mere name; that is refused here.
+  set_property(GLOBAL APPEND PROPERTY AXISCAL_MODULES_OF_${AXISCAL_RING} ${target})
+  foreach(dependency IN LISTS arg_PUBLIC arg_PRIVATE)
+    if(dependency MATCHES "^axiscal::" AND NOT TARGET ${dependency})
+      message(FATAL_ERROR "${target}: ${dependency} comes later; dependence goes one way")
+    endif()
+  endforeach()
 endfunction()
 
 # axiscal_compile_fast(TARGET): code that is not waited for when it runs need not be when it is compiled.

@@ -34,10 +34,11 @@ int main() {
                                 const axiscal::LinearResponse& truth) {
     for (Eigen::Index k = 0; k < 3; ++k) {
       for (Eigen::Index j = 0; j < 3; ++j) {
-        const double se = record.statistics->sensitivity_se(k, j);
+        const double se = record.fit.statistics->sensitivity_se(k, j);
         if (se > 0.0) {
           worst = std::max(
-              worst, std::abs(record.response.sensitivity(k, j) - truth.sensitivity(k, j)) / se);
+              worst,
+              std::abs(record.sensor.response.sensitivity(k, j) - truth.sensitivity(k, j)) / se);
         }
       }
     }

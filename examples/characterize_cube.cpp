@@ -11,8 +11,8 @@
 
 namespace {
 
-axiscal::Calibration instrument(double bias) {
-  axiscal::Calibration truth;
+axiscal::SensorModel instrument(double bias) {
+  axiscal::SensorModel truth;
   truth.instrument.kind = "accelerometer";
   truth.field.kind = "gravity";
   truth.field.unit = "g";
@@ -23,16 +23,16 @@ axiscal::Calibration instrument(double bias) {
 
 // Six replicates of the 12 points, with a noise of 5e-6 g.
 axiscal::Observations read_in(const axiscal::Positioner& cube,
-                              const axiscal::Calibration& truth,
+                              const axiscal::SensorModel& truth,
                               const Eigen::Vector2d& slope,
                               std::uint64_t seed) {
   return axiscal::simulate(truth, axiscal::make_run_sheet(axiscal::standard_design(12), 6, seed),
                            {.noise_sd = 5e-6, .slope = slope, .positioner = cube, .seed = seed});
 }
 
-double error_of(const axiscal::Calibration& found, const axiscal::Calibration& truth) {
-  return std::hypot((found.response.bias - truth.response.bias).norm(),
-                    (found.response.sensitivity - truth.response.sensitivity).norm());
+double error_of(const axiscal::Calibration& found, const axiscal::SensorModel& truth) {
+  return std::hypot((found.sensor.response.bias - truth.response.bias).norm(),
+                    (found.sensor.response.sensitivity - truth.response.sensitivity).norm());
 }
 
 }  // namespace
@@ -50,7 +50,7 @@ int main() {
   std::vector<axiscal::Reference> references;
   for (const char* name : {"A", "B", "C"}) {
     const std::uint64_t seed = references.size() + 1;
-    const axiscal::Calibration truth = instrument(0.01 * static_cast<double>(seed));
+    const axiscal::SensorModel truth = instrument(0.01 * static_cast<double>(seed));
     axiscal::Reference reference;
     reference.slot = name;
     reference.instrument = name;
@@ -69,7 +69,7 @@ int main() {
 
   // A fourth instrument. Its frame is the cube's as drawn; that of the measured cube fits the
   // drawing best, so the mounts tell how the two lie to each other.
-  const axiscal::Calibration fourth = instrument(0.07);
+  const axiscal::SensorModel fourth = instrument(0.07);
   const axiscal::Observations readings = read_in(made, fourth, {-0.002, 0.001}, 99);
   const double nominal = error_of(axiscal::calibrate(experiment, readings), fourth);
   experiment.positioner = result.positioner;

@@ -15,7 +15,7 @@ int main() {
   const axiscal::CoilField coil(helmholtz, "uT");
   std::printf("the coil makes %.2f uT\n", coil.magnitude());
 
-  axiscal::Calibration truth;
+  axiscal::SensorModel truth;
   truth.instrument = {.kind = "magnetometer", .unit = "uT"};
   truth.field.unit = "uT";
   axiscal::FieldDescription earth;
@@ -46,10 +46,11 @@ int main() {
   experiment.field.magnitude = earth.in_table->norm();
   experiment.field += coil;
   const axiscal::Calibration result = axiscal::calibrate(experiment, readings);
-  const Eigen::Vector3d found = *result.field.parts[0].in_table;
+  const Eigen::Vector3d found = *result.sensor.field.parts[0].in_table;
   std::printf("the Earth's field in the table: %.1f %.1f %.1f uT\n", found.x(), found.y(),
               found.z());
-  std::printf("sensitivity of z %.4f +- %.4f (95 %%)\n", result.response.sensitivity(2, 2),
-              result.statistics->coverage_factor(2) * result.statistics->sensitivity_se(2, 2));
+  std::printf(
+      "sensitivity of z %.4f +- %.4f (95 %%)\n", result.sensor.response.sensitivity(2, 2),
+      result.fit.statistics->coverage_factor(2) * result.fit.statistics->sensitivity_se(2, 2));
   return 0;
 }

@@ -29,7 +29,7 @@ int main() {
   }
 
   // The whole design, here simulated, is enough.
-  axiscal::Calibration truth;
+  axiscal::SensorModel truth;
   truth.instrument = experiment.instrument;
   truth.field.kind = "gravity";
   truth.field.unit = "g";

@@ -13,7 +13,7 @@ int main() {
   constexpr Eigen::Index units = 10000;
   const std::vector<axiscal::RunSheetRow> sheet =
       axiscal::make_run_sheet(axiscal::standard_design(12), 1, 1);
-  axiscal::Calibration ideal;
+  axiscal::SensorModel ideal;
   ideal.instrument.kind = "accelerometer";
   ideal.field = {.kind = "gravity", .unit = "g", .magnitude = 1.0};
   ideal.response.bias = Eigen::Vector3d::Zero();
@@ -56,8 +56,8 @@ int main() {
         own.response = readings.middleCols(3 * unit, 3);
         const axiscal::Calibration full = axiscal::calibrate(experiment, own);
         std::printf("unit %d fails: axis %c scatters by %.1e, in full %.1e (%s)\n",
-                    static_cast<int>(unit), "xyz"[axis], sd, full.statistics->residual_sd(axis),
-                    std::string(axiscal::status_name(full.status)).c_str());
+                    static_cast<int>(unit), "xyz"[axis], sd, full.fit.statistics->residual_sd(axis),
+                    std::string(axiscal::status_name(full.findings.status)).c_str());
       }
     }
   }

@@ -16,7 +16,7 @@ int main() {
   // Both stand at the same 12 points; a data logger would write columns left.x, left.y, ...
   std::vector<axiscal::SlotObservations> readings;
   for (const axiscal::Mount& mount : mounts) {
-    axiscal::Calibration truth;
+    axiscal::SensorModel truth;
     truth.instrument = experiment.instrument;
     truth.field.kind = "gravity";
     truth.field.unit = "g";
@@ -36,10 +36,11 @@ int main() {
 
   for (const axiscal::Calibration& found : axiscal::calibrate_assembly(experiment, readings)) {
     std::printf("%-5s: sensitivity of z %.3f V/g, bias of z %+.3f V, slope %.2f, %.2f mrad\n",
-                found.slot.c_str(), found.response.sensitivity(2, 2), found.response.bias(2),
-                1e3 * found.levelness->mean_x, 1e3 * found.levelness->mean_y);
-    if (found.slot == "right") {
-      const axiscal::CombinedLevelness& both = *found.levelness->combined;
+                found.provenance.slot.c_str(), found.sensor.response.sensitivity(2, 2),
+                found.sensor.response.bias(2), 1e3 * found.fit.levelness->mean_x,
+                1e3 * found.fit.levelness->mean_y);
+    if (found.provenance.slot == "right") {
+      const axiscal::CombinedLevelness& both = *found.fit.levelness->combined;
       std::printf("both : slope %.2f, %.2f mrad, %s\n", 1e3 * both.x, 1e3 * both.y,
                   both.consistent ? "they agree" : "they DISAGREE");
     }

@@ -12,7 +12,7 @@ int main() {
   // What is really so: a table that is tilted and turned, a magnetometer with iron around it.
   const axiscal::Site kitchen{.latitude_deg = 48.14, .longitude_deg = 11.58, .height_m = 520.0};
   const axiscal::GeomagneticField earth(kitchen, 2026.5, "uT");
-  axiscal::Calibration truth;
+  axiscal::SensorModel truth;
   truth.instrument = {.kind = "magnetometer", .unit = "uT"};
   truth.field.unit = "uT";
   truth.field.in_table = axiscal::rotation_sloping_from_level({0.012, 0.004}) *
@@ -32,8 +32,9 @@ int main() {
   const axiscal::Calibration result = axiscal::calibrate(experiment, readings);
 
   std::printf("method %s, field %.2f +- %.2f uT by %s\n",
-              std::string(axiscal::method_name(result.method)).c_str(), result.field.magnitude,
-              result.field.magnitude_u, result.field.model.c_str());
+              std::string(axiscal::method_name(result.fit.method)).c_str(),
+              result.sensor.field.magnitude, result.sensor.field.magnitude_u,
+              result.sensor.field.model.c_str());
   for (const axiscal::KindQuantity& quantity : axiscal::quantities_of(result)) {
     if (quantity.name == "hard_iron") {
       std::printf("hard iron %.2f %.2f %.2f uT\n", quantity.values[0], quantity.values[1],
@@ -43,7 +44,7 @@ int main() {
     }
   }
   const double worst =
-      (result.response.sensitivity - truth.response.sensitivity).cwiseAbs().maxCoeff();
+      (result.sensor.response.sensitivity - truth.response.sensitivity).cwiseAbs().maxCoeff();
   std::printf("sensitivity recovered to %s\n", worst < 2e-3 ? "0.2 %" : "worse than 0.2 %");
   return 0;
 }

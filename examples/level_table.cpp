@@ -8,7 +8,7 @@
 #include <cstdio>
 
 int main() {
-  axiscal::Calibration truth;  // the instrument on the table
+  axiscal::SensorModel truth;  // the instrument on the table
   truth.instrument.kind = "inclinometer";
   truth.field.kind = "gravity";
   truth.field.unit = "g";
@@ -33,7 +33,7 @@ int main() {
         experiment,
         axiscal::simulate(truth, axiscal::make_run_sheet(axiscal::standard_design(12), 1, round),
                           options));
-    const axiscal::Levelness& level = *found.levelness;
+    const axiscal::Levelness& level = *found.fit.levelness;
     const Eigen::Vector2d measured(level.mean_x, level.mean_y);
     const Eigen::Vector2d u(level.standard_error_x, level.standard_error_y);
     std::printf("round %d: level to %.0f +- %.0f urad\n", static_cast<int>(round),

@@ -10,7 +10,7 @@
 int main() {
   const axiscal::Site site{.latitude_deg = 48.14};
   const axiscal::EarthRotationField earth(site, "deg/h");
-  axiscal::Calibration truth;
+  axiscal::SensorModel truth;
   truth.instrument = {.kind = "gyroscope", .unit = "deg/h"};
   truth.field.unit = "deg/h";
   truth.field.in_table =

@@ -24,7 +24,7 @@ int main() {
   experiment.instrument.unit = "mV";
   experiment.field = field;
 
-  axiscal::Calibration truth;
+  axiscal::SensorModel truth;
   truth.instrument = experiment.instrument;
   truth.field.in_table = field.value_in_enu();
   truth.response.bias = Eigen::Vector3d(1.0, 2.0, 3.0);
@@ -36,11 +36,13 @@ int main() {
       experiment, axiscal::simulate(
                       truth, axiscal::make_run_sheet(axiscal::standard_design(12), 1, 1), options));
   std::printf("field %s, |f| = %.3f m/s^2, in the table: %.3f %.3f %.3f\n",
-              result.field.kind.c_str(), result.field.magnitude, result.field.in_table->x(),
-              result.field.in_table->y(), result.field.in_table->z());
-  std::printf("sensitivity of x: %.3f +- %.3f mV/(m/s^2) (95 %%), by method %s\n",
-              result.response.sensitivity(0, 0),
-              result.statistics->coverage_factor(0) * result.statistics->sensitivity_se(0, 0),
-              std::string(axiscal::method_name(result.method)).c_str());
+              result.sensor.field.kind.c_str(), result.sensor.field.magnitude,
+              result.sensor.field.in_table->x(), result.sensor.field.in_table->y(),
+              result.sensor.field.in_table->z());
+  std::printf(
+      "sensitivity of x: %.3f +- %.3f mV/(m/s^2) (95 %%), by method %s\n",
+      result.sensor.response.sensitivity(0, 0),
+      result.fit.statistics->coverage_factor(0) * result.fit.statistics->sensitivity_se(0, 0),
+      std::string(axiscal::method_name(result.fit.method)).c_str());
   return 0;
 }

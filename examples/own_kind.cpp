@@ -33,7 +33,7 @@ int main() {
   const axiscal::InstrumentKind& kind = axiscal::add_instrument_kind(
       {.name = "field_mill", .derived_names = derived, .derive = zenith_angle, .describe = gains});
 
-  axiscal::Calibration truth;
+  axiscal::SensorModel truth;
   truth.instrument = {.kind = std::string(kind.name), .unit = "mV"};
   truth.field.kind = "custom";
   truth.field.unit = "V/m";
@@ -55,6 +55,6 @@ int main() {
   }
   const axiscal::Reducer reducer(result);
   const double readings[] = {1.0, 2.0 + 400.0, 3.0 + 400.0};
-  std::printf("zenith angle %.1f degrees\n", reducer.reduce(readings).derived.values[0]);
+  std::printf("zenith angle %.1f degrees\n", reducer(readings)["zenith_angle_deg"]);
   return 0;
 }

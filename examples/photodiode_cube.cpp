@@ -11,8 +11,8 @@
 
 namespace {
 
-axiscal::Calibration six_photodiodes(const Eigen::Vector3d& lamp) {
-  axiscal::Calibration truth;
+axiscal::SensorModel six_photodiodes(const Eigen::Vector3d& lamp) {
+  axiscal::SensorModel truth;
   truth.instrument.kind = "optical";
   truth.instrument.unit = "V";
   truth.instrument.axes = {"px", "nx", "py", "ny", "pz", "nz"};
@@ -29,7 +29,7 @@ axiscal::Calibration six_photodiodes(const Eigen::Vector3d& lamp) {
   return truth;
 }
 
-axiscal::Calibration calibrated(const axiscal::Calibration& truth) {
+axiscal::Calibration calibrated(const axiscal::SensorModel& truth) {
   // Every point with the lamp lit and dark.
   std::vector<axiscal::DesignEntry> design = axiscal::standard_design(12);
   for (axiscal::DesignEntry entry : axiscal::standard_design(12)) {
@@ -49,7 +49,7 @@ axiscal::Calibration calibrated(const axiscal::Calibration& truth) {
 
 int main() {
   const Eigen::Vector3d aside(0.47, 0.17, 0.87);  // 30 degrees from the table's normal
-  const axiscal::Calibration truth = six_photodiodes(aside);
+  const axiscal::SensorModel truth = six_photodiodes(aside);
   const axiscal::Calibration result = calibrated(truth);
   for (const axiscal::KindQuantity& quantity : axiscal::quantities_of(result)) {
     if (quantity.name == "responsivity") {

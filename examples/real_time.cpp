@@ -29,11 +29,11 @@ void operator delete(void* memory, std::size_t) noexcept {
 int main() {
   // Usually axiscal::read_calibration("cal.json").
   axiscal::Calibration calibration;
-  calibration.instrument.kind = "accelerometer";
-  calibration.field.kind = "gravity";
-  calibration.field.unit = "g";
-  calibration.response.bias = Eigen::Vector3d(0.01, -0.02, 0.005);
-  calibration.response.sensitivity = 2.5 * Eigen::Matrix3d::Identity();
+  calibration.sensor.instrument.kind = "accelerometer";
+  calibration.sensor.field.kind = "gravity";
+  calibration.sensor.field.unit = "g";
+  calibration.sensor.response.bias = Eigen::Vector3d(0.01, -0.02, 0.005);
+  calibration.sensor.response.sensitivity = 2.5 * Eigen::Matrix3d::Identity();
 
   const axiscal::Reducer reducer(calibration);
   const long before = allocations;
@@ -43,7 +43,6 @@ int main() {
     reduced = reducer.reduce(volts);
   }
   std::printf("pitch %.3f deg, roll %.3f deg, | f | - F = %+.4f g; allocations: %ld\n",
-              reduced.derived.values[0], reduced.derived.values[1], reduced.residual,
-              allocations - before);
+              reduced["pitch_deg"], reduced["roll_deg"], reduced.residual, allocations - before);
   return 0;
 }

@@ -20,8 +20,8 @@
 
 namespace {
 
-axiscal::Calibration inclinometer() {
-  axiscal::Calibration truth;
+axiscal::SensorModel inclinometer() {
+  axiscal::SensorModel truth;
   truth.instrument = {.kind = "inclinometer", .serial = "QA-2000", .unit = "V"};
   truth.field = {.kind = "gravity", .unit = "g", .magnitude = 1.0};
   truth.response.bias = Eigen::Vector3d(0.010, -0.004, 0.007);
@@ -54,7 +54,7 @@ double largest_expanded_deg(const axiscal::Calibration& calibration) {
     for (double roll = -180.0; roll < 180.0; roll += 30.0) {
       const auto budget = axiscal::attitude_budget(
           calibration, options, {},
-          axiscal::field_of_attitude(calibration, pitch * axiscal::rad_per_deg,
+          axiscal::field_of_attitude(calibration.sensor, pitch * axiscal::rad_per_deg,
                                      roll * axiscal::rad_per_deg));
       for (const axiscal::AttitudeQuantity& quantity : budget.quantities) {
         // Near 90 degrees roll gives way to yaw, which grows in the same way near 0.
@@ -73,7 +73,7 @@ double largest_expanded_deg(const axiscal::Calibration& calibration) {
 }  // namespace
 
 int main() {
-  const axiscal::Calibration truth = inclinometer();
+  const axiscal::SensorModel truth = inclinometer();
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
   experiment.field = axiscal::GravityField();

@@ -30,6 +30,7 @@ needs=(
   "libhdf5-dev"
   "libyaml-cpp-dev"
   "libpugixml-dev"
+  "libmuparser-dev"
   "libcairo2-dev"
   "libiio-dev"
   "libmosquitto-dev"

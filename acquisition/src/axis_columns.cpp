@@ -6,6 +6,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/instruments/settings.hpp"
 
 namespace axiscal {
 namespace {
@@ -21,7 +22,7 @@ std::size_t need_channel(const std::vector<Channel>& channels, const std::string
   throw DomainError(formatted("no channel '{}' comes from the sources, only {}: name them by "
                               "names= of the source, or name the axes by them",
                               name, joined(there)),
-                    {Setting::axes});
+                    {settings::axes});
 }
 
 }  // namespace

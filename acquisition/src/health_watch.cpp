@@ -18,7 +18,7 @@ class HealthWatch::Impl {
  public:
   explicit Impl(HealthWatchSetup setup)
       : setup_(std::move(setup)),
-        m_(setup_.calibration.instrument.axis_count()),
+        m_(setup_.calibration.sensor.instrument.axis_count()),
         reducer_(setup_.calibration),
         stillness_(static_cast<std::size_t>(m_), setup_.stillness),
         dwell_(m_),
@@ -27,7 +27,7 @@ class HealthWatch::Impl {
   }
 
   void set_channels(const std::vector<Channel>& channels) {
-    columns_ = find_axes(setup_.calibration.instrument, channels);
+    columns_ = find_axes(setup_.calibration.sensor.instrument, channels);
     temperature_column_ = find_channel(channels, setup_.temperature_channel);
   }
 
@@ -68,7 +68,8 @@ class HealthWatch::Impl {
     view_.progress = std::clamp(dwell_.seconds() / setup_.dwell_s, 0.0, 1.0);
     view_.readings = means_.size();
     const Eigen::VectorXd mean = stillness_.mean();
-    view_.now = reducer_.reduce({mean.data(), static_cast<std::size_t>(m_)}, nullptr, temperature_);
+    view_.now =
+        reducer_.reduce({mean.data(), static_cast<std::size_t>(m_)}, {.temperature = temperature_});
     return view_;
   }
 
@@ -80,8 +81,8 @@ class HealthWatch::Impl {
 
   // Some reading that the record knows how to judge.
   [[nodiscard]] Mean response_of_up() const {
-    return {.mean = setup_.calibration.response.at(setup_.calibration.field.magnitude *
-                                                   Eigen::Vector3d::UnitZ()),
+    return {.mean = setup_.calibration.sensor.response.at(
+                setup_.calibration.sensor.field.magnitude * Eigen::Vector3d::UnitZ()),
             .temperature = {}};
   }
 

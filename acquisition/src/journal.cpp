@@ -10,6 +10,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include "axiscal/acquisition/settings.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
@@ -69,7 +70,7 @@ Journal Journal::create(const std::string& path) {
   if (descriptor < 0) {
     if (errno == EEXIST) {
       throw OutputError(path + ": is there already; resume it, or choose another name",
-                        {Setting::resume, Setting::journal});
+                        {settings::resume, settings::journal});
     }
     throw OutputError(formatted("{}: cannot be made: {}", path, reason()));
   }

@@ -13,6 +13,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include "axiscal/acquisition/settings.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "byte_link.hpp"
 
@@ -130,7 +131,7 @@ class SerialLink final : public ReopenedLink {
         port_(context_) {
     if (path_.empty()) {
       address.fail("which port? serial:/dev/ttyUSB0; a list shows what is connected",
-                   {Setting::ports});
+                   {settings::ports});
     }
     if (parity_ != "none" && parity_ != "even" && parity_ != "odd") {
       address.fail(formatted("parity={}: expected none, even or odd", parity_));

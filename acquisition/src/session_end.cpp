@@ -24,7 +24,7 @@ Method method_of(const Experiment& experiment, const std::vector<RunSheetRow>& s
 }
 
 std::string verdict_text(const Calibration& calibration) {
-  switch (calibration.status) {
+  switch (calibration.findings.status) {
     case CalibrationStatus::ok:
       return "calibrated";
     case CalibrationStatus::warning:
@@ -39,7 +39,7 @@ std::string verdict_text(const Calibration& calibration) {
 
 std::optional<double> expected_angle_u_deg(const Experiment& experiment,
                                            const std::vector<SessionStep>& steps,
-                                           const Calibration& nominal,
+                                           const SensorModel& nominal,
                                            double noise_sd) {
   ForecastSetup setup;
   setup.nominal = nominal;
@@ -69,11 +69,12 @@ SessionReview review_of(const std::optional<Calibration>& calibration,
   std::set<int> runs = suspects;
   if (calibration) {
     review.lines.push_back(verdict_text(*calibration));
-    for (const CalibrationWarning& warning : calibration->warnings) {
+    for (const CalibrationWarning& warning : calibration->findings.warnings) {
       review.lines.push_back(warning.message);
     }
-    if (calibration->suggestion) {
-      runs.insert(calibration->suggestion->runs.begin(), calibration->suggestion->runs.end());
+    if (calibration->findings.suggestion) {
+      runs.insert(calibration->findings.suggestion->runs.begin(),
+                  calibration->findings.suggestion->runs.end());
     }
   } else {
     review.lines.push_back("no calibration: " + why_none);

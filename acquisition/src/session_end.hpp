@@ -18,7 +18,7 @@ namespace axiscal {
 /// @return expanded uncertainty of the worst angle [deg]; nothing where it cannot be told.
 [[nodiscard]] std::optional<double> expected_angle_u_deg(const Experiment& experiment,
                                                          const std::vector<SessionStep>& steps,
-                                                         const Calibration& nominal,
+                                                         const SensorModel& nominal,
                                                          double noise_sd);
 
 /// What a session came to, in words, and which runs to take again.

@@ -46,22 +46,27 @@ std::vector<RunSheetRow> sheet_of(const JsonValue& header) {
 }  // namespace
 
 std::string session_header_line(const SessionHeader& header) {
-  const Json json = {{"entry", "session"},
-                     {"format", journal_format},
-                     {"version", 1},
-                     {"created", timestamp_now()},
-                     {"software", software_name()},
-                     {"directory", header.directory},
-                     {"arguments", header.arguments},
-                     {"sheet", sheet_json(header.sheet)}};
+  Json json = {{"entry", "session"},
+               {"format", journal_format},
+               {"version", 1},
+               {"created", timestamp_now()},
+               {"software", software_name()},
+               {"directory", header.directory},
+               {"arguments", header.arguments},
+               {"sheet", sheet_json(header.sheet)}};
+  if (!header.experiment.empty()) {
+    json["experiment"] = Json::parse(header.experiment);
+  }
   return json.dump();
 }
 
 SessionHeader parse_session_header(const std::string& line, const std::string& path) {
   const JsonValue json = parse_json(line, path);
+  const std::optional<JsonValue> experiment = json.find("experiment");
   return {.directory = json.at("directory").text(),
           .arguments = json.at("arguments").texts(),
-          .sheet = sheet_of(json)};
+          .sheet = sheet_of(json),
+          .experiment = experiment ? experiment->dump() : ""};
 }
 
 }  // namespace axiscal

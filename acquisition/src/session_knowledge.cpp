@@ -164,7 +164,7 @@ std::optional<double> SessionKnowledge::expected_u_deg(
     variance += u_of(reading).squaredNorm() / m;
   }
   variance /= static_cast<double>(readings.size());
-  Calibration nominal;
+  SensorModel nominal;
   nominal.instrument = setup_.experiment.instrument;
   nominal.field = field_;
   nominal.response = fits_.front().response;

@@ -8,6 +8,7 @@
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/field/field_kind.hpp"
+#include "axiscal/field/settings.hpp"
 #include "axiscal/positioner/positioner.hpp"
 #include "sample_clock.hpp"
 
@@ -71,7 +72,7 @@ void SimulatedSource::play(const Experiment& experiment) {
   if (field_moves(experiment)) {
     throw SetupError("a simulation has no time of day, and cannot show " +
                          experiment.field.moving_part()->of->moving_name(),
-                     {Setting::field});
+                     {settings::field});
   }
   const Instrument& instrument = experiment.instrument;
   field_ = make_field_description(experiment);

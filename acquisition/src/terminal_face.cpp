@@ -15,6 +15,7 @@
 #define NCURSES_NOMACROS 1  // erase(), move() and the like are names of others too
 #include <ncurses.h>
 
+#include "axiscal/acquisition/settings.hpp"
 #include "axiscal/core/formatted.hpp"
 #endif
 
@@ -63,7 +64,7 @@ class TerminalFace final : public SessionFace {
     screen_ = ::newterm(nullptr, stdout, stdin);
     if (screen_ == nullptr) {
       throw DomainError("this terminal cannot show a whole page (TERM); use plain lines",
-                        {Setting::plain_face});
+                        {settings::plain_face});
     }
     ::set_term(screen_);
     ::raw();
@@ -318,7 +319,7 @@ std::unique_ptr<SessionFace> make_terminal_face(const std::string& title) {
 #else
 
 std::unique_ptr<SessionFace> make_terminal_face(const std::string& /*title*/) {
-  throw DomainError("this build has no ncurses; use plain lines", {Setting::plain_face});
+  throw DomainError("this build has no ncurses; use plain lines", {settings::plain_face});
 }
 
 #endif

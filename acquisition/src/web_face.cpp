@@ -10,6 +10,7 @@
 
 #include <sys/resource.h>
 
+#include "axiscal/acquisition/settings.hpp"
 #include "page_assets.hpp"
 #include "web_page.hpp"
 #include "web_server.hpp"
@@ -101,7 +102,7 @@ class WebFace final : public SessionFace {
 std::unique_ptr<SessionFace> make_web_face(const WebOptions& options) {
   if (acquire_script().empty()) {
     throw DomainError("this build has no page for browsers (it was built without node and npm)",
-                      {Setting::web_face});
+                      {settings::web_face});
   }
   return std::make_unique<WebFace>(options);
 }
@@ -109,7 +110,7 @@ std::unique_ptr<SessionFace> make_web_face(const WebOptions& options) {
 #else
 
 std::unique_ptr<SessionFace> make_web_face(const WebOptions& /*options*/) {
-  throw DomainError("this build has no server for browsers (libboost-dev)", {Setting::web_face});
+  throw DomainError("this build has no server for browsers (libboost-dev)", {settings::web_face});
 }
 
 #endif

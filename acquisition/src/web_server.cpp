@@ -365,7 +365,7 @@ class WebServer::Listener {
       try {
         take(std::move(socket));
       } catch (const std::exception&) {
-        // No memory for one more: it is gone, and the next may come.
+        // There is no memory for this connection: it is dropped, and the next one may be accepted.
       }
     });
   }

@@ -271,7 +271,9 @@ void JsonValue::check(const std::function<void()>& check_value) const {
   try {
     check_value();
   } catch (const DomainError& error) {
-    fail(error.what());
+    // As fail(), with the settings that would mend it.
+    throw DataError(path_, (pointer_.empty() ? "/" : pointer_) + ": " + error.what(),
+                    error.settings());
   }
 }
 

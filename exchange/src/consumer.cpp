@@ -14,6 +14,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/exchange/settings.hpp"
 #include "axiscal/field/field_unit.hpp"
 
 namespace axiscal {
@@ -34,7 +35,7 @@ double reading_factor_of(const Instrument& instrument,
     throw RefusedError(formatted("the readings are in '{}', and this format is for {}; say how "
                                  "many {} its driver makes of 1 {}",
                                  instrument.unit, wanted, wanted, instrument.unit),
-                       {Setting::reading_factor});
+                       {settings::reading_factor});
   }
   return *factor;
 }
@@ -51,7 +52,7 @@ double field_factor_of(FieldDescription field,
       throw RefusedError(formatted("the record says that its g was {} m/s^2; state another one "
                                    "only for a record that says none",
                                    number_text(*field.local_gravity)),
-                         {Setting::local_gravity});
+                         {settings::local_gravity});
     }
     field.local_gravity = options.local_gravity;
   }
@@ -60,7 +61,7 @@ double field_factor_of(FieldDescription field,
   } catch (const DomainError& error) {
     const bool may_state_it = field.unit == "g";
     throw RefusedError(std::string(error.what()) + (may_state_it ? "; or state its gravity" : ""),
-                       may_state_it ? std::vector{Setting::local_gravity} : error.settings());
+                       may_state_it ? std::vector{settings::local_gravity} : error.settings());
   }
 }
 
@@ -117,11 +118,11 @@ std::vector<Eigen::Vector3d> directions() {
 
 std::vector<std::optional<double>> temperatures_of(const Calibration& calibration,
                                                    const ConsumerModel& model) {
-  if (!calibration.temperature || model.has_temperature) {
+  if (!calibration.sensor.temperature || model.has_temperature) {
     return {std::nullopt};
   }
   std::vector<std::optional<double>> all;
-  const TemperatureResponse& over = *calibration.temperature;
+  const TemperatureResponse& over = *calibration.sensor.temperature;
   constexpr int steps = 4;
   for (int i = 0; i <= steps; ++i) {
     all.emplace_back(over.low + (over.high - over.low) * i / steps);
@@ -143,9 +144,9 @@ Differences differences_of(const Calibration& calibration,
   double count = 0.0;
   for (const std::optional<double>& temperature : temperatures) {
     for (const Eigen::Vector3d& direction : directions()) {
-      const Eigen::Vector3d field = calibration.field.magnitude * direction;
+      const Eigen::Vector3d field = calibration.sensor.field.magnitude * direction;
       const Eigen::Vector3d reading =
-          model.reading_factor * response_at(calibration, field, temperature);
+          model.reading_factor * response_at(calibration.sensor, field, temperature);
       const Eigen::Vector3d got = model.inverse * (reading - model.bias) / model.field_factor;
       const double off = (got - field).norm();
       const double angle = std::atan2(field.cross(got).norm(), field.dot(got));
@@ -164,13 +165,13 @@ Differences differences_of(const Calibration& calibration,
 }  // namespace
 
 void require_three_axes(const Calibration& calibration, std::string_view format) {
-  if (calibration.instrument.axis_count() != 3 || calibration.instrument.one_sided) {
+  if (calibration.sensor.instrument.axis_count() != 3 || calibration.sensor.instrument.one_sided) {
     throw RefusedError(formatted("format {} is for instruments of three axes", format));
   }
 }
 
 Sensor sensor_of(const Calibration& calibration, std::string_view format) {
-  const std::string& kind = calibration.instrument.kind;
+  const std::string& kind = calibration.sensor.instrument.kind;
   const std::string of_format = "format " + std::string(format);
   require_three_axes(calibration, format);
   const Sensor sensor = find_instrument_kind(kind).sensor;
@@ -198,34 +199,34 @@ ConsumerModel nearest_model(const Calibration& calibration,
                             MatrixShape shape,
                             const ExportOptions& options) {
   ConsumerModel model;
-  model.reading_factor = reading_factor_of(calibration.instrument, units.reading, options);
-  model.field_factor = field_factor_of(calibration.field, units.field, options);
+  model.reading_factor = reading_factor_of(calibration.sensor.instrument, units.reading, options);
+  model.field_factor = field_factor_of(calibration.sensor.field, units.field, options);
   const Eigen::Matrix3d S =
-      model.reading_factor / model.field_factor * calibration.response.sensitivity;
+      model.reading_factor / model.field_factor * calibration.sensor.response.sensitivity;
   if (!(std::abs(S.determinant()) > 0.0)) {
     throw RefusedError(
         "the sensitivities do not determine the field: no other program can use "
         "this calibration");
   }
   model.inverse = nearest_inverse(S, shape);
-  model.bias = model.reading_factor * calibration.response.bias;
+  model.bias = model.reading_factor * calibration.sensor.response.bias;
   constexpr double largest = 1e100;  // beyond, products overflow in whoever reads them
   if (!model.inverse.allFinite() || !(model.bias.cwiseAbs().maxCoeff() < largest) ||
-      !(calibration.field.magnitude < largest)) {
+      !(calibration.sensor.field.magnitude < largest)) {
     throw RefusedError(
         "a coefficient is too large to be one; look at the record and at the factor of its "
         "readings",
-        {Setting::reading_factor});
+        {settings::reading_factor});
   }
   return model;
 }
 
 std::optional<ExportLoss> loss_of(const Calibration& calibration, const ConsumerModel& model) {
   constexpr double rounding = 1e-9;  // in parts of the field
-  ExportLoss loss{.unit = calibration.field.unit};
-  const double F = calibration.field.magnitude;
-  const Eigen::Matrix3d M =
-      model.inverse * model.reading_factor / model.field_factor * calibration.response.sensitivity;
+  ExportLoss loss{.unit = calibration.sensor.field.unit};
+  const double F = calibration.sensor.field.magnitude;
+  const Eigen::Matrix3d M = model.inverse * model.reading_factor / model.field_factor *
+                            calibration.sensor.response.sensitivity;
   const Eigen::Matrix3d off = M - Eigen::Matrix3d::Identity();
   const Eigen::Matrix3d cross = off - Eigen::Matrix3d(off.diagonal().asDiagonal());
   if (cross.cwiseAbs().maxCoeff() > rounding) {
@@ -235,16 +236,16 @@ std::optional<ExportLoss> loss_of(const Calibration& calibration, const Consumer
     loss.what.emplace_back("sensitivities");
   }
   const Eigen::Vector3d shift =
-      model.inverse * (model.reading_factor * calibration.response.bias - model.bias);
+      model.inverse * (model.reading_factor * calibration.sensor.response.bias - model.bias);
   if (shift.norm() > rounding * F * model.field_factor) {
     loss.what.emplace_back("digits of the bias");
   }
-  if (calibration.temperature && !model.has_temperature) {
+  if (calibration.sensor.temperature && !model.has_temperature) {
     loss.what.emplace_back("temperature");
   }
-  if (!calibration.also.empty() && !model.has_also) {
+  if (!calibration.sensor.also.empty() && !model.has_also) {
     loss.what.emplace_back(
-        formatted("response to {} (not in the figures)", calibration.also.front().kind));
+        formatted("response to {} (not in the figures)", calibration.sensor.also.front().kind));
   }
   if (loss.what.empty()) {
     return std::nullopt;
@@ -266,7 +267,7 @@ std::optional<ExportLoss> accepted_loss(const Calibration& calibration,
     throw RefusedError(
         formatted("format {} cannot hold {}; allow the loss, and it is written all the same",
                   format, loss_text(*loss)),
-        {Setting::lossy});
+        {settings::lossy});
   }
   return loss;
 }
@@ -312,16 +313,16 @@ std::string fit_for_comment(std::string line) {
 }  // namespace
 
 std::string source_line(const Calibration& calibration) {
-  const Instrument& instrument = calibration.instrument;
+  const Instrument& instrument = calibration.sensor.instrument;
   std::string line = instrument.kind;
   if (!instrument.serial.empty()) {
     line += formatted(" '{}'", instrument.serial);
   }
-  if (!calibration.created.empty()) {
-    line += ", calibrated " + calibration.created;
+  if (!calibration.provenance.created.empty()) {
+    line += ", calibrated " + calibration.provenance.created;
   }
-  if (!calibration.software.empty()) {
-    line += " by " + calibration.software;
+  if (!calibration.provenance.software.empty()) {
+    line += " by " + calibration.provenance.software;
   }
   return fit_for_comment(line);
 }
@@ -330,7 +331,7 @@ std::vector<std::string> comment_of(const Calibration& calibration,
                                     const std::vector<std::string>& lines,
                                     const std::optional<ExportLoss>& loss) {
   std::vector<std::string> comment = {source_line(calibration)};
-  if (calibration.status == CalibrationStatus::refused) {
+  if (calibration.findings.status == CalibrationStatus::refused) {
     comment.emplace_back("THIS CALIBRATION WAS REFUSED: do not rely on it.");
   }
   for (const std::string& line : lines) {
@@ -344,14 +345,14 @@ std::vector<std::string> comment_of(const Calibration& calibration,
 
 Calibration with_measured_field(const Calibration& calibration) {
   Calibration own = calibration;
-  const Eigen::Matrix3d S = calibration.response.sensitivity;
+  const Eigen::Matrix3d S = calibration.sensor.response.sensitivity;
   const double size = std::cbrt(std::abs(S.determinant()));
-  if (calibration.field.unit == "1" && calibration.field.magnitude == 1.0 &&
-      is_reading_unit(calibration.instrument.unit) && size > 0.0 && std::isfinite(size)) {
-    const std::string& unit = calibration.instrument.unit;
-    own.field.unit = unit == "gauss" ? "G" : unit == "mgauss" ? "mG" : unit;
-    own.field.magnitude = size;
-    own.response.sensitivity = S / size;
+  if (calibration.sensor.field.unit == "1" && calibration.sensor.field.magnitude == 1.0 &&
+      is_reading_unit(calibration.sensor.instrument.unit) && size > 0.0 && std::isfinite(size)) {
+    const std::string& unit = calibration.sensor.instrument.unit;
+    own.sensor.field.unit = unit == "gauss" ? "G" : unit == "mgauss" ? "mG" : unit;
+    own.sensor.field.magnitude = size;
+    own.sensor.response.sensitivity = S / size;
   }
   return own;
 }
@@ -362,9 +363,10 @@ std::string worked_line(const Calibration& calibration, const ConsumerModel& mod
     return formatted("({}, {}, {})", number_text(v(0), digits), number_text(v(1), digits),
                      number_text(v(2), digits));
   };
-  const Eigen::Vector3d field = calibration.field.magnitude * Eigen::Vector3d(0.6, 0.0, 0.8);
+  const Eigen::Vector3d field = calibration.sensor.field.magnitude * Eigen::Vector3d(0.6, 0.0, 0.8);
   Eigen::Vector3d reading =
-      model.reading_factor * (calibration.response.bias + calibration.response.sensitivity * field);
+      model.reading_factor *
+      (calibration.sensor.response.bias + calibration.sensor.response.sensitivity * field);
   for (double& v : reading) {  // as it will stand there
     v = parse_number(number_text(v, digits)).value_or(v);
   }

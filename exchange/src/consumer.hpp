@@ -18,8 +18,7 @@ void require_three_axes(const Calibration& calibration, std::string_view format)
 
 /// @return which of the three an instrument is.
 /// @throws RefusedError  for another kind, other than three axes, or one-sided ones; `format` is
-/// for
-///                       the message.
+///                       for the message.
 Sensor sensor_of(const Calibration& calibration, std::string_view format);
 
 /// @return the unit of a sensor's field: m/s^2, rad/s, and what is used of magnetic ones.

@@ -6,6 +6,7 @@
 #include <pugixml.hpp>
 #include <sstream>
 
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -68,11 +69,11 @@ std::string si_unit(const Calibration& calibration,
                     bool of_reading,
                     bool per_field,
                     std::string& remark) {
-  const Unit* const reading = find_unit(calibration.instrument.unit);
-  const Unit* const field = find_unit(calibration.field.unit);
+  const Unit* const reading = find_unit(calibration.sensor.instrument.unit);
+  const Unit* const field = find_unit(calibration.sensor.field.unit);
   if ((of_reading && reading == nullptr) || (per_field && field == nullptr)) {
-    const std::string unit = of_reading ? calibration.instrument.unit : "1";
-    remark = formatted(" [{}]", per_field ? unit_per(unit, calibration.field.unit) : unit);
+    const std::string unit = of_reading ? calibration.sensor.instrument.unit : "1";
+    remark = formatted(" [{}]", per_field ? unit_per(unit, calibration.sensor.field.unit) : unit);
     return "\\one";
   }
   std::string unit = of_reading && reading->name != "1" ? std::string(reading->si) : "";
@@ -102,13 +103,14 @@ void add_administration(xml_node root,
                         const CertificateDetails& details) {
   xml_node data = child(root, "dcc:administrativeData");
   xml_node software = child(child(data, "dcc:dccSoftware"), "dcc:software");
-  const std::size_t blank = calibration.software.find(' ');
-  content(software, "dcc:name", calibration.software.substr(0, blank));
+  const std::size_t blank = calibration.provenance.software.find(' ');
+  content(software, "dcc:name", calibration.provenance.software.substr(0, blank));
   text(software, "dcc:release",
-       blank == std::string::npos ? "unknown" : calibration.software.substr(blank + 1));
+       blank == std::string::npos ? "unknown" : calibration.provenance.software.substr(blank + 1));
   xml_node core = child(data, "dcc:coreData");
-  const std::string performed =
-      details.calibrated.empty() ? calibration.created.substr(0, 10) : details.calibrated;
+  const std::string performed = details.calibrated.empty()
+                                    ? calibration.provenance.created.substr(0, 10)
+                                    : details.calibrated;
   text(core, "dcc:countryCodeISO3166_1", details.country);
   text(core, "dcc:usedLangCodeISO639_1", "en");
   text(core, "dcc:mandatoryLangCodeISO639_1", "en");
@@ -123,7 +125,7 @@ void add_administration(xml_node root,
     text(core, "dcc:issueDate", details.issued);
   }
   xml_node item = child(child(data, "dcc:items"), "dcc:item");
-  content(item, "dcc:name", calibration.instrument.kind);
+  content(item, "dcc:name", calibration.sensor.instrument.kind);
   if (!details.manufacturer.empty()) {
     content(child(item, "dcc:manufacturer"), "dcc:name", details.manufacturer);
   }
@@ -132,7 +134,7 @@ void add_administration(xml_node root,
   }
   xml_node identification = child(child(item, "dcc:identifications"), "dcc:identification");
   text(identification, "dcc:issuer", "manufacturer");
-  text(identification, "dcc:value", calibration.instrument.serial);
+  text(identification, "dcc:value", calibration.sensor.instrument.serial);
   content(identification, "dcc:name", "serial number");
   add_contact(child(data, "dcc:calibrationLaboratory"), "dcc:contact", details.laboratory,
               details.country);
@@ -162,7 +164,7 @@ void add_quantity(xml_node list, const Calibration& calibration, const Parameter
   const std::string unit = si_unit(calibration, !is_scale, !is_bias && !is_scale, remark);
   if (power != std::string::npos) {
     remark += formatted(" per {}, d = temperature - {}", one.name.substr(power + 1),
-                        number_text(calibration.temperature->reference));
+                        number_text(calibration.sensor.temperature->reference));
   }
   xml_node quantity = child(list, "dcc:quantity");
   content(quantity, "dcc:name", one.name + remark);
@@ -180,11 +182,11 @@ void add_results(xml_node root, const Calibration& calibration, const Certificat
   content(result, "dcc:name", "Calibration in known orientations");
   xml_node method = child(child(result, "dcc:usedMethods"), "dcc:usedMethod");
   content(method, "dcc:name",
-          "linear regression, method " + std::string(method_name(calibration.method)));
+          "linear regression, method " + std::string(method_name(calibration.fit.method)));
   content(method, "dcc:description",
           formatted("reading = bias + sensitivity times field; field {} of {} {}, readings in {}{}",
-                    calibration.field.kind, number_text(calibration.field.magnitude),
-                    calibration.field.unit, calibration.instrument.unit,
+                    calibration.sensor.field.kind, number_text(calibration.sensor.field.magnitude),
+                    calibration.sensor.field.unit, calibration.sensor.instrument.unit,
                     details.procedure.empty() ? "" : "; " + details.procedure));
   if (!details.environment.empty()) {
     xml_node condition = child(child(result, "dcc:influenceConditions"), "dcc:influenceCondition");
@@ -211,14 +213,15 @@ void require_details(const Calibration& calibration, const CertificateDetails& d
   need(!details.laboratory.name.empty(), "laboratory's name");
   need(!details.customer.name.empty(), "customer's name");
   need(!details.authorised.empty(), "authorised");
-  need(!details.calibrated.empty() || calibration.created.size() >= 10, "calibrated (date)");
+  need(!details.calibrated.empty() || calibration.provenance.created.size() >= 10,
+       "calibrated (date)");
   if (!missing.empty()) {
     throw RefusedError(
         formatted("a digital calibration certificate needs {} in the laboratory's details",
                   joined(missing)),
-        {Setting::laboratory});
+        {settings::laboratory});
   }
-  if (calibration.instrument.serial.empty()) {
+  if (calibration.sensor.instrument.serial.empty()) {
     throw RefusedError("a digital calibration certificate needs the instrument's serial number");
   }
   check_certifiable(calibration);

@@ -11,6 +11,7 @@
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/exchange/settings.hpp"
 #include "formats.hpp"
 
 namespace axiscal {
@@ -110,7 +111,7 @@ Exported with_gravity(const ExportOptions& options, const Write& write) {
   } catch (const RefusedError& error) {
     const std::vector<Setting>& mends = error.settings();
     if (options.local_gravity ||
-        std::find(mends.begin(), mends.end(), Setting::local_gravity) == mends.end()) {
+        std::find(mends.begin(), mends.end(), settings::local_gravity) == mends.end()) {
       throw;
     }
   }

@@ -5,6 +5,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/exchange/settings.hpp"
 #include "consumer.hpp"
 #include "formats.hpp"
 
@@ -66,7 +67,7 @@ Exported export_px4(const Calibration& given, const ExportOptions& options) {
   const ConsumerModel model =
       nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "px4", options);
-  const int instance = options.instance > 0 ? options.instance : calibration.instance;
+  const int instance = options.instance > 0 ? options.instance : calibration.provenance.instance;
   const std::string number = formatted("{}_", instance);
   std::vector<Parameter> all;
   std::string formula;
@@ -96,8 +97,9 @@ Exported export_px4(const Calibration& given, const ExportOptions& options) {
   lines.push_back(worked_line(calibration, model));
   lines.emplace_back("vehicle, component, name, value, type (9: float)");
   std::string text = comment_lines(calibration, "# ", lines, loss);
-  if (!calibration.device.empty() && parse_number(calibration.device)) {
-    text += formatted("1\t1\t{}ID\t{}\t6\n", prefix, calibration.device);  // a whole number
+  if (!calibration.provenance.device.empty() && parse_number(calibration.provenance.device)) {
+    text +=
+        formatted("1\t1\t{}ID\t{}\t6\n", prefix, calibration.provenance.device);  // a whole number
   }
   for (const Parameter& parameter : all) {
     text += formatted("1\t1\t{}\t{}\t9\n", parameter.name, number_text(parameter.value));
@@ -129,7 +131,7 @@ Exported export_ardupilot(const Calibration& given, const ExportOptions& options
   const bool is_compass = sensor == Sensor::magnetometer;
   const bool is_gyroscope = sensor == Sensor::gyroscope;
   require_instance(options, is_compass ? 3 : 5, "ardupilot");
-  const int instance = options.instance > 0 ? options.instance : calibration.instance;
+  const int instance = options.instance > 0 ? options.instance : calibration.provenance.instance;
   const std::string ins = ardupilot_group(instance, is_gyroscope ? "GYR" : "ACC");
   const std::string number = instance == 0 ? "" : std::to_string(instance + 1);
   std::vector<Parameter> all;
@@ -156,9 +158,9 @@ Exported export_ardupilot(const Calibration& given, const ExportOptions& options
     all.push_back({"COMPASS_SCALE" + number, 0.0});  // none besides the matrix
   }
   lines.push_back(worked_line(calibration, model));
-  if (!calibration.device.empty() && parse_number(calibration.device)) {
+  if (!calibration.provenance.device.empty() && parse_number(calibration.provenance.device)) {
     const std::string name = is_compass ? "COMPASS_DEV_ID" + number : ins + "_ID";
-    all.push_back({name, *parse_number(calibration.device)});
+    all.push_back({name, *parse_number(calibration.provenance.device)});
   }
   std::string text = comment_lines(calibration, "# ", lines, loss);
   for (const Parameter& parameter : all) {
@@ -182,11 +184,12 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
     const ConsumerModel in_g = nearest_model(calibration, {"", "g"}, MatrixShape::scalar, options);
     const double one_g = std::exp2(std::round(std::log2(std::abs(1.0 / in_g.inverse(0, 0)))));
     if (one_g < 256.0) {
-      throw RefusedError(formatted("Betaflight's numbers are counts, some thousands to 1 g, and "
-                                   "here 1 g is {} {}; give the counts of 1 {}",
-                                   number_text(std::abs(1.0 / in_g.inverse(0, 0)), 3),
-                                   calibration.instrument.unit, calibration.instrument.unit),
-                         {Setting::reading_factor});
+      throw RefusedError(
+          formatted("Betaflight's numbers are counts, some thousands to 1 g, and "
+                    "here 1 g is {} {}; give the counts of 1 {}",
+                    number_text(std::abs(1.0 / in_g.inverse(0, 0)), 3),
+                    calibration.sensor.instrument.unit, calibration.sensor.instrument.unit),
+          {settings::reading_factor});
     }
     per_field = std::copysign(one_g, per_field) * in_g.field_factor;
     lines.emplace_back("in counts, after the sensor's alignment to the board");

@@ -10,6 +10,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/exchange/settings.hpp"
 #include "consumer.hpp"
 #include "formats.hpp"
 
@@ -26,7 +27,7 @@ std::string upper(std::string text) {
 std::string literal(double value, bool single) {
   if (single && std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {
     throw RefusedError("a coefficient is beyond what a float holds; use double",
-                       {Setting::numbers});
+                       {settings::numbers});
   }
   std::string text = single ? number_text(value, 9) : number_text(value);
   if (text.find_first_of(".en") == std::string::npos) {
@@ -87,9 +88,10 @@ std::string header_name(const Calibration& calibration, const ExportOptions& opt
   if (!options.name.empty()) {
     return options.name;
   }
-  std::string name = "axiscal_" + calibration.instrument.kind;
-  if (!calibration.slot.empty() && calibration.slot != calibration.instrument.kind) {
-    name += "_" + calibration.slot;
+  std::string name = "axiscal_" + calibration.sensor.instrument.kind;
+  if (!calibration.provenance.slot.empty() &&
+      calibration.provenance.slot != calibration.sensor.instrument.kind) {
+    name += "_" + calibration.provenance.slot;
   }
   std::replace_if(
       name.begin(), name.end(),
@@ -100,13 +102,13 @@ std::string header_name(const Calibration& calibration, const ExportOptions& opt
 std::vector<std::string> remarks(const Calibration& calibration, bool temperature) {
   std::vector<std::string> lines = {
       formatted("field [{}] in the instrument's frame from readings v [{}], axes {}",
-                calibration.field.unit, calibration.instrument.unit,
-                joined(calibration.instrument.axes)),
+                calibration.sensor.field.unit, calibration.sensor.instrument.unit,
+                joined(calibration.sensor.instrument.axes)),
       temperature ? "field = inverse ((v - bias - bias_terms d) / (1 + scale_terms d)), powers d, "
                     "d^2, ... of d = temperature - reference_temperature"
                   : "field = inverse (v - bias)"};
   if (temperature) {
-    const TemperatureResponse& over = *calibration.temperature;
+    const TemperatureResponse& over = *calibration.sensor.temperature;
     lines.push_back(formatted("calibrated from temperature {} to {}", number_text(over.low, 6),
                               number_text(over.high, 6)));
   }
@@ -127,7 +129,7 @@ Exported floating_header(const Calibration& calibration,
   const bool single = options.numbers.type == HeaderNumbers::Type::float32;
   const std::string type = single ? "float" : "double";
   const auto number = [&](double value) { return literal(value, single); };
-  const bool temperature = calibration.temperature.has_value();
+  const bool temperature = calibration.sensor.temperature.has_value();
   model.has_temperature = true;
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, format, options);
   std::string text = comment(calibration, remarks(calibration, temperature), loss) + dialect.open();
@@ -135,7 +137,7 @@ Exported floating_header(const Calibration& calibration,
   text += dialect.constant(type, "inverse", "[3][3]", braces(model.inverse, number));
   const std::string p = dialect.prefix();
   if (temperature) {
-    const TemperatureResponse& over = *calibration.temperature;
+    const TemperatureResponse& over = *calibration.sensor.temperature;
     const std::string order = std::to_string(over.bias.cols());
     text += dialect.constant(type, "reference_temperature", "", number(over.reference));
     text += dialect.constant(type, "bias_terms", formatted("[3][{}]", order),
@@ -187,10 +189,12 @@ Exported fixed_header(const Calibration& calibration,
   constexpr double times_field = 8.0;       // how much larger the field may be
   const int reading_bits = options.numbers.reading_bits;
   const int field_bits = options.numbers.field_bits;
-  const double span =
-      model.bias.cwiseAbs().maxCoeff() +
-      times_field * calibration.field.magnitude *
-          (model.reading_factor * calibration.response.sensitivity).rowwise().norm().maxCoeff();
+  const double span = model.bias.cwiseAbs().maxCoeff() +
+                      times_field * calibration.sensor.field.magnitude *
+                          (model.reading_factor * calibration.sensor.response.sensitivity)
+                              .rowwise()
+                              .norm()
+                              .maxCoeff();
   // Bits of the bias beyond those of the readings, so that it is not rounded to a whole count.
   int more = 0;
   while (more < 12 && std::ldexp(span, reading_bits + more + 1) < largest) {
@@ -203,14 +207,14 @@ Exported fixed_header(const Calibration& calibration,
     ++inverse_bits;
   }
   const bool field_fits =
-      std::ldexp(times_field * calibration.field.magnitude, field_bits) < 2.0 * largest;
+      std::ldexp(times_field * calibration.sensor.field.magnitude, field_bits) < 2.0 * largest;
   const int shift = inverse_bits + bias_bits - field_bits;
   if (shift < 1 || shift > 62 || std::ldexp(span, bias_bits) >= largest || !field_fits) {
     throw RefusedError(
         formatted("readings, coefficients or a field of {} times {} {} do not fit 32 bits with {} "
                   "binary places of the readings and {} of the field; choose fewer",
-                  number_text(times_field), number_text(calibration.field.magnitude, 4),
-                  calibration.field.unit, reading_bits, field_bits));
+                  number_text(times_field), number_text(calibration.sensor.field.magnitude, 4),
+                  calibration.sensor.field.unit, reading_bits, field_bits));
   }
   const Eigen::Vector3d bias = (model.bias * std::ldexp(1.0, bias_bits)).array().round();
   const Eigen::Matrix3d inverse = (model.inverse * std::ldexp(1.0, inverse_bits)).array().round();
@@ -228,14 +232,14 @@ Exported fixed_header(const Calibration& calibration,
                 reading_bits, places, number_text(times_field)));
   if (rounding) {
     lines.push_back(formatted("rounding of the coefficients: up to {} {}; of the field itself {}",
-                              number_text(rounding->worst, 2), calibration.field.unit,
+                              number_text(rounding->worst, 2), calibration.sensor.field.unit,
                               number_text(std::ldexp(0.5, -field_bits), 2)));
   }
   lines.push_back(formatted(
       "rounding of a reading: up to {} {}",
       number_text(std::ldexp(0.5, -reading_bits) * exact.inverse.rowwise().lpNorm<1>().maxCoeff(),
                   2),
-      calibration.field.unit));
+      calibration.sensor.field.unit));
   std::string text = comment(calibration, lines, loss) + dialect.open();
   text += dialect.constant("int32_t", "bias", "[3]", list(bias, integer));
   text += dialect.constant("int32_t", "inverse", "[3][3]", braces(inverse, integer));

@@ -19,6 +19,7 @@
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/core/version.hpp"
+#include "axiscal/exchange/settings.hpp"
 #include "formats.hpp"
 
 namespace axiscal {
@@ -404,30 +405,33 @@ Calibration import_calibration(std::string_view text,
   }
   const Imported imported = read_by_format({text, path, options}, format);
   Calibration calibration;
-  calibration.created = timestamp_now();
-  calibration.software = software_name();
-  calibration.instrument = {.kind = options.kind, .unit = imported.unit};
-  calibration.field.unit = imported.field_unit;
-  calibration.field.magnitude = 0.0;
+  calibration.provenance.created = timestamp_now();
+  calibration.provenance.software = software_name();
+  calibration.sensor.instrument = {.kind = options.kind, .unit = imported.unit};
+  calibration.sensor.field.unit = imported.field_unit;
+  calibration.sensor.field.magnitude = 0.0;
   for (const UsualField& usual : usual_fields) {
     if (usual.sensor == options.kind) {
-      calibration.field.kind = usual.kind;
+      calibration.sensor.field.kind = usual.kind;
       if (usual.unit == imported.field_unit) {
-        calibration.field.magnitude = usual.magnitude;
+        calibration.sensor.field.magnitude = usual.magnitude;
       }
     }
   }
-  calibration.field.magnitude = options.magnitude.value_or(calibration.field.magnitude);
-  if (!(calibration.field.magnitude > 0.0)) {
+  calibration.sensor.field.magnitude =
+      options.magnitude.value_or(calibration.sensor.field.magnitude);
+  if (!(calibration.sensor.field.magnitude > 0.0)) {
     throw DomainError(formatted("a field's magnitude in {} is needed", imported.field_unit),
-                      {Setting::imported_magnitude});
+                      {settings::imported_magnitude});
   }
-  calibration.response.bias = imported.bias;
-  calibration.response.sensitivity = imported.sensitivity;
-  calibration.notes = imported.notes;
-  calibration.notes.insert(
-      calibration.notes.begin(),
-      formatted("imported from {} ({}): coefficients only, without uncertainty", path, format));
+  calibration.sensor.response.bias = imported.bias;
+  calibration.sensor.response.sensitivity = imported.sensitivity;
+  calibration.findings.notes.push_back(
+      {NoteCode::imported,
+       formatted("imported from {} ({}): coefficients only, without uncertainty", path, format)});
+  for (const std::string& note : imported.notes) {
+    calibration.findings.notes.push_back({NoteCode::imported, note});
+  }
   try {
     static_cast<void>(calibration_json(calibration));  // what cannot be stored is not imported
   } catch (const DomainError& error) {

@@ -69,9 +69,9 @@ KalibrSensor kalibr_sensor(const Calibration& calibration, const ExportOptions& 
   const std::string unit = usual_unit(result.sensor, "");
   ConsumerModel model = nearest_model(calibration, {unit, unit}, MatrixShape::full, options);
   const auto also =
-      std::find_if(calibration.also.begin(), calibration.also.end(),
+      std::find_if(calibration.sensor.also.begin(), calibration.sensor.also.end(),
                    [](const AlsoResponse& one) { return field_kind(one.kind).vertical; });
-  model.has_also = is_gyroscope && also != calibration.also.end();
+  model.has_also = is_gyroscope && also != calibration.sensor.also.end();
   result.loss = accepted_loss(calibration, model, "kalibr", options);
   result.split = scale_misalignment(model.inverse.inverse());
   result.bias = model.bias;
@@ -134,10 +134,10 @@ Exported export_kalibr_imu(const Calibration& first,
         "kalibr: an IMU is one accelerometer and one gyroscope; the records are "
         "two of one kind");
   }
-  if (!first.instrument.serial.empty() && !second.instrument.serial.empty() &&
-      first.instrument.serial != second.instrument.serial) {
+  if (!first.sensor.instrument.serial.empty() && !second.sensor.instrument.serial.empty() &&
+      first.sensor.instrument.serial != second.sensor.instrument.serial) {
     throw RefusedError(formatted("kalibr: the records are of two units, '{}' and '{}'",
-                                 first.instrument.serial, second.instrument.serial));
+                                 first.sensor.instrument.serial, second.sensor.instrument.serial));
   }
   Exported exported{.content = accelerometer.comment + gyroscope.comment +
                                "# C_gyro_i: from the accelerometer's frame, as Kalibr has it\n" +
@@ -161,12 +161,12 @@ std::string covariance_for_ros(const Calibration& calibration,
                                const ConsumerModel& model,
                                Sensor sensor,
                                const std::string& unit) {
-  if (!calibration.statistics || calibration.statistics->residual_sd.size() != 3) {
+  if (!calibration.fit.statistics || calibration.fit.statistics->residual_sd.size() != 3) {
     return "";
   }
   Eigen::Matrix3d variance = Eigen::Matrix3d::Zero();
   for (Eigen::Index k = 0; k < 3; ++k) {
-    const double sd = model.reading_factor * calibration.statistics->residual_sd(k);
+    const double sd = model.reading_factor * calibration.fit.statistics->residual_sd(k);
     variance(k, k) = std::isfinite(sd) ? sd * sd : 0.0;
   }
   const Eigen::Matrix3d C = model.inverse * variance * model.inverse.transpose();
@@ -190,7 +190,7 @@ std::string covariance_for_ros(const Calibration& calibration,
 Exported export_ros(const Calibration& calibration, const ExportOptions& options) {
   const Sensor sensor = sensor_of(calibration, "ros");
   const std::string unit = usual_unit(sensor, "T");
-  const std::string readings = options.reading_factor ? unit : calibration.instrument.unit;
+  const std::string readings = options.reading_factor ? unit : calibration.sensor.instrument.unit;
   const ConsumerModel model = nearest_model(calibration, {options.reading_factor ? unit : "", unit},
                                             MatrixShape::full, options);
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "ros", options);
@@ -216,7 +216,7 @@ Exported export_x_io(const Calibration& calibration, const ExportOptions& option
   const Sensor sensor = sensor_of(calibration, "x-io");
   const std::string unit = sensor == Sensor::accelerometer ? "g"
                            : sensor == Sensor::gyroscope   ? "deg/s"
-                                                           : calibration.field.unit;
+                                                           : calibration.sensor.field.unit;
   const ConsumerModel model = nearest_model(calibration, {"", unit}, MatrixShape::full, options);
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "x-io", options);
   using Json = nlohmann::ordered_json;
@@ -251,7 +251,8 @@ Exported export_x_io(const Calibration& calibration, const ExportOptions& option
   // JSON has no comments.
   const Json comment = comment_of(
       calibration,
-      {formatted("{}, v in {}, matrices row by row", formula, calibration.instrument.unit)}, loss);
+      {formatted("{}, v in {}, matrices row by row", formula, calibration.sensor.instrument.unit)},
+      loss);
   json["comment"] = comment;
   return {.content = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", .loss = loss};
 }

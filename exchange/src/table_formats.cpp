@@ -43,23 +43,23 @@ double at_or_nan(const Eigen::VectorXd& values, Eigen::Index k) {
 
 std::vector<Coefficient> coefficients_of(const Calibration& calibration) {
   std::vector<Coefficient> all;
-  const Instrument& instrument = calibration.instrument;
+  const Instrument& instrument = calibration.sensor.instrument;
   const Eigen::VectorXd bias_se =
-      calibration.statistics ? calibration.statistics->bias_se : Eigen::VectorXd();
+      calibration.fit.statistics ? calibration.fit.statistics->bias_se : Eigen::VectorXd();
   for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
     const std::string axis = instrument.axes[static_cast<std::size_t>(k)];
-    all.push_back({axis + ".bias", calibration.response.bias(k), at_or_nan(bias_se, k)});
+    all.push_back({axis + ".bias", calibration.sensor.response.bias(k), at_or_nan(bias_se, k)});
     for (int j = 0; j < 3; ++j) {
       const bool has_se =
-          calibration.statistics && calibration.statistics->sensitivity_se.rows() > k;
+          calibration.fit.statistics && calibration.fit.statistics->sensitivity_se.rows() > k;
       all.push_back({formatted("{}.sensitivity.{}", axis, "xyz"[j]),
-                     calibration.response.sensitivity(k, j),
-                     has_se ? calibration.statistics->sensitivity_se(k, j) : std::nan("")});
+                     calibration.sensor.response.sensitivity(k, j),
+                     has_se ? calibration.fit.statistics->sensitivity_se(k, j) : std::nan("")});
     }
-    if (!calibration.temperature) {
+    if (!calibration.sensor.temperature) {
       continue;
     }
-    const TemperatureResponse& over = *calibration.temperature;
+    const TemperatureResponse& over = *calibration.sensor.temperature;
     for (const bool is_bias : {true, false}) {
       const Eigen::MatrixXd& values = is_bias ? over.bias : over.scale;
       const Eigen::MatrixXd& errors = is_bias ? over.bias_se : over.scale_se;
@@ -81,40 +81,41 @@ struct NamedArray {
 
 std::vector<NamedArray> arrays_of(const Calibration& calibration) {
   std::vector<NamedArray> all = {
-      {"bias", calibration.response.bias},
-      {"sensitivity", calibration.response.sensitivity},
-      {"field_magnitude", Eigen::MatrixXd::Constant(1, 1, calibration.field.magnitude)}};
-  if (calibration.instrument.axis_count() == 3 && !calibration.instrument.one_sided) {
-    const Eigen::Matrix3d S = calibration.response.sensitivity;
+      {"bias", calibration.sensor.response.bias},
+      {"sensitivity", calibration.sensor.response.sensitivity},
+      {"field_magnitude", Eigen::MatrixXd::Constant(1, 1, calibration.sensor.field.magnitude)}};
+  if (calibration.sensor.instrument.axis_count() == 3 && !calibration.sensor.instrument.one_sided) {
+    const Eigen::Matrix3d S = calibration.sensor.response.sensitivity;
     all.push_back({"inverse", S.inverse()});
   }
-  if (calibration.temperature) {
-    const TemperatureResponse& over = *calibration.temperature;
+  if (calibration.sensor.temperature) {
+    const TemperatureResponse& over = *calibration.sensor.temperature;
     all.push_back({"temperature_reference", Eigen::MatrixXd::Constant(1, 1, over.reference)});
     all.push_back({"temperature_range", Eigen::RowVector2d(over.low, over.high)});
     all.push_back({"temperature_bias", over.bias});
     all.push_back({"temperature_scale", over.scale});
   }
-  if (calibration.statistics) {
-    all.push_back({"covariance", calibration.statistics->covariance});
-    all.push_back({"residual_sd", calibration.statistics->residual_sd});
-    all.push_back({"degrees_of_freedom", calibration.statistics->degrees_of_freedom});
+  if (calibration.fit.statistics) {
+    all.push_back({"covariance", calibration.fit.statistics->covariance});
+    all.push_back({"residual_sd", calibration.fit.statistics->residual_sd});
+    all.push_back({"degrees_of_freedom", calibration.fit.statistics->degrees_of_freedom});
   }
   return all;
 }
 
 std::vector<std::pair<std::string, std::string>> texts_of(const Calibration& calibration) {
-  return {{"kind", calibration.instrument.kind},
-          {"serial", calibration.instrument.serial},
-          {"axes", joined(calibration.instrument.axes, ",")},
-          {"unit", calibration.instrument.unit},
-          {"field_unit", calibration.field.unit},
-          {"status", std::string(status_name(calibration.status))},
-          {"created", calibration.created},
-          {"software", calibration.software},
-          {"formula", "v = bias(t) + scale(t) S f, field f in the instrument's frame"},
-          {"parameter_names",
-           calibration.statistics ? joined(calibration.statistics->parameter_names, ",") : ""}};
+  return {
+      {"kind", calibration.sensor.instrument.kind},
+      {"serial", calibration.sensor.instrument.serial},
+      {"axes", joined(calibration.sensor.instrument.axes, ",")},
+      {"unit", calibration.sensor.instrument.unit},
+      {"field_unit", calibration.sensor.field.unit},
+      {"status", std::string(status_name(calibration.findings.status))},
+      {"created", calibration.provenance.created},
+      {"software", calibration.provenance.software},
+      {"formula", "v = bias(t) + scale(t) S f, field f in the instrument's frame"},
+      {"parameter_names",
+       calibration.fit.statistics ? joined(calibration.fit.statistics->parameter_names, ",") : ""}};
 }
 
 #ifdef AXISCAL_MATIO
@@ -205,9 +206,10 @@ void add_entry(archive* zip, const std::string& name, const std::string& content
 
 Exported export_csv(const Calibration& calibration, const ExportOptions&) {
   std::vector<std::string> lines = {formatted("v = bias + sensitivity f; field f in {}, v in {}",
-                                              calibration.field.unit, calibration.instrument.unit)};
-  if (calibration.temperature) {
-    const TemperatureResponse& over = *calibration.temperature;
+                                              calibration.sensor.field.unit,
+                                              calibration.sensor.instrument.unit)};
+  if (calibration.sensor.temperature) {
+    const TemperatureResponse& over = *calibration.sensor.temperature;
     lines.push_back(
         formatted("bias(t) = bias + bias.d d + ..., scale(t) = 1 + scale.d d + ..., d = "
                   "temperature - {}; v = bias(t) + scale(t) sensitivity f",

@@ -8,6 +8,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_members.hpp"
 #include "axiscal/field/field_resolver.hpp"
+#include "axiscal/field/settings.hpp"
 #include "field_entries.hpp"
 
 namespace axiscal {
@@ -29,13 +30,11 @@ void CustomField::resolve(FieldResolver& of) const {
   if (has_value()) {
     of.set_magnitude(of.given_magnitude().value_or(value_in_enu_.norm()));
     of.set_direction(value_in_enu_, false);
-  } else if (of.given_magnitude() || of.may_be_open() || of.found().unit != "1") {
-    of.set_given_magnitude(
+  } else {
+    of.set_given_magnitude_or_1(
         formatted(" in {}: its magnitude is not known; state it, or its vector in the table",
                   of.found().unit),
-        {Setting::field_table});
-  } else {
-    of.set_magnitude(1.0);
+        {settings::field_table});
   }
 }
 

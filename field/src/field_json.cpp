@@ -131,7 +131,7 @@ FieldLevel level_of(const JsonValue& json) {
   if (!json.is_object()) {
     return json.number();
   }
-  std::map<std::string, double, std::less<>> of_parts;
+  FieldLevel::OfParts of_parts;
   for (const std::string& name : json.keys()) {
     of_parts[name] = json.at(name).number();
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/field/field_level.hpp"
 
-#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -10,23 +9,20 @@
 
 namespace axiscal {
 
-FieldLevel::FieldLevel(std::map<std::string, double, std::less<>> of_parts, double of_others)
-    : of_all_(of_others) {
+FieldLevel::FieldLevel(OfParts of_parts, double of_others) : of_all_(of_others) {
   if (!of_parts.empty()) {
-    of_parts_ =
-        std::make_shared<const std::map<std::string, double, std::less<>>>(std::move(of_parts));
+    of_parts_ = std::make_shared<const OfParts>(std::move(of_parts));
   }
+}
+
+const FieldLevel::OfParts& FieldLevel::of_parts() const {
+  static const OfParts none;
+  return of_parts_ ? *of_parts_ : none;
 }
 
 double FieldLevel::own_level(std::string_view part) const {
   const auto own = of_parts_->find(part);
   return own == of_parts_->end() ? of_all_ : own->second;
-}
-
-bool FieldLevel::is_zero() const {
-  return of_parts_ ? std::all_of(of_parts_->begin(), of_parts_->end(),
-                                 [](const auto& part) { return part.second == 0.0; })
-                   : of_all_ == 0.0;
 }
 
 std::string FieldLevel::text() const {

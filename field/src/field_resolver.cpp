@@ -9,6 +9,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/timestamp.hpp"
+#include "axiscal/field/settings.hpp"
 
 namespace axiscal {
 
@@ -24,7 +25,7 @@ FieldResolver::FieldResolver(const FieldSetup& part,
 FieldDescription FieldResolver::resolve() {
   check_given();
   if (!given_.of) {
-    throw SetupError("the field is not stated: " + list_of_field_kinds(), {Setting::field});
+    throw SetupError("the field is not stated: " + list_of_field_kinds(), {settings::field});
   }
   prepare();
   given_.of->resolve(*this);
@@ -42,18 +43,19 @@ FieldDescription FieldResolver::resolve() {
 void FieldResolver::check_given() const {
   if (given_.in_table && !(given_.in_table->norm() > 0.0 && given_.in_table->norm() < 1e150)) {
     throw SetupError("the field's vector in the table must not be zero, and shorter than 1e150",
-                     {Setting::field_table});
+                     {settings::field_table});
   }
   if (given_.magnitude && !(*given_.magnitude > 0.0 && std::isfinite(*given_.magnitude))) {
-    throw SetupError("the field's magnitude must be a positive number", {Setting::field_magnitude});
+    throw SetupError("the field's magnitude must be a positive number",
+                     {settings::field_magnitude});
   }
   if (given_.magnitude && given_.magnitude_unknown) {
     throw SetupError("the field's magnitude is either a number or unknown, not both",
-                     {Setting::field_magnitude});
+                     {settings::field_magnitude});
   }
   if (!(given_.magnitude_u >= 0.0)) {
     throw SetupError("the uncertainty of the field's magnitude must not be negative",
-                     {Setting::field_magnitude_u});
+                     {settings::field_magnitude_u});
   }
 }
 
@@ -114,7 +116,7 @@ std::string FieldResolver::unit_unless_stated(const FieldKind& kind) const {
 void FieldResolver::require_longitude() const {
   if (!place_.has_longitude) {
     throw SetupError(formatted("field {}: the site's longitude is missing", found_.kind),
-                     {Setting::longitude});
+                     {settings::longitude});
   }
 }
 
@@ -129,7 +131,7 @@ double FieldResolver::date_s() const {
   const std::optional<double> time_s = parse_date(place_.date);
   if (!time_s) {
     throw SetupError(formatted("the date '{}' is neither ISO 8601 nor a decimal year", place_.date),
-                     {Setting::date});
+                     {settings::date});
   }
   return *time_s;
 }
@@ -166,8 +168,17 @@ void FieldResolver::set_given_magnitude(const std::string& otherwise,
   } else if (may_be_open()) {
     leave_magnitude_open();
   } else {
-    settings.push_back(Setting::field_magnitude);
+    settings.push_back(settings::field_magnitude);
     throw SetupError(formatted("field {}{}", found_.kind, otherwise), std::move(settings));
+  }
+}
+
+void FieldResolver::set_given_magnitude_or_1(const std::string& otherwise,
+                                             std::vector<Setting> settings) {
+  if (given_magnitude() || may_be_open() || found_.unit != "1") {
+    set_given_magnitude(otherwise, std::move(settings));
+  } else {
+    set_magnitude(1.0);
   }
 }
 

@@ -13,6 +13,7 @@
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/field_resolver.hpp"
 #include "axiscal/field/field_unit.hpp"
+#include "axiscal/field/settings.hpp"
 
 namespace axiscal {
 namespace {
@@ -41,7 +42,7 @@ void check_names(const std::vector<FieldDescription>& parts) {
       if (parts[q].level_name() == parts[p].level_name()) {
         throw SetupError(
             formatted("field: two parts have the name '{}'; give each its own", parts[p].name),
-            {Setting::field});
+            {settings::field});
       }
     }
   }
@@ -169,13 +170,13 @@ std::vector<FieldDescription> resolve_field(const FieldSetup& setup,
     check_site(*place.site);
   }
   if (!(place.slope.norm() < 1.0)) {
-    throw SetupError("the table's slope: X^2 + Y^2 must be less than 1", {Setting::slope});
+    throw SetupError("the table's slope: X^2 + Y^2 must be less than 1", {settings::slope});
   }
   if (setup.in_table && place.slope.norm() > 0.0) {
     throw SetupError(
         "the slope and the field's vector both say how the field lies in the table; state one of "
         "them",
-        {Setting::slope, Setting::field_table});
+        {settings::slope, settings::field_table});
   }
   std::vector<FieldDescription> parts;
   for (const FieldSetup* const part : setup.parts()) {
@@ -187,7 +188,7 @@ std::vector<FieldDescription> resolve_field(const FieldSetup& setup,
         formatted(
             "field {}: its magnitude is not known; state it, its vector in the table, or a coil",
             parts.front().kind),
-        {Setting::field_table, Setting::field_magnitude});
+        {settings::field_table, settings::field_magnitude});
   }
   const bool all_free = std::all_of(parts.begin(), parts.end(),
                                     [](const FieldDescription& part) { return part.free_length; });
@@ -222,7 +223,7 @@ Eigen::Matrix3d rotation_of_moving(const TablePlace& place, const ReferenceField
     throw SetupError(field.moving_name() +
                          " moves between the readings; how it does in the table needs the fence's "
                          "azimuth, to a few degrees",
-                     {Setting::fence_azimuth});
+                     {settings::fence_azimuth});
   }
   return rotation_sloping_from_level(place.slope) *
          rotation_table_from_enu(*place.fence_azimuth_rad);

@@ -17,6 +17,7 @@
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_resolver.hpp"
 #include "axiscal/field/field_unit.hpp"
+#include "axiscal/field/settings.hpp"
 #include "field_entries.hpp"
 #include "field_members.hpp"
 #include "wmm2025_coefficients.hpp"
@@ -127,7 +128,7 @@ Eigen::Vector3d GeomagneticModel::value_in_enu_nT(const Site& site, double year)
         formatted("magnetic model {} holds from {} to {}, not in {}; give another date or model",
                   name_, number_text(range.first_year), number_text(range.last_year),
                   number_text(std::round(year * 1e6) / 1e6)),
-        {Setting::date, Setting::magnetic_model});
+        {settings::date, settings::magnetic_model});
   }
   if (!(site.height_m >= range.lowest_m && site.height_m <= range.highest_m)) {
     throw RefusedError(formatted(
@@ -177,7 +178,7 @@ void GeomagneticField::state(FieldSetup& setup) const {
 
 void GeomagneticField::resolve(FieldResolver& of) const {
   if (!site_ && !of.site()) {
-    of.set_given_magnitude(": its magnitude is not known; state it, or the site", {Setting::site});
+    of.set_given_magnitude(": its magnitude is not known; state it, or the site", {settings::site});
     return;
   }
   if (!site_) {

@@ -12,6 +12,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_members.hpp"
 #include "axiscal/field/field_resolver.hpp"
+#include "axiscal/field/settings.hpp"
 #include "field_entries.hpp"
 #include "field_members.hpp"
 
@@ -87,7 +88,7 @@ void GravityField::resolve(FieldResolver& of) const {
       throw SetupError(
           "field gravity in m/s^2: its magnitude is not known; state it, or latitude and height of "
           "the site",
-          {Setting::field_magnitude, Setting::site});
+          {settings::field_magnitude, settings::site});
     }
     const GravityField there(*site, model_);
     of.set_magnitude(there.magnitude());

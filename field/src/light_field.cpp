@@ -8,6 +8,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_members.hpp"
 #include "axiscal/field/field_resolver.hpp"
+#include "axiscal/field/settings.hpp"
 #include "axiscal/field/sun.hpp"
 #include "field_entries.hpp"
 
@@ -49,20 +50,16 @@ void LightField::state(FieldSetup& setup) const {
 
 Eigen::Vector3d LightField::moving_in_table(const TablePlace& place, double time_s) const {
   if (!place.site) {
-    throw SetupError("the sun's place needs the site: latitude and longitude", {Setting::site});
+    throw SetupError("the sun's place needs the site: latitude and longitude", {settings::site});
   }
   return rotation_of_moving(place, *this) *
          sun_position(*place.site, time_s, refraction_).direction_in_enu;
 }
 
 void LightField::resolve(FieldResolver& of) const {
-  if (of.given_magnitude()) {
-    of.set_magnitude(*of.given_magnitude());
-  } else if (of.may_be_open() || (of.found().unit != "1" && lamps_.empty())) {
-    of.set_given_magnitude(
+  if (lamps_.empty() || of.may_be_open()) {
+    of.set_given_magnitude_or_1(
         formatted(" in {}: its magnitude is not known; state it", of.found().unit), {});
-  } else {
-    of.set_magnitude(1.0);
   }
   if (is_sun_) {
     resolve_sun(of);
@@ -76,7 +73,7 @@ void LightField::resolve(FieldResolver& of) const {
 
 void LightField::resolve_sun(FieldResolver& of) const {
   if (!of.site()) {
-    throw SetupError("the sun's place needs the site: latitude and longitude", {Setting::site});
+    throw SetupError("the sun's place needs the site: latitude and longitude", {settings::site});
   }
   if (!of.knows_time()) {
     return;  // the readings' times are not known yet, or there are none

@@ -13,6 +13,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/field/field_resolver.hpp"
+#include "axiscal/field/settings.hpp"
 
 namespace axiscal {
 namespace {
@@ -94,7 +95,7 @@ void RecordedField::resolve(FieldResolver& of) const {
       of.reading_time_s() ? value_in_enu_at(*of.reading_time_s()) : value_in_enu();
   if (of.given().magnitude) {
     throw SetupError("the field's magnitude is that of its record; leave the other one out",
-                     {Setting::field_magnitude});
+                     {settings::field_magnitude});
   }
   of.set_magnitude(value.norm());
   of.found().in_table = value;

@@ -6,6 +6,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
+#include "axiscal/instruments/settings.hpp"
 #include "kinds/kinds.hpp"
 
 namespace axiscal {
@@ -50,7 +51,8 @@ const InstrumentKind& find_instrument_kind(std::string_view name) {
     list += (list.empty() ? "" : ", ") + std::string(kind.name);
   }
   throw DomainError(formatted("unknown kind of instrument '{}'{}", name,
-                              did_you_mean(name, names, "this version knows: " + list)));
+                              did_you_mean(name, names, "this version knows: " + list)),
+                    {settings::instrument});
 }
 
 }  // namespace axiscal

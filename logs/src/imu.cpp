@@ -14,6 +14,7 @@
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/companion.hpp"
 #include "axiscal/calib/magnitude_fit.hpp"
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -261,8 +262,8 @@ class ImuCalibrator {
   void warn(Calibration& record) const {
     const auto add = [&](WarningCode code, const std::vector<std::string>& messages) {
       for (const std::string& message : messages) {
-        record.warnings.push_back({.code = code, .message = message});
-        record.status = std::max(record.status, CalibrationStatus::warning);
+        record.findings.warnings.push_back({.code = code, .message = message});
+        record.findings.status = std::max(record.findings.status, CalibrationStatus::warning);
       }
     };
     add(WarningCode::log, result_.rests.warnings);
@@ -355,12 +356,12 @@ class ImuCalibrator {
       take_six_faces(experiment, observations);
     }
     result_.accelerometer = calibrate(experiment, observations);
-    result_.accelerometer.slot = "accelerometer";
+    result_.accelerometer.provenance.slot = "accelerometer";
   }
 
   void calibrate_gyroscope() {
     const Eigen::MatrixX3d ups =
-        fields_by(result_.accelerometer.response, accelerations_).rowwise().normalized();
+        fields_by(result_.accelerometer.sensor.response, accelerations_).rowwise().normalized();
     const RestFit rests = fit_rests(means_of(result_.rests, options_.gyroscope), ups);
     std::vector<std::size_t> between;
     for (const std::size_t rest : all_rests(result_.rests)) {
@@ -390,19 +391,21 @@ class ImuCalibrator {
                                            .axes = options_.gyroscope,
                                            .unit = options_.gyroscope_unit},
                                           rests.sd);
-    record.slot = "gyroscope";
+    record.provenance.slot = "gyroscope";
     if (source.left_out > 0) {
-      record.notes.push_back(
-          formatted("{} turns with missing samples are left out", source.left_out));
+      record.findings.notes.push_back(
+          {NoteCode::turns,
+           formatted("{} turns with missing samples are left out", source.left_out)});
     }
     result_.g_sensitivity = rests.g_sensitivity;
     result_.g_sensitivity_se = rests.g_sensitivity_se;
     if (rests.g_sensitivity && rests.p_value.minCoeff() < 1e-3) {
-      record.notes.push_back(formatted(
-          "the rests' means change with gravity: g-sensitivity of up to {} {} (standard error {})",
-          number_text(rests.g_sensitivity->cwiseAbs().maxCoeff(), 3),
-          unit_per(record.instrument.unit, "g"),
-          number_text(rests.g_sensitivity_se->maxCoeff(), 2)));
+      record.findings.notes.push_back(
+          {NoteCode::turns, formatted("the rests' means change with gravity: g-sensitivity of up "
+                                      "to {} {} (standard error {})",
+                                      number_text(rests.g_sensitivity->cwiseAbs().maxCoeff(), 3),
+                                      unit_per(record.sensor.instrument.unit, "g"),
+                                      number_text(rests.g_sensitivity_se->maxCoeff(), 2))});
     }
     result_.gyroscope = std::move(record);
   }
@@ -429,11 +432,12 @@ class ImuCalibrator {
     experiment.shape = MagnitudeShape::symmetric;  // its frame becomes the accelerometer's anyway
     const Observations observations = observations_of(options_.magnetometer);
     Calibration record = calibrate(experiment, observations);
-    record.slot = "magnetometer";
+    record.provenance.slot = "magnetometer";
     if (relative) {
-      record.notes.emplace_back(
-          "neither the local field's magnitude nor the site was stated: "
-          "fields are in units of it");
+      record.findings.notes.push_back(
+          {NoteCode::field,
+           "neither the local field's magnitude nor the site was stated: "
+           "fields are in units of it"});
     }
     if (!result_.seats) {
       align_with_companion(record, observations, result_.accelerometer,
@@ -491,7 +495,7 @@ SeatLabels recognise_seats(const RecordedLog& log,
       throw RefusedError(formatted("the gyroscope lacks samples in {} of the turns, so that it "
                                    "does not tell the fence faces; give the run sheet",
                                    source.left_out),
-                         {Setting::run_sheet});
+                         {settings::run_sheet});
     }
   }
   if (!options.magnetometer.empty()) {

@@ -16,6 +16,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/turntable_field.hpp"
 #include "axiscal/logs/seats.hpp"
+#include "axiscal/logs/settings.hpp"
 #include "axiscal/logs/table_text.hpp"
 #include "axiscal/logs/time_column.hpp"
 
@@ -88,7 +89,7 @@ class RegionReader {
       }
     } else {
       throw DataError(log.name, "has neither times nor a rate",
-                      {Setting::time_column, Setting::rate});
+                      {settings::time_column, settings::rate});
     }
   }
 
@@ -278,7 +279,7 @@ class RegionCalibrator {
           "the biases");
     }
     result_.accelerometer = calibrate(experiment, observations);
-    result_.accelerometer.slot = "accelerometer";
+    result_.accelerometer.provenance.slot = "accelerometer";
   }
 
   // The mean of the rests that lay as a turn does: its own face's, else those whose gravity it has.
@@ -286,7 +287,7 @@ class RegionCalibrator {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double count = 0.0;
     const Eigen::Vector3d gravity = reader_.mean(options_.accelerometer, turn.part);
-    const Eigen::Vector3d middle = result_.accelerometer.response.bias;
+    const Eigen::Vector3d middle = result_.accelerometer.sensor.response.bias;
     for (const KnownRegion& rest : rests_) {
       constexpr double nearly = 0.9;  // cosine
       const Eigen::Vector3d there = reader_.mean(options_.accelerometer, rest.part) - middle;
@@ -331,7 +332,7 @@ class RegionCalibrator {
     experiment.weighting = Weighting::none;
     experiment.search_for_mistakes = false;
     Calibration record = calibrate(experiment, observations);
-    record.slot = "gyroscope";
+    record.provenance.slot = "gyroscope";
     result_.gyroscope = std::move(record);
   }
 

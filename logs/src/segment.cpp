@@ -9,6 +9,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/logs/settings.hpp"
 
 namespace axiscal {
 namespace {
@@ -36,7 +37,7 @@ class Clock {
     step_ = usual_step(times) * seconds_;
     if (!(step_ > 0.0)) {
       throw DataError(path_, "the times never increase; state the rate instead of their column",
-                      {Setting::rate, Setting::time_column});
+                      {settings::rate, settings::time_column});
     }
     longest_step_ = std::max(5.0 * step_, 0.25 * window_s_);
   }
@@ -267,7 +268,7 @@ SelectedColumns select_columns(LogFile& log, const SegmentOptions& options, Segm
         log.path(),
         formatted("has no column of times, only {}; name the column of times, or state the rate",
                   joined(log.columns())),
-        {Setting::time_column, Setting::rate});
+        {settings::time_column, settings::rate});
   }
   SelectedColumns chosen;
   chosen.times = found.value_or(TimeColumn{.position = log.columns().size()});
@@ -398,7 +399,7 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
                   "each position, or ask for shorter rests",
                   number_text(options.shortest_s, 3), counted(result.samples, "sample", "samples"),
                   number_text(static_cast<double>(result.samples) / result.rate_hz, 4)),
-        {Setting::shortest_rest});
+        {settings::shortest_rest});
   }
   if (options.join) {
     join_rests(options, selected.attitude, result);
@@ -417,10 +418,8 @@ namespace {
 std::set<std::string> parts_with_levels(const std::vector<RunSheetRow>& sheet) {
   std::set<std::string> parts;
   for (const RunSheetRow& row : sheet) {
-    if (row.entry.level.differs_by_part()) {
-      for (const auto& [name, level] : row.entry.level.of_parts()) {
-        parts.insert(name);
-      }
+    for (const auto& [name, level] : row.entry.level.of_parts()) {
+      parts.insert(name);
     }
   }
   return parts;

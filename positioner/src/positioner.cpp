@@ -44,7 +44,7 @@ std::string of_face(Face face) {
   return formatted("of face {}", face_name(face));
 }
 
-// By the normals alone (method.md, section 2).
+// The rotation follows from the normals alone (method.md, section 2).
 Eigen::Matrix3d rotation_by_normals(const Eigen::Vector3d& rest, const Eigen::Vector3d& fence) {
   const Eigen::Vector3d z = -rest;
   const Eigen::Vector3d y = (fence - fence.dot(z) * z).normalized();

@@ -25,15 +25,16 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 std::string title_of(const Calibration& calibration) {
-  return formatted(
-      "Calibration of {}{}", calibration.instrument.kind,
-      calibration.instrument.serial.empty() ? "" : " " + calibration.instrument.serial);
+  return formatted("Calibration of {}{}", calibration.sensor.instrument.kind,
+                   calibration.sensor.instrument.serial.empty()
+                       ? ""
+                       : " " + calibration.sensor.instrument.serial);
 }
 
 // ---- verdict ----
 
 std::string what_it_is_fit_for(const Calibration& calibration) {
-  if (calibration.instrument.axis_count() < 3) {
+  if (calibration.sensor.instrument.axis_count() < 3) {
     return "It has fewer than three axes: a reading tells the field along each of them, and apply "
            "says how well.";
   }
@@ -48,28 +49,28 @@ std::string what_it_is_fit_for(const Calibration& calibration) {
       is_direction
           ? ""
           : formatted("; the worst is {}, which counts up to 80 degrees of pitch", worst.quantity),
-      calibration.temperature ? ". That is at the reference temperature." : ".");
+      calibration.sensor.temperature ? ". That is at the reference temperature." : ".");
 }
 
 std::vector<std::string> what_to_watch(const Calibration& calibration) {
   std::vector<std::string> lines;
-  for (const CalibrationWarning& warning : calibration.warnings) {
+  for (const CalibrationWarning& warning : calibration.findings.warnings) {
     lines.push_back(warning.message);
   }
-  if (calibration.temperature) {
-    const TemperatureResponse& over = *calibration.temperature;
+  if (calibration.sensor.temperature) {
+    const TemperatureResponse& over = *calibration.sensor.temperature;
     lines.push_back(formatted(
         "It holds from temperature {} to {}; beyond, results are flagged as extrapolated.",
         rounded(over.low, 5), rounded(over.high, 5)));
-  } else if (calibration.statistics) {
+  } else if (calibration.fit.statistics) {
     lines.emplace_back(
         "It holds at the temperature of the calibration: no temperature was modelled.");
   }
   if (std::string missing = words_of_not_counted(calibration); !missing.empty()) {
     lines.push_back(std::move(missing));
   }
-  if (!calibration.left_out.empty()) {
-    lines.push_back(formatted("{} readings were left out.", calibration.left_out.size()));
+  if (!calibration.fit.left_out.empty()) {
+    lines.push_back(formatted("{} readings were left out.", calibration.fit.left_out.size()));
   }
   return lines;
 }
@@ -89,29 +90,29 @@ std::string limits_table(const Verdict& verdict) {
 }
 
 std::string verdict_section(const Calibration& calibration) {
-  std::string state(status_name(calibration.status));
+  std::string state(status_name(calibration.findings.status));
   std::string headline = state == "refused" ? "This calibration was refused. Do not use it."
                          : state == "warning"
                              ? "Calibrated, with something to look at."
                              : "Calibrated. Nothing in the readings speaks against it.";
-  if (state == "ok" && !calibration.statistics) {
+  if (state == "ok" && !calibration.fit.statistics) {
     state = "warning";
     headline = "Coefficients alone: the record holds no readings that speak for or against them.";
   }
-  if (calibration.verdict && !calibration.verdict->passed) {
+  if (calibration.findings.verdict && !calibration.findings.verdict->passed) {
     state = "refused";
     headline = "It does not meet its limits.";
-  } else if (calibration.verdict && state == "ok") {
+  } else if (calibration.findings.verdict && state == "ok") {
     headline = "Calibrated, and it meets its limits.";
   }
   std::string html = formatted("<div class=\"verdict {}\" role=\"status\"><strong>{}</strong>\n",
                                state, escaped(headline));
-  if (state == "refused" && calibration.suggestion) {
-    html += paragraph("Most likely: " + calibration.suggestion->message);
-  } else if (state == "refused" && !calibration.warnings.empty()) {
-    html += paragraph("Most likely: " + calibration.warnings.front().message);
+  if (state == "refused" && calibration.findings.suggestion) {
+    html += paragraph("Most likely: " + calibration.findings.suggestion->message);
+  } else if (state == "refused" && !calibration.findings.warnings.empty()) {
+    html += paragraph("Most likely: " + calibration.findings.warnings.front().message);
   }
-  if (calibration.status != CalibrationStatus::refused) {
+  if (calibration.findings.status != CalibrationStatus::refused) {
     html += paragraph(what_it_is_fit_for(calibration));
   }
   const std::vector<std::string> watch = what_to_watch(calibration);
@@ -119,7 +120,7 @@ std::string verdict_section(const Calibration& calibration) {
     html += paragraph("What to watch:") + bullets(watch);
   }
   html += "</div>\n";
-  return html + (calibration.verdict ? limits_table(*calibration.verdict) : "");
+  return html + (calibration.findings.verdict ? limits_table(*calibration.findings.verdict) : "");
 }
 
 // ---- instrument and run ----
@@ -131,46 +132,51 @@ std::string site_text(const Site& site) {
 }
 
 std::string run_section(const Calibration& calibration) {
-  const Instrument& instrument = calibration.instrument;
-  const FieldDescription& field = calibration.field;
+  const Instrument& instrument = calibration.sensor.instrument;
+  const FieldDescription& field = calibration.sensor.field;
   std::vector<std::pair<std::string, std::string>> rows = {
       {"Instrument", instrument.kind},
       {"Serial number", instrument.serial},
       {"Axes, readings in", formatted("{}; {}", joined(instrument.axes), instrument.unit)},
-      {"Slot", calibration.slot},
-      {"Calibrated", calibration.created},
-      {"By", calibration.software},
-      {"Method", std::string(method_name(calibration.method)) +
-                     (calibration.robust ? ", robust" : "") +
-                     (calibration.weights == Weighting::none
-                          ? ""
-                          : ", weights by " + std::string(weighting_name(calibration.weights)))},
-      {"Positioner", !calibration.positioner.empty() ? calibration.positioner
-                     : calibration.levelness         ? "nominal cube"
-                                                     : ""},
+      {"Slot", calibration.provenance.slot},
+      {"Calibrated", calibration.provenance.created},
+      {"By", calibration.provenance.software},
+      {"Method",
+       std::string(method_name(calibration.fit.method)) +
+           (calibration.fit.robust ? ", robust" : "") +
+           (calibration.fit.weights == Weighting::none
+                ? ""
+                : ", weights by " + std::string(weighting_name(calibration.fit.weights)))},
+      {"Positioner", !calibration.provenance.positioner.empty() ? calibration.provenance.positioner
+                     : calibration.fit.levelness                ? "nominal cube"
+                                                                : ""},
       {"Field", formatted("{}, {} {}{}", field.kind, number_text(field.magnitude, 8), field.unit,
                           field.model.empty() ? "" : ", model " + field.model)},
       {"Place", field.site ? site_text(*field.site) : ""},
       {"Date of the field", field.date}};
-  if (calibration.statistics) {
-    rows.emplace_back("Readings used", std::to_string(calibration.statistics->observations));
+  if (calibration.fit.statistics) {
+    rows.emplace_back("Readings used", std::to_string(calibration.fit.statistics->observations));
   }
-  if (!calibration.left_out.empty()) {
+  if (!calibration.fit.left_out.empty()) {
     std::vector<std::string> runs;
-    for (const int run : calibration.left_out) {
+    for (const int run : calibration.fit.left_out) {
       runs.push_back(std::to_string(run));
     }
     rows.emplace_back("Left out: runs", joined(runs));
   }
-  for (const InputFileDigest& input : calibration.inputs) {
+  for (const InputFileDigest& input : calibration.provenance.inputs) {
     rows.emplace_back("File",
                       input.path + (input.sha256.empty() ? "" : ", SHA-256 " + input.sha256));
   }
   std::string html = facts(rows);
-  for (const Correction& correction : calibration.corrections) {
+  for (const Correction& correction : calibration.findings.corrections) {
     html += paragraph("Corrected on request: " + correction.message);
   }
-  return html + bullets(calibration.notes);
+  std::vector<std::string> notes;
+  for (const CalibrationNote& note : calibration.findings.notes) {
+    notes.push_back(note.message);
+  }
+  return html + bullets(notes);
 }
 
 // ---- coefficients ----
@@ -187,11 +193,11 @@ std::string coefficients_table(const Calibration& calibration) {
                     {parameter_unit(calibration, one.name), ""}});
   }
   if (all.empty()) {
-    for (const std::string& axis : calibration.instrument.axes) {
+    for (const std::string& axis : calibration.sensor.instrument.axes) {
       for (const char* const of : {".bias", ".sensitivity.x", ".sensitivity.y", ".sensitivity.z"}) {
         const std::string name = axis + of;
         rows.push_back({{name, ""},
-                        number_cell(parameter_value(calibration, name), 8),
+                        number_cell(parameter_value(calibration.sensor, name), 8),
                         {},
                         {},
                         {},
@@ -200,8 +206,8 @@ std::string coefficients_table(const Calibration& calibration) {
     }
   }
   const std::string over =
-      calibration.temperature
-          ? "; d is the temperature less " + rounded(calibration.temperature->reference, 6)
+      calibration.sensor.temperature
+          ? "; d is the temperature less " + rounded(calibration.sensor.temperature->reference, 6)
           : "";
   return html_table("Coefficients: reading = bias + sensitivity times field" + over,
                     {"parameter", "value", "u", "U (95 %)", "degrees of freedom", "unit"}, rows);
@@ -215,14 +221,15 @@ std::string intrinsic_table(const Calibration& calibration) {
     const double factor = is_angle ? deg_per_rad : 1.0;
     const double expanded =
         i < intrinsic.uncertainty.size() ? intrinsic.uncertainty[i].expanded : std::nan("");
-    rows.push_back({{intrinsic.names[i], ""},
-                    number_cell(factor * intrinsic.values(static_cast<Eigen::Index>(i)), 8),
-                    number_cell(factor * expanded, 2),
-                    {is_angle ? "deg"
-                     : intrinsic.names[i].ends_with("bias")
-                         ? calibration.instrument.unit
-                         : unit_per(calibration.instrument.unit, calibration.field.unit),
-                     ""}});
+    rows.push_back(
+        {{intrinsic.names[i], ""},
+         number_cell(factor * intrinsic.values(static_cast<Eigen::Index>(i)), 8),
+         number_cell(factor * expanded, 2),
+         {is_angle ? "deg"
+          : intrinsic.names[i].ends_with("bias")
+              ? calibration.sensor.instrument.unit
+              : unit_per(calibration.sensor.instrument.unit, calibration.sensor.field.unit),
+          ""}});
   }
   return html_table("Independent of the mounting", {"parameter", "value", "U (95 %)", "unit"},
                     rows);
@@ -230,12 +237,12 @@ std::string intrinsic_table(const Calibration& calibration) {
 
 std::string polar_table(const Calibration& calibration) {
   std::vector<std::vector<Cell>> rows;
-  for (Eigen::Index k = 0; k < calibration.instrument.axis_count(); ++k) {
-    const int main = main_axis(calibration.instrument, calibration.response, k);
+  for (Eigen::Index k = 0; k < calibration.sensor.instrument.axis_count(); ++k) {
+    const int main = main_axis(calibration.sensor.instrument, calibration.sensor.response, k);
     const PolarForm polar =
-        polar_from_sensitivity(calibration.response.sensitivity.row(k).transpose(), main,
-                               calibration.instrument.convention);
-    rows.push_back({{calibration.instrument.axes[static_cast<std::size_t>(k)], ""},
+        polar_from_sensitivity(calibration.sensor.response.sensitivity.row(k).transpose(), main,
+                               calibration.sensor.instrument.convention);
+    rows.push_back({{calibration.sensor.instrument.axes[static_cast<std::size_t>(k)], ""},
                     number_cell(std::abs(polar.sensitivity), 8),
                     number_cell(polar.coning_angle_rad * deg_per_rad, 5),
                     number_cell(polar.azimuth_rad * deg_per_rad, 5)});
@@ -251,7 +258,7 @@ std::string correlation_table(const Calibration& calibration) {
   if (covariance.size() == 0 || !covariance.allFinite()) {
     return "";
   }
-  const std::vector<std::string>& names = calibration.statistics->parameter_names;
+  const std::vector<std::string>& names = calibration.fit.statistics->parameter_names;
   const Eigen::VectorXd sd = covariance.diagonal().cwiseSqrt();
   std::vector<std::string> head = {""};
   head.insert(head.end(), names.begin(), names.end());
@@ -311,7 +318,7 @@ std::string levelness_section(const Calibration& calibration, const std::optiona
   if (plots.empty()) {
     return "";
   }
-  const Levelness& level = *calibration.levelness;
+  const Levelness& level = *calibration.fit.levelness;
   std::string text = formatted(
       "The table rises by {} \u00b1 {} urad towards +x and {} \u00b1 {} urad towards +y (standard "
       "errors). ",
@@ -321,8 +328,8 @@ std::string levelness_section(const Calibration& calibration, const std::optiona
                            : "The faces do not agree: one of them, or the table, moved.";
   // A slope that the faces contradict is no ground for turning screws.
   const bool turns = table && level.consistent &&
-                     calibration.status != CalibrationStatus::refused &&
-                     field_kind(calibration.field.kind).vertical;
+                     calibration.findings.status != CalibrationStatus::refused &&
+                     field_kind(calibration.sensor.field.kind).vertical;
   return paragraph(text) + figures(plots) +
          (turns ? adjusters_table(level.as_it_stands(), *table) : "");
 }
@@ -370,7 +377,7 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
       all_thinned(residual_plots(calibration, options.observations));
   const std::vector<Plot> temperature = temperature_plots(calibration);
   const std::vector<Plot> orientations =
-      calibration.method == Method::magnitude
+      calibration.fit.method == Method::magnitude
           ? all_thinned(orientation_plots(calibration, options.observations))
           : std::vector<Plot>();
   const std::vector<Plot> turns = all_thinned(turn_plots(calibration));
@@ -378,7 +385,7 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
       options.noise != nullptr ? noise_plots(*options.noise) : std::vector<Plot>();
   const auto unit = std::find_if(
       options.history.begin(), options.history.end(),
-      [&](const UnitHistory& one) { return one.serial == calibration.instrument.serial; });
+      [&](const UnitHistory& one) { return one.serial == calibration.sensor.instrument.serial; });
   const std::vector<Plot> history =
       unit != options.history.end() ? history_plots(*unit) : std::vector<Plot>();
   const std::vector<std::array<std::string, 3>> sections = {
@@ -430,8 +437,10 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
       "{}</main>\n",
       escaped(title_of(calibration)), report_style(), seat_style(), plot_style(),
       escaped(title_of(calibration)),
-      escaped(calibration.created.empty() ? "" : formatted("calibrated {}, ", calibration.created)),
-      escaped(calibration.software), verdict_section(calibration), links, body);
+      escaped(calibration.provenance.created.empty()
+                  ? ""
+                  : formatted("calibrated {}, ", calibration.provenance.created)),
+      escaped(calibration.provenance.software), verdict_section(calibration), links, body);
   if (has_script) {
     page += formatted(
         "<script type=\"application/json\" id=\"report-data\">{}</script>\n<script>{}</script>\n",

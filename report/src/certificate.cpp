@@ -66,8 +66,9 @@ std::vector<std::vector<std::string>> intrinsic_rows(const Calibration& calibrat
       continue;  // is in the table above
     }
     if (!name.starts_with("angle.")) {
-      rows.push_back(row_of(name, value, intrinsic.uncertainty[i],
-                            unit_per(calibration.instrument.unit, calibration.field.unit)));
+      rows.push_back(
+          row_of(name, value, intrinsic.uncertainty[i],
+                 unit_per(calibration.sensor.instrument.unit, calibration.sensor.field.unit)));
       continue;
     }
     CombinedUncertainty in_degrees = intrinsic.uncertainty[i];
@@ -79,12 +80,12 @@ std::vector<std::vector<std::string>> intrinsic_rows(const Calibration& calibrat
 
 std::string method_text(const Calibration& calibration) {
   std::string text;
-  if (calibration.method == Method::magnitude) {
+  if (calibration.fit.method == Method::magnitude) {
     text =
         "The instrument was read in many orientations to a field of known magnitude; bias and "
         "sensitivity are those for which the calibrated readings have that magnitude (method "
         "'magnitude'). The frame is the instrument's own.";
-  } else if (calibration.method == Method::turns) {
+  } else if (calibration.fit.method == Method::turns) {
     text =
         "The gyroscope was turned between rests; bias and sensitivity are those for which its "
         "integrated rates lead from the attitude before each turn to that after it (method "
@@ -94,14 +95,14 @@ std::string method_text(const Calibration& calibration) {
         "The instrument was read in known orientations to the reference field; bias and "
         "sensitivity to the field's components follow by linear regression (method '{}'{}). "
         "Sensitivities are in the frame of the positioner.",
-        method_name(calibration.method),
-        calibration.method == Method::paired
+        method_name(calibration.fit.method),
+        calibration.fit.method == Method::paired
             ? ": opposite positions averaged, which removes the table's slope"
             : "");
   }
   return formatted("{} {}{} were used. reading = bias + sensitivity times field.", text,
-                   calibration.statistics->observations,
-                   calibration.method == Method::turns ? " turns" : " readings");
+                   calibration.fit.statistics->observations,
+                   calibration.fit.method == Method::turns ? " turns" : " readings");
 }
 
 std::vector<std::vector<std::string>> limit_rows(const Verdict& verdict) {
@@ -132,17 +133,18 @@ std::string decision_rule_of(const CertificateDetails& details, const Verdict& v
 void write_facts(const Calibration& calibration,
                  const CertificateDetails& details,
                  PdfPages& pages) {
-  const Instrument& instrument = calibration.instrument;
-  const FieldDescription& field = calibration.field;
+  const Instrument& instrument = calibration.sensor.instrument;
+  const FieldDescription& field = calibration.sensor.field;
   pages.title("Calibration certificate");
-  pages.facts({{"Certificate number", or_not_stated(details.number)},
-               {"Laboratory", block_of(details.laboratory)},
-               {"Customer", block_of(details.customer)},
-               {"Place of calibration", details.place.empty() ? "the laboratory" : details.place},
-               {"Item received", or_not_stated(details.received)},
-               {"Calibrated", details.calibrated.empty() ? or_not_stated(calibration.created)
-                                                         : details.calibrated},
-               {"Issued", or_not_stated(details.issued)}});
+  pages.facts(
+      {{"Certificate number", or_not_stated(details.number)},
+       {"Laboratory", block_of(details.laboratory)},
+       {"Customer", block_of(details.customer)},
+       {"Place of calibration", details.place.empty() ? "the laboratory" : details.place},
+       {"Item received", or_not_stated(details.received)},
+       {"Calibrated", details.calibrated.empty() ? or_not_stated(calibration.provenance.created)
+                                                 : details.calibrated},
+       {"Issued", or_not_stated(details.issued)}});
   pages.heading("Item");
   pages.facts({{"Instrument", formatted("{}, axes {}, readings in {}", instrument.kind,
                                         joined(instrument.axes), instrument.unit)},
@@ -157,12 +159,13 @@ void write_facts(const Calibration& calibration,
   reference +=
       field.magnitude_u > 0.0 ? ", standard uncertainty " + number_text(field.magnitude_u, 2) : "";
   reference += field.model.empty() ? "" : ", model " + field.model;
-  pages.facts(
-      {{"Procedure", details.procedure},
-       {"Reference field", reference},
-       {"Positioner", calibration.positioner.empty() ? "nominal cube" : calibration.positioner},
-       {"Environment", or_not_stated(details.environment)},
-       {"Software", calibration.software}});
+  pages.facts({{"Procedure", details.procedure},
+               {"Reference field", reference},
+               {"Positioner", calibration.provenance.positioner.empty()
+                                  ? "nominal cube"
+                                  : calibration.provenance.positioner},
+               {"Environment", or_not_stated(details.environment)},
+               {"Software", calibration.provenance.software}});
   pages.heading("Metrological traceability");
   if (details.traceability.empty()) {
     pages.paragraph("not stated");
@@ -188,8 +191,8 @@ void write_results(const Calibration& calibration, PdfPages& pages) {
   pages.table(head, coefficient_rows(calibration));
   pages.paragraph("Independent of the mounting: sensitivities' sizes and the angles between axes");
   pages.table(head, intrinsic_rows(calibration));
-  if (calibration.temperature) {
-    const TemperatureResponse& over = *calibration.temperature;
+  if (calibration.sensor.temperature) {
+    const TemperatureResponse& over = *calibration.sensor.temperature;
     pages.paragraph(formatted(
         "Coefficients at temperature {}; valid from {} to {}. The terms d, d2 are of the "
         "temperature less that.",
@@ -206,18 +209,20 @@ void write_uncertainty(const Calibration& calibration,
       "factor k, which for a t distribution with the effective degrees of freedom corresponds to a "
       "coverage probability of about 95 %. It was evaluated by JCGM 100:2008 (GUM).");
   std::vector<std::string> sources;
-  if (calibration.uncertainty) {
-    for (const UncertaintySource& source : calibration.uncertainty->sources) {
+  if (calibration.fit.uncertainty) {
+    for (const UncertaintySource& source : calibration.fit.uncertainty->sources) {
       sources.push_back(formatted("{} (type {})", source.name, source.type));
     }
     pages.paragraph(formatted("Sources: {}.", joined(sources)));
   }
-  if (calibration.verdict) {
+  if (calibration.findings.verdict) {
     pages.heading("Statement of conformity");
-    pages.paragraph(decision_rule_of(details, *calibration.verdict));
-    pages.table({"limit", "value", "low", "high", "verdict"}, limit_rows(*calibration.verdict));
-    pages.paragraph(calibration.verdict->passed ? "The item meets the limits above."
-                                                : "The item does not meet the limits above.");
+    pages.paragraph(decision_rule_of(details, *calibration.findings.verdict));
+    pages.table({"limit", "value", "low", "high", "verdict"},
+                limit_rows(*calibration.findings.verdict));
+    pages.paragraph(calibration.findings.verdict->passed
+                        ? "The item meets the limits above."
+                        : "The item does not meet the limits above.");
   }
 }
 
@@ -225,11 +230,11 @@ void write_remarks(const Calibration& calibration,
                    const CertificateDetails& details,
                    PdfPages& pages) {
   std::vector<std::string> remarks = details.remarks;
-  for (const Correction& correction : calibration.corrections) {
+  for (const Correction& correction : calibration.findings.corrections) {
     remarks.push_back("Deviation from the procedure: readings were corrected: " +
                       correction.message);
   }
-  for (const CalibrationWarning& warning : calibration.warnings) {
+  for (const CalibrationWarning& warning : calibration.findings.warnings) {
     remarks.push_back("Observation: " + warning.message);
   }
   if (!remarks.empty()) {
@@ -252,7 +257,7 @@ void write_certificate(const Calibration& calibration,
       "The results relate only to the item calibrated, as it was when calibrated. This "
       "certificate may not be reproduced other than in full without approval of the "
       "laboratory.");
-  for (const InputFileDigest& input : calibration.inputs) {
+  for (const InputFileDigest& input : calibration.provenance.inputs) {
     pages.paragraph(formatted("Readings: {}{}", input.path,
                               input.sha256.empty() ? "" : ", SHA-256 " + input.sha256));
   }
@@ -279,7 +284,7 @@ std::vector<std::string> missing_details(const Calibration& calibration,
   need(!details.laboratory.name.empty() && !details.laboratory.address.empty(),
        "laboratory (name, address)");
   need(!details.customer.name.empty(), "customer (name)");
-  need(!calibration.instrument.serial.empty(), "the instrument's serial number");
+  need(!calibration.sensor.instrument.serial.empty(), "the instrument's serial number");
   need(!details.condition.empty(), "condition");
   need(!details.issued.empty(), "issued");
   need(!details.environment.empty(), "environment");

@@ -29,16 +29,16 @@ std::string words_of(const Calibration& calibration, const ReadingResidual& resi
   text += "; residual";
   for (Eigen::Index k = 0; k < residual.response.size(); ++k) {
     text += formatted("{}{} {}", k > 0 ? ", " : " ",
-                      calibration.instrument.axes[static_cast<std::size_t>(k)],
+                      calibration.sensor.instrument.axes[static_cast<std::size_t>(k)],
                       rounded(residual.response(k), 3));
   }
-  return formatted("{} {}{}", text, calibration.instrument.unit,
+  return formatted("{} {}{}", text, calibration.sensor.instrument.unit,
                    residual.used ? "" : "; left out of the fit");
 }
 
 std::set<int> suspects(const Calibration& calibration) {
   std::set<int> runs;
-  for (const CalibrationWarning& warning : calibration.warnings) {
+  for (const CalibrationWarning& warning : calibration.findings.warnings) {
     runs.insert(warning.runs.begin(), warning.runs.end());
   }
   return runs;
@@ -47,7 +47,7 @@ std::set<int> suspects(const Calibration& calibration) {
 // Which readings the cube is turned to: all, or of many the first of each seat and those that are
 // named.
 std::vector<bool> readings_of_cube(const Calibration& calibration) {
-  const std::vector<ReadingResidual>& all = calibration.residuals;
+  const std::vector<ReadingResidual>& all = calibration.fit.residuals;
   const bool few = all.size() <= rows_of_page;
   const std::set<int> named = suspects(calibration);
   std::set<DesignPoint> seen;
@@ -71,7 +71,7 @@ std::string reading_row(const Calibration& calibration,
                         Eigen::Index row,
                         bool named,
                         std::optional<std::size_t> button) {
-  const bool short_form = !button && calibration.residuals.size() > rows_of_page;
+  const bool short_form = !button && calibration.fit.residuals.size() > rows_of_page;
   const std::string run = std::to_string(residual.run);
   std::string html = short_form ? "<tr><th>" : "<tr><th scope=\"row\">";
   html +=
@@ -88,7 +88,7 @@ std::string reading_row(const Calibration& calibration,
   const Cell none{"\u2013", ""};
   add(residual.point ? Cell{std::string(face_name(residual.point->rest())), ""} : none);
   add(residual.point ? Cell{std::string(face_name(residual.point->fence())), ""} : none);
-  const Eigen::Index m = calibration.instrument.axis_count();
+  const Eigen::Index m = calibration.sensor.instrument.axis_count();
   for (Eigen::Index k = 0; k < m && observations != nullptr; ++k) {
     add(row >= 0 && k < observations->response.cols()
             ? number_cell(observations->response(row, k), 7)
@@ -107,11 +107,12 @@ std::string reading_row(const Calibration& calibration,
 std::vector<std::size_t> by_importance(const Calibration& calibration,
                                        const std::set<int>& named,
                                        const std::vector<bool>& in_cube) {
-  const std::vector<ReadingResidual>& all = calibration.residuals;
+  const std::vector<ReadingResidual>& all = calibration.fit.residuals;
   std::vector<double> size(all.size(), 0.0);
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (Eigen::Index k = 0; k < all[i].response.size(); ++k) {
-      const double sd = calibration.statistics ? calibration.statistics->residual_sd(k) : 1.0;
+      const double sd =
+          calibration.fit.statistics ? calibration.fit.statistics->residual_sd(k) : 1.0;
       const double own = std::abs(all[i].response(k)) / (sd > 0.0 ? sd : 1.0);
       size[i] = std::isfinite(own) ? std::max(size[i], own) : size[i];
     }
@@ -126,7 +127,7 @@ std::vector<std::size_t> by_importance(const Calibration& calibration,
 }
 
 std::string readings_table(const Calibration& calibration, const Observations* observations) {
-  const Instrument& instrument = calibration.instrument;
+  const Instrument& instrument = calibration.sensor.instrument;
   std::vector<std::string> head = {"run", "rest", "fence"};
   for (const std::string& axis : instrument.axes) {
     if (observations != nullptr) {
@@ -142,7 +143,7 @@ std::string readings_table(const Calibration& calibration, const Observations* o
   for (std::size_t i = 0; observations != nullptr && i < observations->readings.size(); ++i) {
     row_of_run[observations->readings[i].run] = static_cast<Eigen::Index>(i);
   }
-  const std::vector<ReadingResidual>& all = calibration.residuals;
+  const std::vector<ReadingResidual>& all = calibration.fit.residuals;
   const std::vector<bool> in_cube = readings_of_cube(calibration);
   std::vector<std::string> rows;
   std::size_t seat = 0;
@@ -186,8 +187,8 @@ Json cube_json(const Calibration& calibration) {
   const Positioner cube;
   const std::vector<bool> in_cube = readings_of_cube(calibration);
   Json readings = Json::array();
-  for (std::size_t i = 0; i < calibration.residuals.size(); ++i) {
-    const ReadingResidual& residual = calibration.residuals[i];
+  for (std::size_t i = 0; i < calibration.fit.residuals.size(); ++i) {
+    const ReadingResidual& residual = calibration.fit.residuals[i];
     if (!in_cube[i]) {
       continue;
     }
@@ -200,21 +201,21 @@ Json cube_json(const Calibration& calibration) {
         {{"text", words_of(calibration, residual)}, {"rotation_table_from_positioner", rotation}});
   }
   Json json = {{"readings", readings}, {"field_in_table", nullptr}};
-  if (calibration.field.in_table) {
-    const Eigen::Vector3d& f = *calibration.field.in_table;
+  if (calibration.sensor.field.in_table) {
+    const Eigen::Vector3d& f = *calibration.sensor.field.in_table;
     json["field_in_table"] = {f.x(), f.y(), f.z()};
   }
   return json;
 }
 
 std::string cube_section(const Calibration& calibration, const Observations* observations) {
-  if (calibration.residuals.empty()) {
+  if (calibration.fit.residuals.empty()) {
     return "";
   }
   std::string html;
   std::set<std::string> drawn;
   std::string seats;
-  for (const ReadingResidual& residual : calibration.residuals) {
+  for (const ReadingResidual& residual : calibration.fit.residuals) {
     if (residual.point) {
       const std::string key = std::string(face_name(residual.point->rest())) +
                               std::string(face_name(residual.point->fence()));

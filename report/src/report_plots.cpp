@@ -18,23 +18,23 @@ namespace axiscal {
 namespace {
 
 bool has_angles(const Calibration& calibration) {
-  return find_instrument_kind(calibration.instrument.kind).has_axis_elevation;
+  return find_instrument_kind(calibration.sensor.instrument.kind).has_axis_elevation;
 }
 
 bool can_propagate(const Calibration& calibration) {
-  return gives_field(calibration) && calibration.statistics &&
-         calibration.instrument.axis_count() >= 3 &&
-         calibration.statistics->covariance.size() > 0 &&
-         calibration.statistics->covariance.allFinite() &&
-         calibration.statistics->residual_sd.allFinite();
+  return gives_field(calibration) && calibration.fit.statistics &&
+         calibration.sensor.instrument.axis_count() >= 3 &&
+         calibration.fit.statistics->covariance.size() > 0 &&
+         calibration.fit.statistics->covariance.allFinite() &&
+         calibration.fit.statistics->residual_sd.allFinite();
 }
 
 // Expanded uncertainty [deg] of the angle between the field and what is read.
 double direction_uncertainty_deg(const Calibration& calibration,
                                  const ReadingPropagation& propagation,
                                  const Eigen::Vector3d& direction) {
-  const double F = calibration.field.magnitude;
-  const Eigen::VectorXd v = response_at(calibration, F * direction, std::nullopt);
+  const double F = calibration.sensor.field.magnitude;
+  const Eigen::VectorXd v = response_at(calibration.sensor, F * direction, std::nullopt);
   const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - direction * direction.transpose();
   const Eigen::Matrix3d covariance =
       across * propagation.field_covariance({v.data(), static_cast<std::size_t>(v.size())}) *
@@ -43,7 +43,7 @@ double direction_uncertainty_deg(const Calibration& calibration,
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly)
           .eigenvalues()
           .maxCoeff();
-  const double k = calibration.statistics->coverage_factor.maxCoeff();
+  const double k = calibration.fit.statistics->coverage_factor.maxCoeff();
   return k * std::sqrt(std::max(0.0, variance)) / F * deg_per_rad;
 }
 
@@ -59,10 +59,10 @@ HeatMap map_of(const std::string& id, const std::string& title, const std::strin
 }  // namespace
 
 std::vector<Plot> levelness_plots(const Calibration& calibration) {
-  if (!calibration.levelness || calibration.levelness->estimates.empty()) {
+  if (!calibration.fit.levelness || calibration.fit.levelness->estimates.empty()) {
     return {};
   }
-  const Levelness& level = *calibration.levelness;
+  const Levelness& level = *calibration.fit.levelness;
   constexpr double micro = 1e6;
   Plot faces{.id = "levelness-plot",
              .title = "Levelness: what each face says of the table",
@@ -118,8 +118,9 @@ std::optional<BarPlot> budget_plot(const Calibration& calibration) {
   }
   const Eigen::Vector3d field =
       has_angles(calibration)
-          ? field_of_attitude(calibration, 20.0 * rad_per_deg, 30.0 * rad_per_deg)
-          : Eigen::Vector3d(calibration.field.magnitude * Eigen::Vector3d(1, 1, 1).normalized());
+          ? field_of_attitude(calibration.sensor, 20.0 * rad_per_deg, 30.0 * rad_per_deg)
+          : Eigen::Vector3d(calibration.sensor.field.magnitude *
+                            Eigen::Vector3d(1, 1, 1).normalized());
   const AttitudeBudget budget = attitude_budget(calibration, {}, stated_noise(calibration), field);
   BarPlot plot{
       .id = "budget-plot",
@@ -128,7 +129,7 @@ std::optional<BarPlot> budget_plot(const Calibration& calibration) {
                    : "What makes the uncertainty of one reading, all components alike",
       .alternative = "Standard uncertainty of each quantity by source",
       .series = budget.sources};
-  const std::string unit = has_angles(calibration) ? "deg" : calibration.field.unit;
+  const std::string unit = has_angles(calibration) ? "deg" : calibration.sensor.field.unit;
   plot.value_label = formatted("standard uncertainty [{}]", unit);
   for (const AttitudeQuantity& quantity : budget.quantities) {
     const bool is_angle = quantity.name.ends_with("_deg");
@@ -161,7 +162,7 @@ std::vector<HeatMap> uncertainty_maps(const Calibration& calibration) {
       for (const double roll : maps[0].x) {
         const AttitudeBudget budget = attitude_budget(
             calibration, {}, stated_noise(calibration),
-            field_of_attitude(calibration, pitch * rad_per_deg, roll * rad_per_deg));
+            field_of_attitude(calibration.sensor, pitch * rad_per_deg, roll * rad_per_deg));
         for (const AttitudeQuantity& quantity : budget.quantities) {
           if (quantity.name == "pitch_deg") {
             maps[0].values.back().push_back(quantity.uncertainty.expanded);
@@ -218,12 +219,12 @@ WorstAngleUncertainty worst_angle_uncertainty(const Calibration& calibration) {
 
 std::vector<Plot> temperature_plots(const Calibration& calibration) {
   const auto axis_name = [&](Eigen::Index k) {
-    return calibration.instrument.axes[static_cast<std::size_t>(k)];
+    return calibration.sensor.instrument.axes[static_cast<std::size_t>(k)];
   };
-  if (!calibration.temperature) {
+  if (!calibration.sensor.temperature) {
     return {};
   }
-  const TemperatureResponse& over = *calibration.temperature;
+  const TemperatureResponse& over = *calibration.sensor.temperature;
   std::vector<Plot> plots;
   for (const bool is_bias : {true, false}) {
     Plot plot{.id = is_bias ? "temperature-bias" : "temperature-scale",
@@ -233,8 +234,9 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
                   "Curve of each axis over the calibrated range, with its 95 % band where it is "
                   "known, and a fifth of the range beyond it at both ends, which is extrapolated",
               .x_label = "temperature",
-              .y_label = is_bias ? formatted("change of bias [{}]", calibration.instrument.unit)
-                                 : "scale"};
+              .y_label = is_bias
+                             ? formatted("change of bias [{}]", calibration.sensor.instrument.unit)
+                             : "scale"};
     const double margin = 0.2 * (over.high - over.low);
     for (Eigen::Index k = 0; k < over.bias.rows(); ++k) {
       PlotSeries within{.name = axis_name(k), .line = true};
@@ -246,18 +248,18 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
         PlotSeries& series = over.is_extrapolated(t) ? below : within;
         series.x.push_back(t);
         series.y.push_back(value);
-        if (!calibration.statistics || over.is_extrapolated(t)) {
+        if (!calibration.fit.statistics || over.is_extrapolated(t)) {
           continue;
         }
         // The curve's change with its own terms.
         Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(
-            static_cast<Eigen::Index>(calibration.statistics->parameter_names.size()));
+            static_cast<Eigen::Index>(calibration.fit.statistics->parameter_names.size()));
         double power = 1.0;
         for (Eigen::Index order = 0; order < over.bias.cols(); ++order) {
           power *= t - over.reference;
           const std::string name = axis_name(k) + (is_bias ? ".bias.d" : ".scale.d") +
                                    (order == 0 ? "" : std::to_string(order + 1));
-          if (const auto at = calibration.statistics->position_of(name)) {
+          if (const auto at = calibration.fit.statistics->position_of(name)) {
             gradient(*at) = power;
           }
         }
@@ -288,11 +290,11 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
 std::vector<Plot> orientation_plots(const Calibration& calibration,
                                     const Observations* observations) {
   std::vector<Plot> plots;
-  if (calibration.instrument.axis_count() != 3 || !gives_field(calibration)) {
+  if (calibration.sensor.instrument.axis_count() != 3 || !gives_field(calibration)) {
     return plots;
   }
   PlotSeries magnitudes{.name = "|f| - F"};
-  for (const ReadingResidual& residual : calibration.residuals) {
+  for (const ReadingResidual& residual : calibration.fit.residuals) {
     if (residual.used && std::isfinite(residual.magnitude)) {
       magnitudes.x.push_back(residual.run);
       magnitudes.y.push_back(residual.magnitude);
@@ -305,7 +307,7 @@ std::vector<Plot> orientation_plots(const Calibration& calibration,
                    .title = "Magnitude of the field, by run",
                    .alternative = "Magnitude of each calibrated reading less the field's own",
                    .x_label = "run",
-                   .y_label = formatted("|f| - F [{}]", calibration.field.unit),
+                   .y_label = formatted("|f| - F [{}]", calibration.sensor.field.unit),
                    .series = {std::move(magnitudes)}});
   if (observations == nullptr || observations->response.cols() != 3) {
     return plots;
@@ -337,7 +339,7 @@ std::vector<Plot> orientation_plots(const Calibration& calibration,
 }
 
 std::vector<Plot> turn_plots(const Calibration& calibration) {
-  if (calibration.turn_errors_rad.empty()) {
+  if (calibration.fit.turn_errors_rad.empty()) {
     return {};
   }
   Plot plot{.id = "turns-plot",
@@ -349,7 +351,7 @@ std::vector<Plot> turn_plots(const Calibration& calibration) {
             .y_label = "attitude error [deg]"};
   for (Eigen::Index k = 0; k < 3; ++k) {
     PlotSeries series{.name = "about " + std::string(1, "xyz"[k])};
-    for (const Eigen::Vector3d& error : calibration.turn_errors_rad) {
+    for (const Eigen::Vector3d& error : calibration.fit.turn_errors_rad) {
       series.x.push_back(static_cast<double>(series.x.size()) + 1.0);
       series.y.push_back(error(k) * deg_per_rad);
     }

@@ -13,16 +13,16 @@ namespace axiscal {
 namespace {
 
 const std::string& axis_name(const Calibration& calibration, Eigen::Index k) {
-  return calibration.instrument.axes[static_cast<std::size_t>(k)];
+  return calibration.sensor.instrument.axes[static_cast<std::size_t>(k)];
 }
 
 // One series of points for each axis: `x_of` gives nothing for a reading that is left out.
 template <typename XOf>
 std::vector<PlotSeries> series_by_axis(const Calibration& calibration, const XOf& x_of) {
   std::vector<PlotSeries> all;
-  for (Eigen::Index k = 0; k < calibration.instrument.axis_count(); ++k) {
+  for (Eigen::Index k = 0; k < calibration.sensor.instrument.axis_count(); ++k) {
     PlotSeries series{.name = axis_name(calibration, k)};
-    for (const ReadingResidual& residual : calibration.residuals) {
+    for (const ReadingResidual& residual : calibration.fit.residuals) {
       const std::optional<double> x = x_of(residual);
       if (residual.used && x && k < residual.response.size()) {
         series.x.push_back(*x);
@@ -114,9 +114,9 @@ Plot leverage_plot(const Calibration& calibration) {
                 "row beyond the curves alone moves the result",
             .x_label = "leverage",
             .y_label = "studentised residual"};
-  const std::vector<RegressionRow>& rows = calibration.statistics->rows;
+  const std::vector<RegressionRow>& rows = calibration.fit.statistics->rows;
   double largest = 0.0;
-  for (Eigen::Index k = 0; k < calibration.instrument.axis_count(); ++k) {
+  for (Eigen::Index k = 0; k < calibration.sensor.instrument.axis_count(); ++k) {
     PlotSeries series{.name = axis_name(calibration, k)};
     for (const RegressionRow& row : rows) {
       if (k < row.leverage.size() && std::isfinite(row.studentized(k))) {
@@ -128,7 +128,7 @@ Plot leverage_plot(const Calibration& calibration) {
     plot.series.push_back(std::move(series));
   }
   const double parameters = parameters_of_axis(rows);
-  const double nu = calibration.statistics->degrees_of_freedom.minCoeff();
+  const double nu = calibration.fit.statistics->degrees_of_freedom.minCoeff();
   for (const double distance : {0.5, 1.0}) {
     PlotSeries curve{.name = "Cook's distance " + number_text(distance), .line = true};
     for (const double side : {1.0, -1.0}) {
@@ -156,7 +156,7 @@ Plot leverage_plot(const Calibration& calibration) {
 
 std::vector<Plot> residual_plots(const Calibration& calibration, const Observations* observations) {
   std::vector<Plot> plots;
-  const std::string label = formatted("residual [{}]", calibration.instrument.unit);
+  const std::string label = formatted("residual [{}]", calibration.sensor.instrument.unit);
   const auto add = [&](const std::string& id, const std::string& title, const std::string& words,
                        const std::string& x_label, std::vector<PlotSeries> series) {
     if (has_points(series)) {
@@ -201,8 +201,8 @@ std::vector<Plot> residual_plots(const Calibration& calibration, const Observati
       series_by_axis(calibration, [](const ReadingResidual& r) { return r.temperature; }));
   plots.push_back(normal_plot(calibration));
   // With two degrees of freedom a studentised residual has one, and can be any number.
-  if (calibration.statistics && !calibration.statistics->rows.empty() &&
-      calibration.statistics->degrees_of_freedom.minCoeff() > 2.0) {
+  if (calibration.fit.statistics && !calibration.fit.statistics->rows.empty() &&
+      calibration.fit.statistics->degrees_of_freedom.minCoeff() > 2.0) {
     plots.push_back(leverage_plot(calibration));
   }
   return plots;

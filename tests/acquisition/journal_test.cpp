@@ -8,7 +8,10 @@
 #include <sys/resource.h>
 
 #include "axiscal/acquisition/session_header.hpp"
+#include "axiscal/calib/experiment_json.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/field/gravity_field.hpp"
+#include "axiscal/instruments/instrument.hpp"
 #include "matchers.hpp"
 #include "program.hpp"
 
@@ -33,12 +36,18 @@ TEST(Journal, KeepsLinesAndOpensAgain) {
 }
 
 TEST(SessionHeader, ComesBackFromItsLine) {
+  Experiment experiment;
+  experiment.instrument = accelerometer("V");
+  experiment.field = GravityField();
   const SessionHeader header{.directory = "/tmp/a b",
                              .arguments = {"acquire", "--connect", "sim:"},
-                             .sheet = make_run_sheet(standard_design(12), 2, 5, {20.0, 40.0})};
+                             .sheet = make_run_sheet(standard_design(12), 2, 5, {20.0, 40.0}),
+                             .experiment = experiment_json(experiment)};
   const SessionHeader back = parse_session_header(session_header_line(header), "a.journal");
   EXPECT_EQ(back.directory, header.directory);
   EXPECT_EQ(back.arguments, header.arguments);
+  EXPECT_EQ(experiment_json(parse_experiment(back.experiment, "a.journal").experiment),
+            header.experiment);
   ASSERT_EQ(back.sheet.size(), header.sheet.size());
   for (std::size_t i = 0; i < back.sheet.size(); ++i) {
     EXPECT_EQ(back.sheet[i].run, header.sheet[i].run);

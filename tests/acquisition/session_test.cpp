@@ -38,9 +38,11 @@ SimulationSetup simulation_of(std::uint64_t seed) {
 
 // Largest error of the sensitivity in its own standard uncertainty, type A and the seat's.
 double largest_error(const GuidedResult& result) {
-  const Eigen::MatrixXd off = result.calibration->response.sensitivity - result.truth.sensitivity;
+  const Eigen::MatrixXd off =
+      result.calibration->sensor.response.sensitivity - result.truth.sensitivity;
   const Eigen::MatrixXd u =
-      (result.calibration->statistics->sensitivity_se.array().square() + 2e-5 * 2e-5 / 4.0).sqrt();
+      (result.calibration->fit.statistics->sensitivity_se.array().square() + 2e-5 * 2e-5 / 4.0)
+          .sqrt();
   return (off.array().abs() / u.array()).maxCoeff();
 }
 
@@ -49,12 +51,12 @@ TEST(Session, TakesTwelvePointsAndCalibrates) {
   const GuidedResult result =
       run_guided(guided_setup(), simulation_of(1), folder.path("a.journal"));
   ASSERT_TRUE(result.calibration);
-  EXPECT_EQ(result.calibration->status, CalibrationStatus::ok);
+  EXPECT_EQ(result.calibration->findings.status, CalibrationStatus::ok);
   EXPECT_EQ(result.observations.size(), 12);
   EXPECT_EQ(count(result, "captured"), 12U);
   EXPECT_EQ(count(result, "question"), 0U);
   EXPECT_LT(largest_error(result), 5.0);
-  EXPECT_NEAR(result.calibration->levelness->mean_x, 0.003, 5e-5);
+  EXPECT_NEAR(result.calibration->fit.levelness->mean_x, 0.003, 5e-5);
   EXPECT_EQ(result.observations.samples->size(), 12);
 }
 
@@ -386,8 +388,9 @@ TEST(Session, KnowsWhereTheSunHasGone) {
     hand.let_pass(600.0);
   }
   ASSERT_TRUE(hand.session().calibration());
-  EXPECT_EQ(hand.session().calibration()->status, CalibrationStatus::ok);
-  EXPECT_MATRIX_NEAR(hand.session().calibration()->response.sensitivity, truth.sensitivity, 1e-3);
+  EXPECT_EQ(hand.session().calibration()->findings.status, CalibrationStatus::ok);
+  EXPECT_MATRIX_NEAR(hand.session().calibration()->sensor.response.sensitivity, truth.sensitivity,
+                     1e-3);
   const std::optional<double> last = hand.session().observations().readings.back().time_s;
   EXPECT_NEAR(last.value(), time_at_zero + hand.time_s() - 606.0, 4.0);
 }

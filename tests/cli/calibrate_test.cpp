@@ -77,7 +77,7 @@ TEST(CalibrateCommand, StoresAnExperimentThatCanBeDoneAgain) {
 
 TEST(CalibrateCommand, WritesTheRecordAndPrintsTheTables) {
   const ScratchFolder folder;
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const std::string run = folder.write(
       "run.csv", observations_text(truth, {.slope = {0.003, -0.002}, .noise_sd = 1e-4, .seed = 4}));
   const ProgramResult result =
@@ -131,7 +131,7 @@ TEST(CalibrateCommand, StatesTheDigestOfItsInput) {
 }
 
 TEST(CalibrateCommand, ReadsPipesAndPrintsJson) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const std::string text = observations_text(truth, {.slope = {0.02, -0.01}});
   const ProgramResult result = calibrate({"-"}, {"--json"}, {.stdin_text = text});
   EXPECT_EQ(result.status, 0) << result.err;
@@ -188,7 +188,7 @@ TEST(CalibrateCommand, TakesWhatOperatorsWrite) {
 
 TEST(CalibrateCommand, TakesSeveralFilesAsBlocks) {
   const ScratchFolder folder;
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const std::string one =
       folder.write("1.csv", observations_text(truth, {.noise_sd = 1e-4, .seed = 1}));
   const std::string two =
@@ -241,7 +241,7 @@ TEST(CalibrateCommand, RefusesWhatTheReadingsDoNotDetermine) {
   EXPECT_THAT(refusal(header + "+X,+Y,1,2,3\n+X,+Y,1,2,3\n+X,+Y,1,2,3\n+X,+Y,1,2,3\n", {}),
               HasSubstr("x.bias"));
   EXPECT_THAT(refusal(header + "+X,+Y,1,2,3\n", {"--method", "paired"}), HasSubstr("opposite"));
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   std::string five = observations_text(truth, {.points = 6});
   five.erase(five.rfind('\n', five.size() - 2) + 1);
   EXPECT_THAT(refusal(five, {}), HasSubstr("add readings at rest"));
@@ -268,7 +268,7 @@ TEST(CalibrateCommand, StoresARefusedRecordOnlyByForce) {
 
 TEST(CalibrateCommand, WarnsOnStandardError) {
   const ScratchFolder folder;
-  Calibration truth = accelerometer_truth();
+  SensorModel truth = accelerometer_truth();
   truth.response.sensitivity.row(0) *= -1.0;
   const std::string run = folder.write("run.csv", observations_text(truth, {}));
   const ProgramResult result = calibrate({run}, {"-o", folder.path("cal.json")});

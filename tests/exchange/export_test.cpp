@@ -7,6 +7,8 @@
 #include <map>
 
 #include <Eigen/LU>
+
+#include "axiscal/exchange/settings.hpp"
 #ifdef AXISCAL_MATIO
 #include <matio.h>
 #endif
@@ -89,7 +91,7 @@ TEST(ExportPx4, IsTheSameByPx4sFormula) {
       },
       0.01, 1e-12);
   Calibration plain = gyroscope();
-  plain.response.sensitivity = Eigen::Matrix3d::Identity();
+  plain.sensor.response.sensitivity = Eigen::Matrix3d::Identity();
   const auto gyr = parameters_of(export_calibration(plain, "px4").content, '\t', 2, 3);
   expect_replayed(
       plain,
@@ -204,11 +206,11 @@ Eigen::Matrix3d yaml_matrix(const std::string& text, const std::string& key) {
 
 TEST(ExportKalibr, IsTheSameByKalibrsFormula) {
   for (const Calibration& calibration : {accelerometer_in("g", "m/s^2"), gyroscope()}) {
-    const double factor = calibration.instrument.unit == "g" ? 9.80665 : 1.0;
+    const double factor = calibration.sensor.instrument.unit == "g" ? 9.80665 : 1.0;
     const std::string text = export_calibration(calibration, "kalibr").content;
     const Eigen::Matrix3d M = yaml_matrix(text, "M");
     const Eigen::Matrix3d C =
-        yaml_matrix(text, calibration.instrument.kind == "gyroscope" ? "C_gyro_i" : "C");
+        yaml_matrix(text, calibration.sensor.instrument.kind == "gyroscope" ? "C_gyro_i" : "C");
     EXPECT_EQ(M(0, 1), 0.0);
     EXPECT_EQ(M(0, 2), 0.0);
     EXPECT_EQ(M(1, 2), 0.0);
@@ -228,7 +230,7 @@ TEST(ExportKalibr, HoldsAGyroscopesAnswerToGravity) {
   AlsoResponse gravity{.kind = "gravity", .unit = "g"};
   gravity.sensitivity =
       9.80665e-3 * Eigen::Matrix3d({{1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}, {7.0, 8.0, 9.0}});
-  calibration.also.push_back(gravity);
+  calibration.sensor.also.push_back(gravity);
   EXPECT_THAT(export_calibration(calibration, "kalibr").content, HasSubstr("A C a"));
   // A C is what the record says.
   const std::string text = export_calibration(calibration, "kalibr").content;
@@ -267,14 +269,14 @@ TEST(ExportKalibr, PutsTwoRecordsIntoOneFrame) {
 
 TEST(ExportBetaflight, IsAnOffsetInCounts) {
   Calibration calibration = accelerometer_in("LSB", "g");
-  calibration.response.bias = Eigen::Vector3d(31.0, -12.0, 250.0);
-  calibration.response.sensitivity = 2048.0 * Eigen::Matrix3d::Identity();
+  calibration.sensor.response.bias = Eigen::Vector3d(31.0, -12.0, 250.0);
+  calibration.sensor.response.sensitivity = 2048.0 * Eigen::Matrix3d::Identity();
   const Exported exported = export_calibration(calibration, "betaflight");
   EXPECT_FALSE(exported.loss.has_value());
   EXPECT_THAT(exported.content, HasSubstr("\nset acc_calibration = 31,-12,250,1\n"));
   EXPECT_THAT(exported.content, HasSubstr("acc_1G of this sensor is 2048"));
   // 1 % of scale is lost, 0.01 g in every direction.
-  calibration.response.sensitivity *= 1.01;
+  calibration.sensor.response.sensitivity *= 1.01;
   EXPECT_THROW(static_cast<void>(export_calibration(calibration, "betaflight")), RefusedError);
   const auto loss = export_calibration(calibration, "betaflight", {.lossy = true}).loss;
   ASSERT_TRUE(loss.has_value());
@@ -287,8 +289,8 @@ TEST(ExportBetaflight, IsAnOffsetInCounts) {
 // x reads 0.01 of y too: without it f_x is 0.01 f_y off, and the direction by up to 0.01 rad.
 TEST(ExportLoss, IsThatOfTheMissingTerm) {
   Calibration calibration = accelerometer_in("m/s^2", "m/s^2");
-  calibration.response.sensitivity = Eigen::Matrix3d::Identity();
-  calibration.response.sensitivity(0, 1) = 0.01;
+  calibration.sensor.response.sensitivity = Eigen::Matrix3d::Identity();
+  calibration.sensor.response.sensitivity(0, 1) = 0.01;
   const Exported exported = export_calibration(calibration, "px4", {.lossy = true});
   ASSERT_TRUE(exported.loss.has_value());
   EXPECT_EQ(exported.loss->what, std::vector<std::string>{"cross-axis terms"});
@@ -307,9 +309,9 @@ TEST(ExportLoss, IsThatOfTheMissingTerm) {
 TEST(ExportLoss, OfTemperatureIsOverTheCalibratedRange) {
   Calibration calibration =
       over_temperature(without_cross_axis_terms(accelerometer_in("m/s^2", "m/s^2")));
-  calibration.temperature->scale.setZero();
-  calibration.temperature->bias.setZero();
-  calibration.temperature->bias(2, 0) = 1e-3;  // at -10: 0.035 m/s^2
+  calibration.sensor.temperature->scale.setZero();
+  calibration.sensor.temperature->bias.setZero();
+  calibration.sensor.temperature->bias(2, 0) = 1e-3;  // at -10: 0.035 m/s^2
   const auto loss = export_calibration(calibration, "px4", {.lossy = true}).loss;
   ASSERT_TRUE(loss.has_value());
   EXPECT_EQ(loss->what, std::vector<std::string>{"temperature"});
@@ -328,9 +330,9 @@ TEST(Export, RefusesWhatNobodyCouldUse) {
     }
   };
   refused(accelerometer_in("LSB", "m/s^2"), "px4", "say how many m/s^2 its driver makes of 1 LSB",
-          {Setting::reading_factor});
+          {settings::reading_factor});
   Calibration no_gravity = accelerometer_in("m/s^2", "g");
-  no_gravity.field.local_gravity.reset();
+  no_gravity.sensor.field.local_gravity.reset();
   const Exported by_standard = export_calibration(no_gravity, "px4", {.lossy = true});
   ASSERT_EQ(by_standard.notes.size(), 1U);
   EXPECT_THAT(by_standard.notes.front(), HasSubstr("9.80665 m/s^2, standard gravity"));
@@ -339,13 +341,13 @@ TEST(Export, RefusesWhatNobodyCouldUse) {
   refused(gyroscope(), "betaflight", "at each start");
   refused(gyroscope(), "px44", "did you mean 'px4'?");
   Calibration light = magnetometer();
-  light.instrument.kind = "optical";
+  light.sensor.instrument.kind = "optical";
   refused(light, "ardupilot", "no place for this instrument");
   Calibration two = accelerometer_in("V", "g");
-  two.instrument.axes = {"x", "y"};
+  two.sensor.instrument.axes = {"x", "y"};
   refused(two, "c-header", "three axes");
   Calibration mirrored = accelerometer_in("m/s^2", "m/s^2");
-  mirrored.response.sensitivity.row(1) *= -1.0;
+  mirrored.sensor.response.sensitivity.row(1) *= -1.0;
   refused(mirrored, "kalibr", "change its sign");
   EXPECT_THROW(static_cast<void>(export_calibration(gyroscope(), "c-header", {.name = "a b"})),
                DomainError);
@@ -353,8 +355,8 @@ TEST(Export, RefusesWhatNobodyCouldUse) {
 
 TEST(Export, ReadingFactorAndGravityStandIn) {
   Calibration counts = without_cross_axis_terms(accelerometer_in("LSB", "g"));
-  counts.field.local_gravity.reset();
-  counts.response.sensitivity *= 1670.0;
+  counts.sensor.field.local_gravity.reset();
+  counts.sensor.response.sensitivity *= 1670.0;
   const auto acc = parameters_of(
       export_calibration(counts, "px4", {.reading_factor = 9.80665 / 1670.0, .local_gravity = 9.81})
           .content,
@@ -464,8 +466,8 @@ TEST_P(Header, FloatAppliesToItsPrecision) {
 // Counts of 16 bits in, the field with 16 binary places out.
 TEST_P(Header, FixedPointAppliesToOneBit) {
   Calibration calibration = accelerometer_in("LSB", "g");
-  calibration.response.bias *= 1000.3;
-  calibration.response.sensitivity *= 16384.0;
+  calibration.sensor.response.bias *= 1000.3;
+  calibration.sensor.response.sensitivity *= 16384.0;
   std::vector<Trial> all = trials(calibration);
   for (Trial& trial : all) {
     trial.reading = trial.reading.array().round();
@@ -487,8 +489,8 @@ TEST(CppHeader, IsConstexpr) {
   }
   const ScratchFolder folder;
   Calibration calibration = accelerometer_in("V", "g");
-  calibration.response.bias.setConstant(1.0);
-  calibration.response.sensitivity = 2.0 * Eigen::Matrix3d::Identity();
+  calibration.sensor.response.bias.setConstant(1.0);
+  calibration.sensor.response.sensitivity = 2.0 * Eigen::Matrix3d::Identity();
   folder.write("imu.hpp", export_calibration(calibration, "cpp-header", {.name = "imu"}).content);
   folder.write("main.cpp", R"(#include "imu.hpp"
 constexpr double x_at(double v) {
@@ -506,7 +508,7 @@ int main() {}
 
 TEST(CHeader, ASerialNumberStaysWithinItsComment) {
   Calibration calibration = accelerometer_in("V", "g");
-  calibration.instrument.serial = "*/ int evil; /*\n#error\\";
+  calibration.sensor.instrument.serial = "*/ int evil; /*\n#error\\";
   const std::string text = export_calibration(calibration, "c-header").content;
   EXPECT_EQ(text.find("*/"), text.find(" */\n#ifndef") + 1);
   EXPECT_EQ(text.find("\n#error"), std::string::npos);
@@ -524,7 +526,7 @@ TEST(HeaderNumbers, AreRead) {
 
 TEST(ExportCsv, HasEveryCoefficient) {
   Calibration calibration = over_temperature(accelerometer_in("V", "g"));
-  calibration.instrument.unit = "V, rms";
+  calibration.sensor.instrument.unit = "V, rms";
   const std::string text = export_calibration(calibration, "csv").content;
   EXPECT_THAT(text, HasSubstr("parameter,value,standard_error,unit\nx.bias,0.1,,\"V, rms\"\n"));
   EXPECT_THAT(text, HasSubstr("\nz.sensitivity.y,0.01,,\"V, rms/g\"\n"));
@@ -576,10 +578,10 @@ assert c['unit'][()] == b'V' and c['serial'][()] == b'A-17'
 
 #ifdef AXISCAL_PUGIXML
 Calibration with_uncertainty() {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Calibration made =
       calibrate(experiment_for(truth), observe(truth, {.replicates = 2, .noise_sd = 1e-4}));
-  made.instrument.serial = "<A&17>";
+  made.sensor.instrument.serial = "<A&17>";
   return made;
 }
 

@@ -18,15 +18,16 @@ void expect_returned(const Calibration& calibration,
                      double reading_factor,
                      double field_factor) {
   const std::string text = export_calibration(calibration, format, {.instance = 1}).content;
-  const Calibration back = import_calibration(text, "file", format,
-                                              {.kind = calibration.instrument.kind, .instance = 1});
+  const Calibration back = import_calibration(
+      text, "file", format, {.kind = calibration.sensor.instrument.kind, .instance = 1});
   for (Trial trial : trials(calibration)) {
     const Eigen::Vector3d expected = field_factor * trial.field;
     trial.reading *= reading_factor;
     EXPECT_LT((applied(back, trial) - expected).norm(), 1e-11 * expected.norm()) << format;
   }
-  EXPECT_FALSE(back.statistics.has_value());
-  EXPECT_THAT(back.notes.front(), HasSubstr("imported from file (" + format + ")"));
+  EXPECT_FALSE(back.fit.statistics.has_value());
+  EXPECT_THAT(back.findings.notes.front().message,
+              HasSubstr("imported from file (" + format + ")"));
 }
 
 TEST(Import, ReturnsWhatWasExported) {
@@ -50,14 +51,14 @@ TEST(Import, ReadsImucal) {
 "R_g": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "K_ga": [[0, 0, 0], [0, 0, 0], [0.1, 0, 0]],
 "b_g": [1.0, 2.0, 3.0]})";
   const Calibration acc = import_calibration(text, "cal.json", "imucal");
-  EXPECT_EQ(acc.instrument.unit, "a.u.");
-  EXPECT_EQ(acc.field.magnitude, 9.80665);
-  EXPECT_DOUBLE_EQ(acc.response.sensitivity(0, 1), 2.0);
-  EXPECT_DOUBLE_EQ(acc.response.sensitivity(2, 0), -5.7);
+  EXPECT_EQ(acc.sensor.instrument.unit, "a.u.");
+  EXPECT_EQ(acc.sensor.field.magnitude, 9.80665);
+  EXPECT_DOUBLE_EQ(acc.sensor.response.sensitivity(0, 1), 2.0);
+  EXPECT_DOUBLE_EQ(acc.sensor.response.sensitivity(2, 0), -5.7);
   const Calibration gyr = import_calibration(text, "cal.json", "imucal", {.kind = "gyroscope"});
-  EXPECT_EQ(gyr.field.unit, "deg/s");
-  EXPECT_EQ(gyr.response.bias, Eigen::Vector3d(1.0, 2.0, 3.0));
-  EXPECT_THAT(gyr.notes.back(), HasSubstr("K_ga"));
+  EXPECT_EQ(gyr.sensor.field.unit, "deg/s");
+  EXPECT_EQ(gyr.sensor.response.bias, Eigen::Vector3d(1.0, 2.0, 3.0));
+  EXPECT_THAT(gyr.findings.notes.back().message, HasSubstr("K_ga"));
 }
 
 void expect_bad(const std::string& text,
@@ -131,8 +132,9 @@ TEST(Import, ArduPilotsCompassWithoutADiagonal) {
       "COMPASS_OFS_X,10\nCOMPASS_OFS_Y,-20\nCOMPASS_OFS_Z,30\n"
       "COMPASS_DIA_X,0\nCOMPASS_DIA_Y,0\nCOMPASS_DIA_Z,0\nCOMPASS_SCALE,1.25\n",
       "f", "ardupilot", {.kind = "magnetometer"});
-  EXPECT_EQ(back.response.bias, Eigen::Vector3d(-10.0, 20.0, -30.0));
-  EXPECT_LT((Eigen::Matrix3d(back.response.sensitivity) - 0.8 * Eigen::Matrix3d::Identity()).norm(),
+  EXPECT_EQ(back.sensor.response.bias, Eigen::Vector3d(-10.0, 20.0, -30.0));
+  EXPECT_LT((Eigen::Matrix3d(back.sensor.response.sensitivity) - 0.8 * Eigen::Matrix3d::Identity())
+                .norm(),
             1e-15);
 }
 

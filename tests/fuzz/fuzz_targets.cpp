@@ -300,12 +300,12 @@ void http(std::string_view bytes) {
 
 Calibration usual_record() {
   Calibration calibration;
-  calibration.instrument.kind = "accelerometer";
-  calibration.field.kind = "gravity";
-  calibration.field.unit = "g";
-  calibration.field.magnitude = 1.0;
-  calibration.response = {.bias = Eigen::Vector3d(0.1, 0.2, 0.3),
-                          .sensitivity = Eigen::Matrix3d::Identity()};
+  calibration.sensor.instrument.kind = "accelerometer";
+  calibration.sensor.field.kind = "gravity";
+  calibration.sensor.field.unit = "g";
+  calibration.sensor.field.magnitude = 1.0;
+  calibration.sensor.response = {.bias = Eigen::Vector3d(0.1, 0.2, 0.3),
+                                 .sensitivity = Eigen::Matrix3d::Identity()};
   return calibration;
 }
 
@@ -313,7 +313,7 @@ void readings(std::string_view bytes) {
   static const Calibration calibration = usual_record();
   static const Reducer reducer(calibration);
   CsvReader csv = csv_of(bytes);
-  static_cast<void>(reduce_csv(csv, reading_columns(calibration.instrument), reducer, {},
+  static_cast<void>(reduce_csv(csv, reading_columns(calibration.sensor.instrument), reducer, {},
                                [](std::string_view) {}));
 }
 

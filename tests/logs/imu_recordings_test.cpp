@@ -139,7 +139,8 @@ TEST_F(Xsens, OneSecondMeansFitNoWorseThanImuTks) {
   options.experiment.field.magnitude = g;
   options.experiment.shape = MagnitudeShape::triangular;
   const ImuCalibration imu = calibrate_imu(log_, options);
-  const Eigen::Matrix3d A = Eigen::Matrix3d(imu.accelerometer.response.sensitivity).inverse();
+  const Eigen::Matrix3d A =
+      Eigen::Matrix3d(imu.accelerometer.sensor.response.sensitivity).inverse();
   double squares = 0.0;
   int seconds = 0;
   for (std::size_t first = 0; first + 100 <= log_.samples[0].size(); first += 100) {
@@ -151,7 +152,7 @@ TEST_F(Xsens, OneSecondMeansFitNoWorseThanImuTks) {
     joined_sliding_variance(block, 100, joined);
     if (std::sqrt(joined[0]) < threshold_) {
       const Eigen::Vector3d mean = mean_of(log_, 1, first, first + 100);
-      squares += std::pow((A * (mean - imu.accelerometer.response.bias)).norm() - g, 2);
+      squares += std::pow((A * (mean - imu.accelerometer.sensor.response.bias)).norm() - g, 2);
       ++seconds;
     }
   }

@@ -49,15 +49,15 @@ ImuOptions all_three() {
 void expect_near_truth(const Calibration& calibration,
                        const LinearResponse& truth,
                        double standard_errors) {
-  const FitStatistics& statistics = *calibration.statistics;
+  const FitStatistics& statistics = *calibration.fit.statistics;
   for (Eigen::Index k = 0; k < 3; ++k) {
-    EXPECT_LT(std::abs(calibration.response.bias(k) - truth.bias(k)),
+    EXPECT_LT(std::abs(calibration.sensor.response.bias(k) - truth.bias(k)),
               standard_errors * statistics.bias_se(k))
-        << calibration.slot;
+        << calibration.provenance.slot;
     for (Eigen::Index j = 0; j < 3; ++j) {
-      EXPECT_LE(std::abs(calibration.response.sensitivity(k, j) - truth.sensitivity(k, j)),
+      EXPECT_LE(std::abs(calibration.sensor.response.sensitivity(k, j) - truth.sensitivity(k, j)),
                 standard_errors * statistics.sensitivity_se(k, j) + 1e-9)
-          << calibration.slot << k << j;
+          << calibration.provenance.slot << k << j;
     }
   }
 }
@@ -71,21 +71,22 @@ TEST(CalibrateImu, OfABareBoard) {
   const ImuCalibration imu = calibrate_imu(log, options);
   EXPECT_EQ(imu.rests.intervals.size(), 30U);
   EXPECT_FALSE(imu.seats.has_value());
-  EXPECT_EQ(imu.accelerometer.method, Method::magnitude);
+  EXPECT_EQ(imu.accelerometer.fit.method, Method::magnitude);
   expect_near_truth(imu.accelerometer, simulation.accelerometer, 4.5);
   ASSERT_TRUE(imu.gyroscope && imu.magnetometer);
-  EXPECT_EQ(imu.gyroscope->method, Method::turns);
+  EXPECT_EQ(imu.gyroscope->fit.method, Method::turns);
   // Its uncertainty lacks what the accelerometer's leaves of the directions; both are small here.
   expect_near_truth(*imu.gyroscope, *simulation.gyroscope, 6.0);
   // Aligned: in the accelerometer's frame, but for the size of the field, which was not told.
-  ASSERT_TRUE(imu.magnetometer->alignment.has_value());
+  ASSERT_TRUE(imu.magnetometer->fit.alignment.has_value());
   const double F = simulation.magnetic_in_table.norm();
   LinearResponse relative = *simulation.magnetometer;
   relative.sensitivity *= F;
   expect_near_truth(*imu.magnetometer, relative, 5.0);
-  EXPECT_THAT(imu.magnetometer->notes, Contains(HasSubstr("fields are in units of it")));
+  EXPECT_THAT(imu.magnetometer->findings.notes,
+              test::HasNote(HasSubstr("fields are in units of it")));
   ASSERT_EQ(imu.records().size(), 3U);
-  EXPECT_EQ(imu.records()[2].slot, "magnetometer");
+  EXPECT_EQ(imu.records()[2].provenance.slot, "magnetometer");
   for (const Calibration& record : imu.records()) {
     const std::string text = calibration_json(record);
     EXPECT_EQ(calibration_json(parse_calibration(text, "r.json")), text);
@@ -107,19 +108,19 @@ TEST(CalibrateImu, OfACube) {
     ASSERT_EQ(imu.rests.intervals.size(), 24U);
     EXPECT_THAT(imu.seats->messages, IsEmpty());
     EXPECT_THAT(imu.rests.warnings, IsEmpty());
-    EXPECT_EQ(imu.accelerometer.method, Method::paired);
+    EXPECT_EQ(imu.accelerometer.fit.method, Method::paired);
     expect_near_truth(imu.accelerometer, simulation.accelerometer, 4.5);
     ASSERT_TRUE(imu.gyroscope && imu.turns);
     EXPECT_TRUE(imu.turns->has_rotations);
     expect_near_truth(*imu.gyroscope, *simulation.gyroscope, 4.5);
     if (seats == Seats::sheet) {
       // The first seat's fence is not known to a log: turned, the slope is too.
-      EXPECT_NEAR(imu.accelerometer.levelness->mean_x, 0.004, 3e-4);
-      EXPECT_NEAR(imu.accelerometer.levelness->mean_y, -0.003, 3e-4);
+      EXPECT_NEAR(imu.accelerometer.fit.levelness->mean_x, 0.004, 3e-4);
+      EXPECT_NEAR(imu.accelerometer.fit.levelness->mean_y, -0.003, 3e-4);
     } else {
-      EXPECT_NEAR(
-          std::hypot(imu.accelerometer.levelness->mean_x, imu.accelerometer.levelness->mean_y),
-          0.005, 3e-4);
+      EXPECT_NEAR(std::hypot(imu.accelerometer.fit.levelness->mean_x,
+                             imu.accelerometer.fit.levelness->mean_y),
+                  0.005, 3e-4);
       EXPECT_THAT(imu.notes, Contains(HasSubstr("recognised by the gyroscope")));
     }
   }
@@ -183,7 +184,7 @@ TEST(CalibrateImu, ReportsGSensitivity) {
   ASSERT_TRUE(imu.g_sensitivity.has_value());
   EXPECT_NEAR((*imu.g_sensitivity)(0, 2), 30.0, 5.0 * (*imu.g_sensitivity_se)(0, 2));
   EXPECT_NEAR((*imu.g_sensitivity)(1, 0), 0.0, 5.0 * (*imu.g_sensitivity_se)(1, 0));
-  EXPECT_THAT(imu.gyroscope->notes, Contains(HasSubstr("g-sensitivity of up to 30")));
+  EXPECT_THAT(imu.gyroscope->findings.notes, test::HasNote(HasSubstr("g-sensitivity of up to 30")));
 }
 
 TEST(CalibrateImu, SaysWhatIsWrong) {
@@ -219,7 +220,8 @@ TEST(CalibrateImu, LeavesOutBrokenTurns) {
   options.magnetometer.clear();
   const ImuCalibration imu = calibrate_imu(log, options);
   EXPECT_EQ(imu.turns->residuals.size(), 28U);
-  EXPECT_THAT(imu.gyroscope->notes, Contains(HasSubstr("1 turns with missing samples")));
+  EXPECT_THAT(imu.gyroscope->findings.notes,
+              test::HasNote(HasSubstr("1 turns with missing samples")));
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 Calibration calibrated(double noise_sd = 1e-4) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   return calibrate(
       experiment_for(truth),
       observe(truth, {.replicates = 2, .slope = {0.003, -0.002}, .noise_sd = noise_sd}));
@@ -75,10 +75,10 @@ TEST(SpherePlot, IsThinnedEvenly) {
 }
 
 TEST(CalibrationReport, LeavesALeverageWithoutMeaningOut) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Calibration few = calibrate(experiment_for(truth),
                                     observe(truth, {.slope = {0.003, -0.002}, .noise_sd = 1e-4}));
-  ASSERT_NEAR(few.statistics->degrees_of_freedom(0), 2.0, 1e-9);
+  ASSERT_NEAR(few.fit.statistics->degrees_of_freedom(0), 2.0, 1e-9);
   EXPECT_THAT(calibration_report(few), Not(HasSubstr("leverage")));
 }
 
@@ -86,26 +86,26 @@ TEST(CalibrationReport, LeavesALeverageWithoutMeaningOut) {
 TEST(CalibrationReport, OfManyReadingsStaysSmall) {
   // A record of 24 readings, and its readings 800 times over: calibrate() is not what is tried
   // here.
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Observations few =
       observe(truth, {.replicates = 2, .slope = {0.003, -0.002}, .noise_sd = 1e-4});
   Calibration calibration = calibrate(experiment_for(truth), few);
-  const std::vector<ReadingResidual> residuals = calibration.residuals;
-  const std::vector<RegressionRow> rows = calibration.statistics->rows;
+  const std::vector<ReadingResidual> residuals = calibration.fit.residuals;
+  const std::vector<RegressionRow> rows = calibration.fit.statistics->rows;
   Observations observations;
   observations.response = few.response.replicate(800, 1);
   RandomStream random(2);
   for (int copy = 1; copy < 800; ++copy) {
     for (ReadingResidual residual : residuals) {
-      residual.run = static_cast<int>(calibration.residuals.size()) + 1;
+      residual.run = static_cast<int>(calibration.fit.residuals.size()) + 1;
       residual.response *= random.normal();
-      calibration.residuals.push_back(residual);
+      calibration.fit.residuals.push_back(residual);
     }
-    calibration.statistics->rows.insert(calibration.statistics->rows.end(), rows.begin(),
-                                        rows.end());
+    calibration.fit.statistics->rows.insert(calibration.fit.statistics->rows.end(), rows.begin(),
+                                            rows.end());
   }
-  calibration.residuals[7777].response *= 50.0;
-  for (const ReadingResidual& residual : calibration.residuals) {
+  calibration.fit.residuals[7777].response *= 50.0;
+  for (const ReadingResidual& residual : calibration.fit.residuals) {
     observations.readings.push_back({.run = residual.run, .point = residual.point});
   }
   ReportOptions options;
@@ -131,17 +131,17 @@ TEST(CalibrationReport, CooksContoursCountTheFitsParameters) {
   };
   Calibration calibration = calibrated();
   double parameters = 0.0;
-  for (const RegressionRow& row : calibration.statistics->rows) {
+  for (const RegressionRow& row : calibration.fit.statistics->rows) {
     parameters += row.leverage.sum() / 3.0;
   }
   EXPECT_NEAR(parameters, 5.0, 0.1);  // a shift between two blocks is one more
   // A contour's distance by its definition, from the studentised residual and the leverage.
   for (const double more : {1.0, 2.0}) {
-    for (RegressionRow& row : calibration.statistics->rows) {
+    for (RegressionRow& row : calibration.fit.statistics->rows) {
       row.leverage *= more;
     }
     const PlotSeries curve = contour(calibration);
-    const double nu = calibration.statistics->degrees_of_freedom.minCoeff();
+    const double nu = calibration.fit.statistics->degrees_of_freedom.minCoeff();
     for (std::size_t i = 0; i < curve.x.size(); ++i) {
       if (std::isfinite(curve.y[i])) {
         const double t2 = curve.y[i] * curve.y[i];
@@ -154,18 +154,18 @@ TEST(CalibrationReport, CooksContoursCountTheFitsParameters) {
 
 TEST(CalibrationReport, TextIsShownAsTyped) {
   const std::string hostile = "</script><img src=x onerror='alert(1)'>\"&";
-  Calibration truth = accelerometer_truth();
+  SensorModel truth = accelerometer_truth();
   truth.instrument.axes = {"<b>", "'", "\""};
   Calibration calibration = calibrate(experiment_for(truth), observe(truth, {.noise_sd = 1e-4}));
-  calibration.instrument.serial = hostile;
-  calibration.instrument.unit = hostile;
-  calibration.software = hostile;
-  calibration.created = hostile;
-  calibration.positioner = hostile;
-  calibration.notes = {hostile};
-  calibration.inputs = {{.path = hostile, .sha256 = hostile}};
-  calibration.warnings = {{.code = WarningCode::outlier, .runs = {1}, .message = hostile}};
-  calibration.status = CalibrationStatus::warning;
+  calibration.sensor.instrument.serial = hostile;
+  calibration.sensor.instrument.unit = hostile;
+  calibration.provenance.software = hostile;
+  calibration.provenance.created = hostile;
+  calibration.provenance.positioner = hostile;
+  calibration.findings.notes = {{NoteCode::other, hostile}};
+  calibration.provenance.inputs = {{.path = hostile, .sha256 = hostile}};
+  calibration.findings.warnings = {{.code = WarningCode::outlier, .runs = {1}, .message = hostile}};
+  calibration.findings.status = CalibrationStatus::warning;
   const std::string page = calibration_report(calibration);
   EXPECT_THAT(page, Not(HasSubstr("<img")));
   EXPECT_THAT(page, Not(HasSubstr("<b>")));
@@ -181,10 +181,10 @@ TEST(CalibrationReport, TextIsShownAsTyped) {
 
 TEST(CalibrationReport, RefusedIsSaidAtTheTopWithTheLikeliestReason) {
   Calibration calibration = calibrated();
-  calibration.status = CalibrationStatus::refused;
-  calibration.warnings = {
+  calibration.findings.status = CalibrationStatus::refused;
+  calibration.findings.warnings = {
       {.code = WarningCode::wrong_pose, .runs = {7}, .message = "run 7 may lie on +Y"}};
-  calibration.suggestion =
+  calibration.findings.suggestion =
       Correction{.code = WarningCode::wrong_pose, .message = "run 7 was taken on +Y"};
   const std::string page = calibration_report(calibration);
   const std::size_t verdict = page.find("class=\"verdict refused\"");
@@ -198,7 +198,7 @@ TEST(CalibrationReport, RefusedIsSaidAtTheTopWithTheLikeliestReason) {
 
 TEST(CalibrationReport, LimitsThatAreNotMetAreARefusal) {
   Calibration calibration = calibrated();
-  calibration.verdict =
+  calibration.findings.verdict =
       Verdict{.passed = false,
               .rule = "guarded",
               .limits = {{.parameter = "x.bias", .value = 0.2, .high = 0.1, .passed = false}}};
@@ -208,8 +208,8 @@ TEST(CalibrationReport, LimitsThatAreNotMetAreARefusal) {
 }
 
 TEST(CalibrationReport, TakesARecordOfCoefficientsAlone) {
-  Calibration bare = accelerometer_truth();
-  bare.statistics.reset();
+  Calibration bare;
+  bare.sensor = accelerometer_truth();
   const std::string page = calibration_report(bare);
   EXPECT_THAT(page, HasSubstr("states no uncertainty"));
   EXPECT_THAT(page, HasSubstr("z.sensitivity.y"));
@@ -218,12 +218,13 @@ TEST(CalibrationReport, TakesARecordOfCoefficientsAlone) {
 
 TEST(CalibrationReport, TemperatureAndHistoryHaveTheirPlots) {
   Calibration calibration = calibrated();
-  calibration.temperature = TemperatureResponse{.reference = 20.0,
-                                                .low = 10.0,
-                                                .high = 40.0,
-                                                .bias = Eigen::MatrixXd::Constant(3, 1, 1e-3),
-                                                .scale = Eigen::MatrixXd::Constant(3, 1, 1e-4)};
-  UnitHistory history{.serial = calibration.instrument.serial,
+  calibration.sensor.temperature =
+      TemperatureResponse{.reference = 20.0,
+                          .low = 10.0,
+                          .high = 40.0,
+                          .bias = Eigen::MatrixXd::Constant(3, 1, 1e-3),
+                          .scale = Eigen::MatrixXd::Constant(3, 1, 1e-4)};
+  UnitHistory history{.serial = calibration.sensor.instrument.serial,
                       .paths = {"a.json", "b.json"},
                       .created = {"2025-01-01T00:00:00Z", "2026-01-01T00:00:00Z"}};
   history.trends.push_back({.parameter = "x.bias", .values = {0.1, 0.2}, .u = {0.01, 0.01}});
@@ -237,25 +238,25 @@ TEST(CalibrationReport, TemperatureAndHistoryHaveTheirPlots) {
 // A slope of 3 mrad along x: 0.2 m apart, 600 um; a pitch of 0.5 mm makes that 1.2 turns.
 TEST(CalibrationReport, TurnsOfTheAdjusters) {
   Calibration calibration = calibrated();
-  calibration.levelness->mean_x = 3e-3;
-  calibration.levelness->mean_y = 0.0;
-  calibration.levelness->blocks.clear();
+  calibration.fit.levelness->mean_x = 3e-3;
+  calibration.fit.levelness->mean_y = 0.0;
+  calibration.fit.levelness->blocks.clear();
   Surface table{.adjusters_m = {{-0.1, 0.0}, {0.1, 0.1}, {0.1, -0.1}}, .thread_pitch_m = 0.5e-3};
   const std::string page = calibration_report(calibration, {.table = table});
   EXPECT_THAT(page, HasSubstr("To level the table"));
   EXPECT_THAT(page, HasSubstr(">600<"));
   EXPECT_THAT(page, HasSubstr(">1.2<"));
-  calibration.levelness->consistent = false;
+  calibration.fit.levelness->consistent = false;
   EXPECT_THAT(calibration_report(calibration, {.table = table}),
               Not(HasSubstr("To level the table")));
 }
 
 TEST(CalibrationReport, TurnsOfAGyroscope) {
   Calibration calibration = calibrated();
-  calibration.turn_errors_rad = {{1e-3, 0.0, -2e-3}, {0.0, 1e-3, 0.0}};
+  calibration.fit.turn_errors_rad = {{1e-3, 0.0, -2e-3}, {0.0, 1e-3, 0.0}};
   const std::string text = calibration_json(calibration);
   const Calibration again = parse_calibration(text, "record");
-  ASSERT_EQ(again.turn_errors_rad.size(), 2U);
+  ASSERT_EQ(again.fit.turn_errors_rad.size(), 2U);
   EXPECT_EQ(calibration_json(again), text);
   const std::string page = calibration_report(again);
   EXPECT_THAT(page, HasSubstr("id=\"turns-plot\""));
@@ -291,13 +292,13 @@ TEST(CalibrationReport, NoiseHasItsAllanPlot) {
 // as much: at 80 degrees 5.76 s.
 TEST(WorstAngleUncertainty, IsThatOfTheNoiseWhereTheCoefficientsAreExact) {
   Calibration calibration = calibrated();
-  calibration.response.bias.setZero();
-  calibration.response.sensitivity = Eigen::Matrix3d::Identity();
-  calibration.statistics->covariance.setZero();
-  calibration.statistics->components.clear();
-  calibration.statistics->residual_sd.setConstant(1e-4);
-  calibration.uncertainty.reset();
-  const double k = calibration.statistics->coverage_factor.maxCoeff();
+  calibration.sensor.response.bias.setZero();
+  calibration.sensor.response.sensitivity = Eigen::Matrix3d::Identity();
+  calibration.fit.statistics->covariance.setZero();
+  calibration.fit.statistics->components.clear();
+  calibration.fit.statistics->residual_sd.setConstant(1e-4);
+  calibration.fit.uncertainty.reset();
+  const double k = calibration.fit.statistics->coverage_factor.maxCoeff();
   const WorstAngleUncertainty worst = worst_angle_uncertainty(calibration);
   const double expected = k * 1e-4 / std::cos(80.0 * rad_per_deg) * deg_per_rad;
   // Roll mixes two axes, with more degrees of freedom and a smaller factor.

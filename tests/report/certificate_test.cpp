@@ -16,7 +16,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 Calibration certified() {
-  Calibration truth = accelerometer_truth();
+  SensorModel truth = accelerometer_truth();
   truth.instrument.serial = "A-17";
   Experiment experiment = experiment_for(truth);
   experiment.field.magnitude_u = 1e-6;
@@ -56,9 +56,10 @@ class Certificate : public testing::Test {
 
 TEST_F(Certificate, SaysWhatTheStandardAsks) {
   Calibration calibration = certified();
-  calibration.verdict = Verdict{.passed = true,
-                                .rule = "guarded",
-                                .limits = {{.parameter = "x.bias", .value = 0.01, .high = 0.1}}};
+  calibration.findings.verdict =
+      Verdict{.passed = true,
+              .rule = "guarded",
+              .limits = {{.parameter = "x.bias", .value = 0.01, .high = 0.1}}};
   const std::string text = text_of(certificate_pdf(calibration, details()));
   for (const char* const needed :
        {"Calibration certificate", "2026-1107", "Windkanal Müller, Hauptstr. 1, Bonn", "Aero Ltd",
@@ -84,13 +85,13 @@ TEST_F(Certificate, SaysWhatTheStandardAsks) {
 // U to two digits, the value to the same place.
 TEST_F(Certificate, RoundsTheValueToItsUncertainty) {
   Calibration calibration = certified();
-  calibration.response.bias(0) = 0.0120001;
-  calibration.uncertainty.reset();
-  calibration.statistics->covariance.setIdentity();
-  calibration.statistics->covariance *= 1e-8;  // u 1e-4
-  calibration.statistics->components.clear();
-  calibration.statistics->interval_95.resize(0);
-  const double k = calibration.statistics->coverage_factor(0);
+  calibration.sensor.response.bias(0) = 0.0120001;
+  calibration.fit.uncertainty.reset();
+  calibration.fit.statistics->covariance.setIdentity();
+  calibration.fit.statistics->covariance *= 1e-8;  // u 1e-4
+  calibration.fit.statistics->components.clear();
+  calibration.fit.statistics->interval_95.resize(0);
+  const double k = calibration.fit.statistics->coverage_factor(0);
   ASSERT_GT(k, 2.0);
   ASSERT_LT(k, 3.0);
   const std::string text = text_of(certificate_pdf(calibration, details()));
@@ -100,7 +101,7 @@ TEST_F(Certificate, RoundsTheValueToItsUncertainty) {
 
 TEST_F(Certificate, AnyTextIsPrinted) {
   Calibration calibration = certified();
-  calibration.instrument.serial = "bad \xff utf-8 \x01 " + std::string(300, 'w');
+  calibration.sensor.instrument.serial = "bad \xff utf-8 \x01 " + std::string(300, 'w');
   CertificateDetails bare;
   bare.remarks = {std::string(5000, 'a')};
   const std::string text = text_of(certificate_pdf(calibration, bare));
@@ -124,15 +125,15 @@ TEST_F(Certificate, SaysWhatItDoesNotCount) {
 
 TEST_F(Certificate, ThereIsNoneOfWhatWasRefused) {
   Calibration refused = certified();
-  refused.status = CalibrationStatus::refused;
+  refused.findings.status = CalibrationStatus::refused;
   EXPECT_THROW(static_cast<void>(certificate_pdf(refused, details())), RefusedError);
-  Calibration bare = accelerometer_truth();
-  bare.statistics.reset();
+  Calibration bare;
+  bare.sensor = accelerometer_truth();
   EXPECT_THROW(static_cast<void>(certificate_pdf(bare, details())), RefusedError);
   // Four readings for four coefficients: no degrees of freedom, no uncertainty.
   Calibration exact = certified();
-  exact.statistics->degrees_of_freedom.setZero();
-  exact.statistics->interval_95.resize(0);
+  exact.fit.statistics->degrees_of_freedom.setZero();
+  exact.fit.statistics->interval_95.resize(0);
   EXPECT_THROW(static_cast<void>(certificate_pdf(exact, details())), RefusedError);
 }
 #endif

@@ -22,6 +22,16 @@ template <typename Exception, typename Function>
   return "accepted";
 }
 
+/// Notes of a record, one of which says what `message` matches: `HasNote(HasSubstr("drift"))`.
+MATCHER_P(HasNote, message, "") {
+  for (const auto& note : arg) {
+    if (testing::Value(note.message, message)) {
+      return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace axiscal::test
 
 /// Holds a matrix or vector (copied, so that no expression dangles) against another, entry by

@@ -16,18 +16,18 @@
 namespace axiscal::test {
 namespace {
 
-Eigen::Vector3d field_of(const Calibration& truth, const DesignPoint& point) {
+Eigen::Vector3d field_of(const SensorModel& truth, const DesignPoint& point) {
   return Positioner().rotation_table_from_positioner(point).transpose() * *truth.field.in_table;
 }
 
 // What a reading says less what it should at its point: its noise.
-Eigen::VectorXd noise_in(const Calibration& truth, const Observations& good, std::size_t i) {
+Eigen::VectorXd noise_in(const SensorModel& truth, const Observations& good, std::size_t i) {
   return Eigen::VectorXd(good.response.row(static_cast<Eigen::Index>(i))) -
          truth.response.at(field_of(truth, *good.readings[i].point));
 }
 
 // The reading as it is at another point than its label says.
-void take_at(const Calibration& truth,
+void take_at(const SensorModel& truth,
              const DesignPoint& point,
              std::size_t i,
              Observations& observations) {
@@ -92,7 +92,7 @@ SeededMistake move_reading(const Eigen::Vector3d& size,
 
 SeededMistake seed_mistake(Mistake mistake,
                            double size,
-                           const Calibration& truth,
+                           const SensorModel& truth,
                            const Observations& good,
                            RandomStream& random) {
   SeededMistake seeded{.observations = good};
@@ -173,7 +173,7 @@ SeededMistake seed_mistake(Mistake mistake,
     case Mistake::table_moved: {
       const std::size_t cut = 1 + random.index(n - 1);
       const double angle = 2.0 * std::numbers::pi * random.uniform();
-      Calibration moved = truth;
+      SensorModel moved = truth;
       const Eigen::Matrix3d turn =
           rotation_by(size * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0));
       moved.field.in_table = Eigen::Vector3d(turn * *truth.field.in_table);
@@ -214,8 +214,8 @@ SeededMistake seed_mistake(Mistake mistake,
 }
 
 Verdict judge(const Calibration& calibration, const SeededMistake& mistake) {
-  Verdict verdict{.caught = !calibration.warnings.empty()};
-  for (const CalibrationWarning& warning : calibration.warnings) {
+  Verdict verdict{.caught = !calibration.findings.warnings.empty()};
+  for (const CalibrationWarning& warning : calibration.findings.warnings) {
     const bool code =
         std::find(mistake.codes.begin(), mistake.codes.end(), warning.code) != mistake.codes.end();
     const bool runs = mistake.runs.empty() || warning.runs == mistake.runs;

@@ -39,13 +39,13 @@ struct SeededMistake {
 /// @param size  of tilt, table_moved, drift and saturation: how far a reading moves, in its unit.
 [[nodiscard]] SeededMistake seed_mistake(Mistake mistake,
                                          double size,
-                                         const Calibration& truth,
+                                         const SensorModel& truth,
                                          const Observations& good,
                                          RandomStream& random);
 
 /// A run for the culprit search: a random instrument, a slope of 5 mrad in a random direction.
 struct RandomRun {
-  Calibration truth;
+  SensorModel truth;
   Observations good;
 };
 /// @param noise       of each axis, in its unit (full scale 1).

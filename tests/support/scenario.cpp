@@ -5,8 +5,8 @@
 
 namespace axiscal::test {
 
-Calibration truth_of(const LinearResponse& response, const std::string& kind) {
-  Calibration truth;
+SensorModel truth_of(const LinearResponse& response, const std::string& kind) {
+  SensorModel truth;
   truth.instrument.kind = kind;
   truth.instrument.unit = "V";
   truth.instrument.axes.clear();
@@ -22,7 +22,7 @@ Calibration truth_of(const LinearResponse& response, const std::string& kind) {
   return truth;
 }
 
-Calibration accelerometer_truth() {
+SensorModel accelerometer_truth() {
   LinearResponse response{.bias = Eigen::Vector3d(0.012, -0.034, 0.005),
                           .sensitivity = Eigen::Matrix3d::Zero()};
   // clang-format off
@@ -33,14 +33,14 @@ Calibration accelerometer_truth() {
   return truth_of(response, "accelerometer");
 }
 
-Experiment experiment_for(const Calibration& truth) {
+Experiment experiment_for(const SensorModel& truth) {
   Experiment experiment;
   experiment.instrument = truth.instrument;
   experiment.field = setup_of(truth.field, true);
   return experiment;
 }
 
-Observations observe(const Calibration& truth, const Run& run) {
+Observations observe(const SensorModel& truth, const Run& run) {
   SimulationOptions options;
   options.noise_sd = run.noise_sd;
   options.slope = run.slope;
@@ -49,7 +49,7 @@ Observations observe(const Calibration& truth, const Run& run) {
                   options);
 }
 
-std::string observations_text(const Calibration& truth, const Run& run) {
+std::string observations_text(const SensorModel& truth, const Run& run) {
   return observations_csv(observe(truth, run), truth.instrument.axes);
 }
 

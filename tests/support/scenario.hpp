@@ -11,14 +11,14 @@
 namespace axiscal::test {
 
 /// An accelerometer in volts with known coefficients, gravity in g.
-[[nodiscard]] Calibration accelerometer_truth();
+[[nodiscard]] SensorModel accelerometer_truth();
 
 /// Any response with axes "x", "y", "z", "a3", ...
-[[nodiscard]] Calibration truth_of(const LinearResponse& response,
+[[nodiscard]] SensorModel truth_of(const LinearResponse& response,
                                    const std::string& kind = "generic");
 
 /// The experiment that calibrates a truth: its instrument and field.
-[[nodiscard]] Experiment experiment_for(const Calibration& truth);
+[[nodiscard]] Experiment experiment_for(const SensorModel& truth);
 
 /// What is simulated: a design, its replicates, the table's slope and the noise.
 struct Run {
@@ -29,9 +29,9 @@ struct Run {
   std::uint64_t seed = 1;
 };
 
-[[nodiscard]] Observations observe(const Calibration& truth, const Run& run);
+[[nodiscard]] Observations observe(const SensorModel& truth, const Run& run);
 
 /// The observations as an observations file.
-[[nodiscard]] std::string observations_text(const Calibration& truth, const Run& run);
+[[nodiscard]] std::string observations_text(const SensorModel& truth, const Run& run);
 
 }  // namespace axiscal::test

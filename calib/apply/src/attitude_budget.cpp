@@ -54,31 +54,32 @@ class AttitudeBudgetMaker {
     if (!reducer_.gives_components()) {
       throw DomainError("attitude_budget: fewer than three axes give angles of each axis only");
     }
-    if (calibration.temperature && !temperature_) {
-      temperature_ = calibration.temperature->reference;
+    if (calibration.sensor.temperature && !temperature_) {
+      temperature_ = calibration.sensor.temperature->reference;
     }
-    const Eigen::VectorXd v = response_at(calibration, field, temperature_);
+    const Eigen::VectorXd v = response_at(calibration.sensor, field, temperature_);
     readings_.assign(v.begin(), v.end());
   }
 
   [[nodiscard]] AttitudeBudget budget() const {
     AttitudeBudget result;
-    const bool has_budget = calibration_.uncertainty.has_value();
+    const bool has_budget = calibration_.fit.uncertainty.has_value();
     if (has_budget) {
-      for (const UncertaintySource& source : calibration_.uncertainty->sources) {
+      for (const UncertaintySource& source : calibration_.fit.uncertainty->sources) {
         result.sources.push_back(source.name);
       }
     } else {
       result.sources.emplace_back("fit");
     }
     result.sources.emplace_back("reading");
-    const Eigen::MatrixXd B = propagation_.change_with_parameters(field_, nullptr, temperature_);
+    const Eigen::MatrixXd B =
+        propagation_.change_with_parameters(field_, {.temperature = temperature_});
     const Eigen::VectorXd own = propagation_.reading_variance(field_, temperature_);
     const Eigen::MatrixXd C = B * propagation_.covariance_ * B.transpose();
-    const Eigen::MatrixXd G = propagation_.change_with_readings(readings_, nullptr, temperature_,
-                                                                (C.diagonal() + own).cwiseSqrt());
-    const Eigen::VectorXd here = results_of(reducer_.reduce(readings_, nullptr, temperature_),
-                                            derived_count(reducer_, false));
+    const Eigen::MatrixXd G = propagation_.change_with_readings(
+        readings_, {.temperature = temperature_}, (C.diagonal() + own).cwiseSqrt());
+    const Eigen::VectorXd here = results_of(
+        reducer_.reduce(readings_, {.temperature = temperature_}), derived_count(reducer_, false));
     const std::vector<std::string> names = names_of_results(reducer_);
     for (Eigen::Index r = 0; r < here.size(); ++r) {
       if (std::isnan(here(r))) {
@@ -112,8 +113,8 @@ class AttitudeBudgetMaker {
   static ReductionOptions one_pair_of_angles(const Calibration& calibration,
                                              ReductionOptions options,
                                              const Eigen::Vector3d& field) {
-    const bool yaw = std::abs(field.x()) >=
-                     calibration.field.magnitude * std::sin(options.inclination.yaw_above_rad);
+    const bool yaw = std::abs(field.x()) >= calibration.sensor.field.magnitude *
+                                                std::sin(options.inclination.yaw_above_rad);
     options.inclination.yaw_above_rad = yaw ? 0.0 : 2.0;
     return options;
   }
@@ -121,7 +122,7 @@ class AttitudeBudgetMaker {
   void drop_magnitude(const Eigen::RowVectorXd& gradient,
                       CombinedUncertainty& from_calibration,
                       VarianceShares& shares) const {
-    const auto& sources = calibration_.uncertainty->sources;
+    const auto& sources = calibration_.fit.uncertainty->sources;
     for (std::size_t s = 0; s < sources.size(); ++s) {
       if (sources[s].name == field_magnitude_source) {
         shares.others -= gradient.dot(sources[s].covariance * gradient.transpose());
@@ -167,8 +168,9 @@ std::vector<MonteCarloCheck> AttitudeBudgetMaker::monte_carlo(int trials,
 
 std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
                                                                    std::uint64_t seed) const {
-  const FitStatistics& statistics = *calibration_.statistics;
-  const Eigen::MatrixXd B = propagation_.change_with_parameters(field_, nullptr, temperature_);
+  const FitStatistics& statistics = *calibration_.fit.statistics;
+  const Eigen::MatrixXd B =
+      propagation_.change_with_parameters(field_, {.temperature = temperature_});
   const Eigen::VectorXd own = propagation_.reading_variance(field_, temperature_).cwiseSqrt();
   const Eigen::Index m = own.size();
   // The fit's part as t of each axis's degrees of freedom, each component of its scatter as t of
@@ -181,7 +183,7 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
   }
   const std::size_t derived = derived_count(reducer_, false);
   const Eigen::VectorXd here =
-      results_of(reducer_.reduce(readings_, nullptr, temperature_), derived);
+      results_of(reducer_.reduce(readings_, {.temperature = temperature_}), derived);
   std::vector<std::vector<double>> errors(static_cast<std::size_t>(here.size()));
   RandomStream random(seed);
   const auto normals = [&](Eigen::Index n) {
@@ -221,7 +223,7 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
       moved[k] = readings_[k] + change(static_cast<Eigen::Index>(k));
     }
     const Eigen::VectorXd results =
-        results_of(reducer_.reduce(moved, nullptr, temperature_), derived);
+        results_of(reducer_.reduce(moved, {.temperature = temperature_}), derived);
     for (Eigen::Index r = 0; r < here.size(); ++r) {
       if (!std::isnan(here(r))) {
         errors[static_cast<std::size_t>(r)].push_back(
@@ -246,13 +248,11 @@ AttitudeBudget attitude_budget(const Calibration& calibration,
   return AttitudeBudgetMaker(calibration, options, noise, field_in_sensor, temperature).budget();
 }
 
-Eigen::Vector3d field_of_attitude(const Calibration& calibration,
-                                  double pitch_rad,
-                                  double roll_rad) {
+Eigen::Vector3d field_of_attitude(const SensorModel& sensor, double pitch_rad, double roll_rad) {
   const double c = std::cos(pitch_rad);
   const Eigen::Vector3d up(std::sin(pitch_rad), c * std::sin(roll_rad), c * std::cos(roll_rad));
-  const bool frd = calibration.instrument.convention == AxisConvention::forward_right_down;
-  return calibration.field.magnitude * (frd ? Eigen::Vector3d(up.x(), -up.y(), -up.z()) : up);
+  const bool frd = sensor.instrument.convention == AxisConvention::forward_right_down;
+  return sensor.field.magnitude * (frd ? Eigen::Vector3d(up.x(), -up.y(), -up.z()) : up);
 }
 
 std::vector<MonteCarloCheck> check_by_monte_carlo(const Calibration& calibration,

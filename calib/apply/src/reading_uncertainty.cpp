@@ -74,9 +74,9 @@ double angle_at_pole(double u, double F) {
 
 ReadingNoise stated_noise(const Calibration& calibration) {
   ReadingNoise noise;
-  if (calibration.uncertainty) {
-    noise.resolution = calibration.uncertainty->resolution;
-    noise.temperature_u = calibration.uncertainty->temperature_u;
+  if (calibration.fit.uncertainty) {
+    noise.resolution = calibration.fit.uncertainty->resolution;
+    noise.temperature_u = calibration.fit.uncertainty->temperature_u;
   }
   return noise;
 }
@@ -85,34 +85,34 @@ ReadingPropagation::ReadingPropagation(const Calibration& calibration,
                                        const Reducer& reducer,
                                        const ReadingNoise& noise,
                                        double factor,
-                                       double level)
+                                       double probability)
     : calibration_(calibration),
       reducer_(reducer),
       noise_(noise),
       factor_(factor),
-      factors_(level) {
-  const Eigen::Index m = calibration.instrument.axis_count();
+      factors_(probability) {
+  const Eigen::Index m = calibration.sensor.instrument.axis_count();
   covariance_ = parameter_covariance(calibration);
   if (covariance_.size() == 0 || !covariance_.allFinite()) {
     throw DomainError(
         "the record states no covariance of its coefficients (no degrees of freedom were left), so "
         "there is no uncertainty to propagate; calibrate with more readings");
   }
-  if (calibration.uncertainty) {
-    for (const UncertaintySource& source : calibration.uncertainty->sources) {
+  if (calibration.fit.uncertainty) {
+    for (const UncertaintySource& source : calibration.fit.uncertainty->sources) {
       if (source.name == field_magnitude_source) {
         covariance_ -= source.covariance;
-        component_u_ = calibration.field.magnitude_u / calibration.field.magnitude;
+        component_u_ = calibration.sensor.field.magnitude_u / calibration.sensor.field.magnitude;
       }
     }
   }
-  of_readings_ = calibration.statistics->covariance_of_readings();
-  of_inputs_ = covariance_ - calibration.statistics->covariance;
-  for (const ScatterComponent& component : calibration.statistics->components) {
+  of_readings_ = calibration.fit.statistics->covariance_of_readings();
+  of_inputs_ = covariance_ - calibration.fit.statistics->covariance;
+  for (const ScatterComponent& component : calibration.fit.statistics->components) {
     components_.push_back(
         {.covariance = component.covariance, .degrees_of_freedom = component.degrees_of_freedom});
   }
-  sd_ = noise.sd.value_or(calibration.statistics->residual_sd);
+  sd_ = noise.sd.value_or(calibration.fit.statistics->residual_sd);
   if (sd_.size() != m || !(sd_.array() >= 0.0).all()) {
     throw DomainError(
         "the scatter of a reading is not known; state the standard deviation of a reading for each "
@@ -120,29 +120,29 @@ ReadingPropagation::ReadingPropagation(const Calibration& calibration,
   }
 }
 
-Eigen::MatrixXd ReadingPropagation::change_with_parameters(
-    const Eigen::Vector3d& field,
-    const Eigen::Vector3d* up,
-    std::optional<double> temperature) const {
-  const FitStatistics& statistics = *calibration_.statistics;
-  const Eigen::Index m = calibration_.instrument.axis_count();
+Eigen::MatrixXd ReadingPropagation::change_with_parameters(const Eigen::Vector3d& field,
+                                                           const ReadingContext& context) const {
+  const FitStatistics& statistics = *calibration_.fit.statistics;
+  const Eigen::Index m = calibration_.sensor.instrument.axis_count();
   Eigen::MatrixXd B =
       Eigen::MatrixXd::Zero(m, static_cast<Eigen::Index>(statistics.parameter_names.size()));
   const auto put = [&](Eigen::Index axis, const std::string& what, double value) {
-    const std::string name = calibration_.instrument.axes[static_cast<std::size_t>(axis)] + what;
+    const std::string name =
+        calibration_.sensor.instrument.axes[static_cast<std::size_t>(axis)] + what;
     if (const auto at = statistics.position_of(name)) {
       B(axis, *at) = value;
     }
   };
-  const auto& terms = calibration_.temperature;
+  const auto& terms = calibration_.sensor.temperature;
+  const std::optional<double>& temperature = context.temperature;
   for (Eigen::Index k = 0; k < m; ++k) {
     const double scale = terms && temperature ? terms->scale_at(k, *temperature) : 1.0;
     put(k, ".bias", 1.0);
     for (int j = 0; j < 3; ++j) {
       const std::string component(1, "xyz"[j]);
       put(k, ".sensitivity." + component, scale * field(j));
-      for (const AlsoResponse& also : calibration_.also) {
-        put(k, formatted(".{}.{}", also.kind, component), up != nullptr ? (*up)(j) : 0.0);
+      for (const AlsoResponse& also : calibration_.sensor.also) {
+        put(k, formatted(".{}.{}", also.kind, component), context.up ? (*context.up)(j) : 0.0);
       }
     }
     double power = 1.0;
@@ -150,7 +150,7 @@ Eigen::MatrixXd ReadingPropagation::change_with_parameters(
       power *= *temperature - terms->reference;
       const std::string suffix = power_suffix(static_cast<int>(j) + 1);
       put(k, ".bias" + suffix, power);
-      put(k, ".scale" + suffix, power * calibration_.response.sensitivity.row(k).dot(field));
+      put(k, ".scale" + suffix, power * calibration_.sensor.response.sensitivity.row(k).dot(field));
     }
   }
   return B;
@@ -162,25 +162,25 @@ Eigen::VectorXd ReadingPropagation::reading_variance(const Eigen::Vector3d& fiel
   // A scatter that is smaller than the steps does not show what rounding hides.
   const double steps = noise_.resolution * noise_.resolution / 12.0;
   variance = variance.cwiseMax(steps);
-  const auto& terms = calibration_.temperature;
+  const auto& terms = calibration_.sensor.temperature;
   if (terms && temperature && noise_.temperature_u > 0.0) {
     const double h = noise_.temperature_u;
-    const Eigen::VectorXd change = 0.5 * (response_at(calibration_, field, *temperature + h) -
-                                          response_at(calibration_, field, *temperature - h));
+    const Eigen::VectorXd change =
+        0.5 * (response_at(calibration_.sensor, field, *temperature + h) -
+               response_at(calibration_.sensor, field, *temperature - h));
     variance += change.cwiseAbs2();
   }
   return variance;
 }
 
 Eigen::MatrixXd ReadingPropagation::change_with_readings(std::span<const double> readings,
-                                                         const Eigen::Vector3d* up,
-                                                         std::optional<double> temperature,
+                                                         const ReadingContext& context,
                                                          const Eigen::VectorXd& step) const {
-  const std::size_t derived = derived_count(reducer_, up != nullptr);
+  const std::size_t derived = derived_count(reducer_, context.up.has_value());
   std::vector<double> moved(readings.begin(), readings.end());
   const auto at = [&](std::size_t k, double by) {
     moved[k] = readings[k] + by;
-    Eigen::VectorXd results = results_of(reducer_.reduce(moved, up, temperature), derived);
+    Eigen::VectorXd results = results_of(reducer_.reduce(moved, context), derived);
     moved[k] = readings[k];
     return results;
   };
@@ -188,8 +188,8 @@ Eigen::MatrixXd ReadingPropagation::change_with_readings(std::span<const double>
   Eigen::MatrixXd G(here.size(), static_cast<Eigen::Index>(readings.size()));
   for (std::size_t k = 0; k < readings.size(); ++k) {
     const auto axis = static_cast<Eigen::Index>(k);
-    const double smallest =
-        1e-7 * calibration_.response.sensitivity.row(axis).norm() * calibration_.field.magnitude;
+    const double smallest = 1e-7 * calibration_.sensor.response.sensitivity.row(axis).norm() *
+                            calibration_.sensor.field.magnitude;
     const double h = std::max(step(axis), smallest);
     G.col(axis) = slope(reducer_, at(k, -h), here, at(k, h), h);
   }
@@ -199,7 +199,7 @@ Eigen::MatrixXd ReadingPropagation::change_with_readings(std::span<const double>
 VarianceShares ReadingPropagation::shares_of(const Eigen::RowVectorXd& gradient,
                                              const Eigen::MatrixXd& B,
                                              const Eigen::VectorXd& reading_variance) const {
-  const Eigen::VectorXd& nu = calibration_.statistics->degrees_of_freedom;
+  const Eigen::VectorXd& nu = calibration_.fit.statistics->degrees_of_freedom;
   const Eigen::RowVectorXd g = gradient * B;
   const auto variance = [&](const Eigen::MatrixXd& covariance) {
     return g.dot(covariance * g.transpose());
@@ -224,43 +224,45 @@ VarianceShares ReadingPropagation::shares_of(const Eigen::RowVectorXd& gradient,
 }
 
 ReducedUncertainty ReadingPropagation::at(std::span<const double> readings,
-                                          const Eigen::Vector3d* up,
-                                          std::optional<double> temperature,
-                                          const Eigen::Matrix3d* up_covariance) const {
-  const ReducedReading reduced = reducer_.reduce(readings, up, temperature);
+                                          const ReadingContext& context) const {
+  const ReducedReading reduced = reducer_.reduce(readings, context);
   const Eigen::Vector3d field = reduced.field_in_sensor / factor_;
-  const Eigen::MatrixXd B = change_with_parameters(field, up, temperature);
-  const Eigen::VectorXd own = reading_variance(field, temperature);
+  const Eigen::MatrixXd B = change_with_parameters(field, context);
+  const Eigen::VectorXd own = reading_variance(field, context.temperature);
   const Eigen::VectorXd u_readings =
       ((B * covariance_ * B.transpose()).diagonal() + own).cwiseSqrt();
-  const Eigen::MatrixXd G = change_with_readings(readings, up, temperature, u_readings);
+  const Eigen::MatrixXd G = change_with_readings(readings, context, u_readings);
   std::vector<VarianceShares> shares;
   for (Eigen::Index r = 0; r < G.rows(); ++r) {
     shares.push_back(shares_of(G.row(r), B, own));
   }
-  if (up != nullptr && up_covariance != nullptr) {
+  if (context.up && context.up_covariance) {
+    const Eigen::Vector3d& up = *context.up;
+    const Eigen::Matrix3d& up_covariance = *context.up_covariance;
     const std::size_t derived = derived_count(reducer_, true);
     const Eigen::VectorXd here = results_of(reduced, derived);
     Eigen::MatrixXd by_up(here.size(), 3);
     for (int j = 0; j < 3; ++j) {
-      const double h = std::max(std::sqrt((*up_covariance)(j, j)), 1e-7 * up->norm());
-      const Eigen::Vector3d above = *up + h * Eigen::Vector3d::Unit(j);
-      const Eigen::Vector3d below = *up - h * Eigen::Vector3d::Unit(j);
-      by_up.col(j) =
-          slope(reducer_, results_of(reducer_.reduce(readings, &below, temperature), derived), here,
-                results_of(reducer_.reduce(readings, &above, temperature), derived), h);
+      const double h = std::max(std::sqrt(up_covariance(j, j)), 1e-7 * up.norm());
+      const auto with_up = [&](double by) {
+        const ReadingContext moved{.up = up + by * Eigen::Vector3d::Unit(j),
+                                   .temperature = context.temperature,
+                                   .up_covariance = {}};
+        return results_of(reducer_.reduce(readings, moved), derived);
+      };
+      by_up.col(j) = slope(reducer_, with_up(-h), here, with_up(h), h);
     }
-    Eigen::VectorXd more = (by_up * *up_covariance).cwiseProduct(by_up).rowwise().sum();
+    Eigen::VectorXd more = (by_up * up_covariance).cwiseProduct(by_up).rowwise().sum();
     for (const CubeError& error : cube_errors_) {
       const Eigen::VectorXd by_field = G * (error.of_sensitivity * field);
-      more += 2.0 * by_field.cwiseProduct(by_up * (error.of_field * *up));
+      more += 2.0 * by_field.cwiseProduct(by_up * (error.of_field * up));
     }
     for (Eigen::Index r = 0; r < more.size(); ++r) {
       double& others = shares[static_cast<std::size_t>(r)].others;
       others = std::max(others + more(r), 0.0);
     }
   }
-  add_magnitude(reduced, readings, up, temperature, shares);
+  add_magnitude(reduced, readings, context, shares);
   ReducedUncertainty result;
   result.derived.fill(not_a_number);
   result.expanded.derived.fill(not_a_number);
@@ -288,8 +290,7 @@ ReducedUncertainty ReadingPropagation::at(std::span<const double> readings,
 // that angles are taken by.
 void ReadingPropagation::add_magnitude(const ReducedReading& reduced,
                                        std::span<const double> readings,
-                                       const Eigen::Vector3d* up,
-                                       std::optional<double> temperature,
+                                       const ReadingContext& context,
                                        std::vector<VarianceShares>& shares) const {
   for (int j = 0; j < 3; ++j) {
     shares[static_cast<std::size_t>(j)].others +=
@@ -301,16 +302,14 @@ void ReadingPropagation::add_magnitude(const ReducedReading& reduced,
     return;
   }
   // A field that is longer by a factor is read as one of that place that is shorter.
-  const std::size_t derived = derived_count(reducer_, up != nullptr);
+  const std::size_t derived = derived_count(reducer_, context.up.has_value());
   const auto scaled = [&](double factor) {
-    const Eigen::VectorXd v =
-        response_at(calibration_, factor * reduced.field_in_sensor / factor_, temperature);
-    return results_of(
-        reducer_.reduce(std::span<const double>(v.data(), static_cast<std::size_t>(v.size())), up,
-                        temperature),
-        derived);
+    const Eigen::VectorXd v = response_at(
+        calibration_.sensor, factor * reduced.field_in_sensor / factor_, context.temperature);
+    return results_of(reducer_.reduce({v.data(), static_cast<std::size_t>(v.size())}, context),
+                      derived);
   };
-  const Eigen::VectorXd here = results_of(reducer_.reduce(readings, up, temperature), derived);
+  const Eigen::VectorXd here = results_of(reducer_.reduce(readings, context), derived);
   const Eigen::VectorXd change =
       slope(reducer_, scaled(1.0 - ratio), here, scaled(1.0 + ratio), 1.0);
   for (Eigen::Index r = fixed_results; r < change.size(); ++r) {
@@ -329,22 +328,22 @@ void ReadingPropagation::put_pole(ReducedUncertainty& result) const {
 
 void ReadingPropagation::share_cube() {
   cube_errors_.clear();
-  if (!calibration_.uncertainty) {
+  if (!calibration_.fit.uncertainty) {
     return;
   }
-  const auto& sources = calibration_.uncertainty->sources;
+  const auto& sources = calibration_.fit.uncertainty->sources;
   const auto source =
       std::find_if(sources.begin(), sources.end(),
                    [](const UncertaintySource& one) { return one.name == "positioner"; });
   if (source == sources.end() || source->covariance.size() == 0) {
     return;
   }
-  const SensitivityMatrix& S = calibration_.response.sensitivity;
+  const SensitivityMatrix& S = calibration_.sensor.response.sensitivity;
   std::vector<Eigen::Index> places;
-  for (const std::string& axis : calibration_.instrument.axes) {
+  for (const std::string& axis : calibration_.sensor.instrument.axes) {
     for (const char component : {'x', 'y', 'z'}) {
       const auto at =
-          calibration_.statistics->position_of(formatted("{}.sensitivity.{}", axis, component));
+          calibration_.fit.statistics->position_of(formatted("{}.sensitivity.{}", axis, component));
       if (!at) {
         return;
       }
@@ -365,12 +364,12 @@ void ReadingPropagation::share_cube() {
 
 ReadingPropagation::LengthChange ReadingPropagation::length_change(
     std::span<const double> readings, std::optional<double> temperature) const {
-  const Eigen::Vector3d field =
-      reducer_.reduce(readings, nullptr, temperature).field_in_sensor / factor_;
-  const Eigen::MatrixXd B = change_with_parameters(field, nullptr, temperature);
+  const ReadingContext context{.temperature = temperature};
+  const Eigen::Vector3d field = reducer_.reduce(readings, context).field_in_sensor / factor_;
+  const Eigen::MatrixXd B = change_with_parameters(field, context);
   const Eigen::VectorXd own = reading_variance(field, temperature);
   const Eigen::MatrixXd G =
-      change_with_readings(readings, nullptr, temperature, own.cwiseSqrt()).topRows<3>() / factor_;
+      change_with_readings(readings, context, own.cwiseSqrt()).topRows<3>() / factor_;
   LengthChange change{.length = field.norm(), .direction = field.normalized()};
   const Eigen::RowVectorXd by_readings = change.direction.transpose() * G;
   change.by_parameters = -by_readings * B;
@@ -380,13 +379,14 @@ ReadingPropagation::LengthChange ReadingPropagation::length_change(
 
 Eigen::Matrix3d ReadingPropagation::field_covariance(std::span<const double> readings,
                                                      std::optional<double> temperature) const {
-  const Eigen::Vector3d reduced = reducer_.reduce(readings, nullptr, temperature).field_in_sensor;
+  const ReadingContext context{.temperature = temperature};
+  const Eigen::Vector3d reduced = reducer_.reduce(readings, context).field_in_sensor;
   const Eigen::Vector3d field = reduced / factor_;
-  const Eigen::MatrixXd B = change_with_parameters(field, nullptr, temperature);
+  const Eigen::MatrixXd B = change_with_parameters(field, context);
   Eigen::MatrixXd C = B * covariance_ * B.transpose();
   C.diagonal() += reading_variance(field, temperature);
   const Eigen::MatrixXd G =
-      change_with_readings(readings, nullptr, temperature, C.diagonal().cwiseSqrt()).topRows<3>();
+      change_with_readings(readings, context, C.diagonal().cwiseSqrt()).topRows<3>();
   return G * C * G.transpose() + component_u_ * component_u_ * reduced * reduced.transpose();
 }
 
@@ -397,34 +397,35 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(std::size_t axis,
   const ReducedAxis reduced = reducer_.reduce_axis(axis, reading, temperature);
   const double component = reduced.component / factor_;
   const double F = reducer_.magnitude() / factor_;  // where the reading is taken
-  const Eigen::Vector3d S = calibration_.response.sensitivity.row(k);
+  const Eigen::Vector3d S = calibration_.sensor.response.sensitivity.row(k);
   const Eigen::Vector3d along = S.normalized();
   // The field across the axis may point anywhere: the mean over its directions.
   const double across = std::sqrt(std::max(0.0, 0.5 * (F * F - component * component)));
   const Eigen::Vector3d first = along.unitOrthogonal();
   const Eigen::Vector3d second = along.cross(first);
-  const Eigen::RowVectorXd unit = Eigen::RowVectorXd::Unit(calibration_.instrument.axis_count(), k);
+  const Eigen::RowVectorXd unit =
+      Eigen::RowVectorXd::Unit(calibration_.sensor.instrument.axis_count(), k);
   VarianceShares shares =
-      shares_of(unit, change_with_parameters(component * along, nullptr, temperature),
+      shares_of(unit, change_with_parameters(component * along, {.temperature = temperature}),
                 reading_variance(component * along, temperature));
   const Eigen::MatrixXd zero =
-      change_with_parameters(Eigen::Vector3d::Zero(), nullptr, temperature);
+      change_with_parameters(Eigen::Vector3d::Zero(), {.temperature = temperature});
   const Eigen::VectorXd no_noise = Eigen::VectorXd::Zero(unit.size());
   for (const Eigen::Vector3d& side : {first, second}) {
-    add(shares_of(unit, change_with_parameters(across * side, nullptr, temperature) - zero,
+    add(shares_of(unit, change_with_parameters(across * side, {.temperature = temperature}) - zero,
                   no_noise),
         shares);
   }
   const double variance = variance_of(shares);
-  const double scale = calibration_.temperature && temperature
-                           ? calibration_.temperature->scale_at(k, *temperature)
+  const double scale = calibration_.sensor.temperature && temperature
+                           ? calibration_.sensor.temperature->scale_at(k, *temperature)
                            : 1.0;
   const double u = std::sqrt(variance) / (std::abs(scale) * S.norm());
   Axis result;
   result.component = factor_ * std::hypot(u, component_u_ * std::abs(component));
   result.coverage_factor = variance > 0.0
                                ? factors_.expanded(shares) / std::sqrt(variance)
-                               : factors_.at(calibration_.statistics->degrees_of_freedom(k));
+                               : factors_.at(calibration_.fit.statistics->degrees_of_freedom(k));
   // Over a step of its uncertainty, as beyond F there is no angle.
   const double of_angle = std::hypot(u, ratio_u_ * component);
   const double high = elevation_of_axis(component + of_angle, F).angle_rad;

@@ -22,9 +22,9 @@ namespace {
 
 // Rows of S in units of their axis's scatter; all alike where that is not known.
 Eigen::VectorXd row_weights(const Calibration& calibration) {
-  const Eigen::Index m = calibration.response.bias.size();
-  if (m > 3 && calibration.statistics) {
-    const Eigen::VectorXd& sd = calibration.statistics->residual_sd;
+  const Eigen::Index m = calibration.sensor.response.bias.size();
+  if (m > 3 && calibration.fit.statistics) {
+    const Eigen::VectorXd& sd = calibration.fit.statistics->residual_sd;
     if ((sd.array() > 0.0).all()) {
       return sd.cwiseInverse() / sd.cwiseInverse().maxCoeff();
     }
@@ -139,8 +139,8 @@ FieldConversion field_conversion(const FieldDescription& field,
 
 Calibration converted(Calibration calibration, const FieldConversion& conversion) {
   const double factor = conversion.factor;
-  FieldDescription& field = calibration.field;
-  calibration.response.sensitivity /= factor;
+  FieldDescription& field = calibration.sensor.field;
+  calibration.sensor.response.sensitivity /= factor;
   if (conversion.unit != "g") {
     field.local_gravity.reset();
   } else if (field.unit == "m/s^2" || field.local_gravity) {
@@ -163,15 +163,15 @@ Calibration converted(Calibration calibration, const FieldConversion& conversion
       *part.in_table *= scale;
     }
   }
-  if (calibration.statistics) {
-    FitStatistics& statistics = *calibration.statistics;
+  if (calibration.fit.statistics) {
+    FitStatistics& statistics = *calibration.fit.statistics;
     statistics.sensitivity_se /= factor;
     const Eigen::VectorXd units = units_of_parameters(statistics.parameter_names, factor);
     if (statistics.covariance.rows() == units.size()) {
       statistics.covariance = units.asDiagonal() * statistics.covariance * units.asDiagonal();
     }
-    if (calibration.uncertainty) {
-      for (UncertaintySource& source : calibration.uncertainty->sources) {
+    if (calibration.fit.uncertainty) {
+      for (UncertaintySource& source : calibration.fit.uncertainty->sources) {
         if (source.covariance.size() == 0) {
           continue;
         }
@@ -181,48 +181,61 @@ Calibration converted(Calibration calibration, const FieldConversion& conversion
       }
     }
   }
-  for (ReadingResidual& residual : calibration.residuals) {
+  for (ReadingResidual& residual : calibration.fit.residuals) {
     residual.magnitude *= factor;
   }
   return calibration;
 }
 
+Reducer::Reducer(const SensorModel& sensor, const ReductionOptions& options)
+    : Reducer(sensor,
+              Knowledge{.weights = Eigen::VectorXd::Ones(sensor.response.bias.size())},
+              options) {}
+
 Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options)
-    : kind_(&find_instrument_kind(calibration.instrument.kind)),
-      magnitude_(options.magnitude.value_or(calibration.field.magnitude)),
+    : Reducer(
+          calibration.sensor,
+          Knowledge{.weights = row_weights(calibration), .gives_field = gives_field(calibration)},
+          options) {}
+
+Reducer::Reducer(const SensorModel& sensor,
+                 const Knowledge& knowledge,
+                 const ReductionOptions& options)
+    : kind_(&find_instrument_kind(sensor.instrument.kind)),
+      magnitude_(options.magnitude.value_or(sensor.field.magnitude)),
       inclination_(options.inclination),
-      gives_field_(gives_field(calibration)),
-      range_(calibration.instrument.range),
+      gives_field_(knowledge.gives_field),
+      range_(sensor.instrument.range),
       factor_(options.factor),
       declination_rad_(options.declination_rad) {
-  inclination_.convention = calibration.instrument.convention;
+  inclination_.convention = sensor.instrument.convention;
   if (!(magnitude_ > 0.0) || !std::isfinite(magnitude_)) {
     throw DomainError("Reducer: the field's magnitude must be positive");
   }
-  const SensitivityMatrix& S = calibration.response.sensitivity;
+  const SensitivityMatrix& S = sensor.response.sensitivity;
   const Eigen::Index m = S.rows();
-  if (m == 0 || calibration.response.bias.size() != m || calibration.instrument.axis_count() != m) {
+  if (m == 0 || sensor.response.bias.size() != m || sensor.instrument.axis_count() != m) {
     throw DomainError("Reducer: bias, sensitivity and axes must be of one number");
   }
   for (Eigen::Index k = 0; k < m; ++k) {
-    bias_.push_back(calibration.response.bias(k));
+    bias_.push_back(sensor.response.bias(k));
     length_.push_back(S.row(k).norm());
     if (!(length_.back() > 0.0)) {
       throw DomainError(formatted("Reducer: axis '{}' has no sensitivity",
-                                  calibration.instrument.axes[static_cast<std::size_t>(k)]));
+                                  sensor.instrument.axes[static_cast<std::size_t>(k)]));
     }
   }
   constexpr Eigen::Index most_one_sided = 64;
-  if (calibration.also.size() > 1 || (m < 3 && !calibration.also.empty()) ||
-      (calibration.instrument.one_sided && m > most_one_sided)) {
+  if (sensor.also.size() > 1 || (m < 3 && !sensor.also.empty()) ||
+      (sensor.instrument.one_sided && m > most_one_sided)) {
     throw DomainError(
         "Reducer: it takes out one second field, of an instrument of three axes or more, and knows "
         "up "
         "to 64 one-sided axes");
   }
-  one_sided_ = calibration.instrument.one_sided;
-  temperature_ = calibration.temperature;
-  const Eigen::VectorXd weights = row_weights(calibration);
+  one_sided_ = sensor.instrument.one_sided;
+  temperature_ = sensor.temperature;
+  const Eigen::VectorXd& weights = knowledge.weights;
   const Eigen::MatrixXd weighted = weights.asDiagonal() * S;
   if (m >= 3 && rank_of(weighted) < 3) {
     throw DomainError(
@@ -245,7 +258,7 @@ Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options
       open_direction_ = across.normalized();
     }
   }
-  for (const AlsoResponse& also : calibration.also) {
+  for (const AlsoResponse& also : sensor.also) {
     also_.emplace_back(factor_ * (inverse * also.sensitivity));
   }
 }
@@ -361,13 +374,13 @@ double ReducedReading::operator[](std::string_view name) const {
 }
 
 ReducedReading Reducer::reduce(std::span<const double> readings,
-                               const Eigen::Vector3d* up,
-                               std::optional<double> temperature) const {
+                               const ReadingContext& context) const {
   if (readings.size() != bias_.size() || !gives_components()) {
     throw DomainError(formatted(
         "Reducer::reduce: needs three readings or more, as many as the record has axes, {}, not {}",
         bias_.size(), readings.size()));
   }
+  const std::optional<double>& temperature = context.temperature;
   ReducedReading result;
   if (one_sided_) {
     result.determined = solve_lit(readings, temperature, result.field_in_sensor);
@@ -379,9 +392,9 @@ ReducedReading Reducer::reduce(std::span<const double> readings,
     }
   }
   result.extrapolated = temperature_ && temperature && temperature_->is_extrapolated(*temperature);
-  if (up != nullptr) {
+  if (context.up) {
     for (const Eigen::Matrix3d& also : also_) {
-      result.field_in_sensor -= also * *up;
+      result.field_in_sensor -= also * *context.up;
     }
   }
   if (!gives_field_) {
@@ -390,12 +403,12 @@ ReducedReading Reducer::reduce(std::span<const double> readings,
     return result;
   }
   result.residual = result.field_in_sensor.norm() - magnitude_;
-  if (kind_->derive != nullptr && (up != nullptr || !kind_->derives_with_attitude)) {
+  if (kind_->derive != nullptr && (context.up || !kind_->derives_with_attitude)) {
     result.derived_names = kind_->derived_names;
     result.derived = kind_->derive({.field_in_sensor = result.field_in_sensor,
                                     .magnitude = magnitude_,
                                     .inclination = inclination_,
-                                    .up = up,
+                                    .up = context.up,
                                     .declination_rad = declination_rad_});
   }
   return result;

@@ -305,17 +305,15 @@ class CsvReduction {
   }
 
   void put_components() {
-    ReducedReading reduced;
-    Eigen::Vector3d up;
+    ReadingContext context{.temperature = row_.temperature()};
+    bool extrapolated = false;
     if (attitude_row_) {
-      const ReducedReading attitude = options_.attitude->reduce(attitude_row_->readings(), nullptr,
-                                                                attitude_row_->temperature());
-      up = attitude.field_in_sensor;
-      reduced = reducer_.reduce(row_.readings(), &up, row_.temperature());
-      reduced.extrapolated = reduced.extrapolated || attitude.extrapolated;
-    } else {
-      reduced = reducer_.reduce(row_.readings(), nullptr, row_.temperature());
+      const ReducedReading attitude = options_.attitude->reduce(
+          attitude_row_->readings(), {.temperature = attitude_row_->temperature()});
+      context.up = attitude.field_in_sensor;
+      extrapolated = attitude.extrapolated;
     }
+    const ReducedReading reduced = reducer_.reduce(row_.readings(), context);
     if (!reduced.determined) {
       refuse("fewer than three axes see the light");
       put_unreadable();
@@ -339,19 +337,17 @@ class CsvReduction {
       out_.put_cell(reduced.derived.values[i]);
     }
     if (with_u) {
-      put_uncertainties(attitude_row_ ? &up : nullptr, derived);
+      put_uncertainties(context, derived);
     }
-    put_flag(reduced.derived.clamped, reduced.extrapolated);
+    put_flag(reduced.derived.clamped, reduced.extrapolated || extrapolated);
   }
 
-  void put_uncertainties(const Eigen::Vector3d* up, std::size_t derived) {
-    Eigen::Matrix3d up_covariance = Eigen::Matrix3d::Zero();
-    if (up != nullptr && options_.attitude_uncertainty != nullptr) {
-      up_covariance = options_.attitude_uncertainty->field_covariance(attitude_row_->readings(),
-                                                                      attitude_row_->temperature());
+  void put_uncertainties(ReadingContext context, std::size_t derived) {
+    if (context.up && options_.attitude_uncertainty != nullptr) {
+      context.up_covariance = options_.attitude_uncertainty->field_covariance(
+          attitude_row_->readings(), attitude_row_->temperature());
     }
-    const ReducedUncertainty u =
-        options_.uncertainty->at(row_.readings(), up, row_.temperature(), &up_covariance);
+    const ReducedUncertainty u = options_.uncertainty->at(row_.readings(), context);
     put_values(u, derived);
     if (options_.expanded) {
       put_values(u.expanded, derived);

@@ -62,7 +62,8 @@ Mean mean_without(const std::vector<SlotLevelness>& slots, std::size_t without) 
 }
 
 void warn_of_disagreement(Calibration& calibration, const CombinedLevelness& combined) {
-  if (combined.consistent || (!combined.suspect.empty() && combined.suspect != calibration.slot)) {
+  if (combined.consistent ||
+      (!combined.suspect.empty() && combined.suspect != calibration.provenance.slot)) {
     return;
   }
   const std::string p = number_text(std::round(combined.p_value * 1e6) * 1e-6);
@@ -221,14 +222,14 @@ std::vector<Calibration> calibrate_assembly(const Experiment& experiment,
     } catch (const RefusedError& error) {
       throw RefusedError(formatted("slot {}: {}", slot.slot, error.what()), error.settings());
     }
-    if (const std::optional<Levelness>& measured = calibrations.back().levelness) {
+    if (const std::optional<Levelness>& measured = calibrations.back().fit.levelness) {
       levelness.push_back({.slot = slot.slot, .levelness = *measured});
     }
   }
   if (levelness.size() == slots.size() && slots.size() > 1) {
     const CombinedLevelness combined = combine_levelness(levelness);
     for (Calibration& calibration : calibrations) {
-      calibration.levelness->combined = combined;
+      calibration.fit.levelness->combined = combined;
       warn_of_disagreement(calibration, combined);
     }
   }

@@ -24,8 +24,10 @@
 #include "axiscal/calib/rounding_scatter.hpp"
 #include "axiscal/calib/run_scatter.hpp"
 #include "axiscal/calib/saturated_axes.hpp"
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/calib/soak_scatter.hpp"
 #include "axiscal/calib/temperature_fit.hpp"
+#include "axiscal/calib/transfer.hpp"
 #include "axiscal/calib/uncertainty_sources.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -33,6 +35,7 @@
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/version.hpp"
+#include "axiscal/field/settings.hpp"
 #include "method_choice.hpp"
 #include "remarks.hpp"
 #include "run_checks.hpp"
@@ -79,13 +82,14 @@ void put_temperature(const Estimate& estimate,
       text += formatted("{}{} AICc {}", text.empty() ? "order " : ", order ", trial.order,
                         number_text(trial.aicc, 4));
     }
-    calibration.notes.push_back(
-        formatted("temperature order {} was chosen: {}", estimate.temperature_bias.cols(), text));
+    calibration.findings.notes.push_back(
+        {NoteCode::temperature,
+         formatted("temperature order {} was chosen: {}", estimate.temperature_bias.cols(), text)});
   }
   if (estimate.temperature_bias.cols() == 0) {
     return;
   }
-  TemperatureResponse& temperature = calibration.temperature.emplace();
+  TemperatureResponse& temperature = calibration.sensor.temperature.emplace();
   temperature = source.temperature_range();
   temperature.bias = estimate.temperature_bias;
   temperature.scale = estimate.temperature_scale;
@@ -96,17 +100,17 @@ void put_temperature(const Estimate& estimate,
 
 // The known-art form fitted to the same readings in the field as fitted.
 void compare_polar_fit(const ReadingSet& set, const TableField& field, Calibration& calibration) {
-  if (calibration.temperature || !calibration.also.empty() || set.leaves_out() ||
+  if (calibration.sensor.temperature || !calibration.sensor.also.empty() || set.leaves_out() ||
       (!field.has_vectors() && !set.rotation_sensor_from_table.empty())) {
     throw SetupError(
         "the polar fit goes with plain readings of one field, without temperature terms",
-        {Setting::polar_fit});
+        {settings::polar_fit});
   }
   const Eigen::Matrix<double, Eigen::Dynamic, 3> met = field_design(set, field).middleCols<3>(1);
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const int axis = main_axis(calibration.instrument, calibration.response, k);
-    calibration.polar_fit.push_back(
-        fit_polar_form(met, set.response.col(k), axis, calibration.instrument.convention));
+    const int axis = main_axis(calibration.sensor.instrument, calibration.sensor.response, k);
+    calibration.fit.polar_fit.push_back(
+        fit_polar_form(met, set.response.col(k), axis, calibration.sensor.instrument.convention));
   }
 }
 
@@ -121,7 +125,7 @@ Observations without_left_out(const Experiment& experiment, const Observations& 
   return used;
 }
 
-// One run on its way to a record.
+// Takes one run on its way to a record, step by step.
 class RunFit {
  public:
   RunFit(const Experiment& experiment, const Observations& observations)
@@ -140,7 +144,7 @@ class RunFit {
           experiment.field.moving_part()->of->moving_name() +
               " needs the time of the readings: a column 'time' (ISO 8601, UTC), or a "
               "date with a time of day",
-          {Setting::date});
+          {settings::date});
     }
   }
 
@@ -149,26 +153,26 @@ class RunFit {
 
   // What is known before anything is fitted.
   void describe() {
-    calibration_.created = timestamp_now();
-    calibration_.software = software_name();
-    calibration_.instrument = experiment_.instrument;
-    calibration_.field = describe_field(experiment_.table, parts_);
-    calibration_.method = method_;
-    calibration_.weights = weighting_;
-    calibration_.robust = experiment_.robust;
-    calibration_.positioner = experiment_.positioner.id();
-    calibration_.slot = experiment_.slot;
-    calibration_.level_by_block = experiment_.level_by == LevelBy::block;
-    calibration_.left_out = experiment_.leave_out;
+    calibration_.provenance.created = timestamp_now();
+    calibration_.provenance.software = software_name();
+    calibration_.sensor.instrument = experiment_.instrument;
+    calibration_.sensor.field = describe_field(experiment_.table, parts_);
+    calibration_.fit.method = method_;
+    calibration_.fit.weights = weighting_;
+    calibration_.fit.robust = experiment_.robust;
+    calibration_.provenance.positioner = experiment_.positioner.id();
+    calibration_.provenance.slot = experiment_.slot;
+    calibration_.fit.level_by_block = experiment_.level_by == LevelBy::block;
+    calibration_.fit.left_out = experiment_.leave_out;
     note_choice_of_method(experiment_, used_, method_, calibration_);
     if (method_ == Method::known && !by_field_) {
-      check_known_magnitude(calibration_.field);
+      check_known_magnitude(calibration_.sensor.field);
     }
   }
 
   void fit_biases() {
     fit_bias(experiment_, observations_, source_, calibration_);
-    calibration_.uncertainty = make_budget(experiment_, {}, calibration_, {}, {});
+    calibration_.fit.uncertainty = make_budget(experiment_, {}, calibration_, {}, {});
   }
 
   void choose_temperature_order() {
@@ -204,7 +208,7 @@ class RunFit {
     if (drifts && experiment_.drift == DriftSetup::automatic && !fitted_.effects.has_drift) {
       source_.set_effects({.blocks = true, .drift = true});
       fit_by_labels();
-      estimate_.notes.push_back(note_of_drift());
+      estimate_.notes.push_back({NoteCode::drift, note_of_drift()});
       look_for_culprit();
     }
   }
@@ -212,24 +216,30 @@ class RunFit {
   // The estimate with its uncertainty becomes the record's.
   void take_over() {
     estimate_.saturated = saturated_axes(fitted_, estimate_,
-                                         {.magnitude = calibration_.field.magnitude,
+                                         {.magnitude = calibration_.sensor.field.magnitude,
                                           .stated_step = experiment_.stated.resolution,
                                           .one_sided = experiment_.instrument.one_sided});
-    std::vector<UncertaintySource> weighed =
-        weigh_shared_errors(experiment_, fitted_, method_, estimate_);
+    const bool is_transfer = fitted_.seen.cols() > 0;
+    std::vector<UncertaintySource> weighed;
+    if (!is_transfer) {  // across the directions that were seen errors are as unseen
+      weighed = weigh_shared_errors(experiment_, fitted_, method_, estimate_);
+    }
     if (!source_.mount_turns().empty() &&
-        count_mounts(source_.mount_turns(), mounts_expected_, estimate_)) {
-      calibration_.conditions.mounts = static_cast<int>(source_.mount_turns().size());
+        add_mount_scatter(source_.mount_turns(), mounts_expected_, estimate_)) {
+      calibration_.fit.conditions.mounts = static_cast<int>(source_.mount_turns().size());
     }
     if (method_ != Method::magnitude) {
-      test_levelness(judged_ ? *judged_ : fitted_, method_ == Method::known, estimate_);
-      test_lack_of_fit_of_inputs(experiment_, fitted_, method_, estimate_);
-      count_soaks(fitted_, estimate_);
-      estimate_.curvature = test_curvature(experiment_, fitted_, method_, estimate_);
-      count_rounding(fitted_, method_ == Method::known, experiment_.stated.resolution, estimate_);
-      count_run_scatter(judged_ ? *judged_ : fitted_,
-                        experiment_.process ? &*experiment_.process : nullptr, estimate_);
-      CalibrationConditions& conditions = calibration_.conditions;
+      if (!is_transfer) {
+        test_levelness(judged_ ? *judged_ : fitted_, method_ == Method::known, estimate_);
+        test_lack_of_fit_of_inputs(experiment_, fitted_, method_, estimate_);
+        add_soak_scatter(fitted_, estimate_);
+        estimate_.curvature = test_curvature(experiment_, fitted_, method_, estimate_);
+      }
+      add_rounding_scatter(fitted_, method_ == Method::known, experiment_.stated.resolution,
+                           estimate_);
+      add_run_scatter(judged_ ? *judged_ : fitted_,
+                      experiment_.process ? &*experiment_.process : nullptr, estimate_);
+      CalibrationConditions& conditions = calibration_.fit.conditions;
       conditions.blocks = static_cast<int>(std::max<std::size_t>(fitted_.effects.blocks.size(), 1));
       conditions.earlier = estimate_.earlier;
       conditions.intermediate =
@@ -237,41 +247,45 @@ class RunFit {
       conditions.block_mean_square = estimate_.block_mean_square;
       conditions.block_degrees_of_freedom = estimate_.block_degrees_of_freedom;
     } else if (experiment_.process) {
-      estimate_.notes.emplace_back(
-          "earlier calibrations say nothing of a recording without blocks by method magnitude");
+      estimate_.notes.push_back(
+          {NoteCode::conditions,
+           "earlier calibrations say nothing of a recording without blocks by method magnitude"});
     }
-    calibration_.response = std::move(estimate_.response);
-    calibration_.statistics = std::move(estimate_.statistics);
+    calibration_.sensor.response = std::move(estimate_.response);
+    calibration_.fit.statistics = std::move(estimate_.statistics);
     put_temperature(estimate_, source_, std::move(trials_), calibration_);
     for (std::size_t a = 0; a < estimate_.also.size(); ++a) {
       const FieldDescription& also = source_.also()[a];
-      calibration_.also.push_back({.kind = also.kind,
-                                   .unit = also.unit,
-                                   .in_table = *also.in_table,
-                                   .sensitivity = estimate_.also[a],
-                                   .sensitivity_se = estimate_.also[a]});
+      calibration_.sensor.also.push_back({.kind = also.kind,
+                                          .unit = also.unit,
+                                          .in_table = *also.in_table,
+                                          .sensitivity = estimate_.also[a],
+                                          .sensitivity_se = estimate_.also[a]});
     }
-    set_fitted(estimate_.field, calibration_.field);
-    calibration_.field.in_table_covariance = estimate_.field_covariance;
-    calibration_.field.in_table_degrees_of_freedom = estimate_.field_degrees_of_freedom;
-    calibration_.levelness = std::move(estimate_.levelness);
-    std::vector<LackOfFit>& tests = calibration_.statistics->lack_of_fit;
+    set_fitted(estimate_.field, calibration_.sensor.field);
+    calibration_.sensor.field.in_table_covariance = estimate_.field_covariance;
+    calibration_.sensor.field.in_table_degrees_of_freedom = estimate_.field_degrees_of_freedom;
+    calibration_.fit.levelness = std::move(estimate_.levelness);
+    std::vector<LackOfFit>& tests = calibration_.fit.statistics->lack_of_fit;
     if (std::none_of(tests.begin(), tests.end(),
                      [](const LackOfFit& test) { return test.pure_error_dof > 0.0; })) {
       tests.clear();
     }
     add_intervals(calibration_);
-    calibration_.uncertainty =
+    calibration_.fit.uncertainty =
         make_budget(experiment_, fitted_, calibration_, estimate_.field, std::move(weighed));
+    if (is_transfer) {
+      forget_unseen(fitted_.seen, calibration_);
+    }
   }
 
   void look_at_residuals() {
-    calibration_.residuals = residuals_of(observations_, source_, estimate_.field,
-                                          experiment_.positioner, calibration_, used_by_axes());
+    calibration_.fit.residuals = residuals_of(observations_, source_, estimate_.field,
+                                              experiment_.positioner, calibration_, used_by_axes());
     if (method_ == Method::magnitude) {
-      calibration_.orientations =
-          orientation_quality(fields_of_readings(calibration_.response, fitted_.response),
-                              calibration_.field.magnitude);
+      calibration_.fit.orientations =
+          orientation_quality(fields_of_readings(calibration_.sensor.response, fitted_.response),
+                              calibration_.sensor.field.magnitude);
     }
   }
 
@@ -280,9 +294,9 @@ class RunFit {
     if (experiment_.compare_polar_fit) {
       compare_polar_fit(fitted_, estimate_.field, calibration_);
     }
-    calibration_.notes.insert(calibration_.notes.end(), estimate_.notes.begin(),
-                              estimate_.notes.end());
-    calibration_.warnings =
+    calibration_.findings.notes.insert(calibration_.findings.notes.end(), estimate_.notes.begin(),
+                                       estimate_.notes.end());
+    calibration_.findings.warnings =
         find_warnings(calibration_, estimate_, unpaired_runs(), searched_, culprit_);
     say_what_length_means(experiment_, calibration_);
     warn_of_other_sensitivity(experiment_, calibration_);
@@ -293,19 +307,19 @@ class RunFit {
 
   void judge() {
     if (culprit_) {
-      calibration_.suggestion = culprit_->correction;
+      calibration_.findings.suggestion = culprit_->correction;
     }
     // What a mistake does to the coefficients, in parts of the full response.
     constexpr double largest_effect = 0.005;
-    const std::vector<CalibrationWarning>& warnings = calibration_.warnings;
+    const std::vector<CalibrationWarning>& warnings = calibration_.findings.warnings;
     const bool refused =
         (culprit_ && culprit_->effect > largest_effect) ||
         std::any_of(warnings.begin(), warnings.end(), [](const CalibrationWarning& warning) {
           return warning_kind(warning.code).refuses;
         });
-    calibration_.status = refused            ? CalibrationStatus::refused
-                          : warnings.empty() ? CalibrationStatus::ok
-                                             : CalibrationStatus::warning;
+    calibration_.findings.status = refused            ? CalibrationStatus::refused
+                                   : warnings.empty() ? CalibrationStatus::ok
+                                                      : CalibrationStatus::warning;
   }
 
  private:
@@ -342,7 +356,8 @@ class RunFit {
 
   // How the instrument sits in each mount, fitted beside all else by turns with it.
   void fit_mounts() {
-    if (experiment_.robust || seen_.size() > 0 || fitted_.temperature.order > 0) {
+    if (experiment_.robust || seen_.size() > 0 || fitted_.seen.cols() > 0 ||
+        fitted_.temperature.order > 0) {
       return;
     }
     constexpr int most_rounds = 8;
@@ -391,6 +406,8 @@ class RunFit {
 
   void take_fitted() {
     fitted_ = source_.set(parts_, seen_);
+    fitted_.seen = estimate_.seen;
+    fitted_.visible = estimate_.visible;
     if (fitted_.temperature.order > 0) {
       fitted_.temperature.scale = estimate_.temperature_scale;
       fitted_.temperature.along = estimate_.response.sensitivity;
@@ -408,9 +425,9 @@ class RunFit {
             "field changes its length while they are taken; give design points");
       }
     }
-    const double F = calibration_.field.magnitude;
+    const double F = calibration_.sensor.field.magnitude;
     estimate_ = estimate_magnitude(set, F, experiment_.shape, noise_of(observations_));
-    calibration_.shape = experiment_.shape;
+    calibration_.fit.shape = experiment_.shape;
     if (!set.rotation_sensor_from_table.empty()) {
       align_by_points(set, F, estimate_);
     }

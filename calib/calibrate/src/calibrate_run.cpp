@@ -10,8 +10,8 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
+#include "axiscal/instruments/settings.hpp"
 
 namespace axiscal {
 namespace {
@@ -19,19 +19,20 @@ namespace {
 std::vector<Calibration> calibrate_one(Experiment experiment,
                                        const Run& run,
                                        Suggestions suggestions,
-                                       std::vector<std::string>& notes) {
+                                       std::vector<CalibrationNote>& notes) {
   const std::vector<Mount>& mounts = experiment.positioner.mounts();
   experiment.slot = slot_of(experiment, run);
   experiment.rotation_sensor_from_positioner =
       mount_rotation(experiment.positioner, experiment.slot);
   if (!experiment.slot.empty() && mounts.size() == 1) {
     notes.push_back(
-        formatted("the instrument sits in the positioner's slot {}, with its mount's rotation",
-                  experiment.slot));
+        {NoteCode::mount,
+         formatted("the instrument sits in the positioner's slot {}, with its mount's rotation",
+                   experiment.slot)});
   } else if (experiment.slot.empty() && !mounts.empty()) {
-    notes.emplace_back(
-        "the positioner's mounts are not used, as no slot is stated: the instrument's "
-        "frame is taken as the cube's");
+    notes.push_back({NoteCode::mount,
+                     "the positioner's mounts are not used, as no slot is stated: the instrument's "
+                     "frame is taken as the cube's"});
   }
   return {suggestions == Suggestions::accept
               ? calibrate_with_suggestions(experiment, run.observations)
@@ -53,22 +54,16 @@ void require_one_kind(const std::string& kind, const std::vector<std::string>& s
                 "slot '{}' looks like a {}, but all slots of a run are calibrated as one kind "
                 "of instrument, here {}; give each kind its own file, or leave out its columns",
                 slot, other.name, kind),
-            {Setting::instrument});
+            {settings::instrument});
       }
     }
   }
 }
 
-// As a file would state it; nothing of a field that is a program's own.
-std::string text_of(const Experiment& experiment) {
-  const FieldKind& kind = field_kind(experiment.field.kind());
-  return kind.make == nullptr ? "" : experiment_json(experiment);
-}
-
 std::vector<Calibration> calibrate_slots(const Experiment& experiment,
                                          const Run& run,
                                          Suggestions suggestions,
-                                         std::vector<std::string>& notes) {
+                                         std::vector<CalibrationNote>& notes) {
   if (!experiment.slot.empty()) {
     throw SetupError(
         formatted("slot '{}' is stated, but the columns state the slots themselves: {}",
@@ -79,9 +74,10 @@ std::vector<Calibration> calibrate_slots(const Experiment& experiment,
     throw SetupError("suggestions are accepted for one instrument, not for several slots");
   }
   if (experiment.positioner.mounts().empty() && run.slots.size() > 1) {
-    notes.emplace_back(
-        "no mounts are stated (an assembly, or a positioner's mounts): each instrument's frame is "
-        "taken as the cube's");
+    notes.push_back(
+        {NoteCode::mount,
+         "no mounts are stated (an assembly, or a positioner's mounts): each instrument's frame is "
+         "taken as the cube's"});
   }
   return calibrate_assembly(experiment, split_by_slot(run.observations, run.slots));
 }
@@ -101,15 +97,18 @@ std::vector<Calibration> calibrate_run(Experiment experiment,
   if (experiment.instrument.serial.empty()) {
     experiment.instrument.serial = run.serial;
   }
-  std::vector<std::string> notes = run.notes;
-  const std::string stated = text_of(experiment);
+  std::vector<CalibrationNote> notes;
+  for (const std::string& note : run.notes) {
+    notes.push_back({NoteCode::input, note});
+  }
+  const std::string stated = can_be_stated(experiment) ? experiment_json(experiment) : "";
   std::vector<Calibration> calibrations =
       run.slots.empty() ? calibrate_one(std::move(experiment), run, suggestions, notes)
                         : calibrate_slots(experiment, run, suggestions, notes);
   for (Calibration& calibration : calibrations) {
-    calibration.inputs = run.inputs;
-    calibration.experiment = stated;
-    calibration.notes.insert(calibration.notes.end(), notes.begin(), notes.end());
+    calibration.provenance.inputs = run.inputs;
+    calibration.provenance.experiment = stated;
+    calibration.findings.notes.insert(calibration.findings.notes.end(), notes.begin(), notes.end());
   }
   return calibrations;
 }

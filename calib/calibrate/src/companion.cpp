@@ -27,10 +27,10 @@ namespace axiscal {
 namespace {
 
 Eigen::MatrixXd fields_of(const Calibration& calibration, const Observations& observations) {
-  if (calibration.response.bias.size() != 3 || observations.response.cols() != 3) {
+  if (calibration.sensor.response.bias.size() != 3 || observations.response.cols() != 3) {
     throw DomainError("align_with_companion: both instruments need three axes");
   }
-  return fields_of_readings(calibration.response, observations.response);
+  return fields_of_readings(calibration.sensor.response, observations.response);
 }
 
 std::string degrees(double angle_rad) {
@@ -39,16 +39,16 @@ std::string degrees(double angle_rad) {
 
 // A draw of the companion's coefficients, where its record says how good they are.
 LinearResponse drawn(const Calibration& companion, RandomStream& random) {
-  LinearResponse response = companion.response;
-  if (!companion.statistics || companion.statistics->covariance.rows() != 12 ||
-      !companion.statistics->covariance.allFinite()) {
+  LinearResponse response = companion.sensor.response;
+  if (!companion.fit.statistics || companion.fit.statistics->covariance.rows() != 12 ||
+      !companion.fit.statistics->covariance.allFinite()) {
     return response;
   }
   Eigen::VectorXd z(12);
   for (double& value : z) {
     value = random.normal();
   }
-  const Eigen::VectorXd change = covariance_root(companion.statistics->covariance) * z;
+  const Eigen::VectorXd change = covariance_root(companion.fit.statistics->covariance) * z;
   for (Eigen::Index k = 0; k < 3; ++k) {
     response.bias(k) += change(4 * k);
     response.sensitivity.row(k) += change.segment<3>(4 * k + 1).transpose();
@@ -70,14 +70,15 @@ Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
   const Eigen::Index n = (readings.rows() + step - 1) / step;
   const Eigen::MatrixXd v = readings(Eigen::seqN(0, n, step), Eigen::seqN(0, readings.cols()));
   const Eigen::MatrixXd w = companions(Eigen::seqN(0, n, step), Eigen::seqN(0, companions.cols()));
-  const double F = calibration.field.magnitude;
-  const LinearResponse& own = calibration.response;
+  const double F = calibration.sensor.field.magnitude;
+  const LinearResponse& own = calibration.sensor.response;
   const Eigen::MatrixXd u = fields_of_readings(own, v).rowwise().normalized();
   const Eigen::MatrixXd exact =
       (F * u * own.sensitivity.transpose()).rowwise() + own.bias.transpose();
-  const Eigen::Matrix3d R0 = align_by_constant_angle(u, fields_of_readings(companion.response, w))
-                                 .rotation_companion_from_sensor;
-  const Eigen::VectorXd& sd = calibration.statistics->residual_sd;
+  const Eigen::Matrix3d R0 =
+      align_by_constant_angle(u, fields_of_readings(companion.sensor.response, w))
+          .rotation_companion_from_sensor;
+  const Eigen::VectorXd& sd = calibration.fit.statistics->residual_sd;
   const auto noisy = [](Eigen::MatrixXd rows, const Eigen::VectorXd& noise, RandomStream& stream) {
     for (Eigen::Index k = 0; k < rows.cols(); ++k) {
       for (Eigen::Index i = 0; i < rows.rows(); ++i) {
@@ -116,8 +117,8 @@ Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
 void warn_of_mirrored_axes(Calibration& calibration,
                            const Calibration& companion,
                            const Alignment& alignment) {
-  const FieldDescription& field = calibration.field;
-  if (!field.site || field.model.empty() || !field_kind(companion.field.kind).vertical ||
+  const FieldDescription& field = calibration.sensor.field;
+  if (!field.site || field.model.empty() || !field_kind(companion.sensor.field.kind).vertical ||
       !field_kind(field.kind).dated) {
     return;
   }
@@ -146,14 +147,14 @@ std::vector<Eigen::Index> used_of_both(const Calibration& calibration,
                                        const Calibration& companion,
                                        const Observations& companions) {
   std::vector<Eigen::Index> used;
-  for (std::size_t i = 0; i < calibration.residuals.size(); ++i) {
+  for (std::size_t i = 0; i < calibration.fit.residuals.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    const auto& range = companion.instrument.range;
+    const auto& range = companion.sensor.instrument.range;
     const auto companion_row = companions.response.row(row).array();
     const bool saturated =
         (companions.saturated && companions.saturated->row(row).any()) ||
         (range && ((companion_row <= range->low).any() || (companion_row >= range->high).any()));
-    if (calibration.residuals[i].used && !saturated) {
+    if (calibration.fit.residuals[i].used && !saturated) {
       used.push_back(static_cast<Eigen::Index>(i));
     }
   }
@@ -167,24 +168,25 @@ void turn_to_companion(const Alignment& alignment,
                        const std::optional<Eigen::MatrixXd>& simulated,
                        Calibration& calibration) {
   const Eigen::Matrix3d& R = alignment.rotation_companion_from_sensor;
-  if (calibration.uncertainty) {
-    for (UncertaintySource& source : calibration.uncertainty->sources) {
+  if (calibration.fit.uncertainty) {
+    for (UncertaintySource& source : calibration.fit.uncertainty->sources) {
       if (source.covariance.rows() == 12) {
-        LinearResponse response = calibration.response;
+        LinearResponse response = calibration.sensor.response;
         turn_frame(R, response, source.covariance);
       }
     }
   }
   Eigen::MatrixXd covariance = simulated.value_or(Eigen::MatrixXd::Zero(12, 12));
-  turn_frame(R, calibration.response, covariance);
-  if (!calibration.statistics) {
+  turn_frame(R, calibration.sensor.response, covariance);
+  if (!calibration.fit.statistics) {
     return;
   }
-  FitStatistics& statistics = *calibration.statistics;
+  FitStatistics& statistics = *calibration.fit.statistics;
   turn_frame(R, statistics);
   if (!simulated) {
-    calibration.notes.emplace_back(
-        "the standard errors take the rotation to the companion's frame as exact");
+    calibration.findings.notes.push_back(
+        {NoteCode::mount,
+         "the standard errors take the rotation to the companion's frame as exact"});
   } else if (statistics.components.empty()) {
     statistics.covariance = covariance;
   } else {
@@ -209,13 +211,14 @@ void align_with_companion(Calibration& calibration,
                           const Calibration& companion,
                           const Observations& companions,
                           const std::string& record) {
-  const bool has_labels = std::any_of(calibration.residuals.begin(), calibration.residuals.end(),
-                                      [](const ReadingResidual& r) { return r.point.has_value(); });
-  if (calibration.method != Method::magnitude || has_labels) {
+  const bool has_labels =
+      std::any_of(calibration.fit.residuals.begin(), calibration.fit.residuals.end(),
+                  [](const ReadingResidual& r) { return r.point.has_value(); });
+  if (calibration.fit.method != Method::magnitude || has_labels) {
     throw SetupError(
         "align: goes with method magnitude without design points, which leaves the frame open");
   }
-  if (calibration.shape == MagnitudeShape::triangular) {
+  if (calibration.fit.shape == MagnitudeShape::triangular) {
     throw SetupError(
         "align: goes with shape symmetric (the default); the frame is the companion's anyway");
   }
@@ -229,24 +232,24 @@ void align_with_companion(Calibration& calibration,
       align_by_constant_angle(all(used, Eigen::seqN(0, all.cols())),
                               all_of_companion(used, Eigen::seqN(0, all_of_companion.cols())));
   std::optional<Eigen::MatrixXd> simulated;
-  if (calibration.statistics && calibration.shape == MagnitudeShape::symmetric &&
-      calibration.statistics->residual_sd.allFinite()) {
+  if (calibration.fit.statistics && calibration.fit.shape == MagnitudeShape::symmetric &&
+      calibration.fit.statistics->residual_sd.allFinite()) {
     simulated = covariance_by_simulation(
         calibration, observations.response(used, Eigen::seqN(0, observations.response.cols())),
         companion, companions.response(used, Eigen::seqN(0, companions.response.cols())),
         alignment);
   }
   turn_to_companion(alignment, simulated, calibration);
-  if (calibration.orientations) {
-    calibration.orientations->gap =
-        alignment.rotation_companion_from_sensor * calibration.orientations->gap;
+  if (calibration.fit.orientations) {
+    calibration.fit.orientations->gap =
+        alignment.rotation_companion_from_sensor * calibration.fit.orientations->gap;
   }
-  for (CalibrationWarning& warning : calibration.warnings) {
+  for (CalibrationWarning& warning : calibration.findings.warnings) {
     warning.message +=
         warning.code == WarningCode::coverage ? " (in its own axes, before it was aligned)" : "";
   }
   warn_of_mirrored_axes(calibration, companion, alignment);
-  calibration.alignment = CompanionAlignment{.record = record, .alignment = alignment};
+  calibration.fit.alignment = CompanionAlignment{.record = record, .alignment = alignment};
   const double largest_rad = alignment.standard_error_rad.maxCoeff();
   constexpr double largest_good_rad = 0.02;
   if (!(largest_rad < largest_good_rad)) {

@@ -102,9 +102,11 @@ void note_choice_of_method(const Experiment& experiment,
                            Calibration& calibration) {
   if (!experiment.method && method == Method::joint && has_labels(used) &&
       lies_along_normal(experiment)) {
-    calibration.notes.push_back(
-        formatted("method joint instead of paired: {}; take what is missing, or state method joint",
-                  why_not_paired(experiment, used)));
+    calibration.findings.notes.push_back(
+        {NoteCode::method,
+         formatted(
+             "method joint instead of paired: {}; take what is missing, or state method joint",
+             why_not_paired(experiment, used))});
   }
 }
 

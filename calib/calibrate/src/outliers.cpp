@@ -22,9 +22,9 @@ struct Outlier {
 };
 
 std::vector<Outlier> find_outliers(const Calibration& calibration) {
-  const FitStatistics& statistics = *calibration.statistics;
+  const FitStatistics& statistics = *calibration.fit.statistics;
   const auto tests = static_cast<double>(statistics.rows.size()) *
-                     static_cast<double>(calibration.response.bias.size());
+                     static_cast<double>(calibration.sensor.response.bias.size());
   std::vector<Outlier> outliers;
   for (const RegressionRow& row : statistics.rows) {
     for (Eigen::Index k = 0; k < row.studentized.size(); ++k) {
@@ -33,8 +33,8 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
         continue;  // never that unlikely
       }
       const double p = student_t_two_sided_p(t, statistics.degrees_of_freedom(k) - 1.0);
-      const double full_response =
-          calibration.response.sensitivity.row(k).norm() * calibration.field.magnitude;
+      const double full_response = calibration.sensor.response.sensitivity.row(k).norm() *
+                                   calibration.sensor.field.magnitude;
       const bool rounding = statistics.residual_sd(k) <= 1e-13 * full_response;
       const bool has_no_weight = row.robust_weight.size() > 0 && row.robust_weight(k) == 0.0;
       if (p * tests < false_outlier && !rounding && !has_no_weight) {
@@ -52,7 +52,7 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
 // averages that have too few degrees of freedom to name one.
 std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibration) {
   std::vector<Outlier> outliers;
-  if (calibration.method != Method::paired) {
+  if (calibration.fit.method != Method::paired) {
     outliers = find_outliers(calibration);
   }
   if (outliers.empty()) {
@@ -67,11 +67,11 @@ std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibra
   std::partial_sort(outliers.begin(), outliers.begin() + static_cast<std::ptrdiff_t>(named),
                     outliers.end(),
                     [](const Outlier& a, const Outlier& b) { return a.deviation > b.deviation; });
-  const bool by_magnitude = calibration.method == Method::magnitude;
+  const bool by_magnitude = calibration.fit.method == Method::magnitude;
   std::vector<std::string> worst;
   for (std::size_t i = 0; i < named; ++i) {
     const std::string& axis =
-        calibration.instrument.axes[static_cast<std::size_t>(outliers[i].axis)];
+        calibration.sensor.instrument.axes[static_cast<std::size_t>(outliers[i].axis)];
     worst.push_back(formatted(
         "{}: {} is {} standard deviations", name_of_runs(outliers[i].row->runs),
         by_magnitude ? "its magnitude" : "axis " + axis, number_text(outliers[i].deviation, 3)));

@@ -17,24 +17,25 @@ namespace axiscal {
 namespace {
 
 void note_field_uncertainty(Calibration& calibration) {
-  const FieldDescription& field = calibration.field;
+  const FieldDescription& field = calibration.sensor.field;
   if (!(field.magnitude_u > 0.0)) {
     return;
   }
   const std::string percent = number_text(100.0 * field.magnitude_u / field.magnitude, 3);
   const std::string share =
       field.parts.empty() ? formatted(": {} % of every sensitivity at once", percent) : "";
-  calibration.notes.push_back(
-      formatted("the field's magnitude is uncertain by {} {} (one standard deviation{}){}; the "
-                "expanded uncertainties hold it, the standard errors of the fit do not",
-                number_text(field.magnitude_u), field.unit,
-                field.model.empty() ? "" : ", model " + field.model, share));
+  calibration.findings.notes.push_back(
+      {NoteCode::field,
+       formatted("the field's magnitude is uncertain by {} {} (one standard deviation{}){}; the "
+                 "expanded uncertainties hold it, the standard errors of the fit do not",
+                 number_text(field.magnitude_u), field.unit,
+                 field.model.empty() ? "" : ", model " + field.model, share)});
 }
 
-// One note an axis; where there are many, the first of them and how many.
+// Adds one note for each axis; of many readings it names the first and says how many there are.
 void note_readings_without_weight(Calibration& calibration) {
-  const std::vector<RegressionRow>& rows = calibration.statistics->rows;
-  for (std::size_t k = 0; k < calibration.instrument.axes.size(); ++k) {
+  const std::vector<RegressionRow>& rows = calibration.fit.statistics->rows;
+  for (std::size_t k = 0; k < calibration.sensor.instrument.axes.size(); ++k) {
     constexpr std::size_t most_named = 5;
     std::vector<int> named;
     std::size_t count = 0;
@@ -47,10 +48,12 @@ void note_readings_without_weight(Calibration& calibration) {
       }
     }
     if (count > 0) {
-      calibration.notes.push_back(formatted(
-          "{}{}: given no weight for axis {} by the robust regression", name_of_runs(named),
-          count > most_named ? formatted(" and {} more", count - most_named) : "",
-          calibration.instrument.axes[k]));
+      calibration.findings.notes.push_back(
+          {NoteCode::weights,
+           formatted("{}{}: given no weight for axis {} by the robust regression",
+                     name_of_runs(named),
+                     count > most_named ? formatted(" and {} more", count - most_named) : "",
+                     calibration.sensor.instrument.axes[k])});
     }
   }
 }
@@ -58,28 +61,34 @@ void note_readings_without_weight(Calibration& calibration) {
 // Averages of few readings leave few degrees of freedom where all readings have more.
 void note_few_averages(Calibration& calibration) {
   constexpr double few = 5.0;
-  const FitStatistics& statistics = *calibration.statistics;
-  const auto m = static_cast<double>(calibration.response.bias.size());
+  const FitStatistics& statistics = *calibration.fit.statistics;
+  const auto m = static_cast<double>(calibration.sensor.response.bias.size());
   const double own = statistics.degrees_of_freedom(0);
   const double joint = statistics.observations -
                        static_cast<double>(statistics.covariance.rows()) / m -
-                       (calibration.conditions.blocks - 1.0) - 2.0 / m;
-  if (calibration.method == Method::paired && own > 0.0 && own < few && joint > 2.0 * own) {
-    calibration.notes.push_back(formatted(
-        "the averages of opposite positions leave {} degrees of freedom; method joint makes nearly "
-        "the same estimates of all readings, with about {}, and states shorter intervals",
-        number_text(own, 2), number_text(joint, 2)));
+                       (calibration.fit.conditions.blocks - 1.0) - 2.0 / m;
+  if (calibration.fit.method == Method::paired && own > 0.0 && own < few && joint > 2.0 * own) {
+    calibration.findings.notes.push_back(
+        {NoteCode::method,
+         formatted(
+             "the averages of opposite positions leave {} degrees of freedom; method joint makes "
+             "nearly "
+             "the same estimates of all readings, with about {}, and states shorter intervals",
+             number_text(own, 2), number_text(joint, 2))});
   }
 }
 
 void note_conditions(Calibration& calibration) {
-  const bool by_table = calibration.method == Method::paired ||
-                        calibration.method == Method::joint || calibration.method == Method::known;
-  if (by_table && !calibration.conditions.intermediate && !calibration.residuals.empty() &&
-      calibration.statistics->degrees_of_freedom.minCoeff() > 0.0) {
-    calibration.notes.emplace_back(
-        "repeatability only: one block of readings does not tell how the biases change from day to "
-        "day or when all is set up anew; three or four blocks do");
+  const bool by_table = calibration.fit.method == Method::paired ||
+                        calibration.fit.method == Method::joint ||
+                        calibration.fit.method == Method::known;
+  if (by_table && !calibration.fit.conditions.intermediate && !calibration.fit.residuals.empty() &&
+      calibration.fit.statistics->degrees_of_freedom.minCoeff() > 0.0) {
+    calibration.findings.notes.push_back(
+        {NoteCode::conditions,
+         "repeatability only: one block of readings does not tell how the biases change from day "
+         "to "
+         "day or when all is set up anew; three or four blocks do"});
   }
 }
 
@@ -88,11 +97,12 @@ void note_conditions(Calibration& calibration) {
 void add_notes(Calibration& calibration,
                const Observations& observations,
                const Positioner& positioner) {
-  const auto m = calibration.response.bias.size();
+  const auto m = calibration.sensor.response.bias.size();
   if (m < 3) {
-    calibration.notes.emplace_back(
-        "with fewer than three axes readings give the field along each axis and that axis's angle, "
-        "not all three components");
+    calibration.findings.notes.push_back({NoteCode::axes,
+                                          "with fewer than three axes readings give the field "
+                                          "along each axis and that axis's angle, "
+                                          "not all three components"});
   }
   note_readings_without_weight(calibration);
   note_few_averages(calibration);
@@ -104,16 +114,17 @@ void add_notes(Calibration& calibration,
     }
   }
   for (std::string& remark : rocking_remarks(positioner, points)) {
-    calibration.notes.push_back(std::move(remark));
+    calibration.findings.notes.push_back({NoteCode::seats, std::move(remark)});
   }
   std::set<int> runs;
   for (const Reading& reading : observations.readings) {
     runs.insert(reading.run);
   }
   if (runs.size() < observations.readings.size()) {
-    calibration.notes.emplace_back(
-        "some readings have the same run number; messages cannot tell "
-        "them apart");
+    calibration.findings.notes.push_back(
+        {NoteCode::input,
+         "some readings have the same run number; messages cannot tell "
+         "them apart"});
   }
   note_field_uncertainty(calibration);
 }
@@ -124,31 +135,33 @@ void say_what_length_means(const Experiment& experiment, Calibration& calibratio
     return;
   }
   const double length = field.in_table->norm();
-  const bool is_one_g = field_kind(field.kind()).vertical && calibration.field.unit == "g";
+  const bool is_one_g = field_kind(field.kind()).vertical && calibration.sensor.field.unit == "g";
   const std::string what = formatted(
       "the field's magnitude is taken as the length of the vector that was stated (in_table), {} "
       "{}",
-      number_text(length, 5), calibration.field.unit);
+      number_text(length, 5), calibration.sensor.field.unit);
   if (is_one_g && std::abs(length - 1.0) > 1e-6) {
-    calibration.warnings.push_back(
+    calibration.findings.warnings.push_back(
         {.code = WarningCode::field_length,
          .runs = {},
          .message = what + ", and not as 1 g; if it is a direction only, state a magnitude of 1"});
   } else if (length != 1.0) {
-    calibration.notes.push_back(what);
+    calibration.findings.notes.push_back({NoteCode::field, what});
   }
 }
 
 void warn_of_other_sensitivity(const Experiment& experiment, Calibration& calibration) {
-  const std::optional<double> expected = expected_sensitivity(experiment, calibration.field.unit);
+  const std::optional<double> expected =
+      expected_sensitivity(experiment, calibration.sensor.field.unit);
   if (!expected) {
     return;
   }
   constexpr double far_off = 0.3;
   constexpr double off_its_unit = 0.1;
   const bool by_unit = !experiment.nominal_sensitivity;
-  for (Eigen::Index k = 0; k < calibration.response.bias.size(); ++k) {
-    const double ratio = calibration.response.sensitivity.row(k).norm() / std::abs(*expected);
+  for (Eigen::Index k = 0; k < calibration.sensor.response.bias.size(); ++k) {
+    const double ratio =
+        calibration.sensor.response.sensitivity.row(k).norm() / std::abs(*expected);
     const double off = std::abs(ratio - 1.0);
     if (off <= (by_unit ? off_its_unit : far_off)) {
       continue;
@@ -167,14 +180,14 @@ void warn_of_other_sensitivity(const Experiment& experiment, Calibration& calibr
                              : reason.empty()         ? WarningCode::sensitivity
                                                       : WarningCode::unit_factor;
     const std::string nominal =
-        by_unit ? formatted("what readings in {} should have", calibration.instrument.unit)
+        by_unit ? formatted("what readings in {} should have", calibration.sensor.instrument.unit)
                 : "the nominal one";
-    calibration.warnings.push_back(
+    calibration.findings.warnings.push_back(
         {.code = code,
          .runs = {},
          .message =
              formatted("axis {}: its sensitivity is {} times {}{}; check unit, range and wiring{}",
-                       calibration.instrument.axes[static_cast<std::size_t>(k)],
+                       calibration.sensor.instrument.axes[static_cast<std::size_t>(k)],
                        number_text(ratio, 3), nominal, reason,
                        by_unit ? ", or state the nominal sensitivity if it is another" : "")});
   }

@@ -7,12 +7,15 @@
 #include <string>
 #include <vector>
 
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/field/field_kind.hpp"
+#include "axiscal/field/settings.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
+#include "axiscal/instruments/settings.hpp"
 #include "method_choice.hpp"
 
 namespace axiscal {
@@ -27,10 +30,8 @@ bool is_local(const FieldSetup& field) {
 void check_level_names(const Experiment& experiment, const Observations& observations) {
   std::set<std::string> stated;
   for (const Reading& reading : observations.readings) {
-    if (reading.level.differs_by_part()) {
-      for (const auto& [name, level] : reading.level.of_parts()) {
-        stated.insert(name);
-      }
+    for (const auto& [name, level] : reading.level.of_parts()) {
+      stated.insert(name);
     }
   }
   std::vector<std::string> names;
@@ -44,7 +45,7 @@ void check_level_names(const Experiment& experiment, const Observations& observa
       throw SetupError(
           formatted("column 'level.{}': no part of the field that can be set is called so{}", name,
                     names.empty() ? "" : "; there are " + joined(names)),
-          {Setting::field});
+          {settings::field});
     }
   }
 }
@@ -52,14 +53,14 @@ void check_level_names(const Experiment& experiment, const Observations& observa
 void check_range(const Instrument& instrument) {
   if (instrument.range && !(instrument.range->low < instrument.range->high)) {
     throw SetupError("the instrument's range: its low end must be less than its high one",
-                     {Setting::range});
+                     {settings::range});
   }
 }
 
 void check_instrument(const Instrument& instrument) {
   if (instrument.kind.empty()) {
     throw SetupError("the kind of instrument is not stated: accelerometer, magnetometer, ...",
-                     {Setting::instrument});
+                     {settings::instrument});
   }
   static_cast<void>(find_instrument_kind(instrument.kind));
   check_range(instrument);
@@ -186,7 +187,7 @@ void check_method(const Experiment& experiment,
         formatted("method {}: the readings have no design points; give columns 'rest' and 'fence', "
                   "or use method known with fx,fy,fz, or magnitude",
                   name),
-        {Setting::method});
+        {settings::method});
   }
   const bool has_one_slope = method == Method::known || method == Method::magnitude;
   if (has_one_slope && experiment.level_by == LevelBy::block) {
@@ -214,14 +215,6 @@ void check_method(const Experiment& experiment,
       (method == Method::paired || method == Method::magnitude)) {
     throw SetupError(formatted(
         "method {}: one-sided axes see a field from one side only; use joint or known", name));
-  }
-  const std::vector<const FieldSetup*> parts = experiment.field.parts();
-  if (experiment.instrument.one_sided && parts.size() > 1 &&
-      !std::all_of(parts.begin(), parts.end(),
-                   [](const FieldSetup* part) { return part->is_induced(); })) {
-    throw SetupError(
-        "one-sided axes under a light that stays on beside one that is set: which of them an axis "
-        "sees is not known; darken the room, so that the light that is set is the only one");
   }
   if (method == Method::magnitude &&
       (experiment.temperature.order > 0 || experiment.temperature.automatic)) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/QR>
 
+#include "axiscal/calib/lit_response.hpp"
 #include "axiscal/core/not_a_number.hpp"
 
 namespace axiscal {
@@ -12,9 +13,15 @@ namespace {
 Eigen::VectorXd fitted_response(const Calibration& calibration,
                                 const ReadingSource& source,
                                 const Reading& reading,
+                                const TableField& fitted,
                                 const Eigen::Vector3d& field) {
-  Eigen::VectorXd response = response_at(calibration, field, reading.temperature);
-  for (const AlsoResponse& also : calibration.also) {
+  const bool by_lights = calibration.sensor.instrument.one_sided && fitted.is_sum() &&
+                         fitted.has_vectors() && reading.point;
+  Eigen::VectorXd response =
+      by_lights ? lit_response_at(calibration.sensor, source.lights_in_sensor(reading, fitted),
+                                  reading.temperature)
+                : response_at(calibration.sensor, field, reading.temperature);
+  for (const AlsoResponse& also : calibration.sensor.also) {
     response += also.sensitivity * (source.rotation(reading) * also.in_table);
   }
   return response;
@@ -28,7 +35,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
                                           const Positioner& positioner,
                                           const Calibration& calibration,
                                           const AxisMask& used) {
-  const LinearResponse& response = calibration.response;
+  const LinearResponse& response = calibration.sensor.response;
   const bool by_magnitude = !fitted.has_vectors() && !source.by_field();
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> inverse(response.sensitivity);
   const bool has_magnitude = inverse.rank() == 3;
@@ -46,23 +53,23 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
       continue;
     }
     const Eigen::VectorXd v = observations.response.row(row);
-    const bool complete = source.in_range().row(row).all() && calibration.also.empty();
+    const bool complete = source.in_range().row(row).all() && calibration.sensor.also.empty();
     const Eigen::Vector3d measured =
         has_magnitude
             ? Eigen::Vector3d(inverse.solve(
-                  reading_at_reference(calibration, v, reading.temperature) - response.bias))
+                  reading_at_reference(calibration.sensor, v, reading.temperature) - response.bias))
             : Eigen::Vector3d::Zero();
     const Eigen::Vector3d field =
-        by_magnitude ? Eigen::Vector3d(calibration.field.magnitude * measured.normalized())
+        by_magnitude ? Eigen::Vector3d(calibration.sensor.field.magnitude * measured.normalized())
                      : source.field_in_sensor(reading, fitted);
-    const Eigen::VectorXd left = v - fitted_response(calibration, source, reading, field);
+    const Eigen::VectorXd left = v - fitted_response(calibration, source, reading, fitted, field);
     for (Eigen::Index k = 0; k < left.size(); ++k) {
       // What an axis does not see, or cannot read, leaves nothing; a reading that was left out
       // does.
       const bool holds = source.in_range()(row, k) && (!residual.used || used(row, k));
       residual.response(k) = holds ? left(k) : not_a_number;
     }
-    if (has_magnitude && complete && !calibration.instrument.one_sided) {
+    if (has_magnitude && complete && !calibration.sensor.instrument.one_sided) {
       residual.magnitude = measured.norm() - field.norm();
     }
     if (observations.has_level) {

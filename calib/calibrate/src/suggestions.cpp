@@ -17,8 +17,8 @@ Calibration calibrate_with_suggestions(Experiment experiment, Observations obser
   std::vector<Correction> made;
   Calibration calibration = calibrate(experiment, observations);
   constexpr std::size_t most = 3;  // a run with more mistakes is to be taken again
-  while (calibration.suggestion && made.size() < most) {
-    const Correction correction = *calibration.suggestion;
+  while (calibration.findings.suggestion && made.size() < most) {
+    const Correction correction = *calibration.findings.suggestion;
     const bool mends = !correction.points.empty() || !correction.responses.empty() ||
                        !correction.levels.empty() || !correction.leave_out.empty();
     if (!mends) {
@@ -29,9 +29,10 @@ Calibration calibrate_with_suggestions(Experiment experiment, Observations obser
     calibration = calibrate(experiment, observations);
   }
   for (const Correction& correction : made) {
-    calibration.notes.push_back("corrected as suggested: " + correction.message);
+    calibration.findings.notes.push_back(
+        {NoteCode::corrected, "corrected as suggested: " + correction.message});
   }
-  calibration.corrections = std::move(made);
+  calibration.findings.corrections = std::move(made);
   return calibration;
 }
 

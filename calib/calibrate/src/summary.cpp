@@ -71,9 +71,9 @@ class Summary {
  public:
   explicit Summary(const Calibration& calibration)
       : c_(calibration),
-        statistics_(calibration.statistics ? *calibration.statistics : FitStatistics()),
+        statistics_(calibration.fit.statistics ? *calibration.fit.statistics : FitStatistics()),
         uncertainties_(parameter_uncertainties(calibration)) {
-    for (const std::string& axis : c_.instrument.axes) {
+    for (const std::string& axis : c_.sensor.instrument.axes) {
       label_width_ = std::max(label_width_, axis.size() + 1);
     }
     label_width_ = std::min(label_width_, longest_label + 1);
@@ -97,79 +97,82 @@ class Summary {
   void heading(const std::string& title) { text_ += formatted("\n{}\n", wrapped(title, 80)); }
 
   void add_what_was_done() {
-    const Instrument& instrument = c_.instrument;
+    const Instrument& instrument = c_.sensor.instrument;
     text_ += instrument.kind;
     text_ += instrument.serial.empty() ? "" : " " + instrument.serial;
-    text_ += c_.slot.empty() ? "" : " in slot " + c_.slot;
+    text_ += c_.provenance.slot.empty() ? "" : " in slot " + c_.provenance.slot;
     text_ += formatted(
         ": {}, readings in {}\n",
         instrument.axes.size() == 1 ? "1 axis" : formatted("{} axes", instrument.axes.size()),
         instrument.unit == "1" ? "units of 1" : instrument.unit);
-    text_ += formatted("field {}, magnitude {:.7g}{}", c_.field.kind, c_.field.magnitude,
-                       c_.field.unit == "1" ? "" : " " + c_.field.unit);
-    if (c_.field.magnitude_u > 0.0) {
-      text_ += formatted(" (standard uncertainty {:.2g})", c_.field.magnitude_u);
+    text_ +=
+        formatted("field {}, magnitude {:.7g}{}", c_.sensor.field.kind, c_.sensor.field.magnitude,
+                  c_.sensor.field.unit == "1" ? "" : " " + c_.sensor.field.unit);
+    if (c_.sensor.field.magnitude_u > 0.0) {
+      text_ += formatted(" (standard uncertainty {:.2g})", c_.sensor.field.magnitude_u);
     }
-    text_ += c_.field.model.empty() ? "\n" : formatted(", model {}\n", c_.field.model);
+    text_ +=
+        c_.sensor.field.model.empty() ? "\n" : formatted(", model {}\n", c_.sensor.field.model);
     std::set<DesignPoint> points;
     std::set<int> blocks;
-    for (const ReadingResidual& residual : c_.residuals) {
+    for (const ReadingResidual& residual : c_.fit.residuals) {
       if (residual.used && residual.point) {
         points.insert(*residual.point);
         blocks.insert(residual.block.value_or(1));
       }
     }
     std::string files;
-    for (const InputFileDigest& input : c_.inputs) {
+    for (const InputFileDigest& input : c_.provenance.inputs) {
       files += (files.empty() ? "" : ", ") + input.path;
     }
     std::string used = files.empty() ? "" : files + ": ";
-    if (!c_.statistics) {
+    if (!c_.fit.statistics) {
       text_ += used.empty() ? "" : wrapped(used, 80) + "\n";
       return;
     }
-    used += c_.method == Method::turns
+    used += c_.fit.method == Method::turns
                 ? counted(static_cast<std::size_t>(statistics_.observations), "turn")
                 : formatted("{} of {} used", statistics_.observations,
-                            counted(c_.residuals.size(), "reading"));
+                            counted(c_.fit.residuals.size(), "reading"));
     if (!points.empty()) {
       used += formatted(", at {} in {}", counted(points.size(), "design point"),
                         counted(blocks.size(), "block"));
     }
     text_ += wrapped(used, 80) + "\n";
-    std::string method = "method " + std::string(method_name(c_.method));
-    if (c_.method == Method::paired) {
+    std::string method = "method " + std::string(method_name(c_.fit.method));
+    if (c_.fit.method == Method::paired) {
       method +=
           formatted(": {} of opposite positions", counted(statistics_.rows.size(), "average"));
-    } else if (c_.method == Method::joint) {
+    } else if (c_.fit.method == Method::joint) {
       method += ": all readings, the field's direction in the table fitted with them";
-    } else if (c_.method == Method::turns) {
+    } else if (c_.fit.method == Method::turns) {
       method += ": the attitudes after turns from rest to rest, by integration";
-    } else if (c_.method == Method::magnitude) {
-      method += ": orientations unknown, sensitivity taken as " + std::string(shape_name(c_.shape));
+    } else if (c_.fit.method == Method::magnitude) {
+      method +=
+          ": orientations unknown, sensitivity taken as " + std::string(shape_name(c_.fit.shape));
     } else {
       method += ": the field taken as given";
     }
-    method += c_.weights == Weighting::none
+    method += c_.fit.weights == Weighting::none
                   ? ""
-                  : "; weighted by " + std::string(weighting_name(c_.weights));
-    method += c_.robust ? "; robust (bisquare)" : "";
-    method += c_.positioner.empty() ? "" : "; cube " + c_.positioner;
+                  : "; weighted by " + std::string(weighting_name(c_.fit.weights));
+    method += c_.fit.robust ? "; robust (bisquare)" : "";
+    method += c_.provenance.positioner.empty() ? "" : "; cube " + c_.provenance.positioner;
     text_ += wrapped(method, 80) + "\n";
   }
 
   void add_coefficients() {
-    const std::string unit = c_.instrument.unit;
+    const std::string unit = c_.sensor.instrument.unit;
     heading(formatted("Coefficients: bias [{}], sensitivity to x, y, z [{}]; +- U (95 %)", unit,
-                      unit_per(unit, c_.field.unit)));
+                      unit_per(unit, c_.sensor.field.unit)));
     text_ += row("axis", label_width_ + 3, {"bias", "x", "y", "z"});
-    for (Eigen::Index k = 0; k < c_.response.bias.size(); ++k) {
+    for (Eigen::Index k = 0; k < c_.sensor.response.bias.size(); ++k) {
       const double U_bias = half_width(k, ".bias");
-      std::vector<std::string> values = {rounded(c_.response.bias(k), U_bias)};
+      std::vector<std::string> values = {rounded(c_.sensor.response.bias(k), U_bias)};
       std::vector<std::string> intervals = {rounded_uncertainty(U_bias)};
       for (Eigen::Index j = 0; j < 3; ++j) {
         const double U = half_width(k, component_of("sensitivity", j));
-        values.push_back(rounded(c_.response.sensitivity(k, j), U));
+        values.push_back(rounded(c_.sensor.response.sensitivity(k, j), U));
         intervals.push_back(rounded_uncertainty(U));
       }
       text_ += row(axis_name(k), label_width_ + 3, values);
@@ -183,7 +186,7 @@ class Summary {
 
   // Expanded uncertainty of a parameter of axis k, scatter and stated inputs together.
   [[nodiscard]] double half_width(Eigen::Index k, const std::string& what) const {
-    const std::string name = c_.instrument.axes[static_cast<std::size_t>(k)] + what;
+    const std::string name = c_.sensor.instrument.axes[static_cast<std::size_t>(k)] + what;
     const auto at = std::find_if(uncertainties_.begin(), uncertainties_.end(),
                                  [&](const ParameterUncertainty& one) { return one.name == name; });
     return at == uncertainties_.end() ? std::nan("") : at->uncertainty.expanded;
@@ -192,10 +195,10 @@ class Summary {
   void add_axes() {
     heading("Sensing axes: size and direction of the sensitivity");
     text_ += row("axis", label_width_ + 3, {"size", "nominal", "off it [deg]", "azimuth [deg]"});
-    for (Eigen::Index k = 0; k < c_.response.bias.size(); ++k) {
-      const Eigen::Vector3d S = c_.response.sensitivity.row(k);
-      const int nominal = main_axis(c_.instrument, c_.response, k);
-      const PolarForm polar = polar_from_sensitivity(S, nominal, c_.instrument.convention);
+    for (Eigen::Index k = 0; k < c_.sensor.response.bias.size(); ++k) {
+      const Eigen::Vector3d S = c_.sensor.response.sensitivity.row(k);
+      const int nominal = main_axis(c_.sensor.instrument, c_.sensor.response, k);
+      const PolarForm polar = polar_from_sensitivity(S, nominal, c_.sensor.instrument.convention);
       double U = 0.0;
       for (Eigen::Index j = 0; j < 3; ++j) {
         U = std::fmax(U, half_width(k, component_of("sensitivity", j)));
@@ -209,9 +212,9 @@ class Summary {
   }
 
   void add_also() {
-    for (const AlsoResponse& also : c_.also) {
+    for (const AlsoResponse& also : c_.sensor.also) {
       heading(formatted("Sensitivity to {} along x, y, z [{}]; +- U (95 %)", also.kind,
-                        unit_per(c_.instrument.unit, also.unit)));
+                        unit_per(c_.sensor.instrument.unit, also.unit)));
       for (Eigen::Index k = 0; k < also.sensitivity.rows(); ++k) {
         std::vector<std::string> values;
         std::vector<std::string> intervals;
@@ -232,7 +235,7 @@ class Summary {
     if (quantities.empty()) {
       return;
     }
-    heading(formatted("As {}; +- standard uncertainty", c_.instrument.kind));
+    heading(formatted("As {}; +- standard uncertainty", c_.sensor.instrument.kind));
     for (const KindQuantity& quantity : quantities) {
       std::string name = quantity.name;
       std::replace(name.begin(), name.end(), '_', ' ');
@@ -251,11 +254,11 @@ class Summary {
       line += quantity.unit == "1" ? "" : " " + quantity.unit;
       text_ += formatted("  {}\n", wrapped(line.substr(2), 78));
     }
-    if (c_.alignment) {
-      const Alignment& alignment = c_.alignment->alignment;
+    if (c_.fit.alignment) {
+      const Alignment& alignment = c_.fit.alignment->alignment;
       text_ += wrapped(formatted("  aligned with {}: angle between the two fields {:.3f} degrees "
                                  "(standard error {:.2g}), rotation to {:.2g} degrees or better",
-                                 c_.alignment->record, alignment.angle_rad * deg_per_rad,
+                                 c_.fit.alignment->record, alignment.angle_rad * deg_per_rad,
                                  alignment.angle_se_rad * deg_per_rad,
                                  alignment.standard_error_rad.maxCoeff() * deg_per_rad),
                        80) +
@@ -264,10 +267,10 @@ class Summary {
   }
 
   void add_orientations() {
-    if (!c_.orientations) {
+    if (!c_.fit.orientations) {
       return;
     }
-    const OrientationQuality& quality = *c_.orientations;
+    const OrientationQuality& quality = *c_.fit.orientations;
     heading("Orientations");
     text_ += formatted("  fit error (rms of |f| - F) {:.3g} % of F\n", 100.0 * quality.fit_error);
     text_ += formatted("  spread of the magnitude (sd) {:.3g} % of F\n",
@@ -279,11 +282,11 @@ class Summary {
   }
 
   void add_levelness() {
-    if (!c_.levelness) {
+    if (!c_.fit.levelness) {
       return;
     }
-    const Levelness& levelness = *c_.levelness;
-    const bool gravity = field_kind(c_.field.kind).vertical;
+    const Levelness& levelness = *c_.fit.levelness;
+    const bool gravity = field_kind(c_.sensor.field.kind).vertical;
     heading(gravity ? "Levelness: slope of the table [mrad], rising towards +x and +y"
                     : "Field in the table's plane, thousandths of its magnitude");
     const std::size_t width = 40;
@@ -326,12 +329,12 @@ class Summary {
   }
 
   void add_quality() {
-    if (!c_.statistics) {
+    if (!c_.fit.statistics) {
       return;
     }
     heading("Fit");
     const std::size_t axes_at_once = 3;
-    const auto m = static_cast<std::size_t>(c_.response.bias.size());
+    const auto m = static_cast<std::size_t>(c_.sensor.response.bias.size());
     for (std::size_t first = 0; first < m; first += axes_at_once) {
       add_quality_of(first, std::min(m, first + axes_at_once));
     }
@@ -370,8 +373,9 @@ class Summary {
     }
     const std::size_t width = 34;
     text_ += row("axis", width, names);
-    text_ += row(formatted("residual sd of a reading [{}]", c_.instrument.unit).substr(0, width),
-                 width, sd);
+    text_ +=
+        row(formatted("residual sd of a reading [{}]", c_.sensor.instrument.unit).substr(0, width),
+            width, sd);
     if (!statistics_.observations_per_axis.empty()) {
       std::vector<std::string> used;
       for (std::size_t i = first; i < last; ++i) {
@@ -388,13 +392,13 @@ class Summary {
   }
 
   void add_polar_fit() {
-    if (c_.polar_fit.empty()) {
+    if (c_.fit.polar_fit.empty()) {
       return;
     }
     heading("The known-art fit of the same readings by Gauss-Newton");
     text_ += row("axis", 8, {"bias", "size", "off it [deg]", "azimuth [deg]", "rounds"});
-    for (std::size_t k = 0; k < c_.polar_fit.size(); ++k) {
-      const PolarFit& fit = c_.polar_fit[k];
+    for (std::size_t k = 0; k < c_.fit.polar_fit.size(); ++k) {
+      const PolarFit& fit = c_.fit.polar_fit[k];
       text_ += row(axis_name(static_cast<Eigen::Index>(k)), 8,
                    {formatted("{:.6g}", fit.bias), formatted("{:.6g}", fit.form.sensitivity),
                     formatted("{:.4f}", fit.form.coning_angle_rad * deg_per_rad),
@@ -405,10 +409,10 @@ class Summary {
 
   // Coefficients over temperature: bias(t) = b + b1 d + .., scale(t) = 1 + c1 d + .., d = t - t0.
   void add_temperature() {
-    if (!c_.temperature) {
+    if (!c_.sensor.temperature) {
       return;
     }
-    const TemperatureResponse& terms = *c_.temperature;
+    const TemperatureResponse& terms = *c_.sensor.temperature;
     heading(formatted("Temperature: the above at {:.6g}; readings from {:.6g} to {:.6g}",
                       terms.reference, terms.low, terms.high));
     for (Eigen::Index k = 0; k < terms.bias.rows(); ++k) {
@@ -425,7 +429,7 @@ class Summary {
   }
 
   [[nodiscard]] std::string axis_name(Eigen::Index k) const {
-    return c_.instrument.axes[static_cast<std::size_t>(k)].substr(0, longest_label);
+    return c_.sensor.instrument.axes[static_cast<std::size_t>(k)].substr(0, longest_label);
   }
 
   const Calibration& c_;

@@ -22,7 +22,7 @@ bool nothing_is_said(const TemperatureSetup& setup) {
   return setup.order == 0 && !setup.automatic && !setup.ignored;
 }
 
-// Of the readings that are used; empty where one of them has none.
+// The temperatures of the readings that are used; none where one of them lacks its own.
 std::vector<double> temperatures_of(const std::vector<Reading>& readings,
                                     const std::vector<int>& left_out) {
   std::vector<double> temperatures;
@@ -111,13 +111,13 @@ void warn_of_ignored_temperature(const Experiment& experiment,
   constexpr double coldest = -100.0;
   constexpr double hottest = 200.0;
   const bool spans_much = *high - *low >= much && *low >= coldest && *high <= hottest;
-  const bool by_magnitude = calibration.method == Method::magnitude;
+  const bool by_magnitude = calibration.fit.method == Method::magnitude;
   constexpr double false_alarm = 0.002;
   const double p = by_magnitude || *high == *low ? 1.0 : p_of_following(set, field, temperatures);
   if (!spans_much && !(p < false_alarm)) {
     return;
   }
-  calibration.warnings.push_back(
+  calibration.findings.warnings.push_back(
       {.code = WarningCode::temperature,
        .runs = {},
        .message = formatted(

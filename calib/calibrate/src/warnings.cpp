@@ -86,13 +86,14 @@ class Finder {
   }
 
   [[nodiscard]] const std::string& axis_name(Eigen::Index k) const {
-    return calibration_.instrument.axes[static_cast<std::size_t>(k)];
+    return calibration_.sensor.instrument.axes[static_cast<std::size_t>(k)];
   }
 
-  [[nodiscard]] const FitStatistics& statistics() const { return *calibration_.statistics; }
+  [[nodiscard]] const FitStatistics& statistics() const { return *calibration_.fit.statistics; }
 
   [[nodiscard]] double full_response(Eigen::Index k) const {
-    return calibration_.response.sensitivity.row(k).norm() * calibration_.field.magnitude;
+    return calibration_.sensor.response.sensitivity.row(k).norm() *
+           calibration_.sensor.field.magnitude;
   }
 
   void find_uncertain_direction() {
@@ -108,9 +109,9 @@ class Finder {
   // Sensitivities that may as well be of another axis.
   void find_uncertain_sensitivity() {
     constexpr double largest_share = 0.1;
-    for (Eigen::Index k = 0; k < calibration_.response.bias.size() && !by_magnitude(); ++k) {
+    for (Eigen::Index k = 0; k < calibration_.sensor.response.bias.size() && !by_magnitude(); ++k) {
       const double share = statistics().sensitivity_se.row(k).norm() /
-                           calibration_.response.sensitivity.row(k).norm();
+                           calibration_.sensor.response.sensitivity.row(k).norm();
       if (share > largest_share && estimate_.direction_se_rad > 0.0) {
         add(WarningCode::uncertain_sensitivity, {},
             formatted("axis {}: its sensitivity is known only to {} % by these readings; too many "
@@ -141,7 +142,7 @@ class Finder {
 
   void find_gap() {
     constexpr double largest_good_gap_rad = 60.0 * rad_per_deg;
-    const auto& quality = calibration_.orientations;
+    const auto& quality = calibration_.fit.orientations;
     if (quality && quality->largest_gap_rad > largest_good_gap_rad) {
       add(WarningCode::coverage, {},
           formatted("the orientations leave a gap: towards {} of the sensor the nearest reading is "
@@ -154,7 +155,7 @@ class Finder {
   // The readings of a rest face in a block.
   [[nodiscard]] std::vector<int> runs_of_face(const LevelnessEstimate& estimate) const {
     std::vector<int> runs;
-    for (const ReadingResidual& residual : calibration_.residuals) {
+    for (const ReadingResidual& residual : calibration_.fit.residuals) {
       if (residual.used && residual.point && residual.point->rest() == estimate.point.rest() &&
           residual.block.value_or(estimate.block) == estimate.block) {
         runs.push_back(residual.run);
@@ -164,7 +165,7 @@ class Finder {
   }
 
   void find_inconsistent_levelness() {
-    const std::optional<Levelness>& levelness = calibration_.levelness;
+    const std::optional<Levelness>& levelness = calibration_.fit.levelness;
     if (!levelness || !levelness->suspect) {
       return;
     }
@@ -183,10 +184,10 @@ class Finder {
       find_poor_magnitude();
       return;
     }
-    for (Eigen::Index k = 0; k < calibration_.response.bias.size(); ++k) {
+    for (Eigen::Index k = 0; k < calibration_.sensor.response.bias.size(); ++k) {
       double squares = 0.0;
       double largest = 0.0;
-      for (const ReadingResidual& residual : calibration_.residuals) {
+      for (const ReadingResidual& residual : calibration_.fit.residuals) {
         if (residual.used && !std::isnan(residual.response(k))) {
           squares += residual.response(k) * residual.response(k);
           largest = std::max(largest, std::abs(residual.response(k)));
@@ -200,7 +201,7 @@ class Finder {
         continue;
       }
       std::vector<int> runs;
-      for (const ReadingResidual& residual : calibration_.residuals) {
+      for (const ReadingResidual& residual : calibration_.fit.residuals) {
         if (residual.used && std::abs(residual.response(k)) > 0.5 * largest) {
           runs.push_back(residual.run);
         }
@@ -217,26 +218,27 @@ class Finder {
 
   // A field that can be set, and no column that says to what it was.
   [[nodiscard]] bool lacks_level() const {
-    const std::vector<FieldDescription>& parts = calibration_.field.parts;
-    const FieldKind& kind = field_kind(calibration_.field.kind);
+    const std::vector<FieldDescription>& parts = calibration_.sensor.field.parts;
+    const FieldKind& kind = field_kind(calibration_.sensor.field.kind);
     const bool can_be_set =
         parts.empty() ? !kind.name.empty() && !kind.local
                       : std::any_of(parts.begin(), parts.end(),
                                     [](const FieldDescription& part) { return part.set_by_level; });
-    return can_be_set && !calibration_.residuals.empty() && !calibration_.residuals.front().level;
+    return can_be_set && !calibration_.fit.residuals.empty() &&
+           !calibration_.fit.residuals.front().level;
   }
 
   // What else leaves large residuals, by the kind of field and instrument.
   [[nodiscard]] std::string other_reasons() const {
-    const InstrumentKind& kind = find_instrument_kind(calibration_.instrument.kind);
+    const InstrumentKind& kind = find_instrument_kind(calibration_.sensor.instrument.kind);
     std::string reasons;
     if (lacks_level()) {
       reasons += "; is the column 'level' missing (the multiple of the field that was set)?";
     }
-    if (kind.sees_one_side && !calibration_.instrument.one_sided) {
+    if (kind.sees_one_side && !calibration_.sensor.instrument.one_sided) {
       reasons += "; photodiodes that see no light from behind are one-sided: state that";
     }
-    if (kind.answers_to_gravity && calibration_.also.empty()) {
+    if (kind.answers_to_gravity && calibration_.sensor.also.empty()) {
       reasons += "; if the instrument answers to gravity, state gravity as a second field (also)";
     }
     return reasons;
@@ -244,42 +246,43 @@ class Finder {
 
   // Without labels a reading has one residual: of the field's magnitude.
   void find_poor_magnitude() {
-    double error = calibration_.orientations ? calibration_.orientations->fit_error : 0.0;
-    if (calibration_.robust) {  // readings that got no weight do not count
+    double error = calibration_.fit.orientations ? calibration_.fit.orientations->fit_error : 0.0;
+    if (calibration_.fit.robust) {  // readings that got no weight do not count
       error = statistics().residual_sd.maxCoeff() / full_response(0);
     }
     // Beyond that the readings are not of one field at rest.
     constexpr double hopeless = 0.1;
     if (error > hopeless) {
       add(WarningCode::no_fit, {},
-          formatted("the magnitude differs from the field's by {} % (rms), so no sensitivity can "
-                    "be trusted: the instrument was moving while it was read, or the field here "
-                    "is not the model's but changes from place to place (indoors?); take the "
-                    "readings again at rest{}",
-                    rounded(100.0 * error, 2),
-                    calibration_.robust ? "" : ", or use robust weights if only some are wrong"));
+          formatted(
+              "the magnitude differs from the field's by {} % (rms), so no sensitivity can "
+              "be trusted: the instrument was moving while it was read, or the field here "
+              "is not the model's but changes from place to place (indoors?); take the "
+              "readings again at rest{}",
+              rounded(100.0 * error, 2),
+              calibration_.fit.robust ? "" : ", or use robust weights if only some are wrong"));
     } else if (error > largest_residual_share) {
       add(WarningCode::poor_fit, {},
           formatted("the magnitude differs from the field's by {} % (rms): the instrument was "
                     "moved while it was read, iron nearby disturbs the field, or the noise is "
                     "large; {}take the readings again at rest",
                     rounded(100.0 * error, 2),
-                    calibration_.robust ? "" : "try robust weights, or "));
+                    calibration_.fit.robust ? "" : "try robust weights, or "));
     }
   }
 
-  [[nodiscard]] bool by_magnitude() const { return calibration_.method == Method::magnitude; }
+  [[nodiscard]] bool by_magnitude() const { return calibration_.fit.method == Method::magnitude; }
 
   void find_axes() {
-    if (calibration_.instrument.one_sided || calibration_.response.bias.size() > 3) {
+    if (calibration_.sensor.instrument.one_sided || calibration_.sensor.response.bias.size() > 3) {
       return;  // such axes point where they like, one each way
     }
-    for (Eigen::Index k = 0; k < calibration_.response.bias.size(); ++k) {
-      const std::optional<int> nominal = nominal_axis(calibration_.instrument, k);
+    for (Eigen::Index k = 0; k < calibration_.sensor.response.bias.size(); ++k) {
+      const std::optional<int> nominal = nominal_axis(calibration_.sensor.instrument, k);
       if (!nominal) {
         continue;
       }
-      const Eigen::Vector3d row = calibration_.response.sensitivity.row(k);
+      const Eigen::Vector3d row = calibration_.sensor.response.sensitivity.row(k);
       Eigen::Index main = 0;
       row.cwiseAbs().maxCoeff(&main);
       const std::string letter(1, "xyz"[main]);
@@ -333,15 +336,15 @@ class Finder {
             "axis {} at full field, and its bias holds a third of that; the instrument bends, "
             "or opposite faces of the cube are not parallel: state the cube's face normals, or "
             "keep in mind that calibrated readings are off by so much",
-            rounded(curvature->p_value, 2), rounded(bend, 2), calibration_.instrument.unit,
+            rounded(curvature->p_value, 2), rounded(bend, 2), calibration_.sensor.instrument.unit,
             axis_name(most)));
   }
 
   // What is known of a stated direction, x and y in the table [parts of the magnitude].
   [[nodiscard]] double stated_slope_u() const {
     double variance = 0.0;
-    if (calibration_.uncertainty) {
-      for (const UncertaintySource& source : calibration_.uncertainty->sources) {
+    if (calibration_.fit.uncertainty) {
+      for (const UncertaintySource& source : calibration_.fit.uncertainty->sources) {
         if (source.name == "levelness" || source.name == "field direction") {
           variance += source.input_u * source.input_u;
         }
@@ -352,11 +355,13 @@ class Finder {
 
   // F(2, nu) with the stated uncertainty beside that of the differences.
   void find_slope() {
-    const std::optional<Levelness>& levelness = calibration_.levelness;
-    if (calibration_.method != Method::known || !levelness || !calibration_.field.in_table) {
+    const std::optional<Levelness>& levelness = calibration_.fit.levelness;
+    if (calibration_.fit.method != Method::known || !levelness ||
+        !calibration_.sensor.field.in_table) {
       return;
     }
-    const Eigen::Vector3d given = *calibration_.field.in_table / calibration_.field.magnitude;
+    const Eigen::Vector3d given =
+        *calibration_.sensor.field.in_table / calibration_.sensor.field.magnitude;
     const Eigen::Array2d off(levelness->mean_x - given.x(), levelness->mean_y - given.y());
     const Eigen::Array2d own =
         Eigen::Array2d(levelness->standard_error_x, levelness->standard_error_y).square();
@@ -377,7 +382,7 @@ class Finder {
   }
 
   void find_moved_table() {
-    const std::optional<Levelness>& levelness = calibration_.levelness;
+    const std::optional<Levelness>& levelness = calibration_.fit.levelness;
     if (levelness && levelness->block_p_value < false_moved_table) {
       add(WarningCode::table_moved, {},
           formatted("the table's slope differs between blocks (p = {}), so it was moved, and one "
@@ -401,26 +406,27 @@ class Finder {
           formatted("the design hardly tells some coefficients apart (condition number {}; a "
                     "standard design has less than 5), so standard errors are inflated; {}",
                     rounded(statistics().condition_number, 3),
-                    calibration_.instrument.one_sided
+                    calibration_.sensor.instrument.one_sided
                         ? "take all 24 points, or move the lamp away from the cube's diagonal"
-                    : calibration_.method == Method::magnitude
+                    : calibration_.fit.method == Method::magnitude
                         ? "add orientations all around"
                         : "take each face turned round as well"));
     }
   }
 
   void find_other_magnitude() {
-    if (calibration_.method != Method::known || calibration_.field.in_table) {
+    if (calibration_.fit.method != Method::known || calibration_.sensor.field.in_table) {
       return;
     }
     constexpr double largest_deviation = 0.05;
-    const double ratio = estimate_.mean_field / calibration_.field.magnitude;
+    const double ratio = estimate_.mean_field / calibration_.sensor.field.magnitude;
     if (!(std::abs(ratio - 1.0) <= largest_deviation)) {
       add(WarningCode::field_magnitude, {},
           formatted("the columns fx, fy, fz have a length of {} on average, but the field is {} "
                     "{}; correct the unit, or give the magnitude",
-                    rounded(estimate_.mean_field, 4), rounded(calibration_.field.magnitude, 4),
-                    calibration_.field.unit));
+                    rounded(estimate_.mean_field, 4),
+                    rounded(calibration_.sensor.field.magnitude, 4),
+                    calibration_.sensor.field.unit));
     }
   }
 

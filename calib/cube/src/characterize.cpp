@@ -13,6 +13,7 @@
 #include <Eigen/Geometry>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/median.hpp"
@@ -37,20 +38,20 @@ void check(const std::vector<Reference>& references) {
     }
     const Calibration& calibration = reference.calibration;
     const std::string slot = formatted("slot {}: ", reference.slot);
-    if (calibration.response.bias.size() < 3) {
+    if (calibration.sensor.response.bias.size() < 3) {
       throw RefusedError(slot +
                          "the instrument has fewer than three axes; it cannot measure a cube");
     }
-    if (reference.observations.response.cols() != calibration.response.bias.size()) {
+    if (reference.observations.response.cols() != calibration.sensor.response.bias.size()) {
       throw DomainError(slot + "the readings and the record have different numbers of axes");
     }
-    const std::optional<Eigen::Vector3d>& field = calibration.field.in_table;
-    const bool along_normal = field_kind(calibration.field.kind).vertical ||
+    const std::optional<Eigen::Vector3d>& field = calibration.sensor.field.in_table;
+    const bool along_normal = field_kind(calibration.sensor.field.kind).vertical ||
                               (field && std::abs(field->z()) > 0.99 * field->norm());
     if (!along_normal) {
       throw RefusedError(formatted(
           "{}the field is {}; a cube is measured by one along the table's normal, as gravity is",
-          slot, calibration.field.kind));
+          slot, calibration.sensor.field.kind));
     }
     for (const Reading& reading : reference.observations.readings) {
       if (!reading.point) {
@@ -101,20 +102,20 @@ void require_opposites(const SolidReference& reference) {
 }
 
 double calibration_dof(const Calibration& calibration) {
-  if (!calibration.statistics) {
+  if (!calibration.fit.statistics) {
     return 0.0;
   }
-  const double sum = calibration.statistics->degrees_of_freedom.sum();
+  const double sum = calibration.fit.statistics->degrees_of_freedom.sum();
   return sum > 0.0 ? sum : 0.0;  // NaN is none
 }
 
 Eigen::MatrixXd calibration_covariance(const Calibration& calibration) {
-  const Eigen::Index parameters = 4 * calibration.response.bias.size();
-  if (!calibration.statistics || calibration.statistics->covariance.rows() != parameters ||
-      !calibration.statistics->covariance.allFinite()) {
+  const Eigen::Index parameters = 4 * calibration.sensor.response.bias.size();
+  if (!calibration.fit.statistics || calibration.fit.statistics->covariance.rows() != parameters ||
+      !calibration.fit.statistics->covariance.allFinite()) {
     return Eigen::MatrixXd::Zero(parameters, parameters);
   }
-  return calibration.statistics->covariance;
+  return calibration.fit.statistics->covariance;
 }
 
 // Gravity reads up; another field as its record says.
@@ -138,11 +139,11 @@ std::vector<SolidReference> solid_references(const std::vector<Reference>& refer
         SolidReference{.slot = reference.slot,
                        .readings = reference.observations.readings,
                        .response = reference.observations.response,
-                       .calibrated = reference.calibration.response,
+                       .calibrated = reference.calibration.sensor.response,
                        .covariance = calibration_covariance(reference.calibration),
                        .calibration_dof = calibration_dof(reference.calibration),
-                       .F = reference.calibration.field.magnitude,
-                       .sign = sign_along_normal(reference.calibration.field),
+                       .F = reference.calibration.sensor.field.magnitude,
+                       .sign = sign_along_normal(reference.calibration.sensor.field),
                        .instrument = instrument,
                        .root_weights = {},
                        .levels = {}});
@@ -304,12 +305,12 @@ std::string micro(double radian) {
 
 // The scatter that the instrument's own calibration had [field unit]; NaN where it states none.
 double scatter_of_record(const Calibration& calibration) {
-  if (!calibration.statistics ||
-      calibration.statistics->residual_sd.size() != calibration.response.bias.size()) {
+  if (!calibration.fit.statistics ||
+      calibration.fit.statistics->residual_sd.size() != calibration.sensor.response.bias.size()) {
     return not_a_number;
   }
-  const Eigen::VectorXd relative = calibration.statistics->residual_sd.cwiseQuotient(
-      calibration.response.sensitivity.rowwise().norm());
+  const Eigen::VectorXd relative = calibration.fit.statistics->residual_sd.cwiseQuotient(
+      calibration.sensor.response.sensitivity.rowwise().norm());
   return std::sqrt(relative.cwiseAbs2().mean());
 }
 
@@ -330,13 +331,13 @@ void warn_of_scatter(const std::vector<Reference>& references, Characterization&
       expected = std::fmax(expected, upper_median(others));
     }
     if (own.residual_sd > suspicious * expected &&
-        own.residual_sd > 1e-12 * reference->calibration.field.magnitude) {
-      result.warnings.push_back(
-          formatted("slot {}: its readings scatter by {} {}, {} times what is to be expected, run "
-                    "{} most; look for a wrong label, a loose instrument, a table that was moved "
-                    "(then level by block), or readings of another instrument",
-                    own.slot, significant(own.residual_sd), reference->calibration.field.unit,
-                    significant(own.residual_sd / expected), own.worst_run));
+        own.residual_sd > 1e-12 * reference->calibration.sensor.field.magnitude) {
+      result.warnings.push_back(formatted(
+          "slot {}: its readings scatter by {} {}, {} times what is to be expected, run "
+          "{} most; look for a wrong label, a loose instrument, a table that was moved "
+          "(then level by block), or readings of another instrument",
+          own.slot, significant(own.residual_sd), reference->calibration.sensor.field.unit,
+          significant(own.residual_sd / expected), own.worst_run));
     }
   }
 }
@@ -359,7 +360,8 @@ void check_left_out(const std::vector<Reference>& references, const Characterize
   for (const std::string& slot : options.leave_out) {
     if (std::none_of(references.begin(), references.end(),
                      [&](const Reference& reference) { return reference.slot == slot; })) {
-      throw SetupError(formatted("there is no slot '{}' to leave out", slot), {Setting::leave_out});
+      throw SetupError(formatted("there is no slot '{}' to leave out", slot),
+                       {settings::leave_out});
     }
   }
 }

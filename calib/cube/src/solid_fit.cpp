@@ -446,7 +446,7 @@ struct SolidFit::Problem {
   [[nodiscard]] double cost(const Place& at, const Linear& /*before*/) const {
     return fit.residuals(at.state, sigma).squaredNorm();
   }
-  // Of the normals, and the mount and slope of the first reference [rad].
+  // How long a step of the normals, and of the first reference's mount and slope, is [rad].
   [[nodiscard]] static double length(const Place& at,
                                      const Eigen::VectorXd& step,
                                      const Linear& /*there*/) {

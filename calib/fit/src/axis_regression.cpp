@@ -15,6 +15,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/instruments/settings.hpp"
 
 namespace axiscal {
 namespace {
@@ -193,7 +194,7 @@ void require_response(const ReadingSet& set) {
       throw RefusedError(formatted("axis {} does not respond to the field: all its readings are "
                                    "{}; check its wiring and its column, or leave the axis out",
                                    set.axes[static_cast<std::size_t>(k)], number_text(highest)),
-                         {Setting::axes});
+                         {settings::axes});
     }
   }
 }

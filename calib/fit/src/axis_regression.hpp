@@ -43,8 +43,7 @@ struct RegressionRows {
 /// Pure error against lack of fit for one axis.
 /// @param weighted_residuals  sqrt(w_i) (y_i - fit_i).
 /// @param effects             columns of the run's effects, which differ between repeats and so
-/// take
-///                            their degrees of freedom from the pure error.
+///                            take their degrees of freedom from the pure error.
 /// @return F and p are NaN where there are no degrees of freedom for either part.
 [[nodiscard]] LackOfFit test_lack_of_fit(const std::vector<int>& group,
                                          const Eigen::VectorXd& weights,

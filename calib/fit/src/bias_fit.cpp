@@ -11,6 +11,7 @@
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/calib/temperature_fit.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -71,18 +72,19 @@ std::vector<TemperatureOrderTrial> try_orders(const ReadingSet& set) {
 
 void put_sensitivity(const Experiment& experiment, Calibration& calibration) {
   const Instrument& instrument = experiment.instrument;
-  calibration.response.bias = Eigen::VectorXd::Zero(instrument.axis_count());
+  calibration.sensor.response.bias = Eigen::VectorXd::Zero(instrument.axis_count());
   if (experiment.from) {
-    calibration.response.sensitivity = experiment.from->response.sensitivity;
+    calibration.sensor.response.sensitivity = experiment.from->sensor.response.sensitivity;
     return;
   }
-  calibration.response.sensitivity = SensitivityMatrix::Zero(instrument.axis_count(), 3);
+  calibration.sensor.response.sensitivity = SensitivityMatrix::Zero(instrument.axis_count(), 3);
   for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
     const int component = nominal_axis(instrument, k).value_or(static_cast<int>(k % 3));
-    calibration.response.sensitivity(k, component) = 1.0;
+    calibration.sensor.response.sensitivity(k, component) = 1.0;
   }
-  calibration.notes.emplace_back(
-      "the sensitivity was not fitted and is nominal (1); give the record that has it");
+  calibration.findings.notes.push_back(
+      {NoteCode::pose,
+       "the sensitivity was not fitted and is nominal (1); give the record that has it"});
 }
 
 bool has_pose(const ReadingSet& set) {
@@ -97,16 +99,17 @@ Constant what_constant_is(const Experiment& experiment,
   if (experiment.from && has_pose(set)) {
     return Constant::bias;
   }
-  if (field_kind(calibration.field.kind).rotation) {
-    calibration.notes.emplace_back(
-        "at rest: the Earth's rotation (up to 15 deg/h) is part of these biases");
+  if (field_kind(calibration.sensor.field.kind).rotation) {
+    calibration.findings.notes.push_back(
+        {NoteCode::pose, "at rest: the Earth's rotation (up to 15 deg/h) is part of these biases"});
     return Constant::bias;
   }
   if (experiment.from) {
-    calibration.notes.emplace_back(
-        "nothing says how the instrument lay in the field, so the biases at the reference "
-        "temperature are those of the record that was given; only their change with "
-        "temperature is new");
+    calibration.findings.notes.push_back(
+        {NoteCode::pose,
+         "nothing says how the instrument lay in the field, so the biases at the reference "
+         "temperature are those of the record that was given; only their change with "
+         "temperature is new"});
     return Constant::from_record;
   }
   add_warning(
@@ -129,9 +132,9 @@ Eigen::MatrixXd without_field(const ReadingSet& set, const Calibration& calibrat
             ? *reading.field_in_sensor
             : Eigen::Vector3d(reading.level.of_all() *
                               (set.met_of_field(static_cast<std::size_t>(i)) *
-                               calibration.field.in_table.value_or(calibration.field.magnitude *
-                                                                   Eigen::Vector3d::UnitZ())));
-    response.row(i) -= (calibration.response.sensitivity * field).transpose();
+                               calibration.sensor.field.in_table.value_or(
+                                   calibration.sensor.field.magnitude * Eigen::Vector3d::UnitZ())));
+    response.row(i) -= (calibration.sensor.response.sensitivity * field).transpose();
   }
   return response;
 }
@@ -140,10 +143,10 @@ Eigen::MatrixXd without_field(const ReadingSet& set, const Calibration& calibrat
 void put_covariance_of(const Calibration& from,
                        const std::vector<std::string>& names,
                        Eigen::MatrixXd& covariance) {
-  if (!from.statistics) {
+  if (!from.fit.statistics) {
     return;
   }
-  const std::vector<std::string>& theirs = from.statistics->parameter_names;
+  const std::vector<std::string>& theirs = from.fit.statistics->parameter_names;
   for (std::size_t i = 0; i < names.size(); ++i) {
     for (std::size_t j = 0; j < names.size(); ++j) {
       const auto a = std::find(theirs.begin(), theirs.end(), names[i]);
@@ -152,7 +155,7 @@ void put_covariance_of(const Calibration& from,
                                  names[j].find(".sensitivity.") != std::string::npos;
       if (sensitivities && a != theirs.end() && b != theirs.end()) {
         covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
-            from.statistics->covariance(a - theirs.begin(), b - theirs.begin());
+            from.fit.statistics->covariance(a - theirs.begin(), b - theirs.begin());
       }
     }
   }
@@ -160,14 +163,15 @@ void put_covariance_of(const Calibration& from,
 
 // Degrees of freedom of the sensitivities' intervals: those of the record that they are from.
 void put_freedom_of(const Calibration& from, FitStatistics& statistics) {
-  if (!from.statistics || from.statistics->interval_dof.size() == 0) {
+  if (!from.fit.statistics || from.fit.statistics->interval_dof.size() == 0) {
     return;
   }
   for (std::size_t i = 0; i < statistics.parameter_names.size(); ++i) {
     const std::string& name = statistics.parameter_names[i];
-    const auto at = from.statistics->position_of(name);
+    const auto at = from.fit.statistics->position_of(name);
     if (at && name.find(".sensitivity.") != std::string::npos) {
-      statistics.interval_dof(static_cast<Eigen::Index>(i)) = from.statistics->interval_dof(*at);
+      statistics.interval_dof(static_cast<Eigen::Index>(i)) =
+          from.fit.statistics->interval_dof(*at);
     }
   }
 }
@@ -188,7 +192,7 @@ int settled_order(const Experiment& experiment,
                   "lower order, or readings at more temperatures",
                   temperature_count(set), order),
         {formatted("{}.bias{}", set.axes.front(), power_suffix(order))},
-        {Setting::temperature_order});
+        {settings::temperature_order});
   }
   return order;
 }
@@ -267,12 +271,12 @@ SweepScatter scatter_of_sweep(const ReadingSet& set,
 // What a long sweep's order shows: that its readings are alike, and that the biases differ between
 // the way up and the way down.
 // @param places  of the coefficients of an axis among its parameters.
-void count_sweep(const ReadingSet& set,
-                 const std::vector<Eigen::Index>& places,
-                 const Eigen::MatrixXd& responses,
-                 const std::vector<LeastSquaresFit>& fits,
-                 Calibration& calibration) {
-  FitStatistics& statistics = *calibration.statistics;
+void add_sweep_scatter(const ReadingSet& set,
+                       const std::vector<Eigen::Index>& places,
+                       const Eigen::MatrixXd& responses,
+                       const std::vector<LeastSquaresFit>& fits,
+                       Calibration& calibration) {
+  FitStatistics& statistics = *calibration.fit.statistics;
   const Eigen::Index m = set.axis_count();
   const Eigen::Index p = statistics.covariance.rows() / m;
   Eigen::VectorXd ways = ways_of_sweep(set.temperature.d);
@@ -305,32 +309,35 @@ void count_sweep(const ReadingSet& set,
                     number_text(2.0 * scatter.half_difference, 2));
     }
   }
-  count_long_correlation(u, statistics, calibration.notes);
+  add_long_correlation(u, statistics, calibration.findings.notes);
   for (std::string& remark : remarks_on_length(independent)) {
-    calibration.notes.push_back(std::move(remark));
+    calibration.findings.notes.push_back({NoteCode::correlation, std::move(remark)});
   }
   if (!differing.empty()) {
     add_component(std::move(branches), statistics);
-    calibration.notes.push_back(formatted(
-        "hysteresis: the biases differ between the way up and the way down by up to {} {}, which "
-        "is counted as if a bias were anywhere between; sweep more slowly, and come back to the "
-        "first temperature to tell it from drift",
-        differing, calibration.instrument.unit));
+    calibration.findings.notes.push_back(
+        {NoteCode::hysteresis, formatted("hysteresis: the biases differ between the way up and the "
+                                         "way down by up to {} {}, which "
+                                         "is counted as if a bias were anywhere between; sweep "
+                                         "more slowly, and come back to the "
+                                         "first temperature to tell it from drift",
+                                         differing, calibration.sensor.instrument.unit)});
   } else if (ways.size() == 0 && places.size() > 1) {
-    calibration.notes.emplace_back(
-        "the temperature was swept one way only, so nothing says whether the biases come back");
+    calibration.findings.notes.push_back(
+        {NoteCode::hysteresis,
+         "the temperature was swept one way only, so nothing says whether the biases come back"});
   }
 }
 
 // Of the biases and their polynomials, by the covariance.
 void put_standard_errors(const std::vector<Eigen::Index>& places, Calibration& calibration) {
-  FitStatistics& statistics = *calibration.statistics;
+  FitStatistics& statistics = *calibration.fit.statistics;
   const Eigen::VectorXd se = statistics.covariance.diagonal().cwiseSqrt();
   const Eigen::Index m = statistics.bias_se.size();
   for (Eigen::Index k = 0; k < m; ++k) {
     const Eigen::VectorXd own = se.segment(k * se.size() / m, se.size() / m)(places);
     statistics.bias_se(k) = own(0);
-    calibration.temperature->bias_se.row(k) = own.tail(own.size() - 1).transpose();
+    calibration.sensor.temperature->bias_se.row(k) = own.tail(own.size() - 1).transpose();
   }
 }
 
@@ -345,10 +352,11 @@ void put_residuals(const Observations& observations,
     residual.response = Eigen::VectorXd::Constant(left.cols(), not_a_number);
     residual.magnitude = not_a_number;
     residual.used = false;
-    calibration.residuals.push_back(std::move(residual));
+    calibration.fit.residuals.push_back(std::move(residual));
   }
   for (Eigen::Index i = 0; i < left.rows(); ++i) {
-    ReadingResidual& residual = calibration.residuals[source.rows()[static_cast<std::size_t>(i)]];
+    ReadingResidual& residual =
+        calibration.fit.residuals[source.rows()[static_cast<std::size_t>(i)]];
     residual.used = true;
     residual.response = left.row(i);
   }
@@ -361,11 +369,11 @@ void fit_bias(const Experiment& experiment,
               const ReadingSource& unordered,
               Calibration& calibration) {
   if (experiment.from &&
-      experiment.from->response.bias.size() != experiment.instrument.axis_count()) {
+      experiment.from->sensor.response.bias.size() != experiment.instrument.axis_count()) {
     throw SetupError(
         formatted("the record that the sensitivity is from has {} axes, and the readings {}",
-                  experiment.from->response.bias.size(), experiment.instrument.axis_count()),
-        {Setting::from_record});
+                  experiment.from->sensor.response.bias.size(), experiment.instrument.axis_count()),
+        {settings::from_record});
   }
   ReadingSource source = unordered;
   source.set_temperature(1, experiment.temperature.reference);
@@ -377,10 +385,10 @@ void fit_bias(const Experiment& experiment,
   const Eigen::MatrixXd all = known_pose ? without_field(set, calibration) : set.response;
   set.response = all;
 
-  TemperatureResponse& temperature = calibration.temperature.emplace();
+  TemperatureResponse& temperature = calibration.sensor.temperature.emplace();
   temperature = source.temperature_range();
   const int order = settled_order(experiment, set, temperature);
-  FitStatistics& statistics = calibration.statistics.emplace(unknown_statistics(set.size(), m));
+  FitStatistics& statistics = calibration.fit.statistics.emplace(unknown_statistics(set.size(), m));
   temperature.bias.resize(m, order);
   temperature.scale.setZero(m, order);
   temperature.bias_se.resize(m, order);
@@ -397,8 +405,9 @@ void fit_bias(const Experiment& experiment,
   }
   for (Eigen::Index k = 0; k < m; ++k) {
     const LeastSquaresFit fit = fit_polynomial(set, all.col(k), k, order);
-    calibration.response.bias(k) =
-        constant == Constant::from_record ? experiment.from->response.bias(k) : fit.estimate(0);
+    calibration.sensor.response.bias(k) = constant == Constant::from_record
+                                              ? experiment.from->sensor.response.bias(k)
+                                              : fit.estimate(0);
     temperature.bias.row(k) = fit.estimate.tail(order).transpose();
     statistics.degrees_of_freedom(k) = fit.degrees_of_freedom;
     statistics.residual_sd(k) = fit.residual_sd;
@@ -420,13 +429,13 @@ void fit_bias(const Experiment& experiment,
     fits.push_back(fit);
   }
   if (is_long_recording(set.size())) {
-    count_sweep(set, places, all, fits, calibration);
+    add_sweep_scatter(set, places, all, fits, calibration);
   }
   put_standard_errors(places, calibration);
   if (experiment.from) {
     put_covariance_of(*experiment.from, statistics.parameter_names, statistics.covariance);
-    if (experiment.from->statistics) {
-      statistics.sensitivity_se = experiment.from->statistics->sensitivity_se;
+    if (experiment.from->fit.statistics) {
+      statistics.sensitivity_se = experiment.from->fit.statistics->sensitivity_se;
     }
   }
   fill_intervals(statistics);
@@ -438,7 +447,7 @@ void fit_bias(const Experiment& experiment,
       LeastSquaresDesign(powers(set.temperature.d, order)).condition_number();
 
   put_residuals(observations, source, left, calibration);
-  calibration.field.in_table.reset();
+  calibration.sensor.field.in_table.reset();
 }
 
 }  // namespace axiscal

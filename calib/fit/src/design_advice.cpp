@@ -7,6 +7,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/instruments/settings.hpp"
 #include "axiscal/positioner/design.hpp"
 
 namespace axiscal {
@@ -112,7 +113,7 @@ void require_determined(const ReadingSet& set,
   const std::string list = joined(open.names);
   throw RankDeficientError(formatted("the readings do not determine {}; {}", list, advice),
                            std::move(open.names),
-                           open.left_out ? std::vector{Setting::axes} : std::vector<Setting>{});
+                           open.left_out ? std::vector{settings::axes} : std::vector<Setting>{});
 }
 
 }  // namespace axiscal

@@ -15,7 +15,7 @@
 namespace axiscal {
 namespace {
 
-// By columns, so that all of it is arithmetic on whole arrays.
+// The readings are held by columns, so that all steps are arithmetic on whole arrays.
 void linearise_ellipsoid(const EllipsoidCloud& cloud,
                          const Ellipsoid& at,
                          LinearisedEllipsoid& result) {

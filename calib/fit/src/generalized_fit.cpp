@@ -236,7 +236,7 @@ class GeneralizedFit {
     }
   }
 
-  // Of an axis, each by itself.
+  // How many readings an axis has, those of a laying one by one.
   [[nodiscard]] double readings_of(Eigen::Index axis) const {
     return static_cast<double>((set_.weights.col(axis).array() > 0.0).count()) +
            layings_.degrees_of_freedom(axis);
@@ -408,7 +408,7 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
                                             const Estimate& estimate) {
   const FitStatistics& statistics = estimate.statistics;
   if (!estimate.field.has_vectors() || set.rotation_sensor_from_table.empty() ||
-      experiment.robust || !(statistics.residual_sd.array() > 0.0).all()) {
+      !set.visible.empty() || experiment.robust || !(statistics.residual_sd.array() > 0.0).all()) {
     return std::nullopt;
   }
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
@@ -429,7 +429,7 @@ std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
                                                 Method method,
                                                 const Estimate& estimate) {
   if (!estimate.field.has_vectors() || set.rotation_sensor_from_table.empty() ||
-      experiment.robust) {
+      !set.visible.empty() || experiment.robust) {
     return std::nullopt;
   }
   const bool known = method == Method::known;
@@ -454,7 +454,8 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
                                                    Method method,
                                                    Estimate& estimate) {
   const bool known = method == Method::known;
-  if (!estimate.field.has_vectors() || set.rotation_sensor_from_table.empty()) {
+  if (!estimate.field.has_vectors() || set.rotation_sensor_from_table.empty() ||
+      !set.visible.empty()) {
     return {};
   }
   const Layings layings = layings_of(without_unpaired(set, estimate));
@@ -463,9 +464,10 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
   const bool has_normals = !inputs.empty() && inputs.front().name == "positioner";
   if (experiment.robust) {
     if (has_normals) {
-      estimate.notes.emplace_back(
-          "robust regression does not weigh the uncertainty of the cube's face normals; the stated "
-          "uncertainties lack it");
+      estimate.notes.push_back({NoteCode::face_normals,
+                                "robust regression does not weigh the uncertainty of the cube's "
+                                "face normals; the stated "
+                                "uncertainties lack it"});
     }
     return {};
   }
@@ -482,16 +484,18 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
     fit.put(estimate);
     if (seats) {
       estimate.notes.push_back(
-          formatted("each time it is laid the cube lies anew by {} rad about each axis (standard "
-                    "deviation); the coefficients and their uncertainty count it",
-                    number_text(fit.seat_sd(), 2)));
+          {NoteCode::seats,
+           formatted("each time it is laid the cube lies anew by {} rad about each axis (standard "
+                     "deviation); the coefficients and their uncertainty count it",
+                     number_text(fit.seat_sd(), 2))});
     }
     return sources_of(inputs, fit.shares());
   }
   if (has_normals) {
-    estimate.notes.emplace_back(
-        "the readings do not tell the errors of the cube's faces from noise; the stated "
-        "uncertainties lack that of its face normals");
+    estimate.notes.push_back(
+        {NoteCode::face_normals,
+         "the readings do not tell the errors of the cube's faces from noise; the stated "
+         "uncertainties lack that of its face normals"});
   }
   return {};
 }

@@ -116,7 +116,7 @@ std::optional<bool> is_reversed(const ReadingSet& set,
 
 Estimate estimate_joint(const ReadingSet& set) {
   std::vector<TableField> all_starts = start_fields(set);
-  if (set.leaves_out() && all_starts.size() == 1) {
+  if (set.leaves_out() && set.visible.empty() && all_starts.size() == 1) {
     // A lamp that is given on the cube's very diagonal leaves one-sided axes open only just: where
     // it really is may be enough, and the condition number will say how much.
     constexpr double a_little_rad = 0.01;
@@ -129,8 +129,10 @@ Estimate estimate_joint(const ReadingSet& set) {
       all_starts.front() = std::move(beside);
     }
   }
-  require_determined(set, field_design(set, all_starts.front()),
-                     rows_of_points(set, all_starts.front()));
+  if (set.visible.empty()) {
+    require_determined(set, field_design(set, all_starts.front()),
+                       rows_of_points(set, all_starts.front()));
+  }
   require_response(set);
   const JointFit fit(set, set.weights);
   BestSolution best = best_solution(set, fit, all_starts);

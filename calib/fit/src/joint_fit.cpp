@@ -120,22 +120,25 @@ struct NoiseFit {
 
 JointState JointFit::at(const TableField& field) const {
   JointState state{.field = field, .tangents = {}, .axes = {}};
-  const Eigen::MatrixXd base = field_design(set_, field);
+  const AxisDesigns designs(set_, field);
   state.tangents = field.tangents();
   const Eigen::Index directions = state.direction_count();
-  const FieldChanges field_changes = changes_with_directions(set_, field, state.tangents);
+  FieldChanges field_changes = changes_with_directions(set_, field, state.tangents);
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
     JointAxis axis;
     // Axes of the same weights share one factorisation.
-    const bool shared =
-        k > 0 && weights_.col(k) == weights_.col(k - 1) && set_.temperature.order == 0;
-    axis.X = set_.all_columns(base, k);
+    const bool shared = k > 0 && weights_.col(k) == weights_.col(k - 1) &&
+                        set_.temperature.order == 0 && set_.visible.empty();
+    axis.X = set_.all_columns(designs.of(k), k);
     axis.design = shared ? state.axes.back().design
                          : std::make_shared<const LeastSquaresDesign>(axis.X, weights_.col(k),
                                                                       set_.names_of_axis(k));
     axis.root_weights = weights_.col(k).cwiseSqrt();
     axis.estimate = axis.design->estimate(set_.response.col(k));
     axis.residuals = axis.root_weights.cwiseProduct(set_.response.col(k) - axis.X * axis.estimate);
+    if (!set_.visible.empty()) {
+      field_changes = changes_with_directions(set_, field, state.tangents, k);
+    }
     const Eigen::MatrixXd change =
         response_changes(set_, k, axis.estimate.segment<3>(1).transpose(), field_changes);
     axis.take_up.resize(axis.X.cols(), directions);

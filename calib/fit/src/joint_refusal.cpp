@@ -8,9 +8,11 @@
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/response_system.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/field/settings.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "joint_solution.hpp"
 
@@ -64,9 +66,10 @@ void require_direction(const ReadingSet& set, const JointFit& fit, const JointSo
         return jacobian_rows(set, solution, point, level);
       },
       set.field.is_sum());
-  std::vector<Setting> settings = {Setting::method};
+  std::vector<Setting> settings = {settings::method};
   if (points.empty() && !set.also_in_table.empty()) {
-    settings.insert(settings.end(), {Setting::site, Setting::fence_azimuth, Setting::field_table});
+    settings.insert(settings.end(),
+                    {settings::site, settings::fence_azimuth, settings::field_table});
   }
   std::string advice =
       formatted("add readings at {}, or use method known if the table is level", points);
@@ -106,7 +109,7 @@ void require_degrees_of_freedom(const ReadingSet& set, const JointSolution& solu
           "so few readings do not determine {} together with the field's direction, with anything "
           "left to check them by; add readings{}, or use method known if the table is level",
           list, points.empty() ? "" : " at " + joined(points, "; ")),
-      std::move(names), {Setting::method});
+      std::move(names), {settings::method});
 }
 
 }  // namespace axiscal

@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-// One scatter for all axes; 1 where there is nothing to estimate it from.
+// All axes have one scatter here; it is 1 where nothing tells it.
 double pooled_scatter(const ReadingSet& set, const JointState& state, double dof) {
   if (!(dof > 0.5)) {
     return 1.0;

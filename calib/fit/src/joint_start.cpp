@@ -87,8 +87,9 @@ Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen
       const Eigen::Matrix3d R = set.met_of_field(at);
       Z(i, 0) = 1.0;
       for (Eigen::Index p = 0; p < parts; ++p) {
-        const double factor =
-            set.field.factor_of(static_cast<std::size_t>(p), set.readings[at].level);
+        const auto part = static_cast<std::size_t>(p);
+        const bool seen = set.sees(k, static_cast<Eigen::Index>(at), part);
+        const double factor = seen ? set.field.factor_of(part, set.readings[at].level) : 0.0;
         Z.row(i).segment<9>(1 + 9 * p) = factor * R.reshaped().transpose();
       }
       Z.row(i).segment(unknowns, others) = set.design_row(R, Eigen::Vector3d::Zero()).tail(others);

@@ -15,13 +15,14 @@ bool is_long_recording(Eigen::Index readings) {
   return readings >= fewest;
 }
 
-void count_long_correlation(const Eigen::VectorXd& uncertainties,
-                            FitStatistics& statistics,
-                            std::vector<std::string>& notes) {
+void add_long_correlation(const Eigen::VectorXd& uncertainties,
+                          FitStatistics& statistics,
+                          std::vector<CalibrationNote>& notes) {
   if (!uncertainties.allFinite()) {
-    notes.emplace_back(
-        "a tenth of the recording alone determines something, so that its intervals do not count "
-        "that consecutive readings are alike");
+    notes.push_back(
+        {NoteCode::correlation,
+         "a tenth of the recording alone determines something, so that its intervals do not count "
+         "that consecutive readings are alike"});
     return;
   }
   constexpr auto degrees_of_freedom = static_cast<double>(jackknife_parts - 1);

@@ -22,9 +22,9 @@ namespace axiscal {
 ///                       nothing changes but a note.
 /// @par Source
 /// method.md, section 4.
-void count_long_correlation(const Eigen::VectorXd& uncertainties,
-                            FitStatistics& statistics,
-                            std::vector<std::string>& notes);
+void add_long_correlation(const Eigen::VectorXd& uncertainties,
+                          FitStatistics& statistics,
+                          std::vector<CalibrationNote>& notes);
 
 /// What to say of a recording that is short for its own noise.
 /// @param independent  as how many independent readings it counts.

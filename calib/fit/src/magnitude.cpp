@@ -322,13 +322,15 @@ Estimate estimate_magnitude(const ReadingSet& set,
   if (bias_in_se > worth_correcting && fit.sd > rounding) {
     const std::string size_in_se = number_text(std::round(bias_in_se * 100.0) / 100.0);
     estimate.notes.push_back(
-        correct ? formatted("corrected for the estimate's bias of order sigma^2, up to {} standard "
-                            "errors (parametric bootstrap)",
-                            size_in_se)
-                : formatted(
-                      "not corrected for the estimate's bias of order sigma^2, which would be up "
-                      "to {} standard errors if the residuals were independent noise; they are not",
-                      size_in_se));
+        {NoteCode::estimate_bias,
+         correct
+             ? formatted("corrected for the estimate's bias of order sigma^2, up to {} standard "
+                         "errors (parametric bootstrap)",
+                         size_in_se)
+             : formatted(
+                   "not corrected for the estimate's bias of order sigma^2, which would be up "
+                   "to {} standard errors if the residuals were independent noise; they are not",
+                   size_in_se)});
   }
   RegressionRows rows = rows_of_readings(set);
   estimate.statistics = blank_statistics(set, rows);
@@ -360,9 +362,9 @@ Estimate estimate_magnitude(const ReadingSet& set,
   if (is_long_recording(set.size())) {
     double independent = 0.0;
     const Eigen::MatrixXd changes = units.asDiagonal() * changes_by_order(fit, T, independent);
-    count_long_correlation(jackknife_uncertainty(changes), statistics, estimate.notes);
+    add_long_correlation(jackknife_uncertainty(changes), statistics, estimate.notes);
     for (std::string& remark : remarks_on_length(independent)) {
-      estimate.notes.push_back(std::move(remark));
+      estimate.notes.push_back({NoteCode::correlation, std::move(remark)});
     }
   }
   return estimate;

@@ -102,9 +102,9 @@ std::optional<MountStep> step_of_mounts(const ReadingSet& set,
   return step;
 }
 
-bool count_mounts(const std::map<int, Eigen::Matrix3d>& turns,
-                  double expected,
-                  Estimate& estimate) {
+bool add_mount_scatter(const std::map<int, Eigen::Matrix3d>& turns,
+                       double expected,
+                       Estimate& estimate) {
   FitStatistics& statistics = estimate.statistics;
   const auto count = static_cast<double>(turns.size());
   const double nu = 3.0 * (count - 1.0);
@@ -151,9 +151,11 @@ bool count_mounts(const std::map<int, Eigen::Matrix3d>& turns,
   }
   if (more > 0.0) {
     estimate.notes.push_back(
-        formatted("the instrument sits anew in the cube in each of {} mounts, by {} rad about each "
-                  "axis (standard deviation); cross-axis terms and their uncertainty count it",
-                  turns.size(), number_text(component.sd(0), 2)));
+        {NoteCode::seats,
+         formatted(
+             "the instrument sits anew in the cube in each of {} mounts, by {} rad about each "
+             "axis (standard deviation); cross-axis terms and their uncertainty count it",
+             turns.size(), number_text(component.sd(0), 2))});
     add_component(std::move(component), statistics);
   }
   return true;

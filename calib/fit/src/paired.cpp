@@ -7,6 +7,7 @@
 #include "axis_regression.hpp"
 #include "axiscal/calib/design_advice.hpp"
 #include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
 #include "opposite_pairs.hpp"
 
@@ -148,12 +149,12 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
     throw RefusedError(
         "method paired: no reading has its opposite (same rest face, block and level; opposite "
         "fence face); take each face turned round as well, or use method joint or known",
-        {Setting::method});
+        {settings::method});
   }
   const std::vector<PseudoObservation> pooled = pool_by_rest_face(opposites.pairs);
   const double F = nominal_in_table.norm();
   if (!(std::abs(nominal_in_table.z()) > smallest_normal_part * F)) {
-    throw RefusedError(in_plane_message, {Setting::method});
+    throw RefusedError(in_plane_message, {settings::method});
   }
   const Eigen::Vector3d normal(0.0, 0.0, std::copysign(F, nominal_in_table.z()));
   TableField field = set.field.with_all(normal);
@@ -192,7 +193,7 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
     double change = 0.0;
     std::vector<Eigen::Vector3d> turned;
     for (std::size_t s = 0; s < field.size(); ++s) {
-      const Eigen::Vector2d in_plane = estimate.levelness->of_level(s);
+      const Eigen::Vector2d in_plane = estimate.levelness->of_block_at(s);
       const Eigen::Vector3d measured(F * in_plane.x(), F * in_plane.y(), field.vector(s).z());
       const Eigen::Vector3d next = F * measured.normalized();
       change = std::max(change, (next - field.vector(s)).norm());
@@ -205,7 +206,7 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
   }
   for (const Eigen::Vector3d& vector : field.vectors()) {
     if (!(std::abs(vector.z()) > smallest_normal_part * F)) {
-      throw RefusedError(in_plane_message, {Setting::method});
+      throw RefusedError(in_plane_message, {settings::method});
     }
   }
   estimate.unpaired = opposites.unpaired;

@@ -36,6 +36,22 @@ Eigen::Matrix3d ReadingSet::field_change(Eigen::Index reading,
   return field_then.empty() ? change : Eigen::Matrix3d(field_then[i] * change);
 }
 
+Eigen::Vector3d ReadingSet::seen_in_table(Eigen::Index axis,
+                                          Eigen::Index reading,
+                                          const TableField& field_at) const {
+  if (visible.empty()) {
+    return field_in_table(reading, field_at);
+  }
+  const FieldLevel& level = readings[static_cast<std::size_t>(reading)].level;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t p = 0; p < visible.size(); ++p) {
+    if (sees(axis, reading, p)) {
+      sum += field_at.factor_of(p, level) * field_at.vector(p);
+    }
+  }
+  return sum;
+}
+
 Eigen::RowVectorXd ReadingSet::design_row(const Eigen::Matrix3d& rotation,
                                           const Eigen::Vector3d& field_in_table) const {
   Eigen::RowVectorXd row(base_column_count());
@@ -108,6 +124,18 @@ std::vector<std::string> ReadingSet::names_of_axis(Eigen::Index axis) const {
   return names;
 }
 
+Eigen::MatrixXd ReadingSet::map_of_seen() const {
+  const Eigen::Index all = column_count();
+  if (seen.cols() == 0) {
+    return Eigen::MatrixXd::Identity(all, all);
+  }
+  Eigen::MatrixXd map = Eigen::MatrixXd::Zero(all, all - 3 + seen.cols());
+  map(0, 0) = 1.0;
+  map.block(1, 1, 3, seen.cols()) = seen;
+  map.bottomRightCorner(all - 4, all - 4).setIdentity();
+  return map;
+}
+
 std::vector<double> ReadingSet::readings_of_axis(Eigen::Index k) const {
   std::vector<double> values;
   for (Eigen::Index i = 0; i < size(); ++i) {
@@ -130,6 +158,18 @@ Eigen::MatrixXd field_design(const ReadingSet& set, const TableField& field) {
                                    set.field_in_table(i, field));
   }
   return design;
+}
+
+AxisDesigns::AxisDesigns(const ReadingSet& set, const TableField& field)
+    : designs_(set.visible.empty() ? 1 : static_cast<std::size_t>(set.axis_count()),
+               field_design(set, field)) {
+  for (Eigen::Index k = 0; k < set.axis_count() && !set.visible.empty(); ++k) {
+    Eigen::MatrixXd& design = designs_[static_cast<std::size_t>(k)];
+    for (Eigen::Index i = 0; i < set.size(); ++i) {
+      design.row(i).segment<3>(1) = set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+                                    set.seen_in_table(k, i, field);
+    }
+  }
 }
 
 }  // namespace axiscal

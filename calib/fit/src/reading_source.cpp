@@ -6,6 +6,7 @@
 #include <set>
 
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -77,7 +78,7 @@ void ReadingSource::find_rows() {
     const bool there = std::any_of(observations_.readings.begin(), observations_.readings.end(),
                                    [run](const Reading& reading) { return reading.run == run; });
     if (!there) {
-      throw SetupError(formatted("there is no run {} to leave out", run), {Setting::leave_out});
+      throw SetupError(formatted("there is no run {} to leave out", run), {settings::leave_out});
     }
   }
   for (std::size_t i = 0; i < observations_.readings.size(); ++i) {
@@ -263,6 +264,17 @@ ReadingSet ReadingSource::set(const std::vector<FieldDescription>& parts,
   }
   set.effects = run_effects(set.readings, set.weights, effects_);
   return set;
+}
+
+Eigen::Matrix3Xd ReadingSource::lights_in_sensor(const Reading& reading,
+                                                 const TableField& field) const {
+  const Eigen::Matrix3d R = rotation(reading);
+  Eigen::Matrix3Xd lights(3, static_cast<Eigen::Index>(field.parts().size()));
+  for (std::size_t p = 0; p < field.parts().size(); ++p) {
+    lights.col(static_cast<Eigen::Index>(p)) =
+        R * (field.factor_of(p, reading.level) * field.vector(p));
+  }
+  return lights;
 }
 
 Eigen::Vector3d ReadingSource::field_in_sensor(const Reading& reading,

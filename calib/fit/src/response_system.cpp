@@ -5,7 +5,8 @@ namespace axiscal {
 
 FieldChanges changes_with_directions(const ReadingSet& set,
                                      const TableField& field,
-                                     const std::vector<TableField::Tangents>& tangents) {
+                                     const std::vector<TableField::Tangents>& tangents,
+                                     Eigen::Index axis) {
   Eigen::Index directions = 0;
   for (const TableField::Tangents& own : tangents) {
     directions += own.cols();
@@ -15,9 +16,13 @@ FieldChanges changes_with_directions(const ReadingSet& set,
     Eigen::Matrix3Xd& all = changes.emplace_back(3, directions);
     Eigen::Index first = 0;
     for (std::size_t s = 0; s < field.size(); ++s) {
-      all.middleCols(first, tangents[s].cols()) =
-          set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
-          set.field_change(i, field, s) * (field.step_unit(s) * tangents[s]);
+      if (set.sees(axis, i, s)) {
+        all.middleCols(first, tangents[s].cols()) =
+            set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+            set.field_change(i, field, s) * (field.step_unit(s) * tangents[s]);
+      } else {
+        all.middleCols(first, tangents[s].cols()).setZero();
+      }
       first += tangents[s].cols();
     }
   }

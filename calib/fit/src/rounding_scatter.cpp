@@ -109,10 +109,10 @@ std::optional<RoundedFit> fit_poses(const Poses& poses,
 
 }  // namespace
 
-void count_rounding(const ReadingSet& set,
-                    bool known_field,
-                    double stated_step,
-                    Estimate& estimate) {
+void add_rounding_scatter(const ReadingSet& set,
+                          bool known_field,
+                          double stated_step,
+                          Estimate& estimate) {
   FitStatistics& statistics = estimate.statistics;
   fill_intervals(statistics);
   constexpr double wide = 0.4;  // noise below this part of a step does not average it
@@ -124,7 +124,7 @@ void count_rounding(const ReadingSet& set,
   if (static_cast<std::size_t>(*std::max_element(group.begin(), group.end())) >= most_poses) {
     return;
   }
-  const Eigen::MatrixXd base = field_design(set, estimate.field);
+  const AxisDesigns designs(set, estimate.field);
   const Eigen::Index p = set.coefficient_count();
   ScatterComponent component{.name = "rounding",
                              .sd = Eigen::VectorXd::Zero(set.axis_count()),
@@ -140,6 +140,7 @@ void count_rounding(const ReadingSet& set,
     if (!step || !(poses.scatter < wide * *step) || *step <= 4.0 * set.rounding(k)) {
       continue;
     }
+    const Eigen::MatrixXd& base = designs.of(k);
     Eigen::MatrixXd design(static_cast<Eigen::Index>(poses.first.size()), base.cols());
     design = base(poses.first, Eigen::all);
     if (!known_field && estimate.field.has_vectors()) {
@@ -175,11 +176,13 @@ void count_rounding(const ReadingSet& set,
     return;
   }
   statistics.components.push_back(std::move(component));
-  estimate.notes.push_back(formatted(
-      "axis {}: the readings' step ({}) is wider than their noise, so that repeats do not "
-      "average it out; the uncertainty counts it: take more digits, or a dither of half a "
-      "step before rounding",
-      joined(axes), number_text(widest, 3)));
+  estimate.notes.push_back(
+      {NoteCode::rounding,
+       formatted(
+           "axis {}: the readings' step ({}) is wider than their noise, so that repeats do not "
+           "average it out; the uncertainty counts it: take more digits, or a dither of half a "
+           "step before rounding",
+           joined(axes), number_text(widest, 3))});
 }
 
 }  // namespace axiscal

@@ -24,11 +24,11 @@ struct BiasScatter {
 };
 
 // Takes as the variance of bias `at` what a cause makes of it, where its interval is the longer.
-void count_bias(Eigen::Index at,
-                double variance,
-                double degrees_of_freedom,
-                FitStatistics& statistics,
-                BiasScatter& scatter) {
+void add_bias_scatter(Eigen::Index at,
+                      double variance,
+                      double degrees_of_freedom,
+                      FitStatistics& statistics,
+                      BiasScatter& scatter) {
   const double interval = student_t_factor(0.95, degrees_of_freedom) * std::sqrt(variance);
   if (!(interval > statistics.interval_95(at))) {
     return;
@@ -71,12 +71,13 @@ Eigen::MatrixXd shifts_of_blocks(const ReadingSet& set, const Estimate& estimate
     place.emplace(block, static_cast<Eigen::Index>(place.size()));
   }
   const auto count = static_cast<Eigen::Index>(place.size());
-  const Eigen::MatrixXd base = field_design(set, estimate.field);
+  const AxisDesigns designs(set, estimate.field);
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(count, set.axis_count());
   Eigen::MatrixXd weights = sums;
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     const Eigen::Index block = place.at(set.readings[static_cast<std::size_t>(i)].block);
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+      const Eigen::MatrixXd& base = designs.of(k);
       double left = set.response(i, k) - estimate.response.bias(k) -
                     estimate.response.sensitivity.row(k).dot(base.row(i).segment<3>(1));
       for (std::size_t a = 0; a < estimate.also.size(); ++a) {
@@ -121,7 +122,7 @@ BlockSquare pooled(const BlockSquare& own, const BlockSquare& earlier) {
 
 // The mean square of the blocks' biases about their mean says how well that is known; it holds the
 // readings' scatter too.
-void count_blocks(const ReadingSet& set, const ProcessScatter* process, Estimate& estimate) {
+void add_block_scatter(const ReadingSet& set, const ProcessScatter* process, Estimate& estimate) {
   const RunEffects& effects = set.effects;
   const double nu = effects.degrees_of_freedom_of_blocks();
   const bool several = nu > 0.0;
@@ -152,23 +153,26 @@ void count_blocks(const ReadingSet& set, const ProcessScatter* process, Estimate
     scatter.component.degrees_of_freedom =
         std::min(scatter.component.degrees_of_freedom, all.degrees_of_freedom);
     scatter.component.sd(k) = std::sqrt(std::max(all.mean_square - blocks * within, 0.0));
-    count_bias(at, all.mean_square / blocks, all.degrees_of_freedom, statistics, scatter);
+    add_bias_scatter(at, all.mean_square / blocks, all.degrees_of_freedom, statistics, scatter);
   }
   put(std::move(scatter), estimate);
   if (process != nullptr && estimate.earlier == 0) {
-    estimate.notes.emplace_back(
-        "the blocks differ by far more than in earlier calibrations, which therefore do not count");
+    estimate.notes.push_back({NoteCode::conditions,
+                              "the blocks differ by far more than in earlier calibrations, which "
+                              "therefore do not count"});
   } else if (process != nullptr) {
     estimate.notes.push_back(
-        formatted("the biases' intervals count how they changed between blocks in {} earlier "
-                  "calibrations ({} "
-                  "degrees of freedom)",
-                  process->records, number_text(process->degrees_of_freedom, 3)));
+        {NoteCode::conditions,
+         formatted("the biases' intervals count how they changed between blocks in {} earlier "
+                   "calibrations ({} "
+                   "degrees of freedom)",
+                   process->records, number_text(process->degrees_of_freedom, 3))});
   } else if (effects.blocks.size() == 2) {
-    estimate.notes.emplace_back(
-        "the biases' intervals count how blocks differ, and two blocks tell that only roughly: "
-        "with "
-        "three blocks they are some 2.5 times shorter, with four 3 times");
+    estimate.notes.push_back(
+        {NoteCode::conditions,
+         "the biases' intervals count how blocks differ, and two blocks tell that only roughly: "
+         "with "
+         "three blocks they are some 2.5 times shorter, with four 3 times"});
   }
 }
 
@@ -195,7 +199,7 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
   if (n < p + fewest_left) {
     return std::nullopt;
   }
-  const Eigen::MatrixXd base = field_design(set, estimate.field);
+  const AxisDesigns designs(set, estimate.field);
   OrderedReadings ordered;
   ordered.responses = set.response(rows, Eigen::all);
   ordered.places.resize(n);
@@ -207,7 +211,7 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
     ordered.places(i) = static_cast<double>(rows[static_cast<std::size_t>(i)]);
   }
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const Eigen::MatrixXd all = set.all_columns(base, k);
+    const Eigen::MatrixXd all = set.all_columns(designs.of(k), k);
     Eigen::MatrixXd& design = ordered.designs.emplace_back(n, p);
     design.leftCols(set.coefficient_count()) = all(rows, Eigen::seqN(0, set.coefficient_count()));
     design.rightCols(drift) = all(rows, Eigen::lastN(drift));
@@ -215,11 +219,11 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
   return ordered;
 }
 
-void count_correlation(const ReadingSet& set, Estimate& estimate) {
+void add_correlation(const ReadingSet& set, Estimate& estimate) {
   const bool has_soaks =
       std::any_of(estimate.statistics.components.begin(), estimate.statistics.components.end(),
                   [](const ScatterComponent& one) { return one.name == "soaks"; });
-  if (has_soaks || set.robust) {
+  if (has_soaks || set.robust || set.seen.cols() > 0) {
     return;  // readings of a soak that lies off its curve are alike, and that counts already
   }
   const std::optional<OrderedReadings> ordered = ordered_readings(set, estimate);
@@ -243,24 +247,25 @@ void count_correlation(const ReadingSet& set, Estimate& estimate) {
     const Eigen::Index at = set.coefficient_count() * k;
     estimate.response.bias(k) = mean.estimate(k);
     scatter.component.sd(k) = mean.u(k);
-    count_bias(at, mean.u(k) * mean.u(k), mean.degrees_of_freedom, statistics, scatter);
+    add_bias_scatter(at, mean.u(k) * mean.u(k), mean.degrees_of_freedom, statistics, scatter);
   }
   put(std::move(scatter), estimate);
   estimate.notes.push_back(
-      formatted("consecutive readings are alike (correlation about {}); the biases are means over "
-                "models of such noise, and their intervals count it",
-                number_text(mean.correlation, 1)));
+      {NoteCode::correlation,
+       formatted("consecutive readings are alike (correlation about {}); the biases are means over "
+                 "models of such noise, and their intervals count it",
+                 number_text(mean.correlation, 1))});
 }
 
 }  // namespace
 
-void count_run_scatter(const ReadingSet& set, const ProcessScatter* process, Estimate& estimate) {
+void add_run_scatter(const ReadingSet& set, const ProcessScatter* process, Estimate& estimate) {
   fill_intervals(estimate.statistics);
   if (!estimate.statistics.covariance.allFinite()) {
     return;
   }
-  count_blocks(set, process, estimate);
-  count_correlation(set, estimate);
+  add_block_scatter(set, process, estimate);
+  add_correlation(set, estimate);
 }
 
 }  // namespace axiscal

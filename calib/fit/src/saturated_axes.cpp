@@ -113,7 +113,8 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
   constexpr double false_alarm = 0.02;  // by simulation at most 0.2 % of good runs are called so
   const bool by_magnitude = !estimate.field.has_vectors() && !set.readings.front().field_in_sensor;
   const double ends = static_cast<double>(set.axis_count()) * (search.one_sided ? 1.0 : 2.0);
-  const Eigen::MatrixXd base = by_magnitude ? Eigen::MatrixXd() : field_design(set, estimate.field);
+  const std::optional<AxisDesigns> designs =
+      by_magnitude ? std::nullopt : std::optional<AxisDesigns>(std::in_place, set, estimate.field);
   std::vector<SaturatedAxis> found;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const std::vector<double> values = set.readings_of_axis(k);
@@ -129,8 +130,11 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
       if (end.there.size() < fewest_at_end || end.others.size() < fewest_others) {
         continue;
       }
-      const double p = by_magnitude ? p_by_magnitude(set, estimate, search.magnitude, end)
-                                    : p_by_others(set, set.all_columns(base, k), end).value_or(1.0);
+      const double p =
+          by_magnitude
+              ? p_by_magnitude(set, estimate, search.magnitude, end)
+              : p_by_others(set, set.all_columns(designs->of(k), k) * set.map_of_seen(), end)
+                    .value_or(1.0);
       if (ends * p < false_alarm) {
         SaturatedAxis& axis =
             found.emplace_back(SaturatedAxis{.axis = k, .value = end.value, .runs = {}});

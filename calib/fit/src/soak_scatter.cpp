@@ -61,7 +61,7 @@ OffCurve off_curve(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance
 
 }  // namespace
 
-void count_soaks(const ReadingSet& set, Estimate& estimate) {
+void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
   const TemperatureTerms& terms = set.temperature;
   if (terms.order == 0 || terms.soak.empty() || set.robust || set.also_kinds.size() > 0 ||
       static_cast<Eigen::Index>(estimate.statistics.lack_of_fit.size()) != set.axis_count() ||
@@ -156,9 +156,10 @@ void count_soaks(const ReadingSet& set, Estimate& estimate) {
     put_intervals(statistics);
   }
   add_component(std::move(component), statistics);
-  estimate.notes.emplace_back(
-      "the soaks do not lie on the polynomials over temperature as closely as their readings; the "
-      "coefficients' intervals count how they scatter about them");
+  estimate.notes.push_back(
+      {NoteCode::temperature,
+       "the soaks do not lie on the polynomials over temperature as closely as their readings; the "
+       "coefficients' intervals count how they scatter about them"});
 }
 
 }  // namespace axiscal

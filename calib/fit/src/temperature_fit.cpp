@@ -8,6 +8,7 @@
 
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -34,7 +35,7 @@ void require_temperatures(const ReadingSet& set) {
                                      "temperatures: add readings at another, or use order {}",
                                      count, count == 1 ? " temperature" : " temperatures", list,
                                      order, order + 1, count - 1),
-                           std::move(names), {Setting::temperature_order});
+                           std::move(names), {settings::temperature_order});
 }
 
 // Each temperature needs readings with both signs of the axis's field.

@@ -28,8 +28,9 @@ struct Direction {
 Direction direction_of(const Calibration& accelerometer,
                        const Eigen::MatrixXd& root,
                        const Eigen::Vector3d& mean) {
-  const Eigen::Matrix3d inverse = Eigen::Matrix3d(accelerometer.response.sensitivity).inverse();
-  const Eigen::Vector3d field = inverse * (mean - accelerometer.response.bias);
+  const Eigen::Matrix3d inverse =
+      Eigen::Matrix3d(accelerometer.sensor.response.sensitivity).inverse();
+  const Eigen::Vector3d field = inverse * (mean - accelerometer.sensor.response.bias);
   Direction direction{.up = field.normalized(), .errors = {}};
   if (root.rows() != 12) {
     return direction;

@@ -15,6 +15,7 @@
 #include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -356,7 +357,7 @@ void check_revolutions(std::span<const GyroscopeTurn> turns,
                   "missing? If it was a motor, state the gyroscope's scale",
                   worst + 1, number_text(fit.most_revolutions, 3),
                   number_text(time_s.back() - time_s.front(), 3)),
-        {Setting::gyroscope_scale});
+        {settings::gyroscope_scale});
   }
 }
 
@@ -445,14 +446,14 @@ Calibration turn_calibration(const TurnFit& fit,
                              const Instrument& instrument,
                              const Eigen::Vector3d& rest_sd) {
   Calibration record;
-  record.created = timestamp_now();
-  record.software = software_name();
-  record.instrument = instrument;
-  record.field = {.kind = "induced_rotation", .unit = "rad/s", .magnitude = 1.0};
-  record.method = Method::turns;
-  record.response = fit.response;
-  record.turn_errors_rad = fit.residuals;
-  FitStatistics& statistics = record.statistics.emplace();
+  record.provenance.created = timestamp_now();
+  record.provenance.software = software_name();
+  record.sensor.instrument = instrument;
+  record.sensor.field = {.kind = "induced_rotation", .unit = "rad/s", .magnitude = 1.0};
+  record.fit.method = Method::turns;
+  record.sensor.response = fit.response;
+  record.fit.turn_errors_rad = fit.residuals;
+  FitStatistics& statistics = record.fit.statistics.emplace();
   statistics.observations = static_cast<int>(fit.residuals.size());
   statistics.degrees_of_freedom = Eigen::Vector3d::Constant(fit.degrees_of_freedom);
   statistics.residual_sd = rest_sd;
@@ -464,7 +465,7 @@ Calibration turn_calibration(const TurnFit& fit,
   statistics.variance_inflation = SensitivityMatrix::Constant(3, 3, not_a_number);
   add_intervals(record);
   if (!fit.sources.empty()) {
-    UncertaintyBudget& budget = record.uncertainty.emplace();
+    UncertaintyBudget& budget = record.fit.uncertainty.emplace();
     budget.sources.push_back({.name = "fit",
                               .type = "A",
                               .distribution = "t",
@@ -472,15 +473,17 @@ Calibration turn_calibration(const TurnFit& fit,
                               .degrees_of_freedom = not_a_number});
     budget.sources.insert(budget.sources.end(), fit.sources.begin(), fit.sources.end());
   }
-  record.notes.push_back(
-      formatted("{} turns{}: attitude errors of {} degrees (standard deviation of a component){}",
-                fit.residuals.size(),
-                fit.has_rotations ? " between known seats" : " between rests, by the accelerometer",
-                number_text(fit.residual_sd_rad * deg_per_rad, 3),
-                fit.rest_sd_rad > 0.0
-                    ? formatted("; of it each rest, which two turns share, scatters by {} degrees",
-                                number_text(fit.rest_sd_rad * deg_per_rad, 3))
-                    : std::string()));
+  record.findings.notes.push_back(
+      {NoteCode::turns,
+       formatted(
+           "{} turns{}: attitude errors of {} degrees (standard deviation of a component){}",
+           fit.residuals.size(),
+           fit.has_rotations ? " between known seats" : " between rests, by the accelerometer",
+           number_text(fit.residual_sd_rad * deg_per_rad, 3),
+           fit.rest_sd_rad > 0.0
+               ? formatted("; of it each rest, which two turns share, scatters by {} degrees",
+                           number_text(fit.rest_sd_rad * deg_per_rad, 3))
+               : std::string())});
   if (!fit.converged) {
     add_warning(record, {.code = WarningCode::not_converged,
                          .message = "the fit of the turns had not come to rest after 50 rounds; is "

@@ -29,7 +29,7 @@ class BudgetMaker {
         set_(set),
         calibration_(calibration),
         field_(field),
-        statistics_(*calibration.statistics) {}
+        statistics_(*calibration.fit.statistics) {}
 
   UncertaintyBudget make(std::vector<UncertaintySource> weighed) {
     budget_.resolution = experiment_.stated.resolution;
@@ -42,7 +42,8 @@ class BudgetMaker {
     const bool weighs = !weighed.empty();
     std::move(weighed.begin(), weighed.end(), std::back_inserter(budget_.sources));
     add_field_magnitude();
-    if (calibration_.method == Method::known && field_.has_vectors() && !weighs) {
+    if (calibration_.fit.method == Method::known && field_.has_vectors() && !weighs &&
+        set_.seen.cols() == 0) {
       add_given_directions();
     }
     add_mount();
@@ -73,7 +74,7 @@ class BudgetMaker {
   [[nodiscard]] Eigen::VectorXd parameters_of(const SensitivityMatrix& change) const {
     Eigen::VectorXd all = Eigen::VectorXd::Zero(parameters());
     for (Eigen::Index k = 0; k < change.rows(); ++k) {
-      const std::string& axis = calibration_.instrument.axes[static_cast<std::size_t>(k)];
+      const std::string& axis = calibration_.sensor.instrument.axes[static_cast<std::size_t>(k)];
       const std::vector<std::string> names = names_of_columns({axis}, {1, 2, 3}, {});
       for (int j = 0; j < 3; ++j) {
         if (const auto at = statistics_.position_of(names[static_cast<std::size_t>(j)])) {
@@ -85,36 +86,37 @@ class BudgetMaker {
   }
 
   void add_field_magnitude() {
-    const FieldDescription& field = calibration_.field;
+    const FieldDescription& field = calibration_.sensor.field;
     for (std::size_t part = 0; part < field.parts.size(); ++part) {
       add_part_magnitude(part);
     }
     if (!(field.magnitude_u > 0.0) || !field.parts.empty()) {
       return;
     }
-    const Eigen::VectorXd change =
-        field.magnitude_u / field.magnitude * parameters_of(calibration_.response.sensitivity);
+    const Eigen::VectorXd change = field.magnitude_u / field.magnitude *
+                                   parameters_of(calibration_.sensor.response.sensitivity);
     add(field_magnitude_source, "normal", field.magnitude_u, field.unit,
         change * change.transpose());
   }
 
   // A part that is longer than it was taken to be. One whose length is fitted has none to doubt.
   void add_part_magnitude(std::size_t which) {
-    const FieldDescription& part = calibration_.field.parts[which];
+    const FieldDescription& part = calibration_.sensor.field.parts[which];
     if (!(part.magnitude_u > 0.0) || part.free_length || field_.size() <= which) {
       return;
     }
     const Eigen::Vector3d longer = part.magnitude_u / part.magnitude * field_.vector(which);
-    const Eigen::VectorXd change = taken_up([&](Eigen::Index i) -> Eigen::Vector3d {
-      return set_.field_change(i, field_, which) * longer;
+    const Eigen::VectorXd change = taken_up([&](Eigen::Index k, Eigen::Index i) -> Eigen::Vector3d {
+      return set_.sees(k, i, which) ? Eigen::Vector3d(set_.field_change(i, field_, which) * longer)
+                                    : Eigen::Vector3d::Zero();
     });
-    add("magnitude of " + part.kind, "normal", part.magnitude_u, calibration_.field.unit,
+    add("magnitude of " + part.kind, "normal", part.magnitude_u, calibration_.sensor.field.unit,
         change * change.transpose());
   }
 
   // What the coefficients take up of a field that differs from what it was taken to be. Where the
   // directions are fitted, they take up their part of it first.
-  // @param change_of_field  at a reading, frame table.
+  // @param change_of_field  that an axis sees at a reading, frame table.
   template <typename Change>
   [[nodiscard]] Eigen::VectorXd taken_up(const Change& change_of_field) const {
     const JointFit fit(set_, set_.weights);
@@ -122,7 +124,7 @@ class BudgetMaker {
     const Eigen::Index p = set_.coefficient_count();
     const Eigen::Index m = set_.axis_count();
     const bool open =
-        calibration_.method != Method::known && (statistics_.residual_sd.array() > 0.0).all();
+        calibration_.fit.method != Method::known && (statistics_.residual_sd.array() > 0.0).all();
     Eigen::VectorXd all(parameters());
     Eigen::VectorXd turn = Eigen::VectorXd::Zero(state.direction_count());
     for (Eigen::Index k = 0; k < m; ++k) {
@@ -130,10 +132,10 @@ class BudgetMaker {
       Eigen::VectorXd change(set_.size());
       for (Eigen::Index i = 0; i < set_.size(); ++i) {
         change(i) =
-            set_.scale(i, k) *
-            calibration_.response.sensitivity.row(k).dot(
-                (set_.rotation_sensor_from_table[static_cast<std::size_t>(i)] * change_of_field(i))
-                    .transpose());
+            set_.scale(i, k) * calibration_.sensor.response.sensitivity.row(k).dot(
+                                   (set_.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+                                    change_of_field(k, i))
+                                       .transpose());
       }
       const Eigen::VectorXd own = axis.design->estimate(change);
       all.segment(p * k, p) = own.head(p);
@@ -157,9 +159,10 @@ class BudgetMaker {
       Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(parameters(), parameters());
       for (Eigen::Index j = 0; j < axes.cols(); ++j) {
         const Eigen::Vector3d axis = axes.col(j);
-        const Eigen::VectorXd change = u * taken_up([&](Eigen::Index i) -> Eigen::Vector3d {
-                                         return axis.cross(set_.field_in_table(i, field_));
-                                       });
+        const Eigen::VectorXd change =
+            u * taken_up([&](Eigen::Index k, Eigen::Index i) -> Eigen::Vector3d {
+              return axis.cross(set_.seen_in_table(k, i, field_));
+            });
         covariance += change * change.transpose();
       }
       add(name, "normal", u, "rad", std::move(covariance));
@@ -183,10 +186,10 @@ class BudgetMaker {
     Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(parameters(), parameters());
     for (int j = 0; j < 3; ++j) {
       const Eigen::Vector3d axis = Eigen::Vector3d::Unit(j);
-      SensitivityMatrix turned(calibration_.response.sensitivity.rows(), 3);
+      SensitivityMatrix turned(calibration_.sensor.response.sensitivity.rows(), 3);
       for (Eigen::Index k = 0; k < turned.rows(); ++k) {
         // S (w cross f) = (S cross w) f.
-        const Eigen::Vector3d row = calibration_.response.sensitivity.row(k);
+        const Eigen::Vector3d row = calibration_.sensor.response.sensitivity.row(k);
         turned.row(k) = row.cross(axis).transpose();
       }
       const Eigen::VectorXd change = mount->repeatability_rad * parameters_of(turned);
@@ -209,7 +212,8 @@ class BudgetMaker {
     if (!(q > 0.0)) {
       return;
     }
-    const Eigen::MatrixXd base = field_design(set_, field_);
+    const AxisDesigns designs(set_, field_);
+    const Eigen::MatrixXd map = set_.map_of_seen();
     const Eigen::Index p = set_.coefficient_count();
     Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(parameters(), parameters());
     for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
@@ -217,13 +221,15 @@ class BudgetMaker {
       const double hidden =
           is_counted_as_scatter(k) ? 0.0 : q * q / 12.0 - (seen > 0.0 ? seen * seen : 0.0);
       if (hidden > 0.0) {
-        covariance.block(p * k, p * k, p, p) =
-            hidden * LeastSquaresDesign(set_.all_columns(base, k), set_.weights.col(k))
-                         .unscaled_covariance()
-                         .topLeftCorner(p, p);
+        const Eigen::MatrixXd unscaled =
+            map *
+            LeastSquaresDesign(set_.all_columns(designs.of(k), k) * map, set_.weights.col(k))
+                .unscaled_covariance() *
+            map.transpose();
+        covariance.block(p * k, p * k, p, p) = hidden * unscaled.topLeftCorner(p, p);
       }
     }
-    add("resolution", "rectangular", q / std::sqrt(12.0), calibration_.instrument.unit,
+    add("resolution", "rectangular", q / std::sqrt(12.0), calibration_.sensor.instrument.unit,
         std::move(covariance));
   }
 

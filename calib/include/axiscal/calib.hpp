@@ -5,6 +5,7 @@
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/calibrate_run.hpp"
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/calibration_fit.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/certificate_details.hpp"
 #include "axiscal/calib/characterize.hpp"
@@ -16,12 +17,16 @@
 #include "axiscal/calib/drift_check.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/experiment_json.hpp"
+#include "axiscal/calib/fit_statistics.hpp"
 #include "axiscal/calib/forecast.hpp"
 #include "axiscal/calib/history.hpp"
 #include "axiscal/calib/intrinsic.hpp"
 #include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/levelness.hpp"
 #include "axiscal/calib/limits.hpp"
+#include "axiscal/calib/lit_response.hpp"
 #include "axiscal/calib/magnitude_fit.hpp"
+#include "axiscal/calib/note_code.hpp"
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
@@ -33,6 +38,8 @@
 #include "axiscal/calib/repeated_design.hpp"
 #include "axiscal/calib/robust.hpp"
 #include "axiscal/calib/run.hpp"
+#include "axiscal/calib/sensor_model.hpp"
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/calib/study.hpp"
 #include "axiscal/calib/summary.hpp"
@@ -50,13 +57,14 @@
 /// From readings to bias and sensitivity with their uncertainty, and from these to angles.
 ///
 /// calibrate() takes an Experiment (instrument, field, cube, method) and readings, and gives a
-/// Calibration: the record, with statistics, the table's levelness and warnings. Reducer turns
-/// later readings into field and angles, check_drift() holds a new calibration against an old one,
-/// characterize() measures a cube, forecast() and run_study() tell before the experiment what it
-/// will reach. The mathematics is docs/method.md.
+/// Calibration: what the sensor is (SensorModel), how that was found (CalibrationFit), what to look
+/// at (Findings) and where it comes from (Provenance). Reducer turns later readings into field and
+/// angles, check_drift() holds a new calibration against an old one, characterize() measures a
+/// cube, forecast() and run_study() tell before the experiment what it will reach. The mathematics
+/// is docs/method.md.
 ///
 /// @code
-/// axiscal::Calibration truth;  // an ideal instrument, to have something to read
+/// axiscal::SensorModel truth;  // an ideal instrument, to have something to read
 /// truth.instrument = {.kind = "accelerometer", .unit = "V"};
 /// truth.response = {Eigen::Vector3d(0.1, -0.2, 0.3), 2.5 * Eigen::Matrix3d::Identity()};
 /// const std::vector<axiscal::RunSheetRow> sheet =
@@ -67,10 +75,10 @@
 /// experiment.instrument = truth.instrument;
 /// experiment.field = axiscal::GravityField();
 /// const axiscal::Calibration calibration = axiscal::calibrate(experiment, readings);
-/// const axiscal::Reducer reducer(calibration);
+/// const axiscal::Reducer reduce(calibration);
 /// const double volts[] = {0.1 + 2.5 * 0.342, -0.2, 0.3 + 2.5 * 0.940};
-/// std::printf("pitch %.1f degrees, by %s\n", reducer.reduce(volts).derived.values[0],
-///             std::string(axiscal::method_name(calibration.method)).c_str());
+/// std::printf("pitch %.1f degrees, by %s\n", reduce(volts)["pitch_deg"],
+///             std::string(axiscal::method_name(calibration.fit.method)).c_str());
 /// @endcode
 ///
 /// Traps:
@@ -78,6 +86,6 @@
 /// - 12 readings by `paired` leave two degrees of freedom, and t is 4.3: intervals are wide, not
 ///   wrong.
 /// - Standard errors are those of white noise about one levelness; what a cube or g adds is in
-///   Calibration::uncertainty, not in FitStatistics.
+///   CalibrationFit::uncertainty, not in FitStatistics.
 /// - Readings are in the instrument's unit, the field in its own; a Reducer answers in the
 ///   record's.

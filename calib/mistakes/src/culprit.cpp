@@ -131,7 +131,7 @@ bool can_be_searched(const ReadingSet& set, const Estimate& estimate) {
   const bool labelled =
       set.rotation_sensor_from_table.size() == set.readings.size() && estimate.field.has_vectors();
   return labelled && !set.field.is_sum() && !set.robust && !set.leaves_out() &&
-         set.also_in_table.empty() && set.size() >= 6;
+         set.seen.cols() == 0 && set.also_in_table.empty() && set.size() >= 6;
 }
 
 std::optional<Culprit> find_culprit(const ReadingSet& set,

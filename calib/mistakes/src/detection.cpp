@@ -9,6 +9,7 @@
 #include "axiscal/calib/deletion_fit.hpp"
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/variance_components.hpp"
+#include "mistake_kind.hpp"
 
 namespace axiscal {
 namespace {
@@ -21,24 +22,13 @@ constexpr double worth_a_look = 0.04;  // probability in the quick tests, before
 // Below this probability of the axes' scatters their noise clearly differs.
 constexpr double unequal_below = 0.01;
 constexpr double false_alarm_by_axis = 0.001;
-// From so many readings on each is judged by what the others say, axis by axis; then that test and
-// those of other mistakes share the level.
-constexpr Eigen::Index fewest_for_deletion = 24;
+// Where each reading is judged by the others, that test and those of other mistakes share the
+// level.
 constexpr double false_alarm_of_deletion = 0.003;
 constexpr double false_alarm_of_others = 0.008;
 
 double equality_p_value(const HypothesisFit& fit) {
   return equal_variances_p(fit.rss.cwiseQuotient(fit.degrees_of_freedom), fit.degrees_of_freedom);
-}
-
-// A hypothesis that frees no parameter, such as another pose, is not nested: no F test judges it.
-double f_test(double all, double dof, double drop, double q) {
-  const double left = all - drop;
-  constexpr double none_freed = 0.5;
-  if (!(dof - q >= 1.0) || !(q > none_freed) || !(drop > 0.0)) {
-    return 1.0;
-  }
-  return left > 0.0 ? f_upper_p((drop / q) / (left / (dof - q)), q, dof - q) : 0.0;
 }
 
 // The smallest probability of the quick tests: one reading deleted.
@@ -47,28 +37,19 @@ double single_p(const SuspectRun& run, const HypothesisFit& fit) {
   for (std::size_t i = 0; i < run.count(); ++i) {
     largest = std::max(largest, run.drop_without(fit, {i}));
   }
-  return std::min(1.0, static_cast<double>(run.n()) *
-                           f_test(fit.total(), fit.dof(), largest, static_cast<double>(run.m())));
+  return std::min(1.0, static_cast<double>(run.n()) * nested_f_p(fit.total(), fit.dof(), largest,
+                                                                 static_cast<double>(run.m())));
 }
 
-// Columns of the classes that add some: table moved, drift, extremes.
+// The same of the kinds that have a quick test of their own.
 double added_p(const SuspectRun& run, const HypothesisFit& fit) {
-  double moved = 0.0;
-  if (!run.fitter().known_field()) {
-    const std::vector<double> drops = run.drops_with_table_moved(fit);
-    moved = *std::max_element(drops.begin(), drops.end());
-  }
-  double shifted = 0.0;
-  for (Eigen::Index k = 0; k < run.m(); ++k) {
-    for (const bool top : {true, false}) {
-      shifted = std::max(shifted, run.drop_with(fit, run.extreme_columns(k, top, fit)));
+  double smallest = 1.0;
+  for (const MistakeKind& kind : mistake_kinds()) {
+    if (kind.quick_p != nullptr) {
+      smallest = std::min(smallest, kind.quick_p(run, fit));
     }
   }
-  const auto axes = static_cast<double>(run.m());
-  const auto p_of = [&](double drop, double q) { return f_test(fit.total(), fit.dof(), drop, q); };
-  return std::min({1.0, static_cast<double>(run.n() - 1) * p_of(moved, 2.0),
-                   p_of(run.drop_with(fit, run.drift_columns()), axes),
-                   2.0 * axes * p_of(shifted, 1.0)});
+  return smallest;
 }
 
 // Whether the axes' noise clearly differs once the worst readings are out; all fits anew then,
@@ -111,9 +92,10 @@ double allowance(const SuspectRun& run, const HypothesisFit& with, double equali
 }
 
 double nested_p(const SuspectRun& run, const HypothesisFit& with) {
-  return with.fitted ? f_test(run.plain().total(), run.plain().dof(),
-                              run.plain().total() - with.total(), run.plain().dof() - with.dof())
-                     : 1.0;
+  return with.fitted
+             ? nested_f_p(run.plain().total(), run.plain().dof(),
+                          run.plain().total() - with.total(), run.plain().dof() - with.dof())
+             : 1.0;
 }
 
 // Each axis by its own scatter, put together by Fisher's method.
@@ -123,9 +105,9 @@ double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
   }
   double sum = 0.0;
   for (Eigen::Index k = 0; k < run.m(); ++k) {
-    const double p = f_test(run.plain().rss(k), run.plain().degrees_of_freedom(k),
-                            run.plain().rss(k) - with.rss(k),
-                            run.plain().degrees_of_freedom(k) - with.degrees_of_freedom(k));
+    const double p = nested_f_p(run.plain().rss(k), run.plain().degrees_of_freedom(k),
+                                run.plain().rss(k) - with.rss(k),
+                                run.plain().degrees_of_freedom(k) - with.degrees_of_freedom(k));
     sum -= 2.0 * std::log(std::max(p, 1e-300));
   }
   return chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * static_cast<double>(run.m()));
@@ -172,7 +154,7 @@ Eigen::VectorXd roughly_by_others(const SuspectRun& run, const HypothesisFit& fi
 
 // How unlikely the worst reading is by the others, each axis by its own scatter, over all readings.
 double deletion_p(const SuspectRun& run) {
-  if (run.n() < fewest_for_deletion || run.only_rounding()) {
+  if (!run.is_judged_by_others() || run.only_rounding()) {
     return 1.0;
   }
   constexpr double worth_deleting = 0.1;
@@ -215,7 +197,7 @@ bool is_clearly_better(const SuspectRun& run, const HypothesisFit& with) {
   constexpr double by_scatter = 1.15;
   constexpr double by_chance = 0.005;
   return times_better(run, with) > by_scatter ||
-         (run.n() >= fewest_for_deletion &&
+         (run.is_judged_by_others() &&
           static_cast<double>(run.n()) *
                   std::min(nested_p(run, with), nested_p_by_axis(run, with)) <
               by_chance);
@@ -258,8 +240,7 @@ bool is_bad(SuspectRun& run) {
   const double equality = run.stated_ratio() ? 1.0 : equality_p_value(run.plain());
   const auto readings = static_cast<double>(run.n());
   double smallest = 1.0;
-  // @param tests  of that class; @param of_few  whether it is about a few readings.
-  const auto consider = [&](const HypothesisFit& with, double tests, bool of_few) {
+  const Consider consider = [&](const HypothesisFit& with, double tests, bool of_few) {
     if (with.fitted) {
       smallest =
           std::min(smallest, tests * allowance(run, with, equality, of_few) * nested_p(run, with));
@@ -268,23 +249,16 @@ bool is_bad(SuspectRun& run) {
   run.delete_pairs();
   constexpr double rare = 100.0;  // two independent mistakes
   const double pairs = rare * 0.5 * readings * (readings - 1.0);
-  const bool many = run.n() >= fewest_for_deletion;
+  const bool many = run.is_judged_by_others();
   if (many) {  // what the others say of each judges it at any noise of the axes
     smallest = pairs * pair_p(run);
   } else {
     consider(run.without(run.by_deletion().front()), readings, true);
-    for (const std::size_t i : first_of(run.by_deletion(), 3)) {
-      consider(run.tilted(i), readings, true);
-    }
     consider(run.best_pair(), pairs, true);
   }
-  for (const std::size_t cut : run.cuts()) {
-    consider(run.table_moved(cut), 0.3 * (readings - 1.0), true);
-  }
-  consider(run.drifted(), 1.0, false);
-  for (Eigen::Index k = 0; k < run.m(); ++k) {
-    for (const bool top : {true, false}) {
-      consider(run.saturated(k, top), 2.0 * static_cast<double>(run.m()), false);
+  for (const MistakeKind& kind : mistake_kinds()) {
+    if (kind.detect != nullptr) {
+      kind.detect(run, consider);
     }
   }
   const bool bad = classes * smallest < (many ? false_alarm_of_others : false_alarm) ||
@@ -293,9 +267,12 @@ bool is_bad(SuspectRun& run) {
   if (bad || !unequal || !run.plain().fitted) {
     return bad && run.plain().fitted;
   }
-  const double by_axis =
-      std::min(readings * nested_p_by_axis(run, run.without(run.by_deletion().front())),
-               nested_p_by_axis(run, run.drifted()));
+  double by_axis = readings * nested_p_by_axis(run, run.without(run.by_deletion().front()));
+  for (const MistakeKind& kind : mistake_kinds()) {
+    if (kind.of_all_axes != nullptr) {
+      by_axis = std::min(by_axis, nested_p_by_axis(run, kind.of_all_axes(run)));
+    }
+  }
   return 2.0 * by_axis < false_alarm_by_axis;
 }
 

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include "axiscal/calib/distributions.hpp"
+
 namespace axiscal {
 namespace {
 
@@ -27,7 +29,7 @@ double likelihood(const HypothesisFit& fit,
 }  // namespace
 
 std::span<const MistakeKind> mistake_kinds() {
-  // Of two that are as likely the one that is tried first stands first.
+  // The kinds are in this order as, of two that are as likely, the one that is tried first wins.
   static const std::array kinds = {wrong_pose_kind(),  exchanged_kind(), wrong_value_kind(),
                                    wrong_level_kind(), stuck_kind(),     tilted_seat_kind(),
                                    table_moved_kind(), drift_kind(),     saturated_kind()};
@@ -56,6 +58,15 @@ std::vector<Explanation> Explanations::ranked() && {
     return a.likelihood > b.likelihood;
   });
   return std::move(all_);
+}
+
+double nested_f_p(double total, double dof, double drop, double q) {
+  const double left = total - drop;
+  constexpr double none_freed = 0.5;
+  if (!(dof - q >= 1.0) || !(q > none_freed) || !(drop > 0.0)) {
+    return 1.0;
+  }
+  return left > 0.0 ? f_upper_p((drop / q) / (left / (dof - q)), q, dof - q) : 0.0;
 }
 
 Correction about(const SuspectRun& run,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -52,11 +53,24 @@ struct MistakeAdvice {
   std::string_view many;  // where several; empty: the same
 };
 
-/// A kind of mistake: how it explains a reading, or the run, and what to do about it.
+/// Takes a hypothesis that a run may be better described by: its fit, how many like it are tried,
+/// and whether it is about a few readings.
+using Consider = std::function<void(const HypothesisFit& with, double tests, bool of_few)>;
+
+/// A kind of mistake: how it is detected, how it explains a reading or the run, and what to do
+/// about it. What none of its kind can be detected by but readings that are left out, as a wrong
+/// pose, has no detection of its own.
 struct MistakeKind {
   std::span<const MistakeAdvice> advice;
   void (*of_reading)(const SuspectRun& run, std::size_t i, Explanations& found) = nullptr;
   void (*of_run)(const SuspectRun& run, Explanations& found) = nullptr;
+  /// The smallest probability of what it adds to a fit, to first order: no fit is made for it.
+  double (*quick_p)(const SuspectRun& run, const HypothesisFit& fit) = nullptr;
+  /// Its hypotheses, fitted, for the nested tests.
+  void (*detect)(const SuspectRun& run, const Consider& consider) = nullptr;
+  /// Its hypothesis where it changes all axes in all readings: each axis judges it by its own
+  /// scatter.
+  HypothesisFit (*of_all_axes)(const SuspectRun& run) = nullptr;
 };
 
 [[nodiscard]] MistakeKind wrong_pose_kind();
@@ -71,6 +85,11 @@ struct MistakeKind {
 
 /// @return all of them.
 [[nodiscard]] std::span<const MistakeKind> mistake_kinds();
+
+/// The probability that q parameters take so much from a fit's sum of squares by chance.
+///
+/// A hypothesis that frees no parameter, such as another pose, is not nested: no F test judges it.
+[[nodiscard]] double nested_f_p(double total, double dof, double drop, double q);
 
 /// @return a correction of that code about these readings.
 [[nodiscard]] Correction about(const SuspectRun& run,

@@ -12,14 +12,15 @@
 
 namespace axiscal {
 
-/// A run that may hold a mistake: its fit as it is, without each reading and each two, and under
-/// what may have happened to it.
+/// A run that may hold a mistake: its fit as it is, and without each reading and each two. What may
+/// have happened to it the kinds of mistakes know.
 ///
-/// Up to `each_is_fitted` readings each is left out by a fit of its own, and the table moved after
-/// each. Of more, those that count most to first order: the time stays linear in the readings.
+/// Up to `each_is_fitted` readings each is left out by a fit of its own; of more, the
+/// `fitted_of_many` that count most to first order: the time stays linear in the readings.
 class SuspectRun {
  public:
   static constexpr std::size_t each_is_fitted = 200;
+  static constexpr std::size_t fitted_of_many = 48;
 
   /// @param set  must outlive this.
   SuspectRun(const ReadingSet& set, const Estimate& estimate, bool known_field);
@@ -64,6 +65,10 @@ class SuspectRun {
     return plain_.coefficients.col(k).segment<3>(1).norm() * plain_.field.magnitude();
   }
 
+  /// From so many readings on each is judged by what the others say, axis by axis.
+  static constexpr Eigen::Index fewest_for_deletion = 24;
+  [[nodiscard]] bool is_judged_by_others() const { return n() >= fewest_for_deletion; }
+
   /// Whether what is left is rounding.
   [[nodiscard]] bool only_rounding() const;
 
@@ -74,40 +79,12 @@ class SuspectRun {
                                     const std::vector<std::size_t>& readings) const;
   [[nodiscard]] double drop_with(const HypothesisFit& fit, const Eigen::MatrixXd& columns) const;
 
-  /// The same of the table moved after each reading; by cut of the run's order.
-  [[nodiscard]] std::vector<double> drops_with_table_moved(const HypothesisFit& fit) const;
-
-  /// The cuts that are fitted: all, or of many those that count most.
-  [[nodiscard]] std::vector<std::size_t> cuts() const;
-
-  /// A drift of every bias over the run, as columns.
-  [[nodiscard]] Eigen::MatrixXd drift_columns() const;
-
-  /// A shift of the readings at one end of an axis's range, as a column; and which they are.
-  [[nodiscard]] Eigen::MatrixXd extreme_columns(Eigen::Index axis,
-                                                bool top,
-                                                const HypothesisFit& fit) const;
-  [[nodiscard]] std::vector<std::size_t> extremes(Eigen::Index axis,
-                                                  bool top,
-                                                  const HypothesisFit& fit) const;
-
-  /// What may have happened, fitted: the table moved at a cut, a drift, an axis limited at one end,
-  /// a tilted seat; a value for each of some readings, or for one axis, that may be anything.
-  [[nodiscard]] HypothesisFit table_moved(std::size_t cut) const;
-  [[nodiscard]] HypothesisFit drifted() const;
-  [[nodiscard]] HypothesisFit saturated(Eigen::Index axis, bool top) const;
-  [[nodiscard]] HypothesisFit tilted(std::size_t i) const;
+  /// A value for each of some readings, or for one axis of the first, that may be anything.
   [[nodiscard]] HypothesisFit arbitrary(const std::vector<std::size_t>& readings,
                                         std::optional<Eigen::Index> axis = {}) const;
 
  private:
   [[nodiscard]] std::vector<Eigen::Index> rows_of(const std::vector<std::size_t>& readings) const;
-  [[nodiscard]] Eigen::MatrixXd table_columns(std::size_t cut,
-                                              const TableField& field,
-                                              const Eigen::MatrixXd& coefficients) const;
-  [[nodiscard]] Eigen::MatrixXd table_rows(std::size_t i,
-                                           const TableField& field,
-                                           const Eigen::MatrixXd& coefficients) const;
 
   const ReadingSet& set_;
   HypothesisFitter fitter_;

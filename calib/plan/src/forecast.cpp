@@ -16,6 +16,7 @@
 #include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -97,7 +98,7 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
       throw RefusedError(
           "method paired: no point has its opposite (same rest face, opposite fence face); use "
           "method joint",
-          {Setting::method});
+          {settings::method});
     }
     require_determined(set, paired.design, row_for, true);
     const Eigen::VectorXd root = paired.weights.cwiseSqrt();
@@ -106,7 +107,7 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
     map.coefficients_from_readings = for_each_axis(pseudo_inverse(weighted) * averages, m);
     map.degrees_of_freedom =
         Eigen::VectorXd::Constant(m, static_cast<double>(paired.design.rows()));
-    // By generalised least squares it is a fit of all readings too.
+    // The fit by generalised least squares uses all readings too.
     const JointFit fit(set, set.weights);
     const Eigen::MatrixXd J = fit.jacobian(fit.at(field), Eigen::VectorXd::Ones(m));
     if (undetermined_columns(J).empty()) {
@@ -136,7 +137,7 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
     throw RankDeficientError(formatted("the design does not determine {} together; take each face "
                                        "turned round as well, or the method known on a level table",
                                        list),
-                             std::move(names), {Setting::method});
+                             std::move(names), {settings::method});
   }
   map.coefficients_from_readings = pseudo_inverse(J).topRows(4 * m);
   map.parameters = 4.0 + 2.0 / static_cast<double>(m);
@@ -321,8 +322,8 @@ void check_setup(const ForecastSetup& setup) {
 
 }  // namespace
 
-Calibration nominal_calibration(const Experiment& experiment, double sensitivity) {
-  Calibration nominal;
+SensorModel nominal_sensor(const Experiment& experiment, double sensitivity) {
+  SensorModel nominal;
   nominal.instrument = experiment.instrument;
   nominal.field = make_field_description(experiment);
   const Eigen::Index m = experiment.instrument.axis_count();
@@ -341,7 +342,7 @@ ForecastSetup forecast_setup(const Experiment& experiment,
   Experiment level = experiment;
   level.table.slope.setZero();
   ForecastSetup setup;
-  setup.nominal = nominal_calibration(level, sensitivity);
+  setup.nominal = nominal_sensor(level, sensitivity);
   setup.method = method_for(experiment, design);
   setup.design = std::move(design);
   setup.positioner = experiment.positioner;

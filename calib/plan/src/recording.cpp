@@ -65,7 +65,7 @@ class TurningHand {
 // A table of readings at the times of the samples, without labels.
 class RecordedReadings {
  public:
-  RecordedReadings(const Calibration& truth,
+  RecordedReadings(const SensorModel& truth,
                    const Recording& recording,
                    const SimulationOptions& options)
       : options_(options),
@@ -125,7 +125,7 @@ HandMotion turned_by_hand(const Eigen::Matrix3d& from,
           .rate = (1.0 - std::cos(angle)) / seconds * turn.angle() * turn.axis()};
 }
 
-SimulatedRun simulate_recording(const Calibration& truth,
+SimulatedRun simulate_recording(const SensorModel& truth,
                                 const Recording& recording,
                                 const SimulationOptions& options) {
   constexpr std::size_t fewest = 100;
@@ -158,7 +158,7 @@ SimulatedRun simulate_recording(const Calibration& truth,
   return run;
 }
 
-SimulatedTurns simulate_turns(const Calibration& truth,
+SimulatedTurns simulate_turns(const SensorModel& truth,
                               const std::vector<RunSheetRow>& sheet,
                               const Recording& recording,
                               const Eigen::Vector3d& earth_in_table,
@@ -249,7 +249,7 @@ Calibration calibrate_turns(const SimulatedTurns& recording,
   return turn_calibration(fit_turns(turns, rests, options), instrument, rests.sd);
 }
 
-Calibration in_shape(Calibration truth, MagnitudeShape shape) {
+SensorModel in_shape(SensorModel truth, MagnitudeShape shape) {
   const Eigen::Matrix3d S = truth.response.sensitivity;
   if (shape == MagnitudeShape::symmetric) {
     truth.response.sensitivity = S * nearest_rotation(S).transpose();

@@ -14,7 +14,7 @@ namespace {
 
 // The field of each reading in the sensor: what an ideal instrument would read.
 Eigen::MatrixXd fields_in_sensor(const StudySetup& setup) {
-  Calibration ideal = setup.truth;
+  SensorModel ideal = setup.truth;
   ideal.instrument.axes = {"x", "y", "z"};
   ideal.response.bias = Eigen::Vector3d::Zero();
   ideal.response.sensitivity = Eigen::Matrix3d::Identity();

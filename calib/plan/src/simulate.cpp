@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/lit_response.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -17,7 +18,7 @@
 
 namespace axiscal {
 
-Calibration on_level_table(Calibration truth) {
+SensorModel on_level_table(SensorModel truth) {
   FieldDescription& field = truth.field;
   // What gravity, or else a turntable's axis, says of the table's slope.
   const Eigen::Vector3d* up = nullptr;
@@ -54,7 +55,7 @@ Calibration on_level_table(Calibration truth) {
   return truth;
 }
 
-Calibration with_field_of_site(Calibration truth) {
+SensorModel with_field_of_site(SensorModel truth) {
   FieldDescription& field = truth.field;
   if (field.in_table || !field.site || !field.parts.empty()) {
     return truth;
@@ -70,26 +71,21 @@ Calibration with_field_of_site(Calibration truth) {
 
 namespace {
 
-// What axes read that see no light from behind: of each part that shines what is in front of them,
-// above the dark reading.
-Eigen::VectorXd lit_response(const Calibration& truth,
-                             const TableField& field,
-                             const FieldLevel& level,
-                             const Eigen::Matrix3d& rotation_sensor_from_table,
-                             std::optional<double> temperature) {
-  const Eigen::VectorXd dark = response_at(truth, Eigen::Vector3d::Zero(), temperature);
-  Eigen::VectorXd response = dark;
+// Each part of the field as it shines at a level, frame sensor.
+Eigen::Matrix3Xd lights_of(const TableField& field,
+                           const FieldLevel& level,
+                           const Eigen::Matrix3d& rotation_sensor_from_table) {
+  Eigen::Matrix3Xd lights(3, static_cast<Eigen::Index>(field.parts().size()));
   for (std::size_t p = 0; p < field.parts().size(); ++p) {
-    const Eigen::Vector3d light =
+    lights.col(static_cast<Eigen::Index>(p)) =
         rotation_sensor_from_table * (field.factor_of(p, level) * field.vector(p));
-    response += (response_at(truth, light, temperature) - dark).cwiseMax(0.0);
   }
-  return response;
+  return lights;
 }
 
 }  // namespace
 
-SimulatedRun simulate_run(const Calibration& truth,
+SimulatedRun simulate_run(const SensorModel& truth,
                           const std::vector<RunSheetRow>& sheet,
                           const SimulationOptions& options) {
   check_simulation(truth, options);
@@ -132,7 +128,8 @@ SimulatedRun simulate_run(const Calibration& truth,
     const Eigen::Vector3d field_in_sensor = rotation_sensor_from_table * field.at(row.entry.level);
     Eigen::VectorXd response =
         truth.instrument.one_sided
-            ? lit_response(truth, field, row.entry.level, rotation_sensor_from_table, temperature)
+            ? lit_response_at(truth, lights_of(field, row.entry.level, rotation_sensor_from_table),
+                              temperature)
             : response_at(truth, field_in_sensor, temperature);
     response += nonlinear_part(options.world, truth, field_in_sensor);
     for (const AlsoResponse& also : truth.also) {
@@ -148,7 +145,7 @@ SimulatedRun simulate_run(const Calibration& truth,
   return run;
 }
 
-Observations simulate(const Calibration& truth,
+Observations simulate(const SensorModel& truth,
                       const std::vector<RunSheetRow>& sheet,
                       const SimulationOptions& options) {
   return simulate_run(truth, sheet, options).observations;

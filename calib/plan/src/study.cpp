@@ -13,6 +13,7 @@
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/parallel.hpp"
@@ -75,8 +76,8 @@ class Trial {
   }
 
   // What a calibration of the run can find out, at best: the truth, the bias as it was in its mean.
-  [[nodiscard]] Calibration truth() const {
-    Calibration truth = setup_.truth;
+  [[nodiscard]] SensorModel truth() const {
+    SensorModel truth = setup_.truth;
     truth.response.bias += bias_of_run_;
     const bool free = setup_.recording && setup_.recording->kind == RecordingKind::free;
     return free ? in_shape(std::move(truth), setup_.experiment.shape) : truth;
@@ -95,9 +96,8 @@ class Trial {
       v(k) += sd * random_.normal();
     }
     const Reducer reducer(calibration);
-    const ReducedReading reduced =
-        reducer.reduce(std::span<const double>(v.data(), static_cast<std::size_t>(v.size())),
-                       nullptr, reference());
+    const ReducedReading reduced = reducer.reduce({v.data(), static_cast<std::size_t>(v.size())},
+                                                  {.temperature = reference()});
     const AttitudeBudget budget =
         attitude_budget(calibration, {}, {}, reduced.field_in_sensor, reference());
     const double F = setup_.truth.field.magnitude;
@@ -180,19 +180,19 @@ class Trial {
   }
 
   const StudySetup& setup_;
-  Calibration truth_;  // its field as drawn
+  SensorModel truth_;  // its field as drawn
   RandomStream random_;
   SimulationOptions simulation_;
   Eigen::VectorXd bias_of_run_;
 };
 
 // The truth as a calibration states it: polynomials about that one's reference temperature.
-Calibration truth_about(Calibration truth, const Calibration& calibration) {
-  if (!truth.temperature || !calibration.temperature) {
+SensorModel truth_about(SensorModel truth, const Calibration& calibration) {
+  if (!truth.temperature || !calibration.sensor.temperature) {
     return truth;
   }
   TemperatureResponse& terms = *truth.temperature;
-  const double t0 = calibration.temperature->reference;
+  const double t0 = calibration.sensor.temperature->reference;
   const double h = t0 - terms.reference;
   const Eigen::Index order = terms.bias.cols();
   for (Eigen::Index k = 0; k < truth.response.bias.size(); ++k) {
@@ -212,7 +212,7 @@ Calibration truth_about(Calibration truth, const Calibration& calibration) {
   }
   terms.reference = t0;
   // Terms that the truth has not are 0.
-  const Eigen::Index fitted = calibration.temperature->bias.cols();
+  const Eigen::Index fitted = calibration.sensor.temperature->bias.cols();
   if (fitted > order) {
     for (Eigen::MatrixXd* const all : {&terms.bias, &terms.scale}) {
       all->conservativeResize(Eigen::NoChange, fitted);
@@ -225,10 +225,16 @@ Calibration truth_about(Calibration truth, const Calibration& calibration) {
 // What tells one study from another (FNV-1a of its description).
 std::string digest_of(const StudySetup& setup) {
   Experiment described = setup.experiment;
-  std::string text = calibration_json(setup.truth);
-  if (field_kind(described.field.kind()).make == nullptr) {  // a program's own, which no file holds
-    text += described.field.kind();
-    described.field = FieldSetup();
+  Calibration record;
+  record.sensor = setup.truth;
+  std::string text = calibration_json(record);
+  if (!can_be_stated(described)) {  // a program's own fields go by the names of their kinds
+    described.also.insert(described.also.begin(), std::exchange(described.field, FieldSetup()));
+    for (const FieldSetup& field : std::exchange(described.also, {})) {
+      for (const FieldSetup* const part : field.parts()) {
+        text += formatted("{} ", part->kind());
+      }
+    }
   }
   text += experiment_json(described);
   const auto put = [&](double value) { text += number_text(value) + " "; };
@@ -276,7 +282,7 @@ bool gives_angles(const StudySetup& setup) {
          find_instrument_kind(setup.truth.instrument.kind).has_axis_elevation;
 }
 
-// Of the positioner's covariance of its normals, where they are to be drawn.
+// A root of the covariance of the positioner's normals, where these are to be drawn.
 Eigen::MatrixXd root_of_normals(const StudySetup& setup) {
   const auto& covariance = setup.experiment.positioner.description().normal_covariance;
   if (!setup.random_normals && !(setup.simulation.world.stated && covariance)) {
@@ -299,7 +305,7 @@ struct StudyBlock {
 // Each kind of warning once a trial.
 void count_warnings(const Calibration& calibration, std::map<std::string, std::int64_t>& counts) {
   std::set<std::string> names;
-  for (const CalibrationWarning& warning : calibration.warnings) {
+  for (const CalibrationWarning& warning : calibration.findings.warnings) {
     names.emplace(warning_name(warning.code));
     names.emplace("any");
   }
@@ -330,7 +336,7 @@ StudyBlock run_block(const StudySetup& setup,
       continue;
     }
     if (block.parameters.empty()) {
-      block.parameters = calibration.statistics->parameter_names;
+      block.parameters = calibration.fit.statistics->parameter_names;
       if (angles) {
         block.parameters.insert(block.parameters.end(), Trial::angle_names.begin(),
                                 Trial::angle_names.end());
@@ -338,7 +344,7 @@ StudyBlock run_block(const StudySetup& setup,
       block.sums.resize(block.parameters.size());
     }
     const std::vector<ParameterUncertainty> stated = parameter_uncertainties(calibration);
-    const Calibration truth = truth_about(trial.truth(), calibration);
+    const SensorModel truth = truth_about(trial.truth(), calibration);
     if (setup.alarms) {
       count_warnings(calibration, block.warnings);
     }

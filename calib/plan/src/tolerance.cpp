@@ -144,7 +144,7 @@ ToleranceEffect effect_of(const ToleranceStudy& study, Method method) {
           random_positioner(study.drawing, study.surface, study.tolerances, random);
       response = calibrate(experiment, simulate(study.nominal, sheet,
                                                 {.slope = study.slope, .positioner = cube}))
-                     .response;
+                     .sensor.response;
     } catch (const Error&) {
       ++effect.unusable;  // no cube, or one that cannot lie at a point
       continue;

@@ -85,7 +85,7 @@ double Troubles::spread() {
 }
 
 Eigen::VectorXd nonlinear_part(const World& world,
-                               const Calibration& truth,
+                               const SensorModel& truth,
                                const Eigen::Vector3d& field) {
   const Eigen::Index m = truth.response.bias.size();
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(m);
@@ -114,7 +114,7 @@ Eigen::VectorXd rounded(Eigen::VectorXd response, const SimulationOptions& optio
   return response;
 }
 
-void check_simulation(const Calibration& truth, const SimulationOptions& options) {
+void check_simulation(const SensorModel& truth, const SimulationOptions& options) {
   const Eigen::Index m = truth.response.bias.size();
   if (truth.response.sensitivity.rows() != m) {
     throw DomainError("simulate: the truth needs a bias and a row of sensitivities for each axis");

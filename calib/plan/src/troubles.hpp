@@ -59,7 +59,7 @@ class Troubles {
 
 /// What the squared and cubed field along each axis adds.
 [[nodiscard]] Eigen::VectorXd nonlinear_part(const World& world,
-                                             const Calibration& truth,
+                                             const SensorModel& truth,
                                              const Eigen::Vector3d& field);
 
 /// @return the noise of m axes.
@@ -69,6 +69,6 @@ class Troubles {
 [[nodiscard]] Eigen::VectorXd rounded(Eigen::VectorXd response, const SimulationOptions& options);
 
 /// @throws DomainError  as simulate_run().
-void check_simulation(const Calibration& truth, const SimulationOptions& options);
+void check_simulation(const SensorModel& truth, const SimulationOptions& options);
 
 }  // namespace axiscal

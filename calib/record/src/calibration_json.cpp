@@ -39,6 +39,26 @@ void members(JsonMembers& io, CompanionAlignment& companion) {
   io.number("residual_sd", alignment.residual_sd);
 }
 
+// What notes say and, beside it, what each is about: files of earlier versions lack the latter.
+void notes_members(JsonMembers& io, std::vector<CalibrationNote>& notes) {
+  std::vector<std::string> messages;
+  std::vector<std::string> codes;
+  for (const CalibrationNote& note : notes) {
+    messages.push_back(note.message);
+    codes.emplace_back(note_name(note.code));
+  }
+  io.value("notes", messages);
+  io.value_if_any("note_codes", codes);
+  if (!io.reads()) {
+    return;
+  }
+  notes.clear();
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    const auto code = i < codes.size() ? parse_note_code(codes[i]) : std::nullopt;
+    notes.push_back({code.value_or(NoteCode::other), std::move(messages[i])});
+  }
+}
+
 // What users of this kind of instrument call it.
 Json quantities_json(const Calibration& calibration) {
   Json list = Json::array();
@@ -118,8 +138,8 @@ void members(JsonMembers& io, UncertaintySource& source, Eigen::Index parameters
 }
 
 void budget_members(JsonMembers& io, Calibration& calibration) {
-  UncertaintyBudget& budget = *calibration.uncertainty;
-  const Eigen::Index parameters = calibration.statistics->covariance.rows();
+  UncertaintyBudget& budget = *calibration.fit.uncertainty;
+  const Eigen::Index parameters = calibration.fit.statistics->covariance.rows();
   if (io.reads()) {
     static_cast<void>(io.from().at("sources"));
   }
@@ -246,7 +266,7 @@ void members(JsonMembers& io, Correction& correction) {
   io.value("message", correction.message);
 }
 
-// Of one reading "run", of several "runs".
+// A warning about one reading has the key `run`, one about several `runs`.
 void members(JsonMembers& io, CalibrationWarning& warning) {
   io.choice("code", warning.code, warning_name, parse_warning);
   std::optional<int> run =
@@ -278,17 +298,17 @@ void word_members(JsonMembers& io, const char* key, bool& flag, const char* word
 }
 
 void coefficient_members(JsonMembers& io, Calibration& calibration) {
-  const Eigen::Index m = calibration.instrument.axis_count();
-  io.need_vector("bias", calibration.response.bias, m);
-  io.need_matrix("sensitivity", calibration.response.sensitivity, m, 3);
+  const Eigen::Index m = calibration.sensor.instrument.axis_count();
+  io.need_vector("bias", calibration.sensor.response.bias, m);
+  io.need_matrix("sensitivity", calibration.sensor.response.sensitivity, m, 3);
   if (!io.reads()) {
-    io.to()["polar"] = polar_json(calibration.instrument, calibration.response);
+    io.to()["polar"] = polar_json(calibration.sensor.instrument, calibration.sensor.response);
   }
   io.object_if_any(
-      "temperature", calibration.temperature,
+      "temperature", calibration.sensor.temperature,
       [m](JsonMembers& one, TemperatureResponse& temperature) { members(one, temperature, m); });
-  io.object("also", !calibration.also.empty(),
-            [&](JsonMembers& one) { also_members(one, calibration.also, m); });
+  io.object("also", !calibration.sensor.also.empty(),
+            [&](JsonMembers& one) { also_members(one, calibration.sensor.also, m); });
 }
 
 void members(JsonMembers& io, CalibrationConditions& conditions, Eigen::Index m) {
@@ -308,12 +328,12 @@ void members(JsonMembers& io, CalibrationConditions& conditions, Eigen::Index m)
 
 // What was fitted, and how well.
 void result_members(JsonMembers& io, Calibration& calibration) {
-  const Eigen::Index m = calibration.instrument.axis_count();
+  const Eigen::Index m = calibration.sensor.instrument.axis_count();
   io.need_object("coefficients", [&](JsonMembers& one) { coefficient_members(one, calibration); });
   std::size_t axis = 0;
-  io.list_if_any("polar_fit", calibration.polar_fit, [&](JsonMembers& one, PolarFit& fit) {
+  io.list_if_any("polar_fit", calibration.fit.polar_fit, [&](JsonMembers& one, PolarFit& fit) {
     if (!one.reads()) {
-      one.to()["axis"] = calibration.instrument.axes[axis++];
+      one.to()["axis"] = calibration.sensor.instrument.axes[axis++];
     }
     members(one, fit);
   });
@@ -322,19 +342,19 @@ void result_members(JsonMembers& io, Calibration& calibration) {
       io.to()["quantities"] = std::move(quantities);
     }
   }
-  io.object_if_any("statistics", calibration.statistics,
+  io.object_if_any("statistics", calibration.fit.statistics,
                    [m](JsonMembers& one, FitStatistics& fit) { members(one, fit, m); });
-  if (calibration.statistics) {
+  if (calibration.fit.statistics) {
     if (io.has("uncertainty", false)) {
-      calibration.uncertainty.emplace();
+      calibration.fit.uncertainty.emplace();
     }
-    io.object("uncertainty", calibration.uncertainty.has_value(),
+    io.object("uncertainty", calibration.fit.uncertainty.has_value(),
               [&](JsonMembers& one) { budget_members(one, calibration); });
   }
-  io.object("conditions", calibration.statistics.has_value(), [&](JsonMembers& one) {
-    members(one, calibration.conditions, calibration.response.bias.size());
+  io.object("conditions", calibration.fit.statistics.has_value(), [&](JsonMembers& one) {
+    members(one, calibration.fit.conditions, calibration.sensor.response.bias.size());
   });
-  io.object_if_any("orientations", calibration.orientations,
+  io.object_if_any("orientations", calibration.fit.orientations,
                    [](JsonMembers& one, OrientationQuality& quality) { members(one, quality); });
 }
 
@@ -362,44 +382,45 @@ void experiment_member(JsonMembers& io, std::string& experiment) {
 }
 
 void members(JsonMembers& io, Calibration& calibration) {
-  io.value("created", calibration.created);
-  io.value("software", calibration.software);
-  io.choice("status", calibration.status, status_name, parse_status);
-  io.list("inputs", calibration.inputs, [](JsonMembers& one, InputFileDigest& input) {
+  io.value("created", calibration.provenance.created);
+  io.value("software", calibration.provenance.software);
+  io.choice("status", calibration.findings.status, status_name, parse_status);
+  io.list("inputs", calibration.provenance.inputs, [](JsonMembers& one, InputFileDigest& input) {
     one.value("path", input.path);
     one.value("sha256", input.sha256);
     one.flag_unless("log", input.is_log, false);
   });
-  experiment_member(io, calibration.experiment);
-  io.need_object("instrument", [&](JsonMembers& one) { members(one, calibration.instrument); });
-  io.need_object("field", [&](JsonMembers& one) { members(one, calibration.field); });
-  io.choice("method", calibration.method, method_name, parse_method);
-  io.choice_if_any("shape", calibration.shape, shape_name, parse_shape);
-  io.choice("weights", calibration.weights, weighting_name, parse_weighting);
-  word_members(io, "robust", calibration.robust, "bisquare");
-  io.value_if_any("positioner", calibration.positioner);
-  io.value_if_any("slot", calibration.slot);
-  io.value_if_any("instance", calibration.instance);
-  io.value_if_any("device", calibration.device);
-  word_members(io, "level_by", calibration.level_by_block, "block");
-  io.value_if_any("leave_out", calibration.left_out);
+  experiment_member(io, calibration.provenance.experiment);
+  io.need_object("instrument",
+                 [&](JsonMembers& one) { members(one, calibration.sensor.instrument); });
+  io.need_object("field", [&](JsonMembers& one) { members(one, calibration.sensor.field); });
+  io.choice("method", calibration.fit.method, method_name, parse_method);
+  io.choice_if_any("shape", calibration.fit.shape, shape_name, parse_shape);
+  io.choice("weights", calibration.fit.weights, weighting_name, parse_weighting);
+  word_members(io, "robust", calibration.fit.robust, "bisquare");
+  io.value_if_any("positioner", calibration.provenance.positioner);
+  io.value_if_any("slot", calibration.provenance.slot);
+  io.value_if_any("instance", calibration.provenance.instance);
+  io.value_if_any("device", calibration.provenance.device);
+  word_members(io, "level_by", calibration.fit.level_by_block, "block");
+  io.value_if_any("leave_out", calibration.fit.left_out);
   result_members(io, calibration);
-  turn_members(io, calibration.turn_errors_rad);
+  turn_members(io, calibration.fit.turn_errors_rad);
   io.object_if_any(
-      "alignment", calibration.alignment,
+      "alignment", calibration.fit.alignment,
       [](JsonMembers& one, CompanionAlignment& companion) { members(one, companion); });
-  io.object_if_any("levelness", calibration.levelness,
+  io.object_if_any("levelness", calibration.fit.levelness,
                    [](JsonMembers& one, Levelness& levelness) { members(one, levelness); });
-  io.object_if_any("verdict", calibration.verdict,
+  io.object_if_any("verdict", calibration.findings.verdict,
                    [](JsonMembers& one, Verdict& verdict) { members(one, verdict); });
-  io.list_if_any("corrections", calibration.corrections,
+  io.list_if_any("corrections", calibration.findings.corrections,
                  [](JsonMembers& one, Correction& correction) { members(one, correction); });
-  const Eigen::Index m = calibration.instrument.axis_count();
-  io.table("residuals", calibration.residuals,
+  const Eigen::Index m = calibration.sensor.instrument.axis_count();
+  io.table("residuals", calibration.fit.residuals,
            [m](JsonMembers& one, ReadingResidual& residual) { members(one, residual, m); });
-  io.list("warnings", calibration.warnings,
+  io.list("warnings", calibration.findings.warnings,
           [](JsonMembers& one, CalibrationWarning& warning) { members(one, warning); });
-  io.value("notes", calibration.notes);
+  notes_members(io, calibration.findings.notes);
 }
 
 }  // namespace

@@ -19,9 +19,9 @@ std::string name_of_runs(const std::vector<int>& runs) {
 }
 
 void add_warning(Calibration& calibration, CalibrationWarning warning) {
-  calibration.warnings.push_back(std::move(warning));
-  if (calibration.status == CalibrationStatus::ok) {
-    calibration.status = CalibrationStatus::warning;
+  calibration.findings.warnings.push_back(std::move(warning));
+  if (calibration.findings.status == CalibrationStatus::ok) {
+    calibration.findings.status = CalibrationStatus::warning;
   }
 }
 

@@ -71,10 +71,10 @@ CertificateDetails read_certificate_details(const std::string& path) {
 }
 
 void check_certifiable(const Calibration& calibration) {
-  if (calibration.status == CalibrationStatus::refused) {
+  if (calibration.findings.status == CalibrationStatus::refused) {
     throw RefusedError("this calibration was refused: there is no certificate of it");
   }
-  if (!calibration.statistics || !states_uncertainty(calibration)) {
+  if (!calibration.fit.statistics || !states_uncertainty(calibration)) {
     throw RefusedError("the record states no uncertainty: there is no certificate of such");
   }
 }

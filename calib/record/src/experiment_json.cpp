@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/experiment_json.hpp"
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <memory>
@@ -16,6 +17,7 @@
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_json.hpp"
+#include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
 #include "setup_members.hpp"
@@ -32,7 +34,7 @@ constexpr std::array<std::string_view, 28> keys_of_experiment = {
     "uncertainty", "limits",      "from",         "nominal_sensitivity",
     "polar_fit",   "mistakes",    "process",      "rotation_sensor_from_positioner"};
 
-// One table of members for both directions.
+// The table of members serves for reading and for writing.
 class ExperimentMembers {
  public:
   ExperimentMembers(JsonMembers& io, ExperimentFile& file, std::string path)
@@ -314,6 +316,17 @@ ExperimentFile parse_experiment(std::string_view text, const std::string& path) 
 
 ExperimentFile read_experiment(const std::string& path) {
   return parse_experiment(read_whole_file(path), path);
+}
+
+bool can_be_stated(const Experiment& experiment) {
+  const auto field_can = [](const FieldSetup& field) {
+    const std::vector<const FieldSetup*> parts = field.parts();
+    return std::all_of(parts.begin(), parts.end(), [](const FieldSetup* part) {
+      return field_kind(part->kind()).make != nullptr;
+    });
+  };
+  return field_can(experiment.field) &&
+         std::all_of(experiment.also.begin(), experiment.also.end(), field_can);
 }
 
 std::string experiment_json(const Experiment& experiment, const ExperimentPaths& paths) {

@@ -198,7 +198,7 @@ class LevelColumns {
     if (of_parts_.empty()) {
       return of_all;
     }
-    std::map<std::string, double, std::less<>> of_parts;
+    FieldLevel::OfParts of_parts;
     for (const auto& [name, column] : of_parts_) {
       of_parts[name] = table.number(column);
     }

@@ -102,15 +102,17 @@ void add_component(ScatterComponent component, FitStatistics& statistics) {
 }
 
 void add_intervals(Calibration& calibration) {
-  FitStatistics& statistics = *calibration.statistics;
-  const Eigen::Index m = calibration.response.bias.size();
+  FitStatistics& statistics = *calibration.fit.statistics;
+  const Eigen::Index m = calibration.sensor.response.bias.size();
   std::vector<std::string> also_kinds;
-  for (const AlsoResponse& also : calibration.also) {
+  for (const AlsoResponse& also : calibration.sensor.also) {
     also_kinds.push_back(also.kind);
   }
-  const int order =
-      calibration.temperature ? static_cast<int>(calibration.temperature->bias.cols()) : 0;
-  statistics.parameter_names = parameter_names(calibration.instrument.axes, also_kinds, order);
+  const int order = calibration.sensor.temperature
+                        ? static_cast<int>(calibration.sensor.temperature->bias.cols())
+                        : 0;
+  statistics.parameter_names =
+      parameter_names(calibration.sensor.instrument.axes, also_kinds, order);
   const auto base = static_cast<Eigen::Index>(4 + 3 * also_kinds.size());
   const Eigen::Index p = base + 2 * order;
   statistics.bias_se.resize(m);
@@ -120,13 +122,13 @@ void add_intervals(Calibration& calibration) {
     const Eigen::VectorXd se = statistics.covariance.diagonal().segment(p * k, p).cwiseSqrt();
     statistics.bias_se(k) = se(0);
     statistics.sensitivity_se.row(k) = se.segment<3>(1);
-    for (std::size_t a = 0; a < calibration.also.size(); ++a) {
-      calibration.also[a].sensitivity_se.row(k) =
+    for (std::size_t a = 0; a < calibration.sensor.also.size(); ++a) {
+      calibration.sensor.also[a].sensitivity_se.row(k) =
           se.segment<3>(4 + 3 * static_cast<Eigen::Index>(a));
     }
     if (order > 0) {
-      calibration.temperature->bias_se.row(k) = se.segment(base, order);
-      calibration.temperature->scale_se.row(k) = se.tail(order);
+      calibration.sensor.temperature->bias_se.row(k) = se.segment(base, order);
+      calibration.sensor.temperature->scale_se.row(k) = se.tail(order);
     }
     statistics.coverage_factor(k) = student_t_factor(0.95, statistics.degrees_of_freedom(k));
   }

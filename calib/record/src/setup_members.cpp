@@ -43,7 +43,7 @@ void range_members(JsonMembers& io, Instrument& instrument) {
   io.flag_unless("one_sided", instrument.one_sided, false);
 }
 
-// As set_axes() takes them.
+// Returns the axes as set_axes() takes them.
 std::vector<std::string> axis_texts(const Instrument& instrument) {
   std::vector<std::string> texts;
   for (const std::string& axis : instrument.axes) {

@@ -21,10 +21,8 @@ class SheetColumns {
     for (const Reading& reading : readings) {
       with_mount_ = with_mount_ || reading.mount != 1;
       with_level_ = with_level_ || reading.level.of_all() != 1.0;
-      if (reading.level.differs_by_part()) {
-        for (const auto& [name, level] : reading.level.of_parts()) {
-          parts_.insert(name);
-        }
+      for (const auto& [name, level] : reading.level.of_parts()) {
+        parts_.insert(name);
       }
       with_temperature_ = with_temperature_ || reading.temperature.has_value();
     }

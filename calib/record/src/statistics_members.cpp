@@ -63,7 +63,7 @@ void interval_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m
   if (has_sensitivity) {
     sensitivity = by_axis.middleRows<3>(1).transpose();
   }
-  // Of second fields and temperature terms, in the order of the parameters.
+  // The intervals of second fields and temperature terms follow the order of the parameters.
   const Eigen::Index first_other = has_sensitivity ? 4 : 1;
   Eigen::MatrixXd others = by_axis.bottomRows(p - first_other).transpose();
   io.object("interval_95", true, [&](JsonMembers& intervals) {

@@ -35,11 +35,12 @@ double variance(const Eigen::RowVectorXd& gradient, const Eigen::MatrixXd& covar
 Eigen::VectorXd shares_of_axes(const Calibration& calibration,
                                const Eigen::RowVectorXd& gradient,
                                const Eigen::MatrixXd& covariance) {
-  const Eigen::Index m = calibration.instrument.axis_count();
+  const Eigen::Index m = calibration.sensor.instrument.axis_count();
   Eigen::VectorXd shares(m);
   for (Eigen::Index k = 0; k < m; ++k) {
-    const std::vector<Eigen::Index> own = places_of_axis(
-        *calibration.statistics, calibration.instrument.axes[static_cast<std::size_t>(k)]);
+    const std::vector<Eigen::Index> own =
+        places_of_axis(*calibration.fit.statistics,
+                       calibration.sensor.instrument.axes[static_cast<std::size_t>(k)]);
     shares(k) = variance(gradient(own), covariance(own, own));
   }
   // `joint`: what the axes share through the field's direction goes with each in proportion.
@@ -50,10 +51,11 @@ Eigen::VectorXd shares_of_axes(const Calibration& calibration,
 
 // Whether the budget has a source whose name begins like this.
 bool has_source(const Calibration& calibration, std::string_view beginning) {
-  return calibration.uncertainty &&
-         std::any_of(
-             calibration.uncertainty->sources.begin(), calibration.uncertainty->sources.end(),
-             [&](const UncertaintySource& source) { return source.name.starts_with(beginning); });
+  return calibration.fit.uncertainty && std::any_of(calibration.fit.uncertainty->sources.begin(),
+                                                    calibration.fit.uncertainty->sources.end(),
+                                                    [&](const UncertaintySource& source) {
+                                                      return source.name.starts_with(beginning);
+                                                    });
 }
 
 constexpr double as_good_as_infinite = 1e6;
@@ -127,7 +129,7 @@ double welch_degrees_of_freedom(const VarianceShares& shares) {
 
 CoverageFactors::CoverageFactors(double coverage) {
   if (!(coverage > 0.0 && coverage < 1.0)) {
-    throw DomainError("a level of coverage must be between 0 and 1");
+    throw DomainError("a coverage probability must be between 0 and 1");
   }
   for (const double nu : {1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0,
                           60.0, as_good_as_infinite}) {
@@ -154,7 +156,7 @@ double CoverageFactors::expanded(const VarianceShares& shares) const {
 
 VarianceShares scatter_shares(const Calibration& calibration, const Eigen::RowVectorXd& gradient) {
   VarianceShares shares;
-  const FitStatistics& statistics = *calibration.statistics;
+  const FitStatistics& statistics = *calibration.fit.statistics;
   for (const ScatterComponent& component : statistics.components) {
     shares.components.push_back({.variance = variance(gradient, component.covariance),
                                  .degrees_of_freedom = component.degrees_of_freedom});
@@ -174,11 +176,11 @@ CombinedUncertainty propagate(const Calibration& calibration,
   VarianceShares own = scatter_shares(calibration, gradient);
   std::vector<double> by_source;
   const double of_fit =
-      std::sqrt(std::max(variance(gradient, calibration.statistics->covariance), 0.0));
-  if (!calibration.uncertainty) {
+      std::sqrt(std::max(variance(gradient, calibration.fit.statistics->covariance), 0.0));
+  if (!calibration.fit.uncertainty) {
     by_source.push_back(of_fit);
   } else {
-    for (const UncertaintySource& source : calibration.uncertainty->sources) {
+    for (const UncertaintySource& source : calibration.fit.uncertainty->sources) {
       if (source.type == "A") {
         by_source.push_back(of_fit);
         continue;
@@ -197,12 +199,12 @@ CombinedUncertainty propagate(const Calibration& calibration,
 }
 
 Eigen::MatrixXd parameter_covariance(const Calibration& calibration) {
-  if (!calibration.statistics) {
+  if (!calibration.fit.statistics) {
     return {};
   }
-  Eigen::MatrixXd sum = calibration.statistics->covariance;
-  if (calibration.uncertainty) {
-    for (const UncertaintySource& source : calibration.uncertainty->sources) {
+  Eigen::MatrixXd sum = calibration.fit.statistics->covariance;
+  if (calibration.fit.uncertainty) {
+    for (const UncertaintySource& source : calibration.fit.uncertainty->sources) {
       if (source.covariance.size() > 0) {
         sum += source.covariance;
       }
@@ -212,29 +214,30 @@ Eigen::MatrixXd parameter_covariance(const Calibration& calibration) {
 }
 
 bool counts_magnitude(const Calibration& calibration) {
-  const bool matters = calibration.method != Method::bias && calibration.method != Method::turns;
+  const bool matters =
+      calibration.fit.method != Method::bias && calibration.fit.method != Method::turns;
   return !matters || has_source(calibration, field_magnitude_source) ||
          has_source(calibration, "magnitude of ");
 }
 
 std::vector<std::string> not_counted(const Calibration& calibration) {
   std::vector<std::string> all;
-  if (!calibration.statistics) {
+  if (!calibration.fit.statistics) {
     return all;
   }
   const bool on_table =
-      (calibration.method == Method::paired || calibration.method == Method::joint ||
-       calibration.method == Method::known) &&
-      (!calibration.positioner.empty() || calibration.field.in_table);
+      (calibration.fit.method == Method::paired || calibration.fit.method == Method::joint ||
+       calibration.fit.method == Method::known) &&
+      (!calibration.provenance.positioner.empty() || calibration.sensor.field.in_table);
   if (on_table && !has_source(calibration, "positioner")) {
     all.emplace_back("the cube's face normals");
   }
   if (!counts_magnitude(calibration)) {
-    all.push_back(field_kind(calibration.field.kind).vertical
+    all.push_back(field_kind(calibration.sensor.field.kind).vertical
                       ? "local gravity"
                       : "the magnitude of the reference field");
   }
-  const std::string& unit = calibration.instrument.unit;
+  const std::string& unit = calibration.sensor.instrument.unit;
   if (unit.size() <= 2 && !unit.empty() && (unit.back() == 'V' || unit.back() == 'A')) {
     all.emplace_back(unit.back() == 'V' ? "the voltage reference" : "the current reference");
   }
@@ -253,11 +256,11 @@ std::string words_of_not_counted(const Calibration& calibration) {
 namespace {
 
 std::string unit_of_parameter(const Calibration& calibration, std::string_view name) {
-  const std::string& unit = calibration.instrument.unit;
+  const std::string& unit = calibration.sensor.instrument.unit;
   if (name.find(".sensitivity.") != std::string_view::npos) {
-    return unit_per(unit, calibration.field.unit);
+    return unit_per(unit, calibration.sensor.field.unit);
   }
-  for (const AlsoResponse& also : calibration.also) {
+  for (const AlsoResponse& also : calibration.sensor.also) {
     if (name.find("." + also.kind + ".") != std::string_view::npos) {
       return unit_per(unit, also.unit);
     }
@@ -268,7 +271,7 @@ std::string unit_of_parameter(const Calibration& calibration, std::string_view n
 }  // namespace
 
 Quantity Calibration::parameter(const std::string& name) const {
-  Quantity quantity{.value = parameter_value(*this, name),
+  Quantity quantity{.value = parameter_value(sensor, name),
                     .u = not_a_number,
                     .U = not_a_number,
                     .dof = not_a_number,
@@ -283,46 +286,13 @@ Quantity Calibration::parameter(const std::string& name) const {
   return quantity;
 }
 
-double parameter_value(const Calibration& calibration, const std::string& name) {
-  for (std::size_t k = 0; k < calibration.instrument.axes.size(); ++k) {
-    const std::string& axis = calibration.instrument.axes[k];
-    if (!name.starts_with(axis + ".")) {
-      continue;
-    }
-    const auto row = static_cast<Eigen::Index>(k);
-    const std::string what = name.substr(axis.size() + 1);
-    if (what == "bias") {
-      return calibration.response.bias(row);
-    }
-    const std::size_t component = std::string("xyz").find(what.back());
-    if (what.starts_with("sensitivity.") && what.size() == 13 && component != std::string::npos) {
-      return calibration.response.sensitivity(row, static_cast<Eigen::Index>(component));
-    }
-    for (const AlsoResponse& also : calibration.also) {
-      if (what.starts_with(also.kind + ".") && component != std::string::npos) {
-        return also.sensitivity(row, static_cast<Eigen::Index>(component));
-      }
-    }
-    if (calibration.temperature && (what.starts_with("bias.d") || what.starts_with("scale.d"))) {
-      const std::string digits = what.substr(what.find(".d") + 2);
-      const std::optional<int> power = digits.empty() ? std::optional(1) : parse_integer(digits);
-      const Eigen::MatrixXd& terms =
-          what.front() == 'b' ? calibration.temperature->bias : calibration.temperature->scale;
-      if (power && *power >= 1 && *power <= terms.cols()) {
-        return terms(row, *power - 1);
-      }
-    }
-  }
-  throw DomainError(formatted("'{}' is no parameter of this record", name));
-}
-
 namespace {
 
 // A parameter's interval is known better than by its shares: the fit states it.
 CombinedUncertainty with_interval(CombinedUncertainty uncertainty,
                                   const Calibration& calibration,
                                   Eigen::Index parameter) {
-  const FitStatistics& statistics = *calibration.statistics;
+  const FitStatistics& statistics = *calibration.fit.statistics;
   if (statistics.interval_95.size() <= parameter) {
     return uncertainty;
   }
@@ -344,18 +314,18 @@ CombinedUncertainty with_interval(CombinedUncertainty uncertainty,
 
 std::vector<ParameterUncertainty> parameter_uncertainties(const Calibration& calibration) {
   std::vector<ParameterUncertainty> all;
-  if (!calibration.statistics) {
+  if (!calibration.fit.statistics) {
     return all;
   }
-  const std::vector<std::string>& names = calibration.statistics->parameter_names;
-  if (calibration.statistics->covariance.rows() != static_cast<Eigen::Index>(names.size())) {
+  const std::vector<std::string>& names = calibration.fit.statistics->parameter_names;
+  if (calibration.fit.statistics->covariance.rows() != static_cast<Eigen::Index>(names.size())) {
     return all;
   }
   for (std::size_t i = 0; i < names.size(); ++i) {
     const Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Unit(
         static_cast<Eigen::Index>(names.size()), static_cast<Eigen::Index>(i));
     all.push_back({.name = names[i],
-                   .value = parameter_value(calibration, names[i]),
+                   .value = parameter_value(calibration.sensor, names[i]),
                    .uncertainty = with_interval(propagate(calibration, gradient), calibration,
                                                 static_cast<Eigen::Index>(i))});
   }
@@ -370,13 +340,13 @@ bool states_uncertainty(const Calibration& calibration) {
 }
 
 std::string parameter_unit(const Calibration& calibration, const std::string& name) {
-  const std::string& unit = calibration.instrument.unit;
+  const std::string& unit = calibration.sensor.instrument.unit;
   const bool is_bias = name.find(".bias") != std::string::npos;
   const std::size_t power = name.rfind(".d");
   if (power != std::string::npos) {
     return formatted("{} per {}", is_bias ? unit : std::string("1"), name.substr(power + 1));
   }
-  return is_bias ? unit : unit_per(unit, calibration.field.unit);
+  return is_bias ? unit : unit_per(unit, calibration.sensor.field.unit);
 }
 
 Advice advice_to_halve(const CombinedUncertainty& uncertainty,

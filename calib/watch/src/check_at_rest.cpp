@@ -14,7 +14,7 @@
 namespace axiscal {
 namespace {
 
-// Of the probability of a false alarm: for the poses together, and for the worst reading alone.
+// Two tests share the probability of a false alarm: of all poses, and of the worst reading.
 constexpr double share_of_poses = 0.8;
 constexpr double share_of_readings = 0.2;
 
@@ -54,7 +54,7 @@ struct PosePart {
 // parts of V that are of scatter bring the degrees of freedom by their share in it.
 double p_value_of(const Calibration& calibration, const std::vector<Pose>& poses) {
   const auto count = static_cast<Eigen::Index>(poses.size());
-  const FitStatistics& statistics = *calibration.statistics;
+  const FitStatistics& statistics = *calibration.fit.statistics;
   Eigen::VectorXd mean(count);
   Eigen::VectorXd noise(count);
   Eigen::MatrixXd G(count, statistics.covariance.rows());
@@ -76,8 +76,8 @@ double p_value_of(const Calibration& calibration, const std::vector<Pose>& poses
   for (const PosePart& part : parts) {
     V += part.covariance;
   }
-  if (calibration.uncertainty) {
-    for (const UncertaintySource& source : calibration.uncertainty->sources) {
+  if (calibration.fit.uncertainty) {
+    for (const UncertaintySource& source : calibration.fit.uncertainty->sources) {
       // An error of the field's magnitude is in the sensitivity too, and cancels.
       if (source.covariance.size() > 0 && source.name != field_magnitude_source) {
         V += G * source.covariance * G.transpose();
@@ -109,7 +109,7 @@ InSituCheck check_in_situ(const Calibration& calibration,
   InSituCheck check;
   std::vector<Pose> poses;
   const auto n = static_cast<double>(observations.size());
-  const double nu = calibration.statistics->degrees_of_freedom.minCoeff();
+  const double nu = calibration.fit.statistics->degrees_of_freedom.minCoeff();
   const double factor = student_t_factor(1.0 - share_of_readings * alpha / n, nu);
   double sum = 0.0;
   double expected = 0.0;
@@ -118,8 +118,8 @@ InSituCheck check_in_situ(const Calibration& calibration,
     const Reading& reading = observations.readings[i];
     const Eigen::VectorXd v = observations.response.row(static_cast<Eigen::Index>(i));
     const std::span<const double> readings(v.data(), static_cast<std::size_t>(v.size()));
-    const double residual = reducer.reduce(readings, nullptr, reading.temperature).residual;
-    const double u = propagation.at(readings, nullptr, reading.temperature).residual;
+    const double residual = reducer.reduce(readings, {.temperature = reading.temperature}).residual;
+    const double u = propagation.at(readings, {.temperature = reading.temperature}).residual;
     const double limit = factor * u;
     check.readings.push_back({.run = reading.run,
                               .residual = residual,

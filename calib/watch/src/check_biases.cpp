@@ -16,10 +16,10 @@ namespace {
 
 // d bias(t) / d (the parameters of the record).
 Eigen::RowVectorXd change_of_bias(const Calibration& record, const std::string& axis, double d) {
-  const FitStatistics& statistics = *record.statistics;
+  const FitStatistics& statistics = *record.fit.statistics;
   Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(statistics.covariance.cols());
   double power = 1.0;
-  const Eigen::Index order = record.temperature ? record.temperature->bias.cols() : 0;
+  const Eigen::Index order = record.sensor.temperature ? record.sensor.temperature->bias.cols() : 0;
   for (Eigen::Index j = 0; j <= order; ++j) {
     const std::string name = j == 0   ? axis + ".bias"
                              : j == 1 ? axis + ".bias.d"
@@ -33,8 +33,8 @@ Eigen::RowVectorXd change_of_bias(const Calibration& record, const std::string& 
 }
 
 void require_biases(const Calibration& record) {
-  if (!record.statistics || !record.statistics->covariance.allFinite() ||
-      record.statistics->covariance.size() == 0) {
+  if (!record.fit.statistics || !record.fit.statistics->covariance.allFinite() ||
+      record.fit.statistics->covariance.size() == 0) {
     throw DomainError("the record states no covariance of its biases to hold others against");
   }
 }
@@ -47,17 +47,19 @@ DriftCheck check_biases(const Calibration& old,
                         double alpha) {
   require_biases(old);
   require_biases(fresh);
-  if (old.instrument.axes != fresh.instrument.axes) {
+  if (old.sensor.instrument.axes != fresh.sensor.instrument.axes) {
     throw DomainError("the axes of the two calibrations are not the same");
   }
   DriftCheck check{.alpha = alpha,
                    .pitch_error_deg = not_a_number,
                    .pitch_error_u_deg = not_a_number,
                    .pitch_error_expanded_deg = not_a_number};
-  const double d = old.temperature && temperature ? *temperature - old.temperature->reference : 0.0;
+  const double d = old.sensor.temperature && temperature
+                       ? *temperature - old.sensor.temperature->reference
+                       : 0.0;
   double fisher = 0.0;
-  for (std::size_t k = 0; k < old.instrument.axes.size(); ++k) {
-    const std::string& axis = old.instrument.axes[k];
+  for (std::size_t k = 0; k < old.sensor.instrument.axes.size(); ++k) {
+    const std::string& axis = old.sensor.instrument.axes[k];
     const auto row = static_cast<Eigen::Index>(k);
     VarianceShares shares;
     VarianceShares now;
@@ -67,11 +69,12 @@ DriftCheck check_biases(const Calibration& old,
     shares.components.insert(shares.components.end(), now.components.begin(), now.components.end());
     shares.others += now.others;
     const CombinedUncertainty u = combine(shares);
-    const double shift =
-        old.temperature && temperature ? old.temperature->bias_shift(row, *temperature) : 0.0;
+    const double shift = old.sensor.temperature && temperature
+                             ? old.sensor.temperature->bias_shift(row, *temperature)
+                             : 0.0;
     ParameterChange change{.parameter = axis + ".bias",
-                           .old_value = old.response.bias(row) + shift,
-                           .new_value = fresh.response.bias(row) + shift,
+                           .old_value = old.sensor.response.bias(row) + shift,
+                           .new_value = fresh.sensor.response.bias(row) + shift,
                            .u = u.u,
                            .z = 0.0,
                            .e_n = not_a_number};
@@ -85,7 +88,7 @@ DriftCheck check_biases(const Calibration& old,
     check.changes.push_back(std::move(change));
   }
   check.p_value = chi_squared_upper_p(std::max(fisher, 1e-12),
-                                      2.0 * static_cast<double>(old.instrument.axes.size()));
+                                      2.0 * static_cast<double>(old.sensor.instrument.axes.size()));
   check.drifted = check.p_value < alpha;
   check.notes.push_back(
       formatted("the biases hold what the instrument met of the field: they are compared{}, as the "

@@ -25,8 +25,8 @@ namespace axiscal {
 namespace {
 
 bool states_covariance(const Calibration& calibration) {
-  return calibration.statistics && calibration.statistics->covariance.size() > 0 &&
-         calibration.statistics->covariance.allFinite();
+  return calibration.fit.statistics && calibration.fit.statistics->covariance.size() > 0 &&
+         calibration.fit.statistics->covariance.allFinite();
 }
 
 // The record without the sources that both have in common.
@@ -34,11 +34,11 @@ Calibration without_common(Calibration calibration,
                            bool same_positioner,
                            bool same_field,
                            std::vector<std::string>& notes) {
-  if (!calibration.uncertainty) {
+  if (!calibration.fit.uncertainty) {
     return calibration;
   }
   const auto drop = [&](const char* name, const char* note) {
-    auto& sources = calibration.uncertainty->sources;
+    auto& sources = calibration.fit.uncertainty->sources;
     const auto before = sources.size();
     std::erase_if(sources, [&](const UncertaintySource& source) { return source.name == name; });
     if (sources.size() < before && std::find(notes.begin(), notes.end(), note) == notes.end()) {
@@ -66,8 +66,8 @@ Eigen::MatrixXd covariance_of(const Calibration& calibration,
   const Eigen::MatrixXd all = parameter_covariance(calibration);
   for (Eigen::Index i = 0; i < p; ++i) {
     for (Eigen::Index j = 0; j < p; ++j) {
-      const auto a = calibration.statistics->position_of(names[static_cast<std::size_t>(i)]);
-      const auto b = calibration.statistics->position_of(names[static_cast<std::size_t>(j)]);
+      const auto a = calibration.fit.statistics->position_of(names[static_cast<std::size_t>(i)]);
+      const auto b = calibration.fit.statistics->position_of(names[static_cast<std::size_t>(j)]);
       if (a && b) {
         result(i, j) = all(*a, *b);
       }
@@ -90,7 +90,7 @@ Scatter scatter_of(const Calibration& calibration,
   if (!states_covariance(calibration)) {
     return {};
   }
-  const FitStatistics& statistics = *calibration.statistics;
+  const FitStatistics& statistics = *calibration.fit.statistics;
   const auto share_of = [&](const Eigen::MatrixXd& covariance) {
     double share = 0.0;
     for (std::size_t i = 0; i < names.size(); ++i) {
@@ -143,9 +143,9 @@ void pool_scatters(Calibration& a, Calibration& b) {
   if (!states_covariance(a) || !states_covariance(b)) {
     return;
   }
-  for (Eigen::Index k = 0; k < a.instrument.axis_count(); ++k) {
-    FitStatistics& one = *a.statistics;
-    FitStatistics& two = *b.statistics;
+  for (Eigen::Index k = 0; k < a.sensor.instrument.axis_count(); ++k) {
+    FitStatistics& one = *a.fit.statistics;
+    FitStatistics& two = *b.fit.statistics;
     const double s1 = std::pow(one.residual_sd(k), 2);
     const double s2 = std::pow(two.residual_sd(k), 2);
     const double nu1 = one.degrees_of_freedom(k);
@@ -159,7 +159,7 @@ void pool_scatters(Calibration& a, Calibration& b) {
       continue;
     }
     const double pooled = (nu1 * s1 + nu2 * s2) / (nu1 + nu2);
-    const std::string prefix = a.instrument.axes[static_cast<std::size_t>(k)] + ".";
+    const std::string prefix = a.sensor.instrument.axes[static_cast<std::size_t>(k)] + ".";
     const auto rescale = [&](FitStatistics& statistics, double factor) {
       const Eigen::MatrixXd of_readings = statistics.covariance_of_readings();
       const Eigen::MatrixXd of_components = statistics.covariance - of_readings;
@@ -182,11 +182,11 @@ void pool_scatters(Calibration& a, Calibration& b) {
 
 // Bias and sensitivity as at another temperature.
 Calibration at_temperature(Calibration calibration, double t) {
-  if (calibration.temperature) {
-    TemperatureResponse& terms = *calibration.temperature;
-    for (Eigen::Index k = 0; k < calibration.response.bias.size(); ++k) {
-      calibration.response.bias(k) += terms.bias_shift(k, t);
-      calibration.response.sensitivity.row(k) *= terms.scale_at(k, t);
+  if (calibration.sensor.temperature) {
+    TemperatureResponse& terms = *calibration.sensor.temperature;
+    for (Eigen::Index k = 0; k < calibration.sensor.response.bias.size(); ++k) {
+      calibration.sensor.response.bias(k) += terms.bias_shift(k, t);
+      calibration.sensor.response.sensitivity.row(k) *= terms.scale_at(k, t);
     }
   }
   return calibration;
@@ -199,20 +199,22 @@ double pitch_rad(const Eigen::Vector3d& field) {
 // Throws DomainError unless the records are of one kind of instrument, field and unit, and one of
 // them states a covariance.
 void require_comparable(const Calibration& old_record, const Calibration& fresh_record) {
-  if (old_record.instrument.axes != fresh_record.instrument.axes) {
+  if (old_record.sensor.instrument.axes != fresh_record.sensor.instrument.axes) {
     throw DomainError(formatted("the records are of different axes: {} and {}",
-                                joined(old_record.instrument.axes),
-                                joined(fresh_record.instrument.axes)));
+                                joined(old_record.sensor.instrument.axes),
+                                joined(fresh_record.sensor.instrument.axes)));
   }
-  if (old_record.instrument.kind != fresh_record.instrument.kind) {
+  if (old_record.sensor.instrument.kind != fresh_record.sensor.instrument.kind) {
     throw DomainError(formatted("the records are of different kinds of instrument: {} and {}",
-                                old_record.instrument.kind, fresh_record.instrument.kind));
+                                old_record.sensor.instrument.kind,
+                                fresh_record.sensor.instrument.kind));
   }
-  if (old_record.field.kind != fresh_record.field.kind ||
-      old_record.instrument.unit != fresh_record.instrument.unit) {
+  if (old_record.sensor.field.kind != fresh_record.sensor.field.kind ||
+      old_record.sensor.instrument.unit != fresh_record.sensor.instrument.unit) {
     throw DomainError(formatted("the records are of field {} in unit {} and of field {} in unit {}",
-                                old_record.field.kind, old_record.instrument.unit,
-                                fresh_record.field.kind, fresh_record.instrument.unit));
+                                old_record.sensor.field.kind, old_record.sensor.instrument.unit,
+                                fresh_record.sensor.field.kind,
+                                fresh_record.sensor.instrument.unit));
   }
   if (!states_covariance(old_record) && !states_covariance(fresh_record)) {
     throw DomainError(
@@ -227,17 +229,17 @@ double compare_axis(const Calibration& old,
                     Eigen::Index k,
                     std::vector<ParameterChange>& changes) {
   const std::vector<std::string> names =
-      parameter_names({old.instrument.axes[static_cast<std::size_t>(k)]});
+      parameter_names({old.sensor.instrument.axes[static_cast<std::size_t>(k)]});
   Eigen::MatrixXd C = covariance_of(old, names) + covariance_of(fresh, names);
   Eigen::Vector4d difference;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    const double a = parameter_value(old, names[i]);
-    const double b = parameter_value(fresh, names[i]);
+    const double a = parameter_value(old.sensor, names[i]);
+    const double b = parameter_value(fresh.sensor, names[i]);
     difference(row) = b - a;
     // Numbers agree to some digits even without noise.
     const double size =
-        old.response.sensitivity.row(k).norm() * (i == 0 ? old.field.magnitude : 1.0);
+        old.sensor.response.sensitivity.row(k).norm() * (i == 0 ? old.sensor.field.magnitude : 1.0);
     C(row, row) += std::pow(1e-12 * size, 2);
     changes.push_back({.parameter = names[i],
                        .old_value = a,
@@ -250,7 +252,7 @@ double compare_axis(const Calibration& old,
   const Scatter before = scatter_of(old, names, k, C.diagonal());
   const Scatter after = scatter_of(fresh, names, k, C.diagonal());
   const bool pooled = before.readings.variance > 0.0 && after.readings.variance > 0.0 &&
-                      old.statistics->residual_sd(k) == fresh.statistics->residual_sd(k);
+                      old.fit.statistics->residual_sd(k) == fresh.fit.statistics->residual_sd(k);
   const double nu = freedom_of_difference(before, after, pooled);
   return f_upper_p(std::max(t2 / 4.0, 1e-300), 4.0, nu);
 }
@@ -279,7 +281,7 @@ std::vector<ParameterChange> intrinsic_changes(const Calibration& old, const Cal
 VarianceShares shares_of_error(const Calibration& old,
                                const Calibration& fresh,
                                const WorstAngle& worst) {
-  const Eigen::MatrixXd inverse = pseudo_inverse(old.response.sensitivity);
+  const Eigen::MatrixXd inverse = pseudo_inverse(old.sensor.response.sensitivity);
   const Eigen::Vector3d f = worst.field / worst.field.norm();
   const Eigen::Vector3d across =
       (Eigen::Vector3d::UnitX() - f.x() * f).squaredNorm() > 1e-9
@@ -293,11 +295,11 @@ VarianceShares shares_of_error(const Calibration& old,
     if (!states_covariance(*record)) {
       continue;
     }
-    const FitStatistics& statistics = *record->statistics;
+    const FitStatistics& statistics = *record->fit.statistics;
     Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(statistics.covariance.rows());
-    for (Eigen::Index k = 0; k < old.instrument.axis_count(); ++k) {
+    for (Eigen::Index k = 0; k < old.sensor.instrument.axis_count(); ++k) {
       const std::vector<std::string> names =
-          parameter_names({old.instrument.axes[static_cast<std::size_t>(k)]});
+          parameter_names({old.sensor.instrument.axes[static_cast<std::size_t>(k)]});
       for (std::size_t i = 0; i < names.size(); ++i) {
         if (const auto at = statistics.position_of(names[i])) {
           gradient(*at) = across.dot(inverse.col(k)) * by_axis(static_cast<Eigen::Index>(i));
@@ -327,20 +329,21 @@ double factor_of_largest_error(double degrees_of_freedom) {
 
 WorstAngle worst_angle(const Calibration& used, const Calibration& now) {
   WorstAngle worst;
-  if (used.response.sensitivity.rows() < 3) {
+  if (used.sensor.response.sensitivity.rows() < 3) {
     worst.error_deg = not_a_number;
     return worst;
   }
-  const Eigen::MatrixXd inverse = pseudo_inverse(used.response.sensitivity);
-  const bool has_pitch = find_instrument_kind(used.instrument.kind).has_axis_elevation;
+  const Eigen::MatrixXd inverse = pseudo_inverse(used.sensor.response.sensitivity);
+  const bool has_pitch = find_instrument_kind(used.sensor.instrument.kind).has_axis_elevation;
   constexpr double highest_rad = 80.0 * rad_per_deg;
   constexpr int directions = 1200;
   for (const Eigen::Vector3d& u : directions_on_sphere(directions)) {
-    const Eigen::Vector3d field = used.field.magnitude * u;
+    const Eigen::Vector3d field = used.sensor.field.magnitude * u;
     if (has_pitch && std::abs(pitch_rad(field)) > highest_rad) {
       continue;
     }
-    const Eigen::Vector3d read = inverse * (now.response.at(field) - used.response.bias);
+    const Eigen::Vector3d read =
+        inverse * (now.sensor.response.at(field) - used.sensor.response.bias);
     const double error = has_pitch ? std::abs(pitch_rad(read) - pitch_rad(field))
                                    : std::atan2(read.cross(field).norm(), read.dot(field));
     if (error * deg_per_rad > worst.error_deg) {
@@ -355,23 +358,26 @@ DriftCheck check_drift(const Calibration& old_record,
                        double alpha) {
   require_comparable(old_record, fresh_record);
   DriftCheck check{.alpha = alpha};
-  const std::string& then_serial = old_record.instrument.serial;
-  const std::string& now_serial = fresh_record.instrument.serial;
+  const std::string& then_serial = old_record.sensor.instrument.serial;
+  const std::string& now_serial = fresh_record.sensor.instrument.serial;
   if (!then_serial.empty() && !now_serial.empty() && then_serial != now_serial) {
     check.notes.push_back(
         formatted("the records are of different units: {} and {}", then_serial, now_serial));
   }
   const bool same_positioner =
-      old_record.positioner == fresh_record.positioner && old_record.slot == fresh_record.slot;
-  const bool same_field = old_record.field.model == fresh_record.field.model &&
-                          old_record.field.magnitude_u == fresh_record.field.magnitude_u;
+      old_record.provenance.positioner == fresh_record.provenance.positioner &&
+      old_record.provenance.slot == fresh_record.provenance.slot;
+  const bool same_field =
+      old_record.sensor.field.model == fresh_record.sensor.field.model &&
+      old_record.sensor.field.magnitude_u == fresh_record.sensor.field.magnitude_u;
   Calibration old = without_common(old_record, same_positioner, same_field, check.notes);
   Calibration fresh = without_common(
-      converted(fresh_record, field_conversion(fresh_record.field, old_record.field.unit)),
+      converted(fresh_record,
+                field_conversion(fresh_record.sensor.field, old_record.sensor.field.unit)),
       same_positioner, same_field, check.notes);
-  if (old.temperature && fresh.temperature) {
-    fresh = at_temperature(std::move(fresh), old.temperature->reference);
-  } else if (old.temperature || fresh.temperature) {
+  if (old.sensor.temperature && fresh.sensor.temperature) {
+    fresh = at_temperature(std::move(fresh), old.sensor.temperature->reference);
+  } else if (old.sensor.temperature || fresh.sensor.temperature) {
     check.notes.emplace_back(
         "only one record has temperature terms: the coefficients are compared as they are stated");
   }
@@ -379,7 +385,7 @@ DriftCheck check_drift(const Calibration& old_record,
     check.notes.emplace_back("the old record states no covariance and counts as exact");
   }
   double sum = 0.0;
-  const Eigen::Index m = old.instrument.axis_count();
+  const Eigen::Index m = old.sensor.instrument.axis_count();
   pool_scatters(old, fresh);
   for (Eigen::Index k = 0; k < m; ++k) {
     const double p = compare_axis(old, fresh, k, check.changes);
@@ -406,7 +412,7 @@ Observations at_reference_temperature(Observations observations, const Calibrati
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     observations.response.row(row) = reading_at_reference(
-        calibration, observations.response.row(row), observations.readings[i].temperature);
+        calibration.sensor, observations.response.row(row), observations.readings[i].temperature);
   }
   return observations;
 }

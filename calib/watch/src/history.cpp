@@ -141,18 +141,18 @@ UnitHistory history_of(const std::string& serial,
   std::vector<double> years;
   for (const Entry& entry : entries) {
     unit.paths.push_back(entry.path);
-    unit.created.push_back(entry.calibration.created);
+    unit.created.push_back(entry.calibration.provenance.created);
     years.push_back(entry.time_s / seconds_per_year);
   }
-  for (const std::string& axis : entries.back().calibration.instrument.axes) {
+  for (const std::string& axis : entries.back().calibration.sensor.instrument.axes) {
     for (const std::string& name : parameter_names({axis})) {
       ParameterTrend trend{.parameter = name};
       for (const Entry& entry : entries) {
         const Calibration& calibration = entry.calibration;
-        trend.values.push_back(parameter_value(calibration, trend.parameter));
+        trend.values.push_back(parameter_value(calibration.sensor, trend.parameter));
         const Eigen::MatrixXd covariance = parameter_covariance(calibration);
-        const auto at = calibration.statistics
-                            ? calibration.statistics->position_of(trend.parameter)
+        const auto at = calibration.fit.statistics
+                            ? calibration.fit.statistics->position_of(trend.parameter)
                             : std::nullopt;
         trend.u.push_back(at && covariance.rows() > *at ? std::sqrt(covariance(*at, *at))
                                                         : not_a_number);
@@ -216,12 +216,12 @@ std::vector<UnitHistory> read_history(const std::string& folder,
       }
       continue;  // another kind of file
     }
-    const std::optional<double> time = parse_timestamp(entry.calibration.created);
+    const std::optional<double> time = parse_timestamp(entry.calibration.provenance.created);
     if (!time) {
       throw DataError(path, "/created", "the history needs the date at which a record was made");
     }
     entry.time_s = *time;
-    const Instrument& instrument = entry.calibration.instrument;
+    const Instrument& instrument = entry.calibration.sensor.instrument;
     units[{instrument.serial, joined(instrument.axes)}].push_back(std::move(entry));
   }
   std::vector<UnitHistory> histories;

@@ -9,24 +9,24 @@
 namespace axiscal {
 
 IntrinsicParameters intrinsic_parameters(const Calibration& calibration) {
-  const SensitivityMatrix& S = calibration.response.sensitivity;
+  const SensitivityMatrix& S = calibration.sensor.response.sensitivity;
   const Eigen::Index m = S.rows();
-  const std::vector<std::string>& axes = calibration.instrument.axes;
+  const std::vector<std::string>& axes = calibration.sensor.instrument.axes;
   IntrinsicParameters result;
   const bool has_u =
-      calibration.statistics &&
-      calibration.statistics->covariance.rows() ==
-          static_cast<Eigen::Index>(calibration.statistics->parameter_names.size()) &&
-      calibration.statistics->covariance.size() > 0 &&
-      calibration.statistics->covariance.allFinite();
-  const Eigen::Index parameters = has_u ? calibration.statistics->covariance.rows() : 0;
+      calibration.fit.statistics &&
+      calibration.fit.statistics->covariance.rows() ==
+          static_cast<Eigen::Index>(calibration.fit.statistics->parameter_names.size()) &&
+      calibration.fit.statistics->covariance.size() > 0 &&
+      calibration.fit.statistics->covariance.allFinite();
+  const Eigen::Index parameters = has_u ? calibration.fit.statistics->covariance.rows() : 0;
   std::vector<double> values;
   std::vector<Eigen::RowVectorXd> gradients;
   const auto put = [&](Eigen::RowVectorXd& gradient, Eigen::Index axis, const std::string& what,
                        double value) {
     if (has_u) {
       const auto at =
-          calibration.statistics->position_of(axes[static_cast<std::size_t>(axis)] + what);
+          calibration.fit.statistics->position_of(axes[static_cast<std::size_t>(axis)] + what);
       if (at) {
         gradient(*at) += value;
       }
@@ -47,7 +47,7 @@ IntrinsicParameters intrinsic_parameters(const Calibration& calibration) {
     const std::string& axis = axes[static_cast<std::size_t>(k)];
     Eigen::RowVectorXd of_bias = Eigen::RowVectorXd::Zero(parameters);
     put(of_bias, k, ".bias", 1.0);
-    add(axis + ".bias", calibration.response.bias(k), of_bias);
+    add(axis + ".bias", calibration.sensor.response.bias(k), of_bias);
     const Eigen::Vector3d row = S.row(k);
     Eigen::RowVectorXd of_length = Eigen::RowVectorXd::Zero(parameters);
     put_row(of_length, k, row.normalized());

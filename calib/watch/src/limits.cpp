@@ -63,13 +63,13 @@ double scatter_guard_band(double s, double nu) {
 // What the calibration's own uncertainty leaves of the pitch, expanded, in the worst attitude.
 double pitch_uncertainty_deg(const Calibration& calibration) {
   ReadingNoise silent;
-  silent.sd = Eigen::VectorXd::Zero(calibration.instrument.axis_count());
+  silent.sd = Eigen::VectorXd::Zero(calibration.sensor.instrument.axis_count());
   ReductionOptions options;
   options.inclination.pitch_formula = PitchFormula::arctangent;
   double worst = 0.0;
   for (const Eigen::Vector3d& u : directions_on_sphere(100)) {
     const AttitudeBudget budget =
-        attitude_budget(calibration, options, silent, calibration.field.magnitude * u);
+        attitude_budget(calibration, options, silent, calibration.sensor.field.magnitude * u);
     for (const AttitudeQuantity& quantity : budget.quantities) {
       if (quantity.name == "pitch_deg") {
         worst = std::max(worst, quantity.uncertainty.expanded);
@@ -90,8 +90,8 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
                    .degrees_of_freedom = one.uncertainty.degrees_of_freedom});
   }
   if (parameters.empty()) {
-    for (const std::string& name : parameter_names(calibration.instrument.axes)) {
-      all.push_back({.name = name, .value = parameter_value(calibration, name)});
+    for (const std::string& name : parameter_names(calibration.sensor.instrument.axes)) {
+      all.push_back({.name = name, .value = parameter_value(calibration.sensor, name)});
     }
   }
   const IntrinsicParameters intrinsic = intrinsic_parameters(calibration);
@@ -108,14 +108,14 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
     }
     all.push_back(std::move(one));
   }
-  if (calibration.statistics) {
-    const FitStatistics& statistics = *calibration.statistics;
+  if (calibration.fit.statistics) {
+    const FitStatistics& statistics = *calibration.fit.statistics;
     for (Eigen::Index k = 0; k < statistics.residual_sd.size(); ++k) {
       const double s = statistics.residual_sd(k);
       const double nu = statistics.degrees_of_freedom(k);
       // A scatter is known to about 1 / sqrt(2 nu) of itself.
       all.push_back(
-          {.name = calibration.instrument.axes[static_cast<std::size_t>(k)] + ".residual_sd",
+          {.name = calibration.sensor.instrument.axes[static_cast<std::size_t>(k)] + ".residual_sd",
            .value = s,
            .u = s / std::sqrt(2.0 * nu),
            .expanded = scatter_guard_band(s, nu),
@@ -123,8 +123,8 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
            .is_scatter = true});
     }
   }
-  if (calibration.levelness) {
-    const Levelness& level = *calibration.levelness;
+  if (calibration.fit.levelness) {
+    const Levelness& level = *calibration.fit.levelness;
     all.push_back({.name = "levelness.x",
                    .value = level.mean_x,
                    .u = level.standard_error_x,
@@ -142,8 +142,8 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
                    .u = check->pitch_error_u_deg,
                    .expanded = check->pitch_error_expanded_deg});
     all.push_back({.name = "drift_p_value", .value = check->p_value});
-  } else if (find_instrument_kind(calibration.instrument.kind).has_axis_elevation &&
-             calibration.instrument.axis_count() >= 3 && calibration.statistics &&
+  } else if (find_instrument_kind(calibration.sensor.instrument.kind).has_axis_elevation &&
+             calibration.sensor.instrument.axis_count() >= 3 && calibration.fit.statistics &&
              parameter_covariance(calibration).allFinite()) {
     all.push_back({.name = "pitch_error_deg", .value = pitch_uncertainty_deg(calibration)});
   }
@@ -222,9 +222,9 @@ Verdict evaluate(const Limits& limits, const Calibration& calibration, const Dri
                  !(limit.low && one.value < *limit.low + one.guard_band) &&
                  !(limit.high && one.value > *limit.high - one.guard_band);
     one.conformity = conformity_of(*found, limit);
-    const bool by_one_block = limit.parameter.ends_with(".bias") && calibration.statistics &&
-                              calibration.conditions.blocks < 2 &&
-                              calibration.conditions.earlier == 0;
+    const bool by_one_block = limit.parameter.ends_with(".bias") && calibration.fit.statistics &&
+                              calibration.fit.conditions.blocks < 2 &&
+                              calibration.fit.conditions.earlier == 0;
     if (by_one_block && limits.rule == "guarded") {
       one.note =
           "one block of readings: the guard band holds what repeats within it, not the change from "

@@ -10,13 +10,14 @@ namespace axiscal {
 namespace {
 
 bool counts_for(const Calibration& record, const Instrument& instrument) {
-  const Instrument& own = record.instrument;
+  const Instrument& own = record.sensor.instrument;
   const bool same_unit = !instrument.serial.empty() && own.serial == instrument.serial;
   const bool same_model = !instrument.model.empty() && own.model == instrument.model;
-  const bool by_table = record.method == Method::paired || record.method == Method::joint ||
-                        record.method == Method::known;
-  return by_table && record.status != CalibrationStatus::refused && own.kind == instrument.kind &&
-         own.axes == instrument.axes && own.unit == instrument.unit && (same_unit || same_model);
+  const bool by_table = record.fit.method == Method::paired || record.fit.method == Method::joint ||
+                        record.fit.method == Method::known;
+  return by_table && record.findings.status != CalibrationStatus::refused &&
+         own.kind == instrument.kind && own.axes == instrument.axes &&
+         own.unit == instrument.unit && (same_unit || same_model);
 }
 
 }  // namespace
@@ -32,14 +33,14 @@ std::optional<ProcessScatter> process_scatter(const std::vector<Calibration>& re
     if (!counts_for(record, instrument) || is_made_from(record, seen)) {
       continue;  // of the same readings, or of others' kind
     }
-    seen.insert(seen.end(), record.inputs.begin(), record.inputs.end());
-    const CalibrationConditions& conditions = record.conditions;
+    seen.insert(seen.end(), record.provenance.inputs.begin(), record.provenance.inputs.end());
+    const CalibrationConditions& conditions = record.fit.conditions;
     if (conditions.block_mean_square.size() == m && conditions.block_degrees_of_freedom > 0.0) {
       scatter.mean_square += conditions.block_degrees_of_freedom * conditions.block_mean_square;
       scatter.degrees_of_freedom += conditions.block_degrees_of_freedom;
       ++scatter.records;
-    } else if (record.response.bias.size() == m) {
-      of_one_block[record.instrument.serial].push_back(record.response.bias);
+    } else if (record.sensor.response.bias.size() == m) {
+      of_one_block[record.sensor.instrument.serial].push_back(record.sensor.response.bias);
     }
   }
   for (const auto& [serial, biases] : of_one_block) {

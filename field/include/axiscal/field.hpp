@@ -18,6 +18,7 @@
 #include "axiscal/field/light_field.hpp"
 #include "axiscal/field/recorded_field.hpp"
 #include "axiscal/field/reference_field.hpp"
+#include "axiscal/field/settings.hpp"
 #include "axiscal/field/site.hpp"
 #include "axiscal/field/sun.hpp"
 #include "axiscal/field/table_field.hpp"

@@ -5,6 +5,7 @@
 #include "axiscal/instruments/instrument.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/instruments/polar_form.hpp"
+#include "axiscal/instruments/settings.hpp"
 
 /// @file
 /// What an instrument makes of a field: v = b + S f, and what users of its kind call it.

@@ -22,8 +22,7 @@ class RosMessageType {
  public:
   /// @param name        "sensor_msgs/Imu" or "sensor_msgs/msg/Imu".
   /// @param definition  its text and those of the types that it holds, parted by lines of `=`;
-  /// where
-  ///                    it is empty, the usual types of sensors are known.
+  ///                    where it is empty, the usual types of sensors are known.
   /// @return nothing where a type is not known or the text is not understood.
   [[nodiscard]] static std::optional<RosMessageType> parse(const std::string& name,
                                                            std::string_view definition);

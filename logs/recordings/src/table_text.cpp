@@ -11,6 +11,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/missing_column.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/logs/settings.hpp"
 #include "axiscal/logs/text_row.hpp"
 #include "line_stream.hpp"
 #include "opened.hpp"
@@ -143,7 +144,7 @@ void TableText::State::open(OpenedFile opened) {
         path,
         formatted("is a recording ({}), not a table of readings in known orientations; {}",
                   opened.format, what_it_holds(summarise(*opened.decoder, looked_at))),
-        {Setting::log});
+        {settings::log});
   }
   if (opened.text) {
     bytes = as_utf8(*std::move(opened.text));

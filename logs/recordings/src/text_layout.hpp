@@ -42,8 +42,7 @@ inline constexpr std::size_t layout_bytes = 1U << 16U;
                                    const std::vector<std::string>& names);
 
 /// @return seconds of a time of day, 14:08:06.818, or since 1970 of a date and time; NaN for what
-/// is
-///         neither.
+/// is neither.
 [[nodiscard]] double clock_seconds(std::string_view cell);
 
 }  // namespace axiscal

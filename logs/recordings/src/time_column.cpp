@@ -12,6 +12,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/log_file.hpp"
 #include "axiscal/logs/sensor_names.hpp"
+#include "axiscal/logs/settings.hpp"
 
 namespace axiscal {
 namespace {
@@ -246,7 +247,7 @@ TimeUnit settle_time_unit(const std::string& path,
   throw DataError(
       path,
       formatted("{}the unit of the times is not clear from their rate: {}{}", head, rates, advice),
-      {Setting::column_names, Setting::rate});
+      {settings::column_names, settings::rate});
 }
 
 }  // namespace axiscal

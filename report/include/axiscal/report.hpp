@@ -11,8 +11,8 @@
 ///
 /// @code
 /// axiscal::Calibration calibration;
-/// calibration.instrument.kind = "accelerometer";
-/// calibration.response = {Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()};
+/// calibration.sensor.instrument.kind = "accelerometer";
+/// calibration.sensor.response = {Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()};
 /// const std::string page = axiscal::calibration_report(calibration);
 /// std::printf("%zu bytes of HTML\n", page.size());
 /// @endcode

@@ -19,7 +19,7 @@ namespace {
 
 using test::accelerometer_truth;
 
-Calibration truth_with_axes(int m, const std::string& kind) {
+SensorModel truth_with_axes(int m, const std::string& kind) {
   LinearResponse response{.bias = Eigen::VectorXd::LinSpaced(m, -0.2, 0.3),
                           .sensitivity = SensitivityMatrix::Zero(m, 3)};
   for (int k = 0; k < m; ++k) {
@@ -31,7 +31,7 @@ Calibration truth_with_axes(int m, const std::string& kind) {
 
 // Whole columns give what single readings give.
 TEST(Reducer, ReducesColumnsAsSingleReadings) {
-  const Calibration truth = truth_with_axes(3, "accelerometer");
+  const SensorModel truth = truth_with_axes(3, "accelerometer");
   const Reducer reducer(truth, {.magnitude = 1.0});
   RandomStream random(6);
   constexpr std::size_t n = 37;
@@ -58,7 +58,7 @@ TEST(Reducer, ReducesColumnsAsSingleReadings) {
 TEST(Reducer, InvertsTheResponse) {
   RandomStream random(4);
   for (const int m : {3, 4, 6}) {
-    const Calibration truth = truth_with_axes(m, "generic");
+    const SensorModel truth = truth_with_axes(m, "generic");
     const Reducer reducer(truth);
     for (int i = 0; i < 50; ++i) {
       const Eigen::Vector3d f = random.normals<3>();
@@ -80,19 +80,21 @@ TEST(Reducer, RefusesReadingsThatAreNotItsAxes) {
 }
 
 TEST(Reducer, WeighsSpareAxesByTheirScatter) {
-  Calibration truth = truth_with_axes(4, "generic");
+  Calibration record;
+  record.sensor = truth_with_axes(4, "generic");
+  SensorModel& truth = record.sensor;
   truth.response.sensitivity.setZero();
   truth.response.sensitivity.topRows<3>().setIdentity();
   truth.response.sensitivity(3, 0) = 1.0;  // a second x, three times as noisy
   truth.response.bias.setZero();
-  truth.statistics = FitStatistics{.residual_sd = Eigen::Vector4d(1.0, 1.0, 1.0, 3.0)};
-  const ReducedReading reduced = Reducer(truth).reduce(std::array{1.0, 0.0, 0.0, 2.0});
+  record.fit.statistics = FitStatistics{.residual_sd = Eigen::Vector4d(1.0, 1.0, 1.0, 3.0)};
+  const ReducedReading reduced = Reducer(record).reduce(std::array{1.0, 0.0, 0.0, 2.0});
   // Weights 1 and 1/9: (1 + 2/9) / (1 + 1/9).
   EXPECT_NEAR(reduced.field_in_sensor.x(), 1.1, 1e-15);
 }
 
 TEST(Reducer, GivesAnglesForEachKind) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Reducer reducer(truth);
   const Eigen::VectorXd v = truth.response.at({0.5, 0.0, std::sqrt(0.75)});
   const ReducedReading reduced = reducer.reduce({v.data(), 3});
@@ -107,7 +109,7 @@ TEST(Reducer, GivesAnglesForEachKind) {
 
 TEST(Reducer, GivesEachAxisWithFewerThanThree) {
   for (const int m : {1, 2}) {
-    const Calibration truth = truth_with_axes(m, "inclinometer");
+    const SensorModel truth = truth_with_axes(m, "inclinometer");
     const Reducer reducer(truth);
     EXPECT_FALSE(reducer.gives_components());
     const Eigen::Vector3d f(0.4, -0.3, std::sqrt(0.75));
@@ -125,7 +127,7 @@ TEST(Reducer, GivesEachAxisWithFewerThanThree) {
 
 // A sun sensor of two axes: where the sun is follows from what they see and that it is in front.
 TEST(Reducer, ClosesTwoAxesOfASunSensorByTheMagnitude) {
-  Calibration truth = truth_with_axes(2, "optical");
+  SensorModel truth = truth_with_axes(2, "optical");
   const Reducer reducer(truth);
   ASSERT_TRUE(reducer.closes_by_magnitude());
   const Eigen::Vector3d across = Eigen::Vector3d(truth.response.sensitivity.row(0))
@@ -143,7 +145,7 @@ TEST(Reducer, ClosesTwoAxesOfASunSensorByTheMagnitude) {
 }
 
 TEST(Reducer, AllocatesNothingPerReading) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Reducer reducer(truth);
   const Reducer spare(truth_with_axes(6, "inclinometer"));
   const std::array<double, 6> v = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
@@ -157,7 +159,7 @@ TEST(Reducer, AllocatesNothingPerReading) {
 }
 
 TEST(Reducer, RejectsWhatCannotBeInverted) {
-  Calibration truth = accelerometer_truth();
+  SensorModel truth = accelerometer_truth();
   EXPECT_THROW(Reducer(truth, {.magnitude = 0.0}), DomainError);
   truth.response.sensitivity.row(2) = truth.response.sensitivity.row(1);
   EXPECT_THROW(Reducer{truth}, DomainError);
@@ -174,7 +176,7 @@ struct Reduced {
   std::size_t allocations = 0;
 };
 
-Reduced reduce(const Calibration& truth,
+Reduced reduce(const SensorModel& truth,
                const std::string& text,
                const ReductionCsvOptions& options = {}) {
   std::size_t at = 0;
@@ -200,7 +202,7 @@ Reduced reduce(const Calibration& truth,
 }
 
 TEST(ReduceCsv, CopiesCellsAndAppendsResults) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Eigen::VectorXd v = truth.response.at({0.0, 0.0, 1.0});
   char row[200];
   std::snprintf(row, sizeof row, "a \"b\",x,z,y\n\" q,1\" , %.17g,%.17g,%.17g\r\n", v(0), v(2),
@@ -220,7 +222,7 @@ TEST(ReduceCsv, CopiesCellsAndAppendsResults) {
 }
 
 TEST(ReduceCsv, KeepsThePlaceOfRowsThatCannotBeReduced) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const std::string text =
       "x,y,z,n\n0,0,2.5,a\nnan,0,2.5,b\n0,0\n0,0,2.5,c,extra\n,,,d\n0,0,\"2.5,e\n1e308,1e308,1e308,"
       "f\n"
@@ -248,7 +250,7 @@ TEST(ReduceCsv, KeepsThePlaceOfRowsThatCannotBeReduced) {
 }
 
 TEST(ReduceCsv, FlagsClampedRows) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Reduced reduced = reduce(truth, "x,y,z\n2.6,0,0\n");
   const std::vector<std::vector<std::string>> rows = test::csv_cells(reduced.text);
   EXPECT_EQ(rows[1][7], "90");
@@ -257,7 +259,7 @@ TEST(ReduceCsv, FlagsClampedRows) {
 }
 
 TEST(ReduceCsv, StopsWhereAsked) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   try {
     static_cast<void>(reduce(truth, "x,y,z\n1,2,3\n1,2,\n", {.strict = true}));
     FAIL();
@@ -268,13 +270,13 @@ TEST(ReduceCsv, StopsWhereAsked) {
 }
 
 TEST(ReduceCsv, NeedsItsColumnsAndDoesNotWriteThemTwice) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   EXPECT_THROW(static_cast<void>(reduce(truth, "x,y\n1,2\n")), DataError);
   EXPECT_THROW(static_cast<void>(reduce(truth, "x,y,z,pitch_deg\n1,2,3,4\n")), DataError);
 }
 
 TEST(ReduceCsv, GivesComponentsOfFewerAxes) {
-  const Calibration truth = truth_with_axes(2, "inclinometer");
+  const SensorModel truth = truth_with_axes(2, "inclinometer");
   const Reduced reduced = reduce(truth, "x,y\n0.1,0.2\n9,0\n");
   const std::vector<std::vector<std::string>> rows = test::csv_cells(reduced.text);
   EXPECT_THAT(rows[0], testing::ElementsAre("x", "y", "component_x", "component_y", "angle_x_deg",
@@ -283,7 +285,7 @@ TEST(ReduceCsv, GivesComponentsOfFewerAxes) {
   EXPECT_EQ(std::stod(rows[1][3]), reducer.reduce_axis(1, 0.2).component);
   EXPECT_EQ(std::stod(rows[1][4]), reducer.reduce_axis(0, 0.1).angle_rad * deg_per_rad);
   EXPECT_EQ(rows[2].back(), "clamped");
-  Calibration faint = truth_with_axes(1, "inclinometer");
+  SensorModel faint = truth_with_axes(1, "inclinometer");
   faint.response.sensitivity *= 1e-3;
   EXPECT_EQ(test::csv_cells(reduce(faint, "x\n1e308\n").text)[1].back(), "unreadable");
   const Reduced generic = reduce(truth_with_axes(1, "generic"), "x\n0.1\n");
@@ -291,7 +293,7 @@ TEST(ReduceCsv, GivesComponentsOfFewerAxes) {
 }
 
 TEST(ReduceCsv, AllocatesNothingPerRow) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const auto text = [](int rows) {
     std::string table = "t,x,y,z\n";
     for (int i = 0; i < rows; ++i) {
@@ -305,7 +307,7 @@ TEST(ReduceCsv, AllocatesNothingPerRow) {
 }
 
 TEST(ReduceCsv, HandsOverEachRowOnRequest) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const std::string text = "x,y,z\n1,2,3\n1,2,3\n1,2,3\n";
   EXPECT_EQ(reduce(truth, text).blocks, 1U);
   EXPECT_EQ(reduce(truth, text, {.every_row = true}).blocks, 4U);

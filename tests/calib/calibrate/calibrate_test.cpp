@@ -28,7 +28,7 @@ Eigen::Vector3d tilted(double x, double y) {
 
 std::vector<std::string_view> codes(const Calibration& calibration) {
   std::vector<std::string_view> result;
-  for (const CalibrationWarning& warning : calibration.warnings) {
+  for (const CalibrationWarning& warning : calibration.findings.warnings) {
     result.push_back(warning_name(warning.code));
   }
   return result;
@@ -65,7 +65,7 @@ class Exact : public testing::TestWithParam<ExactCase> {};
 
 TEST_P(Exact, ReturnsTheTruth) {
   const auto [method, points, replicates, x_deg, y_deg] = GetParam();
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = method;
   const Eigen::Vector2d slope(std::sin(x_deg * rad_per_deg), std::sin(y_deg * rad_per_deg));
@@ -74,16 +74,16 @@ TEST_P(Exact, ReturnsTheTruth) {
   }
   const Calibration result = calibrate(
       experiment, observe(truth, {.points = points, .replicates = replicates, .slope = slope}));
-  EXPECT_MATRIX_NEAR(result.response.bias, truth.response.bias, 1e-12);
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-12);
-  EXPECT_MATRIX_NEAR(*result.field.in_table, tilted(slope.x(), slope.y()), 1e-12);
-  EXPECT_EQ(result.status, CalibrationStatus::ok) << testing::PrintToString(codes(result));
-  ASSERT_TRUE(result.levelness);
-  EXPECT_EQ(result.levelness->estimates.size(), static_cast<std::size_t>(6 * replicates));
-  EXPECT_NEAR(result.levelness->mean_x, slope.x(), 1e-12);
-  EXPECT_NEAR(result.levelness->mean_y, slope.y(), 1e-12);
-  EXPECT_TRUE(result.levelness->consistent);
-  for (const ReadingResidual& residual : result.residuals) {
+  EXPECT_MATRIX_NEAR(result.sensor.response.bias, truth.response.bias, 1e-12);
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-12);
+  EXPECT_MATRIX_NEAR(*result.sensor.field.in_table, tilted(slope.x(), slope.y()), 1e-12);
+  EXPECT_EQ(result.findings.status, CalibrationStatus::ok) << testing::PrintToString(codes(result));
+  ASSERT_TRUE(result.fit.levelness);
+  EXPECT_EQ(result.fit.levelness->estimates.size(), static_cast<std::size_t>(6 * replicates));
+  EXPECT_NEAR(result.fit.levelness->mean_x, slope.x(), 1e-12);
+  EXPECT_NEAR(result.fit.levelness->mean_y, slope.y(), 1e-12);
+  EXPECT_TRUE(result.fit.levelness->consistent);
+  for (const ReadingResidual& residual : result.fit.residuals) {
     EXPECT_MATRIX_NEAR(residual.response, Eigen::Vector3d::Zero(), 1e-12);
     EXPECT_NEAR(residual.magnitude, 0.0, 1e-12);
   }
@@ -99,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(
                      testing::Values(0.0, 1.4)));
 
 TEST(Calibrate, TakesArraysAsItTakesObservations) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Experiment experiment = experiment_for(truth);
   const Observations observations = simulate(truth, make_run_sheet(standard_design(12), 1, 3),
                                              {.noise_sd = 1e-4, .slope = {2e-3, 1e-3}});
@@ -109,37 +109,37 @@ TEST(Calibrate, TakesArraysAsItTakesObservations) {
   }
   const Calibration full = calibrate(experiment, observations);
   const Calibration by_arrays = calibrate(experiment, points, observations.response);
-  EXPECT_EQ(by_arrays.response.bias, full.response.bias);
-  EXPECT_EQ(by_arrays.response.sensitivity, full.response.sensitivity);
-  EXPECT_EQ(by_arrays.residuals.back().run, 12);
+  EXPECT_EQ(by_arrays.sensor.response.bias, full.sensor.response.bias);
+  EXPECT_EQ(by_arrays.sensor.response.sensitivity, full.sensor.response.sensitivity);
+  EXPECT_EQ(by_arrays.fit.residuals.back().run, 12);
   points.pop_back();
   EXPECT_THROW(static_cast<void>(calibrate(experiment, points, observations.response)),
                DomainError);
 }
 
 TEST(Calibrate, SixPointsAreEnoughOnAKnownTable) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::known;
   const Calibration result = calibrate(experiment, observe(truth, {.points = 6}));
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-13);
-  EXPECT_FALSE(result.levelness);
-  EXPECT_EQ(result.statistics->degrees_of_freedom, Eigen::VectorXd::Constant(3, 2.0));
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-13);
+  EXPECT_FALSE(result.fit.levelness);
+  EXPECT_EQ(result.fit.statistics->degrees_of_freedom, Eigen::VectorXd::Constant(3, 2.0));
 }
 
 TEST(Calibrate, SixPointsOnATiltedTableAreDeterminedButWarnedOf) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Calibration result =
       calibrate(experiment_for(truth), observe(truth, {.points = 6, .slope = {0.05, 0.03}}));
-  EXPECT_EQ(result.method, Method::joint);
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-9);
+  EXPECT_EQ(result.fit.method, Method::joint);
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-9);
   // The condition goes as 1 / slope (method.md, section 4), in fact 2.9 / slope along y.
-  EXPECT_NEAR(result.statistics->condition_number * 0.03, 2.9, 0.2);
+  EXPECT_NEAR(result.fit.statistics->condition_number * 0.03, 2.9, 0.2);
   EXPECT_THAT(codes(result), Contains("ill_conditioned"));
 }
 
 TEST(Calibrate, SevenPointsAreDeterminedOnALevelTable) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Observations observations = observe(truth, {.points = 12});
   std::vector<int> leave;
   for (const Face rest : all_faces) {
@@ -148,55 +148,55 @@ TEST(Calibrate, SevenPointsAreDeterminedOnALevelTable) {
     }
   }
   const Calibration result = calibrate(experiment_for(truth), without_runs(observations, leave));
-  EXPECT_EQ(result.statistics->observations, 7);
-  EXPECT_EQ(result.method, Method::joint);
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-11);
+  EXPECT_EQ(result.fit.statistics->observations, 7);
+  EXPECT_EQ(result.fit.method, Method::joint);
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-11);
   // method.md, section 4: turning one of the six round brings the condition to 4.5.
-  EXPECT_LT(result.statistics->condition_number, 6.0);
+  EXPECT_LT(result.fit.statistics->condition_number, 6.0);
 }
 
 TEST(Calibrate, TakesAnySubsetThatDeterminesTheModel) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Observations all = observe(truth, {.points = 24, .replicates = 2, .slope = {0.01, 0.02}});
   const Calibration result =
       calibrate(experiment_for(truth), without_runs(all, {2, 3, 11, 17, 30, 31, 32, 48}));
-  EXPECT_EQ(result.method, Method::joint);
-  EXPECT_EQ(result.statistics->observations, 40);
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-12);
+  EXPECT_EQ(result.fit.method, Method::joint);
+  EXPECT_EQ(result.fit.statistics->observations, 40);
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-12);
 }
 
 TEST(Calibrate, PairedLeavesOutWhatHasNoOppositeAndSaysSo) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::paired;
   const Observations all = observe(truth, {.replicates = 2, .slope = {0.01, 0.02}});
   const Calibration result = calibrate(experiment, without_runs(all, {5}));
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-12);
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-12);
   ASSERT_EQ(codes(result), std::vector<std::string_view>{"unpaired"});
-  EXPECT_EQ(result.warnings[0].runs.size(), 1U);
-  EXPECT_EQ(result.status, CalibrationStatus::warning);
-  EXPECT_EQ(result.statistics->observations, 22);
+  EXPECT_EQ(result.findings.warnings[0].runs.size(), 1U);
+  EXPECT_EQ(result.findings.status, CalibrationStatus::warning);
+  EXPECT_EQ(result.fit.statistics->observations, 22);
   int used = 0;
-  for (const ReadingResidual& residual : result.residuals) {
+  for (const ReadingResidual& residual : result.fit.residuals) {
     used += residual.used ? 1 : 0;
   }
   EXPECT_EQ(used, 22);
   // 11 averages, 4 coefficients, a shift between two blocks.
-  EXPECT_EQ(result.statistics->degrees_of_freedom(0), 6.0);
+  EXPECT_EQ(result.fit.statistics->degrees_of_freedom(0), 6.0);
 }
 
 TEST(Calibrate, LeavesOutRunsOnRequest) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Observations observations = observe(truth, {.replicates = 2});
   observations.response(4, 0) += 1.0;
   Experiment experiment = experiment_for(truth);
   experiment.leave_out = {observations.readings[4].run};
   const Calibration result = calibrate(experiment, observations);
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-12);
-  EXPECT_EQ(result.left_out, experiment.leave_out);
-  ASSERT_EQ(result.residuals.size(), 24U);
-  EXPECT_FALSE(result.residuals[4].used);
-  EXPECT_NEAR(result.residuals[4].response(0), 1.0, 1e-12);
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-12);
+  EXPECT_EQ(result.fit.left_out, experiment.leave_out);
+  ASSERT_EQ(result.fit.residuals.size(), 24U);
+  EXPECT_FALSE(result.fit.residuals[4].used);
+  EXPECT_NEAR(result.fit.residuals[4].response(0), 1.0, 1e-12);
   experiment.leave_out = {99};
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), SetupError);
 }
@@ -213,22 +213,22 @@ TEST_P(AnyAxes, ReturnTheTruth) {
     response.sensitivity.row(k) << 0.02 * k, -0.03, 0.01;
     response.sensitivity(k, k % 3) += 1.0 + 0.1 * k;
   }
-  const Calibration truth = test::truth_of(response, m < 3 ? "inclinometer" : "generic");
+  const SensorModel truth = test::truth_of(response, m < 3 ? "inclinometer" : "generic");
   for (const Method method : {Method::paired, Method::joint}) {
     Experiment experiment = experiment_for(truth);
     experiment.method = method;
     const Calibration result =
         calibrate(experiment, observe(truth, {.replicates = 2, .slope = {0.004, -0.007}}));
-    EXPECT_MATRIX_NEAR(result.response.bias, truth.response.bias, 1e-12);
-    EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-12);
-    ASSERT_TRUE(result.levelness) << m;
-    EXPECT_NEAR(result.levelness->mean_x, 0.004, 1e-12);
-    EXPECT_NEAR(result.levelness->mean_y, -0.007, 1e-12);
-    EXPECT_EQ(result.residuals[0].magnitude == result.residuals[0].magnitude, m >= 3)
+    EXPECT_MATRIX_NEAR(result.sensor.response.bias, truth.response.bias, 1e-12);
+    EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-12);
+    ASSERT_TRUE(result.fit.levelness) << m;
+    EXPECT_NEAR(result.fit.levelness->mean_x, 0.004, 1e-12);
+    EXPECT_NEAR(result.fit.levelness->mean_y, -0.007, 1e-12);
+    EXPECT_EQ(result.fit.residuals[0].magnitude == result.fit.residuals[0].magnitude, m >= 3)
         << "NaN for fewer than three axes";
     // Two axes see both components only where the third axis is along the normal.
     const std::size_t estimates = m >= 3 ? 12U : m == 2 ? 4U : 0U;
-    EXPECT_EQ(result.levelness->estimates.size(), estimates);
+    EXPECT_EQ(result.fit.levelness->estimates.size(), estimates);
   }
 }
 
@@ -238,13 +238,13 @@ INSTANTIATE_TEST_SUITE_P(Counts, AnyAxes, testing::Values(1, 2, 3, 4, 6));
 
 // A shift of each block but one is a column more.
 TEST(Calibrate, HasTheStatedDegreesOfFreedom) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.seats = SeatSetup::none;
   const auto dof = [&](Method method, int replicates) {
     experiment.method = method;
     return calibrate(experiment, observe(truth, {.replicates = replicates, .noise_sd = 1e-4}))
-        .statistics->degrees_of_freedom;
+        .fit.statistics->degrees_of_freedom;
   };
   EXPECT_EQ(dof(Method::paired, 1), Eigen::VectorXd::Constant(3, 2.0));
   EXPECT_EQ(dof(Method::paired, 2), Eigen::VectorXd::Constant(3, 7.0));
@@ -256,13 +256,13 @@ TEST(Calibrate, HasTheStatedDegreesOfFreedom) {
 // method.md, section 4: for r whole designs var b = sigma^2 / 12r, var S = sigma^2 / 4rF^2.
 // In two blocks the bias's holds how they differ, and is no less.
 TEST(Calibrate, HasTheStatedStandardErrors) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.seats = SeatSetup::none;
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
     experiment.method = method;
     const FitStatistics statistics =
-        *calibrate(experiment, observe(truth, {.replicates = 2, .noise_sd = 1e-4})).statistics;
+        *calibrate(experiment, observe(truth, {.replicates = 2, .noise_sd = 1e-4})).fit.statistics;
     for (Eigen::Index k = 0; k < 3; ++k) {
       const double s = statistics.residual_sd(k);
       EXPECT_GE(statistics.bias_se(k), (1.0 - 1e-4) * s / std::sqrt(24.0));
@@ -283,26 +283,27 @@ TEST(Calibrate, HasTheStatedStandardErrors) {
 // method.md, section 4: each tangent (radian) has variance 1 / (4r sum |S_k|^2 / sigma_k^2), times
 // the factor for weights that were estimated.
 TEST(Calibrate, JointStatesTheUncertaintyOfTheDirection) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::joint;
   const Calibration result =
       calibrate(experiment, observe(truth, {.slope = {0.01, 0.0}, .noise_sd = 1e-4}));
-  const FitStatistics& statistics = *result.statistics;
-  const Eigen::ArrayXd information = result.response.sensitivity.rowwise().squaredNorm().array() /
-                                     statistics.residual_sd.array().square();
+  const FitStatistics& statistics = *result.fit.statistics;
+  const Eigen::ArrayXd information =
+      result.sensor.response.sensitivity.rowwise().squaredNorm().array() /
+      statistics.residual_sd.array().square();
   const Eigen::ArrayXd p = information / information.sum();
   const Eigen::ArrayXd nu = statistics.degrees_of_freedom.array();
   const double factor = 1.0 + 4.0 * (p * (1.0 - p) / nu).sum();
-  ASSERT_TRUE(result.field.in_table_covariance);
-  EXPECT_NEAR((*result.field.in_table_covariance)(0, 0) * 4.0 * information.sum() / factor, 1.0,
-              1e-3);
-  EXPECT_NEAR(result.field.in_table_degrees_of_freedom, 1.0 / (p.square() / nu).sum(), 1e-9);
+  ASSERT_TRUE(result.sensor.field.in_table_covariance);
+  EXPECT_NEAR((*result.sensor.field.in_table_covariance)(0, 0) * 4.0 * information.sum() / factor,
+              1.0, 1e-3);
+  EXPECT_NEAR(result.sensor.field.in_table_degrees_of_freedom, 1.0 / (p.square() / nu).sum(), 1e-9);
 }
 
 TEST(Calibrate, WeighsRepeatsAsTheirMean) {
   // Three readings of one point count as one of weight 3.
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Observations single = observe(truth, {.noise_sd = 1e-3, .seed = 8});
   Observations repeated = single;
   single.samples = Eigen::VectorXd::Ones(12);
@@ -319,15 +320,15 @@ TEST(Calibrate, WeighsRepeatsAsTheirMean) {
     experiment.method = method;
     const Calibration a = calibrate(experiment, single);
     const Calibration b = calibrate(experiment, repeated);
-    EXPECT_EQ(a.weights, Weighting::samples);
-    EXPECT_EQ(b.weights, Weighting::none);
-    EXPECT_MATRIX_NEAR(a.response.sensitivity, b.response.sensitivity, 1e-13);
-    EXPECT_MATRIX_NEAR(a.response.bias, b.response.bias, 1e-13);
+    EXPECT_EQ(a.fit.weights, Weighting::samples);
+    EXPECT_EQ(b.fit.weights, Weighting::none);
+    EXPECT_MATRIX_NEAR(a.sensor.response.sensitivity, b.sensor.response.sensitivity, 1e-13);
+    EXPECT_MATRIX_NEAR(a.sensor.response.bias, b.sensor.response.bias, 1e-13);
   }
 }
 
 TEST(Calibrate, WeighsEachAxisByItsOwnSd) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Observations observations = observe(truth, {.replicates = 2, .noise_sd = 1e-3, .seed = 9});
   observations.response_sd = Eigen::MatrixXd::Constant(24, 3, 0.01);
   observations.response_sd->row(7) << 1e3, 0.01, 0.01;  // axis x of one reading counts nothing
@@ -339,16 +340,17 @@ TEST(Calibrate, WeighsEachAxisByItsOwnSd) {
   const Calibration plain = calibrate(experiment, observations);
   experiment.leave_out = {observations.readings[7].run};
   const Calibration without = calibrate(experiment, observations);
-  EXPECT_MATRIX_NEAR(weighted.response.sensitivity.row(0), without.response.sensitivity.row(0),
-                     1e-9);
-  EXPECT_MATRIX_NEAR(weighted.response.sensitivity.row(1), plain.response.sensitivity.row(1),
-                     1e-13);
-  EXPECT_GT((weighted.response.sensitivity.row(0) - plain.response.sensitivity.row(0)).norm(),
+  EXPECT_MATRIX_NEAR(weighted.sensor.response.sensitivity.row(0),
+                     without.sensor.response.sensitivity.row(0), 1e-9);
+  EXPECT_MATRIX_NEAR(weighted.sensor.response.sensitivity.row(1),
+                     plain.sensor.response.sensitivity.row(1), 1e-13);
+  EXPECT_GT((weighted.sensor.response.sensitivity.row(0) - plain.sensor.response.sensitivity.row(0))
+                .norm(),
             1e-6);
 }
 
 TEST(Calibrate, PairedAgreesWithJoint) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Observations observations =
       observe(truth, {.replicates = 3, .slope = {0.01, -0.006}, .noise_sd = 1e-4, .seed = 4});
   Experiment experiment = experiment_for(truth);
@@ -357,25 +359,25 @@ TEST(Calibrate, PairedAgreesWithJoint) {
   experiment.method = Method::joint;
   const Calibration joint = calibrate(experiment, observations);
   // method.md, section 4: up to noise x tilt.
-  EXPECT_MATRIX_NEAR(paired.response.sensitivity, joint.response.sensitivity, 5e-6);
-  EXPECT_MATRIX_NEAR(paired.response.bias, joint.response.bias, 1e-6);
-  EXPECT_MATRIX_NEAR(*paired.field.in_table, *joint.field.in_table, 1e-5);
+  EXPECT_MATRIX_NEAR(paired.sensor.response.sensitivity, joint.sensor.response.sensitivity, 5e-6);
+  EXPECT_MATRIX_NEAR(paired.sensor.response.bias, joint.sensor.response.bias, 1e-6);
+  EXPECT_MATRIX_NEAR(*paired.sensor.field.in_table, *joint.sensor.field.in_table, 1e-5);
 }
 
 // Three shifts between four blocks are taken from the pure error.
 TEST(Calibrate, SplitsPureErrorFromLackOfFit) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.seats = SeatSetup::none;
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
     experiment.method = method;
     Observations observations = observe(truth, {.replicates = 4, .noise_sd = 1e-4, .seed = 2});
     const Calibration good = calibrate(experiment, observations);
-    ASSERT_EQ(good.statistics->lack_of_fit.size(), 3U);
-    const LackOfFit& test = good.statistics->lack_of_fit[0];
+    ASSERT_EQ(good.fit.statistics->lack_of_fit.size(), 3U);
+    const LackOfFit& test = good.fit.statistics->lack_of_fit[0];
     EXPECT_EQ(test.pure_error_dof, method == Method::paired ? 15.0 : 33.0);
-    EXPECT_NEAR(test.pure_error_dof + test.lack_of_fit_dof, good.statistics->degrees_of_freedom(0),
-                1e-12);
+    EXPECT_NEAR(test.pure_error_dof + test.lack_of_fit_dof,
+                good.fit.statistics->degrees_of_freedom(0), 1e-12);
     EXPECT_NEAR(test.pure_error_sd, 1e-4, 5e-5);
     EXPECT_GT(test.p_value, 0.01);
     // An even nonlinearity is the same in all repeats: no noise, and no linear model either.
@@ -383,7 +385,7 @@ TEST(Calibrate, SplitsPureErrorFromLackOfFit) {
       v += 2e-3 * v * v;
     }
     const Calibration bent = calibrate(experiment, observations);
-    EXPECT_LT(bent.statistics->lack_of_fit[0].p_value, 1e-6);
+    EXPECT_LT(bent.fit.statistics->lack_of_fit[0].p_value, 1e-6);
     EXPECT_THAT(codes(bent), Contains("lack_of_fit"));
   }
 }
@@ -391,7 +393,7 @@ TEST(Calibrate, SplitsPureErrorFromLackOfFit) {
 // ---- fields ----
 
 TEST(Calibrate, TakesGravityInSiUnitsAtASite) {
-  Calibration truth = accelerometer_truth();
+  SensorModel truth = accelerometer_truth();
   // Somigliana's formula with the WGS 84 constants at 45 degrees.
   truth.field = {.kind = "gravity", .unit = "m/s^2", .magnitude = 9.806197769377};
   const Observations observations = observe(truth, {});
@@ -402,15 +404,15 @@ TEST(Calibrate, TakesGravityInSiUnitsAtASite) {
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), SetupError);
   experiment.table.site = Site{.latitude_deg = 45.0};
   const Calibration result = calibrate(experiment, observations);
-  EXPECT_NEAR(result.field.magnitude, 9.806197769377, 1e-9);
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-9);
+  EXPECT_NEAR(result.sensor.field.magnitude, 9.806197769377, 1e-9);
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-9);
 }
 
 TEST(Calibrate, TakesACustomFieldAtAnyAngle) {
   for (const Eigen::Vector3d& direction :
        {Eigen::Vector3d(3.0, 0.0, 0.0), Eigen::Vector3d(1.0, -2.0, -2.0),
         Eigen::Vector3d(0.0, 0.1, 5.0)}) {
-    Calibration truth = accelerometer_truth();
+    SensorModel truth = accelerometer_truth();
     truth.instrument.kind = "generic";
     truth.field = {
         .kind = "custom", .unit = "uT", .magnitude = direction.norm(), .in_table = direction};
@@ -423,19 +425,19 @@ TEST(Calibrate, TakesACustomFieldAtAnyAngle) {
         direction.norm() *
         (std::cos(0.7) * direction.normalized() + std::sin(0.7) * off).normalized();
     const Calibration joint = calibrate(experiment, observations);
-    EXPECT_EQ(joint.method, Method::joint);
-    EXPECT_MATRIX_NEAR(*joint.field.in_table, direction, 1e-11);
-    EXPECT_MATRIX_NEAR(joint.response.sensitivity, truth.response.sensitivity, 1e-11);
-    EXPECT_EQ(joint.status, CalibrationStatus::ok);
+    EXPECT_EQ(joint.fit.method, Method::joint);
+    EXPECT_MATRIX_NEAR(*joint.sensor.field.in_table, direction, 1e-11);
+    EXPECT_MATRIX_NEAR(joint.sensor.response.sensitivity, truth.response.sensitivity, 1e-11);
+    EXPECT_EQ(joint.findings.status, CalibrationStatus::ok);
     experiment.field.in_table = direction;
     experiment.method = Method::known;
     const Calibration known = calibrate(experiment, observations);
-    EXPECT_MATRIX_NEAR(known.response.sensitivity, truth.response.sensitivity, 1e-12);
+    EXPECT_MATRIX_NEAR(known.sensor.response.sensitivity, truth.response.sensitivity, 1e-12);
   }
 }
 
 TEST(Calibrate, TakesAFieldThatIsSetByItsLevel) {
-  Calibration truth = accelerometer_truth();
+  SensorModel truth = accelerometer_truth();
   truth.instrument.kind = "generic";
   truth.field = {.kind = "custom", .magnitude = 2.0, .in_table = Eigen::Vector3d(0.0, 0.0, 2.0)};
   std::vector<DesignEntry> design = standard_design(12);
@@ -451,8 +453,8 @@ TEST(Calibrate, TakesAFieldThatIsSetByItsLevel) {
     Experiment experiment = experiment_for(truth);
     experiment.method = method;
     const Calibration result = calibrate(experiment, observations);
-    EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-12);
-    EXPECT_EQ(result.status, CalibrationStatus::ok);
+    EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-12);
+    EXPECT_EQ(result.findings.status, CalibrationStatus::ok);
   }
   Experiment gravity = experiment_for(accelerometer_truth());
   EXPECT_THROW(static_cast<void>(calibrate(gravity, observations)), RefusedError);
@@ -467,7 +469,7 @@ class Centrifuge final : public ReferenceField {
 };
 
 TEST(Calibrate, TakesAUsersOwnField) {
-  Calibration truth = accelerometer_truth();
+  SensorModel truth = accelerometer_truth();
   truth.field = {.kind = "centrifuge",
                  .unit = "m/s^2",
                  .magnitude = Centrifuge().magnitude(),
@@ -477,13 +479,13 @@ TEST(Calibrate, TakesAUsersOwnField) {
   experiment.instrument = truth.instrument;
   experiment.field = std::make_shared<Centrifuge>();
   const Calibration result = calibrate(experiment, observations);
-  EXPECT_EQ(result.field.kind, "centrifuge");
-  EXPECT_EQ(result.method, Method::joint);
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-12);
+  EXPECT_EQ(result.sensor.field.kind, "centrifuge");
+  EXPECT_EQ(result.fit.method, Method::joint);
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-12);
 }
 
 TEST(Calibrate, RefusesAMagnitudeBesideAUsersOwnField) {
-  Calibration truth = accelerometer_truth();
+  SensorModel truth = accelerometer_truth();
   const Observations observations = observe(truth, {});
   Experiment experiment;
   experiment.instrument = truth.instrument;
@@ -495,37 +497,38 @@ TEST(Calibrate, RefusesAMagnitudeBesideAUsersOwnField) {
 }
 
 TEST(Calibrate, SaysWhatItTookForTheMagnitude) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Observations observations = observe(truth, {.noise_sd = 1e-4});
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::joint;
   experiment.field.magnitude.reset();
   experiment.field.in_table = Eigen::Vector3d(0.0, 0.1, 0.93);
   const Calibration doubtful = calibrate(experiment, observations);
-  EXPECT_EQ(doubtful.warnings.front().code, WarningCode::field_length);
-  EXPECT_THAT(doubtful.warnings.front().message, testing::HasSubstr("state a magnitude of 1"));
+  EXPECT_EQ(doubtful.findings.warnings.front().code, WarningCode::field_length);
+  EXPECT_THAT(doubtful.findings.warnings.front().message,
+              testing::HasSubstr("state a magnitude of 1"));
   experiment.field.magnitude = 1.0;
-  EXPECT_TRUE(calibrate(experiment, observations).warnings.empty());
+  EXPECT_TRUE(calibrate(experiment, observations).findings.warnings.empty());
 }
 
 TEST(Calibrate, SaysWhyItIsJointInsteadOfPaired) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Observations observations = observe(truth, {.noise_sd = 1e-4});
   Experiment experiment = experiment_for(truth);
   experiment.field.in_table.reset();
-  EXPECT_EQ(calibrate(experiment, observations).method, Method::paired);
+  EXPECT_EQ(calibrate(experiment, observations).fit.method, Method::paired);
   const DesignPoint lost = *observations.readings.back().point;
   observations.readings.pop_back();
   observations.response.conservativeResize(11, Eigen::NoChange);
   const Calibration joint = calibrate(experiment, observations);
-  EXPECT_EQ(joint.method, Method::joint);
+  EXPECT_EQ(joint.fit.method, Method::joint);
   const auto opposite =
       std::find_if(observations.readings.begin(), observations.readings.end(),
                    [&](const Reading& reading) { return reading.point == lost.turned_round(); });
   EXPECT_THAT(
-      joint.notes,
-      testing::Contains(testing::HasSubstr("method joint instead of paired: run " +
-                                           std::to_string(opposite->run) + " has no opposite")));
+      joint.findings.notes,
+      test::HasNote(testing::HasSubstr("method joint instead of paired: run " +
+                                       std::to_string(opposite->run) + " has no opposite")));
 }
 
 TEST(Calibrate, UsesAMeasuredCube) {
@@ -535,7 +538,7 @@ TEST(Calibrate, UsesAMeasuredCube) {
     normals[static_cast<std::size_t>(face)] =
         Eigen::AngleAxisd(3e-3, axis.normalized()) * nominal_normal(face);
   }
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   SimulationOptions options{.slope = {0.005, -0.003}, .positioner = Positioner(normals, "c7")};
   const Observations observations =
       simulate(truth, make_run_sheet(standard_design(12), 1, 1), options);
@@ -543,14 +546,14 @@ TEST(Calibrate, UsesAMeasuredCube) {
   for (const Method method : {Method::paired, Method::joint}) {
     experiment.method = method;
     experiment.positioner = Positioner();
-    const double nominal =
-        (calibrate(experiment, observations).response.sensitivity - truth.response.sensitivity)
-            .norm();
+    const double nominal = (calibrate(experiment, observations).sensor.response.sensitivity -
+                            truth.response.sensitivity)
+                               .norm();
     experiment.positioner = options.positioner;
     const Calibration result = calibrate(experiment, observations);
     EXPECT_GT(nominal, 1e-3);
-    EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-11);
-    EXPECT_EQ(result.positioner, "c7");
+    EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-11);
+    EXPECT_EQ(result.provenance.positioner, "c7");
   }
 }
 
@@ -569,7 +572,7 @@ std::vector<std::string> undetermined(const Experiment& experiment,
   return {};
 }
 
-Observations at_points(const Calibration& truth, const std::vector<DesignPoint>& points) {
+Observations at_points(const SensorModel& truth, const std::vector<DesignPoint>& points) {
   std::vector<DesignEntry> design;
   for (const DesignPoint& point : points) {
     design.push_back({.point = point});
@@ -578,7 +581,7 @@ Observations at_points(const Calibration& truth, const std::vector<DesignPoint>&
 }
 
 TEST(Calibrate, NamesWhatTooFewFacesLeaveOpen) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   std::vector<DesignPoint> points;
   for (const Face rest : {Face::plus_x, Face::minus_x, Face::plus_y, Face::minus_y}) {
     points.emplace_back(rest, face_of((axis_of(rest) + 1) % 3, true));
@@ -596,7 +599,7 @@ TEST(Calibrate, NamesWhatTooFewFacesLeaveOpen) {
 }
 
 TEST(Calibrate, NamesWhatOneOrientationLeavesOpen) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const DesignPoint point(Face::minus_z, Face::plus_y);
   const Observations observations = at_points(truth, {point, point, point, point, point});
   std::string message;
@@ -606,7 +609,7 @@ TEST(Calibrate, NamesWhatOneOrientationLeavesOpen) {
 }
 
 TEST(Calibrate, RefusesFivePointsOnALevelTable) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   std::vector<DesignPoint> points;
   for (const DesignEntry& entry : standard_design(6)) {
     points.push_back(entry.point);
@@ -620,16 +623,16 @@ TEST(Calibrate, RefusesFivePointsOnALevelTable) {
 }
 
 TEST(Calibrate, RefusesSixNoisyPointsOnANearlyLevelTable) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Calibration result =
       calibrate(experiment_for(truth),
                 observe(truth, {.points = 6, .slope = {1e-4, -1e-4}, .noise_sd = 1e-3, .seed = 3}));
-  EXPECT_EQ(result.status, CalibrationStatus::refused);
+  EXPECT_EQ(result.findings.status, CalibrationStatus::refused);
   EXPECT_EQ(codes(result).at(0), "uncertain_direction");
 }
 
 TEST(Calibrate, ChecksItsArguments) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Observations good = observe(truth, {});
   Experiment experiment = experiment_for(truth);
   experiment.instrument.kind = "";
@@ -662,7 +665,7 @@ TEST(Calibrate, ChecksItsArguments) {
 }
 
 TEST(Calibrate, RefusesFiveNoisyPointsThatLeaveNothingToCheckBy) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   std::vector<DesignEntry> design;
   for (const DesignPoint& point :
        {DesignPoint{Face::minus_z, Face::plus_x}, DesignPoint{Face::minus_y, Face::plus_z},
@@ -678,7 +681,7 @@ TEST(Calibrate, RefusesFiveNoisyPointsThatLeaveNothingToCheckBy) {
 }
 
 TEST(Calibrate, RefusesAnAxisThatDoesNotRespond) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Observations observations = observe(truth, {.noise_sd = 1e-4});
   observations.response.col(1).setConstant(0.5);
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
@@ -695,11 +698,11 @@ TEST(Calibrate, RefusesAnAxisThatDoesNotRespond) {
 }
 
 TEST(Calibrate, RefusesPairsOfAFieldInTheTablesPlane) {
-  Calibration truth = accelerometer_truth();
+  SensorModel truth = accelerometer_truth();
   truth.field = {.kind = "custom", .magnitude = 1.0, .in_table = Eigen::Vector3d(1.0, 0.0, 0.0)};
   Experiment experiment = experiment_for(truth);
   const Observations observations = observe(truth, {});
-  EXPECT_EQ(calibrate(experiment, observations).status, CalibrationStatus::ok) << "joint";
+  EXPECT_EQ(calibrate(experiment, observations).findings.status, CalibrationStatus::ok) << "joint";
   experiment.method = Method::paired;
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), RefusedError);
   // Nor where it is stated to lie along the normal and does not.
@@ -708,7 +711,7 @@ TEST(Calibrate, RefusesPairsOfAFieldInTheTablesPlane) {
 }
 
 TEST(Calibrate, RefusesAMagnitudeThatContradictsTheVector) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::known;
   experiment.field.in_table = Eigen::Vector3d(0.0, 0.0, 2.0);
@@ -725,7 +728,7 @@ TEST(Calibrate, FitsTheSlopeOfOneAxisFromAllDifferences) {
   LinearResponse response{.bias = Eigen::VectorXd::Constant(1, 0.1),
                           .sensitivity = SensitivityMatrix::Zero(1, 3)};
   response.sensitivity << 2.5, 0.05, -0.04;
-  const Calibration truth = test::truth_of(response, "inclinometer");
+  const SensorModel truth = test::truth_of(response, "inclinometer");
   double squares = 0.0;
   constexpr int runs = 100;
   for (int i = 0; i < runs; ++i) {
@@ -734,14 +737,15 @@ TEST(Calibrate, FitsTheSlopeOfOneAxisFromAllDifferences) {
                                                .slope = {0.004, -0.003},
                                                .noise_sd = 1e-4,
                                                .seed = static_cast<std::uint64_t>(i) + 1}));
-    squares += std::pow((result.levelness->mean_x - 0.004) / result.levelness->standard_error_x, 2);
+    squares += std::pow(
+        (result.fit.levelness->mean_x - 0.004) / result.fit.levelness->standard_error_x, 2);
   }
   // The mean square of t with 10 degrees of freedom is 1.25.
   EXPECT_NEAR(squares / runs, 1.25, 0.7);
 }
 
 TEST(Calibrate, StatesTheStandardErrorOfTheMeanSlopeWithUnequalRepeats) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   std::vector<DesignEntry> design = standard_design(12);
   for (int repeat = 0; repeat < 8; ++repeat) {
     design.push_back(design[0]);
@@ -755,7 +759,7 @@ TEST(Calibrate, StatesTheStandardErrorOfTheMeanSlopeWithUnequalRepeats) {
                  {.noise_sd = 1e-4, .seed = static_cast<std::uint64_t>(i) + 1});
     Experiment experiment = experiment_for(truth);
     experiment.method = Method::paired;
-    const Levelness levelness = *calibrate(experiment, observations).levelness;
+    const Levelness levelness = *calibrate(experiment, observations).fit.levelness;
     squares += std::pow(levelness.mean_x / levelness.standard_error_x, 2) +
                std::pow(levelness.mean_y / levelness.standard_error_y, 2);
   }
@@ -766,20 +770,20 @@ TEST(Calibrate, StatesTheStandardErrorOfTheMeanSlopeWithUnequalRepeats) {
 // ---- warnings ----
 
 TEST(Calibrate, WarnsOfAReversedAxisAndOfExchangedOnes) {
-  Calibration truth = accelerometer_truth();
+  SensorModel truth = accelerometer_truth();
   truth.response.sensitivity.row(1) *= -1.0;
   const Calibration reversed = calibrate(experiment_for(truth), observe(truth, {}));
   ASSERT_EQ(codes(reversed), std::vector<std::string_view>{"axis_reversed"});
-  EXPECT_THAT(reversed.warnings[0].message, HasSubstr("axis y reads reversed"));
+  EXPECT_THAT(reversed.findings.warnings[0].message, HasSubstr("axis y reads reversed"));
   truth = accelerometer_truth();
   truth.response.sensitivity.row(0).swap(truth.response.sensitivity.row(2));
   const Calibration swapped = calibrate(experiment_for(truth), observe(truth, {}));
   EXPECT_EQ(codes(swapped), (std::vector<std::string_view>{"axis_swapped", "axis_swapped"}));
-  EXPECT_THAT(swapped.warnings[0].message, HasSubstr("axis x reads mostly along +z"));
+  EXPECT_THAT(swapped.findings.warnings[0].message, HasSubstr("axis x reads mostly along +z"));
 }
 
 TEST(Calibrate, NamesTheFaceThatDisagreesAboutTheSlope) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Observations observations =
       observe(truth, {.slope = {0.003, 0.001}, .noise_sd = 1e-4, .seed = 6});
   // Grit under a foot: one seat on -Y tilted by 8 mrad.
@@ -792,35 +796,35 @@ TEST(Calibrate, NamesTheFaceThatDisagreesAboutTheSlope) {
       experiment.table.slope = {0.003, 0.001};
     }
     const Calibration result = calibrate(experiment, observations);
-    ASSERT_TRUE(result.levelness->suspect);
-    EXPECT_EQ(result.levelness->suspect->point.rest(), Face::minus_y);
-    EXPECT_FALSE(result.levelness->consistent);
-    EXPECT_LT(result.levelness->p_value, 0.005);
+    ASSERT_TRUE(result.fit.levelness->suspect);
+    EXPECT_EQ(result.fit.levelness->suspect->point.rest(), Face::minus_y);
+    EXPECT_FALSE(result.fit.levelness->consistent);
+    EXPECT_LT(result.fit.levelness->p_value, 0.005);
     // The culprit search says which of the two it is.
     EXPECT_THAT(codes(result), Contains(testing::AnyOf("tilted_seat", "outlier")));
-    EXPECT_EQ(result.warnings[0].runs, std::vector<int>{run});
-    EXPECT_EQ(result.status, CalibrationStatus::warning);
+    EXPECT_EQ(result.findings.warnings[0].runs, std::vector<int>{run});
+    EXPECT_EQ(result.findings.status, CalibrationStatus::warning);
   }
 }
 
 TEST(Calibrate, NamesAnOutlier) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Observations observations = observe(truth, {.replicates = 2, .noise_sd = 1e-4, .seed = 7});
   observations.response(10, 2) += 5e-3;
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::joint;
   const Calibration result = calibrate(experiment, observations);
   const auto outlier = std::find_if(
-      result.warnings.begin(), result.warnings.end(),
+      result.findings.warnings.begin(), result.findings.warnings.end(),
       [](const CalibrationWarning& warning) { return warning.code == WarningCode::outlier; });
-  ASSERT_NE(outlier, result.warnings.end());
+  ASSERT_NE(outlier, result.findings.warnings.end());
   EXPECT_EQ(outlier->runs, std::vector<int>{11});
   EXPECT_THAT(outlier->message, HasSubstr("run 11: fits"));
   EXPECT_THAT(outlier->message, HasSubstr("axis z"));
 }
 
 TEST(Calibrate, WarnsOfATableThatMovedBetweenBlocks) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Observations moved =
       concatenate({observe(truth, {.slope = {-0.001, 0.002}, .noise_sd = 1e-4, .seed = 1}),
                    observe(truth, {.slope = {0.001, 0.0}, .noise_sd = 1e-4, .seed = 2})});
@@ -832,19 +836,19 @@ TEST(Calibrate, WarnsOfATableThatMovedBetweenBlocks) {
 }
 
 TEST(Calibrate, NamesTheReadingsOfOppositeFacesThatWereExchanged) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Observations observations = observe(truth, {.slope = {0.003, -0.002}, .noise_sd = 1e-4});
   const int down = run_at(observations, {Face::minus_z, Face::minus_x});
   const int up = run_at(observations, {Face::plus_z, Face::minus_x});
   observations.response.row(down - 1).swap(observations.response.row(up - 1));
   const Calibration result = calibrate(experiment_for(truth), observations);
   ASSERT_EQ(codes(result).at(0), "exchanged");
-  EXPECT_THAT(result.warnings[0].runs, testing::UnorderedElementsAre(down, up));
-  EXPECT_EQ(result.status, CalibrationStatus::refused);
+  EXPECT_THAT(result.findings.warnings[0].runs, testing::UnorderedElementsAre(down, up));
+  EXPECT_EQ(result.findings.status, CalibrationStatus::refused);
 }
 
 TEST(Calibrate, WarnsOfFieldsInAnotherUnit) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Observations observations = observe(truth, {.noise_sd = 1e-4});
   const Positioner cube;
   for (Reading& reading : observations.readings) {
@@ -856,25 +860,25 @@ TEST(Calibrate, WarnsOfFieldsInAnotherUnit) {
 }
 
 TEST(Calibrate, RefusesNumbersThatAreNoReadings) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Observations observations = observe(truth, {});
   observations.response(3, 0) = 1e300;
   EXPECT_THROW(static_cast<void>(calibrate(experiment_for(truth), observations)), RefusedError);
 }
 
 TEST(Calibrate, WarnsOfASlopeThatIsNotTheStatedOne) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::known;
   const Observations observations =
       observe(truth, {.slope = {0.004, 0.0}, .noise_sd = 1e-4, .seed = 7});
   EXPECT_THAT(codes(calibrate(experiment, observations)), Contains("slope"));
   experiment.table.slope = {0.004, 0.0};
-  EXPECT_EQ(calibrate(experiment, observations).status, CalibrationStatus::ok);
+  EXPECT_EQ(calibrate(experiment, observations).findings.status, CalibrationStatus::ok);
 }
 
 TEST(Calibrate, WarnsWhereNothingIsLeftToCheck) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::known;
   const Observations observations = at_points(truth, {{Face::plus_x, Face::plus_y},
@@ -883,12 +887,12 @@ TEST(Calibrate, WarnsWhereNothingIsLeftToCheck) {
                                                       {Face::minus_z, Face::plus_x}});
   const Calibration result = calibrate(experiment, observations);
   EXPECT_THAT(codes(result), Contains("no_redundancy"));
-  EXPECT_TRUE(std::isnan(result.statistics->residual_sd(0)));
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-13);
+  EXPECT_TRUE(std::isnan(result.fit.statistics->residual_sd(0)));
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-13);
 }
 
 TEST(Calibrate, WarnsOfExchangedLabels) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Observations observations = observe(truth, {.noise_sd = 1e-4});
   std::swap(observations.readings[2].point, observations.readings[3].point);
   ASSERT_NE(observations.readings[2].point->rest(), observations.readings[3].point->rest());
@@ -897,13 +901,13 @@ TEST(Calibrate, WarnsOfExchangedLabels) {
     experiment.method = method;
     const Calibration result = calibrate(experiment, observations);
     EXPECT_EQ(codes(result).at(0), "exchanged");
-    EXPECT_EQ(result.warnings[0].runs, (std::vector<int>{3, 4}));
+    EXPECT_EQ(result.findings.warnings[0].runs, (std::vector<int>{3, 4}));
   }
 }
 
 // method.md, section 5: a false alarm of the levelness test in 0.5 % of good runs.
 TEST(Calibrate, GoodRunsHaveNoWarning) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   int warned = 0;
   constexpr int runs = 600;
@@ -914,7 +918,7 @@ TEST(Calibrate, GoodRunsHaveNoWarning) {
                                               .slope = {0.005, -0.002},
                                               .noise_sd = 1e-4,
                                               .seed = static_cast<std::uint64_t>(1000 + i)}));
-    warned += result.status == CalibrationStatus::ok ? 0 : 1;
+    warned += result.findings.status == CalibrationStatus::ok ? 0 : 1;
   }
   // 0.5 % by levelness and 0.1 % each by two other tests: 4.2 expected, 5 standard deviations up.
   EXPECT_LE(warned, 14);

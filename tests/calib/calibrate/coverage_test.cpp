@@ -38,7 +38,7 @@ class Coverage : public testing::TestWithParam<MethodCase> {};
 
 TEST_P(Coverage, IsAsStatedAndTheBoundIsReached) {
   const auto [method, points, replicates] = GetParam();
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = method;
   const Eigen::Vector2d slope(0.004, -0.002);
@@ -61,20 +61,21 @@ TEST_P(Coverage, IsAsStatedAndTheBoundIsReached) {
                                               .slope = slope,
                                               .noise_sd = noise,
                                               .seed = static_cast<std::uint64_t>(i) + 1}));
-    const FitStatistics& s = *result.statistics;
+    const FitStatistics& s = *result.fit.statistics;
     for (Eigen::Index k = 0; k < 3; ++k) {
-      bias.add(result.response.bias(k) - truth.response.bias(k), s.interval_95(4 * k), bias_bound);
+      bias.add(result.sensor.response.bias(k) - truth.response.bias(k), s.interval_95(4 * k),
+               bias_bound);
       for (Eigen::Index j = 0; j < 3; ++j) {
-        sensitivity.add(result.response.sensitivity(k, j) - truth.response.sensitivity(k, j),
+        sensitivity.add(result.sensor.response.sensitivity(k, j) - truth.response.sensitivity(k, j),
                         s.interval_95(4 * k + 1 + j), sensitivity_bound);
       }
     }
-    if (result.levelness) {
-      const double t = student_t_factor(0.95, result.levelness->degrees_of_freedom);
-      levelness.add(result.levelness->mean_x - slope.x(), t * result.levelness->standard_error_x,
-                    1.0);
-      levelness.add(result.levelness->mean_y - slope.y(), t * result.levelness->standard_error_y,
-                    1.0);
+    if (result.fit.levelness) {
+      const double t = student_t_factor(0.95, result.fit.levelness->degrees_of_freedom);
+      levelness.add(result.fit.levelness->mean_x - slope.x(),
+                    t * result.fit.levelness->standard_error_x, 1.0);
+      levelness.add(result.fit.levelness->mean_y - slope.y(),
+                    t * result.fit.levelness->standard_error_y, 1.0);
     }
   }
   std::printf("coverage: bias %.4f, sensitivity %.4f, levelness %.4f; efficiency %.3f, %.3f\n",
@@ -113,7 +114,7 @@ INSTANTIATE_TEST_SUITE_P(Designs,
 
 // method.md, section 4: with the factor for estimated weights 93 % at r = 1, 95 % from r = 2.
 TEST(Coverage, OfTheJointDirectionIsAsTheMethodSays) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::joint;
   for (const int replicates : {1, 2}) {
@@ -124,10 +125,10 @@ TEST(Coverage, OfTheJointDirectionIsAsTheMethodSays) {
                                                 .slope = {0.01, 0.02},
                                                 .noise_sd = 2e-4,
                                                 .seed = static_cast<std::uint64_t>(i) + 1}));
-      const double t = student_t_factor(0.95, result.field.in_table_degrees_of_freedom);
+      const double t = student_t_factor(0.95, result.sensor.field.in_table_degrees_of_freedom);
       for (Eigen::Index j = 0; j < 2; ++j) {
-        tally.add((*result.field.in_table)(j)-0.01 * static_cast<double>(1 + j),
-                  t * std::sqrt((*result.field.in_table_covariance)(j, j)), 1.0);
+        tally.add((*result.sensor.field.in_table)(j)-0.01 * static_cast<double>(1 + j),
+                  t * std::sqrt((*result.sensor.field.in_table_covariance)(j, j)), 1.0);
       }
     }
     std::printf("direction, %d replicates: %.4f\n", replicates, tally.coverage());

@@ -101,18 +101,20 @@ Calibration expect_as_good(const Eigen::MatrixXd& v,
                            const Published& published,
                            double near) {
   const Calibration result = calibrate(experiment, observations_of(v));
-  EXPECT_EQ(result.method, Method::magnitude);
-  const double F = result.field.magnitude;
-  const Eigen::Matrix3d A = Eigen::Matrix3d(result.response.sensitivity).inverse();
-  EXPECT_LE(weighted_rms(v, A, result.response.bias, F),
+  EXPECT_EQ(result.fit.method, Method::magnitude);
+  const double F = result.sensor.field.magnitude;
+  const Eigen::Matrix3d A = Eigen::Matrix3d(result.sensor.response.sensitivity).inverse();
+  EXPECT_LE(weighted_rms(v, A, result.sensor.response.bias, F),
             weighted_rms(v, published.A, published.b, F));
-  EXPECT_LE(relative_rms(v, A, result.response.bias, F),
+  EXPECT_LE(relative_rms(v, A, result.sensor.response.bias, F),
             1.001 * relative_rms(v, published.A, published.b, F));
   for (Eigen::Index i = 0; i < 3; ++i) {
-    EXPECT_NEAR(result.response.bias(i), published.b(i), near * result.statistics->bias_se(i));
+    EXPECT_NEAR(result.sensor.response.bias(i), published.b(i),
+                near * result.fit.statistics->bias_se(i));
   }
   EXPECT_LT((A - published.A).cwiseAbs().maxCoeff() / published.A.norm(), 0.01);
-  EXPECT_NEAR(result.orientations->fit_error, relative_rms(v, A, result.response.bias, F), 1e-12);
+  EXPECT_NEAR(result.fit.orientations->fit_error,
+              relative_rms(v, A, result.sensor.response.bias, F), 1e-12);
   return result;
 }
 
@@ -124,8 +126,8 @@ TEST(Lsm9ds1, MagnetometerIsAsMagnetoSays) {
                             .b = {-922.31, 2199.41, 373.17}};
   const Calibration result =
       expect_as_good(v, experiment_of("magnetometer", "geomagnetic", 3746.0), published, 1.0);
-  EXPECT_LE(relative_rms(v, Eigen::Matrix3d(result.response.sensitivity).inverse(),
-                         result.response.bias, 3746.0),
+  EXPECT_LE(relative_rms(v, Eigen::Matrix3d(result.sensor.response.sensitivity).inverse(),
+                         result.sensor.response.bias, 3746.0),
             relative_rms(v, published.A, published.b, 3746.0));
 }
 
@@ -138,13 +140,13 @@ TEST(Lsm9ds1, AccelerometerTurnedByHandIsAsMagnetoSaysByRobustRegression) {
   const Calibration result = calibrate(experiment, observations_of(v));
   const Eigen::Vector3d published(-133.33, 72.29, -291.92);
   for (Eigen::Index i = 0; i < 3; ++i) {
-    EXPECT_NEAR(result.response.bias(i), published(i), 100.0);  // 0.6 % of g
-    EXPECT_NEAR(result.response.sensitivity(i, i), 16457.0, 330.0);
+    EXPECT_NEAR(result.sensor.response.bias(i), published(i), 100.0);  // 0.6 % of g
+    EXPECT_NEAR(result.sensor.response.sensitivity(i, i), 16457.0, 330.0);
   }
   Experiment plain = experiment;
   plain.robust = false;
-  const Eigen::Vector3d by_all = calibrate(plain, observations_of(v)).response.bias;
-  EXPECT_LT((result.response.bias - published).norm(), (by_all - published).norm());
+  const Eigen::Vector3d by_all = calibrate(plain, observations_of(v)).sensor.response.bias;
+  EXPECT_LT((result.sensor.response.bias - published).norm(), (by_all - published).norm());
 }
 
 TEST(Mag3, IsAsTheirCalibrate3Says) {
@@ -164,13 +166,13 @@ TEST(Px4, OffsetAndScaleAreThoseOfTheirUnitTest) {
   const Calibration result = calibrate(experiment, observations_of(v));
   const Eigen::Vector3d offset(-0.18, 0.05, -0.58);
   const Eigen::Vector3d scale(1.0, 1.06, 0.94);
-  const Eigen::Matrix3d A = Eigen::Matrix3d(result.response.sensitivity).inverse();
+  const Eigen::Matrix3d A = Eigen::Matrix3d(result.sensor.response.sensitivity).inverse();
   for (Eigen::Index i = 0; i < 3; ++i) {
-    EXPECT_NEAR(result.response.bias(i), offset(i), 0.01);
+    EXPECT_NEAR(result.sensor.response.bias(i), offset(i), 0.01);
     EXPECT_NEAR(A(i, i), scale(i), 0.011);
   }
   // SOURCE.md: the diagonal ellipsoid leaves 0.011958 G, all nine parameters 0.011260.
-  EXPECT_LT(result.orientations->fit_error * 0.36243056, 0.011270);
+  EXPECT_LT(result.fit.orientations->fit_error * 0.36243056, 0.011270);
 }
 
 TEST(Qmc5883l, IsNoWorseThanTheirAffineFit) {
@@ -183,8 +185,8 @@ TEST(Qmc5883l, IsNoWorseThanTheirAffineFit) {
   const Eigen::Vector3d b = -A.inverse() * Eigen::Vector3d(-5.6742573, 0.1399525, -2.19375634);
   const Calibration result =
       calibrate(experiment_of("magnetometer", "geomagnetic", 1.0), observations_of(v));
-  EXPECT_LE(result.orientations->fit_error, relative_rms(v, A, b, 1.0));
-  EXPECT_LT((result.response.bias - b).norm(), 20.0);
+  EXPECT_LE(result.fit.orientations->fit_error, relative_rms(v, A, b, 1.0));
+  EXPECT_LT((result.sensor.response.bias - b).norm(), 20.0);
 }
 
 TEST(Wrona, ResidualIsNotAboveMagnetos) {
@@ -196,7 +198,7 @@ TEST(Wrona, ResidualIsNotAboveMagnetos) {
       .b = {0.027031, -0.040204, 0.046558}};
   const Calibration result =
       expect_as_good(v, experiment_of("accelerometer", "gravity", 1.0), published, 1.0);
-  EXPECT_LE(result.orientations->fit_error, relative_rms(v, published.A, published.b, 1.0));
+  EXPECT_LE(result.fit.orientations->fit_error, relative_rms(v, published.A, published.b, 1.0));
 }
 
 TEST(CkAccelerometer, IsAsLiAndGriffithsFit) {
@@ -300,12 +302,13 @@ TEST_P(SurveyDevice, IsUniformAndAlignsOnItsTwoRings) {
   const Calibration grav =
       calibrate(experiment_of("accelerometer", "gravity", 1.0), observations_of(survey.grav));
   // Their limits: rms(|f| - 1) below 0.01 and 0.001.
-  EXPECT_LT(mag.orientations->fit_error, 0.01);
-  EXPECT_LT(grav.orientations->fit_error, survey.good_accelerometer ? 0.001 : 0.005);
+  EXPECT_LT(mag.fit.orientations->fit_error, 0.01);
+  EXPECT_LT(grav.fit.orientations->fit_error, survey.good_accelerometer ? 0.001 : 0.005);
 
   const auto fields = [](const Calibration& calibration, const Eigen::MatrixXd& v) {
-    return Eigen::MatrixXd((v.rowwise() - calibration.response.bias.transpose()) *
-                           Eigen::Matrix3d(calibration.response.sensitivity).inverse().transpose());
+    return Eigen::MatrixXd(
+        (v.rowwise() - calibration.sensor.response.bias.transpose()) *
+        Eigen::Matrix3d(calibration.sensor.response.sensitivity).inverse().transpose());
   };
   const Eigen::MatrixXd up = fields(grav, survey.grav);
   const double before = pointing_spread_deg(fields(mag, survey.mag), up, Eigen::Vector3d::UnitY());
@@ -321,7 +324,7 @@ TEST_P(SurveyDevice, IsUniformAndAlignsOnItsTwoRings) {
   // The constant angle finds the same axis without knowing of rings, within what it states.
   align_with_companion(mag, observations_of(survey.mag), grav, observations_of(survey.grav),
                        "grav.json");
-  const Alignment& alignment = mag.alignment->alignment;
+  const Alignment& alignment = mag.fit.alignment->alignment;
   const Eigen::Vector3d axis = roll_axis(fields(mag, survey.mag));
   const double between_rad = std::acos(std::min(1.0, axis.dot(roll_axis(up))));
   EXPECT_LT(between_rad, 3.0 * alignment.standard_error_rad.norm());
@@ -371,10 +374,10 @@ TEST(SunSensor, PlaneIsTheirsAndThreeComponentsFitNoWorse) {
         Eigen::Vector3d(X(at, 1), X(at, 2), std::cos(polar(at)));
   }
   const Calibration result = calibrate(experiment, observations);
-  EXPECT_EQ(result.method, Method::known);
+  EXPECT_EQ(result.fit.method, Method::known);
   const auto rms = [&](Eigen::Index k) {
     double sum = 0.0;
-    for (const ReadingResidual& residual : result.residuals) {
+    for (const ReadingResidual& residual : result.fit.residuals) {
       sum += residual.response(k) * residual.response(k);
     }
     return std::sqrt(sum);
@@ -440,8 +443,8 @@ TEST_P(Photodiode, IsALineBelowSaturation) {
         real ? reading[i] : line_fit.estimate(0);
   }
   const Calibration result = calibrate(experiment, observations);
-  EXPECT_NEAR(result.response.sensitivity(0, 2), expected[0], 6e-6 * expected[0]);
-  EXPECT_EQ(result.statistics->observations_per_axis.front(), 63);
+  EXPECT_NEAR(result.sensor.response.sensitivity(0, 2), expected[0], 6e-6 * expected[0]);
+  EXPECT_EQ(result.fit.statistics->observations_per_axis.front(), 63);
 }
 
 INSTANTIATE_TEST_SUITE_P(Filters,
@@ -512,17 +515,18 @@ TEST(Ferraris, AccelerometerAndGyroscopeAreAsImucalSays) {
   const Calibration acc = calibrate(experiment, observations);
   // Ferraris' K R is our S; his biases take each axis's own two rests, ours all six.
   const Eigen::Matrix3d KR = matrix("K_a") * matrix("R_a");
-  EXPECT_MATRIX_NEAR(acc.response.sensitivity, KR, 1e-10 * KR.norm());
+  EXPECT_MATRIX_NEAR(acc.sensor.response.sensitivity, KR, 1e-10 * KR.norm());
   for (Eigen::Index k = 0; k < 3; ++k) {
     const double b = published.at("b_a")[static_cast<std::size_t>(k)];
-    EXPECT_NEAR(acc.response.bias(k), b, 0.02 * g * KR(k, k));
+    EXPECT_NEAR(acc.sensor.response.bias(k), b, 0.02 * g * KR(k, k));
   }
 
   // Gyroscope: bias, scale and g-sensitivity as one regression; a turn of -360 degrees at 204.8 Hz.
-  const Eigen::Matrix3d inverse = Eigen::Matrix3d(acc.response.sensitivity).inverse();
+  const Eigen::Matrix3d inverse = Eigen::Matrix3d(acc.sensor.response.sensitivity).inverse();
   for (int i = 0; i < 9; ++i) {
     const Part& part = parts.at(names[i]);
-    const Eigen::Vector3d force = inverse * (part.sum.head<3>() / part.count - acc.response.bias);
+    const Eigen::Vector3d force =
+        inverse * (part.sum.head<3>() / part.count - acc.sensor.response.bias);
     X.row(i).tail<3>() = i < 6 ? fields[static_cast<std::size_t>(i)] : force;
     if (i >= 6) {
       X(i, 1 + i - 6) = -360.0 * 204.8 / part.count;

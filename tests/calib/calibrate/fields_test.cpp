@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every field and every instrument on the same 12 points: simulated runs on a tilted table.
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -7,11 +8,13 @@
 #include <utility>
 
 #include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/error.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
@@ -58,7 +61,7 @@ std::vector<DesignEntry> design_with_levels(int points, const std::vector<double
 }
 
 struct Trial {
-  Calibration truth;
+  SensorModel truth;
   Experiment experiment;
   std::vector<DesignEntry> design = standard_design(12);
   double noise = 0.0;
@@ -74,22 +77,22 @@ void expect_truth_and_coverage(const Trial& trial, int runs = 120) {
     const Observations observations = simulate(trial.truth, make_run_sheet(trial.design, 2, s),
                                                {.noise_sd = trial.noise, .seed = s});
     const Calibration result = calibrate(trial.experiment, observations);
-    const FitStatistics& statistics = *result.statistics;
+    const FitStatistics& statistics = *result.fit.statistics;
     const auto add = [&](double estimate, double truth, double se, double t) {
       ASSERT_GT(se, 0.0);
       covered += std::abs(estimate - truth) <= t * se ? 1 : 0;
       ++all;
       furthest = std::max(furthest, std::abs(estimate - truth) / se);
     };
-    for (Eigen::Index k = 0; k < result.response.bias.size(); ++k) {
+    for (Eigen::Index k = 0; k < result.sensor.response.bias.size(); ++k) {
       const double t = statistics.coverage_factor(k);
-      add(result.response.bias(k), trial.truth.response.bias(k), statistics.bias_se(k), t);
+      add(result.sensor.response.bias(k), trial.truth.response.bias(k), statistics.bias_se(k), t);
       for (Eigen::Index j = 0; j < 3; ++j) {
-        add(result.response.sensitivity(k, j), trial.truth.response.sensitivity(k, j),
+        add(result.sensor.response.sensitivity(k, j), trial.truth.response.sensitivity(k, j),
             statistics.sensitivity_se(k, j), t);
-        for (std::size_t a = 0; a < result.also.size(); ++a) {
-          add(result.also[a].sensitivity(k, j), trial.truth.also[a].sensitivity(k, j),
-              result.also[a].sensitivity_se(k, j), t);
+        for (std::size_t a = 0; a < result.sensor.also.size(); ++a) {
+          add(result.sensor.also[a].sensitivity(k, j), trial.truth.also[a].sensitivity(k, j),
+              result.sensor.also[a].sensitivity_se(k, j), t);
         }
       }
     }
@@ -129,11 +132,11 @@ TEST(Magnetometer, StandardErrorsAreTheSameAtAnyDip) {
     const Observations observations = simulate(trial.truth, make_run_sheet(trial.design, 1, 7),
                                                {.noise_sd = trial.noise, .seed = 7});
     const Calibration result = calibrate(trial.experiment, observations);
-    EXPECT_EQ(result.method, Method::joint);
+    EXPECT_EQ(result.fit.method, Method::joint);
     // method.md, section 4: sigma / sqrt(4 F^2) for one whole design, in units of the estimated
     // sigma.
-    errors.push_back(result.statistics->sensitivity_se(0, 0) * 2.0 * 48000.0 /
-                     result.statistics->residual_sd(0));
+    errors.push_back(result.fit.statistics->sensitivity_se(0, 0) * 2.0 * 48000.0 /
+                     result.fit.statistics->residual_sd(0));
   }
   for (const double error : errors) {
     EXPECT_NEAR(error, 1.0, 1e-6);
@@ -145,8 +148,8 @@ TEST(Magnetometer, KnowsItsFieldsDirectionInTheTable) {
   const Calibration result =
       calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 1, 3),
                                            {.noise_sd = trial.noise, .seed = 3}));
-  const Eigen::Vector3d error = *result.field.in_table - *trial.truth.field.in_table;
-  EXPECT_LT(error.norm(), 5.0 * std::sqrt(result.field.in_table_covariance->trace()));
+  const Eigen::Vector3d error = *result.sensor.field.in_table - *trial.truth.field.in_table;
+  EXPECT_LT(error.norm(), 5.0 * std::sqrt(result.sensor.field.in_table_covariance->trace()));
   bool has_azimuth = false;
   for (const KindQuantity& quantity : quantities_of(result)) {
     if (quantity.name == "fence_azimuth_from_magnetic_north_deg") {
@@ -165,9 +168,9 @@ TEST(Joint, FindsTheSignByWhatTheAxesAreMeantToSense) {
   Trial trial = magnetometer_trial(0.0);  // no vertical part that would tell
   const Observations observations =
       simulate(trial.truth, make_run_sheet(trial.design, 1, 1), {.noise_sd = trial.noise});
-  EXPECT_GT(calibrate(trial.experiment, observations).response.sensitivity(0, 0), 0.0);
+  EXPECT_GT(calibrate(trial.experiment, observations).sensor.response.sensitivity(0, 0), 0.0);
   trial.experiment.field.in_table = -*trial.truth.field.in_table;  // given, and decides
-  EXPECT_LT(calibrate(trial.experiment, observations).response.sensitivity(0, 0), 0.0);
+  EXPECT_LT(calibrate(trial.experiment, observations).sensor.response.sensitivity(0, 0), 0.0);
 }
 
 TEST(Joint, SaysWhenNothingTellsTheSign) {
@@ -179,8 +182,8 @@ TEST(Joint, SaysWhenNothingTellsTheSign) {
   const Observations observations =
       simulate(trial.truth, make_run_sheet(trial.design, 1, 1), {.noise_sd = trial.noise});
   const Calibration result = calibrate(trial.experiment, observations);
-  ASSERT_FALSE(result.warnings.empty());
-  EXPECT_EQ(result.warnings.front().code, WarningCode::two_solutions);
+  ASSERT_FALSE(result.findings.warnings.empty());
+  EXPECT_EQ(result.findings.warnings.front().code, WarningCode::two_solutions);
 }
 
 TEST(Joint, StartsAllAroundWhereTheDesignIsTooSmallForALinearStart) {
@@ -194,11 +197,11 @@ TEST(Joint, StartsAllAroundWhereTheDesignIsTooSmallForALinearStart) {
     const Calibration result =
         calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 1, seed),
                                              {.noise_sd = trial.noise, .seed = seed}));
-    const bool near =
-        (result.response.sensitivity - trial.truth.response.sensitivity).cwiseAbs().maxCoeff() <
-        1e-5;
-    const bool said =
-        !result.warnings.empty() && result.warnings.front().code == WarningCode::two_solutions;
+    const bool near = (result.sensor.response.sensitivity - trial.truth.response.sensitivity)
+                          .cwiseAbs()
+                          .maxCoeff() < 1e-5;
+    const bool said = !result.findings.warnings.empty() &&
+                      result.findings.warnings.front().code == WarningCode::two_solutions;
     good += near || said ? 1 : 0;
     found += near ? 1 : 0;
   }
@@ -309,9 +312,10 @@ TEST(Turntable, AddsTheEarthsRotationAveragedWhereItTurns) {
   const Calibration result =
       calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 1, 1),
                                            {.noise_sd = trial.noise, .seed = 1}));
-  EXPECT_EQ(result.method, Method::joint);
-  ASSERT_EQ(result.field.parts.size(), 2U);
-  EXPECT_MATRIX_NEAR(*result.field.parts[0].in_table, *trial.truth.field.parts[0].in_table, 5e-6);
+  EXPECT_EQ(result.fit.method, Method::joint);
+  ASSERT_EQ(result.sensor.field.parts.size(), 2U);
+  EXPECT_MATRIX_NEAR(*result.sensor.field.parts[0].in_table, *trial.truth.field.parts[0].in_table,
+                     5e-6);
 }
 
 // Half a percent of the turntable's rate is half a percent of every scale, and the Earth's rate is
@@ -323,14 +327,14 @@ TEST(Turntable, CountsTheUncertaintyOfEachPart) {
       calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 1, 1),
                                            {.noise_sd = trial.noise, .seed = 1}));
   double relative = 0.0;
-  for (const UncertaintySource& source : result.uncertainty->sources) {
+  for (const UncertaintySource& source : result.fit.uncertainty->sources) {
     if (source.name == "magnitude of induced_rotation") {
-      relative = std::sqrt(source.covariance(1, 1)) / result.response.sensitivity(0, 0);
+      relative = std::sqrt(source.covariance(1, 1)) / result.sensor.response.sensitivity(0, 0);
     }
   }
   EXPECT_NEAR(relative, 0.005, 0.0005);
   const double u = parameter_uncertainties(result)[1].uncertainty.u;
-  EXPECT_GT(u / result.response.sensitivity(0, 0), 0.0045);
+  EXPECT_GT(u / result.sensor.response.sensitivity(0, 0), 0.0045);
 }
 
 // What the field is at a level, by an average over a whole turn of a table that turns.
@@ -371,7 +375,7 @@ TEST(GSensitivity, IsFittedWithBiasAndScale) {
   const Calibration result =
       calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 1, 1),
                                            {.noise_sd = trial.noise, .seed = 1}));
-  EXPECT_THAT(result.statistics->parameter_names, Contains("x.gravity.x"));
+  EXPECT_THAT(result.fit.statistics->parameter_names, Contains("x.gravity.x"));
 }
 
 TEST(GSensitivity, AtOneLevelIsRefusedWithWhatToAdd) {
@@ -415,7 +419,8 @@ TEST(CoilField, ReversedAndAddedToTheEarthsIsFittedThoughItsSizeIsUnknown) {
   const Calibration result =
       calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 1, 2),
                                            {.noise_sd = trial.noise, .seed = 2}));
-  EXPECT_MATRIX_NEAR(*result.field.parts[1].in_table, *trial.truth.field.parts[1].in_table, 100.0);
+  EXPECT_MATRIX_NEAR(*result.sensor.field.parts[1].in_table, *trial.truth.field.parts[1].in_table,
+                     100.0);
 }
 
 TEST(CoilField, OfKnownGeometryIsKnown) {
@@ -458,6 +463,125 @@ TEST(RoomLight, OfUnknownSizeIsFittedBesideALamp) {
   // And where the room is dark after all, which nobody stated.
   trial.truth.field.parts[0].in_table = Eigen::Vector3d::Zero();
   expect_truth_and_coverage(trial, 60);
+}
+
+// ---- the transfer of one axis ----
+
+// Readings of one axis at these fields along its own z, by a line and noise of a stated seed.
+Observations transfer_readings(const std::vector<double>& fields, double noise_sd) {
+  RandomStream random(5);
+  Observations observations;
+  observations.response.resize(static_cast<Eigen::Index>(fields.size()), 1);
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    observations.readings.push_back(
+        Reading{.run = static_cast<int>(i) + 1, .field_in_sensor = {{0.0, 0.0, fields[i]}}});
+    observations.response(static_cast<Eigen::Index>(i), 0) =
+        0.02 + 0.8 * fields[i] + noise_sd * random.normal();
+  }
+  return observations;
+}
+
+Experiment transfer_experiment() {
+  Experiment experiment;
+  experiment.instrument = {.kind = "optical", .axes = {"v"}, .unit = "V"};
+  experiment.field = LightField();
+  experiment.method = Method::known;
+  return experiment;
+}
+
+const std::vector<double> irradiances = {0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0};
+
+// The straight line of a textbook: slope, offset and their variances by sums.
+TEST(Transfer, IsTheStraightLineAndSaysWhatItDoesNotSee) {
+  const Observations observations = transfer_readings(irradiances, 1e-3);
+  const Calibration result = calibrate(transfer_experiment(), observations);
+  const auto n = static_cast<double>(irradiances.size());
+  const Eigen::Map<const Eigen::VectorXd> x(irradiances.data(), observations.response.rows());
+  const Eigen::VectorXd y = observations.response.col(0);
+  const Eigen::VectorXd dx = x.array() - x.mean();
+  const double slope = dx.dot(y) / dx.squaredNorm();
+  const double offset = y.mean() - slope * x.mean();
+  const double s2 =
+      (y - slope * x - Eigen::VectorXd::Constant(x.size(), offset)).squaredNorm() / (n - 2.0);
+  EXPECT_NEAR(result.sensor.response.bias(0), offset, 1e-12);
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, Eigen::RowVector3d(0.0, 0.0, slope),
+                     1e-12);
+  const FitStatistics& statistics = *result.fit.statistics;
+  EXPECT_EQ(statistics.parameter_names, (std::vector<std::string>{"v.bias", "v.sensitivity.z"}));
+  EXPECT_NEAR(statistics.covariance(1, 1), s2 / dx.squaredNorm(), 1e-9 * s2);
+  EXPECT_NEAR(statistics.covariance(0, 0), s2 * (1.0 / n + x.mean() * x.mean() / dx.squaredNorm()),
+              1e-9 * s2);
+  EXPECT_EQ(statistics.degrees_of_freedom(0), n - 2.0);
+  EXPECT_EQ(result.findings.status, CalibrationStatus::ok);
+  EXPECT_THAT(result.findings.notes,
+              test::HasNote(HasSubstr("v.sensitivity.x, v.sensitivity.y: these are not seen")));
+  EXPECT_TRUE(std::isnan(statistics.sensitivity_se(0, 0)));
+  const std::string text = calibration_json(result);
+  EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
+  // And back: 1.3 of the field along the axis.
+  EXPECT_NEAR(Reducer(result).reduce_axis(0, offset + 1.3 * slope).component, 1.3, 1e-12);
+}
+
+TEST(Transfer, NamesALimitedEndAndABend) {
+  Observations observations = transfer_readings(irradiances, 3e-4);
+  for (double& value : observations.response.reshaped()) {
+    value = std::min(value, 1.2);
+  }
+  const auto codes = [](const Calibration& result) {
+    std::vector<WarningCode> all;
+    for (const CalibrationWarning& warning : result.findings.warnings) {
+      all.push_back(warning.code);
+    }
+    return all;
+  };
+  EXPECT_THAT(codes(calibrate(transfer_experiment(), observations)),
+              testing::Contains(WarningCode::saturated));
+  observations = transfer_readings(irradiances, 3e-4);
+  for (std::size_t i = 0; i < irradiances.size(); ++i) {
+    observations.response(static_cast<Eigen::Index>(i), 0) -= 0.01 * std::pow(irradiances[i], 2);
+  }
+  EXPECT_THAT(codes(calibrate(transfer_experiment(), observations)),
+              testing::Contains(WarningCode::nonlinearity));
+}
+
+// Turned by known angles in one plane before one lamp: two directions, and nothing across them.
+TEST(Transfer, ByAnglesSeesAPlane) {
+  Observations observations;
+  const Eigen::RowVector3d S(0.1, 0.0, 0.9);
+  observations.response.resize(13, 1);
+  RandomStream random(6);
+  for (int i = 0; i < 13; ++i) {
+    const double angle_rad = (10.0 * i - 60.0) * rad_per_deg;
+    const Eigen::Vector3d light(std::sin(angle_rad), 0.0, std::cos(angle_rad));
+    observations.readings.push_back(Reading{.run = i + 1, .field_in_sensor = light});
+    observations.response(i, 0) = 0.02 + S.dot(light) + 1e-4 * random.normal();
+  }
+  const Calibration result = calibrate(transfer_experiment(), observations);
+  EXPECT_EQ(result.fit.statistics->parameter_names,
+            (std::vector<std::string>{"v.bias", "v.sensitivity.x", "v.sensitivity.z"}));
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, S, 1e-3);
+  EXPECT_THAT(result.findings.notes,
+              test::HasNote(HasSubstr("v.sensitivity.y: these are not seen")));
+}
+
+// Labels and levels in one pose say the same; three axes are still refused.
+TEST(Transfer, IsOfOneAxisOnly) {
+  Experiment experiment = transfer_experiment();
+  experiment.field.in_table = Eigen::Vector3d(0.0, 0.0, 1.0);
+  Observations observations = transfer_readings(irradiances, 1e-3);
+  for (std::size_t i = 0; i < irradiances.size(); ++i) {
+    Reading& reading = observations.readings[i];
+    reading.field_in_sensor.reset();
+    reading.point = DesignPoint(Face::minus_z, Face::plus_y);
+    reading.level = irradiances[i];
+  }
+  observations.has_level = true;
+  const Calibration result = calibrate(experiment, observations);
+  EXPECT_EQ(result.fit.statistics->parameter_names.size(), 2U);
+  EXPECT_NEAR(result.sensor.response.sensitivity(0, 2), 0.8, 2e-3);
+  experiment.instrument.axes = {"x", "y", "z"};
+  observations.response = observations.response.replicate(1, 3).eval();
+  EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), RankDeficientError);
 }
 
 // Two coils driven in turn: each has its own level.
@@ -518,8 +642,8 @@ TEST(Lamp, MayStateItsLevelUnderItsName) {
   for (Reading& reading : named.readings) {
     reading.level = FieldLevel({{"light", reading.level.of_all()}});
   }
-  EXPECT_EQ(calibrate(trial.experiment, named).response.sensitivity,
-            calibrate(trial.experiment, plain).response.sensitivity);
+  EXPECT_EQ(calibrate(trial.experiment, named).sensor.response.sensitivity,
+            calibrate(trial.experiment, plain).sensor.response.sensitivity);
 }
 
 // ---- a field of the user's own that moves ----
@@ -572,7 +696,7 @@ TEST(RolesOfParts, OfOneKindAreToldApart) {
 }
 
 TEST(RolesOfParts, ThatContradictTheFieldAreRefused) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   const Observations observations = test::observe(truth, {});
   Experiment experiment = test::experiment_for(truth);
   experiment.instrument.kind = "optical";
@@ -615,9 +739,9 @@ TEST(OwnField, ThatMovesIsAskedForAtEachReadingsTime) {
         truth.at(cube.rotation_table_from_positioner(*reading.point).transpose() * in_table);
   }
   const Calibration result = calibrate(experiment, observations);
-  EXPECT_EQ(result.field.kind, "mast");
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.sensitivity, 1e-9);
-  EXPECT_MATRIX_NEAR(result.response.bias, truth.bias, 1e-9);
+  EXPECT_EQ(result.sensor.field.kind, "mast");
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.sensitivity, 1e-9);
+  EXPECT_MATRIX_NEAR(result.sensor.response.bias, truth.bias, 1e-9);
 
   Experiment anywhere = experiment;
   anywhere.table.fence_azimuth_rad.reset();
@@ -687,7 +811,7 @@ TEST(OwnField, ThatMovesMovesNoTable) {
   int moved = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {  // 20 of 20 good runs were called so
     const Calibration result = calibrate(experiment, readings_under(*mast, truth, 0.4, 1e-3, seed));
-    for (const CalibrationWarning& warning : result.warnings) {
+    for (const CalibrationWarning& warning : result.findings.warnings) {
       moved += warning.code == WarningCode::table_moved ? 1 : 0;
     }
   }
@@ -705,8 +829,8 @@ TEST(OwnField, IsMetInItsLengthAtEachReading) {
   for (const Method method : {Method::joint, Method::known}) {  // S was off by 1.5 %
     experiment.method = method;
     const Calibration result = calibrate(experiment, observations);
-    EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.sensitivity, 1e-8);
-    EXPECT_NEAR(result.field.magnitude, 5.0 * (1.0 + 0.5 * 0.028), 1e-9);
+    EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.sensitivity, 1e-8);
+    EXPECT_NEAR(result.sensor.field.magnitude, 5.0 * (1.0 + 0.5 * 0.028), 1e-9);
   }
   experiment.method = Method::magnitude;
   EXPECT_THAT(test::complaint_of<RefusedError>(
@@ -757,7 +881,7 @@ TEST(Photodiodes, SeeWhatIsInFrontOfThem) {
 
 TEST(Photodiodes, NearTheDiagonalAreWarnedOfUntilThereAre24Points) {
   const auto inflation = [](const Calibration& result) {
-    return result.statistics->variance_inflation.maxCoeff();
+    return result.fit.statistics->variance_inflation.maxCoeff();
   };
   const auto run = [](const Trial& trial) {
     return calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 2, 5),
@@ -770,7 +894,7 @@ TEST(Photodiodes, NearTheDiagonalAreWarnedOfUntilThereAre24Points) {
   diagonal.truth.field.in_table = rotation_sloping_from_level({0.0097, -0.0073}) * lamp;
   const Calibration few = run(diagonal);
   bool warned = false;
-  for (const CalibrationWarning& warning : few.warnings) {
+  for (const CalibrationWarning& warning : few.findings.warnings) {
     if (warning.code == WarningCode::ill_conditioned) {
       warned = true;
       EXPECT_THAT(warning.message, HasSubstr("24 points"));
@@ -780,7 +904,7 @@ TEST(Photodiodes, NearTheDiagonalAreWarnedOfUntilThereAre24Points) {
   Trial whole = diagonal;
   whole.design = photodiode_trial(54.7356, 24).design;
   const Calibration many = run(whole);
-  EXPECT_EQ(many.status, CalibrationStatus::ok);
+  EXPECT_EQ(many.findings.status, CalibrationStatus::ok);
   EXPECT_GT(inflation(few), 50.0 * inflation(many));
 }
 
@@ -832,12 +956,12 @@ TEST(Photodiodes, PairedAsDifferentialAxesAreDeterminedWithTheLampOnTheNormal) {
     Experiment experiment = trial.experiment;
     experiment.instrument.range = ReadingRange{.low = 0.0, .high = 4.0};  // of the columns
     const Calibration result = calibrate(experiment, observations);
-    ASSERT_TRUE(result.statistics->observations_per_axis.empty());
+    ASSERT_TRUE(result.fit.statistics->observations_per_axis.empty());
     for (Eigen::Index k = 0; k < 3; ++k) {
       for (Eigen::Index j = 0; j < 3; ++j) {
-        const double error = std::abs(result.response.sensitivity(k, j) -
+        const double error = std::abs(result.sensor.response.sensitivity(k, j) -
                                       trial.truth.response.sensitivity(2 * k, j));
-        const double interval = result.statistics->interval_95(4 * k + 1 + j);
+        const double interval = result.fit.statistics->interval_95(4 * k + 1 + j);
         EXPECT_LT(error, 2.5 * interval);
         covered += error < interval ? 1 : 0;
         ++all;
@@ -853,7 +977,8 @@ TEST(Photodiodes, InTheDarkAreNotCalledSaturated) {
   Observations observations =
       simulate(trial.truth, make_run_sheet(trial.design, 1, 1), {.noise_sd = 5e-4, .seed = 1});
   observations.response = observations.response.cwiseMax(0.0);  // the converter's floor
-  for (const CalibrationWarning& warning : calibrate(trial.experiment, observations).warnings) {
+  for (const CalibrationWarning& warning :
+       calibrate(trial.experiment, observations).findings.warnings) {
     EXPECT_NE(warning.code, WarningCode::saturated);
   }
 }
@@ -869,10 +994,45 @@ TEST(Photodiodes, LeaveOutWhatIsSaturated) {
   const Calibration result = calibrate(trial.experiment, observations);
   for (Eigen::Index k = 0; k < 6; ++k) {
     for (Eigen::Index j = 0; j < 3; ++j) {
-      EXPECT_NEAR(result.response.sensitivity(k, j), trial.truth.response.sensitivity(k, j),
-                  5.0 * result.statistics->sensitivity_se(k, j));
+      EXPECT_NEAR(result.sensor.response.sensitivity(k, j), trial.truth.response.sensitivity(k, j),
+                  5.0 * result.fit.statistics->sensitivity_se(k, j));
     }
   }
+}
+
+// Six photodiodes that see one side each, in a room that is not dark.
+TEST(RoomLight, IsToldFromALampByOneSidedAxes) {
+  for (const Eigen::Vector3d& room :
+       {Eigen::Vector3d(-0.06, 0.13, 0.08), Eigen::Vector3d(0.3, -0.1, 0.35),
+        Eigen::Vector3d(0.0, 0.0, 0.0)}) {
+    Trial trial = photodiode_trial(50.0, 24);
+    const Eigen::Vector3d lamp = *trial.truth.field.in_table;
+    trial.truth.field = {.kind = "light+light", .unit = "1"};
+    trial.truth.field.parts = {part_of("light", room, false), part_of("light", lamp, true)};
+    trial.experiment.field = LightField();
+    trial.experiment.field.role = FieldRole::local;
+    FieldSetup set = LightField();
+    set.magnitude = 1.0;
+    trial.experiment.field += set;
+    trial.design = design_with_levels(24, {0.0, 1.0});
+    expect_truth_and_coverage(trial, 20);
+  }
+}
+
+// What stays on cannot be told from the lamp where the lamp never is off.
+TEST(RoomLight, NeedsReadingsWithTheLampOff) {
+  Trial trial = photodiode_trial(50.0, 24);
+  trial.experiment.field = LightField();
+  trial.experiment.field.role = FieldRole::local;
+  FieldSetup set = LightField();
+  set.magnitude = 1.0;
+  trial.experiment.field += set;
+  trial.design = standard_design(24);
+  const Observations observations =
+      simulate(trial.truth, make_run_sheet(trial.design, 1, 1), {.noise_sd = 5e-4, .seed = 1});
+  EXPECT_THAT(test::complaint_of<SetupError>(
+                  [&] { static_cast<void>(calibrate(trial.experiment, observations)); }),
+              HasSubstr("darken the room"));
 }
 
 TEST(Optical, PointsToTheSource) {

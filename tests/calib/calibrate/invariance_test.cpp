@@ -24,7 +24,7 @@ class Invariance : public testing::TestWithParam<Method> {
     }
   }
 
-  const Calibration truth_ = accelerometer_truth();
+  const SensorModel truth_ = accelerometer_truth();
   Experiment experiment_ = experiment_for(truth_);
   const Observations observations_ =
       observe(truth_, {.replicates = 2, .slope = {0.004, -0.003}, .noise_sd = 1e-4, .seed = 77});
@@ -42,10 +42,10 @@ TEST_P(Invariance, OfTheOrderOfRows) {
   }
   const Calibration a = calibrate(experiment_, observations_);
   const Calibration b = calibrate(experiment_, permuted);
-  EXPECT_MATRIX_NEAR(a.response.sensitivity, b.response.sensitivity, 1e-13);
-  EXPECT_MATRIX_NEAR(a.response.bias, b.response.bias, 1e-13);
-  EXPECT_MATRIX_NEAR(a.statistics->covariance, b.statistics->covariance, 1e-16);
-  EXPECT_NEAR(a.levelness->p_value, b.levelness->p_value, 1e-8);
+  EXPECT_MATRIX_NEAR(a.sensor.response.sensitivity, b.sensor.response.sensitivity, 1e-13);
+  EXPECT_MATRIX_NEAR(a.sensor.response.bias, b.sensor.response.bias, 1e-13);
+  EXPECT_MATRIX_NEAR(a.fit.statistics->covariance, b.fit.statistics->covariance, 1e-16);
+  EXPECT_NEAR(a.fit.levelness->p_value, b.fit.levelness->p_value, 1e-8);
 }
 
 TEST_P(Invariance, OfTheNamesOfTheAxes) {
@@ -61,11 +61,13 @@ TEST_P(Invariance, OfTheNamesOfTheAxes) {
   }
   const Calibration a = calibrate(experiment_, observations_);
   const Calibration b = calibrate(experiment, observations);
-  EXPECT_EQ(b.status, CalibrationStatus::ok) << "the axes are named, so that none is exchanged";
+  EXPECT_EQ(b.findings.status, CalibrationStatus::ok)
+      << "the axes are named, so that none is exchanged";
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Eigen::Index old = from[static_cast<std::size_t>(k)];
-    EXPECT_MATRIX_NEAR(b.response.sensitivity.row(k), a.response.sensitivity.row(old), 1e-12);
-    EXPECT_NEAR(b.statistics->residual_sd(k), a.statistics->residual_sd(old), 1e-12);
+    EXPECT_MATRIX_NEAR(b.sensor.response.sensitivity.row(k), a.sensor.response.sensitivity.row(old),
+                       1e-12);
+    EXPECT_NEAR(b.fit.statistics->residual_sd(k), a.fit.statistics->residual_sd(old), 1e-12);
   }
 }
 
@@ -76,9 +78,10 @@ TEST_P(Invariance, OfTheUnitOfTheReadings) {
   experiment.instrument.unit = "mV";
   const Calibration a = calibrate(experiment_, observations_);
   const Calibration b = calibrate(experiment, observations);
-  EXPECT_MATRIX_NEAR(b.response.sensitivity / 1000.0, a.response.sensitivity, 1e-12);
-  EXPECT_MATRIX_NEAR(b.statistics->sensitivity_se / 1000.0, a.statistics->sensitivity_se, 1e-14);
-  EXPECT_NEAR(b.levelness->mean_x, a.levelness->mean_x, 1e-13);
+  EXPECT_MATRIX_NEAR(b.sensor.response.sensitivity / 1000.0, a.sensor.response.sensitivity, 1e-12);
+  EXPECT_MATRIX_NEAR(b.fit.statistics->sensitivity_se / 1000.0, a.fit.statistics->sensitivity_se,
+                     1e-14);
+  EXPECT_NEAR(b.fit.levelness->mean_x, a.fit.levelness->mean_x, 1e-13);
 }
 
 TEST_P(Invariance, OfTheUnitOfTheField) {
@@ -87,9 +90,9 @@ TEST_P(Invariance, OfTheUnitOfTheField) {
   experiment.field.magnitude = 9.80665;
   const Calibration a = calibrate(experiment_, observations_);
   const Calibration b = calibrate(experiment, observations_);
-  EXPECT_MATRIX_NEAR(b.response.sensitivity * 9.80665, a.response.sensitivity, 1e-12);
-  EXPECT_MATRIX_NEAR(b.response.bias, a.response.bias, 1e-13);
-  EXPECT_MATRIX_NEAR(*b.field.in_table / 9.80665, *a.field.in_table, 1e-13);
+  EXPECT_MATRIX_NEAR(b.sensor.response.sensitivity * 9.80665, a.sensor.response.sensitivity, 1e-12);
+  EXPECT_MATRIX_NEAR(b.sensor.response.bias, a.sensor.response.bias, 1e-13);
+  EXPECT_MATRIX_NEAR(*b.sensor.field.in_table / 9.80665, *a.sensor.field.in_table, 1e-13);
 }
 
 // The instrument turned by G in the cube: faces are relabelled by G, and S becomes S G^T.
@@ -107,15 +110,15 @@ TEST_P(Invariance, OfHowTheInstrumentSitsInTheCube) {
   }
   const Calibration a = calibrate(experiment_, observations_);
   const Calibration b = calibrate(experiment_, observations);
-  EXPECT_MATRIX_NEAR(b.response.sensitivity * G, a.response.sensitivity, 1e-12);
-  EXPECT_MATRIX_NEAR(b.response.bias, a.response.bias, 1e-12);
-  EXPECT_NEAR(b.levelness->mean_x, a.levelness->mean_x, 1e-12);
-  EXPECT_NEAR(b.levelness->mean_y, a.levelness->mean_y, 1e-12);
+  EXPECT_MATRIX_NEAR(b.sensor.response.sensitivity * G, a.sensor.response.sensitivity, 1e-12);
+  EXPECT_MATRIX_NEAR(b.sensor.response.bias, a.sensor.response.bias, 1e-12);
+  EXPECT_NEAR(b.fit.levelness->mean_x, a.fit.levelness->mean_x, 1e-12);
+  EXPECT_NEAR(b.fit.levelness->mean_y, a.fit.levelness->mean_y, 1e-12);
   // The same said by the mount: rotation_sensor_from_positioner = G^T leaves S as it was.
   Experiment mounted = experiment_;
   mounted.rotation_sensor_from_positioner = G.transpose();
   const Calibration c = calibrate(mounted, observations);
-  EXPECT_MATRIX_NEAR(c.response.sensitivity, a.response.sensitivity, 1e-12);
+  EXPECT_MATRIX_NEAR(c.sensor.response.sensitivity, a.sensor.response.sensitivity, 1e-12);
 }
 
 TEST_P(Invariance, OfTheNumbersOfTheBlocks) {
@@ -125,7 +128,7 @@ TEST_P(Invariance, OfTheNumbersOfTheBlocks) {
   }
   const Calibration a = calibrate(experiment_, observations_);
   const Calibration b = calibrate(experiment_, observations);
-  EXPECT_MATRIX_NEAR(a.response.sensitivity, b.response.sensitivity, 1e-13);
+  EXPECT_MATRIX_NEAR(a.sensor.response.sensitivity, b.sensor.response.sensitivity, 1e-13);
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods,

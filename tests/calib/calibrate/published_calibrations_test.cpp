@@ -60,10 +60,11 @@ TEST_P(SixPositions, AgreeWithTheThesis) {
   const Calibration calibration = calibrate(known_experiment(), observations);
   const std::vector<double> p = read_numbers(published, 2).at(2);
   // An optimiser's biases: no nearer than 1e-10 to the least-squares solution.
-  EXPECT_MATRIX_NEAR(calibration.response.bias, Eigen::Vector3d(p[0], p[1], p[2]), 1e-10);
-  EXPECT_MATRIX_NEAR(calibration.response.sensitivity,
+  EXPECT_MATRIX_NEAR(calibration.sensor.response.bias, Eigen::Vector3d(p[0], p[1], p[2]), 1e-10);
+  EXPECT_MATRIX_NEAR(calibration.sensor.response.sensitivity,
                      Eigen::Matrix3d(Eigen::Map<const Eigen::Matrix3d>(&p[3]).transpose()), 1e-12);
-  EXPECT_EQ(calibration.status, CalibrationStatus::ok) << "honest residuals are no mistakes";
+  EXPECT_EQ(calibration.findings.status, CalibrationStatus::ok)
+      << "honest residuals are no mistakes";
   // The same by labels, which the culprit search looks at.
   for (Reading& reading : observations.readings) {
     Eigen::Index axis = 0;
@@ -73,7 +74,7 @@ TEST_P(SixPositions, AgreeWithTheThesis) {
     reading.point = DesignPoint(face_of(number, !up), face_of((number + 1) % 3, true));
     reading.field_in_sensor.reset();
   }
-  EXPECT_EQ(calibrate(known_experiment(), observations).status, CalibrationStatus::ok);
+  EXPECT_EQ(calibrate(known_experiment(), observations).findings.status, CalibrationStatus::ok);
 }
 
 // Thesis table A-3, trial 1: the fit weighted by 1 / sd^2 with its relative standard errors.
@@ -94,18 +95,18 @@ TEST(SixPositionsWeighted, AgreeWithTheThesis) {
   Experiment experiment = known_experiment();
   experiment.weighting = Weighting::sd;
   const Calibration calibration = calibrate(experiment, observations);
-  const SensitivityMatrix& S = calibration.response.sensitivity;
-  const FitStatistics& statistics = *calibration.statistics;
+  const SensitivityMatrix& S = calibration.sensor.response.sensitivity;
+  const FitStatistics& statistics = *calibration.fit.statistics;
   EXPECT_NEAR(S(0, 0), 1.00005635, 5e-9);
   EXPECT_NEAR(S(0, 1), 0.00797754, 5e-9);
   EXPECT_NEAR(S(0, 2), 0.00860328, 5e-9);
-  EXPECT_NEAR(calibration.response.bias(0), 0.09155981, 5e-9);
+  EXPECT_NEAR(calibration.sensor.response.bias(0), 0.09155981, 5e-9);
   EXPECT_NEAR(S(2, 2), 1.02195926, 5e-9);
-  EXPECT_NEAR(calibration.response.bias(2), -0.25009793, 5e-9);
+  EXPECT_NEAR(calibration.sensor.response.bias(2), -0.25009793, 5e-9);
   EXPECT_NEAR(100.0 * statistics.sensitivity_se(0, 0) / S(0, 0), 0.166, 6e-4);
   EXPECT_NEAR(100.0 * statistics.sensitivity_se(0, 1) / S(0, 1), 8.5, 0.06);
   EXPECT_NEAR(100.0 * statistics.sensitivity_se(2, 2) / S(2, 2), 0.105, 6e-4);
-  EXPECT_EQ(calibration.status, CalibrationStatus::ok);
+  EXPECT_EQ(calibration.findings.status, CalibrationStatus::ok);
 }
 
 INSTANTIATE_TEST_SUITE_P(Trials, SixPositions, testing::Values("1", "2"));
@@ -153,7 +154,7 @@ TEST(Ferraris, MatrixIsTheRegressions) {
     }
   }
   const Eigen::Matrix3d S = K * R;
-  EXPECT_MATRIX_NEAR(calibration.response.sensitivity, S, 1e-12 * S.norm());
+  EXPECT_MATRIX_NEAR(calibration.sensor.response.sensitivity, S, 1e-12 * S.norm());
 
   // His bias: each axis from its own two positions. Ours: from all six.
   Eigen::Vector3d his;
@@ -162,11 +163,11 @@ TEST(Ferraris, MatrixIsTheRegressions) {
   }
   EXPECT_MATRIX_NEAR(his, bias, 1e-11);
   const Eigen::Vector3d all = observations.response.colwise().mean();
-  EXPECT_MATRIX_NEAR(calibration.response.bias, all, 1e-11);
-  const Eigen::Vector3d apart = calibration.response.bias - his;
+  EXPECT_MATRIX_NEAR(calibration.sensor.response.bias, all, 1e-11);
+  const Eigen::Vector3d apart = calibration.sensor.response.bias - his;
   std::printf("regression less Ferraris [counts]: %.3f %.3f %.3f; standard errors %.3f %.3f %.3f\n",
-              apart.x(), apart.y(), apart.z(), calibration.statistics->bias_se(0),
-              calibration.statistics->bias_se(1), calibration.statistics->bias_se(2));
+              apart.x(), apart.y(), apart.z(), calibration.fit.statistics->bias_se(0),
+              calibration.fit.statistics->bias_se(1), calibration.fit.statistics->bias_se(2));
 }
 
 }  // namespace

@@ -67,24 +67,24 @@ struct Scene {
 
 // An instrument as it is, and as its record says, with the record's covariance.
 struct Pair {
-  Calibration truth;
+  SensorModel truth;
   Calibration record;
 };
 
 Pair instrument(RandomStream& random, double sd) {
   Pair pair{.truth = test::accelerometer_truth(), .record = test::accelerometer_truth()};
   pair.truth.response.sensitivity *= 0.4;  // near 1 a unit of the field
-  pair.record.response = pair.truth.response;
+  pair.record.sensor.response = pair.truth.response;
   for (Eigen::Index k = 0; k < 3; ++k) {
-    pair.record.response.bias(k) += sd * random.normal();
+    pair.record.sensor.response.bias(k) += sd * random.normal();
     for (Eigen::Index j = 0; j < 3; ++j) {
-      pair.record.response.sensitivity(k, j) += sd * random.normal();
+      pair.record.sensor.response.sensitivity(k, j) += sd * random.normal();
     }
   }
   FitStatistics statistics;
   statistics.degrees_of_freedom = Eigen::Vector3d::Constant(1e4);
   statistics.covariance = sd * sd * Eigen::MatrixXd::Identity(12, 12);
-  pair.record.statistics = statistics;
+  pair.record.fit.statistics = statistics;
   return pair;
 }
 
@@ -178,7 +178,7 @@ TEST(Characterize, TakesAFieldThatPointsIntoTheTable) {
   RandomStream random(15);
   const FaceNormals truth = random_normals(random, 2e-3);
   Pair pair = instrument(random, 0.0);
-  for (Calibration* one : {&pair.truth, &pair.record}) {
+  for (SensorModel* one : {&pair.truth, &pair.record.sensor}) {
     one->field = {.kind = "custom",
                   .unit = "1",
                   .magnitude = 2.0,
@@ -216,8 +216,8 @@ TEST(Characterize, IsBetterThanPlainAverages) {
       const Eigen::Vector3d v = one.observations.response.row(i);
       seen[static_cast<std::size_t>(
           one.observations.readings[static_cast<std::size_t>(i)].point->rest())] -=
-          one.calibration.response.sensitivity.topRows<3>().inverse() *
-          (v - one.calibration.response.bias);
+          one.calibration.sensor.response.sensitivity.topRows<3>().inverse() *
+          (v - one.calibration.sensor.response.bias);
     }
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
     for (std::size_t face = 0; face < 6; ++face) {
@@ -322,7 +322,7 @@ TEST(Characterize, NamesABadInstrumentAndLeavesItOutOnRequest) {
   std::vector<Reference> references =
       references_in(Positioner(truth), {.instruments = 4, .seed = 5});
   // An axis of B is bent by ten times what its record says.
-  references[1].calibration.response.sensitivity(0, 1) += 150 * urad;
+  references[1].calibration.sensor.response.sensitivity(0, 1) += 150 * urad;
   const Characterization bad = characterize(references);
   EXPECT_FALSE(bad.consistent);
   EXPECT_EQ(bad.suspect, "B");
@@ -338,7 +338,7 @@ TEST(Characterize, OfTwoInstrumentsThatDisagreeNeitherIsNamed) {
   RandomStream random(10);
   std::vector<Reference> references =
       references_in(Positioner(random_normals(random, 2e-3)), {.instruments = 2});
-  references[0].calibration.response.sensitivity(0, 1) += 300 * urad;
+  references[0].calibration.sensor.response.sensitivity(0, 1) += 300 * urad;
   const Characterization result = characterize(references);
   EXPECT_FALSE(result.consistent);
   EXPECT_EQ(result.suspect, "");
@@ -364,11 +364,11 @@ TEST(Characterize, APoorlyCalibratedInstrumentDoesNoHarm) {
     std::vector<Reference> references = references_in(Positioner(truth), {.seed = seed});
     // C's record: a thousand times worse, and it says so, by as few degrees of freedom as all.
     for (Reference& reference : references) {
-      reference.calibration.statistics->degrees_of_freedom.setConstant(2.0);
+      reference.calibration.fit.statistics->degrees_of_freedom.setConstant(2.0);
     }
     Calibration& poor = references[2].calibration;
-    poor.statistics->covariance *= 1e6;
-    for (double& value : poor.response.sensitivity.reshaped()) {
+    poor.fit.statistics->covariance *= 1e6;
+    for (double& value : poor.sensor.response.sensitivity.reshaped()) {
       value += 1000.0 * 12 * urad * random.normal();
     }
     with += std::pow(rms_error(characterize(references).positioner, truth), 2);
@@ -483,14 +483,14 @@ TEST(Characterize, MakesCalibrationsAtLeastTwentyTimesBetter) {
   const FaceNormals truth = random_normals(random, 2e-3);
   const Positioner cube(truth);
   const Positioner measured = characterize(references_in(cube, {})).positioner;
-  const Calibration fresh = test::accelerometer_truth();
+  const SensorModel fresh = test::accelerometer_truth();
   const Observations readings =
       simulate(fresh, make_run_sheet(standard_design(12), 1, 9),
                {.noise_sd = 2.5 * urad, .slope = {0.003, 0.002}, .positioner = cube, .seed = 9});
   Experiment experiment = test::experiment_for(fresh);
   const auto error = [&](const Positioner& used) {
     experiment.positioner = used;
-    const LinearResponse found = calibrate(experiment, readings).response;
+    const LinearResponse found = calibrate(experiment, readings).sensor.response;
     return std::hypot((found.bias - fresh.response.bias).norm(),
                       (found.sensitivity - fresh.response.sensitivity).norm());
   };
@@ -533,12 +533,12 @@ TEST(Characterize, RefusesWhatCannotBeMeasured) {
   EXPECT_THAT(complaint(without([](const DesignPoint& p) { return !is_positive(p.fence()); })),
               HasSubstr("no reading has its opposite"));
   std::vector<Reference> references = good;
-  references[0].calibration.response.sensitivity.row(2) =
-      references[0].calibration.response.sensitivity.row(1);
+  references[0].calibration.sensor.response.sensitivity.row(2) =
+      references[0].calibration.sensor.response.sensitivity.row(1);
   EXPECT_THAT(complaint(references), HasSubstr("three axes in different directions"));
   references = good;
-  references[0].calibration.field.kind = "custom";
-  references[0].calibration.field.in_table = Eigen::Vector3d(1.0, 0.0, 0.0);
+  references[0].calibration.sensor.field.kind = "custom";
+  references[0].calibration.sensor.field.in_table = Eigen::Vector3d(1.0, 0.0, 0.0);
   EXPECT_THAT(complaint(references), HasSubstr("along the table's normal"));
   references = good;
   references[0].observations.response *= -1.0;

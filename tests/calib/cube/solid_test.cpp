@@ -28,12 +28,13 @@ Positioner rough_cube(std::uint64_t seed) {
       random);
 }
 
-double worst_error(const Calibration& found, const Calibration& truth) {
-  return std::max((found.response.bias - truth.response.bias).cwiseAbs().maxCoeff(),
-                  (found.response.sensitivity - truth.response.sensitivity).cwiseAbs().maxCoeff());
+double worst_error(const Calibration& found, const SensorModel& truth) {
+  return std::max(
+      (found.sensor.response.bias - truth.response.bias).cwiseAbs().maxCoeff(),
+      (found.sensor.response.sensitivity - truth.response.sensitivity).cwiseAbs().maxCoeff());
 }
 
-Observations concatenated_blocks(const Calibration& truth,
+Observations concatenated_blocks(const SensorModel& truth,
                                  const std::vector<Eigen::Vector2d>& slopes,
                                  const SimulationOptions& common,
                                  int points = 12) {
@@ -56,7 +57,7 @@ struct SolidCase {
 class SolidRun : public testing::TestWithParam<SolidCase> {};
 
 TEST_P(SolidRun, ComesBackExactlyWhereThePositionerIsKnown) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
   experiment.method = GetParam().method;
   for (std::uint64_t seed = 1; seed <= 25; ++seed) {
@@ -67,9 +68,9 @@ TEST_P(SolidRun, ComesBackExactlyWhereThePositionerIsKnown) {
                  {.slope = slope, .positioner = experiment.positioner});
     const Calibration found = calibrate(experiment, run);
     EXPECT_LT(worst_error(found, truth), 1e-12);
-    EXPECT_NEAR(found.levelness->mean_x, slope.x(), 1e-12);
-    EXPECT_NEAR(found.levelness->mean_y, slope.y(), 1e-12);
-    EXPECT_EQ(found.status, CalibrationStatus::ok);
+    EXPECT_NEAR(found.fit.levelness->mean_x, slope.x(), 1e-12);
+    EXPECT_NEAR(found.fit.levelness->mean_y, slope.y(), 1e-12);
+    EXPECT_EQ(found.findings.status, CalibrationStatus::ok);
     // By the face normals alone the headings, and with them the results, are off a little.
     experiment.positioner = Positioner(experiment.positioner.normals());
     const double by_normals = worst_error(calibrate(experiment, run), truth);
@@ -97,15 +98,15 @@ TEST(SolidRunNotes, SayWhichSeatsRock) {
                             Eigen::Vector2d(0.0, -0.025)};
   CubeFeet feet = feet_of_frame(frame);
   feet[static_cast<std::size_t>(Face::plus_y)][2].centre_m.y() += 1e-4;
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
   experiment.positioner = Positioner(feet);
   const Calibration found =
       calibrate(experiment, simulate(truth, make_run_sheet(standard_design(12), 1, 1),
                                      {.slope = {0.01, 0.0}, .positioner = experiment.positioner}));
   EXPECT_LT(worst_error(found, truth), 1e-12);
-  EXPECT_THAT(found.notes, testing::Contains(HasSubstr("rest +X, fence +Y: this seat rocks")));
-  EXPECT_EQ(found.status, CalibrationStatus::ok);
+  EXPECT_THAT(found.findings.notes, test::HasNote(HasSubstr("rest +X, fence +Y: this seat rocks")));
+  EXPECT_EQ(found.findings.status, CalibrationStatus::ok);
 }
 
 // A cube that tips on -Z, and whose face -Z does not hold at the fence.
@@ -119,7 +120,7 @@ Positioner tipping_cube() {
 }
 
 TEST(SolidRunSeats, OfReadingsLeftOutDoNotMatter) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   const Observations run = test::observe(truth, {.points = 24});
   Experiment experiment = test::experiment_for(truth);
   experiment.positioner = tipping_cube();
@@ -134,13 +135,13 @@ TEST(SolidRunSeats, OfReadingsLeftOutDoNotMatter) {
   ASSERT_FALSE(experiment.leave_out.empty());
   const Calibration found = calibrate(experiment, run);
   EXPECT_LT(worst_error(found, truth), 1e-12);
-  for (const ReadingResidual& residual : found.residuals) {
+  for (const ReadingResidual& residual : found.fit.residuals) {
     EXPECT_EQ(residual.used, residual.response.allFinite());
   }
 }
 
 TEST(SolidRunSeats, ThatCannotBeAreNotAdvised) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
   experiment.positioner = tipping_cube();
   Observations run = test::observe(truth, {});
@@ -168,7 +169,7 @@ TEST(SolidRunSeats, ThatCannotBeAreNotAdvised) {
 class LevelByBlock : public testing::TestWithParam<Method> {};
 
 TEST_P(LevelByBlock, IsExactForATableThatWasMoved) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
   experiment.method = GetParam();
   experiment.positioner = rough_cube(3);
@@ -179,14 +180,14 @@ TEST_P(LevelByBlock, IsExactForATableThatWasMoved) {
   experiment.level_by = LevelBy::block;
   const Calibration found = calibrate(experiment, run);
   EXPECT_LT(worst_error(found, truth), 1e-12);
-  EXPECT_EQ(found.status, CalibrationStatus::ok);
-  ASSERT_EQ(found.levelness->blocks.size(), 3U);
+  EXPECT_EQ(found.findings.status, CalibrationStatus::ok);
+  ASSERT_EQ(found.fit.levelness->blocks.size(), 3U);
   for (std::size_t b = 0; b < 3; ++b) {
-    EXPECT_EQ(found.levelness->blocks[b].block, static_cast<int>(b) + 1);
-    EXPECT_NEAR(found.levelness->blocks[b].x, slopes[b].x(), 1e-12);
-    EXPECT_NEAR(found.levelness->blocks[b].y, slopes[b].y(), 1e-12);
+    EXPECT_EQ(found.fit.levelness->blocks[b].block, static_cast<int>(b) + 1);
+    EXPECT_NEAR(found.fit.levelness->blocks[b].x, slopes[b].x(), 1e-12);
+    EXPECT_NEAR(found.fit.levelness->blocks[b].y, slopes[b].y(), 1e-12);
   }
-  for (const ReadingResidual& residual : found.residuals) {
+  for (const ReadingResidual& residual : found.fit.residuals) {
     EXPECT_LT(residual.response.cwiseAbs().maxCoeff(), 1e-12);
   }
   const std::string text = calibration_json(found);
@@ -194,7 +195,7 @@ TEST_P(LevelByBlock, IsExactForATableThatWasMoved) {
 }
 
 TEST_P(LevelByBlock, StatesItsUncertainty) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
   experiment.method = GetParam();
   experiment.level_by = LevelBy::block;
@@ -210,17 +211,17 @@ TEST_P(LevelByBlock, StatesItsUncertainty) {
         experiment,
         concatenated_blocks(truth, slopes,
                             {.noise_sd = 2e-4, .seed = 10 * static_cast<std::uint64_t>(trial)}));
-    warned += found.status == CalibrationStatus::ok ? 0 : 1;
-    const double t = student_t_factor(0.95, found.levelness->degrees_of_freedom);
+    warned += found.findings.status == CalibrationStatus::ok ? 0 : 1;
+    const double t = student_t_factor(0.95, found.fit.levelness->degrees_of_freedom);
     for (std::size_t b = 0; b < 2; ++b) {
-      const BlockLevelness& block = found.levelness->blocks[b];
+      const BlockLevelness& block = found.fit.levelness->blocks[b];
       covered += std::abs(block.x - slopes[b].x()) <= t * block.standard_error_x ? 1 : 0;
       covered += std::abs(block.y - slopes[b].y()) <= t * block.standard_error_y ? 1 : 0;
       levels += 2;
     }
     for (Eigen::Index k = 0; k < 3; ++k) {
-      const double half = found.statistics->interval_95(4 * k);
-      within += std::abs(found.response.bias(k) - truth.response.bias(k)) <= half ? 1 : 0;
+      const double half = found.fit.statistics->interval_95(4 * k);
+      within += std::abs(found.sensor.response.bias(k) - truth.response.bias(k)) <= half ? 1 : 0;
       ++intervals;
     }
   }
@@ -238,7 +239,7 @@ INSTANTIATE_TEST_SUITE_P(Methods,
                          });
 
 TEST(LevelByBlockSetup, HasTheStatedDegreesOfFreedom) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
   experiment.level_by = LevelBy::block;
   experiment.seats = SeatSetup::none;
@@ -246,11 +247,11 @@ TEST(LevelByBlockSetup, HasTheStatedDegreesOfFreedom) {
       concatenated_blocks(truth, {{0.001, 0.0}, {0.0, 0.001}}, {.noise_sd = 1e-4});
   experiment.method = Method::paired;
   // 12 averages, 4 coefficients, a shift between two blocks.
-  EXPECT_MATRIX_NEAR(calibrate(experiment, run).statistics->degrees_of_freedom,
+  EXPECT_MATRIX_NEAR(calibrate(experiment, run).fit.statistics->degrees_of_freedom,
                      Eigen::Vector3d::Constant(7.0), 1e-9);
   experiment.method = Method::joint;
   // 72 readings in all, 12 coefficients, 3 shifts, 2 directions of 2 unknowns each.
-  EXPECT_NEAR(calibrate(experiment, run).statistics->degrees_of_freedom.sum(),
+  EXPECT_NEAR(calibrate(experiment, run).fit.statistics->degrees_of_freedom.sum(),
               72.0 - 12.0 - 3.0 - 4.0, 1e-9);
   experiment.method = Method::known;
   EXPECT_THAT(
@@ -259,7 +260,7 @@ TEST(LevelByBlockSetup, HasTheStatedDegreesOfFreedom) {
 }
 
 TEST(LevelByBlockSetup, OneBlockIsTheSameAsTheRun) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
   const Observations run = test::observe(truth, {.slope = {0.01, 0.0}, .noise_sd = 1e-4});
   for (const Method method : {Method::paired, Method::joint}) {
@@ -268,13 +269,13 @@ TEST(LevelByBlockSetup, OneBlockIsTheSameAsTheRun) {
     const Calibration by_run = calibrate(experiment, run);
     experiment.level_by = LevelBy::block;
     const Calibration by_block = calibrate(experiment, run);
-    EXPECT_EQ(by_run.response.bias, by_block.response.bias);
-    EXPECT_EQ(by_run.response.sensitivity, by_block.response.sensitivity);
+    EXPECT_EQ(by_run.sensor.response.bias, by_block.sensor.response.bias);
+    EXPECT_EQ(by_run.sensor.response.sensitivity, by_block.sensor.response.sensitivity);
   }
 }
 
 TEST(LevelByBlockSetup, RefusesABlockWithoutOpposites) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
   experiment.method = Method::paired;
   experiment.level_by = LevelBy::block;
@@ -291,7 +292,7 @@ TEST(LevelByBlockSetup, RefusesABlockWithoutOpposites) {
 // ---- assemblies ----
 
 // Readings of several instruments at once, each in its mount.
-std::vector<SlotObservations> read_together(const std::vector<Calibration>& truths,
+std::vector<SlotObservations> read_together(const std::vector<SensorModel>& truths,
                                             const std::vector<Mount>& mounts,
                                             const SimulationOptions& common) {
   std::vector<SlotObservations> slots;
@@ -308,10 +309,10 @@ std::vector<SlotObservations> read_together(const std::vector<Calibration>& trut
 }
 
 TEST(CalibrateAssembly, ReturnsEachInstrumentInItsOwnFrame) {
-  Calibration other = test::accelerometer_truth();
+  SensorModel other = test::accelerometer_truth();
   other.response.bias *= -2.0;
   other.response.sensitivity *= 1.1;
-  const std::vector<Calibration> truths = {test::accelerometer_truth(), other};
+  const std::vector<SensorModel> truths = {test::accelerometer_truth(), other};
   for (const WebAxis axis : {WebAxis::x, WebAxis::y}) {
     const std::vector<Mount> mounts = h_shaped_mounts("L", "R", axis);
     Experiment experiment = test::experiment_for(truths[0]);
@@ -322,8 +323,8 @@ TEST(CalibrateAssembly, ReturnsEachInstrumentInItsOwnFrame) {
     ASSERT_EQ(found.size(), 2U);
     for (std::size_t s = 0; s < 2; ++s) {
       EXPECT_LT(worst_error(found[s], truths[s]), 1e-12);
-      EXPECT_EQ(found[s].slot, mounts[s].slot);
-      const CombinedLevelness& combined = *found[s].levelness->combined;
+      EXPECT_EQ(found[s].provenance.slot, mounts[s].slot);
+      const CombinedLevelness& combined = *found[s].fit.levelness->combined;
       EXPECT_NEAR(combined.x, 0.01, 1e-12);
       EXPECT_NEAR(combined.y, -0.02, 1e-12);
       EXPECT_TRUE(combined.consistent);
@@ -334,7 +335,7 @@ TEST(CalibrateAssembly, ReturnsEachInstrumentInItsOwnFrame) {
 }
 
 TEST(CalibrateAssembly, CombinesTheSlopesByTheirVariances) {
-  const std::vector<Calibration> truths(3, test::accelerometer_truth());
+  const std::vector<SensorModel> truths(3, test::accelerometer_truth());
   const std::vector<Mount> mounts = parallel_mounts({"A", "B", "C"});
   Experiment experiment = test::experiment_for(truths[0]);
   int within = 0;
@@ -348,8 +349,8 @@ TEST(CalibrateAssembly, CombinesTheSlopesByTheirVariances) {
                                   {.noise_sd = 2e-4,
                                    .slope = {0.003, 0.001},
                                    .seed = static_cast<std::uint64_t>(trial) + 1}));
-    const CombinedLevelness& combined = *found[0].levelness->combined;
-    const double dof = 3.0 * found[0].levelness->degrees_of_freedom;
+    const CombinedLevelness& combined = *found[0].fit.levelness->combined;
+    const double dof = 3.0 * found[0].fit.levelness->degrees_of_freedom;
     within +=
         std::abs(combined.x - 0.003) <= student_t_factor(0.95, dof) * combined.standard_error_x ? 1
                                                                                                 : 0;
@@ -363,7 +364,7 @@ TEST(CalibrateAssembly, CombinesTheSlopesByTheirVariances) {
 }
 
 TEST(CalibrateAssembly, NamesTheSlotThatDisagreesAboutTheSlope) {
-  const std::vector<Calibration> truths(3, test::accelerometer_truth());
+  const std::vector<SensorModel> truths(3, test::accelerometer_truth());
   const std::vector<Mount> mounts = parallel_mounts({"A", "B", "C"});
   Experiment experiment = test::experiment_for(truths[0]);
   const SimulationOptions options{.noise_sd = 2e-4, .slope = {0.01, -0.02}, .seed = 3};
@@ -373,22 +374,22 @@ TEST(CalibrateAssembly, NamesTheSlotThatDisagreesAboutTheSlope) {
   tilted.slope = {0.0103, -0.02};
   slots[1] = read_together(truths, mounts, tilted)[1];
   const std::vector<Calibration> found = calibrate_assembly(experiment, slots);
-  EXPECT_FALSE(found[0].levelness->combined->consistent);
-  EXPECT_EQ(found[0].levelness->combined->suspect, "B");
-  EXPECT_EQ(found[0].status, CalibrationStatus::ok);
-  ASSERT_EQ(found[1].status, CalibrationStatus::warning);
-  EXPECT_EQ(found[1].warnings.back().code, WarningCode::slot_levelness);
-  EXPECT_THAT(found[1].warnings.back().message, HasSubstr("slot B disagrees"));
+  EXPECT_FALSE(found[0].fit.levelness->combined->consistent);
+  EXPECT_EQ(found[0].fit.levelness->combined->suspect, "B");
+  EXPECT_EQ(found[0].findings.status, CalibrationStatus::ok);
+  ASSERT_EQ(found[1].findings.status, CalibrationStatus::warning);
+  EXPECT_EQ(found[1].findings.warnings.back().code, WarningCode::slot_levelness);
+  EXPECT_THAT(found[1].findings.warnings.back().message, HasSubstr("slot B disagrees"));
   slots.pop_back();
   const std::vector<Calibration> two = calibrate_assembly(experiment, slots);
-  EXPECT_FALSE(two[0].levelness->combined->consistent);
-  EXPECT_EQ(two[0].levelness->combined->suspect, "");
-  EXPECT_EQ(two[0].warnings.back().code, WarningCode::slot_levelness);
-  EXPECT_EQ(two[1].warnings.back().code, WarningCode::slot_levelness);
+  EXPECT_FALSE(two[0].fit.levelness->combined->consistent);
+  EXPECT_EQ(two[0].fit.levelness->combined->suspect, "");
+  EXPECT_EQ(two[0].findings.warnings.back().code, WarningCode::slot_levelness);
+  EXPECT_EQ(two[1].findings.warnings.back().code, WarningCode::slot_levelness);
 }
 
 TEST(CalibrateAssembly, RefusesOneFieldForSeveralInstruments) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   std::vector<SlotObservations> slots =
       read_together({truth, truth}, parallel_mounts({"A", "B"}), {});
   for (SlotObservations& slot : slots) {

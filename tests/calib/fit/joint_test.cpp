@@ -26,24 +26,25 @@ struct LeftOfEquations {
 
 LeftOfEquations left_of_equations(const Calibration& found, const Observations& observations) {
   const auto n = static_cast<Eigen::Index>(observations.readings.size());
-  const Eigen::Vector3d field = *found.field.in_table;
+  const Eigen::Vector3d field = *found.sensor.field.in_table;
   const Eigen::Matrix<double, 3, 2> tangents = field.norm() * tangents_of(field);
-  const FitStatistics& statistics = *found.statistics;
-  const Eigen::ArrayXd information = found.response.sensitivity.rowwise().squaredNorm().array() /
-                                     statistics.residual_sd.array().square();
+  const FitStatistics& statistics = *found.fit.statistics;
+  const Eigen::ArrayXd information =
+      found.sensor.response.sensitivity.rowwise().squaredNorm().array() /
+      statistics.residual_sd.array().square();
   const Eigen::ArrayXd p = information / information.sum();
   const Positioner cube;
   LeftOfEquations left;
   Eigen::Vector2d along_tangents = Eigen::Vector2d::Zero();
-  for (Eigen::Index k = 0; k < found.response.bias.size(); ++k) {
-    const Eigen::RowVector3d S = found.response.sensitivity.row(k);
+  for (Eigen::Index k = 0; k < found.sensor.response.bias.size(); ++k) {
+    const Eigen::RowVector3d S = found.sensor.response.sensitivity.row(k);
     const double sd = statistics.residual_sd(k);
     double rss = 0.0;
     Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
     for (Eigen::Index i = 0; i < n; ++i) {
       const DesignPoint& point = *observations.readings[static_cast<std::size_t>(i)].point;
       const Eigen::Matrix3d R = cube.rotation_table_from_positioner(point).transpose();
-      const double r = observations.response(i, k) - found.response.bias(k) - S * R * field;
+      const double r = observations.response(i, k) - found.sensor.response.bias(k) - S * R * field;
       rss += r * r;
       gradient(0) += r;
       gradient.tail<3>() += r * (R * field);
@@ -69,13 +70,13 @@ LeftOfEquations left_of_equations(const Calibration& found, const Observations& 
 // were taken in turn with fits stopped short of it in 16 of 1,000 runs, by up to 10 % of the sd.
 // Not where readings look correlated in their order: the biases are then of other models too.
 bool has_least_squares_biases(const Calibration& result) {
-  return std::none_of(result.notes.begin(), result.notes.end(), [](const std::string& note) {
-    return note.find("consecutive readings are alike") != std::string::npos;
-  });
+  return std::none_of(
+      result.findings.notes.begin(), result.findings.notes.end(),
+      [](const CalibrationNote& note) { return note.code == NoteCode::correlation; });
 }
 
 TEST(JointFit, SettlesNoiseAndDirectionTogether) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::joint;
   experiment.drift = DriftSetup::none;
@@ -99,7 +100,7 @@ TEST(JointFit, SettlesNoiseAndDirectionTogether) {
 // Seven points and two axes hardly determine the field's direction (condition 180): one step of it
 // for each weighing went round in circles.
 TEST(JointFit, SettlesWhereTheDirectionIsHardlyDetermined) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::joint;
   experiment.instrument.axes = {"x", "y"};

@@ -19,7 +19,7 @@ namespace {
 using test::accelerometer_truth;
 
 // An instrument turned by hand, noise AR(1) in each axis.
-Observations turned_by_hand(const Calibration& truth,
+Observations turned_by_hand(const SensorModel& truth,
                             Eigen::Index n,
                             double rho,
                             std::uint64_t seed) {
@@ -41,32 +41,32 @@ Observations turned_by_hand(const Calibration& truth,
   return run;
 }
 
-Experiment magnitude_experiment(const Calibration& truth) {
+Experiment magnitude_experiment(const SensorModel& truth) {
   Experiment experiment = test::experiment_for(truth);
   experiment.method = Method::magnitude;
   return experiment;
 }
 
 TEST(LongRecording, StatesIntervalsThatHoldForCorrelatedNoise) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   int held = 0;
   int all = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     const Calibration found =
         calibrate(magnitude_experiment(truth), turned_by_hand(truth, 4000, 0.9, seed));
     for (Eigen::Index k = 0; k < 3; ++k) {
-      const double error = found.response.bias(k) - truth.response.bias(k);
-      held += std::abs(error) <= found.statistics->interval_95(4 * k) ? 1 : 0;
+      const double error = found.sensor.response.bias(k) - truth.response.bias(k);
+      held += std::abs(error) <= found.fit.statistics->interval_95(4 * k) ? 1 : 0;
       ++all;
     }
-    EXPECT_EQ(found.statistics->components.front().name, "correlation");
-    EXPECT_EQ(found.statistics->interval_dof(0), 9.0);
+    EXPECT_EQ(found.fit.statistics->components.front().name, "correlation");
+    EXPECT_EQ(found.fit.statistics->interval_dof(0), 9.0);
   }
   EXPECT_GE(static_cast<double>(held) / all, 0.90);  // 95 % in full
 }
 
 TEST(LongRecording, HalvesAgree) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   int drifted = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const Observations run = turned_by_hand(truth, 8000, 0.95, seed);
@@ -84,10 +84,10 @@ TEST(LongRecording, HalvesAgree) {
 }
 
 TEST(LongRecording, SaysWhenItIsShortForItsNoise) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Calibration found =
       calibrate(magnitude_experiment(truth), turned_by_hand(truth, 1500, 0.995, 3));
-  EXPECT_THAT(found.notes, testing::Contains(testing::HasSubstr("short for its own noise")));
+  EXPECT_THAT(found.findings.notes, test::HasNote(testing::HasSubstr("short for its own noise")));
   const std::string text = calibration_json(found);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
 }
@@ -128,14 +128,15 @@ Calibration swept(const Observations& run) {
 
 TEST(ThermalSweep, CountsHysteresisAndNamesIt) {
   const Calibration found = swept(sweep(0.05, 0.5, 1));
-  const auto& components = found.statistics->components;
+  const auto& components = found.fit.statistics->components;
   ASSERT_EQ(components.size(), 2U);
   EXPECT_EQ(components.back().name, "hysteresis");
   EXPECT_NEAR(components.back().sd(0), 0.05, 0.01);
   // Both legs at 25 degrees, where they differ by 0.1, are within the interval.
-  EXPECT_GE(found.statistics->interval_95(0), 0.05);
-  EXPECT_LE(found.statistics->interval_95(0), 0.12);
-  EXPECT_THAT(found.notes, testing::Contains(testing::HasSubstr("hysteresis: the biases differ")));
+  EXPECT_GE(found.fit.statistics->interval_95(0), 0.05);
+  EXPECT_LE(found.fit.statistics->interval_95(0), 0.12);
+  EXPECT_THAT(found.findings.notes,
+              test::HasNote(testing::HasSubstr("hysteresis: the biases differ")));
   const std::string text = calibration_json(found);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
 }
@@ -145,9 +146,11 @@ TEST(ThermalSweep, WithoutHysteresisHasNone) {
   int held = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     const Calibration found = swept(sweep(0.0, 0.9, seed));
-    named += found.statistics->components.size() > 1 ? 1 : 0;
+    named += found.fit.statistics->components.size() > 1 ? 1 : 0;
     for (Eigen::Index k = 0; k < 3; ++k) {
-      held += std::abs(found.response.bias(k)) <= found.statistics->interval_95(3 * k) ? 1 : 0;
+      held += std::abs(found.sensor.response.bias(k)) <= found.fit.statistics->interval_95(3 * k)
+                  ? 1
+                  : 0;
     }
   }
   EXPECT_LE(named, 6);

@@ -67,14 +67,15 @@ TEST_P(MagnitudeMethodOf, CoversAsStated) {
   for (std::uint64_t seed = 1; seed <= 150; ++seed) {
     const Calibration result =
         calibrate(magnitude_experiment(GetParam()), turned_by_hand(directions, S, 0.05, seed));
-    const FitStatistics& s = *result.statistics;
+    const FitStatistics& s = *result.fit.statistics;
     ASSERT_EQ(s.degrees_of_freedom(0), 51.0);
     for (Eigen::Index k = 0; k < 3; ++k) {
       const double t = s.coverage_factor(k);
-      covered += std::abs(result.response.bias(k) - hard_iron(k)) <= t * s.bias_se(k) ? 1 : 0;
+      covered +=
+          std::abs(result.sensor.response.bias(k) - hard_iron(k)) <= t * s.bias_se(k) ? 1 : 0;
       ++all;
       for (Eigen::Index j = 0; j < 3; ++j) {
-        const double error = std::abs(result.response.sensitivity(k, j) - S(k, j));
+        const double error = std::abs(result.sensor.response.sensitivity(k, j) - S(k, j));
         if (GetParam() == MagnitudeShape::triangular && j < k) {
           EXPECT_LT(error, 1e-12);  // zero by what is taken for S
           continue;
@@ -96,10 +97,10 @@ TEST(MagnitudeMethod, WithoutNoiseIsExact) {
   const Eigen::Matrix3d S = soft_iron(MagnitudeShape::symmetric);
   const Calibration result =
       calibrate(magnitude_experiment(), turned_by_hand(directions_on_sphere(20), S, 0.0, 1));
-  EXPECT_EQ(result.method, Method::magnitude);
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, S, 1e-12);
-  EXPECT_MATRIX_NEAR(result.response.bias, hard_iron, 1e-10);
-  EXPECT_FALSE(result.field.in_table.has_value());
+  EXPECT_EQ(result.fit.method, Method::magnitude);
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, S, 1e-12);
+  EXPECT_MATRIX_NEAR(result.sensor.response.bias, hard_iron, 1e-10);
+  EXPECT_FALSE(result.sensor.field.in_table.has_value());
 }
 
 TEST(MagnitudeMethod, IsCorrectedForItsBiasWhereHalfTheSphereIsMissing) {
@@ -116,13 +117,15 @@ TEST(MagnitudeMethod, IsCorrectedForItsBiasWhereHalfTheSphereIsMissing) {
   for (std::uint64_t seed = 1; seed <= runs; ++seed) {
     const Calibration result =
         calibrate(magnitude_experiment(), turned_by_hand(half, S, 0.5, seed));
-    sum += (result.response.bias(2) - hard_iron(2)) / result.statistics->bias_se(2) / runs;
-    se = result.statistics->bias_se(2);
+    sum +=
+        (result.sensor.response.bias(2) - hard_iron(2)) / result.fit.statistics->bias_se(2) / runs;
+    se = result.fit.statistics->bias_se(2);
     if (seed == 1) {
-      EXPECT_THAT(result.notes, Contains(HasSubstr("corrected for the estimate's bias")));
-      ASSERT_FALSE(result.warnings.empty());
-      EXPECT_EQ(result.warnings.front().code, WarningCode::coverage);
-      EXPECT_THAT(result.warnings.front().message, HasSubstr("-z"));
+      EXPECT_THAT(result.findings.notes,
+                  test::HasNote(HasSubstr("corrected for the estimate's bias")));
+      ASSERT_FALSE(result.findings.warnings.empty());
+      EXPECT_EQ(result.findings.warnings.front().code, WarningCode::coverage);
+      EXPECT_THAT(result.findings.warnings.front().message, HasSubstr("-z"));
     }
   }
   EXPECT_GT(se, 0.0);
@@ -131,7 +134,7 @@ TEST(MagnitudeMethod, IsCorrectedForItsBiasWhereHalfTheSphereIsMissing) {
 }
 
 TEST(MagnitudeMethod, TurnsTheFrameByLabelsWhereThereAreSome) {
-  Calibration truth = test::truth_of(
+  SensorModel truth = test::truth_of(
       {.bias = hard_iron,
        .sensitivity = (Eigen::Matrix3d() << 1.0, 0.06, -0.03, -0.02, 0.95, 0.05, 0.04, -0.01, 1.02)
                           .finished()},
@@ -144,9 +147,9 @@ TEST(MagnitudeMethod, TurnsTheFrameByLabelsWhereThereAreSome) {
   const Observations observations =
       simulate(truth, make_run_sheet(standard_design(24), 1, 1), {.noise_sd = 0.01, .seed = 1});
   const Calibration result = calibrate(experiment, observations);
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 2e-3);
-  ASSERT_TRUE(result.field.in_table.has_value());
-  EXPECT_MATRIX_NEAR(*result.field.in_table, *truth.field.in_table, 0.1);
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 2e-3);
+  ASSERT_TRUE(result.sensor.field.in_table.has_value());
+  EXPECT_MATRIX_NEAR(*result.sensor.field.in_table, *truth.field.in_table, 0.1);
 }
 
 TEST(MagnitudeMethod, RefusesOrientationsThatDoNotTell) {
@@ -200,9 +203,9 @@ TEST(MagnitudeMethod, RobustRegressionPassesOverReadingsThatWereMoved) {
   Experiment experiment = magnitude_experiment();
   experiment.robust = true;
   const Calibration result = calibrate(experiment, observations);
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, S, 5e-3);
-  EXPECT_THAT(result.notes,
-              Contains(HasSubstr("runs 8, 21, 34 and 62: given no weight for axis x")));
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, S, 5e-3);
+  EXPECT_THAT(result.findings.notes,
+              test::HasNote(HasSubstr("runs 8, 21, 34 and 62: given no weight for axis x")));
 }
 
 // ---- coverage of the sphere ----
@@ -289,7 +292,7 @@ TEST(Align, IsAsGoodAtAnyDip) {
 TEST(Sun, IsTakenAtEachReadingsTime) {
   const Site site{.latitude_deg = 48.0, .longitude_deg = 11.0};
   const double start_s = 1782028800.0;  // 2026-06-21 08:00 UTC
-  Calibration truth = test::truth_of(
+  SensorModel truth = test::truth_of(
       {.bias = Eigen::Vector3d(0.1, 0.2, 0.3), .sensitivity = 2.0 * Eigen::Matrix3d::Identity()},
       "optical");
   Observations observations;
@@ -314,7 +317,7 @@ TEST(Sun, IsTakenAtEachReadingsTime) {
   for (const Method method : {Method::known, Method::joint}) {
     experiment.method = method;
     const Calibration result = calibrate(experiment, observations);
-    EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-8);
+    EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-8);
   }
   // How the sun moves in the table depends on how the fence lies.
   Experiment without = experiment;

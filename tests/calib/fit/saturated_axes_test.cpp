@@ -43,7 +43,7 @@ Observations readings_of(int blocks, double sd, std::mt19937_64& random, Change 
 }
 
 bool says_saturated(const Calibration& calibration) {
-  for (const CalibrationWarning& warning : calibration.warnings) {
+  for (const CalibrationWarning& warning : calibration.findings.warnings) {
     if (warning.code == WarningCode::saturated) {
       return true;
     }

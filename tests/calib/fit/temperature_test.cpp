@@ -10,6 +10,7 @@
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/calib/reduction.hpp"
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
@@ -23,8 +24,8 @@ namespace {
 
 using testing::HasSubstr;
 
-Calibration warm_truth() {
-  Calibration truth = accelerometer_truth();
+SensorModel warm_truth() {
+  SensorModel truth = accelerometer_truth();
   TemperatureResponse& terms = truth.temperature.emplace();
   terms.reference = 20.0;
   terms.low = -20.0;
@@ -42,7 +43,7 @@ Calibration warm_truth() {
   return truth;
 }
 
-Observations observe_at(const Calibration& truth,
+Observations observe_at(const SensorModel& truth,
                         const std::vector<double>& temperatures,
                         double noise_sd = 0.0,
                         double temperature_sd = 0.0,
@@ -55,7 +56,7 @@ Observations observe_at(const Calibration& truth,
   return simulate(truth, make_run_sheet(standard_design(12), 1, seed, temperatures), options);
 }
 
-Experiment warm_experiment(const Calibration& truth, Method method, int order) {
+Experiment warm_experiment(const SensorModel& truth, Method method, int order) {
   Experiment experiment = experiment_for(truth);
   experiment.method = method;
   experiment.temperature.order = order;
@@ -69,18 +70,18 @@ Experiment warm_experiment(const Calibration& truth, Method method, int order) {
 class ByMethod : public testing::TestWithParam<Method> {};
 
 TEST_P(ByMethod, ReturnsTheTruthWithoutNoise) {
-  const Calibration truth = warm_truth();
+  const SensorModel truth = warm_truth();
   const Observations observations = observe_at(truth, {-10.0, 25.0, 55.0}, 0.0, 0.05);
   const Calibration result = calibrate(warm_experiment(truth, GetParam(), 2), observations);
-  ASSERT_TRUE(result.temperature);
-  EXPECT_MATRIX_NEAR(result.response.bias, truth.response.bias, 1e-12);
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 1e-11);
-  EXPECT_MATRIX_NEAR(result.temperature->bias, truth.temperature->bias, 1e-12);
-  EXPECT_MATRIX_NEAR(result.temperature->scale, truth.temperature->scale, 1e-12);
-  EXPECT_NEAR(result.levelness->mean_x, 0.003, 1e-11);
-  EXPECT_NEAR(result.levelness->mean_y, -0.004, 1e-11);
-  EXPECT_EQ(result.statistics->parameter_names[4], "x.bias.d");
-  EXPECT_EQ(result.statistics->parameter_names[7], "x.scale.d2");
+  ASSERT_TRUE(result.sensor.temperature);
+  EXPECT_MATRIX_NEAR(result.sensor.response.bias, truth.response.bias, 1e-12);
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-11);
+  EXPECT_MATRIX_NEAR(result.sensor.temperature->bias, truth.temperature->bias, 1e-12);
+  EXPECT_MATRIX_NEAR(result.sensor.temperature->scale, truth.temperature->scale, 1e-12);
+  EXPECT_NEAR(result.fit.levelness->mean_x, 0.003, 1e-11);
+  EXPECT_NEAR(result.fit.levelness->mean_y, -0.004, 1e-11);
+  EXPECT_EQ(result.fit.statistics->parameter_names[4], "x.bias.d");
+  EXPECT_EQ(result.fit.statistics->parameter_names[7], "x.scale.d2");
 }
 
 INSTANTIATE_TEST_SUITE_P(Temperature,
@@ -89,7 +90,7 @@ INSTANTIATE_TEST_SUITE_P(Temperature,
                          [](const auto& one) { return std::string(method_name(one.param)); });
 
 TEST(Temperature, StandardErrorsAreTheScatter) {
-  const Calibration truth = warm_truth();
+  const SensorModel truth = warm_truth();
   constexpr int runs = 200;
   for (const Method method : {Method::paired, Method::joint}) {
     Eigen::VectorXd squares = Eigen::VectorXd::Zero(6);
@@ -97,13 +98,14 @@ TEST(Temperature, StandardErrorsAreTheScatter) {
       const Calibration result = calibrate(
           warm_experiment(truth, method, 2),
           observe_at(truth, {-10.0, 25.0, 55.0}, 1e-4, 0.05, static_cast<unsigned>(seed)));
-      const TemperatureResponse& terms = *result.temperature;
+      const TemperatureResponse& terms = *result.sensor.temperature;
       const auto add = [&](Eigen::Index i, double error, double u) {
         squares(i) += error * error / (u * u) / runs;
       };
-      add(0, result.response.bias(1) - truth.response.bias(1), result.statistics->bias_se(1));
-      add(1, result.response.sensitivity(2, 2) - truth.response.sensitivity(2, 2),
-          result.statistics->sensitivity_se(2, 2));
+      add(0, result.sensor.response.bias(1) - truth.response.bias(1),
+          result.fit.statistics->bias_se(1));
+      add(1, result.sensor.response.sensitivity(2, 2) - truth.response.sensitivity(2, 2),
+          result.fit.statistics->sensitivity_se(2, 2));
       add(2, terms.bias(0, 0) - 1e-4, terms.bias_se(0, 0));
       add(3, terms.bias(1, 1) - 2e-6, terms.bias_se(1, 1));
       add(4, terms.scale(0, 0) - 2e-4, terms.scale_se(0, 0));
@@ -117,23 +119,24 @@ TEST(Temperature, StandardErrorsAreTheScatter) {
 }
 
 TEST(Temperature, ChoosesTheOrderThatIsThere) {
-  const Calibration quadratic = warm_truth();
-  Calibration linear = quadratic;
+  const SensorModel quadratic = warm_truth();
+  SensorModel linear = quadratic;
   linear.temperature->bias.col(1).setZero();
   linear.temperature->scale.col(1).setZero();
-  Calibration none = linear;
+  SensorModel none = linear;
   none.temperature->bias.setZero();
   none.temperature->scale.setZero();
   int right = 0;
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    const std::vector<std::pair<const Calibration*, Eigen::Index>> cases = {
+    const std::vector<std::pair<const SensorModel*, Eigen::Index>> cases = {
         {&quadratic, 2}, {&linear, 1}, {&none, 0}};
     for (const auto& [truth, order] : cases) {
       Experiment experiment = warm_experiment(*truth, Method::joint, 0);
       experiment.temperature.automatic = true;
       const Calibration result =
           calibrate(experiment, observe_at(*truth, {-10.0, 10.0, 30.0, 55.0}, 1e-4, 0.0, seed));
-      right += (result.temperature ? result.temperature->bias.cols() : 0) == order ? 1 : 0;
+      right +=
+          (result.sensor.temperature ? result.sensor.temperature->bias.cols() : 0) == order ? 1 : 0;
     }
   }
   EXPECT_GE(right, 26);  // AICc takes one order too many in some 10 %
@@ -141,14 +144,14 @@ TEST(Temperature, ChoosesTheOrderThatIsThere) {
   Experiment experiment = warm_experiment(quadratic, Method::joint, 0);
   experiment.temperature.automatic = true;
   const Calibration result = calibrate(experiment, observe_at(quadratic, {0.0, 40.0}, 1e-4));
-  EXPECT_EQ(result.temperature->bias.cols(), 1);
-  EXPECT_EQ(result.temperature->trials.size(), 2U);
+  EXPECT_EQ(result.sensor.temperature->bias.cols(), 1);
+  EXPECT_EQ(result.sensor.temperature->trials.size(), 2U);
 }
 
 // A cubic truth fitted quadratic, each point once in each soak: told without a repeat, and what the
 // soaks scatter about the curve counts.
 TEST(Soaks, TellThatThePolynomialDoesNotFit) {
-  Calibration truth = warm_truth();
+  SensorModel truth = warm_truth();
   TemperatureResponse& terms = *truth.temperature;
   terms.bias.conservativeResize(3, 3);
   terms.scale.conservativeResize(3, 3);
@@ -161,15 +164,15 @@ TEST(Soaks, TellThatThePolynomialDoesNotFit) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Calibration found = calibrate(experiment, observe_at(truth, levels, 1e-4, 0.0, seed));
     told += std::any_of(
-                found.warnings.begin(), found.warnings.end(),
+                found.findings.warnings.begin(), found.findings.warnings.end(),
                 [](const CalibrationWarning& one) { return one.code == WarningCode::lack_of_fit; })
                 ? 1
                 : 0;
-    EXPECT_EQ(found.statistics->components.front().name, "soaks");
-    EXPECT_NEAR(found.statistics->residual_sd(0), 1e-4, 4e-5);
+    EXPECT_EQ(found.fit.statistics->components.front().name, "soaks");
+    EXPECT_NEAR(found.fit.statistics->residual_sd(0), 1e-4, 4e-5);
     for (Eigen::Index k = 0; k < 3; ++k) {
-      held += std::abs(found.response.bias(k) - truth.response.bias(k)) <=
-                      found.statistics->interval_95(8 * k)
+      held += std::abs(found.sensor.response.bias(k) - truth.response.bias(k)) <=
+                      found.fit.statistics->interval_95(8 * k)
                   ? 1
                   : 0;
     }
@@ -181,17 +184,17 @@ TEST(Soaks, TellThatThePolynomialDoesNotFit) {
 }
 
 TEST(Soaks, ThatLieOnTheCurveChangeNothing) {
-  const Calibration truth = warm_truth();
+  const SensorModel truth = warm_truth();
   const std::vector<double> levels = {-20.0, -5.0, 10.0, 25.0, 40.0, 60.0};
   int alarms = 0;
   int held = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     const Calibration found = calibrate(warm_experiment(truth, Method::joint, 2),
                                         observe_at(truth, levels, 1e-4, 0.0, seed));
-    alarms += found.warnings.empty() ? 0 : 1;
+    alarms += found.findings.warnings.empty() ? 0 : 1;
     for (Eigen::Index k = 0; k < 3; ++k) {
-      held += std::abs(found.response.bias(k) - truth.response.bias(k)) <=
-                      found.statistics->interval_95(8 * k)
+      held += std::abs(found.sensor.response.bias(k) - truth.response.bias(k)) <=
+                      found.fit.statistics->interval_95(8 * k)
                   ? 1
                   : 0;
     }
@@ -201,7 +204,7 @@ TEST(Soaks, ThatLieOnTheCurveChangeNothing) {
 }
 
 TEST(Temperature, RefusesWhatTheLevelsDoNotDetermine) {
-  const Calibration truth = warm_truth();
+  const SensorModel truth = warm_truth();
   // Held temperatures differ a little from reading to reading: that makes no third level.
   const Observations observations = observe_at(truth, {0.0, 40.0}, 1e-4, 0.05);
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
@@ -211,7 +214,7 @@ TEST(Temperature, RefusesWhatTheLevelsDoNotDetermine) {
     } catch (const RankDeficientError& error) {
       EXPECT_THAT(error.what(), HasSubstr("x.bias.d2"));
       EXPECT_THAT(error.what(), HasSubstr("or use order 1"));
-      EXPECT_THAT(error.settings(), testing::ElementsAre(Setting::temperature_order));
+      EXPECT_THAT(error.settings(), testing::ElementsAre(settings::temperature_order));
     }
   }
   Observations without = observe_at(truth, {});
@@ -220,7 +223,7 @@ TEST(Temperature, RefusesWhatTheLevelsDoNotDetermine) {
 }
 
 TEST(Temperature, ContinuousTemperaturesGoByJoint) {
-  const Calibration truth = warm_truth();
+  const SensorModel truth = warm_truth();
   std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(12), 4, 3);
   for (std::size_t i = 0; i < sheet.size(); ++i) {
     sheet[i].temperature = -10.0 + 1.3 * static_cast<double>(i);
@@ -232,17 +235,17 @@ TEST(Temperature, ContinuousTemperaturesGoByJoint) {
   experiment.method.reset();
   EXPECT_EQ(choose_method(experiment, observations), Method::joint);
   const Calibration result = calibrate(experiment, observations);
-  EXPECT_MATRIX_NEAR(result.temperature->scale, truth.temperature->scale, 1e-11);
+  EXPECT_MATRIX_NEAR(result.sensor.temperature->scale, truth.temperature->scale, 1e-11);
 }
 
 TEST(Temperature, ReductionGoesBackAndFlagsWhatIsOutside) {
-  const Calibration truth = warm_truth();
+  const SensorModel truth = warm_truth();
   const Reducer reducer(truth);
   EXPECT_TRUE(reducer.needs_temperature());
   const Eigen::Vector3d field(0.6, -0.64, 0.48);
   for (const double t : {-15.0, 20.0, 70.0}) {
     const Eigen::VectorXd v = response_at(truth, field, t);
-    const ReducedReading reduced = reducer.reduce(std::array{v(0), v(1), v(2)}, nullptr, t);
+    const ReducedReading reduced = reducer.reduce(std::array{v(0), v(1), v(2)}, {.temperature = t});
     EXPECT_MATRIX_NEAR(reduced.field_in_sensor, field, 1e-14);
     EXPECT_EQ(reduced.extrapolated, t > 60.0);
   }
@@ -250,7 +253,7 @@ TEST(Temperature, ReductionGoesBackAndFlagsWhatIsOutside) {
 
 // Of more axes the weights change with the scales: weighted least squares at each temperature.
 TEST(Temperature, ReductionOfFourAxesWeighsThemByTheirScale) {
-  Calibration truth = warm_truth();
+  SensorModel truth = warm_truth();
   truth.instrument.axes = {"a", "b", "c", "d"};
   truth.response.bias = Eigen::Vector4d(0.1, 0.2, 0.3, 0.4);
   SensitivityMatrix S(4, 3);
@@ -258,13 +261,15 @@ TEST(Temperature, ReductionOfFourAxesWeighsThemByTheirScale) {
   truth.response.sensitivity = S;
   truth.temperature->bias = Eigen::MatrixXd::Constant(4, 1, 1e-3);
   truth.temperature->scale = Eigen::Vector4d(0.01, -0.005, 0.0, 0.02);
-  FitStatistics& statistics = truth.statistics.emplace();
+  Calibration record;
+  record.sensor = truth;
+  FitStatistics& statistics = record.fit.statistics.emplace();
   statistics.residual_sd = Eigen::Vector4d(1.0, 2.0, 1.5, 0.5);
   const double t = 40.0;
   const Eigen::Vector4d errors(0.01, -0.02, 0.015, 0.01);
   const Eigen::VectorXd v = response_at(truth, {0.3, 0.5, 0.8}, t) + errors;
   const ReducedReading reduced =
-      Reducer(truth).reduce(std::array{v(0), v(1), v(2), v(3)}, nullptr, t);
+      Reducer(record).reduce(std::array{v(0), v(1), v(2), v(3)}, {.temperature = t});
   // The same by the normal equations of v - b(t) = scale S f.
   Eigen::Vector4d scale;
   Eigen::Vector4d above;
@@ -279,7 +284,7 @@ TEST(Temperature, ReductionOfFourAxesWeighsThemByTheirScale) {
 }
 
 TEST(Temperature, RecordsKeepTheTerms) {
-  const Calibration truth = warm_truth();
+  const SensorModel truth = warm_truth();
   Experiment experiment = warm_experiment(truth, Method::joint, 0);
   experiment.temperature.automatic = true;
   const Calibration result =
@@ -332,13 +337,13 @@ TEST(SoakState, SaysWhenTheTemperatureIsSteady) {
 // ---- method bias ----
 
 TEST(BiasMethod, TakesTheSensitivityFromARecordAndTheFieldOut) {
-  const Calibration truth = warm_truth();
+  const SensorModel truth = warm_truth();
   std::vector<RunSheetRow> sheet;
   for (int i = 0; i < 60; ++i) {
     sheet.push_back({.run = i + 1, .entry = {.point = {Face::minus_z, Face::plus_x}}});
     sheet.back().temperature = -15.0 + i;
   }
-  Calibration flat = truth;
+  SensorModel flat = truth;
   flat.temperature->scale.setZero();
   const Observations observations = simulate(flat, sheet);
   Experiment experiment = experiment_for(truth);
@@ -347,9 +352,9 @@ TEST(BiasMethod, TakesTheSensitivityFromARecordAndTheFieldOut) {
   experiment.temperature.reference = 20.0;
   experiment.from = std::make_shared<const Calibration>(accelerometer_truth());
   const Calibration result = calibrate(experiment, observations);
-  EXPECT_MATRIX_NEAR(result.response.bias, truth.response.bias, 1e-12);
-  EXPECT_MATRIX_NEAR(result.temperature->bias, truth.temperature->bias, 1e-13);
-  EXPECT_MATRIX_NEAR(result.response.sensitivity, truth.response.sensitivity, 0.0);
+  EXPECT_MATRIX_NEAR(result.sensor.response.bias, truth.response.bias, 1e-12);
+  EXPECT_MATRIX_NEAR(result.sensor.temperature->bias, truth.temperature->bias, 1e-13);
+  EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 0.0);
   const std::string text = calibration_json(result);
   EXPECT_EQ(calibration_json(parse_calibration(text, "t.json")), text);
   // Without labels the field's part is not known: the biases at the reference stay the record's.
@@ -358,15 +363,15 @@ TEST(BiasMethod, TakesTheSensitivityFromARecordAndTheFieldOut) {
     reading.point.reset();
   }
   const Calibration moved = calibrate(experiment, unlabelled);
-  EXPECT_MATRIX_NEAR(moved.response.bias, truth.response.bias, 1e-15);
-  EXPECT_MATRIX_NEAR(moved.temperature->bias, truth.temperature->bias, 1e-13);
-  EXPECT_EQ(moved.status, CalibrationStatus::ok);
+  EXPECT_MATRIX_NEAR(moved.sensor.response.bias, truth.response.bias, 1e-15);
+  EXPECT_MATRIX_NEAR(moved.sensor.temperature->bias, truth.temperature->bias, 1e-13);
+  EXPECT_EQ(moved.findings.status, CalibrationStatus::ok);
   // And without a record gravity is in them: that is no good record, and it says so.
   experiment.from = nullptr;
   const Calibration with_gravity = calibrate(experiment, observations);
-  EXPECT_EQ(with_gravity.status, CalibrationStatus::warning);
-  ASSERT_EQ(with_gravity.warnings.size(), 1U);
-  EXPECT_EQ(with_gravity.warnings.front().code, WarningCode::field_in_bias);
+  EXPECT_EQ(with_gravity.findings.status, CalibrationStatus::warning);
+  ASSERT_EQ(with_gravity.findings.warnings.size(), 1U);
+  EXPECT_EQ(with_gravity.findings.warnings.front().code, WarningCode::field_in_bias);
 }
 
 // imu_thermal_tofupilot: numpy.polyfit of degree 3 over all 8400 samples, digits of its SOURCE.md.
@@ -396,21 +401,23 @@ TEST(BiasMethod, ReproducesAThermalSweepOfARealGyroscope) {
   Eigen::Matrix3d terms;
   terms << -2.90571392e-04, 1.12714468e-05, -6.54781187e-08, 1.62341933e-04, 1.22591275e-05,
       -6.69269682e-08, -4.33973011e-05, 2.06663131e-07, 1.74334004e-08;
-  EXPECT_MATRIX_NEAR(result.response.bias, constant, 1e-10);
+  EXPECT_MATRIX_NEAR(result.sensor.response.bias, constant, 1e-10);
   for (Eigen::Index j = 0; j < 3; ++j) {
-    EXPECT_MATRIX_NEAR((result.temperature->bias.col(j).array() / terms.col(j).array()).matrix(),
-                       Eigen::Vector3d::Ones(), 1e-8);
+    EXPECT_MATRIX_NEAR(
+        (result.sensor.temperature->bias.col(j).array() / terms.col(j).array()).matrix(),
+        Eigen::Vector3d::Ones(), 1e-8);
   }
   const Eigen::Vector3d r2(0.570171, 0.997120, 0.534950);
-  EXPECT_MATRIX_NEAR(result.statistics->r_squared, r2, 1e-6);
+  EXPECT_MATRIX_NEAR(result.fit.statistics->r_squared, r2, 1e-6);
   // Their scatter divides by n, ours by n - 4.
   const Eigen::Vector3d sd(0.00414834, 0.000951596, 0.00139822);
   EXPECT_MATRIX_NEAR(
-      (result.statistics->residual_sd.array() / sd.array() / std::sqrt(8400.0 / 8396.0)).matrix(),
+      (result.fit.statistics->residual_sd.array() / sd.array() / std::sqrt(8400.0 / 8396.0))
+          .matrix(),
       Eigen::Vector3d::Ones(), 1e-5);
-  EXPECT_TRUE(result.warnings.empty());
+  EXPECT_TRUE(result.findings.warnings.empty());
   experiment.temperature.automatic = true;
-  EXPECT_GE(calibrate(experiment, table.observations).temperature->bias.cols(), 3);
+  EXPECT_GE(calibrate(experiment, table.observations).sensor.temperature->bias.cols(), 3);
 }
 
 }  // namespace

@@ -15,17 +15,18 @@ namespace {
 
 // The errors' covariance is that of directions by accelerometers that differ as stated, drawn here.
 TEST(TurnEnds, DirectionsAreAsUncertainAsTheAccelerometer) {
-  Calibration accelerometer = test::accelerometer_truth();
+  Calibration accelerometer;
+  accelerometer.sensor = test::accelerometer_truth();
   Eigen::MatrixXd root(12, 12);
   RandomStream random(5);
   for (double& value : root.reshaped()) {
     value = 1e-5 * random.normal();
   }
-  FitStatistics& statistics = accelerometer.statistics.emplace();
+  FitStatistics& statistics = accelerometer.fit.statistics.emplace();
   statistics.covariance = root * root.transpose();
   statistics.degrees_of_freedom = Eigen::Vector3d::Constant(20.0);
-  const Eigen::Vector3d before = accelerometer.response.at(Eigen::Vector3d(0.6, 0.0, 0.8));
-  const Eigen::Vector3d after = accelerometer.response.at(Eigen::Vector3d(0.0, -0.8, 0.6));
+  const Eigen::Vector3d before = accelerometer.sensor.response.at(Eigen::Vector3d(0.6, 0.0, 0.8));
+  const Eigen::Vector3d after = accelerometer.sensor.response.at(Eigen::Vector3d(0.0, -0.8, 0.6));
   GyroscopeTurn turn;
   between_directions(accelerometer, before, after, turn);
   EXPECT_MATRIX_NEAR(turn.up_before, Eigen::Vector3d(0.6, 0.0, 0.8), 1e-12);
@@ -34,10 +35,10 @@ TEST(TurnEnds, DirectionsAreAsUncertainAsTheAccelerometer) {
   for (int i = 0; i < draws; ++i) {
     const Eigen::VectorXd error = root * random.normals<12>();
     Calibration other = accelerometer;
-    other.statistics.reset();
+    other.fit.statistics.reset();
     for (Eigen::Index k = 0; k < 3; ++k) {
-      other.response.bias(k) += error(4 * k);
-      other.response.sensitivity.row(k) += error.segment<3>(4 * k + 1).transpose();
+      other.sensor.response.bias(k) += error(4 * k);
+      other.sensor.response.sensitivity.row(k) += error.segment<3>(4 * k + 1).transpose();
     }
     GyroscopeTurn one;
     between_directions(other, before, after, one);

@@ -62,18 +62,19 @@ INSTANTIATE_TEST_SUITE_P(Rates,
 // Of many readings those that count most are left out by a fit of their own: what is found stays,
 // in bounded memory.
 TEST(Culprit, IsFoundAmongManyReadings) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Observations good =
       observe(truth, {.replicates = 25, .slope = {0.003, -0.002}, .noise_sd = noise, .seed = 5});
   ASSERT_GT(good.readings.size(), 200U);
   Experiment experiment = experiment_for(truth);
   experiment.field.in_table.reset();
-  EXPECT_TRUE(calibrate(experiment, good).warnings.empty());
+  EXPECT_TRUE(calibrate(experiment, good).findings.warnings.empty());
   const auto first_code = [&](const Observations& observations) {
     const Calibration result = calibrate(experiment, observations);
-    return result.warnings.empty() ? std::string("none")
-                                   : std::string(warning_name(result.warnings.front().code)) + " " +
-                                         std::to_string(result.warnings.front().runs.front());
+    return result.findings.warnings.empty()
+               ? std::string("none")
+               : std::string(warning_name(result.findings.warnings.front().code)) + " " +
+                     std::to_string(result.findings.warnings.front().runs.front());
   };
   Observations bad = good;
   bad.response(100, 1) += 0.7;
@@ -100,7 +101,7 @@ TEST(Culprit, GoodRunsHaveNone) {
   for (int t = 0; t < 300; ++t) {
     const RandomRun run =
         random_run(noise * (t % 2 == 0 ? equal : Eigen::Vector3d(1.0, 1.0, 3.0)), random);
-    alarms += calibrate(experiment_of_run(run), run.good).warnings.empty() ? 0 : 1;
+    alarms += calibrate(experiment_of_run(run), run.good).findings.warnings.empty() ? 0 : 1;
   }
   EXPECT_LE(alarms, 6);  // 1 %, and what chance allows
 }
@@ -115,7 +116,7 @@ TEST(Culprit, IsFoundAmongManyAtAnyNoise) {
     for (int t = 0; t < 60; ++t) {
       const Eigen::Vector3d sd = noise * (t % 2 == 0 ? equal : unequal);
       const RandomRun run = random_run(sd, random, replicates);
-      alarms += calibrate(experiment_of_run(run), run.good).warnings.empty() ? 0 : 1;
+      alarms += calibrate(experiment_of_run(run), run.good).findings.warnings.empty() ? 0 : 1;
       const SeededMistake moved = move_reading(10.0 * sd, run.good, random);
       caught += judge(calibrate(experiment_of_run(run), moved.observations), moved).caught ? 1 : 0;
     }
@@ -125,14 +126,14 @@ TEST(Culprit, IsFoundAmongManyAtAnyNoise) {
 }
 
 TEST(Culprit, SaysWhatToDoAndRefusesWhatCannotBeTrusted) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Observations observations = observe(truth, {.slope = {0.003, -0.002}, .noise_sd = 2e-4});
   const DesignPoint taken = *observations.readings[6].point;
   const Face wrong = face_of(axis_of(taken.rest()), !is_positive(taken.rest()));
   observations.readings[6].point = DesignPoint(wrong, taken.fence());
   const Calibration result = calibrate(experiment_for(truth), observations);
-  ASSERT_FALSE(result.warnings.empty());
-  const CalibrationWarning& first = result.warnings.front();
+  ASSERT_FALSE(result.findings.warnings.empty());
+  const CalibrationWarning& first = result.findings.warnings.front();
   EXPECT_EQ(first.code, WarningCode::wrong_pose);
   EXPECT_EQ(first.runs, std::vector<int>{7});
   EXPECT_THAT(first.message, HasSubstr("run 7: fits "));
@@ -140,15 +141,15 @@ TEST(Culprit, SaysWhatToDoAndRefusesWhatCannotBeTrusted) {
               HasSubstr("times better as rest " + std::string(face_name(taken.rest())) +
                         " instead of " + std::string(face_name(wrong))));
   EXPECT_THAT(first.message, HasSubstr("Check the face, or take the reading again."));
-  EXPECT_EQ(result.status, CalibrationStatus::refused);
-  ASSERT_TRUE(result.suggestion);
+  EXPECT_EQ(result.findings.status, CalibrationStatus::refused);
+  ASSERT_TRUE(result.findings.suggestion);
 
   const Calibration mended = calibrate_with_suggestions(experiment_for(truth), observations);
-  EXPECT_EQ(mended.status, CalibrationStatus::ok);
-  ASSERT_EQ(mended.corrections.size(), 1U);
-  EXPECT_EQ(mended.corrections[0].runs, std::vector<int>{7});
-  EXPECT_MATRIX_NEAR(mended.response.sensitivity, truth.response.sensitivity, 1e-3);
-  EXPECT_THAT(mended.notes, testing::Contains(HasSubstr("corrected as suggested: run 7")));
+  EXPECT_EQ(mended.findings.status, CalibrationStatus::ok);
+  ASSERT_EQ(mended.findings.corrections.size(), 1U);
+  EXPECT_EQ(mended.findings.corrections[0].runs, std::vector<int>{7});
+  EXPECT_MATRIX_NEAR(mended.sensor.response.sensitivity, truth.response.sensitivity, 1e-3);
+  EXPECT_THAT(mended.findings.notes, test::HasNote(HasSubstr("corrected as suggested: run 7")));
   const std::string text = calibration_json(mended);
   EXPECT_EQ(calibration_json(parse_calibration(text, "t.json")), text);
 }
@@ -159,15 +160,15 @@ TEST(Culprit, LeavesSmallMistakesToTheUser) {
   const SeededMistake seeded =
       seed_mistake(Mistake::tilt, 30.0 * noise, run.truth, run.good, random);
   const Calibration result = calibrate(experiment_of_run(run), seeded.observations);
-  EXPECT_EQ(result.status, CalibrationStatus::warning);
+  EXPECT_EQ(result.findings.status, CalibrationStatus::warning);
   const Calibration mended =
       calibrate_with_suggestions(experiment_of_run(run), seeded.observations);
-  EXPECT_EQ(mended.status, CalibrationStatus::ok);
-  EXPECT_EQ(mended.left_out, seeded.runs);
+  EXPECT_EQ(mended.findings.status, CalibrationStatus::ok);
+  EXPECT_EQ(mended.fit.left_out, seeded.runs);
 }
 
 TEST(Culprit, FindsAWrongLevel) {
-  Calibration truth = accelerometer_truth();
+  SensorModel truth = accelerometer_truth();
   truth.instrument.kind = "gyroscope";
   truth.field = {.kind = "induced_rotation", .unit = "deg/s", .magnitude = 100.0};
   truth.field.in_table = Eigen::Vector3d(0.0, 0.0, 100.0);
@@ -182,27 +183,27 @@ TEST(Culprit, FindsAWrongLevel) {
   observations.readings[10].level = -observations.readings[10].level.of_all();
   Experiment experiment = experiment_for(truth);
   const Calibration result = calibrate(experiment, observations);
-  ASSERT_FALSE(result.warnings.empty());
+  ASSERT_FALSE(result.findings.warnings.empty());
   // A wrong level of -1 and the cube upside down are the same but for the slope and the bias.
-  EXPECT_EQ(result.warnings.front().code, WarningCode::wrong_level);
-  EXPECT_EQ(result.warnings.front().runs, std::vector<int>{11});
+  EXPECT_EQ(result.findings.warnings.front().code, WarningCode::wrong_level);
+  EXPECT_EQ(result.findings.warnings.front().runs, std::vector<int>{11});
 }
 
 // A whole run with columns exchanged or in another unit fits; only what is expected shows it.
 TEST(Culprit, WholeRunsShowAgainstNominalValues) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Observations observations = observe(truth, {.noise_sd = 1e-4});
   observations.response *= 1e3;
   Experiment experiment = experiment_for(truth);
-  EXPECT_TRUE(calibrate(experiment, observations).warnings.empty());
+  EXPECT_TRUE(calibrate(experiment, observations).findings.warnings.empty());
   experiment.nominal_sensitivity = 2.5;
   const Calibration result = calibrate(experiment, observations);
-  ASSERT_EQ(result.warnings.size(), 3U);
-  EXPECT_EQ(result.warnings[0].code, WarningCode::unit_factor);
-  EXPECT_THAT(result.warnings[0].message, HasSubstr("a factor 1000"));
+  ASSERT_EQ(result.findings.warnings.size(), 3U);
+  EXPECT_EQ(result.findings.warnings[0].code, WarningCode::unit_factor);
+  EXPECT_THAT(result.findings.warnings[0].message, HasSubstr("a factor 1000"));
   Observations swapped = observe(truth, {.noise_sd = 1e-4});
   swapped.response.col(0).swap(swapped.response.col(1));
-  EXPECT_EQ(calibrate(experiment_for(truth), swapped).warnings.front().code,
+  EXPECT_EQ(calibrate(experiment_for(truth), swapped).findings.warnings.front().code,
             WarningCode::axis_swapped);
 }
 

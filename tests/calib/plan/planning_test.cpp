@@ -148,7 +148,7 @@ TEST_P(ForecastAgrees, WithSimulationWithinFivePercent) {
                                         .slope = slope,
                                         .positioner = Positioner(normals),
                                         .seed = static_cast<std::uint64_t>(trial) + 1}))
-            .response;
+            .sensor.response;
     for (Eigen::Index k = 0; k < 3; ++k) {
       squares(4 * k) += std::pow(found.bias(k) - truth.bias(k), 2);
       squares.segment<3>(4 * k + 1) +=

@@ -69,22 +69,22 @@ INSTANTIATE_TEST_SUITE_P(
 
 // The seats' scatter is found, and the biases get sharper than by one standard deviation for all.
 TEST(Seats, AreFoundAndTakenFromTheNoise) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
   experiment.method = Method::joint;
   const SimulationOptions options{.noise_sd = noise, .world = world_of("seat_rad=1e-3"), .seed = 4};
   const Observations run = simulate(truth, make_run_sheet(standard_design(24), 1, 4), options);
   const Calibration found = calibrate(experiment, run);
   const auto seats =
-      std::find_if(found.statistics->components.begin(), found.statistics->components.end(),
+      std::find_if(found.fit.statistics->components.begin(), found.fit.statistics->components.end(),
                    [](const ScatterComponent& one) { return one.name == "seats"; });
-  ASSERT_NE(seats, found.statistics->components.end());
+  ASSERT_NE(seats, found.fit.statistics->components.end());
   EXPECT_NEAR(seats->sd(0), 1e-3, 3e-4);
   EXPECT_EQ(seats->unit, "rad");
   experiment.seats = SeatSetup::none;
   const Calibration plain = calibrate(experiment, run);
-  EXPECT_GT(plain.statistics->residual_sd(0), 5.0 * found.statistics->residual_sd(0));
-  EXPECT_GT(plain.statistics->interval_95(1), 3.0 * found.statistics->interval_95(1));
+  EXPECT_GT(plain.fit.statistics->residual_sd(0), 5.0 * found.fit.statistics->residual_sd(0));
+  EXPECT_GT(plain.fit.statistics->interval_95(1), 3.0 * found.fit.statistics->interval_95(1));
   // The parts add up, and the record keeps them.
   const std::string text = calibration_json(found);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
@@ -92,7 +92,7 @@ TEST(Seats, AreFoundAndTakenFromTheNoise) {
 
 // Readings taken one after the other at one point are of one laying.
 TEST(Seats, CountConsecutiveReadingsAtAPointAsOneLaying) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
   experiment.method = Method::joint;
   const SimulationOptions options{.world = world_of("seat_rad=1e-3"), .seed = 5};
@@ -110,7 +110,7 @@ TEST(Seats, CountConsecutiveReadingsAtAPointAsOneLaying) {
           run.response.row(i) + noise * random.normals<3>().transpose();
     }
   }
-  const FitStatistics found = *calibrate(experiment, repeated).statistics;
+  const FitStatistics found = *calibrate(experiment, repeated).fit.statistics;
   ASSERT_EQ(found.components.front().name, "seats");
   EXPECT_NEAR(found.components.front().sd(0), 1e-3, 3e-4);
   EXPECT_NEAR(found.residual_sd(0), noise, 0.2 * noise);
@@ -119,7 +119,7 @@ TEST(Seats, CountConsecutiveReadingsAtAPointAsOneLaying) {
 
 // The instrument sits anew in each mount: how much is found, and the record says so.
 TEST(Mounts, AreFoundAndTakenFromTheNoise) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
   experiment.method = Method::joint;
   const Observations run =
@@ -127,13 +127,13 @@ TEST(Mounts, AreFoundAndTakenFromTheNoise) {
                {.noise_sd = noise, .world = world_of("mount_rad=1e-3"), .seed = 4});
   EXPECT_EQ(run.readings.back().mount, 8);
   const Calibration found = calibrate(experiment, run);
-  EXPECT_EQ(found.conditions.mounts, 8);
-  EXPECT_EQ(found.statistics->components.front().name, "mounts");
-  EXPECT_NEAR(found.statistics->components.front().sd(0), 1e-3, 4e-4);
-  EXPECT_NEAR(found.statistics->residual_sd(0), noise, 0.3 * noise);
-  EXPECT_EQ(found.status, CalibrationStatus::ok);
+  EXPECT_EQ(found.fit.conditions.mounts, 8);
+  EXPECT_EQ(found.fit.statistics->components.front().name, "mounts");
+  EXPECT_NEAR(found.fit.statistics->components.front().sd(0), 1e-3, 4e-4);
+  EXPECT_NEAR(found.fit.statistics->residual_sd(0), noise, 0.3 * noise);
+  EXPECT_EQ(found.findings.status, CalibrationStatus::ok);
   // Main sensitivities stay sharp, cross-axis terms do not.
-  EXPECT_GT(found.statistics->interval_95(2), 5.0 * found.statistics->interval_95(1));
+  EXPECT_GT(found.fit.statistics->interval_95(2), 5.0 * found.fit.statistics->interval_95(1));
   const std::string text = calibration_json(found);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
 }
@@ -161,34 +161,36 @@ TEST(StatedErrors, RaiseNoAlarms) {
 
 // A drift that is found is a term of the fit and no warning; one block is repeatability only.
 TEST(Drift, IsATermWhereItIsFound) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
   experiment.method = Method::joint;
   const Observations run =
       simulate(truth, make_run_sheet(standard_design(12), 1, 6),
                {.noise_sd = noise, .world = world_of("drift=4e-3"), .seed = 6});
   const Calibration found = calibrate(experiment, run);
-  EXPECT_EQ(found.status, CalibrationStatus::ok);
-  EXPECT_NEAR(found.response.bias(0), truth.response.bias(0), 5.0 * noise);
-  EXPECT_THAT(found.notes, testing::Contains(testing::HasSubstr("drift over the run, by x 0.00")));
-  EXPECT_THAT(found.notes, testing::Contains(testing::HasSubstr("repeatability only")));
+  EXPECT_EQ(found.findings.status, CalibrationStatus::ok);
+  EXPECT_NEAR(found.sensor.response.bias(0), truth.response.bias(0), 5.0 * noise);
+  EXPECT_THAT(found.findings.notes,
+              test::HasNote(testing::HasSubstr("drift over the run, by x 0.00")));
+  EXPECT_THAT(found.findings.notes, test::HasNote(testing::HasSubstr("repeatability only")));
   experiment.drift = DriftSetup::none;
   const Calibration without = calibrate(experiment, run);
-  EXPECT_NE(without.status, CalibrationStatus::ok);
+  EXPECT_NE(without.findings.status, CalibrationStatus::ok);
   experiment.drift = DriftSetup::linear;
-  EXPECT_MATRIX_NEAR(calibrate(experiment, run).response.bias, found.response.bias, 1e-15);
+  EXPECT_MATRIX_NEAR(calibrate(experiment, run).sensor.response.bias, found.sensor.response.bias,
+                     1e-15);
 }
 
 TEST(Blocks, AreIntermediateConditions) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   const Experiment experiment = test::experiment_for(truth);
   const Calibration found =
       calibrate(experiment, simulate(truth, make_run_sheet(standard_design(12), 3, 7),
                                      {.noise_sd = noise, .world = world_of("block_sd=1e-3")}));
-  EXPECT_EQ(found.conditions.blocks, 3);
-  EXPECT_TRUE(found.conditions.intermediate);
-  ASSERT_FALSE(found.statistics->components.empty());
-  const ScatterComponent& blocks = found.statistics->components.back();
+  EXPECT_EQ(found.fit.conditions.blocks, 3);
+  EXPECT_TRUE(found.fit.conditions.intermediate);
+  ASSERT_FALSE(found.fit.statistics->components.empty());
+  const ScatterComponent& blocks = found.fit.statistics->components.back();
   EXPECT_EQ(blocks.name, "blocks");
   EXPECT_EQ(blocks.degrees_of_freedom, 2.0);
   EXPECT_GT(blocks.sd.maxCoeff(), 3e-4);
@@ -222,7 +224,7 @@ TEST(Alarms, OfLevelnessHoldTheirLevel) {
     const Observations run =
         simulate(setup.truth, make_run_sheet(setup.design, 1, seed),
                  {.noise_sds = setup.noise_sd, .slope = {1e-3, -2e-3}, .seed = seed});
-    unlevel += calibrate(setup.experiment, run).levelness->consistent ? 0 : 1;
+    unlevel += calibrate(setup.experiment, run).fit.levelness->consistent ? 0 : 1;
   }
   EXPECT_LE(unlevel, 12);
 }

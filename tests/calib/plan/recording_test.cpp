@@ -17,17 +17,17 @@
 namespace axiscal {
 namespace {
 
-Calibration gyroscope_truth() {
+SensorModel gyroscope_truth() {
   Eigen::Matrix3d S;
   S << 1.02, 0.01, -0.02, 0.015, 0.97, 0.01, -0.01, 0.02, 1.01;
-  Calibration truth =
+  SensorModel truth =
       test::truth_of({.bias = Eigen::Vector3d(0.012, -0.007, 0.03), .sensitivity = S}, "gyroscope");
   truth.instrument.unit = "rad/s";
   truth.field = {.kind = "induced_rotation", .unit = "rad/s", .magnitude = 1.0};
   return truth;
 }
 
-StudySetup study_of(const Calibration& truth, const Recording& recording, const char* world) {
+StudySetup study_of(const SensorModel& truth, const Recording& recording, const char* world) {
   StudySetup setup;
   setup.truth = truth;
   setup.experiment.instrument = truth.instrument;
@@ -87,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(Worlds,
 // A rate that begins and ends in a corner right at a sample: the trapezium rule makes 1 - pi^2 /
 // (12 * 150^2) of the angle, in every turn alike, so that no scatter shows it; the budget does.
 TEST(Turns, SamplingIsInTheBudget) {
-  const Calibration truth = gyroscope_truth();
+  const SensorModel truth = gyroscope_truth();
   const std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(12), 1, 3);
   const Recording recording{.kind = RecordingKind::turns, .samples = 5400};
   SimulatedTurns turns =
@@ -96,9 +96,9 @@ TEST(Turns, SamplingIsInTheBudget) {
     const Calibration found = calibrate_turns(taken, sheet, truth.instrument, Positioner(),
                                               Eigen::Matrix3d::Identity(), std::nullopt);
     const auto sampling =
-        std::find_if(found.uncertainty->sources.begin(), found.uncertainty->sources.end(),
+        std::find_if(found.fit.uncertainty->sources.begin(), found.fit.uncertainty->sources.end(),
                      [](const UncertaintySource& source) { return source.name == "sampling"; });
-    return std::pair(found.response.sensitivity(0, 0) - truth.response.sensitivity(0, 0),
+    return std::pair(found.sensor.response.sensitivity(0, 0) - truth.response.sensitivity(0, 0),
                      std::sqrt(sampling->covariance(1, 1)));
   };
   const auto [smooth_error, smooth_u] = error_and_source(turns);
@@ -124,14 +124,14 @@ TEST(Turns, SamplingIsInTheBudget) {
 
 // The seats' scatter is told from the gyroscope's noise: turns share the rests between them.
 TEST(Turns, TheSeatsScatterIsFound) {
-  const Calibration truth = gyroscope_truth();
+  const SensorModel truth = gyroscope_truth();
   const std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(24), 2, 3);
   const SimulationOptions options{.noise_sd = 1e-3, .world = world_of("seat_rad=5e-4"), .seed = 4};
   const Calibration found = calibrate_turns(
       simulate_turns(truth, sheet, {.kind = RecordingKind::turns, .samples = 21600},
                      Eigen::Vector3d::Zero(), options),
       sheet, truth.instrument, Positioner(), Eigen::Matrix3d::Identity(), std::nullopt);
-  const std::string& note = found.notes.front();
+  const std::string& note = found.findings.notes.front().message;
   const std::size_t at = note.find("scatters by ");
   ASSERT_NE(at, std::string::npos) << note;
   EXPECT_NEAR(std::stod(note.substr(at + 12)) * rad_per_deg, 5e-4, 1e-4);
@@ -151,7 +151,7 @@ TEST(FreeRecording, IsCoveredUnderCorrelation) {
 }
 
 TEST(FreeRecording, TurnsTheTruthIntoTheShape) {
-  const Calibration truth = gyroscope_truth();
+  const SensorModel truth = gyroscope_truth();
   const Eigen::Matrix3d S = truth.response.sensitivity;
   const Eigen::Matrix3d symmetric = in_shape(truth, MagnitudeShape::symmetric).response.sensitivity;
   const Eigen::Matrix3d triangular =

@@ -14,7 +14,7 @@ using test::accelerometer_truth;
 using test::observe;
 
 TEST(Simulate, ReadsWhatTheModelSays) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const std::vector<RunSheetRow> sheet = {{.entry = {.point = {Face::minus_z, Face::plus_y}}},
                                           {.entry = {.point = {Face::plus_x, Face::plus_y}}}};
   const double x = 0.01;
@@ -30,7 +30,7 @@ TEST(Simulate, ReadsWhatTheModelSays) {
 }
 
 TEST(Simulate, HasNoiseOfTheStatedSizeAndSeed) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Observations exact = observe(truth, {.replicates = 500, .seed = 3});
   const Observations noisy = observe(truth, {.replicates = 500, .noise_sd = 0.1, .seed = 3});
   const Eigen::MatrixXd noise = noisy.response - exact.response;
@@ -42,7 +42,7 @@ TEST(Simulate, HasNoiseOfTheStatedSizeAndSeed) {
 }
 
 TEST(Simulate, TurnsTheFieldWithTheFence) {
-  Calibration truth = accelerometer_truth();
+  SensorModel truth = accelerometer_truth();
   truth.field.in_table = Eigen::Vector3d(0.0, 0.6, 0.8);  // to the north, as is the fence
   const std::vector<RunSheetRow> sheet = {{.entry = {.point = {Face::minus_z, Face::plus_y}}}};
   const Observations east = simulate(truth, sheet, {.fence_azimuth_rad = std::acos(0.0)});
@@ -53,7 +53,7 @@ TEST(Simulate, TurnsTheFieldWithTheFence) {
 
 // What comes out of a calibration goes in again with another slope, which is then the whole slope.
 TEST(OnLevelTable, TakesTheTruthsOwnSlopeOut) {
-  Calibration truth = accelerometer_truth();
+  SensorModel truth = accelerometer_truth();
   truth.field.in_table = Eigen::Vector3d(0.02, -0.03, 0.0).array() + 0.0;
   truth.field.in_table->z() = std::sqrt(1.0 - truth.field.in_table->head<2>().squaredNorm());
   EXPECT_MATRIX_NEAR(*on_level_table(truth).field.in_table, Eigen::Vector3d::UnitZ(), 1e-15);
@@ -66,7 +66,7 @@ TEST(OnLevelTable, TakesTheTruthsOwnSlopeOut) {
 }
 
 TEST(Simulate, RejectsBadOptions) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   EXPECT_THROW(static_cast<void>(observe(truth, {.noise_sd = -1.0})), DomainError);
   EXPECT_THROW(static_cast<void>(observe(truth, {.slope = {0.8, 0.8}})), DomainError);
 }

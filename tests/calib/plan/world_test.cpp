@@ -20,7 +20,7 @@ std::vector<RunSheetRow> long_sheet(int replicates = 200) {
 
 // What a world adds to the readings of an exact run.
 Eigen::MatrixXd errors_of(const World& world, double noise_sd, int replicates = 200) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const std::vector<RunSheetRow> sheet = long_sheet(replicates);
   return simulate(truth, sheet, {.noise_sd = noise_sd, .world = world}).response -
          simulate(truth, sheet).response;
@@ -94,7 +94,7 @@ TEST(Simulate, ShiftsEachBlock) {
 
 // A walk's mean is what a calibration can know of the bias; a drift goes from -1/2 to +1/2.
 TEST(Simulate, TellsTheBiasOfTheRun) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const std::vector<RunSheetRow> sheet = long_sheet(1);
   const SimulatedRun run =
       simulate_run(truth, sheet, {.world = world_of("walk_sd=0.01,drift=0.02")});

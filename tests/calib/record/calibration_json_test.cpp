@@ -30,7 +30,7 @@ std::string complaint(const json& record) {
 }
 
 TEST(CalibrationJson, IsWrittenAgainByteForByte) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.table.site = Site{.latitude_deg = 52.0, .longitude_deg = 8.0};
   experiment.table.date = "2026-11-20";
@@ -44,10 +44,10 @@ TEST(CalibrationJson, IsWrittenAgainByteForByte) {
       observations.readings[0].temperature = 21.5;
       observations.response(5, 1) += 0.01;  // so that there are warnings
       Calibration calibration = calibrate(experiment, observations);
-      calibration.inputs = {{.path = "a \"quoted\" name.csv", .sha256 = "00ff"}};
-      calibration.notes = {"a note"};
-      calibration.instrument.serial = "QA-113 \xC3\xA9";
-      EXPECT_FALSE(calibration.warnings.empty());
+      calibration.provenance.inputs = {{.path = "a \"quoted\" name.csv", .sha256 = "00ff"}};
+      calibration.findings.notes = {{NoteCode::drift, "a note"}};
+      calibration.sensor.instrument.serial = "QA-113 \xC3\xA9";
+      EXPECT_FALSE(calibration.findings.warnings.empty());
       const std::string text = calibration_json(calibration);
       EXPECT_EQ(calibration_json(parse_calibration(text, "cal.json")), text);
     }
@@ -56,7 +56,7 @@ TEST(CalibrationJson, IsWrittenAgainByteForByte) {
 
 // A record of many readings holds columns; the rows that earlier versions wrote are read too.
 TEST(CalibrationJson, WritesManyReadingsAsATable) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Calibration calibration = calibrate(
       experiment_for(truth), observe(truth, {.replicates = 20, .noise_sd = 1e-4, .seed = 3}));
   const std::string text = calibration_json(calibration);
@@ -65,7 +65,7 @@ TEST(CalibrationJson, WritesManyReadingsAsATable) {
   EXPECT_EQ(record["residuals"]["run"].size(), 240U);
   const Calibration read = parse_calibration(text, "cal.json");
   EXPECT_EQ(calibration_json(read), text);
-  EXPECT_EQ(read.residuals[77].run, calibration.residuals[77].run);
+  EXPECT_EQ(read.fit.residuals[77].run, calibration.fit.residuals[77].run);
   json rows = json::array();
   for (std::size_t i = 0; i < 240; ++i) {
     json row;
@@ -82,7 +82,7 @@ TEST(CalibrationJson, WritesManyReadingsAsATable) {
 }
 
 TEST(CalibrationJson, HasTheKeysOfTheContract) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const json record = json::parse(calibration_json(
       calibrate(experiment_for(truth), observe(truth, {.slope = {0.003, 0.0}, .noise_sd = 1e-4}))));
   EXPECT_EQ(record["format"], "axiscal-calibration");
@@ -109,9 +109,9 @@ TEST(CalibrationJson, HasTheKeysOfTheContract) {
 
 TEST(CalibrationJson, ReadsTheSmallestRecord) {
   const Calibration calibration = parse_calibration(smallest_record().dump(), "cal.json");
-  EXPECT_EQ(calibration.instrument.axes, (std::vector<std::string>{"x", "y"}));
-  EXPECT_EQ(calibration.response.bias(1), 0.2);
-  EXPECT_FALSE(calibration.statistics);
+  EXPECT_EQ(calibration.sensor.instrument.axes, (std::vector<std::string>{"x", "y"}));
+  EXPECT_EQ(calibration.sensor.response.bias(1), 0.2);
+  EXPECT_FALSE(calibration.fit.statistics);
   json with_more = smallest_record();
   with_more["colour"] = "blue";
   EXPECT_EQ(complaint(with_more), "accepted") << "unknown keys are ignored";

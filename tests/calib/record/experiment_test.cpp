@@ -70,6 +70,28 @@ TEST(ParseExperiment, ReadsTheRolesOfAFieldsParts) {
   EXPECT_THAT(experiment_complaint(file), HasSubstr("/field/0/role: 'mine' is not known"));
 }
 
+// A program's own field, which no file can name.
+class WindMachine final : public ReferenceField {
+ public:
+  [[nodiscard]] Eigen::Vector3d value_in_enu() const override { return {0.0, 20.0, 9.8}; }
+  [[nodiscard]] std::string_view unit() const override { return "m/s^2"; }
+  [[nodiscard]] std::string_view kind() const override { return "wind machine"; }
+};
+
+TEST(CanBeStated, LooksAtEveryPartOfEveryField) {
+  Experiment experiment;
+  experiment.field = GravityField();
+  EXPECT_TRUE(can_be_stated(experiment));
+  Experiment further = experiment;
+  further.field += WindMachine();
+  EXPECT_FALSE(can_be_stated(further));
+  EXPECT_THROW(static_cast<void>(experiment_json(further)), DomainError);
+  Experiment second = experiment;
+  second.also.emplace_back(WindMachine());
+  EXPECT_FALSE(can_be_stated(second));
+  EXPECT_THROW(static_cast<void>(experiment_json(second)), DomainError);
+}
+
 // What is written is what was read, with every key that there is.
 TEST(ExperimentJson, ComesBackAsItWas) {
   json file = whole_experiment();
@@ -211,7 +233,7 @@ TEST(MakeFieldDescription, TiltsTheFieldByTheKnownSlope) {
 }
 
 TEST(ChooseMethod, FollowsTheContract) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
   const Observations twelve = test::observe(truth, {});
   EXPECT_EQ(choose_method(experiment, twelve), Method::paired);

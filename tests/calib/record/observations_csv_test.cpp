@@ -120,7 +120,7 @@ TEST(ReadObservations, NeedsTheColumnsThatAreAskedFor) {
 }
 
 TEST(ObservationsCsv, ComesBack) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   const test::Run run{.replicates = 2, .noise_sd = 0.1};
   const Observations observations = test::observe(truth, run);
   const axiscal::Run table = read(test::observations_text(truth, run));
@@ -149,7 +149,7 @@ TEST(RunSheetCsv, CanBeTheDesignOfAnother) {
 }
 
 TEST(Concatenate, MakesBlocksOfFilesAndNumbersRunsOn) {
-  const Calibration truth = test::accelerometer_truth();
+  const SensorModel truth = test::accelerometer_truth();
   const Observations one = test::observe(truth, {});
   const Observations two = test::observe(truth, {.replicates = 2});
   const Observations all = concatenate({one, two});

@@ -29,7 +29,7 @@ namespace {
 using testing::HasSubstr;
 
 const UncertaintySource& source_of(const Calibration& calibration, const std::string& name) {
-  for (const UncertaintySource& source : calibration.uncertainty->sources) {
+  for (const UncertaintySource& source : calibration.fit.uncertainty->sources) {
     if (source.name == name) {
       return source;
     }
@@ -78,11 +78,11 @@ TEST(Budget, HasTheFieldsMagnitudeInAllSensitivitiesAtOnce) {
   experiment.field.magnitude_u = 1e-3;
   const Calibration result = calibrated(experiment);
   const Eigen::MatrixXd& C = source_of(result, "field magnitude").covariance;
-  EXPECT_NEAR(std::sqrt(C(1, 1)), 1e-3 * result.response.sensitivity(0, 0), 1e-12);
+  EXPECT_NEAR(std::sqrt(C(1, 1)), 1e-3 * result.sensor.response.sensitivity(0, 0), 1e-12);
   EXPECT_NEAR(C(1, 6) / std::sqrt(C(1, 1) * C(6, 6)), 1.0, 1e-12);
   EXPECT_EQ(C(0, 0), 0.0);
   const std::vector<ParameterUncertainty> all = parameter_uncertainties(result);
-  EXPECT_NEAR(all[1].uncertainty.u, std::hypot(result.statistics->sensitivity_se(0, 0), 2.5e-3),
+  EXPECT_NEAR(all[1].uncertainty.u, std::hypot(result.fit.statistics->sensitivity_se(0, 0), 2.5e-3),
               2e-6);
   EXPECT_GT(all[1].uncertainty.degrees_of_freedom, 1e4);
   // It cancels in angles, and counts in components.
@@ -94,7 +94,7 @@ TEST(Budget, HasTheFieldsMagnitudeInAllSensitivitiesAtOnce) {
 
 // A known slope that is off changes the coefficients as refits with it show.
 TEST(Budget, HasTheLevelnessAsRefitsShowIt) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::known;
   experiment.stated.slope_u = 1e-4;
@@ -106,9 +106,9 @@ TEST(Budget, HasTheLevelnessAsRefitsShowIt) {
     tilted.table.slope(j) = 1e-4;
     const Calibration other = calibrate(tilted, observations);
     for (Eigen::Index k = 0; k < 3; ++k) {
-      squares(4 * k) += std::pow(other.response.bias(k) - result.response.bias(k), 2);
+      squares(4 * k) += std::pow(other.sensor.response.bias(k) - result.sensor.response.bias(k), 2);
       squares.segment<3>(4 * k + 1) +=
-          (other.response.sensitivity.row(k) - result.response.sensitivity.row(k))
+          (other.sensor.response.sensitivity.row(k) - result.sensor.response.sensitivity.row(k))
               .transpose()
               .cwiseAbs2();
     }
@@ -118,7 +118,7 @@ TEST(Budget, HasTheLevelnessAsRefitsShowIt) {
 }
 
 TEST(Budget, ResolutionCountsWhereTheScatterDoesNotShowIt) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.stated.resolution = 1e-3;
   const Calibration fine = calibrate(experiment, observe(truth, {.noise_sd = 1e-2}));
@@ -129,7 +129,7 @@ TEST(Budget, ResolutionCountsWhereTheScatterDoesNotShowIt) {
 }
 
 TEST(Budget, MountsTurnTheSensitivities) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.slot = "A";
   experiment.positioner = Positioner().with_mounts({{.slot = "A", .repeatability_rad = 1e-3}});
@@ -141,7 +141,7 @@ TEST(Budget, MountsTurnTheSensitivities) {
   // NIST's intrinsic parameters do not see the mount.
   const IntrinsicParameters intrinsic = intrinsic_parameters(result);
   Calibration without = result;
-  std::erase_if(without.uncertainty->sources,
+  std::erase_if(without.fit.uncertainty->sources,
                 [](const UncertaintySource& source) { return source.name == "mount"; });
   const IntrinsicParameters bare = intrinsic_parameters(without);
   EXPECT_MATRIX_NEAR(intrinsic.covariance, bare.covariance, 1e-15);
@@ -168,7 +168,7 @@ TEST(Advice, SaysWhatWouldHalveIt) {
 // ---- readings ----
 
 TEST(ReadingPropagation, IsTheSpreadOfReadingsAndCalibrations) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Eigen::Vector3d field = field_of_attitude(truth, 0.6, -1.1);
   const double pitch_deg = 0.6 * deg_per_rad;
   constexpr int runs = 400;
@@ -200,7 +200,8 @@ TEST(MonteCarlo, AgreesWithLinearPropagationAndSaysWhereNot) {
   const Calibration result = calibrated(experiment_for(accelerometer_truth()));
   const auto pitch_at = [&](double degrees) {
     for (const MonteCarloCheck& check : check_by_monte_carlo(
-             result, {}, {}, field_of_attitude(result, degrees * rad_per_deg, 0.3), 20000, 1)) {
+             result, {}, {}, field_of_attitude(result.sensor, degrees * rad_per_deg, 0.3), 20000,
+             1)) {
       if (check.name == "pitch_deg") {
         return check;
       }
@@ -215,7 +216,7 @@ TEST(MonteCarlo, AgreesWithLinearPropagationAndSaysWhereNot) {
 }
 
 TEST(ReadingPropagation, OneAxisKnowsNothingOfTheFieldAcrossIt) {
-  Calibration truth = accelerometer_truth();
+  SensorModel truth = accelerometer_truth();
   truth.instrument.axes = {"x"};
   truth.response.bias = truth.response.bias.head(1).eval();
   truth.response.sensitivity = truth.response.sensitivity.topRows(1).eval();
@@ -223,9 +224,9 @@ TEST(ReadingPropagation, OneAxisKnowsNothingOfTheFieldAcrossIt) {
   const Calibration result = calibrate(experiment_for(truth), observations);
   const Reducer reducer(result);
   const ReadingPropagation::Axis level = ReadingPropagation(result, reducer).at_axis(0, 0.012);
-  const double se = result.statistics->sensitivity_se(0, 1);
-  const double expected = std::sqrt(std::pow(result.statistics->residual_sd(0), 2) +
-                                    std::pow(result.statistics->bias_se(0), 2) + se * se) /
+  const double se = result.fit.statistics->sensitivity_se(0, 1);
+  const double expected = std::sqrt(std::pow(result.fit.statistics->residual_sd(0), 2) +
+                                    std::pow(result.fit.statistics->bias_se(0), 2) + se * se) /
                           2.5;
   EXPECT_NEAR(level.component, expected, 0.02 * expected);
   EXPECT_NEAR(level.angle_rad, level.component, 1e-6);
@@ -393,8 +394,8 @@ TEST(Study, OfTheRegressionAloneAgreesWithTheoryAndWithWholeCalibrations) {
 // ---- check ----
 
 TEST(DriftCheck, FindsNoDriftInGoodRunsAndDriftInOthers) {
-  const Calibration truth = accelerometer_truth();
-  Calibration drifted = truth;
+  const SensorModel truth = accelerometer_truth();
+  SensorModel drifted = truth;
   drifted.response.sensitivity(1, 1) *= 1.001;
   int false_alarms = 0;
   int found = 0;
@@ -403,7 +404,7 @@ TEST(DriftCheck, FindsNoDriftInGoodRunsAndDriftInOthers) {
     const Experiment experiment = experiment_for(truth);
     const Calibration old =
         calibrate(experiment, observe(truth, {.replicates = 2, .noise_sd = 2e-4, .seed = seed}));
-    const auto fresh = [&](const Calibration& now) {
+    const auto fresh = [&](const SensorModel& now) {
       return calibrate(
           experiment, observe(now, {.slope = {0.002, 0.0}, .noise_sd = 2e-4, .seed = 1000 + seed}));
     };
@@ -423,17 +424,17 @@ TEST(DriftCheck, FindsNoDriftInGoodRunsAndDriftInOthers) {
 TEST(DriftCheck, RefusesOtherInstruments) {
   const Calibration old = calibrated(experiment_for(accelerometer_truth()));
   Calibration other = old;
-  other.instrument.axes = {"a", "b", "c"};
+  other.sensor.instrument.axes = {"a", "b", "c"};
   EXPECT_THROW(static_cast<void>(check_drift(old, other)), DomainError);
   other = old;
-  other.instrument.unit = "mV";
+  other.sensor.instrument.unit = "mV";
   EXPECT_THROW(static_cast<void>(check_drift(old, other)), DomainError);
 }
 
 TEST(DriftCheck, LooksAtReadingsAtRestByTheirMagnitude) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Calibration record = calibrated(experiment_for(truth));
-  Calibration now = truth;
+  SensorModel now = truth;
   const auto readings = [&](std::uint64_t seed) {
     Observations observations = observe(now, {.noise_sd = 1e-4, .seed = seed});
     for (Reading& reading : observations.readings) {
@@ -456,7 +457,7 @@ TEST(DriftCheck, LooksAtReadingsAtRestByTheirMagnitude) {
 // calibration is known by, and no alarm is raised for it. Readings one by one raised 1 to 17 %,
 // their mean up to 72 %.
 TEST(DriftCheck, AtRestHoldsItsLevelForManyReadingsInFewPoses) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const std::vector<DesignEntry> poses = standard_design(6);
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::joint;
@@ -493,12 +494,13 @@ TEST(DriftCheck, AtRestHoldsItsLevelForManyReadingsInFewPoses) {
 // Two instruments of one cube: what its faces are off by turns both fields alike. A heading by both
 // then moves as the turn of the whole cube moves it, not as two independent turns do.
 TEST(ReadingPropagation, CountsACubeThatBothShareOnce) {
-  Calibration record =
+  Calibration record;
+  record.sensor =
       test::truth_of({.bias = Eigen::Vector3d::Zero(), .sensitivity = Eigen::Matrix3d::Identity()},
                      "magnetometer");
-  record.field.magnitude = 1.0;
-  FitStatistics& statistics = record.statistics.emplace();
-  statistics.parameter_names = parameter_names(record.instrument.axes);
+  record.sensor.field.magnitude = 1.0;
+  FitStatistics& statistics = record.fit.statistics.emplace();
+  statistics.parameter_names = parameter_names(record.sensor.instrument.axes);
   statistics.covariance = 1e-18 * Eigen::MatrixXd::Identity(12, 12);
   statistics.degrees_of_freedom = Eigen::Vector3d::Constant(1e6);
   statistics.residual_sd = Eigen::Vector3d::Constant(1e-9);
@@ -507,7 +509,7 @@ TEST(ReadingPropagation, CountsACubeThatBothShareOnce) {
   Eigen::VectorXd turn = Eigen::VectorXd::Zero(12);  // about x: S = I + [u e_x]x
   turn(4 + 3) = -u;
   turn(8 + 2) = u;
-  record.uncertainty.emplace().sources = {
+  record.fit.uncertainty.emplace().sources = {
       {.name = "fit", .type = "A"},
       {.name = "positioner", .type = "B", .covariance = turn * turn.transpose()}};
   const Reducer reducer(record);
@@ -517,14 +519,16 @@ TEST(ReadingPropagation, CountsACubeThatBothShareOnce) {
   const Eigen::Vector3d about_x(u, 0.0, 0.0);
   const Eigen::Vector3d up_moves = about_x.cross(up);
   const Eigen::Matrix3d up_covariance = up_moves * up_moves.transpose();
-  const auto u_of = [&] { return propagation.at({m.data(), 3}, &up, {}, &up_covariance).derived; };
+  const auto u_of = [&] {
+    return propagation.at({m.data(), 3}, {.up = up, .up_covariance = up_covariance}).derived;
+  };
   const auto apart = u_of();
   propagation.share_cube();
   const auto shared = u_of();
   const Eigen::Vector3d m_turned = m + about_x.cross(m);
   const Eigen::Vector3d up_turned = up + up_moves;
-  const DerivedValues before = reducer.reduce({m.data(), 3}, &up, {}).derived;
-  const DerivedValues after = reducer.reduce({m_turned.data(), 3}, &up_turned, {}).derived;
+  const DerivedValues before = reducer.reduce({m.data(), 3}, {.up = up}).derived;
+  const DerivedValues after = reducer.reduce({m_turned.data(), 3}, {.up = up_turned}).derived;
   int compared = 0;
   for (std::size_t r = 0; r < shared.size(); ++r) {
     if (std::isfinite(shared[r]) && apart[r] > 0.0) {
@@ -540,7 +544,7 @@ TEST(Intrinsic, DoesNotDependOnTheMounting) {
   Calibration turned = first;
   const Eigen::Matrix3d R =
       Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
-  turned.response.sensitivity = first.response.sensitivity * R;
+  turned.sensor.response.sensitivity = first.sensor.response.sensitivity * R;
   const IntrinsicParameters a = intrinsic_parameters(first);
   const IntrinsicParameters b = intrinsic_parameters(turned);
   EXPECT_MATRIX_NEAR(a.values, b.values, 1e-14);
@@ -551,11 +555,11 @@ TEST(Intrinsic, DoesNotDependOnTheMounting) {
   for (Eigen::Index k = 0; k < 3; ++k) {
     for (Eigen::Index j = 0; j < 4; ++j) {
       Calibration moved = first;
-      (j == 0 ? moved.response.bias(k) : moved.response.sensitivity(k, j - 1)) += h;
+      (j == 0 ? moved.sensor.response.bias(k) : moved.sensor.response.sensitivity(k, j - 1)) += h;
       G.col(4 * k + j) = (intrinsic_parameters(moved).values - a.values) / h;
     }
   }
-  EXPECT_MATRIX_NEAR(a.covariance, G * first.statistics->covariance * G.transpose(), 1e-13);
+  EXPECT_MATRIX_NEAR(a.covariance, G * first.fit.statistics->covariance * G.transpose(), 1e-13);
   EXPECT_DOUBLE_EQ(e_n_score(1.0, 0.3, 0.5, 0.4), 1.0);
 }
 
@@ -563,7 +567,7 @@ TEST(Intrinsic, DoesNotDependOnTheMounting) {
 // bound that 5 % of chi-squared leaves nothing is known better than 95 %.
 TEST(Limits, StateTheProbabilityOfConformity) {
   Calibration result = calibrated(experiment_for(accelerometer_truth()));
-  FitStatistics& statistics = *result.statistics;
+  FitStatistics& statistics = *result.fit.statistics;
   statistics.components.clear();
   statistics.interval_95.resize(0);
   statistics.degrees_of_freedom.setConstant(7.0);
@@ -578,7 +582,7 @@ TEST(Limits, StateTheProbabilityOfConformity) {
   EXPECT_FALSE(verdict("x.residual_sd", 0.9999 * bound).passed);
   EXPECT_NEAR(verdict("x.residual_sd", bound).conformity, 0.95, 1e-5);
   const double u = parameter_uncertainties(result)[1].uncertainty.u;
-  const double value = result.response.sensitivity(0, 0);
+  const double value = result.sensor.response.sensitivity(0, 0);
   EXPECT_NEAR(verdict("x.sensitivity.x", value).conformity, 0.5, 1e-9);
   // Student's t of 7 degrees of freedom is below 1.8946 in 95 %.
   EXPECT_NEAR(verdict("x.sensitivity.x", value + 1.894579 * u).conformity, 0.95, 1e-3);
@@ -586,7 +590,7 @@ TEST(Limits, StateTheProbabilityOfConformity) {
 
 // A bias by one block passes a guarded limit with a note, or not at all.
 TEST(Limits, MayAskForIntermediateConditions) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   const Calibration one =
       calibrate(experiment_for(truth), observe(truth, {.noise_sd = 1e-4, .seed = 2}));
   Limits limits{.rule = "guarded", .limits = {{.parameter = "x.bias", .high = 1.0}}};
@@ -605,7 +609,7 @@ TEST(Limits, MayAskForIntermediateConditions) {
 
 TEST(Limits, AcceptAndRejectByTheirRule) {
   const Calibration result = calibrated(experiment_for(accelerometer_truth()));
-  const double value = result.response.bias(0);
+  const double value = result.sensor.response.bias(0);
   const double U = parameter_uncertainties(result)[0].uncertainty.expanded;
   const auto verdict = [&](const char* rule, double high) {
     return evaluate({.rule = rule, .limits = {{.parameter = "x.bias", .high = high}}}, result);
@@ -631,7 +635,7 @@ TEST(Limits, AcceptAndRejectByTheirRule) {
 // ---- known art ----
 
 TEST(PolarFit, AgreesWithTheLinearRegression) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::known;
   experiment.compare_polar_fit = true;
@@ -641,15 +645,15 @@ TEST(PolarFit, AgreesWithTheLinearRegression) {
     experiment.instrument.convention = convention;
     const Calibration result =
         calibrate(experiment, observe(truth, {.points = 24, .noise_sd = 1e-3, .seed = 2}));
-    ASSERT_EQ(result.polar_fit.size(), 3U);
+    ASSERT_EQ(result.fit.polar_fit.size(), 3U);
     for (Eigen::Index k = 0; k < 3; ++k) {
-      const PolarFit& fit = result.polar_fit[static_cast<std::size_t>(k)];
+      const PolarFit& fit = result.fit.polar_fit[static_cast<std::size_t>(k)];
       EXPECT_TRUE(fit.converged);
       EXPECT_GT(fit.rounds, 3);
-      EXPECT_NEAR(fit.bias, result.response.bias(k), 1e-10);
+      EXPECT_NEAR(fit.bias, result.sensor.response.bias(k), 1e-10);
       EXPECT_MATRIX_NEAR(sensitivity_from_polar(fit.form, static_cast<int>(k), convention),
-                         Eigen::Vector3d(result.response.sensitivity.row(k)), 1e-9);
-      EXPECT_NEAR(fit.residual_sd, result.statistics->residual_sd(k), 1e-9);
+                         Eigen::Vector3d(result.sensor.response.sensitivity.row(k)), 1e-9);
+      EXPECT_NEAR(fit.residual_sd, result.fit.statistics->residual_sd(k), 1e-9);
     }
     const std::string text = calibration_json(result);
     EXPECT_EQ(calibration_json(parse_calibration(text, "t.json")), text);

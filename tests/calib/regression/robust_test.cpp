@@ -37,7 +37,7 @@ TEST(BisquareWeights, LeaveExactDataAlone) {
 class RobustCalibration : public testing::TestWithParam<Method> {};
 
 TEST_P(RobustCalibration, ResistsAnOutlierAndCostsLittleWithout) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = GetParam();
   if (GetParam() == Method::known) {
@@ -48,8 +48,8 @@ TEST_P(RobustCalibration, ResistsAnOutlierAndCostsLittleWithout) {
   const auto error = [&](bool robust) {
     experiment.robust = robust;
     const Calibration result = calibrate(experiment, observations);
-    EXPECT_EQ(result.robust, robust);
-    return (result.response.sensitivity - truth.response.sensitivity).cwiseAbs().maxCoeff();
+    EXPECT_EQ(result.fit.robust, robust);
+    return (result.sensor.response.sensitivity - truth.response.sensitivity).cwiseAbs().maxCoeff();
   };
   EXPECT_LT(error(true), 3.0 * error(false) + 1e-5);
   observations.response(4, 1) += 0.5;
@@ -58,18 +58,18 @@ TEST_P(RobustCalibration, ResistsAnOutlierAndCostsLittleWithout) {
   const Calibration result = calibrate(experiment, observations);
   // The mistaken reading has lost its weight; the others have kept theirs.
   int without_weight = 0;
-  for (const RegressionRow& row : result.statistics->rows) {
+  for (const RegressionRow& row : result.fit.statistics->rows) {
     without_weight += row.robust_weight(1) == 0.0 ? 1 : 0;
   }
   EXPECT_EQ(without_weight, 1);
-  ASSERT_EQ(result.notes.size(), 1U);
-  EXPECT_THAT(result.notes[0], testing::HasSubstr("given no weight for axis y"));
+  ASSERT_EQ(result.findings.notes.size(), 1U);
+  EXPECT_THAT(result.findings.notes[0].message, testing::HasSubstr("given no weight for axis y"));
   double largest = 0.0;
-  for (const RegressionRow& row : result.statistics->rows) {
+  for (const RegressionRow& row : result.fit.statistics->rows) {
     largest = std::max(largest, std::abs(row.studentized(1)));
   }
   EXPECT_GT(largest, 100.0) << "what has no weight must show in the residuals";
-  EXPECT_LT(result.statistics->residual_sd(1), 3e-4);
+  EXPECT_LT(result.fit.statistics->residual_sd(1), 3e-4);
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods,
@@ -80,7 +80,7 @@ INSTANTIATE_TEST_SUITE_P(Methods,
                          });
 
 TEST(RobustCalibration, NeedsReadingsToSpare) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.robust = true;
   experiment.method = Method::known;

@@ -22,7 +22,7 @@ Calibration calibrated(const std::string& serial,
                        int blocks,
                        std::uint64_t seed,
                        std::optional<ProcessScatter> process = {}) {
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   experiment.method = Method::joint;
   experiment.instrument.serial = serial;
@@ -40,7 +40,7 @@ TEST(ProcessScatter, PoolsTheBlocksOfEarlierRecords) {
     records.push_back(calibrated("A", 3, seed));
   }
   records.push_back(calibrated("B", 3, 50));
-  Instrument unit = records.front().instrument;
+  Instrument unit = records.front().sensor.instrument;
   unit.model.clear();
   const std::optional<ProcessScatter> process = process_scatter(records, unit);
   ASSERT_TRUE(process);
@@ -62,15 +62,16 @@ TEST(ProcessScatter, OfOneBlockRecordsIsTheScatterBetweenThem) {
     records.push_back(calibrated("A", 1, seed));
   }
   const std::optional<ProcessScatter> process =
-      process_scatter(records, records.front().instrument);
+      process_scatter(records, records.front().sensor.instrument);
   ASSERT_TRUE(process);
   EXPECT_EQ(process->degrees_of_freedom, 19.0);
   EXPECT_NEAR(std::sqrt(process->mean_square(0)) / block_sd, 1.0, 0.4);
   // The run itself is no earlier one.
-  records.front().inputs = {{.path = "run.csv", .sha256 = "abc"}};
-  EXPECT_EQ(process_scatter(records, records.front().instrument, records.front().inputs)
-                ->degrees_of_freedom,
-            18.0);
+  records.front().provenance.inputs = {{.path = "run.csv", .sha256 = "abc"}};
+  EXPECT_EQ(
+      process_scatter(records, records.front().sensor.instrument, records.front().provenance.inputs)
+          ->degrees_of_freedom,
+      18.0);
 }
 
 // One block knows nothing of its day; with a process standard deviation its interval holds.
@@ -79,25 +80,26 @@ TEST(ProcessScatter, CoversTheBiasesOfOneBlock) {
       .mean_square = Eigen::Vector3d::Constant(block_sd * block_sd + noise * noise / 12.0),
       .degrees_of_freedom = 10.0,
       .records = 5};
-  const Calibration truth = accelerometer_truth();
+  const SensorModel truth = accelerometer_truth();
   int held = 0;
   int without = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     const Calibration one = calibrated("A", 1, seed, process);
     const Calibration plain = calibrated("A", 1, seed);
     for (Eigen::Index k = 0; k < 3; ++k) {
-      const double error = std::abs(one.response.bias(k) - truth.response.bias(k));
-      held += error <= one.statistics->interval_95(4 * k) ? 1 : 0;
-      without += error <= plain.statistics->interval_95(4 * k) ? 1 : 0;
+      const double error = std::abs(one.sensor.response.bias(k) - truth.response.bias(k));
+      held += error <= one.fit.statistics->interval_95(4 * k) ? 1 : 0;
+      without += error <= plain.fit.statistics->interval_95(4 * k) ? 1 : 0;
     }
   }
   EXPECT_GE(held, 276);     // of 300: 92 %
   EXPECT_LE(without, 150);  // repeatability only
   const Calibration one = calibrated("A", 1, 1, process);
-  EXPECT_TRUE(one.conditions.intermediate);
-  EXPECT_EQ(one.conditions.earlier, 5);
-  EXPECT_THAT(one.notes, testing::Contains(testing::HasSubstr("5 earlier calibrations")));
-  EXPECT_THAT(one.notes, testing::Not(testing::Contains(testing::HasSubstr("repeatability only"))));
+  EXPECT_TRUE(one.fit.conditions.intermediate);
+  EXPECT_EQ(one.fit.conditions.earlier, 5);
+  EXPECT_THAT(one.findings.notes, test::HasNote(testing::HasSubstr("5 earlier calibrations")));
+  EXPECT_THAT(one.findings.notes,
+              testing::Not(test::HasNote(testing::HasSubstr("repeatability only"))));
   const std::string text = calibration_json(one);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
 }
@@ -108,9 +110,9 @@ TEST(ProcessScatter, IsPassedOverWhereTheRunScattersFarMore) {
       .mean_square = Eigen::Vector3d::Constant(1e-12), .degrees_of_freedom = 10.0, .records = 5};
   const Calibration with = calibrated("A", 4, 3, small);
   const Calibration without = calibrated("A", 4, 3);
-  EXPECT_MATRIX_NEAR(with.statistics->interval_95, without.statistics->interval_95, 1e-12);
+  EXPECT_MATRIX_NEAR(with.fit.statistics->interval_95, without.fit.statistics->interval_95, 1e-12);
   const std::string text = calibration_json(without);
-  EXPECT_EQ(parse_calibration(text, "again.json").conditions.block_degrees_of_freedom, 3.0);
+  EXPECT_EQ(parse_calibration(text, "again.json").fit.conditions.block_degrees_of_freedom, 3.0);
 }
 
 }  // namespace

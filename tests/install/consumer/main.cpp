@@ -8,7 +8,7 @@
 
 // Ends with status 0 if the pitch is the one that is named as its argument, in degrees.
 int main(int argc, char** argv) {
-  axiscal::Calibration truth;
+  axiscal::SensorModel truth;
   truth.instrument.kind = "accelerometer";
   truth.field.kind = "gravity";
   truth.field.unit = "g";
@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
       axiscal::simulate(truth, axiscal::make_run_sheet(axiscal::standard_design(12), 1, 1)));
   const axiscal::Reducer reducer(calibration);
   const std::array<double, 3> reading = {0.5, 0.0, 0.86602540378443865};
-  const double pitch_deg = reducer.reduce(reading).derived.values[0];
+  const double pitch_deg = reducer(reading)["pitch_deg"];
   std::printf("gravity %.4f m/s^2, pitch %.4f degrees\n",
               axiscal::GravityField(axiscal::Site{45.0, 8.0, 0.0}).magnitude(), pitch_deg);
   return argc == 2 && std::abs(pitch_deg - std::atof(argv[1])) < 1e-9 ? 0 : 1;

@@ -24,8 +24,7 @@ class Journal {
   /// @param path   of the journal.
   /// @param lines  set to what it holds, without a last line that was not written whole.
   /// @throws DataError    if there is no such file, or its first line is not that of a journal; it
-  /// is
-  ///                      then left as it is.
+  ///                      is then left as it is.
   /// @throws OutputError  if it cannot be written, or another program has it open.
   [[nodiscard]] static Journal open(const std::string& path, std::vector<std::string>& lines);
 

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "axiscal/calib/reading_step.hpp"
 #include "mistake_kind.hpp"
 
 namespace axiscal {
@@ -14,13 +18,82 @@ constexpr std::array saturated_advice = {
                          "curved response looks the "
                          "same."}};
 
+// The readings at one end of an axis's range.
+std::vector<std::size_t> extremes(const SuspectRun& run,
+                                  Eigen::Index axis,
+                                  bool top,
+                                  const HypothesisFit& fit) {
+  std::vector<double> sensed;
+  const Eigen::MatrixXd base = field_design(run.set(), fit.field);
+  for (Eigen::Index i = 0; i < run.n(); ++i) {
+    sensed.push_back((top ? 1.0 : -1.0) *
+                     base.row(i).segment<3>(1).dot(fit.coefficients.col(axis).segment<3>(1)));
+  }
+  const double end = *std::max_element(sensed.begin(), sensed.end());
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < run.count(); ++i) {
+    if (sensed[i] > 0.9 * end) {
+      found.push_back(i);
+    }
+  }
+  return found;
+}
+
+// A shift of them, as a column.
+Eigen::MatrixXd extreme_columns(const SuspectRun& run,
+                                Eigen::Index axis,
+                                bool top,
+                                const HypothesisFit& fit) {
+  Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), 1);
+  for (const std::size_t i : extremes(run, axis, top, fit)) {
+    Z(run.n() * axis + static_cast<Eigen::Index>(i), 0) = 1.0;
+  }
+  return Z;
+}
+
+HypothesisFit fit_saturated(const SuspectRun& run, Eigen::Index axis, bool top) {
+  const Eigen::MatrixXd Z = extreme_columns(run, axis, top, run.plain());
+  HypothesisFit fit = run.fitter().fit(run.set(), {}, [&](const auto&, const auto&) { return Z; });
+  // Readings at an end share a digit, and with it an error of half a step; those at the other end
+  // may have the opposite one.
+  constexpr double both_ends = 1.5;
+  const double step = step_of_readings(run.set().readings_of_axis(axis), 0.0).value_or(0.0);
+  if (fit.fitted && !(std::abs(fit.added(0)) > both_ends * step)) {
+    return {};
+  }
+  return fit;
+}
+
+// Two ends of each axis.
+double count_of_ends(const SuspectRun& run) {
+  return 2.0 * static_cast<double>(run.m());
+}
+
+double quick_p_of_ends(const SuspectRun& run, const HypothesisFit& fit) {
+  double shifted = 0.0;
+  for (Eigen::Index k = 0; k < run.m(); ++k) {
+    for (const bool top : {true, false}) {
+      shifted = std::max(shifted, run.drop_with(fit, extreme_columns(run, k, top, fit)));
+    }
+  }
+  return count_of_ends(run) * nested_f_p(fit.total(), fit.dof(), shifted, 1.0);
+}
+
+void detect_ends(const SuspectRun& run, const Consider& consider) {
+  for (Eigen::Index k = 0; k < run.m(); ++k) {
+    for (const bool top : {true, false}) {
+      consider(fit_saturated(run, k, top), count_of_ends(run), false);
+    }
+  }
+}
+
 void explain_by_saturation(const SuspectRun& run, Explanations& found) {
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     for (const bool top : {true, false}) {
-      const std::vector<std::size_t> readings = run.extremes(k, top, run.plain());
+      const std::vector<std::size_t> readings = extremes(run, k, top, run.plain());
       Correction correction = about(run, WarningCode::saturated, readings);
-      found.add(run.saturated(k, top), {drift_range * run.full_response(k)},
-                2.0 * static_cast<double>(run.m()), std::move(correction),
+      found.add(fit_saturated(run, k, top), {drift_range * run.full_response(k)},
+                count_of_ends(run), std::move(correction),
                 std::string("with axis ") + run.set().axes[static_cast<std::size_t>(k)] +
                     (top ? " limited at its upper end" : " limited at its lower end"));
     }
@@ -30,7 +103,10 @@ void explain_by_saturation(const SuspectRun& run, Explanations& found) {
 }  // namespace
 
 MistakeKind saturated_kind() {
-  return {.advice = saturated_advice, .of_run = explain_by_saturation};
+  return {.advice = saturated_advice,
+          .of_run = explain_by_saturation,
+          .quick_p = quick_p_of_ends,
+          .detect = detect_ends};
 }
 
 }  // namespace axiscal

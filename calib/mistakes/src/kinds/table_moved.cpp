@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
+#include <vector>
 
+#include <Eigen/Cholesky>
+
+#include "axiscal/core/rotation.hpp"
 #include "mistake_kind.hpp"
 
 namespace axiscal {
@@ -12,14 +18,107 @@ constexpr std::array table_moved_advice = {MistakeAdvice{
     .one = "See that nothing moves the table, and take all readings again, or give each part its "
            "own block and level by block."}};
 
-void explain_by_table(const SuspectRun& run, Explanations& found) {
-  if (run.fitter().known_field()) {
-    return;
+// What one reading, one row for each axis, changes with a turn of the field in the table.
+Eigen::MatrixXd table_rows(const SuspectRun& run,
+                           std::size_t i,
+                           const TableField& field,
+                           const Eigen::MatrixXd& coefficients) {
+  const Eigen::Vector3d& vector = field.vector(run.set().tilt_of(i));
+  const Eigen::Matrix<double, 3, 2> change = run.set().readings[i].level.of_all() * vector.norm() *
+                                             run.set().met_of_field(i) * tangents_of(vector);
+  return coefficients.middleRows<3>(1).transpose() * change;
+}
+
+// The field turned in the table for all readings behind a cut of the run's order.
+Eigen::MatrixXd table_columns(const SuspectRun& run,
+                              std::size_t cut,
+                              const TableField& field,
+                              const Eigen::MatrixXd& coefficients) {
+  Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), 2);
+  for (std::size_t at = cut; at < run.count(); ++at) {
+    const std::size_t i = run.order()[at];
+    const Eigen::MatrixXd rows = table_rows(run, i, field, coefficients);
+    for (Eigen::Index k = 0; k < run.m(); ++k) {
+      Z.row(run.n() * k + static_cast<Eigen::Index>(i)) = rows.row(k);
+    }
   }
-  for (const std::size_t cut : run.cuts()) {
+  return Z;
+}
+
+// What the table moved after each reading takes from the sum of squares, to first order; by cut.
+// The columns of one cut are those of the next and one reading more, so their products with the
+// basis and the residuals are running sums.
+std::vector<double> drops_with_table_moved(const SuspectRun& run, const HypothesisFit& fit) {
+  std::vector<double> drops(run.count(), 0.0);
+  const Eigen::VectorXd residuals = fit.residuals.reshaped();
+  const Eigen::VectorXd along = fit.basis.transpose() * residuals;
+  Eigen::MatrixXd in_basis = Eigen::MatrixXd::Zero(fit.basis.cols(), 2);
+  Eigen::Matrix2d ZtZ = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d Zte = Eigen::Vector2d::Zero();
+  for (std::size_t cut = run.count() - 1; cut > 0; --cut) {
+    const std::size_t i = run.order()[cut];
+    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::MatrixXd Z = table_rows(run, i, fit.field, fit.coefficients);
+    for (Eigen::Index k = 0; k < run.m(); ++k) {
+      const Eigen::RowVector2d z =
+          std::sqrt(run.set().weights(row, k)) / run.fitter().scale()(k) * Z.row(k);
+      in_basis += fit.basis.row(run.n() * k + row).transpose() * z;
+      ZtZ += z.transpose() * z;
+      Zte += z.transpose() * residuals(run.n() * k + row);
+    }
+    const Eigen::Matrix2d left = ZtZ - in_basis.transpose() * in_basis;
+    const Eigen::LDLT<Eigen::Matrix2d> ldlt(left);
+    const Eigen::Vector2d c = Zte - in_basis.transpose() * along;
+    const double size = ZtZ.diagonal().maxCoeff();
+    drops[cut] = ldlt.vectorD().minCoeff() > 1e-9 * size ? c.dot(ldlt.solve(c)) : 0.0;
+  }
+  return drops;
+}
+
+// The cuts that are fitted: all, or of many those that count most.
+std::vector<std::size_t> cuts_of(const SuspectRun& run) {
+  std::vector<std::size_t> all;
+  for (std::size_t cut = 1; cut < run.count() && !run.fitter().known_field(); ++cut) {
+    all.push_back(cut);
+  }
+  if (all.size() > SuspectRun::each_is_fitted) {
+    const std::vector<double> drops = drops_with_table_moved(run, run.plain());
+    std::stable_sort(all.begin(), all.end(),
+                     [&](std::size_t a, std::size_t b) { return drops[a] > drops[b]; });
+    all.resize(SuspectRun::fitted_of_many);
+    std::sort(all.begin(), all.end());
+  }
+  return all;
+}
+
+HypothesisFit fit_table_moved(const SuspectRun& run, std::size_t cut) {
+  return run.fitter().fit(run.set(), {},
+                          [&, cut](const TableField& field, const Eigen::MatrixXd& c) {
+                            return table_columns(run, cut, field, c);
+                          });
+}
+
+double quick_p_of_cuts(const SuspectRun& run, const HypothesisFit& fit) {
+  if (run.fitter().known_field()) {
+    return 1.0;
+  }
+  const std::vector<double> drops = drops_with_table_moved(run, fit);
+  return static_cast<double>(run.n() - 1) *
+         nested_f_p(fit.total(), fit.dof(), *std::max_element(drops.begin(), drops.end()), 2.0);
+}
+
+void detect_cuts(const SuspectRun& run, const Consider& consider) {
+  constexpr double independent = 0.3;  // neighbouring cuts say nearly the same
+  for (const std::size_t cut : cuts_of(run)) {
+    consider(fit_table_moved(run, cut), independent * static_cast<double>(run.n() - 1), true);
+  }
+}
+
+void explain_by_table(const SuspectRun& run, Explanations& found) {
+  for (const std::size_t cut : cuts_of(run)) {
     Correction correction =
         about(run, WarningCode::table_moved, {run.order()[cut - 1], run.order()[cut]});
-    found.add(run.table_moved(cut), {angle_range_rad, angle_range_rad},
+    found.add(fit_table_moved(run, cut), {angle_range_rad, angle_range_rad},
               static_cast<double>(run.n() - 1), std::move(correction),
               "with the table moved between them");
   }
@@ -28,7 +127,10 @@ void explain_by_table(const SuspectRun& run, Explanations& found) {
 }  // namespace
 
 MistakeKind table_moved_kind() {
-  return {.advice = table_moved_advice, .of_run = explain_by_table};
+  return {.advice = table_moved_advice,
+          .of_run = explain_by_table,
+          .quick_p = quick_p_of_cuts,
+          .detect = detect_cuts};
 }
 
 }  // namespace axiscal

@@ -2,6 +2,7 @@
 #include <array>
 #include <utility>
 
+#include "axiscal/core/rotation.hpp"
 #include "mistake_kind.hpp"
 
 namespace axiscal {
@@ -11,17 +12,47 @@ constexpr std::array tilted_seat_advice = {MistakeAdvice{
     .code = WarningCode::tilted_seat,
     .one = "Look for grit under a foot and a fence not touched, and take the reading again."}};
 
+// The field turned in one reading alone.
+HypothesisFit fit_tilted(const SuspectRun& run, std::size_t i) {
+  const auto row = static_cast<Eigen::Index>(i);
+  if (run.set().field.is_dark(run.set().readings[i].level)) {
+    return {};  // no field, no tilt in it
+  }
+  return run.fitter().fit(
+      run.set(), {},
+      [&, i, row](const TableField& field, const Eigen::MatrixXd& c) -> Eigen::MatrixXd {
+        const Eigen::Vector3d met =
+            run.set().rotation_sensor_from_table[i] * run.set().field_in_table(row, field);
+        Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), 2);
+        const Eigen::Matrix<double, 3, 2> change = met.norm() * tangents_of(met);
+        for (Eigen::Index k = 0; k < run.m(); ++k) {
+          Z.row(run.n() * k + row) = c.col(k).segment<3>(1).transpose() * change;
+        }
+        return Z;
+      });
+}
+
+// A run of few readings is tried with the worst ones tilted. Of many, each is judged by the others.
+void detect_tilt(const SuspectRun& run, const Consider& consider) {
+  constexpr std::size_t most_tried = 3;
+  if (!run.is_judged_by_others()) {
+    for (const std::size_t i : first_of(run.by_deletion(), most_tried)) {
+      consider(fit_tilted(run, i), static_cast<double>(run.n()), true);
+    }
+  }
+}
+
 void explain_by_tilt(const SuspectRun& run, std::size_t i, Explanations& found) {
   Correction correction = about(run, WarningCode::tilted_seat, {i});
   correction.leave_out = correction.runs;
-  found.add(run.tilted(i), {angle_range_rad, angle_range_rad}, static_cast<double>(run.n()),
+  found.add(fit_tilted(run, i), {angle_range_rad, angle_range_rad}, static_cast<double>(run.n()),
             std::move(correction), "with its seat tilted");
 }
 
 }  // namespace
 
 MistakeKind tilted_seat_kind() {
-  return {.advice = tilted_seat_advice, .of_reading = explain_by_tilt};
+  return {.advice = tilted_seat_advice, .of_reading = explain_by_tilt, .detect = detect_tilt};
 }
 
 }  // namespace axiscal

@@ -38,8 +38,7 @@ class InputFile {
 };
 
 /// @return whether a path names a file that can be read more than once: neither `-`, nor a pipe,
-/// nor
-///         a folder, nor nothing.
+/// nor a folder, nor nothing.
 [[nodiscard]] bool can_be_read_again(const std::string& path);
 
 /// @return the whole content of a file; `-` is standard input.
@@ -50,8 +49,7 @@ class InputFile {
 ///
 /// @param path  of the file.
 /// @param take  is given each line without its end, and whether that end was there: of the last
-/// line
-///              it may be missing.
+///              line it may be missing.
 /// @param longest  that a line may be [bytes].
 /// @throws DataError  as InputFile; or if a line is longer.
 void for_each_line(const std::string& path,

@@ -13,8 +13,7 @@ namespace axiscal {
 /// threads have ended.
 ///
 /// @param threads  how many; 0: as many as there are cores. One thread, or one piece of work, runs
-/// in
-///                 the caller's.
+///                 in the caller's.
 void for_each_in_parallel(std::size_t count,
                           const std::function<void(std::size_t)>& work,
                           std::size_t threads = 0);

@@ -30,8 +30,7 @@ class RandomStream {
   double normal();
 
   /// @return N of them, drawn from the last to the first. The arguments of a call are drawn in an
-  /// order
-  ///         that is the compiler's: a vector's components are not to be drawn so.
+  /// order that is the compiler's: a vector's components are not to be drawn so.
   template <int N>
   Eigen::Matrix<double, N, 1> normals() {
     Eigen::Matrix<double, N, 1> values;

@@ -91,8 +91,7 @@ struct Exported {
 ///
 /// @throws DomainError   for an unknown format.
 /// @throws RefusedError  where the format takes one instrument a file, the two are of one kind or
-/// of
-///                       two units; else as export_calibration().
+///                       of two units; else as export_calibration().
 [[nodiscard]] Exported export_imu(const Calibration& first,
                                   const Calibration& second,
                                   std::string_view format,

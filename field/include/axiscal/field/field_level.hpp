@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -12,12 +13,14 @@ namespace axiscal {
 /// or for some parts, by their names, numbers of their own.
 class FieldLevel {
  public:
+  /// Levels of parts, by the parts' names.
+  using OfParts = std::map<std::string, double, std::less<>>;
+
   /// One level for all induced parts. Not explicit, as most fields have one.
   FieldLevel(double of_all = 1.0) : of_all_(of_all) {}  // NOLINT(google-explicit-constructor)
 
-  /// @param of_parts  by the parts' names.
-  /// @param of_others  the level of the induced parts that are not among them.
-  explicit FieldLevel(std::map<std::string, double, std::less<>> of_parts, double of_others = 1.0);
+  /// @param of_others  the level of the induced parts that are not among `of_parts`.
+  explicit FieldLevel(OfParts of_parts, double of_others = 1.0);
 
   /// @return the level of a part of that name.
   [[nodiscard]] double of(std::string_view part) const {
@@ -29,13 +32,8 @@ class FieldLevel {
 
   [[nodiscard]] bool differs_by_part() const { return of_parts_ != nullptr; }
 
-  /// @return the levels of parts by their names; only where it differs_by_part().
-  [[nodiscard]] const std::map<std::string, double, std::less<>>& of_parts() const {
-    return *of_parts_;
-  }
-
-  /// @return whether no part can have anything of the field: all its levels are 0.
-  [[nodiscard]] bool is_zero() const;
+  /// @return the levels of the parts that have their own; none where it does not differ by part.
+  [[nodiscard]] const OfParts& of_parts() const;
 
   /// @return as text, "1", "-0.5", "north -1, up 0".
   [[nodiscard]] std::string text() const;
@@ -48,7 +46,7 @@ class FieldLevel {
   [[nodiscard]] static int compare(const FieldLevel& a, const FieldLevel& b);
 
   double of_all_ = 1.0;
-  std::shared_ptr<const std::map<std::string, double, std::less<>>> of_parts_;
+  std::shared_ptr<const OfParts> of_parts_;
 };
 
 }  // namespace axiscal

@@ -54,6 +54,9 @@ class FieldResolver {
   /// @param settings   that would say it too.
   void set_given_magnitude(const std::string& otherwise, std::vector<Setting> settings);
 
+  /// As set_given_magnitude(), and 1 where the unit is 1 and nothing says more.
+  void set_given_magnitude_or_1(const std::string& otherwise, std::vector<Setting> settings);
+
   /// The magnitude is open: it is fitted beside parts whose own is known.
   void leave_magnitude_open();
 

@@ -68,8 +68,7 @@ void set_axes(Instrument& instrument, const std::vector<std::string>& texts);
 void check_axes(const Instrument& instrument);
 
 /// @throws DomainError  if a serial number is longer than 200 bytes, holds a control character or
-/// is
-///                      not UTF-8: it becomes part of files' names and of lines on a screen.
+///                      is not UTF-8: it becomes part of files' names and of lines on a screen.
 void check_serial(std::string_view serial);
 
 /// The component of the field that an axis is meant to sense.

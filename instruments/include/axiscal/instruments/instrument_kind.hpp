@@ -3,6 +3,7 @@
 
 #include <array>
 #include <deque>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -21,8 +22,8 @@ struct DeriveInput {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< [field unit], finite
   double magnitude = 1.0;                                     ///< F [field unit], positive
   InclinationOptions inclination;
-  /// Specific force at rest in the same frame [any unit], from an accelerometer; null without one.
-  const Eigen::Vector3d* up = nullptr;
+  /// Specific force at rest in the same frame [any unit], from an accelerometer.
+  std::optional<Eigen::Vector3d> up;
   double declination_rad = 0.0;  ///< added to magnetic headings
 };
 
@@ -70,8 +71,9 @@ struct InstrumentKind {
   std::string_view name;
   std::span<const std::string_view> derived_names;  ///< columns, e.g. "pitch_deg"
 
-  /// Gives as many values as there are derived_names; null where nothing is derived.
-  DerivedValues (*derive)(const DeriveInput& input) noexcept = nullptr;
+  /// Gives as many values as there are derived_names; empty where nothing is derived. It is called
+  /// for each reading, from several threads, and must not throw.
+  std::function<DerivedValues(const DeriveInput& input)> derive;
 
   bool derives_with_attitude = false;  ///< derive() needs DeriveInput::up, and is left out without
   bool has_axis_elevation = false;     ///< with fewer than three axes: angle above the horizontal
@@ -82,8 +84,8 @@ struct InstrumentKind {
   bool sees_one_side = false;       ///< its axes may see only what comes from in front of them
   bool answers_to_gravity = false;  ///< beside its own field it often does
 
-  /// What the record and the summary show besides bias and sensitivity; null for nothing.
-  std::vector<KindQuantity> (*describe)(const CalibratedInstrument& calibrated) = nullptr;
+  /// What the record and the summary show besides bias and sensitivity; empty for nothing.
+  std::function<std::vector<KindQuantity>(const CalibratedInstrument& calibrated)> describe;
 };
 
 /// @return all kinds that are known: those of this version, then those that were added.

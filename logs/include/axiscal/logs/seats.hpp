@@ -89,8 +89,7 @@ void take_as_level(double magnitude,
 ///
 /// @param ups     up at each rest in the cube's frame, n x 3.
 /// @param fields  the second field at each rest in the cube's frame, n x 3; biases removed as far
-/// as
-///                can be.
+///                as can be.
 [[nodiscard]] SeatLabels label_by_heading(const std::vector<std::optional<Face>>& faces,
                                           const Eigen::MatrixX3d& ups,
                                           const Eigen::MatrixX3d& fields,

@@ -82,8 +82,7 @@ class Positioner {
   /// A cube on feet, with the fence as its surface says.
   ///
   /// @throws DomainError  if the feet of a face have a defect_of_feet(), or balls of different
-  /// faces
-  ///                      go into each other.
+  ///                      faces go into each other.
   explicit Positioner(const CubeFeet& feet, const Surface& surface = {}, std::string id = "");
 
   /// @throws DomainError  if a face has neither normal nor feet, these have a defect, the
@@ -102,8 +101,7 @@ class Positioner {
   }
 
   /// @return the feet of all faces, those of the usual frame where a face has none: the drawing
-  /// that
-  ///         another cube is made by.
+  /// that another cube is made by.
   [[nodiscard]] CubeFeet drawing() const;
 
   /// How the cube lies at a design point.

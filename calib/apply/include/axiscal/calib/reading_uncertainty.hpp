@@ -26,8 +26,7 @@ struct ReadingNoise {
 };
 
 /// @return what a record states of readings: their resolution, the temperature output's
-/// uncertainty;
-///         their scatter is that of the fit.
+/// uncertainty; their scatter is that of the fit.
 [[nodiscard]] ReadingNoise stated_noise(const Calibration& calibration);
 
 /// Uncertainties of what a reading says, in the same units.
@@ -39,7 +38,8 @@ struct UncertaintyOfResults {
 
 /// Standard uncertainties of what a reading says, and the expanded ones.
 struct ReducedUncertainty : UncertaintyOfResults {
-  UncertaintyOfResults expanded;  ///< half widths of intervals at the level that was asked for
+  UncertaintyOfResults
+      expanded;  ///< half widths of intervals of the probability that was asked for
 };
 
 /// Propagates a calibration's uncertainty and a reading's own to field components and what is
@@ -60,14 +60,14 @@ class ReadingPropagation {
   /// @param reducer      of the same record; must outlive this.
   /// @param noise        of new readings.
   /// @param factor       ReductionOptions::factor of the reducer.
-  /// @param level        probability of the expanded uncertainties' intervals.
+  /// @param probability  of the expanded uncertainties' intervals.
   /// @throws DomainError  if the record states no covariance of its parameters, or no scatter and
-  ///                      no noise is given, or the level is not between 0 and 1.
+  ///                      no noise is given, or the probability is not between 0 and 1.
   ReadingPropagation(const Calibration& calibration,
                      const Reducer& reducer,
                      const ReadingNoise& noise = {},
                      double factor = 1.0,
-                     double level = 0.95);
+                     double probability = 0.95);
 
   /// From now on what is known of the fields here and there counts as the conversion says; before,
   /// readings are in the field of the calibration.
@@ -80,12 +80,9 @@ class ReadingPropagation {
   /// normals are off by turns both fields alike, and counts once.
   void share_cube();
 
-  /// @param readings, up, temperature  as Reducer::reduce().
-  /// @param up_covariance  of `up` [unit of up, squared]; null: none.
+  /// @param readings, context  as Reducer::reduce().
   [[nodiscard]] ReducedUncertainty at(std::span<const double> readings,
-                                      const Eigen::Vector3d* up = nullptr,
-                                      std::optional<double> temperature = {},
-                                      const Eigen::Matrix3d* up_covariance = nullptr) const;
+                                      const ReadingContext& context = {}) const;
 
   /// How |f| changes with the parameters, p [field unit per unit of each], and its variance by the
   /// readings' own scatter [field unit squared].
@@ -106,7 +103,7 @@ class ReadingPropagation {
   struct Axis {
     double component = 0.0;  ///< [field unit]
     double angle_rad = 0.0;
-    double coverage_factor = 0.0;  ///< of both, at the level
+    double coverage_factor = 0.0;  ///< of both, for that probability
   };
   [[nodiscard]] Axis at_axis(std::size_t axis,
                              double reading,
@@ -117,20 +114,17 @@ class ReadingPropagation {
 
   // dv / d(parameters), m x p, for a field in the record's unit.
   [[nodiscard]] Eigen::MatrixXd change_with_parameters(const Eigen::Vector3d& field,
-                                                       const Eigen::Vector3d* up,
-                                                       std::optional<double> temperature) const;
+                                                       const ReadingContext& context) const;
   // Of the readings as such; not of the calibration.
   [[nodiscard]] Eigen::VectorXd reading_variance(const Eigen::Vector3d& field,
                                                  std::optional<double> temperature) const;
   [[nodiscard]] Eigen::MatrixXd change_with_readings(std::span<const double> readings,
-                                                     const Eigen::Vector3d* up,
-                                                     std::optional<double> temperature,
+                                                     const ReadingContext& context,
                                                      const Eigen::VectorXd& step) const;
 
   void add_magnitude(const ReducedReading& reduced,
                      std::span<const double> readings,
-                     const Eigen::Vector3d* up,
-                     std::optional<double> temperature,
+                     const ReadingContext& context,
                      std::vector<VarianceShares>& shares) const;
   void put_pole(ReducedUncertainty& result) const;
 
@@ -188,7 +182,7 @@ struct AttitudeBudget {
                                              std::optional<double> temperature = {});
 
 /// @return the field of a pitch and roll in the sensor's frame [field unit of the record].
-[[nodiscard]] Eigen::Vector3d field_of_attitude(const Calibration& calibration,
+[[nodiscard]] Eigen::Vector3d field_of_attitude(const SensorModel& sensor,
                                                 double pitch_rad,
                                                 double roll_rad);
 

@@ -61,6 +61,17 @@ struct FieldConversion {
 /// @param conversion  as field_conversion(); its magnitude becomes the record's.
 [[nodiscard]] Calibration converted(Calibration calibration, const FieldConversion& conversion);
 
+/// What is known beside the readings of an instrument.
+struct ReadingContext {
+  /// Specific force at rest in the sensor's frame, from an accelerometer in its frame: for
+  /// headings, and [unit of the second field] to take out what the instrument answers to it.
+  std::optional<Eigen::Vector3d> up;
+  /// Sensor output of a record with temperature terms; without it the calibration's reference
+  /// counts.
+  std::optional<double> temperature;
+  std::optional<Eigen::Matrix3d> up_covariance;  ///< for uncertainties [unit of up, squared]
+};
+
 /// What a reading of three or more axes says.
 struct ReducedReading {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< f_hat [field unit]
@@ -71,8 +82,7 @@ struct ReducedReading {
   std::span<const std::string_view> derived_names;  ///< of the values in `derived`
 
   /// @param name  "x", "y", "z" of the field, "residual", or of what the kind of instrument
-  /// derives,
-  ///              as "pitch_deg".
+  ///              derives, as "pitch_deg".
   /// @return that number.
   /// @throws DomainError  for another name; the message lists them.
   [[nodiscard]] double operator[](std::string_view name) const;
@@ -101,8 +111,8 @@ struct ReducedAxis {
 /// After construction nothing is allocated: fit for use in real time.
 ///
 /// @code
-/// const axiscal::Reducer reducer(axiscal::read_calibration("cal.json"));
-/// const axiscal::ReducedReading reduced = reducer.reduce(std::array{0.01, -0.02, 0.99});
+/// const axiscal::Reducer reduce(axiscal::read_calibration("cal.json"));
+/// const double pitch_deg = reduce(std::array{0.01, -0.02, 0.99})["pitch_deg"];
 /// @endcode
 ///
 /// @par Source
@@ -111,6 +121,10 @@ class Reducer {
  public:
   /// @throws DomainError  if m >= 3 axes do not determine the field (S of rank below 3), an axis
   ///                      has no sensitivity, or the magnitude is not positive.
+  explicit Reducer(const SensorModel& sensor, const ReductionOptions& options = {});
+
+  /// As by its sensor; of more than three axes each counts as it scatters, and biases that hold the
+  /// field (gives_field()) are known as such.
   explicit Reducer(const Calibration& calibration, const ReductionOptions& options = {});
 
   /// @return m, the number of readings that reduce() takes.
@@ -125,20 +139,15 @@ class Reducer {
   [[nodiscard]] double magnitude() const { return magnitude_; }
 
   /// @param readings  axis_count() finite readings [unit], in the order of the axes; m >= 3.
-  /// @param up        specific force at rest in the sensor's frame, from an accelerometer in its
-  ///                  frame; for headings, and [unit of the second field] to take out what the
-  ///                  instrument answers to it. Null without one.
-  /// @param temperature  sensor output of a record with temperature terms; without it the
-  ///                     calibration's reference counts.
   /// @throws DomainError  if these are not axis_count() readings, or fewer than three. It allocates
   ///                      nothing otherwise.
   [[nodiscard]] ReducedReading reduce(std::span<const double> readings,
-                                      const Eigen::Vector3d* up = nullptr,
-                                      std::optional<double> temperature = {}) const;
+                                      const ReadingContext& context = {}) const;
 
   /// The same in short: `reduce(volts)["pitch_deg"]`.
-  [[nodiscard]] ReducedReading operator()(std::span<const double> readings) const {
-    return reduce(readings);
+  [[nodiscard]] ReducedReading operator()(std::span<const double> readings,
+                                          const ReadingContext& context = {}) const {
+    return reduce(readings, context);
   }
 
   /// @return whether the record has temperature terms, so that reduce() needs a temperature.
@@ -169,8 +178,7 @@ class Reducer {
   [[nodiscard]] double sensitivity_of(std::size_t axis) const { return length_[axis]; }
 
   /// @return whether two axes give the whole field: what they leave open follows from its
-  /// magnitude,
-  ///         and it is in front of them, as the sun is of a sun sensor.
+  /// magnitude, and it is in front of them, as the sun is of a sun sensor.
   [[nodiscard]] bool closes_by_magnitude() const { return open_direction_.has_value(); }
 
   /// The field by two axes and its magnitude.
@@ -190,6 +198,13 @@ class Reducer {
                                          std::optional<double> temperature = {}) const;
 
  private:
+  // What is known of a sensor besides what it is.
+  struct Knowledge {
+    Eigen::VectorXd weights;  // of the axes' equations
+    bool gives_field = true;
+  };
+  Reducer(const SensorModel& sensor, const Knowledge& knowledge, const ReductionOptions& options);
+
   const InstrumentKind* kind_;
   double magnitude_;
   InclinationOptions inclination_;

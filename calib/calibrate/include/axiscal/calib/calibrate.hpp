@@ -62,7 +62,7 @@ namespace axiscal {
 
 /// The same, and where readings contradict each other calibrates again with what the likeliest
 /// explanation says: a label, a value, a level corrected, or the reading left out; up to three
-/// times. Calibration::corrections and notes say what was done.
+/// times. Findings::corrections and notes say what was done.
 [[nodiscard]] Calibration calibrate_with_suggestions(Experiment experiment,
                                                      Observations observations);
 

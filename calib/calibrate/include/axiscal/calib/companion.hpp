@@ -22,8 +22,7 @@ namespace axiscal {
 /// @param companions    the other's readings, as many.
 /// @param record        the companion's name, for the record.
 /// @throws SetupError    unless it was calibrated by method magnitude without design points, S
-/// taken as
-///                       symmetric.
+///                       taken as symmetric.
 /// @throws DomainError   if the readings are not as many, or either has not three axes.
 /// @throws RefusedError  as align_by_constant_angle().
 void align_with_companion(Calibration& calibration,

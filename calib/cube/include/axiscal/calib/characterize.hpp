@@ -102,8 +102,7 @@ struct Characterization {
 ///                       instrument has fewer than three axes, a face was never the rest face, or
 ///                       the readings do not determine the cube.
 /// @throws DomainError   if slots have no names of their own, or readings and record differ in
-/// their
-///                       number of axes.
+///                       their number of axes.
 /// @throws SetupError    if leave_out names a slot that is not there.
 /// @par Source
 /// method.md, section 9; US 7,467,536; beyond it.

@@ -134,9 +134,10 @@ struct TurnFit {
 /// @param turns  three or more about different axes.
 /// @param rests  bias, covariance of their mean, 0: it is exact, and its degrees of freedom count.
 /// @throws RefusedError, RankDeficientError  for too few turns, turns about too few axes (the
-/// message
-///         names what stays open), or where no scale fits (the message says how far off it is), or
-///         one that makes more than 20 revolutions of a turn, unless it was stated (rate_per_unit).
+///                                           message names what stays open), or where no scale fits
+///                                           (the message says how far off it is), or one that
+///                                           makes more than 20 revolutions of a turn, unless it
+///                                           was stated (rate_per_unit).
 /// @par Source
 /// method.md, section 4, turns; D. Tedaldi, A. Pretto, E. Menegatti, ICRA 2014.
 [[nodiscard]] TurnFit fit_turns(std::span<const GyroscopeTurn> turns,

@@ -38,15 +38,17 @@ struct Estimate {
   std::optional<Levelness> levelness;
   std::optional<Eigen::Matrix3d> field_covariance;  // joint: of the fields' mean
   double field_degrees_of_freedom = 0.0;
-  double mean_field = 0.0;            // known by fx,fy,fz: mean length of the fields given
-  double direction_se_rad = 0.0;      // joint: the larger standard error of the field's direction
+  Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  // of a transfer, as seen_directions()
+  std::vector<AxisMask> visible;  // of one-sided axes under several lights, as ReadingSet has it
+  double mean_field = 0.0;        // known by fx,fy,fz: mean length of the fields given
+  double direction_se_rad = 0.0;  // joint: the larger standard error of the field's direction
   std::vector<std::size_t> unpaired;  // paired: readings without their opposite, left out
   bool unsettled = false;             // one-sided axes: which readings they see does not settle
   std::optional<CurvatureTest> curvature;
   Eigen::VectorXd block_mean_square;      // m: of the blocks' biases about their mean; or empty
   double block_degrees_of_freedom = 0.0;  // of each
   int earlier = 0;                        // earlier calibrations whose scatter of blocks counts
-  std::vector<std::string> notes;         // remarks that ask for nothing
+  std::vector<CalibrationNote> notes;     // remarks that ask for nothing
   std::string ambiguity;                  // joint: two solutions that fit alike, in words
 };
 

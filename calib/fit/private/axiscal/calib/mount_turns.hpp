@@ -34,8 +34,8 @@ struct MountStep {
 /// @return false where the turns leave no degrees of freedom, so that nothing was counted.
 /// @par Source
 /// method.md, section 4.
-[[nodiscard]] bool count_mounts(const std::map<int, Eigen::Matrix3d>& turns,
-                                double expected,
-                                Estimate& estimate);
+[[nodiscard]] bool add_mount_scatter(const std::map<int, Eigen::Matrix3d>& turns,
+                                     double expected,
+                                     Estimate& estimate);
 
 }  // namespace axiscal

@@ -15,6 +15,9 @@
 
 namespace axiscal {
 
+/// n x m: which readings an axis uses.
+using AxisMask = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>;
+
 /// The temperature terms of the axes while they are fitted (method.md, section 6). The product of
 /// scale and field is linear in the changes of its factors: columns d^j (S f) beside scale(t) f.
 struct TemperatureTerms {
@@ -43,6 +46,10 @@ struct ReadingSet {
   std::vector<Eigen::Vector3d> also_in_table;
   Eigen::VectorXd noise_ratio;  // m: stated; empty where it is not known
   bool robust = false;
+  Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  // of a transfer, as seen_directions()
+  // Of one-sided axes under several lights: which of the parts each axis sees at each reading, n x
+  // m for each part; empty where what one sees all see.
+  std::vector<AxisMask> visible;
   TemperatureTerms temperature;
   RunEffects effects;  // of the run, beside the coefficients; may have no columns
 
@@ -77,6 +84,10 @@ struct ReadingSet {
                                                Eigen::Index reading,
                                                Eigen::Index axis) const;
 
+  // From all columns of an axis to those that its readings tell apart: all of them, but for a
+  // transfer, which has a column for each direction that its fields had.
+  [[nodiscard]] Eigen::MatrixXd map_of_seen() const;
+
   // 1 + c_1 d + ..., as far as known.
   [[nodiscard]] double scale(Eigen::Index reading, Eigen::Index axis) const;
 
@@ -95,6 +106,14 @@ struct ReadingSet {
   [[nodiscard]] Eigen::Matrix3d field_change(Eigen::Index reading,
                                              const TableField& field_at,
                                              std::size_t which) const;
+
+  // The same of what an axis saw of it.
+  [[nodiscard]] bool sees(Eigen::Index axis, Eigen::Index reading, std::size_t part) const {
+    return visible.empty() || visible[part](reading, axis);
+  }
+  [[nodiscard]] Eigen::Vector3d seen_in_table(Eigen::Index axis,
+                                              Eigen::Index reading,
+                                              const TableField& field_at) const;
 
   // Row [1, f, second fields] of a reading, by its rotation and the field in the table.
   [[nodiscard]] Eigen::RowVectorXd design_row(const Eigen::Matrix3d& rotation,
@@ -119,5 +138,18 @@ struct ReadingSet {
 /// Rows [1, f_i, second fields] of the regression for the fields in the table, or where there are
 /// none for those that the readings bring; n x base_column_count().
 [[nodiscard]] Eigen::MatrixXd field_design(const ReadingSet& set, const TableField& field);
+
+/// The rows of each axis: field_design() for all, unless axes see different parts of the field.
+class AxisDesigns {
+ public:
+  AxisDesigns(const ReadingSet& set, const TableField& field);
+
+  [[nodiscard]] const Eigen::MatrixXd& of(Eigen::Index axis) const {
+    return designs_[designs_.size() == 1 ? 0 : static_cast<std::size_t>(axis)];
+  }
+
+ private:
+  std::vector<Eigen::MatrixXd> designs_;  // one for all, or one for each axis
+};
 
 }  // namespace axiscal

@@ -13,9 +13,6 @@
 
 namespace axiscal {
 
-/// n x m: which readings an axis uses.
-using AxisMask = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>;
-
 /// The observations of an experiment in the terms of the estimators: which are used, by what
 /// weight, and how the instrument lay in each.
 class ReadingSource {
@@ -49,8 +46,7 @@ class ReadingSource {
 
   /// From now on the instrument sits in the cube in each of these mounts turned once more.
   /// @param turns  exp([d]x) by the mount's number, f_sensor -> exp([d]x) f_sensor; empty: takes
-  /// all
-  ///               turns back.
+  ///               all turns back.
   void turn_mounts(const std::map<int, Eigen::Matrix3d>& turns);
 
   /// How the mounts are turned in all.
@@ -75,6 +71,10 @@ class ReadingSource {
   [[nodiscard]] const std::vector<FieldDescription>& also() const { return also_; }
 
   [[nodiscard]] bool by_field() const { return by_field_; }
+
+  /// Each part of a sum at a reading, frame sensor; 3 x parts.
+  [[nodiscard]] Eigen::Matrix3Xd lights_in_sensor(const Reading& reading,
+                                                  const TableField& field) const;
 
   /// The field of a reading in the sensor's frame.
   /// @param fields  as Estimate::field.

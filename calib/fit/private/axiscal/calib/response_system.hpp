@@ -16,12 +16,15 @@ namespace axiscal {
 /// How the field in the sensor changes with q unknowns; for each reading 3 x q.
 using FieldChanges = std::vector<Eigen::Matrix3Xd>;
 
+/// @param axis  that sees the field; where axes see different parts of it what one does not see
+///              changes nothing.
 /// @return how it changes with a step along the tangents of the field [rad]; those of all its
 ///         vectors in their order.
 [[nodiscard]] FieldChanges changes_with_directions(
     const ReadingSet& set,
     const TableField& field,
-    const std::vector<TableField::Tangents>& tangents);
+    const std::vector<TableField::Tangents>& tangents,
+    Eigen::Index axis = 0);
 
 /// @return how an axis's readings change with the same unknowns, not weighted; n x q.
 /// @param S  the axis's row of the sensitivity.

@@ -15,9 +15,9 @@ namespace axiscal {
 /// @param estimate     of methods paired, joint and known; its intervals are filled.
 /// @par Source
 /// method.md, section 4.1.
-void count_rounding(const ReadingSet& set,
-                    bool known_field,
-                    double stated_step,
-                    Estimate& estimate);
+void add_rounding_scatter(const ReadingSet& set,
+                          bool known_field,
+                          double stated_step,
+                          Estimate& estimate);
 
 }  // namespace axiscal

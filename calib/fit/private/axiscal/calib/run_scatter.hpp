@@ -15,6 +15,6 @@ namespace axiscal {
 /// @param estimate  of methods paired, joint and known; its intervals are filled.
 /// @par Source
 /// method.md, section 4.
-void count_run_scatter(const ReadingSet& set, const ProcessScatter* process, Estimate& estimate);
+void add_run_scatter(const ReadingSet& set, const ProcessScatter* process, Estimate& estimate);
 
 }  // namespace axiscal

@@ -15,6 +15,6 @@ namespace axiscal {
 ///                  count the soaks' scatter.
 /// @par Source
 /// method.md, section 6.
-void count_soaks(const ReadingSet& set, Estimate& estimate);
+void add_soak_scatter(const ReadingSet& set, Estimate& estimate);
 
 }  // namespace axiscal

@@ -16,7 +16,7 @@ namespace axiscal {
 
 /// An experiment before the experiment.
 struct ForecastSetup {
-  Calibration nominal;              ///< instrument, field and response as expected
+  SensorModel nominal;              ///< instrument, field and response as expected
   std::vector<DesignEntry> design;  ///< one replicate
   int replicates = 1;
   Method method = Method::paired;
@@ -33,7 +33,7 @@ struct ForecastSetup {
 /// sensitivity that it should have.
 ///
 /// @throws SetupError  as make_field_description().
-[[nodiscard]] Calibration nominal_calibration(const Experiment& experiment, double sensitivity);
+[[nodiscard]] SensorModel nominal_sensor(const Experiment& experiment, double sensitivity);
 
 /// What an experiment and one replicate of its design say of a forecast; its noise, samples and the
 /// uncertainties of face normals and levelness are left to be stated.
@@ -91,8 +91,7 @@ struct AngleUncertainty {
                                                PitchFormula formula = PitchFormula::arcsine);
 
 /// @return the largest standard uncertainty of the field's direction as calibrated readings give
-/// it,
-///         over all attitudes and both ways in which it can be off [rad].
+/// it, over all attitudes and both ways in which it can be off [rad].
 /// @throws DomainError  as forecast_angles().
 [[nodiscard]] double largest_angle_uncertainty(const Forecast& forecast,
                                                const Eigen::MatrixXd& covariance);

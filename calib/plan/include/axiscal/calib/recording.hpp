@@ -50,7 +50,7 @@ struct HandMotion {
 /// A recording `free` or `sweep`, a reading for each sample. A sweep lies as the cube nominally
 /// does; the truth's temperature terms count.
 /// @throws DomainError  as simulate_run(); for fewer than 100 samples.
-[[nodiscard]] SimulatedRun simulate_recording(const Calibration& truth,
+[[nodiscard]] SimulatedRun simulate_recording(const SensorModel& truth,
                                               const Recording& recording,
                                               const SimulationOptions& options = {});
 
@@ -67,7 +67,7 @@ struct SimulatedTurns {
 /// @param truth  a gyroscope's, in rad/s: its response counts.
 /// @param earth_in_table  the Earth's rotation [rad/s].
 /// @throws DomainError  as simulate_recording(); for fewer than 30 samples a seat.
-[[nodiscard]] SimulatedTurns simulate_turns(const Calibration& truth,
+[[nodiscard]] SimulatedTurns simulate_turns(const SensorModel& truth,
                                             const std::vector<RunSheetRow>& sheet,
                                             const Recording& recording,
                                             const Eigen::Vector3d& earth_in_table,
@@ -84,6 +84,6 @@ struct SimulatedTurns {
 
 /// The truth as method magnitude can find it: its frame turned so that the sensitivities have the
 /// shape.
-[[nodiscard]] Calibration in_shape(Calibration truth, MagnitudeShape shape);
+[[nodiscard]] SensorModel in_shape(SensorModel truth, MagnitudeShape shape);
 
 }  // namespace axiscal

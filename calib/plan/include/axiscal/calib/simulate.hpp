@@ -30,15 +30,14 @@ struct SimulationOptions {
 };
 
 /// @return the truth with its table level: the slope that gravity has in its table, or else the
-/// axis of
-///         its turntable, is taken out of all fields that are not made on the table. As given where
-///         its fields do not tell the slope.
-[[nodiscard]] Calibration on_level_table(Calibration truth);
+///         axis of its turntable, is taken out of all fields that are not made on the table. As
+///         given where its fields do not tell the slope.
+[[nodiscard]] SensorModel on_level_table(SensorModel truth);
 
 /// @return the truth with its field in the table. A record that does not say how the field lay
 ///         there, as by method magnitude, gets that of its site on a level table with the fence to
 ///         the north; without a site it stays as it is.
-[[nodiscard]] Calibration with_field_of_site(Calibration truth);
+[[nodiscard]] SensorModel with_field_of_site(SensorModel truth);
 
 /// A simulated run.
 struct SimulatedRun {
@@ -62,12 +61,12 @@ struct SimulatedRun {
 ///                      world has numbers for another count of axes.
 /// @par Source
 /// method.md, sections 2, 3 and 8.
-[[nodiscard]] SimulatedRun simulate_run(const Calibration& truth,
+[[nodiscard]] SimulatedRun simulate_run(const SensorModel& truth,
                                         const std::vector<RunSheetRow>& sheet,
                                         const SimulationOptions& options = {});
 
 /// The observations of such a run alone.
-[[nodiscard]] Observations simulate(const Calibration& truth,
+[[nodiscard]] Observations simulate(const SensorModel& truth,
                                     const std::vector<RunSheetRow>& sheet,
                                     const SimulationOptions& options = {});
 

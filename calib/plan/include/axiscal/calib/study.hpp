@@ -18,7 +18,7 @@ namespace axiscal {
 
 /// What is simulated and calibrated again and again (method.md, section 8).
 struct StudySetup {
-  Calibration truth;      ///< instrument, field, response; its `in_table` is the field there
+  SensorModel truth;      ///< instrument, field, response; its `in_table` is the field there
   Experiment experiment;  ///< how each run is calibrated; its positioner is what is believed
   std::vector<DesignEntry> design;
   int replicates = 1;

@@ -54,7 +54,7 @@ struct ToleranceEffect {
 };
 
 struct ToleranceStudy {
-  Calibration nominal;              ///< instrument, field and response; three axes or more
+  SensorModel nominal;              ///< instrument, field and response; three axes or more
   std::vector<DesignEntry> design;  ///< the points taken, one replicate
   CubeFeet drawing;
   Surface surface;

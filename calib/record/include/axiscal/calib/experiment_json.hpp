@@ -33,9 +33,13 @@ struct ExperimentFile {
 /// As parse_experiment(), from a file.
 [[nodiscard]] ExperimentFile read_experiment(const std::string& path);
 
+/// @return whether a file can hold the experiment: no part of its fields is a program's own class
+///         of a kind that was not added by add_field_kind().
+[[nodiscard]] bool can_be_stated(const Experiment& experiment);
+
 /// @return the experiment as such a file; a positioner that is not the nominal one and the record
 ///         that it starts from stand in it whole.
-/// @throws DomainError  if its field is a program's own, of a kind that was not added.
+/// @throws DomainError  unless it can_be_stated().
 [[nodiscard]] std::string experiment_json(const Experiment& experiment,
                                           const ExperimentPaths& paths = {});
 

@@ -92,10 +92,6 @@ struct ParameterUncertainty {
 [[nodiscard]] std::vector<ParameterUncertainty> parameter_uncertainties(
     const Calibration& calibration);
 
-/// @return the value of a parameter, as "x.sensitivity.y" or "z.scale.d2".
-/// @throws DomainError  for a name that is none of the record's.
-[[nodiscard]] double parameter_value(const Calibration& calibration, const std::string& name);
-
 /// @return whether every parameter has an expanded uncertainty: not without degrees of freedom.
 [[nodiscard]] bool states_uncertainty(const Calibration& calibration);
 
@@ -103,8 +99,7 @@ struct ParameterUncertainty {
 [[nodiscard]] std::string parameter_unit(const Calibration& calibration, const std::string& name);
 
 /// @return whether the budget holds how well the field's magnitude is known, or that does not
-/// matter
-///         (methods bias and turns); without it nothing can be claimed in SI units.
+/// matter (methods bias and turns); without it nothing can be claimed in SI units.
 [[nodiscard]] bool counts_magnitude(const Calibration& calibration);
 
 /// What the stated uncertainty does not hold, as nobody stated how well it is known: of a run on a

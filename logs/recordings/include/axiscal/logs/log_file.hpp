@@ -80,10 +80,9 @@ struct LogDefects {
 /// Compressed by gz, bz2, xz, zst, lz4; within a zip. NumPy's .npy and .npz, MATLAB's .mat (v5,
 /// v7.3), spreadsheets (.xlsx) and JSON, whose columns are held in memory. Flight logs, bags and
 /// phones' recordings (RecordingFile): the sensors that they hold become the columns ax, ay, az,
-/// gx,
-/// ..., mx, ..., temperature beside time_s, at the times of the fastest accelerometer or gyroscope,
-/// the others interpolated. What a file is, is seen from its content, not from its name; `-` is
-/// standard input.
+/// gx, ..., mx, ..., temperature beside time_s, at the times of the fastest accelerometer or
+/// gyroscope, the others interpolated. What a file is, is seen from its content, not from its name;
+/// `-` is standard input.
 class LogFile {
  public:
   /// @throws DataError  if there is no such file, it is empty or damaged, or no table and no sensor

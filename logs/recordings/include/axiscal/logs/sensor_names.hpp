@@ -41,8 +41,7 @@ struct NamedColumn {
 [[nodiscard]] SeriesKind kind_of_words(std::string_view words);
 
 /// @return 0, 1, 2 for a name that is of an axis: "AccX", "gyro_y", "Acc_Z", "accel[2]", "mag.x";
-/// the
-///         format's x, y, z; else nothing.
+/// the format's x, y, z; else nothing.
 [[nodiscard]] std::optional<std::size_t> axis_of_name(std::string_view name);
 
 /// What the columns of a table are, by their names and units.

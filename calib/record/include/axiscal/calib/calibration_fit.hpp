@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/choices.hpp"
+#include "axiscal/calib/fit_statistics.hpp"
+#include "axiscal/calib/levelness.hpp"
+#include "axiscal/calib/uncertainty_budget.hpp"
+#include "axiscal/field/field_level.hpp"
+#include "axiscal/instruments/polar_form.hpp"
+#include "axiscal/positioner/design_point.hpp"
+
+namespace axiscal {
+
+/// What the fit leaves of one reading.
+struct ReadingResidual {
+  int run = 1;
+  std::optional<DesignPoint> point;
+  std::optional<FieldLevel> level;
+  std::optional<int> block;
+  std::optional<double> temperature;
+  Eigen::VectorXd response;  ///< response less the fit, m entries [unit]
+  double magnitude = 0.0;    ///< |f_hat| - F [field unit]; NaN for m < 3
+  bool used = true;          ///< false: left out of the fit
+};
+
+/// One axis fitted in the known-art form: bias, sensitivity, coning angle, azimuth.
+struct PolarFit {
+  double bias = 0.0;  ///< [unit of the readings]
+  PolarForm form;
+  double residual_sd = 0.0;  ///< scatter of one reading; NaN without degrees of freedom
+  int rounds = 0;            ///< that Gauss-Newton took
+  bool converged = false;
+};
+
+/// How well orientations without labels cover the sphere, and how well the fit explains them: the
+/// figures that users know from magneto and MotionCal.
+struct OrientationQuality {
+  double fit_error = 0.0;         ///< rms of |f| - F, relative to F
+  double magnitude_spread = 0.0;  ///< standard deviation of |f|, relative to F
+  double coverage = 0.0;          ///< share of the sphere that is within 30 degrees of a reading
+  double largest_gap_rad = 0.0;   ///< from a direction that no reading is near to the nearest one
+  Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< that direction, frame sensor
+};
+
+/// How two instruments that were recorded together are turned against each other.
+struct Alignment {
+  Eigen::Matrix3d rotation_companion_from_sensor = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d standard_error_rad = Eigen::Vector3d::Zero();  ///< about x, y, z of the companion
+  double angle_rad = 0.0;  ///< between the two fields; the dip is this less 90 degrees
+  double angle_se_rad = 0.0;
+  double residual_sd = 0.0;  ///< scatter of the cosine of that angle
+};
+
+/// How the instrument's frame was turned to that of another that was recorded with it.
+struct CompanionAlignment {
+  std::string record;  ///< the companion's, as given
+  Alignment alignment;
+};
+
+/// How a sensor's coefficients were found, and how well.
+struct CalibrationFit {
+  std::optional<Method> method;  ///< nothing where another software did it
+  Weighting weights = Weighting::none;
+  bool robust = false;
+  bool level_by_block = false;          ///< whether each block has its own levelness
+  std::vector<int> left_out;            ///< runs not used
+  std::vector<PolarFit> polar_fit;      ///< the known-art fit of each axis, where it was asked for
+  std::optional<MagnitudeShape> shape;  ///< how method magnitude takes S
+  std::optional<FitStatistics> statistics;
+  std::optional<UncertaintyBudget> uncertainty;    ///< where there are statistics
+  CalibrationConditions conditions;                ///< of the scatter in the statistics
+  std::optional<OrientationQuality> orientations;  ///< method magnitude
+  /// Method turns: the attitude error after each turn [rad], in the sensor's frame before it.
+  std::vector<Eigen::Vector3d> turn_errors_rad;
+  std::optional<CompanionAlignment> alignment;  ///< with an instrument recorded together
+  std::optional<Levelness> levelness;
+  std::vector<ReadingResidual> residuals;
+};
+
+}  // namespace axiscal

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/deletion_fit.hpp"
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include "axiscal/calib/distributions.hpp"
+#include "labelled_set.hpp"
+
+namespace axiscal {
+namespace {
+
+// A reading predicted by the regression of the others, axis by axis: prediction intervals of a
+// textbook (Draper & Smith, Applied Regression Analysis, sec. 3.1), Fisher's method over the axes.
+double p_by_hand(const ReadingSet& set, std::size_t left_out) {
+  const Eigen::MatrixXd X = test::rows_of(set, test::sloping_gravity);
+  std::vector<Eigen::Index> others;
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    if (i != static_cast<Eigen::Index>(left_out)) {
+      others.push_back(i);
+    }
+  }
+  const Eigen::MatrixXd A = X(others, Eigen::all);
+  const Eigen::MatrixXd C = (A.transpose() * A).inverse();
+  const Eigen::RowVectorXd x = X.row(static_cast<Eigen::Index>(left_out));
+  const double nu = static_cast<double>(others.size()) - 4.0;
+  double sum = 0.0;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const Eigen::VectorXd y = set.response.col(k)(others);
+    const Eigen::VectorXd b = C * (A.transpose() * y);
+    const double s2 = (y - A * b).squaredNorm() / nu;
+    const double e = set.response(static_cast<Eigen::Index>(left_out), k) - x.dot(b);
+    const double f = e * e / (s2 * (1.0 + (x * C * x.transpose())(0)));
+    sum -= 2.0 * std::log(f_upper_p(f, 1.0, nu));
+  }
+  return chi_squared_upper_p(sum, 2.0 * static_cast<double>(set.axis_count()));
+}
+
+TEST(DeletionFit, IsThePredictionOfTheOthersWhereTheFieldIsKnown) {
+  const TableField field = test::gravity_in_table(test::sloping_gravity);
+  ReadingSet set = test::labelled_set(test::some_response(), field, standard_design(24), 1e-3, 7);
+  set.response(5, 1) += 4e-3;
+  const DeletionFit fit(set, field, true);
+  for (const std::size_t i : {std::size_t{0}, std::size_t{5}, std::size_t{17}}) {
+    const double expected = p_by_hand(set, i);
+    // The axes' noise is iterated until it stays within 1e-6.
+    EXPECT_NEAR(fit.p_value({i}, Eigen::MatrixXd::Ones(1, 1)).value(), expected, 1e-4 * expected);
+  }
+  EXPECT_LT(p_by_hand(set, 5), 1e-2);
+}
+
+TEST(DeletionFit, HasNoAnswerWhereTheOthersDetermineNothing) {
+  const TableField field = test::gravity_in_table(test::sloping_gravity);
+  const ReadingSet set =
+      test::labelled_set(test::some_response(), field, standard_design(6), 1e-3, 7);
+  const DeletionFit fit(set, field, true);
+  EXPECT_FALSE(fit.p_value({0, 1, 2}, Eigen::MatrixXd::Identity(3, 3)).has_value());
+}
+
+}  // namespace
+}  // namespace axiscal

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// What readings share, by generalised least squares written out: weigh_shared_errors(), and what
+// make_budget() says of inputs that are only stated.
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include "axiscal/calib/generalized_fit.hpp"
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/uncertainty_sources.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "labelled_set.hpp"
+#include "matchers.hpp"
+
+namespace axiscal {
+namespace {
+
+// The table is known to be level to 1e-3 only, and stands sloping by more; one axis, so that its
+// scatter is one number that restricted likelihood gives by one equation: tr P = y' P P y.
+TEST(WeighSharedErrors, IsGeneralizedLeastSquares) {
+  const Eigen::Vector3d in_table = Eigen::Vector3d::UnitZ();
+  const LinearResponse truth{.bias = Eigen::VectorXd::Constant(1, 0.1),
+                             .sensitivity = Eigen::RowVector3d(0.3, -0.2, 2.0)};
+  const double u = 1e-3;
+  const TableField as_given = test::gravity_in_table(in_table);
+  const TableField as_it_is = test::gravity_in_table(Eigen::Vector3d(1.2e-3, -0.7e-3, 1.0));
+  ReadingSet set = test::labelled_set(truth, as_it_is, standard_design(24), 2e-4, 11);
+  set.field = as_given;
+  Experiment experiment;
+  experiment.method = Method::known;
+  experiment.stated.slope_u = u;
+  Estimate estimate = estimate_known(set, as_given);
+  fill_intervals(estimate.statistics);
+  const std::vector<UncertaintySource> sources =
+      weigh_shared_errors(experiment, set, Method::known, estimate);
+  ASSERT_EQ(sources.size(), 1U);
+  EXPECT_EQ(sources.front().name, "levelness");
+
+  const Eigen::MatrixXd X = test::rows_of(set, in_table);
+  const Eigen::RowVector3d S = estimate.response.sensitivity.row(0);
+  Eigen::MatrixXd H(set.size(), 2);
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    const Eigen::Matrix3d& R = set.rotation_sensor_from_table[static_cast<std::size_t>(i)];
+    for (int j = 0; j < 2; ++j) {
+      // A slope turns the field about the table's x and y.
+      H(i, j) = S.dot(R * (u * Eigen::Vector3d(Eigen::Vector3d::Unit(j)).cross(in_table)));
+    }
+  }
+  const double s = estimate.statistics.residual_sd(0);
+  const Eigen::MatrixXd V =
+      s * s * Eigen::MatrixXd::Identity(set.size(), set.size()) + H * H.transpose();
+  const Eigen::MatrixXd W = V.inverse();
+  const Eigen::MatrixXd C = (X.transpose() * W * X).inverse();
+  const Eigen::VectorXd b = C * (X.transpose() * W * set.response.col(0));
+  EXPECT_NEAR(estimate.response.bias(0), b(0), 1e-9);
+  EXPECT_MATRIX_NEAR(S.transpose(), b.tail<3>(), 1e-9);
+  EXPECT_MATRIX_NEAR(estimate.statistics.covariance.diagonal(), C.diagonal(),
+                     1e-3 * C.diagonal().maxCoeff());
+  const Eigen::MatrixXd P = W - W * X * C * X.transpose() * W;
+  const Eigen::VectorXd Py = P * set.response.col(0);
+  EXPECT_NEAR(Py.squaredNorm(), P.trace(), 1e-3 * P.trace());
+}
+
+TEST(MakeBudget, ScalesWithTheFieldAndTurnsWithTheMount) {
+  const double F = 9.81;
+  Calibration calibration;
+  calibration.sensor.instrument.kind = "accelerometer";
+  calibration.sensor.field.kind = "gravity";
+  calibration.sensor.field.unit = "m/s^2";
+  calibration.sensor.field.magnitude = F;
+  calibration.sensor.field.magnitude_u = 1e-3;
+  Eigen::Matrix3d S;
+  S << 0.2, 0.01, 0.0, -0.02, 0.21, 0.005, 0.0, 0.004, 0.19;
+  calibration.sensor.response = {Eigen::Vector3d::Zero(), S};
+  FitStatistics& statistics = calibration.fit.statistics.emplace();
+  statistics.parameter_names = parameter_names({"x", "y", "z"});
+  statistics.covariance = Eigen::MatrixXd::Zero(12, 12);
+  statistics.residual_sd = Eigen::Vector3d::Zero();
+  const double turn = 2e-4;
+  Experiment experiment;
+  experiment.slot = "a";
+  experiment.positioner = Positioner().with_mounts({Mount{.slot = "a", .repeatability_rad = turn}});
+  const UncertaintyBudget budget = make_budget(experiment, {}, calibration, {}, {});
+  ASSERT_EQ(budget.sources.size(), 3U);  // the fit, the field's magnitude, the mount
+
+  // All sensitivities change by u / F at once, and no bias.
+  Eigen::VectorXd by_field = Eigen::VectorXd::Zero(12);
+  Eigen::MatrixXd by_mount = Eigen::MatrixXd::Zero(12, 12);
+  for (int k = 0; k < 3; ++k) {
+    by_field.segment<3>(4 * k + 1) = 1e-3 / F * S.row(k).transpose();
+  }
+  for (int j = 0; j < 3; ++j) {
+    // v = S R f, R = 1 + [w x]: S changes by S [w x].
+    const Eigen::Matrix3d change = turn * S * cross_matrix(Eigen::Vector3d::Unit(j));
+    Eigen::VectorXd all = Eigen::VectorXd::Zero(12);
+    for (int k = 0; k < 3; ++k) {
+      all.segment<3>(4 * k + 1) = change.row(k).transpose();
+    }
+    by_mount += all * all.transpose();
+  }
+  EXPECT_MATRIX_NEAR(budget.sources[1].covariance, by_field * by_field.transpose(), 1e-18);
+  EXPECT_EQ(budget.sources[2].name, "mount");
+  EXPECT_MATRIX_NEAR(budget.sources[2].covariance, by_mount, 1e-18);
+}
+
+}  // namespace
+}  // namespace axiscal

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// The example experiments, run by the command and held against the answers of their own solver
+// (examples/experiments/solve.py), which shares nothing with the library.
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "program.hpp"
+
+namespace axiscal {
+namespace {
+
+// Every parameter of the answer within a small part of its standard uncertainty.
+void expect_answer(const nlohmann::json& answer, const nlohmann::json& record) {
+  EXPECT_EQ(record.at("status"), "ok");
+  std::map<std::string, double> values;
+  for (const nlohmann::json& parameter : record.at("uncertainty").at("parameters")) {
+    values[parameter.at("parameter")] = parameter.at("value");
+  }
+  for (const nlohmann::json& expected : answer.at("parameters")) {
+    const std::string name = expected.at("parameter");
+    ASSERT_TRUE(values.contains(name)) << name;
+    // Both weigh the axes by their scatter, in rounds that end a little differently.
+    EXPECT_NEAR(values.at(name), expected.at("value"), 0.01 * expected.at("u").get<double>())
+        << name;
+  }
+}
+
+class ExampleExperiment : public testing::TestWithParam<const char*> {};
+
+TEST_P(ExampleExperiment, HasTheAnswerOfItsOwnSolver) {
+  const std::filesystem::path folder =
+      std::filesystem::path(AXISCAL_SOURCE_DIR) / "examples" / "experiments" / GetParam();
+  const nlohmann::json answer = test::read_json((folder / "answer.json").string()).at("records");
+  const test::ScratchFolder scratch;
+  const bool has_slots = answer.front().contains("slot");
+  const test::ProgramResult result =
+      test::run_axiscal({"calibrate", (folder / "experiment.json").string(), "-o",
+                         scratch.path(has_slots ? "cal-{slot}.json" : "cal.json")});
+  ASSERT_EQ(result.status, 0) << result.err;
+  for (const nlohmann::json& one : answer) {
+    const std::string name =
+        has_slots ? "cal-" + one.at("slot").get<std::string>() + ".json" : "cal.json";
+    expect_answer(one, test::read_json(scratch.path(name)));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All,
+    ExampleExperiment,
+    testing::Values(
+        "turntable", "sun", "temperature", "triple_frame", "one_axis", "transfer", "drift"),
+    [](const auto& one) { return std::string(one.param); });
+
+// A kind of instrument that is stated by formulas: its quantities in the record, its column in
+// apply.
+TEST(InstrumentFile, GoesWithEveryCommand) {
+  const test::ScratchFolder scratch;
+  const std::string kind = scratch.write("mill.json", R"js({"format": "axiscal-instrument-kind",
+    "version": 1, "name": "field_mill", "usual_field": "custom",
+    "derived": [{"name": "zenith_angle_deg", "formula": "atan2(hypot(x, y), z) * 180 / pi"}],
+    "quantities": [{"name": "gain", "formula": "sqrt(sx^2 + sy^2 + sz^2)", "unit": "mV/(V/m)"}]})js");
+  std::string rows = "run,rest,fence,x,y,z\n";
+  // What each axis reads of 100 V/m along the table's normal, with a gain of 2 and no bias.
+  const std::vector<std::pair<std::string, std::string>> poses = {
+      {"-Z,-X", "0,0,200"},     {"-Z,+X", "0,0.02,200"},  {"+Z,-X", "0,0,-200"},
+      {"+Z,+X", "0,0,-200.02"}, {"-X,-Y", "200,0,0"},     {"-X,+Y", "200,0.01,0"},
+      {"+X,-Y", "-200,0,0"},    {"+X,+Y", "-200,0,0.01"}, {"-Y,-Z", "0,200,0"},
+      {"-Y,+Z", "0,200,0.01"},  {"+Y,-Z", "0,-200,0"},    {"+Y,+Z", "0.01,-200,0"}};
+  int run = 0;
+  for (const auto& [pose, values] : poses) {
+    rows += std::to_string(++run) + "," + pose + "," + values + "\n";
+  }
+  const std::string data = scratch.write("run.csv", rows);
+  const std::string record = scratch.path("cal.json");
+  const test::ProgramResult made =
+      test::run_axiscal({"calibrate", data, "--instrument", kind, "--unit", "mV", "--field-table",
+                         "0,0,100", "--field-unit", "V/m", "-o", record});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const nlohmann::json written = test::read_json(record);
+  EXPECT_EQ(written.at("instrument").at("kind"), "field_mill");
+  EXPECT_EQ(written.at("quantities").size(), 3U);
+  EXPECT_NEAR(written.at("quantities")[0].at("values")[0], 2.0, 1e-3);
+  const std::string readings = scratch.write("new.csv", "x,y,z\n0,120,160\n");
+  const test::ProgramResult applied =
+      test::run_axiscal({"apply", record, readings, "--instrument", kind});
+  ASSERT_EQ(applied.status, 0) << applied.err;
+  const auto cells = test::csv_cells(applied.out);
+  const auto column = std::find(cells[0].begin(), cells[0].end(), "zenith_angle_deg");
+  ASSERT_NE(column, cells[0].end()) << applied.out;
+  // atan(120 / 160), by what the calibration says of bias and cross-axis terms to 1e-4.
+  EXPECT_NEAR(std::stod(cells[1][static_cast<std::size_t>(column - cells[0].begin())]), 36.8699,
+              0.01);
+  const test::ProgramResult without = test::run_axiscal({"apply", record, readings});
+  EXPECT_NE(without.status, 0);
+  EXPECT_NE(without.err.find("--instrument"), std::string::npos) << without.err;
+}
+
+}  // namespace
+}  // namespace axiscal
