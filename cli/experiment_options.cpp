@@ -523,8 +523,30 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
   return file;
 }
 
+namespace {
+
+// The parts of a field as they were stated, so that what is unknown of one stays so: the light of
+// a room is another when the instrument is looked at again. Where the others pointed is a start.
+FieldSetup parts_as_stated(FieldSetup stated, const FieldDescription& found) {
+  const auto start = [](FieldSetup& part, const FieldDescription& known) {
+    if (!part.in_table && part.magnitude) {
+      part.in_table = known.in_table;
+    }
+  };
+  if (stated.others.size() + 1 == found.parts.size()) {
+    start(stated, found.parts.front());
+    for (std::size_t p = 0; p < stated.others.size(); ++p) {
+      start(stated.others[p], found.parts[p + 1]);
+    }
+  }
+  return stated;
+}
+
+}  // namespace
+
 Experiment experiment_of(const Calibration& record) {
   Experiment experiment;
+  FieldSetup stated;
   if (!record.provenance.experiment.empty()) {
     const Experiment done =
         parse_experiment(record.provenance.experiment, "the record's experiment").experiment;
@@ -533,6 +555,7 @@ Experiment experiment_of(const Calibration& record) {
     experiment.seats = done.seats;
     experiment.nominal_sensitivity = done.nominal_sensitivity;
     experiment.table.fence_azimuth_rad = done.table.fence_azimuth_rad;
+    stated = done.field;
   }
   experiment.instrument = record.sensor.instrument;
   if (record.fit.method != Method::turns) {
@@ -540,7 +563,9 @@ Experiment experiment_of(const Calibration& record) {
   }
   const FieldDescription& field = record.sensor.field;
   const bool given = experiment.method == Method::known;
-  experiment.field = setup_of(field, given || !field_kind(field.kind).vertical);
+  experiment.field = stated.others.empty()
+                         ? setup_of(field, given || !field_kind(field.kind).vertical)
+                         : parts_as_stated(std::move(stated), field);
   experiment.table.site = field.site;
   experiment.table.date = field.date;
   for (const AlsoResponse& also : record.sensor.also) {

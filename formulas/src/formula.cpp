@@ -52,17 +52,6 @@ Formula::Formula(const std::string& text, std::vector<std::string> names)
   } catch (const mu::Parser::exception_type& error) {
     throw DomainError(formatted("the formula '{}': {}", text, error.GetMsg()));
   }
-  // GetUsedVar() lists names that nobody defined too.
-  for (const std::string& name : parsed_->used) {
-    if (std::find(names.begin(), names.end(), name) == names.end()) {
-      std::string known;
-      for (const std::string& one : names) {
-        known += (known.empty() ? "" : ", ") + one;
-      }
-      throw DomainError(
-          formatted("the formula '{}': '{}' is not known; there are {}", text, name, known));
-    }
-  }
 }
 
 double Formula::operator()(std::span<const double> values) const noexcept {

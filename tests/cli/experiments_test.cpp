@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "axiscal/calib/observations_csv.hpp"
+#include "axiscal/calib/simulate.hpp"
 #include "program.hpp"
 
 namespace axiscal {
@@ -97,6 +99,44 @@ TEST(InstrumentFile, GoesWithEveryCommand) {
   const test::ProgramResult without = test::run_axiscal({"apply", record, readings});
   EXPECT_NE(without.status, 0);
   EXPECT_NE(without.err.find("--instrument"), std::string::npos) << without.err;
+}
+
+// Readings under a lamp that is switched, in a room whose light nobody knows.
+std::string under_a_lamp_in(const Eigen::Vector3d& room, std::uint64_t seed) {
+  const auto light = [](const Eigen::Vector3d& in_table, bool induced) {
+    FieldDescription part{.kind = "light", .unit = "1", .magnitude = in_table.norm()};
+    part.in_table = in_table;
+    part.set_by_level = induced;
+    return part;
+  };
+  SensorModel truth;
+  truth.instrument = {.kind = "optical", .unit = "V"};
+  truth.field = {.kind = "light+light", .unit = "1"};
+  truth.field.parts = {light(room, false), light({0.4, 0.15, 0.9}, true)};
+  truth.field.parts[1].in_table->normalize();
+  truth.response = {.bias = Eigen::Vector3d(0.02, -0.01, 0.03),
+                    .sensitivity = 1.1 * Eigen::Matrix3d::Identity()};
+  std::vector<DesignEntry> design = standard_design(12);
+  for (const DesignEntry& entry : standard_design(12)) {
+    design.push_back({.point = entry.point, .level = 0.0});
+  }
+  return observations_csv(
+      simulate(truth, make_run_sheet(design, 1, seed), {.noise_sd = 3e-4, .seed = seed}),
+      {"x", "y", "z"});
+}
+
+TEST(CheckCommand, TakesARoomsLightAsItIsNow) {
+  const test::ScratchFolder scratch;
+  const std::string record = scratch.path("cal.json");
+  const std::string then = scratch.write("then.csv", under_a_lamp_in({-0.06, 0.13, 0.08}, 1));
+  const std::string now = scratch.write("now.csv", under_a_lamp_in({0.16, -0.03, 0.12}, 2));
+  ASSERT_EQ(test::run_axiscal({"calibrate", then, "--instrument", "optical", "--unit", "V",
+                               "--field", "light:local+light:induced", "--field-magnitude",
+                               "unknown+1", "-o", record})
+                .status,
+            0);
+  const test::ProgramResult check = test::run_axiscal({"check", record, now, "--json"});
+  EXPECT_EQ(check.status, 0) << check.out;
 }
 
 }  // namespace
