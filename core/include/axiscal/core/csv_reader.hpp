@@ -43,7 +43,8 @@ class CsvReader {
   CsvReader(Source source, std::string path, Quotes quotes = Quotes::span_lines);
 
   /// A table without a header: each row is one of readings.
-  /// @param header  the columns' names.
+  /// @param source, path, quotes  as above.
+  /// @param header                the columns' names.
   /// @throws DataError  if there is no row.
   CsvReader(Source source,
             std::string path,

@@ -82,6 +82,7 @@ class RankDeficientError : public RefusedError {
  public:
   /// @param what          the message; it should say what to add.
   /// @param undetermined  names of the parameters that the data leave open.
+  /// @param settings      that would mend it.
   RankDeficientError(const std::string& what,
                      std::vector<std::string> undetermined,
                      std::vector<Setting> settings = {})

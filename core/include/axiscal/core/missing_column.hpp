@@ -16,6 +16,7 @@ class MissingColumnError : public DataError {
   /// Message `PATH:LINE: column 'NAME': is missing; the columns are: ...`; where all stands in one
   /// column, with semicolons or tabs, that comes first.
   ///
+  /// @param path     of the table.
   /// @param line     of the header, from 1; 0: of no text.
   /// @param column   the one that is missing.
   /// @param columns  those that there are.

@@ -19,6 +19,7 @@ class FieldLevel {
   /// One level for all induced parts. Not explicit, as most fields have one.
   FieldLevel(double of_all = 1.0) : of_all_(of_all) {}  // NOLINT(google-explicit-constructor)
 
+  /// @param of_parts   one level or more.
   /// @param of_others  the level of the induced parts that are not among `of_parts`.
   explicit FieldLevel(OfParts of_parts, double of_others = 1.0);
 

@@ -16,6 +16,9 @@ namespace axiscal {
 /// the kinds have in common. Each kind's own way is its ReferenceField::resolve().
 class FieldResolver {
  public:
+  /// @param part           what is stated of it.
+  /// @param place          where the table stands, and how.
+  /// @param occasion       when the readings were taken, and in which unit.
   /// @param beside_others  whether it is one part of a sum.
   FieldResolver(const FieldSetup& part,
                 const TablePlace& place,
@@ -68,6 +71,7 @@ class FieldResolver {
 
   /// The field's value in the table, of the part's magnitude.
   /// @param value    where it points; frame enu, or where it is made on the table that one's.
+  /// @param induced  whether it is made on the table, and so follows its slope and heading.
   void set_direction(const Eigen::Vector3d& value, bool induced);
 
   /// A vector in the table that follows from what makes it; a magnitude that is given wins.

@@ -139,6 +139,7 @@ class Reducer {
   [[nodiscard]] double magnitude() const { return magnitude_; }
 
   /// @param readings  axis_count() finite readings [unit], in the order of the axes; m >= 3.
+  /// @param context   what is known beside them.
   /// @throws DomainError  if these are not axis_count() readings, or fewer than three. It allocates
   ///                      nothing otherwise.
   [[nodiscard]] ReducedReading reduce(std::span<const double> readings,
