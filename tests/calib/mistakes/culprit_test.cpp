@@ -111,16 +111,17 @@ TEST(Culprit, IsFoundAmongManyAtAnyNoise) {
   RandomStream random(31);
   const Eigen::Vector3d unequal(1.0, 3.0, 10.0);
   for (const int replicates : {2, 8}) {
+    const int trials = replicates == 2 ? 60 : 24;
     int caught = 0;
     int alarms = 0;
-    for (int t = 0; t < 60; ++t) {
+    for (int t = 0; t < trials; ++t) {
       const Eigen::Vector3d sd = noise * (t % 2 == 0 ? equal : unequal);
       const RandomRun run = random_run(sd, random, replicates);
       alarms += calibrate(experiment_of_run(run), run.good).findings.warnings.empty() ? 0 : 1;
       const SeededMistake moved = move_reading(10.0 * sd, run.good, random);
       caught += judge(calibrate(experiment_of_run(run), moved.observations), moved).caught ? 1 : 0;
     }
-    EXPECT_GE(caught, 59) << replicates;  // 98.8 % and more in full
+    EXPECT_GE(caught, trials - 1) << replicates;  // 98.8 % and more in full
     EXPECT_LE(alarms, 3) << replicates;
   }
 }

@@ -44,7 +44,7 @@ TEST_P(RealNoise, IsCovered) {
   const WorldCase& one = GetParam();
   StudySetup setup = setup_of(one.world, one.points, one.replicates);
   setup.experiment.seats = one.seats;
-  for (const StudyResult& result : results_of(run_study(setup, 400, 3))) {
+  for (const StudyResult& result : results_of(run_study(setup, 300, 3))) {
     const bool is_bias = result.parameter.ends_with(".bias");
     EXPECT_GE(result.coverage_95, is_bias ? one.least : 0.90) << result.parameter;
   }
