@@ -222,16 +222,31 @@ void require_comparable(const Calibration& old_record, const Calibration& fresh_
   }
 }
 
+// The parameters of an axis that both records know: a transfer knows none across its fields.
+std::vector<std::string> names_in_both(const Calibration& old,
+                                       const Calibration& fresh,
+                                       Eigen::Index k) {
+  std::vector<std::string> names =
+      parameter_names({old.sensor.instrument.axes[static_cast<std::size_t>(k)]});
+  for (const Calibration* const record : {&old, &fresh}) {
+    if (states_covariance(*record)) {
+      std::erase_if(names, [record](const std::string& name) {
+        return !record->fit.statistics->position_of(name);
+      });
+    }
+  }
+  return names;
+}
+
 // Appends an axis's changes.
 // @return the probability of differences as large as these where nothing changed.
 double compare_axis(const Calibration& old,
                     const Calibration& fresh,
                     Eigen::Index k,
                     std::vector<ParameterChange>& changes) {
-  const std::vector<std::string> names =
-      parameter_names({old.sensor.instrument.axes[static_cast<std::size_t>(k)]});
+  const std::vector<std::string> names = names_in_both(old, fresh, k);
   Eigen::MatrixXd C = covariance_of(old, names) + covariance_of(fresh, names);
-  Eigen::Vector4d difference;
+  Eigen::VectorXd difference(C.rows());
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const double a = parameter_value(old.sensor, names[i]);
@@ -254,7 +269,8 @@ double compare_axis(const Calibration& old,
   const bool pooled = before.readings.variance > 0.0 && after.readings.variance > 0.0 &&
                       old.fit.statistics->residual_sd(k) == fresh.fit.statistics->residual_sd(k);
   const double nu = freedom_of_difference(before, after, pooled);
-  return f_upper_p(std::max(t2 / 4.0, 1e-300), 4.0, nu);
+  const auto q = static_cast<double>(names.size());
+  return f_upper_p(std::max(t2 / q, 1e-300), q, nu);
 }
 
 std::vector<ParameterChange> intrinsic_changes(const Calibration& old, const Calibration& fresh) {

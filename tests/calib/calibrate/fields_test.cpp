@@ -9,6 +9,7 @@
 
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/drift_check.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/calib/reduction.hpp"
@@ -520,6 +521,23 @@ TEST(Transfer, IsTheStraightLineAndSaysWhatItDoesNotSee) {
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
   // And back: 1.3 of the field along the axis.
   EXPECT_NEAR(Reducer(result).reduce_axis(0, offset + 1.3 * slope).component, 1.3, 1e-12);
+}
+
+// An instrument that is known in full, looked at again by its transfer: what that does not see is
+// no change.
+TEST(Transfer, IsHeldAgainstWhatItSees) {
+  Calibration full;
+  full.sensor.instrument = transfer_experiment().instrument;
+  full.sensor.field = {.kind = "light", .unit = "1", .magnitude = 1.0};
+  full.sensor.response = {.bias = Eigen::VectorXd::Constant(1, 0.02),
+                          .sensitivity = Eigen::RowVector3d(0.05, -0.04, 0.8)};
+  const Calibration fresh = calibrate(transfer_experiment(), transfer_readings(irradiances, 1e-3));
+  const DriftCheck check = check_drift(full, fresh, 0.01);
+  ASSERT_EQ(check.changes.size(), 2U);
+  EXPECT_EQ(check.changes[1].parameter, "v.sensitivity.z");
+  EXPECT_FALSE(check.drifted);
+  full.sensor.response.sensitivity(0, 2) = 0.82;
+  EXPECT_TRUE(check_drift(full, fresh, 0.01).drifted);
 }
 
 TEST(Transfer, NamesALimitedEndAndABend) {
