@@ -220,10 +220,8 @@ class RunFit {
                                           .stated_step = experiment_.stated.resolution,
                                           .one_sided = experiment_.instrument.one_sided});
     const bool is_transfer = fitted_.seen.cols() > 0;
-    std::vector<UncertaintySource> weighed;
-    if (!is_transfer) {  // across the directions that were seen errors are as unseen
-      weighed = weigh_shared_errors(experiment_, fitted_, method_, estimate_);
-    }
+    std::vector<UncertaintySource> weighed =
+        weigh_shared_errors(experiment_, fitted_, method_, estimate_);
     if (!source_.mount_turns().empty() &&
         add_mount_scatter(source_.mount_turns(), mounts_expected_, estimate_)) {
       calibration_.fit.conditions.mounts = static_cast<int>(source_.mount_turns().size());

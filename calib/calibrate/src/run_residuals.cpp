@@ -17,10 +17,10 @@ Eigen::VectorXd fitted_response(const Calibration& calibration,
                                 const Eigen::Vector3d& field) {
   const bool by_lights = calibration.sensor.instrument.one_sided && fitted.is_sum() &&
                          fitted.has_vectors() && reading.point;
-  Eigen::VectorXd response =
-      by_lights ? lit_response_at(calibration.sensor, source.lights_in_sensor(reading, fitted),
-                                  reading.temperature)
-                : response_at(calibration.sensor, field, reading.temperature);
+  Eigen::VectorXd response = by_lights
+                                 ? lit_response_at(calibration.sensor, fitted, reading.level,
+                                                   source.rotation(reading), reading.temperature)
+                                 : response_at(calibration.sensor, field, reading.temperature);
   for (const AlsoResponse& also : calibration.sensor.also) {
     response += also.sensitivity * (source.rotation(reading) * also.in_table);
   }

@@ -385,6 +385,13 @@ bool looks_for_seats(const Experiment& experiment,
          (layings.set.size() >= fewest && layings.set.size() <= most);
 }
 
+// Whether what readings share can be told: all axes met the same field by labels, and the readings
+// determine all their coefficients.
+bool can_weigh(const ReadingSet& set, const Estimate& estimate) {
+  return estimate.field.has_vectors() && !set.rotation_sensor_from_table.empty() &&
+         set.visible.empty() && set.seen.cols() == 0;
+}
+
 std::vector<UncertaintySource> sources_of(const std::vector<UncertainInput>& inputs,
                                           std::vector<Eigen::MatrixXd> shares) {
   std::vector<UncertaintySource> sources;
@@ -407,8 +414,8 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
                                             Method method,
                                             const Estimate& estimate) {
   const FitStatistics& statistics = estimate.statistics;
-  if (!estimate.field.has_vectors() || set.rotation_sensor_from_table.empty() ||
-      !set.visible.empty() || experiment.robust || !(statistics.residual_sd.array() > 0.0).all()) {
+  if (!can_weigh(set, estimate) || experiment.robust ||
+      !(statistics.residual_sd.array() > 0.0).all()) {
     return std::nullopt;
   }
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
@@ -428,8 +435,7 @@ std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
                                                 const ReadingSet& set,
                                                 Method method,
                                                 const Estimate& estimate) {
-  if (!estimate.field.has_vectors() || set.rotation_sensor_from_table.empty() ||
-      !set.visible.empty() || experiment.robust) {
+  if (!can_weigh(set, estimate) || experiment.robust) {
     return std::nullopt;
   }
   const bool known = method == Method::known;
@@ -454,8 +460,7 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
                                                    Method method,
                                                    Estimate& estimate) {
   const bool known = method == Method::known;
-  if (!estimate.field.has_vectors() || set.rotation_sensor_from_table.empty() ||
-      !set.visible.empty()) {
+  if (!can_weigh(set, estimate)) {
     return {};
   }
   const Layings layings = layings_of(without_unpaired(set, estimate));

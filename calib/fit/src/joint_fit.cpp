@@ -123,7 +123,7 @@ JointState JointFit::at(const TableField& field) const {
   const AxisDesigns designs(set_, field);
   state.tangents = field.tangents();
   const Eigen::Index directions = state.direction_count();
-  FieldChanges field_changes = changes_with_directions(set_, field, state.tangents);
+  FieldChanges field_changes;
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
     JointAxis axis;
     // Axes of the same weights share one factorisation.
@@ -136,7 +136,7 @@ JointState JointFit::at(const TableField& field) const {
     axis.root_weights = weights_.col(k).cwiseSqrt();
     axis.estimate = axis.design->estimate(set_.response.col(k));
     axis.residuals = axis.root_weights.cwiseProduct(set_.response.col(k) - axis.X * axis.estimate);
-    if (!set_.visible.empty()) {
+    if (k == 0 || !set_.visible.empty()) {  // else what one axis sees all see
       field_changes = changes_with_directions(set_, field, state.tangents, k);
     }
     const Eigen::MatrixXd change =

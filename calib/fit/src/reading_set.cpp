@@ -124,6 +124,10 @@ std::vector<std::string> ReadingSet::names_of_axis(Eigen::Index axis) const {
   return names;
 }
 
+Eigen::MatrixXd ReadingSet::seen_columns(const Eigen::MatrixXd& design, Eigen::Index axis) const {
+  return seen.cols() == 0 ? all_columns(design, axis) : all_columns(design, axis) * map_of_seen();
+}
+
 Eigen::MatrixXd ReadingSet::map_of_seen() const {
   const Eigen::Index all = column_count();
   if (seen.cols() == 0) {
@@ -160,14 +164,17 @@ Eigen::MatrixXd field_design(const ReadingSet& set, const TableField& field) {
   return design;
 }
 
-AxisDesigns::AxisDesigns(const ReadingSet& set, const TableField& field)
-    : designs_(set.visible.empty() ? 1 : static_cast<std::size_t>(set.axis_count()),
-               field_design(set, field)) {
-  for (Eigen::Index k = 0; k < set.axis_count() && !set.visible.empty(); ++k) {
-    Eigen::MatrixXd& design = designs_[static_cast<std::size_t>(k)];
+AxisDesigns::AxisDesigns(const ReadingSet& set, const TableField& field) {
+  designs_.push_back(field_design(set, field));
+  if (set.visible.empty()) {
+    return;
+  }
+  designs_.resize(static_cast<std::size_t>(set.axis_count()), designs_.front());
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     for (Eigen::Index i = 0; i < set.size(); ++i) {
-      design.row(i).segment<3>(1) = set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
-                                    set.seen_in_table(k, i, field);
+      designs_[static_cast<std::size_t>(k)].row(i).segment<3>(1) =
+          set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+          set.seen_in_table(k, i, field);
     }
   }
 }

@@ -266,17 +266,6 @@ ReadingSet ReadingSource::set(const std::vector<FieldDescription>& parts,
   return set;
 }
 
-Eigen::Matrix3Xd ReadingSource::lights_in_sensor(const Reading& reading,
-                                                 const TableField& field) const {
-  const Eigen::Matrix3d R = rotation(reading);
-  Eigen::Matrix3Xd lights(3, static_cast<Eigen::Index>(field.parts().size()));
-  for (std::size_t p = 0; p < field.parts().size(); ++p) {
-    lights.col(static_cast<Eigen::Index>(p)) =
-        R * (field.factor_of(p, reading.level) * field.vector(p));
-  }
-  return lights;
-}
-
 Eigen::Vector3d ReadingSource::field_in_sensor(const Reading& reading,
                                                const TableField& field) const {
   if (by_field_) {

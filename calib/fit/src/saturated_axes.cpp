@@ -131,10 +131,8 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
         continue;
       }
       const double p =
-          by_magnitude
-              ? p_by_magnitude(set, estimate, search.magnitude, end)
-              : p_by_others(set, set.all_columns(designs->of(k), k) * set.map_of_seen(), end)
-                    .value_or(1.0);
+          by_magnitude ? p_by_magnitude(set, estimate, search.magnitude, end)
+                       : p_by_others(set, set.seen_columns(designs->of(k), k), end).value_or(1.0);
       if (ends * p < false_alarm) {
         SaturatedAxis& axis =
             found.emplace_back(SaturatedAxis{.axis = k, .value = end.value, .runs = {}});

@@ -80,7 +80,7 @@ Estimate estimate_transfer(const ReadingSet& given,
   set.seen = seen;
   require_response(set);
   const Eigen::MatrixXd map = set.map_of_seen();
-  const Eigen::MatrixXd columns = set.all_columns(design, 0) * map;
+  const Eigen::MatrixXd columns = set.seen_columns(design, 0);
   const std::vector<std::string> all_names = set.names_of_axis(0);
   std::vector<std::string> names(static_cast<std::size_t>(1 + seen.cols()),
                                  set.axes.front() + ".sensitivity");

@@ -223,7 +223,7 @@ class BudgetMaker {
       if (hidden > 0.0) {
         const Eigen::MatrixXd unscaled =
             map *
-            LeastSquaresDesign(set_.all_columns(designs.of(k), k) * map, set_.weights.col(k))
+            LeastSquaresDesign(set_.seen_columns(designs.of(k), k), set_.weights.col(k))
                 .unscaled_covariance() *
             map.transpose();
         covariance.block(p * k, p * k, p, p) = hidden * unscaled.topLeftCorner(p, p);

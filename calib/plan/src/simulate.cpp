@@ -69,22 +69,6 @@ SensorModel with_field_of_site(SensorModel truth) {
   return truth;
 }
 
-namespace {
-
-// Each part of the field as it shines at a level, frame sensor.
-Eigen::Matrix3Xd lights_of(const TableField& field,
-                           const FieldLevel& level,
-                           const Eigen::Matrix3d& rotation_sensor_from_table) {
-  Eigen::Matrix3Xd lights(3, static_cast<Eigen::Index>(field.parts().size()));
-  for (std::size_t p = 0; p < field.parts().size(); ++p) {
-    lights.col(static_cast<Eigen::Index>(p)) =
-        rotation_sensor_from_table * (field.factor_of(p, level) * field.vector(p));
-  }
-  return lights;
-}
-
-}  // namespace
-
 SimulatedRun simulate_run(const SensorModel& truth,
                           const std::vector<RunSheetRow>& sheet,
                           const SimulationOptions& options) {
@@ -126,11 +110,10 @@ SimulatedRun simulate_run(const SensorModel& truth,
         options.rotation_sensor_from_positioner *
         options.positioner.rotation_table_from_positioner(row.entry.point).transpose());
     const Eigen::Vector3d field_in_sensor = rotation_sensor_from_table * field.at(row.entry.level);
-    Eigen::VectorXd response =
-        truth.instrument.one_sided
-            ? lit_response_at(truth, lights_of(field, row.entry.level, rotation_sensor_from_table),
-                              temperature)
-            : response_at(truth, field_in_sensor, temperature);
+    Eigen::VectorXd response = truth.instrument.one_sided
+                                   ? lit_response_at(truth, field, row.entry.level,
+                                                     rotation_sensor_from_table, temperature)
+                                   : response_at(truth, field_in_sensor, temperature);
     response += nonlinear_part(options.world, truth, field_in_sensor);
     for (const AlsoResponse& also : truth.also) {
       response += also.sensitivity * (rotation_sensor_from_table * (turned * also.in_table));

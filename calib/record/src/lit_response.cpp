@@ -4,11 +4,15 @@
 namespace axiscal {
 
 Eigen::VectorXd lit_response_at(const SensorModel& sensor,
-                                const Eigen::Matrix3Xd& lights_in_sensor,
+                                const TableField& field,
+                                const FieldLevel& level,
+                                const Eigen::Matrix3d& rotation_sensor_from_table,
                                 std::optional<double> temperature) {
   const Eigen::VectorXd dark = response_at(sensor, Eigen::Vector3d::Zero(), temperature);
   Eigen::VectorXd response = dark;
-  for (const auto& light : lights_in_sensor.colwise()) {
+  for (std::size_t p = 0; p < field.parts().size(); ++p) {
+    const Eigen::Vector3d light =
+        rotation_sensor_from_table * (field.factor_of(p, level) * field.vector(p));
     response += (response_at(sensor, light, temperature) - dark).cwiseMax(0.0);
   }
   return response;

@@ -445,19 +445,26 @@ FieldDescription part_of(std::string kind, const Eigen::Vector3d& in_table, bool
   return part;
 }
 
+// The trial's lamp, of a stated magnitude, in a room of whose light nothing is stated.
+Trial in_room(Trial trial, const Eigen::Vector3d& room) {
+  const Eigen::Vector3d lamp = *trial.truth.field.in_table;
+  trial.truth.field = {.kind = "light+light", .unit = "1"};
+  trial.truth.field.parts = {part_of("light", room, false), part_of("light", lamp, true)};
+  trial.experiment.field = LightField();
+  trial.experiment.field.role = FieldRole::local;
+  FieldSetup set = LightField();
+  set.magnitude = 1.0;
+  trial.experiment.field += set;
+  return trial;
+}
+
 // A lamp of 1, switched on and off in a room with light of 0.164 from elsewhere.
 TEST(RoomLight, OfUnknownSizeIsFittedBesideALamp) {
   Trial trial;
   trial.truth = test::truth_of(response_of(1.0, 0.02), "optical");
-  trial.truth.field = {.kind = "light+light", .unit = "1"};
-  trial.truth.field.parts = {part_of("light", {-0.06, 0.13, 0.08}, false),
-                             part_of("light", Eigen::Vector3d(0.4, 0.15, 0.9).normalized(), true)};
+  trial.truth.field.in_table = Eigen::Vector3d(0.4, 0.15, 0.9).normalized();
   trial.experiment.instrument = trial.truth.instrument;
-  trial.experiment.field = LightField();
-  trial.experiment.field.role = FieldRole::local;
-  FieldSetup lamp = LightField();
-  lamp.magnitude = 1.0;
-  trial.experiment.field += lamp;
+  trial = in_room(std::move(trial), {-0.06, 0.13, 0.08});
   trial.design = design_with_levels(12, {0.0, 1.0});
   trial.noise = 3e-4;
   expect_truth_and_coverage(trial, 60);
@@ -597,6 +604,13 @@ TEST(Transfer, IsOfOneAxisOnly) {
   const Calibration result = calibrate(experiment, observations);
   EXPECT_EQ(result.fit.statistics->parameter_names.size(), 2U);
   EXPECT_NEAR(result.sensor.response.sensitivity(0, 2), 0.8, 2e-3);
+  // Nor do faces that are off matter in one pose, where nothing tells their errors.
+  PositionerDescription cube = experiment.positioner.description();
+  cube.normal_covariance = 1e-7 * NormalCovariance::Identity();
+  experiment.positioner = Positioner(std::move(cube));
+  EXPECT_EQ(calibrate(experiment, observations).sensor.response.sensitivity,
+            result.sensor.response.sensitivity);
+  experiment.positioner = Positioner();
   experiment.instrument.axes = {"x", "y", "z"};
   observations.response = observations.response.replicate(1, 3).eval();
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), RankDeficientError);
@@ -1023,15 +1037,7 @@ TEST(RoomLight, IsToldFromALampByOneSidedAxes) {
   for (const Eigen::Vector3d& room :
        {Eigen::Vector3d(-0.06, 0.13, 0.08), Eigen::Vector3d(0.3, -0.1, 0.35),
         Eigen::Vector3d(0.0, 0.0, 0.0)}) {
-    Trial trial = photodiode_trial(50.0, 24);
-    const Eigen::Vector3d lamp = *trial.truth.field.in_table;
-    trial.truth.field = {.kind = "light+light", .unit = "1"};
-    trial.truth.field.parts = {part_of("light", room, false), part_of("light", lamp, true)};
-    trial.experiment.field = LightField();
-    trial.experiment.field.role = FieldRole::local;
-    FieldSetup set = LightField();
-    set.magnitude = 1.0;
-    trial.experiment.field += set;
+    Trial trial = in_room(photodiode_trial(50.0, 24), room);
     trial.design = design_with_levels(24, {0.0, 1.0});
     expect_truth_and_coverage(trial, 20);
   }
@@ -1039,12 +1045,7 @@ TEST(RoomLight, IsToldFromALampByOneSidedAxes) {
 
 // What stays on cannot be told from the lamp where the lamp never is off.
 TEST(RoomLight, NeedsReadingsWithTheLampOff) {
-  Trial trial = photodiode_trial(50.0, 24);
-  trial.experiment.field = LightField();
-  trial.experiment.field.role = FieldRole::local;
-  FieldSetup set = LightField();
-  set.magnitude = 1.0;
-  trial.experiment.field += set;
+  Trial trial = in_room(photodiode_trial(50.0, 24), {0.1, 0.0, 0.1});
   trial.design = standard_design(24);
   const Observations observations =
       simulate(trial.truth, make_run_sheet(trial.design, 1, 1), {.noise_sd = 5e-4, .seed = 1});

@@ -84,8 +84,10 @@ struct ReadingSet {
                                                Eigen::Index reading,
                                                Eigen::Index axis) const;
 
-  // From all columns of an axis to those that its readings tell apart: all of them, but for a
-  // transfer, which has a column for each direction that its fields had.
+  // The columns of an axis that its readings tell apart: all of them, but for a transfer, which has
+  // one for each direction that its fields had; and the map that makes these of all columns.
+  [[nodiscard]] Eigen::MatrixXd seen_columns(const Eigen::MatrixXd& design,
+                                             Eigen::Index axis) const;
   [[nodiscard]] Eigen::MatrixXd map_of_seen() const;
 
   // 1 + c_1 d + ..., as far as known.

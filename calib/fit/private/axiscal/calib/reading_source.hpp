@@ -72,10 +72,6 @@ class ReadingSource {
 
   [[nodiscard]] bool by_field() const { return by_field_; }
 
-  /// Each part of a sum at a reading, frame sensor; 3 x parts.
-  [[nodiscard]] Eigen::Matrix3Xd lights_in_sensor(const Reading& reading,
-                                                  const TableField& field) const;
-
   /// The field of a reading in the sensor's frame.
   /// @param fields  as Estimate::field.
   [[nodiscard]] Eigen::Vector3d field_in_sensor(const Reading& reading,

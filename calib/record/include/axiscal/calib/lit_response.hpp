@@ -6,14 +6,21 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/sensor_model.hpp"
+#include "axiscal/field/table_field.hpp"
 
 namespace axiscal {
 
-/// The reading that one-sided axes give under several lights: they read nothing from behind.
+/// The reading that one-sided axes give under the lights of a field: they read nothing from behind.
 ///
-/// @param lights_in_sensor  one for each that shines, 3 x p [field unit].
+/// @param field  with its vectors; each of its parts is a light.
+/// @param level  at which they are set.
+/// @param rotation_sensor_from_table  how the instrument lies.
+/// @param temperature  of the sensor; without one the reference counts.
+/// @return v, m entries [unit]; without second fields.
 [[nodiscard]] Eigen::VectorXd lit_response_at(const SensorModel& sensor,
-                                              const Eigen::Matrix3Xd& lights_in_sensor,
+                                              const TableField& field,
+                                              const FieldLevel& level,
+                                              const Eigen::Matrix3d& rotation_sensor_from_table,
                                               std::optional<double> temperature);
 
 }  // namespace axiscal
