@@ -133,12 +133,9 @@ void read_into(StatedKind& kind, const JsonValue& file) {
 }
 
 bool needs_up(const StatedKind& kind) {
-  for (const Formula& formula : kind.derived) {
-    if (formula.has("up_x") || formula.has("up_y") || formula.has("up_z")) {
-      return true;
-    }
-  }
-  return false;
+  return std::any_of(kind.derived.begin(), kind.derived.end(), [](const Formula& formula) {
+    return formula.has("up_x") || formula.has("up_y") || formula.has("up_z");
+  });
 }
 
 }  // namespace

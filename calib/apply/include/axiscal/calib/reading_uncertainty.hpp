@@ -38,8 +38,7 @@ struct UncertaintyOfResults {
 
 /// Standard uncertainties of what a reading says, and the expanded ones.
 struct ReducedUncertainty : UncertaintyOfResults {
-  UncertaintyOfResults
-      expanded;  ///< half widths of intervals of the probability that was asked for
+  UncertaintyOfResults expanded;  ///< half widths of intervals of the stated probability
 };
 
 /// Propagates a calibration's uncertainty and a reading's own to field components and what is
