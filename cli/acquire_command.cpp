@@ -7,6 +7,7 @@
 
 #include <unistd.h>
 
+#include "axiscal/acquisition/assembly_session.hpp"
 #include "axiscal/acquisition/journal.hpp"
 #include "axiscal/acquisition/open_source.hpp"
 #include "axiscal/acquisition/sample_feed.hpp"
@@ -28,6 +29,8 @@
 #include "axiscal/logs/noise_json.hpp"
 #include "axiscal/report/calibration_report.hpp"
 #include "input.hpp"
+#include "log_input.hpp"
+#include "run_input.hpp"
 #include "sheet_options.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
@@ -70,6 +73,42 @@ bool is_simulated(const AcquireCommand& command) {
   return !command.sources.empty() && command.sources.front().starts_with("sim:");
 }
 
+// The slots that an assembly has where nobody calls them otherwise.
+std::vector<std::string> usual_slots(const std::string& assembly) {
+  if (assembly.starts_with("h")) {
+    return {"L", "R"};
+  }
+  return assembly == "triple" ? std::vector<std::string>{"A", "B", "C"}
+                              : std::vector<std::string>();
+}
+
+// The instruments of one session: --slot A,B,.. or those of the assembly.
+std::vector<std::string> slots_asked_for(const ExperimentOptions& options) {
+  std::vector<std::string> slots;
+  if (options.slot) {
+    slots = names_of(*options.slot);
+  } else if (options.assembly) {
+    slots = usual_slots(*options.assembly);
+    if (slots.empty()) {
+      throw UsageError(formatted(
+          "acquire: --assembly {}: say how its instruments are called, --slot A,B,..; their "
+          "channels are A.x, A.y, ...",
+          *options.assembly));
+    }
+  }
+  return slots;
+}
+
+// Of a session of one instrument: the slots of the assembly that its own is among.
+std::vector<std::string> all_slots_of(const ExperimentOptions& options,
+                                      const Experiment& experiment) {
+  std::vector<std::string> slots = usual_slots(options.assembly.value_or(""));
+  if (std::find(slots.begin(), slots.end(), experiment.slot) == slots.end()) {
+    slots = {experiment.slot};
+  }
+  return slots;
+}
+
 Experiment experiment_for(const AcquireCommand& command) {
   ExperimentOptions options = command.experiment;
   if (!options.files.empty() && !options.files.front().ends_with(".json")) {
@@ -83,13 +122,20 @@ Experiment experiment_for(const AcquireCommand& command) {
     options.unit = options.unit.value_or(
         command.sources.front().find("sensitivity=") == std::string::npos ? "g" : "V");
   }
-  Experiment experiment = make_experiment(options);
-  if (options.assembly && experiment.slot.empty()) {
+  if (states_slots(options)) {
     throw UsageError(
-        "acquire: a session is of one instrument; say in which place of the assembly it sits "
-        "(--slot NAME), or record all instruments with your own software and calibrate the table");
+        "acquire: the instruments of a session are of one kind; record several kinds with your own "
+        "software, and calibrate the table");
+  }
+  Experiment experiment = make_experiment(options);
+  const std::vector<std::string> slots = slots_asked_for(options);
+  if (slots.size() > 1) {
+    experiment.positioner = with_assembly(experiment.positioner, options.assembly, slots);
+    return assembled(std::move(experiment), slots);
   }
   if (!experiment.slot.empty()) {
+    experiment.positioner =
+        with_assembly(experiment.positioner, options.assembly, all_slots_of(options, experiment));
     experiment.rotation_sensor_from_positioner =
         mount_rotation(experiment.positioner, experiment.slot);
   }
@@ -152,7 +198,7 @@ SessionSetup session_setup(const AcquireCommand& command,
     setup.placement_sd_rad = positive_of("--placement-u", *command.placement_u);
   }
   if (command.temperature_column) {
-    setup.temperature_channel = *command.temperature_column;
+    setup.temperature_channels = names_of(*command.temperature_column);
   }
   setup.automatic = !command.manual;
   setup.unattended = command.unattended;
@@ -160,7 +206,16 @@ SessionSetup session_setup(const AcquireCommand& command,
   return setup;
 }
 
-// The files that a session leaves, called after its journal.
+constexpr std::string_view slot_place = "{slot}";
+
+// A file's name for one of the session's instruments.
+std::string of_slot(std::string path, const std::string& slot) {
+  const std::size_t at = path.find(slot_place);
+  return at == std::string::npos ? path : path.replace(at, slot_place.size(), slot);
+}
+
+// The files that a session leaves, called after its journal; of several instruments {slot} stands
+// in the names of those that each has.
 struct Outputs {
   std::string journal;
   std::string observations;
@@ -168,14 +223,23 @@ struct Outputs {
   std::string report;
 };
 
-Outputs outputs_of(const AcquireCommand& command) {
+// @param slots  of the session; empty for one instrument.
+Outputs outputs_of(const AcquireCommand& command, const std::vector<SlotColumns>& slots) {
+  const std::string many = slots.empty() ? "" : "-{slot}";
   for (const std::optional<std::string>& file :
        {command.record, command.output, command.report, command.journal}) {
-    if (file && file->find('{') != std::string::npos) {
+    const bool is_own = file == command.record || file == command.report;  // of each slot
+    const bool has_slot = file && file->find(slot_place) != std::string::npos;
+    if (file && file->find('{') != std::string::npos && (slots.empty() || !is_own || !has_slot)) {
       throw UsageError(formatted(
-          "acquire: '{}': a session is of one instrument and writes one file of each kind; "
-          "{{slot}} and {{serial}} are for calibrate",
+          "acquire: '{}': {{slot}} is for the records and reports of a session of several "
+          "instruments (--assembly), {{serial}} for calibrate",
           *file));
+    }
+    if (file && is_own && !slots.empty() && !has_slot && *file != "-") {
+      throw UsageError(formatted(
+          "acquire: '{}': the session has {} instruments; the file's name must hold {{slot}}",
+          *file, slots.size()));
     }
   }
   std::string name = command.name.value_or("");
@@ -193,8 +257,8 @@ Outputs outputs_of(const AcquireCommand& command) {
   }
   return {.journal = journal,
           .observations = command.output.value_or(name + ".csv"),
-          .record = command.record.value_or(name + ".json"),
-          .report = command.report.value_or(name + ".html")};
+          .record = command.record.value_or(name + many + ".json"),
+          .report = command.report.value_or(name + many + ".html")};
 }
 
 Journal start_journal(const AcquireCommand& command,
@@ -248,8 +312,9 @@ bool reads_standard_input(const AcquireCommand& command) {
 
 std::string title_of(const SessionSetup& setup) {
   const Instrument& instrument = setup.experiment.instrument;
-  return formatted("axiscal acquire: {}{}", instrument.kind,
-                   instrument.serial.empty() ? "" : " " + instrument.serial);
+  const std::size_t slots = slots_of(instrument).size();
+  return formatted("axiscal acquire: {}{}{}", slots > 0 ? formatted("{} times ", slots) : "",
+                   instrument.kind, instrument.serial.empty() ? "" : " " + instrument.serial);
 }
 
 // A port that somebody else may have: 1 to 65535.
@@ -307,42 +372,56 @@ std::vector<std::unique_ptr<SessionFace>> make_faces(const AcquireCommand& comma
 }
 
 // Writes the files of a session that has come to its end.
-Calibration write_files(const SessionSetup& setup, const Session& session, const Outputs& outputs) {
+std::vector<Calibration> write_files(const SessionSetup& setup,
+                                     const Session& session,
+                                     const Outputs& outputs) {
   const Observations observations = session.observations();
   if (observations.readings.empty()) {
     throw RefusedError("no point was taken");
   }
   write_whole_file(outputs.observations,
                    observations_csv(observations, setup.experiment.instrument.axes));
-  if (!session.calibration()) {
+  if (session.calibrations().empty()) {
     throw RefusedError(formatted(
         "the readings are in {}, but no calibration follows from them; calibrate says why",
         outputs.observations));
   }
-  Calibration calibration = *session.calibration();
-  calibration.provenance.inputs = {
-      {.path = outputs.journal, .sha256 = sha256_of_file(outputs.journal)},
-      {.path = outputs.observations, .sha256 = sha256_of_file(outputs.observations)}};
-  write_whole_file(outputs.record, calibration_json(calibration));
-  ReportOptions options;
-  options.observations = &observations;
-  if (!setup.experiment.positioner.surface().adjusters_m.empty()) {
-    options.table = setup.experiment.positioner.surface();
+  std::vector<Calibration> calibrations = session.calibrations();
+  for (Calibration& calibration : calibrations) {
+    const std::string& slot = calibration.provenance.slot;
+    calibration.provenance.inputs = {
+        {.path = outputs.journal, .sha256 = sha256_of_file(outputs.journal)},
+        {.path = outputs.observations, .sha256 = sha256_of_file(outputs.observations)}};
+    write_whole_file(of_slot(outputs.record, slot), calibration_json(calibration));
+    ReportOptions options;
+    if (calibrations.size() == 1) {
+      options.observations = &observations;
+    }
+    if (!setup.experiment.positioner.surface().adjusters_m.empty()) {
+      options.table = setup.experiment.positioner.surface();
+    }
+    write_whole_file(of_slot(outputs.report, slot), calibration_report(calibration, options));
   }
-  write_whole_file(outputs.report, calibration_report(calibration, options));
-  return calibration;
+  return calibrations;
 }
 
 void print_result(const AcquireCommand& command,
                   const Calibration& calibration,
-                  const Outputs& outputs) {
+                  const Outputs& all) {
+  const std::string& slot = calibration.provenance.slot;
+  Outputs outputs = all;
+  outputs.record = of_slot(all.record, slot);
+  outputs.report = of_slot(all.report, slot);
   if (command.json) {
-    const Json files = {{"event", "files"},
-                        {"status", status_name(calibration.findings.status)},
-                        {"observations", outputs.observations},
-                        {"record", outputs.record},
-                        {"report", outputs.report},
-                        {"journal", outputs.journal}};
+    Json files = {{"event", "files"},
+                  {"status", status_name(calibration.findings.status)},
+                  {"observations", outputs.observations},
+                  {"record", outputs.record},
+                  {"report", outputs.report},
+                  {"journal", outputs.journal}};
+    if (!slot.empty()) {
+      files["slot"] = slot;
+    }
     print_result_text(files.dump() + "\n");
   } else {
     print_result_text(formatted("\n{}\nreadings: {}\nrecord: {}\nreport: {}\njournal: {}\n",
@@ -355,9 +434,17 @@ void print_result(const AcquireCommand& command,
 }
 
 // What would be refused at the end of a session is refused before it.
-void check_outputs(const Outputs& outputs) {
+void check_outputs(const Outputs& outputs, const std::vector<SlotColumns>& slots) {
   std::vector<std::filesystem::path> files = {std::filesystem::weakly_canonical(outputs.journal)};
-  for (const std::string& output : {outputs.observations, outputs.record, outputs.report}) {
+  std::vector<std::string> all = {outputs.observations};
+  for (const SlotColumns& slot : slots) {
+    all.push_back(of_slot(outputs.record, slot.slot));
+    all.push_back(of_slot(outputs.report, slot.slot));
+  }
+  if (slots.empty()) {
+    all.insert(all.end(), {outputs.record, outputs.report});
+  }
+  for (const std::string& output : all) {
     std::error_code none;
     if (output == "-" || (std::filesystem::exists(output, none) &&
                           !std::filesystem::is_regular_file(output, none))) {
@@ -384,13 +471,14 @@ int run_guided(AcquireCommand command) {
     begun = parse_session_header(lines.front(), *command.resume);
     command = resumed_command(command, *begun);
   }
-  const Outputs outputs = outputs_of(command);
   SessionSetup setup = session_setup(command, begun);
+  const std::vector<SlotColumns> slots = slots_of(setup.experiment.instrument);
+  const Outputs outputs = outputs_of(command, slots);
   std::vector<std::unique_ptr<Source>> sources = open_sources(command);
   for (const std::unique_ptr<Source>& source : sources) {
     source->play(setup.experiment);
   }
-  check_outputs(outputs);
+  check_outputs(outputs, slots);
   if (!journal) {
     journal.emplace(start_journal(command, setup, outputs.journal));
   }
@@ -398,7 +486,7 @@ int run_guided(AcquireCommand command) {
   if (command.resume) {
     session.restore(lines, *command.resume);
   }
-  std::optional<Calibration> calibration;
+  std::vector<Calibration> calibrations;
   {
     SampleFeed feed(std::move(sources));
     const std::vector<std::unique_ptr<SessionFace>> faces = make_faces(command, setup);
@@ -413,16 +501,20 @@ int run_guided(AcquireCommand command) {
     }
     // Before the faces go: a page may wait for its slowest browser.
     if (!session.has_quit()) {
-      calibration = write_files(setup, session, outputs);
+      calibrations = write_files(setup, session, outputs);
     }
   }
-  if (!calibration) {
+  if (calibrations.empty()) {
     throw RefusedError(
         formatted("stopped with {} readings; go on with: axiscal acquire --resume {}",
                   session.readings().size(), outputs.journal));
   }
-  print_result(command, *calibration, outputs);
-  return calibration->findings.status == CalibrationStatus::refused ? 1 : 0;
+  bool refused = false;
+  for (const Calibration& calibration : calibrations) {
+    print_result(command, calibration, outputs);
+    refused = refused || calibration.findings.status == CalibrationStatus::refused;
+  }
+  return refused ? 1 : 0;
 }
 
 }  // namespace

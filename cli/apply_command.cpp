@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "axiscal/calib/body.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/reduction_csv.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -27,6 +28,7 @@ struct ApplyCommand {
   std::optional<std::string> noise, resolution, temperature_u;
   TableOptions table;
   std::optional<std::string> field_magnitude_u, level;
+  std::optional<std::string> frame, body, joint, alarm;
   bool uncertainty = false;
   bool expanded = false;
   bool follow = false;
@@ -49,6 +51,17 @@ void add_options(OptionSet& options, ApplyCommand& command) {
   options.add("--gravity-model", command.gravity_model, "NAME", "of that site; wgs84");
   options.add("--attitude", command.attitude, "RECORD",
               "an accelerometer's, its axes in the same file: headings, second fields");
+  options.add("--frame", command.frame, "assembly|sensor",
+              "in which the results are, of an instrument that was calibrated in an assembly; "
+              "assembly");
+  options.add("--body", command.body, "BODY",
+              "how the sensor sits in a model (calibrate --method attitude): the results are the "
+              "model's");
+  options.add("--joint", command.joint, "RECORD=BODY",
+              "a second instrument of that model, its axes in the same file: how it is turned "
+              "against the first, in the column joint_deg");
+  options.add("--alarm", command.alarm, "DEG",
+              "with --joint: a larger turn that is not by chance is flagged 'moved'; 0");
   options.add("--declination", command.declination, "DEG", "added to headings, makes them true; 0");
   options.add("--yaw-above", command.yaw_above, "DEG",
               "pitch from which yaw is given instead of roll; 85");
@@ -134,19 +147,39 @@ Reducer make_reducer(const std::string& record,
   }
 }
 
-// The columns of the record's axes: their names, or SLOT.axis in a log of its whole assembly.
-std::vector<ReadingColumn> columns_of(const Calibration& calibration, const CsvReader& csv) {
-  std::vector<ReadingColumn> columns = reading_columns(calibration.sensor.instrument);
-  if (!calibration.provenance.slot.empty() && !csv.column(columns.front().plus)) {
-    for (ReadingColumn& column : columns) {
-      column.axis.insert(0, calibration.provenance.slot + ".");
-      column.plus.insert(0, calibration.provenance.slot + ".");
-      if (!column.minus.empty()) {
-        column.minus.insert(0, calibration.provenance.slot + ".");
-      }
-    }
+// A record in the axes of the model that it sits in.
+Calibration in_body(const std::string& record, const std::string& body, Calibration calibration) {
+  const BodyRotation rotation = read_body_rotation(body);
+  const std::string own = sha256_of_file(record);
+  const bool same_record = !own.empty() && own == rotation.record_sha256;
+  if (!same_record) {
+    print_remark("note", formatted("{} was found with another record than {}: its uncertainty "
+                                   "counts as independent of that",
+                                   body, record));
   }
-  return columns;
+  try {
+    return in_model_frame(std::move(calibration), rotation, same_record);
+  } catch (const DomainError& error) {
+    throw DataError(body, error.what(), error.settings());
+  }
+}
+
+// The record in the frame that the results are wanted in.
+Calibration in_wanted_frame(const ApplyCommand& command, Calibration calibration) {
+  const std::string frame = command.frame.value_or("assembly");
+  if (frame != "assembly" && frame != "sensor") {
+    throw UsageError("--frame: must be assembly or sensor, not '" + frame + "'");
+  }
+  if (command.body) {
+    if (command.frame || command.attitude) {
+      throw UsageError("--body: goes without --frame and --attitude; the results are the model's");
+    }
+    return in_body(command.record, *command.body, std::move(calibration));
+  }
+  if (command.frame && !calibration.sensor.rotation_sensor_from_assembly) {
+    throw UsageError("--frame: the record states no mount in an assembly");
+  }
+  return frame == "sensor" ? calibration : in_assembly_frame(std::move(calibration));
 }
 
 // The accelerometer whose axes are in the same file.
@@ -164,7 +197,7 @@ std::optional<Calibration> attitude_of(const ApplyCommand& command,
     }
     return std::nullopt;
   }
-  Calibration attitude = read_unrefused(*command.attitude, command.force);
+  Calibration attitude = in_wanted_frame(command, read_unrefused(*command.attitude, command.force));
   const std::string wanted =
       calibration.sensor.also.empty() ? "gravity" : calibration.sensor.also.front().kind;
   if (attitude.sensor.field.kind != wanted || attitude.sensor.response.bias.size() < 3 ||
@@ -225,8 +258,45 @@ void put_propagation(const std::string& record,
   }
 }
 
+// The second instrument of a model, on the other side of its joint.
+struct Joint {
+  Joint(const ApplyCommand& command,
+        const FieldConversion& conversion,
+        const Calibration& own,
+        const Reducer& own_reducer,
+        const CsvReader& csv) {
+    const std::size_t parting = command.joint->find('=');
+    if (parting == std::string::npos || !command.body) {
+      throw UsageError("--joint: is RECORD.json=BODY.json, and goes with --body of the first");
+    }
+    const std::string path = command.joint->substr(0, parting);
+    calibration =
+        in_body(path, command.joint->substr(parting + 1), read_unrefused(path, command.force));
+    reducer.emplace(make_reducer(path, calibration, {}));
+    columns.reducer = &*reducer;
+    columns.columns = columns_in(csv, calibration);
+    if (command.alarm) {
+      columns.alarm_rad = not_negative_of("--alarm", *command.alarm) * rad_per_deg;
+    }
+    try {
+      uncertainty.emplace(calibration, *reducer);
+      own_uncertainty.emplace(own, own_reducer, ReadingNoise{}, conversion.factor);
+      columns.uncertainty = &*uncertainty;
+      columns.own_uncertainty = &*own_uncertainty;
+    } catch (const DomainError& error) {
+      print_remark("note", formatted("joint_deg has no uncertainty: {}", error.what()));
+    }
+  }
+
+  Calibration calibration;
+  std::optional<Reducer> reducer;
+  std::optional<ReadingPropagation> uncertainty, own_uncertainty;
+  JointColumns columns;
+};
+
 int run(const ApplyCommand& command) {
-  const Calibration calibration = read_unrefused(command.record, command.force);
+  const Calibration calibration =
+      in_wanted_frame(command, read_unrefused(command.record, command.force));
   const FieldConversion conversion = conversion_of(command, calibration);
   const Reducer reducer =
       make_reducer(command.record, calibration, reduction_options(command, conversion));
@@ -258,7 +328,7 @@ int run(const ApplyCommand& command) {
   options.every_row = command.follow;
   if (attitude_reducer) {
     options.attitude = &*attitude_reducer;
-    options.attitude_columns = columns_of(*attitude, csv);
+    options.attitude_columns = columns_in(csv, *attitude);
   }
   options.temperature_column =
       command.follow ? command.table.temperature_column.value_or("temperature") : "temperature";
@@ -285,8 +355,15 @@ int run(const ApplyCommand& command) {
         "--noise, --resolution, --temperature-u and --field-magnitude-u go with --uncertainty, "
         "--level with --expanded");
   }
+  std::optional<Joint> joint;
+  if (command.joint) {
+    joint.emplace(command, conversion, calibration, reducer, csv);
+    options.joint = joint->columns;
+  } else if (command.alarm) {
+    throw UsageError("--alarm: goes with --joint");
+  }
   const ReductionCsvSummary summary =
-      reduce_csv(csv, columns_of(calibration, csv), reducer, options,
+      reduce_csv(csv, columns_in(csv, calibration), reducer, options,
                  [&output](std::string_view text) { output.write(text); });
   output.commit();
   if (!gives_field(calibration)) {
@@ -319,6 +396,10 @@ int run(const ApplyCommand& command) {
                  "%s: %zu of %zu rows are at temperatures outside the calibrated range; flag "
                  "'extrapolated'\n",
                  command.readings.c_str(), summary.extrapolated, summary.rows);
+  }
+  if (summary.moved > 0) {
+    std::fprintf(stderr, "%s: in %zu of %zu rows the joint moved beyond the alarm; flag 'moved'\n",
+                 command.readings.c_str(), summary.moved, summary.rows);
   }
   if (summary.saturated > 0) {
     std::fprintf(stderr,

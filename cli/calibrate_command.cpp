@@ -37,6 +37,11 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
   options.add("-o,--output", command.output, "FILE", "the record (JSON); - is stdout");
   options.add("--align", command.align, "RECORD",
               "record of a three-axis instrument in the same file: its frame is taken over");
+  options.add("--body", command.body, "BODY",
+              "method attitude: the rotation that --tare corrects, where no FILE finds one");
+  options.add("--tare", command.tare, "FILE",
+              "method attitude: readings in one attitude, level if none is stated, that the "
+              "rotation is corrected by");
   options.add_flag("--json", command.json, "print the record instead of tables");
   OptionSet log = options.group("Log");
   log.add("--imu", command.imu, "LOG",
@@ -174,7 +179,7 @@ void apply_limits(const std::optional<Limits>& limits, std::vector<Calibration>&
 struct Outcome {
   bool refused = false;
   bool stored_refused = false;
-  bool failed = false;        // some limit is not met
+  bool failed = false;        // some limit is not met, or some reading not confirmed
   std::string refused_slots;  // "refused", and of several slots which
   std::string text;
 };
@@ -185,7 +190,8 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
     const bool refused = calibration.findings.status == CalibrationStatus::refused;
     outcome.refused = outcome.refused || refused;
     outcome.failed =
-        outcome.failed || (calibration.findings.verdict && !calibration.findings.verdict->passed);
+        outcome.failed || (calibration.findings.verdict && !calibration.findings.verdict->passed) ||
+        (calibration.findings.confirmation && !calibration.findings.confirmation->passed);
     if (refused && !calibration.provenance.slot.empty()) {
       outcome.refused_slots +=
           (outcome.refused_slots == "refused" ? ": slot " : ", ") + calibration.provenance.slot;
@@ -398,7 +404,7 @@ namespace {
 // z, by that the kind of instrument, and the unit.
 ExperimentOptions with_what_the_table_says(ExperimentOptions options, const TableOptions& table) {
   const std::string path = options.files.front();
-  if (is_experiment_file(path) || !can_be_read_again(path) ||
+  if (is_experiment_file(path) || !can_be_read_again(path) || states_slots(options) ||
       (options.axes && options.instrument && options.unit)) {
     return options;
   }
@@ -449,6 +455,12 @@ ExperimentOptions with_what_the_table_says(ExperimentOptions options, const Tabl
 }
 
 int run(const CalibrateCommand& command) {
+  if (command.experiment.method == "attitude") {
+    return run_attitude(command);
+  }
+  if (command.body || command.tare) {
+    throw UsageError("--body, --tare: go with --method attitude");
+  }
   if (command.experiment.files.empty() == !command.imu.has_value()) {
     throw UsageError("calibrate: needs FILEs of observations, or --imu LOG, one of them");
   }

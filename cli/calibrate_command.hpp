@@ -21,7 +21,8 @@ struct CalibrateCommand {
   bool fit_gyroscope_bias = false;
   std::optional<std::string> output;
   std::optional<std::string> limits, history, table;
-  std::optional<std::string> align;  ///< record of an instrument that was recorded together
+  std::optional<std::string> align;       ///< record of an instrument that was recorded together
+  std::optional<std::string> body, tare;  ///< method attitude: an earlier rotation, and its tare
   bool json = false;
   bool force = false;
   bool accept_suggestion = false;
@@ -37,5 +38,8 @@ struct CalibrateCommand {
 
 /// `calibrate --imu`.
 [[nodiscard]] int run_imu(const CalibrateCommand& command);
+
+/// `calibrate --method attitude`.
+[[nodiscard]] int run_attitude(const CalibrateCommand& command);
 
 }  // namespace axiscal::cli

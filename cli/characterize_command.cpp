@@ -85,7 +85,7 @@ Observations own_readings(const Run& table, const std::string& slot, const Refer
   if (table.slots.empty()) {
     return table.observations;
   }
-  std::vector<SlotObservations> parts = split_by_slot(table.observations, table.slots);
+  std::vector<SlotObservations> parts = split_by_slot(table);
   for (SlotObservations& part : parts) {
     if (part.slot == slot || parts.size() == 1) {
       return std::move(part.observations);

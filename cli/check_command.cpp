@@ -3,18 +3,24 @@
 #include <cstdio>
 #include <memory>
 
+#include "axiscal/calib/assembly.hpp"
+#include "axiscal/calib/body.hpp"
+#include "axiscal/calib/calibrate_run.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/drift_check.hpp"
 #include "axiscal/calib/history.hpp"
+#include "axiscal/calib/labelled_check.hpp"
 #include "axiscal/calib/limits.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "axiscal/core/units.hpp"
 #include "experiment_options.hpp"
 #include "run_input.hpp"
 #include "subcommands.hpp"
+#include "summary.hpp"
 #include "typed_values.hpp"
 
 namespace axiscal::cli {
@@ -218,7 +224,7 @@ std::optional<double> mean_temperature(const Observations& observations) {
     if (!reading.temperature) {
       return std::nullopt;
     }
-    sum += *reading.temperature;
+    sum += reading.temperature->mean();
   }
   return sum / static_cast<double>(observations.readings.size());
 }
@@ -245,7 +251,7 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   if (old.fit.method == Method::bias) {
     // What was taken to the reference needs no terms, and method bias asks for temperatures.
     for (Reading& reading : fresh.run.observations.readings) {
-      reading.temperature = old.sensor.temperature ? old.sensor.temperature->reference : 0.0;
+      reading.temperature = old.sensor.temperature ? old.sensor.temperature->reference() : 0.0;
     }
     fresh.experiment.temperature.order = 0;
     if (gives_field(old)) {
@@ -281,6 +287,60 @@ Calibration calibration_of(const CheckCommand& command,
   return fresh;
 }
 
+bool is_body_rotation(const std::string& path) {
+  return is_record(path) && can_be_read_again(path) &&
+         read_whole_file(path).find("\"axiscal-rotation\"") != std::string::npos;
+}
+
+// Whether a sensor has moved in its model since the rotation was found.
+int compare_bodies(const CheckCommand& command, double alpha) {
+  const BodyChange change =
+      compare_rotations(read_body_rotation(command.record), read_body_rotation(*command.other));
+  const bool moved = change.p_value < alpha;
+  Json json = {{"drifted", moved}, {"p_value", change.p_value}, {"alpha", alpha}};
+  std::string text = "turn of the sensor in the model since [degrees]\n";
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const double turn_deg = change.turn_rad(i) * deg_per_rad;
+    const double u_deg = change.u_rad(i) * deg_per_rad;
+    json["changes"].push_back({{"parameter", std::string("turn_") + "xyz"[i] + "_deg"},
+                               {"old", 0.0},
+                               {"new", turn_deg},
+                               {"u", u_deg},
+                               {"z", u_deg > 0.0 ? turn_deg / u_deg : 0.0}});
+    text += formatted("  {}  {:>12.6f}  u {:.6f}\n", "xyz"[i], turn_deg, u_deg);
+  }
+  text +=
+      formatted("{} (p = {:.2g})\n", moved ? "it moved" : "no movement is seen", change.p_value);
+  return report(command, json_text(json), text, moved);
+}
+
+void print_notes(const DriftCheck& check) {
+  for (const std::string& note : check.notes) {
+    print_remark("note", note);
+  }
+}
+
+// Whether labelled readings are too few for a calibration of their own.
+bool is_few(const Run& run, const Calibration& old) {
+  constexpr Eigen::Index fewest_of_a_design = 6;
+  return run.slots.empty() && run.observations.size() < fewest_of_a_design &&
+         run.observations.readings.front().point && old.sensor.field.parts.empty() &&
+         old.fit.method != Method::bias && gives_field(old);
+}
+
+DriftCheck check_few(const CheckCommand& command,
+                     FreshReadings readings,
+                     const Calibration& old,
+                     double alpha) {
+  Experiment& experiment = readings.experiment;
+  experiment.positioner =
+      with_assembly(experiment.positioner, command.experiment.assembly, readings.run.slots);
+  experiment.slot = slot_of(experiment, readings.run);
+  experiment.rotation_sensor_from_positioner = old.sensor.rotation_sensor_from_assembly.value_or(
+      mount_rotation(experiment.positioner, experiment.slot));
+  return check_labelled(old, experiment, readings.run.observations, alpha);
+}
+
 std::optional<Verdict> verdict_of(const CheckCommand& command,
                                   const std::optional<Limits>& limits,
                                   const Calibration& fresh,
@@ -304,6 +364,9 @@ int run(const CheckCommand& command) {
         "check: needs a RECORD, and observations or another record to hold against it");
   }
   const double alpha = alpha_of(command);
+  if (is_body_rotation(command.record)) {
+    return compare_bodies(command, alpha);
+  }
   const std::optional<Limits> limits =
       command.limits ? std::optional(read_limits(*command.limits)) : std::nullopt;
   const Calibration old = read_calibration(command.record);
@@ -340,15 +403,22 @@ int run(const CheckCommand& command) {
         return report(command, in_situ_json(check, own),
                       own_text(own) + in_situ_text(check, old.sensor.field.unit), check.drifted);
       }
+      if (is_few(readings.run, old)) {
+        if (limits) {
+          throw UsageError("--limits: a few readings give no coefficients to hold against limits");
+        }
+        const DriftCheck check = check_few(command, readings, old, alpha);
+        print_notes(check);
+        return report(command, check_json(check, std::nullopt, own),
+                      own_text(own) + check_text(check, old), check.drifted);
+      }
       fresh = calibration_of(command, std::move(readings), old);
     }
     const DriftCheck check = gives_field(old) && gives_field(fresh)
                                  ? check_drift(old, fresh, alpha)
                                  : check_biases(old, fresh, temperature, alpha);
     const std::optional<Verdict> verdict = verdict_of(command, limits, fresh, check);
-    for (const std::string& note : check.notes) {
-      std::fprintf(stderr, "note: %s\n", note.c_str());
-    }
+    print_notes(check);
     const bool failed = check.drifted || (verdict && !verdict->passed);
     const int status = report(command, check_json(check, verdict, own),
                               own_text(own) + check_text(check, old), failed);

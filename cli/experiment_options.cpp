@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "experiment_options.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 
 #include "axiscal/calib/calibration_json.hpp"
@@ -333,7 +335,8 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   OptionSet instrument = options.group("Instrument");
   instrument.add("--instrument", experiment.instrument, "KIND|FILE.json",
                  "accelerometer, inclinometer, magnetometer, gyroscope, optical or generic; a file "
-                 "states a kind of your own, for every command");
+                 "states a kind of your own, for every command; L=KIND,M=KIND: of the slots of "
+                 "columns SLOT.axis, whose --axes, --unit, --field, .. may be L=..,M=.. likewise");
   instrument.add("--serial", experiment.serial, "TEXT", "serial number");
   instrument.add("--model", experiment.model, "TEXT", "what units of one design have in common");
   instrument.add(
@@ -380,11 +383,16 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   table_and_cube.add(
       "--fence-azimuth", experiment.fence_azimuth, "DEG",
       "azimuth of the table's y axis, clockwise from north; 0, by joint as the readings show");
+  table_and_cube.add("--face-names", experiment.face_names, "WORD=FACE,..",
+                     "what words in the columns rest and fence mean, as 'up=-Z,nose up=-X': the "
+                     "face that lies on the table, or at the fence");
   table_and_cube.add("--slope", experiment.slope, "X,Y", "known slope of the table; 0,0");
   table_and_cube.add("--positioner", experiment.positioner, "FILE",
                      "measured cube; the nominal one");
-  table_and_cube.add("--slot", experiment.slot, "NAME",
-                     "mount of the positioner that holds the instrument");
+  table_and_cube.add(
+      "--slot", experiment.slot, "NAME",
+      "mount of the positioner that holds the instrument; acquire: A,B,.. of several "
+      "in one session");
   table_and_cube.add(
       "--assembly", experiment.assembly, "NAME",
       "mounts of the slots of columns SLOT.axis: parallel, single, triple (all as the cube), h or "
@@ -394,8 +402,7 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   method.add(
       "--method", experiment.method, "METHOD",
       "paired, joint, known or magnitude (no labels), chosen by the data; bias: at rest in one "
-      "pose, "
-      "over temperature");
+      "pose, over temperature; attitude (calibrate): how the instrument of --from sits in a model");
   method.add("--shape", experiment.shape, "SHAPE",
              "magnitude: symmetric (default) or triangular sensitivity");
   method.add("--weights", experiment.weights, "W",
@@ -419,7 +426,8 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
       "of bias and scale over the column 'temperature': 0 (default), 1, 2 or auto; bias: any");
   method.add("--temperature-reference", experiment.temperature_reference, "T",
              "where the coefficients are stated; mean of the readings");
-  method.add("--from", experiment.from, "RECORD", "bias: the record that has the sensitivity");
+  method.add("--from", experiment.from, "RECORD",
+             "bias: the record that has the sensitivity; attitude: the instrument's");
   OptionSet uncertainty = options.group("Uncertainty");
   uncertainty.add("--resolution", experiment.resolution, "Q", "smallest step of a reading");
   uncertainty.add("--slope-u", experiment.slope_u, "RAD",
@@ -469,6 +477,109 @@ bool is_experiment_file(const std::string& path) {
                                     start.find("\"rest\"") == std::string_view::npos);
 }
 
+namespace {
+
+// What is typed for one slot, L=A,M=B; else the whole text, which then is every slot's.
+std::optional<std::string> of_slot(const char* option,
+                                   const std::optional<std::string>& text,
+                                   const std::vector<std::string>& slots,
+                                   const std::string& slot) {
+  if (!text) {
+    return text;
+  }
+  std::optional<std::string> own;
+  bool any = false;
+  bool in_own = false;
+  for (const std::string_view item : split(*text, ',')) {
+    const std::string_view name = trimmed(item.substr(0, item.find('=')));
+    const bool begins = item.find('=') != std::string_view::npos &&
+                        std::find(slots.begin(), slots.end(), name) != slots.end();
+    if (begins) {
+      any = true;
+      in_own = name == slot;
+      if (in_own && own) {
+        throw UsageError(formatted("{}: slot {} is there twice", option, slot));
+      }
+      if (in_own) {
+        own = std::string(item.substr(item.find('=') + 1));
+      }
+    } else if (in_own && own) {
+      *own += formatted(",{}", item);  // a list goes on
+    }
+  }
+  return any ? own : text;
+}
+
+// The slots of --instrument L=KIND,M=KIND, and of the other options what is theirs.
+void set_slots(const ExperimentOptions& options, Experiment& experiment) {
+  std::vector<std::string> slots;
+  if (states_slots(options)) {
+    experiment.slots.clear();
+    for (const std::string_view item : split(*options.instrument, ',')) {
+      const std::size_t equals = item.find('=');
+      const std::string name(trimmed(item.substr(0, equals)));
+      if (equals == std::string_view::npos || name.empty() ||
+          std::find(slots.begin(), slots.end(), name) != slots.end()) {
+        throw UsageError(
+            formatted("--instrument: '{}': must be SLOT=KIND,SLOT=KIND, each slot "
+                      "once",
+                      *options.instrument));
+      }
+      slots.push_back(name);
+      experiment.slots.push_back({.slot = name, .instrument = {}, .field = {}});
+    }
+  } else {
+    for (const SlotSetup& slot : experiment.slots) {
+      slots.push_back(slot.slot);
+    }
+  }
+  for (SlotSetup& slot : experiment.slots) {
+    ExperimentOptions own = options;
+    const std::initializer_list<
+        std::pair<const char*, std::optional<std::string> ExperimentOptions::*>>
+        of_slots = {{"--instrument", &ExperimentOptions::instrument},
+                    {"--serial", &ExperimentOptions::serial},
+                    {"--model", &ExperimentOptions::model},
+                    {"--axes", &ExperimentOptions::axes},
+                    {"--unit", &ExperimentOptions::unit},
+                    {"--range", &ExperimentOptions::range},
+                    {"--convention", &ExperimentOptions::convention},
+                    {"--field", &ExperimentOptions::field},
+                    {"--field-unit", &ExperimentOptions::field_unit},
+                    {"--field-magnitude", &ExperimentOptions::field_magnitude},
+                    {"--field-magnitude-u", &ExperimentOptions::field_magnitude_u},
+                    {"--field-table", &ExperimentOptions::field_table}};
+    for (const auto& [option, member] : of_slots) {
+      own.*member = of_slot(option, options.*member, slots, slot.slot);
+    }
+    if (!states_slots(options)) {
+      own.instrument.reset();
+    }
+    try {
+      set_instrument(own, slot.instrument);
+      if (!own.field) {
+        take_usual_field(slot.instrument, slot.field);
+      }
+      set_field(own, slot.field);
+      Experiment alone = experiment;
+      alone.instrument = slot.instrument;
+      alone.field = slot.field;
+      static_cast<void>(make_field_description(alone));
+    } catch (const UsageError& error) {
+      throw UsageError(formatted("slot {}: {}", slot.slot, error.what()));
+    } catch (const SetupError& error) {
+      throw SetupError(formatted("slot {}: {}", slot.slot, error.what()), error.settings());
+    }
+  }
+}
+
+}  // namespace
+
+bool states_slots(const ExperimentOptions& options) {
+  return options.instrument && options.instrument->find('=') != std::string::npos &&
+         !options.instrument->ends_with(".json");
+}
+
 Experiment make_experiment(const ExperimentOptions& options, const Experiment& base) {
   return make_experiment_file(options, base).experiment;
 }
@@ -486,12 +597,22 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
     }
   }
   Experiment& experiment = file.experiment;
-  set_instrument(options, experiment.instrument);
-  if (!options.field) {
-    take_usual_field(experiment);
-  }
-  set_field(options, experiment.field);
   set_place(options, experiment.table);
+  const bool of_slots = states_slots(options) || !experiment.slots.empty();
+  if (!of_slots) {
+    set_instrument(options, experiment.instrument);
+    if (!options.field) {
+      take_usual_field(experiment);
+    }
+    set_field(options, experiment.field);
+  }
+  if (options.face_names) {
+    try {
+      experiment.face_names = parse_face_names(*options.face_names);
+    } catch (const DomainError& error) {
+      throw UsageError("--face-names", error);
+    }
+  }
   if (options.also) {
     experiment.also.clear();
     for (const std::string_view kind : split(*options.also, ',')) {
@@ -519,7 +640,11 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
   set_method(options, experiment);
   set_temperature(options, experiment);
   set_stated_uncertainties(options, experiment.stated);
-  static_cast<void>(make_field_description(experiment));  // complains before any data are read
+  if (of_slots) {
+    set_slots(options, experiment);
+  } else {
+    static_cast<void>(make_field_description(experiment));  // complains before any data are read
+  }
   return file;
 }
 

@@ -19,7 +19,7 @@ struct ExperimentOptions {
       field_table;
   std::optional<std::string> magnetic_model, gravity_model, source;
   std::optional<std::string> latitude, longitude, height, date;
-  std::optional<std::string> fence_azimuth, slope, positioner, slot, assembly;
+  std::optional<std::string> fence_azimuth, slope, positioner, slot, assembly, face_names;
   std::optional<std::string> method, shape, weights, leave_out, level_by, drift, seats, noise_ratio;
   std::optional<std::string> temperature_order, temperature_reference, from;
   std::optional<std::string> resolution, slope_u, direction_u, temperature_u;
@@ -50,6 +50,9 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment);
 /// then in m/s^2 too, the standard one where neither site nor magnitude is stated.
 /// @return what was taken for granted, in words; empty for nothing.
 std::string take_unit_of_file(const std::string& unit, ExperimentOptions& options);
+
+/// @return whether the options state an instrument for each of several slots, SLOT=KIND,..
+[[nodiscard]] bool states_slots(const ExperimentOptions& options);
 
 /// @return whether a file is an experiment's: JSON that says so, or that cannot be read.
 [[nodiscard]] bool is_experiment_file(const std::string& path);

@@ -9,6 +9,7 @@
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
+#include "log_input.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
 
@@ -59,7 +60,7 @@ HealthWatchSetup watch_setup(const AcquireCommand& command) {
     setup.stillness.window_s = positive_of("--window", *command.window);
   }
   if (command.temperature_column) {
-    setup.temperature_channel = *command.temperature_column;
+    setup.temperature_channels = names_of(*command.temperature_column);
   }
   return setup;
 }

@@ -9,6 +9,7 @@
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 
 namespace axiscal::cli {
@@ -29,6 +30,20 @@ std::function<std::size_t(char* buffer, std::size_t size)> reader_of(const std::
   };
 }
 
+// The columns that readings are in: the axes, or those of all slots.
+std::vector<std::string> axes_of(const ObservationColumns& columns) {
+  if (columns.slots.empty()) {
+    return columns.axes;
+  }
+  std::vector<std::string> axes;
+  for (const SlotColumns& slot : columns.slots) {
+    for (const std::string& axis : slot.axes) {
+      axes.push_back(formatted("{}.{}", slot.slot, axis));
+    }
+  }
+  return axes;
+}
+
 // Two instruments in one file, which may be a pipe: it is read once and held.
 ObservationsFile read_two_instruments(const std::string& path,
                                       const ObservationColumns& columns,
@@ -36,7 +51,7 @@ ObservationsFile read_two_instruments(const std::string& path,
                                       const TableReading& reading) {
   const std::string text = read_whole_file(path);
   const OpenTable own = open_table(
-      path, reading.options, {.axes = columns.axes, .kind = reading.kind, .unit = reading.unit},
+      path, reading.options, {.axes = axes_of(columns), .kind = reading.kind, .unit = reading.unit},
       CsvReader::Quotes::span_lines, reader_of(text));
   const OpenTable others = open_table(path, reading.options, {.axes = beside.axes},
                                       CsvReader::Quotes::span_lines, reader_of(text));
@@ -63,8 +78,9 @@ ObservationsFile read_observations_file(const std::string& path,
     return read_two_instruments(path, columns, *beside, reading);
   }
   if (can_be_read_again(path)) {
-    const OpenTable table = open_table(
-        path, reading.options, {.axes = columns.axes, .kind = reading.kind, .unit = reading.unit});
+    const OpenTable table =
+        open_table(path, reading.options,
+                   {.axes = axes_of(columns), .kind = reading.kind, .unit = reading.unit});
     ObservationsFile result{.run = read_observations(*table.csv, columns), .beside = {}};
     result.run.inputs = {{.path = path, .sha256 = sha256_of_file(path)}};
     return result;
@@ -74,7 +90,7 @@ ObservationsFile read_observations_file(const std::string& path,
   SHA2_CTX digest;
   SHA256Init(&digest);
   const OpenTable table = open_table(
-      path, reading.options, {.axes = columns.axes, .kind = reading.kind, .unit = reading.unit},
+      path, reading.options, {.axes = axes_of(columns), .kind = reading.kind, .unit = reading.unit},
       CsvReader::Quotes::span_lines, [&](char* buffer, std::size_t size) {
         const std::size_t count = file.read(buffer, size);
         SHA256Update(&digest, reinterpret_cast<const std::uint8_t*>(buffer), count);

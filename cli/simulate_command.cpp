@@ -130,7 +130,7 @@ std::string recording_csv(const SensorModel& truth,
     if (recording.kind == RecordingKind::sweep) {
       Eigen::VectorXd temperatures(all.size());
       for (Eigen::Index i = 0; i < all.size(); ++i) {
-        temperatures(i) = *all.readings[static_cast<std::size_t>(i)].temperature;
+        temperatures(i) = all.readings[static_cast<std::size_t>(i)].temperature->mean();
       }
       append(temperatures, {"temperature"});
     }

@@ -10,6 +10,7 @@
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "log_input.hpp"
 #include "summary.hpp"
+#include "usage_error.hpp"
 
 namespace axiscal::cli {
 namespace {
@@ -111,6 +112,40 @@ void convert_units(const std::string& path,
   }
 }
 
+// One column for all axes, one for each in their order, or by the names of axes or slots.
+void rename_temperatures(const std::string& text,
+                         const std::vector<std::string>& axes,
+                         std::vector<MappedColumn>& renamed) {
+  const std::vector<std::string> items = names_of(text);
+  if (items.size() > 1 && text.find('=') == std::string::npos && items.size() != axes.size()) {
+    throw UsageError(
+        formatted("--temperature-column: '{}' has {} columns for {} axes; give one "
+                  "for all, or one for each",
+                  text, items.size(), axes.size()));
+  }
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const std::size_t equals = items[i].find('=');
+    std::string name = "temperature";
+    if (equals != std::string::npos) {
+      const std::string of = items[i].substr(0, equals);
+      const bool is_axis = std::find(axes.begin(), axes.end(), of) != axes.end();
+      const bool is_slot = std::any_of(axes.begin(), axes.end(), [&](const std::string& axis) {
+        return axis.starts_with(of + ".");
+      });
+      if (!is_axis && !is_slot) {
+        throw UsageError(formatted("--temperature-column: '{}' is no axis and no slot", of));
+      }
+      name = is_axis ? of + "_temperature" : of + ".temperature";
+    } else if (items.size() > 1) {
+      name = axes[i] + "_temperature";
+    }
+    const std::string column = equals == std::string::npos ? items[i] : items[i].substr(equals + 1);
+    if (column != name) {
+      renamed.push_back({.name = name, .column = column});
+    }
+  }
+}
+
 }  // namespace
 
 void add_table_options(OptionSet& options, TableOptions& table) {
@@ -121,7 +156,8 @@ void add_table_options(OptionSet& options, TableOptions& table) {
   group.add("--time", table.time, "COLUMN",
             "of times; time, t, timestamp with _s, _ms, _us, _ns or (s), (ms), ..");
   group.add("--temperature-column", table.temperature_column, "COLUMN",
-            "of temperatures; temperature");
+            "of temperatures; temperature; A,B,C: of each axis's own sensor, in their order, or "
+            "AXIS=A,.. and SLOT=A,..; else AXIS_temperature and SLOT.temperature");
 }
 
 LogFormat format_of(const TableOptions& options) {
@@ -158,12 +194,15 @@ OpenTable open_table(const std::string& path,
   OpenTable table;
   table.text = read ? std::make_unique<TableText>(path, read, format)
                     : std::make_unique<TableText>(path, format);
-  std::vector<std::string> known = {"run",   "rest",   "fence",       "block", "mount",
-                                    "level", "serial", "temperature", "time",  "samples",
-                                    "fx",    "fy",     "fz"};
+  std::vector<std::string> known = {"run",      "rest",    "fence",       "block",   "mount",
+                                    "level",    "serial",  "temperature", "time",    "samples",
+                                    "fx",       "fy",      "fz",          "confirm", "pitch_deg",
+                                    "roll_deg", "yaw_deg", "heading_deg"};
   for (const std::string& axis : wanted.axes) {
     known.push_back(axis);
     known.push_back(axis + "_sd");
+    known.push_back(axis + "_temperature");
+    known.push_back("temperature_" + axis);
   }
   std::vector<MappedColumn> renamed;
   const auto rename = [&](const std::optional<std::string>& column, const char* name) {
@@ -172,7 +211,9 @@ OpenTable open_table(const std::string& path,
     }
   };
   rename(options.time, "time");
-  rename(options.temperature_column, "temperature");
+  if (options.temperature_column) {
+    rename_temperatures(*options.temperature_column, wanted.axes, renamed);
+  }
   if (const std::optional<LogSensor> sensor = stand_in(*table.text, wanted)) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       renamed.push_back({.name = wanted.axes[axis], .column = sensor->columns[axis]});

@@ -30,6 +30,7 @@ needs=(
   "libhdf5-dev"
   "libyaml-cpp-dev"
   "libpugixml-dev"
+  "libxlsxwriter-dev"
   "libmuparser-dev"
   "libcairo2-dev"
   "libiio-dev"
@@ -44,7 +45,7 @@ needs=(
 
 # Commands and their packages; they may come from elsewhere too. The report's script is bundled by node,
 # and used in a browser by the tests.
-tools=("node nodejs" "npm npm" "chromium chromium" "pdftotext poppler-utils" "debootstrap debootstrap"
+tools=("node nodejs" "npm npm" "chromium chromium" "pdftotext poppler-utils" "ssconvert gnumeric" "debootstrap debootstrap"
   "dpkg-shlibdeps dpkg-dev" "tmux tmux" "mosquitto_pub mosquitto-clients")
 
 is_installed() {

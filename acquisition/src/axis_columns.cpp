@@ -2,6 +2,8 @@
 #include "axis_columns.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -10,6 +12,16 @@
 
 namespace axiscal {
 namespace {
+
+std::optional<std::size_t> find_channel(const std::vector<Channel>& channels,
+                                        const std::string& name) {
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    if (channels[i].name == name) {
+      return i;
+    }
+  }
+  return {};
+}
 
 std::size_t need_channel(const std::vector<Channel>& channels, const std::string& name) {
   if (const std::optional<std::size_t> found = find_channel(channels, name)) {
@@ -27,16 +39,6 @@ std::size_t need_channel(const std::vector<Channel>& channels, const std::string
 
 }  // namespace
 
-std::optional<std::size_t> find_channel(const std::vector<Channel>& channels,
-                                        const std::string& name) {
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    if (channels[i].name == name) {
-      return i;
-    }
-  }
-  return {};
-}
-
 std::vector<AxisColumns> find_axes(const Instrument& instrument,
                                    const std::vector<Channel>& channels) {
   std::vector<AxisColumns> columns;
@@ -52,6 +54,49 @@ std::vector<AxisColumns> find_axes(const Instrument& instrument,
     }
   }
   return columns;
+}
+
+std::vector<std::size_t> find_temperatures(const Instrument& instrument,
+                                           const std::vector<Channel>& channels,
+                                           const std::vector<std::string>& names) {
+  if (names.size() > 1) {
+    if (names.size() != instrument.axes.size()) {
+      throw DomainError(
+          formatted("{} temperature channels for {} axes: state one for all, or one "
+                    "for each",
+                    names.size(), instrument.axes.size()));
+    }
+    std::vector<std::size_t> own;
+    for (const std::string& name : names) {
+      own.push_back(need_channel(channels, name));
+    }
+    return own;
+  }
+  if (const std::optional<std::size_t> one = find_channel(channels, names.front())) {
+    return {*one};
+  }
+  std::vector<std::size_t> own;
+  for (const std::string& axis : instrument.axes) {
+    if (const auto column = find_channel(channels, axis + "_temperature")) {
+      own.push_back(*column);
+    }
+  }
+  return own.size() == instrument.axes.size() ? own : std::vector<std::size_t>();
+}
+
+std::optional<SensorTemperature> temperature_in(std::span<const double> values,
+                                                const std::vector<std::size_t>& columns) {
+  std::vector<double> all;
+  for (const std::size_t column : columns) {
+    if (!std::isfinite(values[column])) {
+      return std::nullopt;
+    }
+    all.push_back(values[column]);
+  }
+  if (all.size() == 1) {
+    return all.front();
+  }
+  return all.empty() ? std::nullopt : std::optional(SensorTemperature(std::move(all)));
 }
 
 }  // namespace axiscal

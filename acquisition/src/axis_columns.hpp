@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/acquisition/source.hpp"
+#include "axiscal/calib/sensor_temperature.hpp"
 #include "axiscal/instruments/instrument.hpp"
 
 namespace axiscal {
@@ -28,8 +29,18 @@ struct AxisColumns {
 [[nodiscard]] std::vector<AxisColumns> find_axes(const Instrument& instrument,
                                                  const std::vector<Channel>& channels);
 
-/// @return the channel of that name, or nothing.
-[[nodiscard]] std::optional<std::size_t> find_channel(const std::vector<Channel>& channels,
-                                                      const std::string& name);
+/// Where what temperature sensors say comes from.
+///
+/// @param names  of one channel for all axes, or one for each axis in their order.
+/// @return those channels; where none of them is there AXIS_temperature of all axes, else nothing.
+/// @throws DomainError  if only some of several are there, or they are not as many as the axes.
+[[nodiscard]] std::vector<std::size_t> find_temperatures(const Instrument& instrument,
+                                                         const std::vector<Channel>& channels,
+                                                         const std::vector<std::string>& names);
+
+/// @param columns  as find_temperatures().
+/// @return what they say in a sample; nothing where there are none, or one says no number.
+[[nodiscard]] std::optional<SensorTemperature> temperature_in(
+    std::span<const double> values, const std::vector<std::size_t>& columns);
 
 }  // namespace axiscal

@@ -28,7 +28,8 @@ class HealthWatch::Impl {
 
   void set_channels(const std::vector<Channel>& channels) {
     columns_ = find_axes(setup_.calibration.sensor.instrument, channels);
-    temperature_column_ = find_channel(channels, setup_.temperature_channel);
+    temperature_columns_ = find_temperatures(setup_.calibration.sensor.instrument, channels,
+                                             setup_.temperature_channels);
   }
 
   void add(double time_s, std::span<const double> values) {
@@ -43,8 +44,8 @@ class HealthWatch::Impl {
       dwell_.clear();
       return;
     }
-    if (temperature_column_ && std::isfinite(values[*temperature_column_])) {
-      temperature_ = values[*temperature_column_];
+    if (const std::optional<SensorTemperature> now = temperature_in(values, temperature_columns_)) {
+      temperature_ = now;
     }
     stillness_.add(time_s, {x_.data(), static_cast<std::size_t>(m_)});
     if (!stillness_.is_still()) {
@@ -76,7 +77,7 @@ class HealthWatch::Impl {
  private:
   struct Mean {
     Eigen::VectorXd mean;
-    std::optional<double> temperature;
+    std::optional<SensorTemperature> temperature;
   };
 
   // Some reading that the record knows how to judge.
@@ -106,8 +107,8 @@ class HealthWatch::Impl {
   DwellSums dwell_;
   Eigen::VectorXd x_;
   std::vector<AxisColumns> columns_;
-  std::optional<std::size_t> temperature_column_;
-  std::optional<double> temperature_;
+  std::vector<std::size_t> temperature_columns_;
+  std::optional<SensorTemperature> temperature_;
   std::vector<Mean> means_;
   HealthView view_;
 };

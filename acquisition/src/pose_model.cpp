@@ -10,6 +10,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 
+#include "axiscal/core/error.hpp"
+
 namespace axiscal {
 namespace {
 
@@ -124,20 +126,16 @@ void put_expectations(const PoseModelSetup& setup,
 }  // namespace
 
 PoseModel::PoseModel(PoseModelSetup setup)
-    : setup_(std::move(setup)),
-      nominal_axes_(SensitivityMatrix::Zero(setup_.instrument.axis_count(), 3)),
-      directions_(starts_of(setup_)) {
-  for (Eigen::Index k = 0; k < setup_.instrument.axis_count(); ++k) {
-    if (const std::optional<int> axis = nominal_axis(setup_.instrument, k)) {
-      nominal_axes_(k, *axis) = 1.0;
-    }
+    : setup_(std::move(setup)), directions_(starts_of(setup_)) {
+  if (setup_.nominal_axes.rows() != setup_.instrument.axis_count()) {
+    throw DomainError("PoseModel: the nominal axes must be as many as the instrument's");
   }
 }
 
 bool PoseModel::is_usable() const {
   // Of a sum neither the length is known nor, at other levels, the direction.
   return !setup_.instrument.one_sided && setup_.field.parts.empty() &&
-         nominal_axes_.rowwise().norm().minCoeff() > 0.0 && setup_.field.magnitude > 0.0;
+         setup_.nominal_axes.rowwise().norm().minCoeff() > 0.0 && setup_.field.magnitude > 0.0;
 }
 
 // Sensor from table of a reading as if at a point, times the level; for the setup's field.
@@ -151,7 +149,7 @@ Eigen::Matrix3d PoseModel::rotation_at(const PlacedReading& reading,
 Eigen::VectorXd PoseModel::seen(const PlacedReading& reading,
                                 const Eigen::Vector3d& direction) const {
   const Eigen::VectorXd along =
-      nominal_axes_ * rotation_at(reading, reading.entry.point) * direction;
+      setup_.nominal_axes * rotation_at(reading, reading.entry.point) * direction;
   return setup_.instrument.one_sided ? along.cwiseMax(0.0).eval() : along;
 }
 
@@ -261,7 +259,7 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
   PoseModelFit fit;
   fit.field_in_table = start.normalized() * magnitude;
   fit.response.bias = Eigen::VectorXd::Zero(m);
-  fit.response.sensitivity = unit * nominal_axes_;
+  fit.response.sensitivity = unit * setup_.nominal_axes;
   double common_scale = setup_.nominal_sensitivity.value_or(unit);
   const Eigen::Vector3d home = fit.field_in_table;
   const Eigen::Matrix<double, 3, 2> tangents = tangents_of(home);
@@ -285,7 +283,7 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
       r.segment(i * m, m) =
           weight.cwiseProduct(reading.mean - fit.response.at(R * fit.field_in_table));
     }
-    put_expectations(setup_, nominal_axes_, scale, fit, tilt, common_scale, n * m, J, r);
+    put_expectations(setup_, setup_.nominal_axes, scale, fit, tilt, common_scale, n * m, J, r);
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(J);
     factor = qr.matrixQR().topRows(unknowns).triangularView<Eigen::Upper>();
     const Eigen::VectorXd step = qr.solve(r);

@@ -26,7 +26,8 @@ Json ReadingList::captured(const CapturedReading& reading) {
                 {"start", reading.start_s},
                 {"end", reading.end_s}});
   if (reading.temperature) {
-    entry["temperature"] = *reading.temperature;
+    entry["temperature"] = reading.temperature->has_own() ? Json(reading.temperature->of_axes())
+                                                          : Json(reading.temperature->mean());
   }
   entry["at"] = timestamp_now();
   return entry;
@@ -74,7 +75,12 @@ void ReadingList::apply(const JsonValue& entry) {
     reading.start_s = entry.at("start").number();
     reading.end_s = entry.at("end").number();
     if (const std::optional<JsonValue> temperature = entry.find("temperature")) {
-      reading.temperature = temperature->number();
+      if (temperature->is_array()) {
+        const Eigen::VectorXd all = temperature->vector(reading.mean.size());
+        reading.temperature = SensorTemperature(std::vector<double>(all.begin(), all.end()));
+      } else {
+        reading.temperature = temperature->number();
+      }
     }
     if (reading.run <= last_run_ || steps_[reading.step].run) {
       entry.at("run").fail("is there twice");

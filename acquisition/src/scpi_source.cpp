@@ -17,6 +17,26 @@ constexpr double overload = 9.9e37;  // SCPI-99, 7.2.1: a reading beyond the ran
 constexpr double longest_answer_s = 10.0;
 constexpr std::size_t longest_reply = 1U << 16U;
 
+// The resistor that turns the current of each channel into its voltage [ohm], 0 for none: one for
+// all, or one for each.
+std::vector<double> resistors_of(const SourceAddress& address, std::size_t channels) {
+  const std::optional<std::string> text = address.find("resistor");
+  if (!text) {
+    return std::vector<double>(channels, 0.0);
+  }
+  constexpr double largest = 1e12;
+  const std::optional<std::vector<double>> stated = parse_numbers(*text);
+  if (!stated || (stated->size() != 1 && stated->size() != channels) ||
+      std::any_of(stated->begin(), stated->end(),
+                  [](double r) { return !(r >= 0.0 && r <= largest); })) {
+    address.fail(
+        formatted("resistor={}: must be one number of ohms, or one for each of the {} "
+                  "channels, 0 for none",
+                  *text, channels));
+  }
+  return stated->size() == 1 ? std::vector<double>(channels, stated->front()) : *stated;
+}
+
 // SCPI-99 over a socket: CONFigure, NPLCycles, a scan list where there are channels, then READ?
 // again and again.
 class ScpiSource final : public Source {
@@ -34,12 +54,12 @@ class ScpiSource final : public Source {
     if (!list.empty() && names.size() != list.size()) {
       address.fail(formatted("names=: as many as channels= ({})", list.size()));
     }
-    const double resistor = address.number_or("resistor", 0.0, 1e-6, 1e12);
-    factor_ = resistor > 0.0 ? 1.0 / resistor : 1.0;
-    for (const std::string& name : names) {
-      channels_.push_back(channel_of(name));
+    const std::vector<double> resistors = resistors_of(address, names.size());
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      channels_.push_back(channel_of(names[i]));
+      factors_.push_back(resistors[i] > 0.0 ? 1.0 / resistors[i] : 1.0);
       if (channels_.back().unit.empty()) {
-        channels_.back().unit = resistor > 0.0 ? "A" : "V";
+        channels_.back().unit = resistors[i] > 0.0 ? "A" : "V";
       }
     }
     const std::string scan = list.empty() ? "" : formatted("(@{})", joined(list, ","));
@@ -145,8 +165,9 @@ class ScpiSource final : public Source {
     std::vector<double> values;
     for (const std::string_view cell : cells_of(reply, ',')) {
       const double value = cell_number(cell, false);
+      const double factor = values.size() < factors_.size() ? factors_[values.size()] : 1.0;
       values.push_back(std::abs(value) >= overload ? std::copysign(HUGE_VAL, value)
-                                                   : factor_ * value);
+                                                   : factor * value);
     }
     if (values.size() != channels_.size() ||
         std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) {
@@ -159,7 +180,7 @@ class ScpiSource final : public Source {
   std::string name_;
   std::unique_ptr<ByteLink> link_;
   SampleClock clock_;
-  double factor_ = 1.0;
+  std::vector<double> factors_;  // of each channel: 1 over its resistor
   std::vector<Channel> channels_;
   std::vector<std::string> commands_;
   std::string query_;

@@ -51,8 +51,8 @@ Observations Session::observations() const {
 const std::vector<CapturedReading>& Session::readings() const {
   return engine_->list().readings();
 }
-const std::optional<Calibration>& Session::calibration() const {
-  return engine_->calibration();
+const std::vector<Calibration>& Session::calibrations() const {
+  return engine_->calibrations();
 }
 
 }  // namespace axiscal

@@ -2,7 +2,7 @@
 // What the person asks for, and the end.
 #include <utility>
 
-#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/acquisition/assembly_session.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -188,15 +188,15 @@ void Session::Engine::review() {
     return;
   }
   phase_ = SessionPhase::review;
-  calibration_.reset();
+  calibrations_.clear();
   std::string why_none;
   try {
-    calibration_ = calibrate(setup_.experiment, observations());
+    calibrations_ = calibrate_session(setup_.experiment, observations());
   } catch (const Error& error) {
     why_none = error.what();
   }
   const SessionReview result =
-      review_of(calibration_, why_none, list_.readings(), knowledge_.suspects());
+      review_of(calibrations_, why_none, list_.readings(), knowledge_.suspects());
   view_.result = result.lines;
   view_.suspects = result.again;
   news_.tell("review", joined(view_.result, "; "));

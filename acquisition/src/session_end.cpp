@@ -61,22 +61,25 @@ std::optional<double> expected_angle_u_deg(const Experiment& experiment,
   }
 }
 
-SessionReview review_of(const std::optional<Calibration>& calibration,
+SessionReview review_of(const std::vector<Calibration>& calibrations,
                         const std::string& why_none,
                         const std::vector<CapturedReading>& readings,
                         const std::set<int>& suspects) {
   SessionReview review;
   std::set<int> runs = suspects;
-  if (calibration) {
-    review.lines.push_back(verdict_text(*calibration));
-    for (const CalibrationWarning& warning : calibration->findings.warnings) {
-      review.lines.push_back(warning.message);
+  for (const Calibration& calibration : calibrations) {
+    const std::string& slot = calibration.provenance.slot;
+    const std::string of = calibrations.size() > 1 ? formatted("slot {}: ", slot) : "";
+    review.lines.push_back(of + verdict_text(calibration));
+    for (const CalibrationWarning& warning : calibration.findings.warnings) {
+      review.lines.push_back(of + warning.message);
     }
-    if (calibration->findings.suggestion) {
-      runs.insert(calibration->findings.suggestion->runs.begin(),
-                  calibration->findings.suggestion->runs.end());
+    if (calibration.findings.suggestion) {
+      runs.insert(calibration.findings.suggestion->runs.begin(),
+                  calibration.findings.suggestion->runs.end());
     }
-  } else {
+  }
+  if (calibrations.empty()) {
     review.lines.push_back("no calibration: " + why_none);
   }
   std::vector<double> scatter;

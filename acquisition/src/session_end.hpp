@@ -29,10 +29,10 @@ struct SessionReview {
 
 /// Suggests the runs that the culprit search names and those that were too noisy.
 ///
-/// @param calibration  nothing where there is none; `why_none` says why.
+/// @param calibrations  none where there is none; `why_none` says why.
 /// @param readings     one or more.
 /// @param suspects     runs that looked wrong on the way.
-[[nodiscard]] SessionReview review_of(const std::optional<Calibration>& calibration,
+[[nodiscard]] SessionReview review_of(const std::vector<Calibration>& calibrations,
                                       const std::string& why_none,
                                       const std::vector<CapturedReading>& readings,
                                       const std::set<int>& suspects);

@@ -45,7 +45,8 @@ void Session::Engine::set_channels(const std::vector<Channel>& channels,
                                    std::optional<double> time_at_zero) {
   axes_.set_channels(channels);
   raw_.set_channels(channels);
-  temperature_column_ = find_channel(channels, setup_.temperature_channel);
+  temperature_columns_ =
+      find_temperatures(setup_.experiment.instrument, channels, setup_.temperature_channels);
   time_at_zero_ = time_at_zero;
   if (knowledge_.field_moves()) {
     static_cast<void>(change_of_field(setup_.experiment, 0.0, 0.0));  // whether it can be told
@@ -136,7 +137,7 @@ const SessionView& Session::Engine::view() {
            .present = present_,
            .stillness = stillness_,
            .soak = soak_,
-           .has_temperature = temperature_column_.has_value(),
+           .has_temperature = !temperature_columns_.empty(),
            .dwell_s = knowledge_.dwell_needed(),
            .dwelt_s = dwell_.seconds(),
            .median_point_s =
@@ -184,10 +185,9 @@ void Session::Engine::flush_raw() {
 }
 
 void Session::Engine::take_temperature(std::span<const double> values) {
-  if (!temperature_column_ || !std::isfinite(values[*temperature_column_])) {
-    return;
+  if (const std::optional<SensorTemperature> now = temperature_in(values, temperature_columns_)) {
+    soak_.add(now_s_, *now);
   }
-  soak_.add(now_s_, values[*temperature_column_]);
 }
 
 void Session::Engine::look_for_defects() {

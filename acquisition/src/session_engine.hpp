@@ -36,7 +36,7 @@ class Session::Engine {
   [[nodiscard]] bool is_over() const { return phase_ == SessionPhase::over; }
   [[nodiscard]] bool has_quit() const { return quit_; }
   [[nodiscard]] const ReadingList& list() const { return list_; }
-  [[nodiscard]] const std::optional<Calibration>& calibration() const { return calibration_; }
+  [[nodiscard]] const std::vector<Calibration>& calibrations() const { return calibrations_; }
   [[nodiscard]] std::vector<SessionEvent> take_events() { return news_.take_events(); }
   const SessionView& view();
   [[nodiscard]] Observations observations() const { return list_.observations(m_); }
@@ -131,14 +131,14 @@ class Session::Engine {
   std::vector<double> point_seconds_;
   bool quit_ = false;
 
-  std::optional<std::size_t> temperature_column_;
+  std::vector<std::size_t> temperature_columns_;  // none, one, or one for each axis
   SoakWatch soak_;
   bool soaked_ = false;
   std::optional<double> soaked_at_;
 
   std::optional<DesignPoint> questioned_;  // what this point was said to look like
   int retake_rounds_ = 0;
-  std::optional<Calibration> calibration_;
+  std::vector<Calibration> calibrations_;
 
   SessionNews news_;
   SessionView view_;

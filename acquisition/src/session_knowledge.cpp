@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 
+#include "axiscal/acquisition/assembly_session.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "expected_response.hpp"
@@ -24,6 +25,7 @@ SessionKnowledge::SessionKnowledge(const SessionSetup& setup, const Stillness& s
 PoseModelSetup SessionKnowledge::pose_model_setup() const {
   const Experiment& experiment = setup_.experiment;
   return {.instrument = experiment.instrument,
+          .nominal_axes = nominal_axes(experiment),
           .field = field_,
           .positioner = experiment.positioner,
           .rotation_sensor_from_positioner = experiment.rotation_sensor_from_positioner,

@@ -35,7 +35,7 @@ void Session::Engine::next_point() {
     review();
     return;
   }
-  calibration_.reset();
+  calibrations_.clear();
   if (samples_ == 0) {
     phase_ = SessionPhase::waiting;
     return;
@@ -94,7 +94,8 @@ void Session::Engine::go_on() {
 
 void Session::Engine::soak() {
   const std::optional<double>& planned = wanted_row().temperature;
-  soaked_ = soaked_ || (temperature_column_ && soak_.look() && is_nearest_level(*planned));
+  soaked_ =
+      soaked_ || (!temperature_columns_.empty() && soak_.look() && is_nearest_level(*planned));
   if (soaked_) {
     soaked_at_ = planned;
     phase_ = SessionPhase::laying;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <thread>
 
+#include "axiscal/acquisition/assembly_session.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/field/field_kind.hpp"
@@ -41,7 +42,7 @@ SimulatedSource::SimulatedSource(std::string name, const SimulationSetup& setup)
   if (setup.temperature) {
     channels_.push_back({"temperature", "degC"});
   }
-  draw_instrument(setup.sensitivity, {0, 1, 2});
+  draw_instrument(setup.sensitivity, Eigen::Matrix3d::Identity());
   field_.kind = "gravity";
   field_.unit = "g";
   field_.in_table = {setup.slope.x(), setup.slope.y(), std::sqrt(1.0 - setup.slope.squaredNorm())};
@@ -50,21 +51,21 @@ SimulatedSource::SimulatedSource(std::string name, const SimulationSetup& setup)
   from_ = to_;
 }
 
-void SimulatedSource::draw_instrument(double sensitivity,
-                                      const std::vector<std::optional<int>>& nominal) {
+void SimulatedSource::draw_instrument(double sensitivity, const SensitivityMatrix& nominal) {
   constexpr double bias_sd = 0.02;  // of what the field does
   constexpr double misalignment_sd = 0.01;
-  const auto m = static_cast<Eigen::Index>(nominal.size());
+  const Eigen::Index m = nominal.rows();
   truth_.bias.resize(m);
   truth_.sensitivity = SensitivityMatrix::Zero(m, 3);
   for (Eigen::Index k = 0; k < m; ++k) {
     truth_.bias(k) = sensitivity * field_.magnitude * bias_sd * random_.normal();
   }
   for (Eigen::Index k = 0; k < m; ++k) {
-    const int axis = nominal[static_cast<std::size_t>(k)].value_or(static_cast<int>(k % 3));
+    const bool is_known = !nominal.row(k).isZero(0.0);
+    const Eigen::Vector3d axis =
+        is_known ? Eigen::Vector3d(nominal.row(k)) : Eigen::Vector3d(Eigen::Vector3d::Unit(k % 3));
     truth_.sensitivity.row(k) =
-        sensitivity *
-        (Eigen::Vector3d::Unit(axis) + normal_vector(random_, misalignment_sd)).transpose();
+        sensitivity * (axis + normal_vector(random_, misalignment_sd)).transpose();
   }
 }
 
@@ -81,16 +82,14 @@ void SimulatedSource::play(const Experiment& experiment) {
                      ? setup_.sensitivity
                      : expected_sensitivity(experiment, field_.unit).value_or(1.0);
   one_sided_ = instrument.one_sided;
-  std::vector<std::optional<int>> nominal;
   channels_ = {{"time", "s"}};
-  for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
-    nominal.push_back(nominal_axis(instrument, k));
-    channels_.push_back({instrument.axes[static_cast<std::size_t>(k)], instrument.unit});
+  for (const std::string& axis : instrument.axes) {
+    channels_.push_back({axis, instrument.unit});
   }
   if (setup_.temperature) {
     channels_.push_back({"temperature", "degC"});
   }
-  draw_instrument(sensitivity_, nominal);
+  draw_instrument(sensitivity_, nominal_axes(experiment));
   const bool along_normal = field_kind(field_.kind).along_normal;
   if (along_normal && field_.parts.empty()) {
     const Eigen::Vector2d& slope = setup_.slope;

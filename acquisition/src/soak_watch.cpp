@@ -6,17 +6,21 @@
 
 namespace axiscal {
 
-void SoakWatch::add(double time_s, double temperature) {
-  sum_ += temperature;
+void SoakWatch::add(double time_s, const SensorTemperature& temperature) {
+  sum_ += temperature.mean();
+  sum_of_axes_.resize(temperature.of_axes().size());
+  for (std::size_t k = 0; k < sum_of_axes_.size(); ++k) {
+    sum_of_axes_[k] += temperature.of_axes()[k];
+  }
   ++count_;
-  last_ = temperature;
+  last_ = temperature.mean();
   constexpr double spacing_s = 1.0;
   if (!time_s_.empty() && time_s - time_s_.back() < spacing_s) {
     return;
   }
   is_news_ = true;
   time_s_.push_back(time_s);
-  temperature_.push_back(temperature);
+  temperature_.push_back(temperature.mean());
   while (time_s_.front() < time_s - 2.0 * window_s_) {
     time_s_.pop_front();
     temperature_.pop_front();
@@ -25,11 +29,22 @@ void SoakWatch::add(double time_s, double temperature) {
 
 void SoakWatch::begin_mean() {
   sum_ = 0.0;
+  sum_of_axes_.clear();
   count_ = 0;
 }
 
-std::optional<double> SoakWatch::mean() const {
-  return count_ > 0 ? std::optional(sum_ / static_cast<double>(count_)) : std::nullopt;
+std::optional<SensorTemperature> SoakWatch::mean() const {
+  if (count_ == 0) {
+    return std::nullopt;
+  }
+  if (sum_of_axes_.empty()) {
+    return sum_ / static_cast<double>(count_);
+  }
+  std::vector<double> means = sum_of_axes_;
+  for (double& mean : means) {
+    mean /= static_cast<double>(count_);
+  }
+  return SensorTemperature(std::move(means));
 }
 
 bool SoakWatch::look() {

@@ -254,15 +254,16 @@ void JsonValue::allow_keys(std::span<const std::string_view> keys) const {
   }
 }
 
-void JsonValue::require_format(std::string_view format) const {
+void JsonValue::require_format(std::string_view format, int last_version) const {
   const JsonValue stated = at("format");
   if (stated.text() != format) {
     stated.fail(formatted("must be \"{}\", not \"{}\"", format, stated.text()));
   }
   const JsonValue version = at("version");
   const int number = version.integer();
-  if (number != 1) {
-    version.fail(formatted("version {} is not known to this program, only 1{}", number,
+  if (number < 1 || number > last_version) {
+    version.fail(formatted("version {} is not known to this program, only {}{}", number,
+                           last_version == 1 ? "1" : formatted("1 to {}", last_version),
                            number > 1 ? "; a newer axiscal has written it" : ""));
   }
 }

@@ -116,16 +116,21 @@ std::vector<Eigen::Vector3d> directions() {
   return all;
 }
 
-std::vector<std::optional<double>> temperatures_of(const Calibration& calibration,
-                                                   const ConsumerModel& model) {
+std::vector<std::optional<SensorTemperature>> temperatures_of(const Calibration& calibration,
+                                                              const ConsumerModel& model) {
   if (!calibration.sensor.temperature || model.has_temperature) {
     return {std::nullopt};
   }
-  std::vector<std::optional<double>> all;
+  std::vector<std::optional<SensorTemperature>> all;
   const TemperatureResponse& over = *calibration.sensor.temperature;
   constexpr int steps = 4;
   for (int i = 0; i <= steps; ++i) {
-    all.emplace_back(over.low + (over.high - over.low) * i / steps);
+    std::vector<double> of_sensors;
+    for (const TemperatureSpan& span : over.spans) {
+      of_sensors.push_back(span.low + (span.high - span.low) * i / steps);
+    }
+    all.emplace_back(over.has_own_sensors() ? SensorTemperature(of_sensors)
+                                            : SensorTemperature(of_sensors.front()));
   }
   return all;
 }
@@ -139,10 +144,10 @@ struct Differences {
 
 Differences differences_of(const Calibration& calibration,
                            const ConsumerModel& model,
-                           const std::vector<std::optional<double>>& temperatures) {
+                           const std::vector<std::optional<SensorTemperature>>& temperatures) {
   Differences result;
   double count = 0.0;
-  for (const std::optional<double>& temperature : temperatures) {
+  for (const std::optional<SensorTemperature>& temperature : temperatures) {
     for (const Eigen::Vector3d& direction : directions()) {
       const Eigen::Vector3d field = calibration.sensor.field.magnitude * direction;
       const Eigen::Vector3d reading =

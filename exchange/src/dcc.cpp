@@ -156,6 +156,15 @@ void add_administration(xml_node root,
   }
 }
 
+// The temperature at which a parameter is stated, as "y.bias.d".
+double reference_of(const Calibration& calibration, const std::string& parameter) {
+  const std::vector<std::string>& axes = calibration.sensor.instrument.axes;
+  const auto axis = std::find_if(axes.begin(), axes.end(), [&](const std::string& name) {
+    return parameter.starts_with(name + ".");
+  });
+  return calibration.sensor.temperature->span_of(axis - axes.begin()).reference;
+}
+
 void add_quantity(xml_node list, const Calibration& calibration, const ParameterUncertainty& one) {
   const bool is_bias = one.name.find(".bias") != std::string::npos;
   const bool is_scale = one.name.find(".scale") != std::string::npos;
@@ -164,7 +173,7 @@ void add_quantity(xml_node list, const Calibration& calibration, const Parameter
   const std::string unit = si_unit(calibration, !is_scale, !is_bias && !is_scale, remark);
   if (power != std::string::npos) {
     remark += formatted(" per {}, d = temperature - {}", one.name.substr(power + 1),
-                        number_text(calibration.sensor.temperature->reference));
+                        number_text(reference_of(calibration, one.name)));
   }
   xml_node quantity = child(list, "dcc:quantity");
   content(quantity, "dcc:name", one.name + remark);

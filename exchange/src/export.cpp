@@ -83,6 +83,13 @@ constexpr std::array known_exports = {
                     "misalignment diag(sensitivity) (v - offset); magnetometer softIronMatrix (v - "
                     "hardIronOffset)"},
                 export_x_io},
+#ifdef AXISCAL_XLSXWRITER
+    KnownExport{ExportFormat{"xlsx",
+                             "a spreadsheet: coefficients, and live formulas that reduce readings "
+                             "and give angles",
+                             "inverse ((v - bias(t)) / scale(t))", false},
+                export_xlsx},
+#endif
 };
 
 void require_identifier(const std::string& name) {

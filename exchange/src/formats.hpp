@@ -20,6 +20,7 @@ Exported export_x_io(const Calibration& calibration, const ExportOptions& option
 Exported export_px4(const Calibration& calibration, const ExportOptions& options);
 Exported export_ardupilot(const Calibration& calibration, const ExportOptions& options);
 Exported export_iio(const Calibration& calibration, const ExportOptions& options);
+Exported export_xlsx(const Calibration& calibration, const ExportOptions& options);
 Exported export_dcc(const Calibration& calibration, const ExportOptions& options);
 Exported export_betaflight(const Calibration& calibration, const ExportOptions& options);
 

@@ -109,8 +109,15 @@ std::vector<std::string> remarks(const Calibration& calibration, bool temperatur
                   : "field = inverse (v - bias)"};
   if (temperature) {
     const TemperatureResponse& over = *calibration.sensor.temperature;
-    lines.push_back(formatted("calibrated from temperature {} to {}", number_text(over.low, 6),
-                              number_text(over.high, 6)));
+    lines.push_back(
+        "calibrated from temperature " +
+        span_text(over, calibration.sensor.instrument.axes, [](const TemperatureSpan& span) {
+          return formatted("{} to {}", number_text(span.low, 6), number_text(span.high, 6));
+        }));
+    if (over.has_own_sensors()) {
+      lines.emplace_back(
+          "temperature and reference_temperature are those of each axis's own sensor");
+    }
   }
   return lines;
 }
@@ -139,18 +146,28 @@ Exported floating_header(const Calibration& calibration,
   if (temperature) {
     const TemperatureResponse& over = *calibration.sensor.temperature;
     const std::string order = std::to_string(over.bias.cols());
-    text += dialect.constant(type, "reference_temperature", "", number(over.reference));
+    const bool own = over.has_own_sensors();
+    Eigen::Vector3d reference;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      reference(k) = over.span_of(k).reference;
+    }
+    text += dialect.constant(type, "reference_temperature", own ? "[3]" : "",
+                             own ? list(reference, number) : number(reference(0)));
     text += dialect.constant(type, "bias_terms", formatted("[3][{}]", order),
                              braces(over.bias, number));
     text += dialect.constant(type, "scale_terms", formatted("[3][{}]", order),
                              braces(over.scale, number));
     text += formatted(
-        "\n{}(const {} v[3], {} temperature, {} field[3]) {{\n"
-        "  const {} d = temperature - {}reference_temperature;\n"
+        "\n{}(const {} v[3], {}, {} field[3]) {{\n"
         "  {} u[3] = {{0, 0, 0}};\n",
-        dialect.function(), type, type, type, type, p, type);
+        dialect.function(), type,
+        own ? formatted("const {} temperature[3]", type) : formatted("{} temperature", type), type,
+        type);
     text += formatted(
         "  for (int k = 0; k < 3; ++k) {{\n"
+        "    const {} d = temperature{} - {}reference_temperature{};\n",
+        type, own ? "[k]" : "", p, own ? "[k]" : "");
+    text += formatted(
         "    {} bias_at = 0;\n"
         "    {} scale_at = 0;\n"
         "    for (int i = {} - 1; i >= 0; --i) {{\n"

@@ -17,6 +17,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "consumer.hpp"
 #include "formats.hpp"
+#include "temporary_file.hpp"
 
 #ifdef AXISCAL_MATIO
 #include <matio.h>
@@ -90,8 +91,16 @@ std::vector<NamedArray> arrays_of(const Calibration& calibration) {
   }
   if (calibration.sensor.temperature) {
     const TemperatureResponse& over = *calibration.sensor.temperature;
-    all.push_back({"temperature_reference", Eigen::MatrixXd::Constant(1, 1, over.reference)});
-    all.push_back({"temperature_range", Eigen::RowVector2d(over.low, over.high)});
+    const auto sensors = static_cast<Eigen::Index>(over.spans.size());
+    Eigen::MatrixXd reference(sensors, 1);
+    Eigen::MatrixXd range(sensors, 2);
+    for (Eigen::Index s = 0; s < sensors; ++s) {
+      const TemperatureSpan& span = over.spans[static_cast<std::size_t>(s)];
+      reference(s, 0) = span.reference;
+      range.row(s) << span.low, span.high;
+    }
+    all.push_back({"temperature_reference", reference});
+    all.push_back({"temperature_range", range});
     all.push_back({"temperature_bias", over.bias});
     all.push_back({"temperature_scale", over.scale});
   }
@@ -119,31 +128,6 @@ std::vector<std::pair<std::string, std::string>> texts_of(const Calibration& cal
 }
 
 #ifdef AXISCAL_MATIO
-// matio writes to files only.
-class TemporaryFile {
- public:
-  TemporaryFile() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "axiscal-XXXXXX").string();
-    const int descriptor = mkstemp(pattern.data());
-    if (descriptor < 0) {
-      throw OutputError(pattern + ": cannot make a temporary file");
-    }
-    close(descriptor);
-    path_ = pattern;
-  }
-  ~TemporaryFile() {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-
-  [[nodiscard]] const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
 void add_variable(mat_t* file, matvar_t* variable) {
   const std::unique_ptr<matvar_t, void (*)(matvar_t*)> owned(variable, Mat_VarFree);
   if (!owned || Mat_VarWrite(file, owned.get(), MAT_COMPRESSION_NONE) != 0) {
@@ -210,10 +194,11 @@ Exported export_csv(const Calibration& calibration, const ExportOptions&) {
                                               calibration.sensor.instrument.unit)};
   if (calibration.sensor.temperature) {
     const TemperatureResponse& over = *calibration.sensor.temperature;
-    lines.push_back(
-        formatted("bias(t) = bias + bias.d d + ..., scale(t) = 1 + scale.d d + ..., d = "
-                  "temperature - {}; v = bias(t) + scale(t) sensitivity f",
-                  number_text(over.reference)));
+    lines.push_back(formatted(
+        "bias(t) = bias + bias.d d + ..., scale(t) = 1 + scale.d d + ..., d = "
+        "temperature - {}; v = bias(t) + scale(t) sensitivity f",
+        span_text(over, calibration.sensor.instrument.axes,
+                  [](const TemperatureSpan& span) { return number_text(span.reference); })));
   }
   std::string text = comment_lines(calibration, "# ", lines, std::nullopt);
   text += "parameter,value,standard_error,unit\n";

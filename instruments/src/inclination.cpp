@@ -16,6 +16,24 @@ double angle(double y, double x) noexcept {
 
 }  // namespace
 
+Eigen::Matrix3d rotation_sensor_from_level(double pitch_rad,
+                                           double roll_rad,
+                                           double heading_rad,
+                                           AxisConvention convention) {
+  const Eigen::Vector3d ahead(std::sin(heading_rad), std::cos(heading_rad), 0.0);
+  const Eigen::Vector3d to_left(-std::cos(heading_rad), std::sin(heading_rad), 0.0);
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d pitched_up = std::cos(pitch_rad) * up - std::sin(pitch_rad) * ahead;
+  Eigen::Matrix3d rotation;  // rows: the axes forward, left, up
+  rotation.row(0) = std::cos(pitch_rad) * ahead + std::sin(pitch_rad) * up;
+  rotation.row(1) = std::cos(roll_rad) * to_left + std::sin(roll_rad) * pitched_up;
+  rotation.row(2) = std::cos(roll_rad) * pitched_up - std::sin(roll_rad) * to_left;
+  if (convention == AxisConvention::forward_right_down) {
+    rotation.bottomRows<2>() *= -1.0;
+  }
+  return rotation;
+}
+
 AxisElevation elevation_of_axis(double component, double magnitude) noexcept {
   const double sine = component / magnitude;
   return {.angle_rad = std::asin(std::clamp(sine, -1.0, 1.0)), .clamped = std::abs(sine) > 1.0};

@@ -8,6 +8,7 @@
 
 #include "axiscal/calib/intrinsic.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
+#include "axiscal/calib/summary.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
@@ -60,8 +61,10 @@ std::vector<std::string> what_to_watch(const Calibration& calibration) {
   if (calibration.sensor.temperature) {
     const TemperatureResponse& over = *calibration.sensor.temperature;
     lines.push_back(formatted(
-        "It holds from temperature {} to {}; beyond, results are flagged as extrapolated.",
-        rounded(over.low, 5), rounded(over.high, 5)));
+        "It holds from temperature {}; beyond, results are flagged as extrapolated.",
+        span_text(over, calibration.sensor.instrument.axes, [](const TemperatureSpan& span) {
+          return formatted("{} to {}", rounded(span.low, 5), rounded(span.high, 5));
+        })));
   } else if (calibration.fit.statistics) {
     lines.emplace_back(
         "It holds at the temperature of the calibration: no temperature was modelled.");
@@ -207,7 +210,9 @@ std::string coefficients_table(const Calibration& calibration) {
   }
   const std::string over =
       calibration.sensor.temperature
-          ? "; d is the temperature less " + rounded(calibration.sensor.temperature->reference, 6)
+          ? "; d is the temperature less " +
+                span_text(*calibration.sensor.temperature, calibration.sensor.instrument.axes,
+                          [](const TemperatureSpan& span) { return rounded(span.reference, 6); })
           : "";
   return html_table("Coefficients: reading = bias + sensitivity times field" + over,
                     {"parameter", "value", "u", "U (95 %)", "degrees of freedom", "unit"}, rows);
@@ -276,6 +281,16 @@ std::string correlation_table(const Calibration& calibration) {
 }
 
 // ---- levelness, uncertainty ----
+
+// What the fit says of itself beside its residuals.
+std::string words_on_fit(const Calibration& calibration) {
+  std::string html;
+  for (const std::string& words :
+       {words_of_field_size(calibration), words_of_confirmation(calibration)}) {
+    html += words.empty() ? "" : paragraph(words);
+  }
+  return html;
+}
 
 std::string figures(const std::vector<Plot>& plots) {
   std::string html;
@@ -394,7 +409,7 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
       {"coefficients", "Coefficients",
        coefficients_table(calibration) + intrinsic_table(calibration) + polar_table(calibration) +
            correlation_table(calibration)},
-      {"residuals", "Residuals", figures(residuals)},
+      {"residuals", "Residuals", words_on_fit(calibration) + figures(residuals)},
       {"levelness", "Levelness", levelness_section(calibration, options.table)},
       {"uncertainty", "Uncertainty", uncertainty_section(calibration)},
       {"temperature", "Temperature", figures(temperature)},

@@ -194,9 +194,13 @@ void write_results(const Calibration& calibration, PdfPages& pages) {
   if (calibration.sensor.temperature) {
     const TemperatureResponse& over = *calibration.sensor.temperature;
     pages.paragraph(formatted(
-        "Coefficients at temperature {}; valid from {} to {}. The terms d, d2 are of the "
-        "temperature less that.",
-        number_text(over.reference, 6), number_text(over.low, 6), number_text(over.high, 6)));
+        "Coefficients at temperature {}. The terms d, d2 are of the temperature less that{}.",
+        span_text(over, calibration.sensor.instrument.axes,
+                  [](const TemperatureSpan& span) {
+                    return formatted("{} (valid from {} to {})", number_text(span.reference, 6),
+                                     number_text(span.low, 6), number_text(span.high, 6));
+                  }),
+        over.has_own_sensors() ? ", each axis's by its own sensor" : ""));
   }
 }
 

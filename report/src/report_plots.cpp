@@ -237,18 +237,20 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
               .y_label = is_bias
                              ? formatted("change of bias [{}]", calibration.sensor.instrument.unit)
                              : "scale"};
-    const double margin = 0.2 * (over.high - over.low);
     for (Eigen::Index k = 0; k < over.bias.rows(); ++k) {
+      const TemperatureSpan& span = over.span_of(k);
+      const double margin = 0.2 * (span.high - span.low);
       PlotSeries within{.name = axis_name(k), .line = true};
       PlotSeries below{.name = axis_name(k) + ", extrapolated", .line = true};
       PlotSeries band{.name = axis_name(k) + ", 95 %"};
       for (int i = 0; i <= 70; ++i) {
-        const double t = over.low - margin + (over.high - over.low + 2.0 * margin) * i / 70.0;
+        const double t = span.low - margin + (span.high - span.low + 2.0 * margin) * i / 70.0;
+        const bool extrapolated = t < span.low || t > span.high;
         const double value = is_bias ? over.bias_shift(k, t) : over.scale_at(k, t);
-        PlotSeries& series = over.is_extrapolated(t) ? below : within;
+        PlotSeries& series = extrapolated ? below : within;
         series.x.push_back(t);
         series.y.push_back(value);
-        if (!calibration.fit.statistics || over.is_extrapolated(t)) {
+        if (!calibration.fit.statistics || extrapolated) {
           continue;
         }
         // The curve's change with its own terms.
@@ -256,7 +258,7 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
             static_cast<Eigen::Index>(calibration.fit.statistics->parameter_names.size()));
         double power = 1.0;
         for (Eigen::Index order = 0; order < over.bias.cols(); ++order) {
-          power *= t - over.reference;
+          power *= t - span.reference;
           const std::string name = axis_name(k) + (is_bias ? ".bias.d" : ".scale.d") +
                                    (order == 0 ? "" : std::to_string(order + 1));
           if (const auto at = calibration.fit.statistics->position_of(name)) {
@@ -276,9 +278,9 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
       plot.series.push_back(std::move(within));
       // The line is cut where the range lies.
       const auto gap =
-          std::find_if(below.x.begin(), below.x.end(), [&](double t) { return t > over.high; });
+          std::find_if(below.x.begin(), below.x.end(), [&](double t) { return t > span.high; });
       const auto cut = gap - below.x.begin();
-      below.x.insert(gap, over.high);
+      below.x.insert(gap, span.high);
       below.y.insert(below.y.begin() + cut, std::nan(""));
       plot.series.push_back(std::move(below));
     }

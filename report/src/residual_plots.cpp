@@ -198,7 +198,9 @@ std::vector<Plot> residual_plots(const Calibration& calibration, const Observati
   }
   add("residuals-by-temperature", "Residuals against temperature",
       "Residual of each reading against the sensor's temperature", "temperature",
-      series_by_axis(calibration, [](const ReadingResidual& r) { return r.temperature; }));
+      series_by_axis(calibration, [](const ReadingResidual& r) {
+        return r.temperature ? std::optional(r.temperature->mean()) : std::nullopt;
+      }));
   plots.push_back(normal_plot(calibration));
   // With two degrees of freedom a studentised residual has one, and can be any number.
   if (calibration.fit.statistics && !calibration.fit.statistics->rows.empty() &&

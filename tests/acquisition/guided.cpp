@@ -54,7 +54,7 @@ GuidedResult run_guided(SessionSetup setup,
   return {.truth = simulated.truth(),
           .mistakes = simulated.mistakes(),
           .observations = session.observations(),
-          .calibration = session.calibration(),
+          .calibrations = session.calibrations(),
           .events = face.events,
           .alarms = face.alarms};
 }

@@ -33,7 +33,7 @@ struct GuidedResult {
   LinearResponse truth;
   std::vector<SimulatedMistake> mistakes;
   Observations observations;
-  std::optional<Calibration> calibration;
+  std::vector<Calibration> calibrations;
   std::vector<SessionEvent> events;
   std::vector<std::string> alarms;
 };

@@ -48,14 +48,14 @@ int main(int argc, char** argv) {
       for (const axiscal::SessionEvent& event : result.events) {
         questions += event.kind == "question" || event.kind == "as_before" ? 1U : 0U;
       }
-      if (!result.calibration ||
-          result.calibration->findings.status == axiscal::CalibrationStatus::refused) {
+      if (result.calibrations.empty() ||
+          result.calibrations.front().findings.status == axiscal::CalibrationStatus::refused) {
         std::printf("  session %d has no calibration\n", s + 1);
         ++without;
         continue;
       }
       const Eigen::MatrixXd off =
-          result.calibration->sensor.response.sensitivity - result.truth.sensitivity;
+          result.calibrations.front().sensor.response.sensitivity - result.truth.sensitivity;
       constexpr double five_sigma = 1e-4;
       wrong_at_end += off.cwiseAbs().maxCoeff() > five_sigma ? 1U : 0U;
     }

@@ -62,6 +62,7 @@ struct Bench {
 PoseModel model_without_knowledge() {
   PoseModelSetup setup;
   setup.instrument = {.kind = "accelerometer", .unit = "V"};
+  setup.nominal_axes = Eigen::Matrix3d::Identity();
   setup.field.kind = "gravity";
   setup.field.in_table = Eigen::Vector3d::UnitZ();
   return PoseModel(setup);
@@ -126,6 +127,7 @@ TEST(PoseModel, AFieldInTheHorizonOfAnUnknownHeadingIsFound) {
   bench.field.normalize();
   PoseModelSetup setup;
   setup.instrument = {.kind = "magnetometer", .unit = "V"};
+  setup.nominal_axes = Eigen::Matrix3d::Identity();
   setup.field.kind = "geomagnetic";
   setup.field.in_table = Eigen::Vector3d(0.0, 0.4, -0.9).normalized();
   setup.direction_sd_rad = 0.35;
@@ -143,6 +145,7 @@ TEST(PoseModel, AFieldInTheHorizonOfAnUnknownHeadingIsFound) {
 TEST(PoseModel, OneSidedAxesAreLeftAlone) {
   PoseModelSetup setup;
   setup.instrument = {.kind = "optical", .one_sided = true};
+  setup.nominal_axes = Eigen::Matrix3d::Identity();
   setup.field.in_table = Eigen::Vector3d::UnitZ();
   EXPECT_FALSE(PoseModel(setup).is_usable());
 }

@@ -50,7 +50,7 @@ inline Calibration magnetometer() {
 }
 
 inline Calibration over_temperature(Calibration calibration) {
-  TemperatureResponse over{.reference = 25.0, .low = -10.0, .high = 60.0};
+  TemperatureResponse over{.spans = {{.reference = 25.0, .low = -10.0, .high = 60.0}}};
   over.bias = Eigen::MatrixXd(3, 2);
   over.bias << 1e-3, 2e-5, -2e-3, 1e-5, 5e-4, -3e-5;
   over.scale = Eigen::MatrixXd(3, 2);

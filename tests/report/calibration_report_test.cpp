@@ -219,9 +219,7 @@ TEST(CalibrationReport, TakesARecordOfCoefficientsAlone) {
 TEST(CalibrationReport, TemperatureAndHistoryHaveTheirPlots) {
   Calibration calibration = calibrated();
   calibration.sensor.temperature =
-      TemperatureResponse{.reference = 20.0,
-                          .low = 10.0,
-                          .high = 40.0,
+      TemperatureResponse{.spans = {{.reference = 20.0, .low = 10.0, .high = 40.0}},
                           .bias = Eigen::MatrixXd::Constant(3, 1, 1e-3),
                           .scale = Eigen::MatrixXd::Constant(3, 1, 1e-4)};
   UnitHistory history{.serial = calibration.sensor.instrument.serial,

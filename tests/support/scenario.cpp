@@ -53,4 +53,19 @@ std::string observations_text(const SensorModel& truth, const Run& run) {
   return observations_csv(observe(truth, run), truth.instrument.axes);
 }
 
+Positioner uncertain_cube(double u) {
+  PositionerDescription description;
+  NormalCovariance C = NormalCovariance::Zero();
+  const Positioner nominal;
+  for (const Face face : all_faces) {
+    const auto i = static_cast<std::size_t>(face);
+    description.faces[i].normal = nominal.normal(face);
+    const Eigen::Vector3d n = nominal.normal(face);
+    C.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(i)) =
+        u * u * (Eigen::Matrix3d::Identity() - n * n.transpose());
+  }
+  description.normal_covariance = C;
+  return Positioner(std::move(description));
+}
+
 }  // namespace axiscal::test

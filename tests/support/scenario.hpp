@@ -20,6 +20,9 @@ namespace axiscal::test {
 /// The experiment that calibrates a truth: its instrument and field.
 [[nodiscard]] Experiment experiment_for(const SensorModel& truth);
 
+/// The nominal cube, each of whose normals is known by so much [rad] any way.
+[[nodiscard]] Positioner uncertain_cube(double u);
+
 /// What is simulated: a design, its replicates, the table's slope and the noise.
 struct Run {
   int points = 12;

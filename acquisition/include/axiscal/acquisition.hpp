@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "axiscal/acquisition/assembly_session.hpp"
 #include "axiscal/acquisition/health_watch.hpp"
 #include "axiscal/acquisition/journal.hpp"
 #include "axiscal/acquisition/open_source.hpp"

@@ -44,18 +44,18 @@ class AttitudeBudgetMaker {
                       const ReductionOptions& options,
                       const ReadingNoise& noise,
                       const Eigen::Vector3d& field,
-                      std::optional<double> temperature)
+                      std::optional<SensorTemperature> temperature)
       : calibration_(calibration),
         reducer_(calibration, one_pair_of_angles(calibration, options, field)),
         propagation_(calibration, reducer_, noise, options.factor),
         noise_(noise),
         field_(field),
-        temperature_(temperature) {
+        temperature_(std::move(temperature)) {
     if (!reducer_.gives_components()) {
       throw DomainError("attitude_budget: fewer than three axes give angles of each axis only");
     }
     if (calibration.sensor.temperature && !temperature_) {
-      temperature_ = calibration.sensor.temperature->reference;
+      temperature_ = calibration.sensor.temperature->reference();
     }
     const Eigen::VectorXd v = response_at(calibration.sensor, field, temperature_);
     readings_.assign(v.begin(), v.end());
@@ -148,7 +148,7 @@ class AttitudeBudgetMaker {
   ReadingPropagation propagation_;
   ReadingNoise noise_;
   Eigen::Vector3d field_;
-  std::optional<double> temperature_;
+  std::optional<SensorTemperature> temperature_;
   std::vector<double> readings_;
 };
 
@@ -249,10 +249,9 @@ AttitudeBudget attitude_budget(const Calibration& calibration,
 }
 
 Eigen::Vector3d field_of_attitude(const SensorModel& sensor, double pitch_rad, double roll_rad) {
-  const double c = std::cos(pitch_rad);
-  const Eigen::Vector3d up(std::sin(pitch_rad), c * std::sin(roll_rad), c * std::cos(roll_rad));
-  const bool frd = sensor.instrument.convention == AxisConvention::forward_right_down;
-  return sensor.field.magnitude * (frd ? Eigen::Vector3d(up.x(), -up.y(), -up.z()) : up);
+  const Eigen::Matrix3d R =
+      rotation_sensor_from_level(pitch_rad, roll_rad, 0.0, sensor.instrument.convention);
+  return sensor.field.magnitude * R.col(2);
 }
 
 std::vector<MonteCarloCheck> check_by_monte_carlo(const Calibration& calibration,

@@ -81,6 +81,46 @@ ReadingNoise stated_noise(const Calibration& calibration) {
   return noise;
 }
 
+Eigen::MatrixXd change_with_parameters(const Calibration& calibration,
+                                       const Eigen::Vector3d& field,
+                                       const ReadingContext& context) {
+  if (!calibration.fit.statistics) {
+    throw DomainError("change_with_parameters: the record has no statistics");
+  }
+  const FitStatistics& statistics = *calibration.fit.statistics;
+  const Eigen::Index m = calibration.sensor.instrument.axis_count();
+  Eigen::MatrixXd B =
+      Eigen::MatrixXd::Zero(m, static_cast<Eigen::Index>(statistics.parameter_names.size()));
+  const auto put = [&](Eigen::Index axis, const std::string& what, double value) {
+    const std::string name =
+        calibration.sensor.instrument.axes[static_cast<std::size_t>(axis)] + what;
+    if (const auto at = statistics.position_of(name)) {
+      B(axis, *at) = value;
+    }
+  };
+  const auto& terms = calibration.sensor.temperature;
+  const std::optional<SensorTemperature>& temperature = context.temperature;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const double scale = terms && temperature ? terms->scale_at(k, temperature->of(k)) : 1.0;
+    put(k, ".bias", 1.0);
+    for (int j = 0; j < 3; ++j) {
+      const std::string component(1, "xyz"[j]);
+      put(k, ".sensitivity." + component, scale * field(j));
+      for (const AlsoResponse& also : calibration.sensor.also) {
+        put(k, formatted(".{}.{}", also.kind, component), context.up ? (*context.up)(j) : 0.0);
+      }
+    }
+    double power = 1.0;
+    for (Eigen::Index j = 0; terms && temperature && j < terms->bias.cols(); ++j) {
+      power *= temperature->of(k) - terms->span_of(k).reference;
+      const std::string suffix = power_suffix(static_cast<int>(j) + 1);
+      put(k, ".bias" + suffix, power);
+      put(k, ".scale" + suffix, power * calibration.sensor.response.sensitivity.row(k).dot(field));
+    }
+  }
+  return B;
+}
+
 ReadingPropagation::ReadingPropagation(const Calibration& calibration,
                                        const Reducer& reducer,
                                        const ReadingNoise& noise,
@@ -120,44 +160,8 @@ ReadingPropagation::ReadingPropagation(const Calibration& calibration,
   }
 }
 
-Eigen::MatrixXd ReadingPropagation::change_with_parameters(const Eigen::Vector3d& field,
-                                                           const ReadingContext& context) const {
-  const FitStatistics& statistics = *calibration_.fit.statistics;
-  const Eigen::Index m = calibration_.sensor.instrument.axis_count();
-  Eigen::MatrixXd B =
-      Eigen::MatrixXd::Zero(m, static_cast<Eigen::Index>(statistics.parameter_names.size()));
-  const auto put = [&](Eigen::Index axis, const std::string& what, double value) {
-    const std::string name =
-        calibration_.sensor.instrument.axes[static_cast<std::size_t>(axis)] + what;
-    if (const auto at = statistics.position_of(name)) {
-      B(axis, *at) = value;
-    }
-  };
-  const auto& terms = calibration_.sensor.temperature;
-  const std::optional<double>& temperature = context.temperature;
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const double scale = terms && temperature ? terms->scale_at(k, *temperature) : 1.0;
-    put(k, ".bias", 1.0);
-    for (int j = 0; j < 3; ++j) {
-      const std::string component(1, "xyz"[j]);
-      put(k, ".sensitivity." + component, scale * field(j));
-      for (const AlsoResponse& also : calibration_.sensor.also) {
-        put(k, formatted(".{}.{}", also.kind, component), context.up ? (*context.up)(j) : 0.0);
-      }
-    }
-    double power = 1.0;
-    for (Eigen::Index j = 0; terms && temperature && j < terms->bias.cols(); ++j) {
-      power *= *temperature - terms->reference;
-      const std::string suffix = power_suffix(static_cast<int>(j) + 1);
-      put(k, ".bias" + suffix, power);
-      put(k, ".scale" + suffix, power * calibration_.sensor.response.sensitivity.row(k).dot(field));
-    }
-  }
-  return B;
-}
-
-Eigen::VectorXd ReadingPropagation::reading_variance(const Eigen::Vector3d& field,
-                                                     std::optional<double> temperature) const {
+Eigen::VectorXd ReadingPropagation::reading_variance(
+    const Eigen::Vector3d& field, const std::optional<SensorTemperature>& temperature) const {
   Eigen::VectorXd variance = sd_.cwiseAbs2();
   // A scatter that is smaller than the steps does not show what rounding hides.
   const double steps = noise_.resolution * noise_.resolution / 12.0;
@@ -166,8 +170,8 @@ Eigen::VectorXd ReadingPropagation::reading_variance(const Eigen::Vector3d& fiel
   if (terms && temperature && noise_.temperature_u > 0.0) {
     const double h = noise_.temperature_u;
     const Eigen::VectorXd change =
-        0.5 * (response_at(calibration_.sensor, field, *temperature + h) -
-               response_at(calibration_.sensor, field, *temperature - h));
+        0.5 * (response_at(calibration_.sensor, field, temperature->changed_by(h)) -
+               response_at(calibration_.sensor, field, temperature->changed_by(-h)));
     variance += change.cwiseAbs2();
   }
   return variance;
@@ -363,7 +367,7 @@ void ReadingPropagation::share_cube() {
 }
 
 ReadingPropagation::LengthChange ReadingPropagation::length_change(
-    std::span<const double> readings, std::optional<double> temperature) const {
+    std::span<const double> readings, const std::optional<SensorTemperature>& temperature) const {
   const ReadingContext context{.temperature = temperature};
   const Eigen::Vector3d field = reducer_.reduce(readings, context).field_in_sensor / factor_;
   const Eigen::MatrixXd B = change_with_parameters(field, context);
@@ -377,8 +381,8 @@ ReadingPropagation::LengthChange ReadingPropagation::length_change(
   return change;
 }
 
-Eigen::Matrix3d ReadingPropagation::field_covariance(std::span<const double> readings,
-                                                     std::optional<double> temperature) const {
+Eigen::Matrix3d ReadingPropagation::field_covariance(
+    std::span<const double> readings, const std::optional<SensorTemperature>& temperature) const {
   const ReadingContext context{.temperature = temperature};
   const Eigen::Vector3d reduced = reducer_.reduce(readings, context).field_in_sensor;
   const Eigen::Vector3d field = reduced / factor_;
@@ -390,9 +394,8 @@ Eigen::Matrix3d ReadingPropagation::field_covariance(std::span<const double> rea
   return G * C * G.transpose() + component_u_ * component_u_ * reduced * reduced.transpose();
 }
 
-ReadingPropagation::Axis ReadingPropagation::at_axis(std::size_t axis,
-                                                     double reading,
-                                                     std::optional<double> temperature) const {
+ReadingPropagation::Axis ReadingPropagation::at_axis(
+    std::size_t axis, double reading, const std::optional<SensorTemperature>& temperature) const {
   const auto k = static_cast<Eigen::Index>(axis);
   const ReducedAxis reduced = reducer_.reduce_axis(axis, reading, temperature);
   const double component = reduced.component / factor_;
@@ -418,7 +421,7 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(std::size_t axis,
   }
   const double variance = variance_of(shares);
   const double scale = calibration_.sensor.temperature && temperature
-                           ? calibration_.sensor.temperature->scale_at(k, *temperature)
+                           ? calibration_.sensor.temperature->scale_at(k, temperature->of(k))
                            : 1.0;
   const double u = std::sqrt(variance) / (std::abs(scale) * S.norm());
   Axis result;

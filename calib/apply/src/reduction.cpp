@@ -187,6 +187,47 @@ Calibration converted(Calibration calibration, const FieldConversion& conversion
   return calibration;
 }
 
+Calibration in_assembly_frame(Calibration calibration) {
+  SensorModel& sensor = calibration.sensor;
+  if (!sensor.rotation_sensor_from_assembly) {
+    return calibration;
+  }
+  const Eigen::Matrix3d mount = *sensor.rotation_sensor_from_assembly;
+  sensor.rotation_sensor_from_assembly.reset();
+  sensor.response.sensitivity *= mount;
+  for (AlsoResponse& also : sensor.also) {
+    also.sensitivity *= mount;
+  }
+  if (!calibration.fit.statistics) {
+    return calibration;
+  }
+  // Each row of sensitivities turns with the field's components.
+  FitStatistics& statistics = *calibration.fit.statistics;
+  const std::vector<std::string>& names = statistics.parameter_names;
+  const auto count = static_cast<Eigen::Index>(names.size());
+  Eigen::MatrixXd T = Eigen::MatrixXd::Identity(count, count);
+  for (Eigen::Index i = 0; i + 2 < count; ++i) {
+    if (names[static_cast<std::size_t>(i)].ends_with(".x")) {
+      T.block<3, 3>(i, i) = mount.transpose();
+    }
+  }
+  const auto turn = [&](Eigen::MatrixXd& covariance) {
+    if (covariance.rows() == count) {
+      covariance = T * covariance * T.transpose();
+    }
+  };
+  turn(statistics.covariance);
+  for (ScatterComponent& component : statistics.components) {
+    turn(component.covariance);
+  }
+  if (calibration.fit.uncertainty) {
+    for (UncertaintySource& source : calibration.fit.uncertainty->sources) {
+      turn(source.covariance);
+    }
+  }
+  return calibration;
+}
+
 Reducer::Reducer(const SensorModel& sensor, const ReductionOptions& options)
     : Reducer(sensor,
               Knowledge{.weights = Eigen::VectorXd::Ones(sensor.response.bias.size())},
@@ -281,23 +322,23 @@ ColumnReduction Reducer::columns() const {
 
 double Reducer::above_bias(std::size_t axis,
                            double reading,
-                           const std::optional<double>& temperature) const noexcept {
+                           const std::optional<SensorTemperature>& temperature) const noexcept {
   if (!temperature_ || !temperature) {
     return reading - bias_[axis];
   }
   const auto k = static_cast<Eigen::Index>(axis);
-  return temperature_->above_bias(k, reading, bias_[axis], *temperature);
+  return temperature_->above_bias(k, reading, bias_[axis], temperature->of(k));
 }
 
 // More than three axes whose scales change: the weights of their equations do too.
 bool Reducer::solve_scaled(std::span<const double> readings,
-                           const std::optional<double>& temperature,
+                           const std::optional<SensorTemperature>& temperature,
                            Eigen::Vector3d& field) const noexcept {
   Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
   Eigen::Vector3d c = Eigen::Vector3d::Zero();
   for (std::size_t k = 0; k < rows_.size(); ++k) {
-    const double scale =
-        temperature ? temperature_->scale_at(static_cast<Eigen::Index>(k), *temperature) : 1.0;
+    const auto axis = static_cast<Eigen::Index>(k);
+    const double scale = temperature ? temperature_->scale_at(axis, temperature->of(axis)) : 1.0;
     const double weight = weights_[k] * scale * scale;
     N += weight * rows_[k] * rows_[k].transpose();
     c += weight * above_bias(k, readings[k], temperature) * rows_[k];
@@ -308,7 +349,7 @@ bool Reducer::solve_scaled(std::span<const double> readings,
 
 // Least squares by the axes that see the light, starting with those that read some.
 bool Reducer::solve_lit(std::span<const double> readings,
-                        const std::optional<double>& temperature,
+                        const std::optional<SensorTemperature>& temperature,
                         Eigen::Vector3d& field) const noexcept {
   constexpr std::uint64_t one = 1;
   const std::size_t m = std::min<std::size_t>(rows_.size(), 64);
@@ -380,7 +421,7 @@ ReducedReading Reducer::reduce(std::span<const double> readings,
         "Reducer::reduce: needs three readings or more, as many as the record has axes, {}, not {}",
         bias_.size(), readings.size()));
   }
-  const std::optional<double>& temperature = context.temperature;
+  const std::optional<SensorTemperature>& temperature = context.temperature;
   ReducedReading result;
   if (one_sided_) {
     result.determined = solve_lit(readings, temperature, result.field_in_sensor);
@@ -414,9 +455,10 @@ ReducedReading Reducer::reduce(std::span<const double> readings,
   return result;
 }
 
-ReducedAxis Reducer::reduce_axis(std::size_t axis,
-                                 double reading,
-                                 std::optional<double> temperature) const noexcept {
+ReducedAxis Reducer::reduce_axis(
+    std::size_t axis,
+    double reading,
+    const std::optional<SensorTemperature>& temperature) const noexcept {
   ReducedAxis result{.component = above_bias(axis, reading, temperature) / length_[axis]};
   result.extrapolated = temperature_ && temperature && temperature_->is_extrapolated(*temperature);
   if (!gives_field_) {
@@ -429,9 +471,8 @@ ReducedAxis Reducer::reduce_axis(std::size_t axis,
   return result;
 }
 
-Reducer::ClosedField Reducer::closed_field(double first,
-                                           double second,
-                                           std::optional<double> temperature) const {
+Reducer::ClosedField Reducer::closed_field(
+    double first, double second, const std::optional<SensorTemperature>& temperature) const {
   if (!open_direction_) {
     throw DomainError(
         "Reducer::closed_field: needs two axes of an instrument that sees what is in front of it");

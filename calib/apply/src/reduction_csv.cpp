@@ -5,6 +5,7 @@
 #include <cstring>
 #include <optional>
 
+#include "axiscal/calib/body.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -101,21 +102,53 @@ std::vector<std::string> result_names(const std::vector<ReadingColumn>& axes,
       }
     }
   }
+  if (options.joint) {
+    names.emplace_back("joint_deg");
+    if (options.uncertainty != nullptr) {
+      names.emplace_back("u_joint_deg");
+    }
+  }
   names.emplace_back("flag");
   return names;
+}
+
+// AXIS_temperature or temperature_AXIS; of SLOT.AXIS also SLOT.temperature_AXIS.
+TemperaturePlaces own_temperatures(const CsvReader& csv, const std::vector<ReadingColumn>& axes) {
+  TemperaturePlaces places;
+  for (const ReadingColumn& column : axes) {
+    const std::string& axis = column.axis;
+    const std::size_t name = axis.rfind('.') + 1;  // 0 without a slot
+    const std::optional<std::size_t> turned =
+        csv.column(axis.substr(0, name) + "temperature_" + axis.substr(name));
+    places.push_back(turned ? *turned : csv.need(axis + "_temperature"));
+  }
+  return places;
+}
+
+// SLOT.temperature where it is there.
+std::size_t one_temperature(const CsvReader& csv,
+                            const std::vector<ReadingColumn>& axes,
+                            const std::string& column) {
+  const std::string& axis = axes.front().axis;
+  const std::optional<std::size_t> own = csv.column(axis.substr(0, axis.rfind('.') + 1) + column);
+  return own ? *own : csv.need(column);
 }
 
 // The readings of one instrument in a row.
 class RowReader {
  public:
-  // @param temperature  its column; empty: not read.
+  // @param temperature  the column of a reducer that needs temperatures of one sensor.
   RowReader(const CsvReader& csv,
             const std::vector<ReadingColumn>& axes,
+            const Reducer& reducer,
             const std::string& temperature)
       : csv_(csv) {
-    if (!temperature.empty()) {
-      temperature_place_ = csv.need(temperature);
+    if (reducer.has_own_temperatures()) {
+      temperature_places_ = own_temperatures(csv, axes);
+    } else if (reducer.needs_temperature()) {
+      temperature_places_ = {one_temperature(csv, axes, temperature)};
     }
+    temperatures_.resize(temperature_places_.size());
     for (const ReadingColumn& axis : axes) {
       plus_.push_back(csv.need(axis.plus));
       minus_.push_back(axis.minus.empty() ? std::nullopt : std::optional(csv.need(axis.minus)));
@@ -134,16 +167,24 @@ class RowReader {
       }
       readings_[k] = *plus - *minus;
     }
-    if (temperature_place_) {
-      temperature_ = parse_number(csv_.cells()[*temperature_place_]);
-      defective_ = *temperature_place_;
-      return temperature_.has_value();
+    for (std::size_t t = 0; t < temperature_places_.size(); ++t) {
+      const std::optional<double> value = parse_number(csv_.cells()[temperature_places_[t]]);
+      if (!value) {
+        defective_ = temperature_places_[t];
+        return false;
+      }
+      temperatures_[t] = *value;
+    }
+    if (temperatures_.size() == 1) {
+      temperature_ = temperatures_.front();
+    } else if (!temperatures_.empty()) {
+      temperature_ = SensorTemperature(temperatures_);
     }
     return true;
   }
 
   [[nodiscard]] const std::vector<double>& readings() const { return readings_; }
-  [[nodiscard]] const std::optional<double>& temperature() const { return temperature_; }
+  [[nodiscard]] const std::optional<SensorTemperature>& temperature() const { return temperature_; }
   [[nodiscard]] bool saturated() const { return saturated_; }
   [[nodiscard]] std::string defect() const {
     return formatted("column '{}': '{}' is not a finite number", csv_.header()[defective_],
@@ -165,8 +206,9 @@ class RowReader {
   std::vector<std::size_t> plus_;
   std::vector<std::optional<std::size_t>> minus_;
   std::vector<double> readings_;
-  std::optional<std::size_t> temperature_place_;
-  std::optional<double> temperature_;
+  TemperaturePlaces temperature_places_;
+  std::vector<double> temperatures_;
+  std::optional<SensorTemperature> temperature_;
   std::size_t defective_ = 0;
   bool saturated_ = false;
 };
@@ -183,11 +225,14 @@ class CsvReduction {
         options_(options),
         out_(sink),
         results_(result_names(axes, reducer, options)),
-        row_(csv, axes, reducer.needs_temperature() ? options.temperature_column : "") {
+        row_(csv, axes, reducer, options.temperature_column) {
     if (options.attitude != nullptr) {
-      attitude_row_.emplace(
-          csv, options.attitude_columns,
-          options.attitude->needs_temperature() ? options.temperature_column : "");
+      attitude_row_.emplace(csv, options.attitude_columns, *options.attitude,
+                            options.temperature_column);
+    }
+    if (options.joint) {
+      joint_row_.emplace(csv, options.joint->columns, *options.joint->reducer,
+                         options.temperature_column);
     }
     for (const std::string& name : results_) {
       if (csv.column(name)) {
@@ -276,8 +321,12 @@ class CsvReduction {
     }
   }
 
+  // The readings of an instrument beside the first; nullptr where there is none.
+  static RowReader* beside(std::optional<RowReader>& row) { return row ? &*row : nullptr; }
+
   void reduce_row() {
-    RowReader* const attitude = attitude_row_ ? &*attitude_row_ : nullptr;
+    RowReader* const attitude = beside(attitude_row_);
+    RowReader* const joint = beside(joint_row_);
     if (!row_.read(reducer_)) {
       if (options_.strict) {
         refuse(row_.defect());
@@ -292,7 +341,15 @@ class CsvReduction {
       put_unreadable();
       return;
     }
-    if (row_.saturated() || (attitude != nullptr && attitude->saturated())) {
+    if (joint != nullptr && !joint->read(*options_.joint->reducer)) {
+      if (options_.strict) {
+        refuse(joint->defect());
+      }
+      put_unreadable();
+      return;
+    }
+    if (row_.saturated() || (attitude != nullptr && attitude->saturated()) ||
+        (joint != nullptr && joint->saturated())) {
       refuse("a reading is at or beyond its range");
       put_saturated();
       return;
@@ -332,14 +389,40 @@ class CsvReduction {
     out_.put_cell(reduced.residual);
     const bool with_u = options_.uncertainty != nullptr;
     const std::size_t sets = !with_u ? 1 : options_.expanded ? 4 : 2;
-    const std::size_t derived = (results_.size() - 1) / sets - 4;
+    const std::size_t of_joint = !options_.joint ? 0 : with_u ? 2 : 1;
+    const std::size_t derived = (results_.size() - 1 - of_joint) / sets - 4;
     for (std::size_t i = 0; i < derived; ++i) {
       out_.put_cell(reduced.derived.values[i]);
     }
     if (with_u) {
       put_uncertainties(context, derived);
     }
-    put_flag(reduced.derived.clamped, reduced.extrapolated || extrapolated);
+    const bool moved = options_.joint && put_joint(reduced.field_in_sensor, context);
+    put_flag(reduced.derived.clamped, reduced.extrapolated || extrapolated, moved);
+  }
+
+  // How the other instrument is turned against this one; returns whether that is an alarm.
+  bool put_joint(const Eigen::Vector3d& field, const ReadingContext& context) {
+    const JointColumns& joint = *options_.joint;
+    const Eigen::Vector3d others =
+        joint.reducer->reduce(joint_row_->readings(), {.temperature = joint_row_->temperature()})
+            .field_in_sensor;
+    std::optional<Eigen::Matrix3d> own;
+    std::optional<Eigen::Matrix3d> of_others;
+    if (joint.uncertainty != nullptr && joint.own_uncertainty != nullptr) {
+      own = joint.own_uncertainty->field_covariance(row_.readings(), context.temperature);
+      of_others =
+          joint.uncertainty->field_covariance(joint_row_->readings(), joint_row_->temperature());
+    }
+    const JointMovement movement = joint_movement(field, own, others, of_others);
+    out_.put_cell(movement.angle_rad * deg_per_rad);
+    if (options_.uncertainty != nullptr) {
+      out_.put_cell(movement.u_rad * deg_per_rad);
+    }
+    constexpr double by_chance = 0.001;
+    const bool moved = movement.angle_rad > joint.alarm_rad && !(movement.p_value >= by_chance);
+    summary_.moved += moved ? 1U : 0U;
+    return moved;
   }
 
   void put_uncertainties(ReadingContext context, std::size_t derived) {
@@ -470,11 +553,14 @@ class CsvReduction {
     return reducer_.reduce_axis(k, row_.readings()[k], row_.temperature());
   }
 
-  void put_flag(bool clamped, bool extrapolated) {
+  void put_flag(bool clamped, bool extrapolated, bool moved = false) {
     out_.put(clamped && extrapolated ? ",clamped extrapolated"
              : clamped               ? ",clamped"
              : extrapolated          ? ",extrapolated"
                                      : ",");
+    if (moved) {
+      out_.put(clamped || extrapolated ? " moved" : "moved");
+    }
     summary_.clamped += clamped ? 1U : 0U;
     summary_.extrapolated += extrapolated ? 1U : 0U;
   }
@@ -486,6 +572,7 @@ class CsvReduction {
   std::vector<std::string> results_;
   RowReader row_;
   std::optional<RowReader> attitude_row_;
+  std::optional<RowReader> joint_row_;
   ReductionCsvSummary summary_;
 };
 
@@ -504,6 +591,34 @@ std::vector<ReadingColumn> reading_columns(const Instrument& instrument) {
     columns.push_back(std::move(column));
   }
   return columns;
+}
+
+std::vector<ReadingColumn> columns_in(const CsvReader& csv, const Calibration& calibration) {
+  std::vector<ReadingColumn> columns = reading_columns(calibration.sensor.instrument);
+  const std::string& slot = calibration.provenance.slot;
+  if (slot.empty() || csv.column(columns.front().plus)) {
+    return columns;
+  }
+  for (ReadingColumn& column : columns) {
+    column.axis.insert(0, slot + ".");
+    column.plus.insert(0, slot + ".");
+    if (!column.minus.empty()) {
+      column.minus.insert(0, slot + ".");
+    }
+  }
+  return columns;
+}
+
+TemperaturePlaces temperature_places(const CsvReader& csv,
+                                     const std::vector<ReadingColumn>& axes,
+                                     const SensorModel& sensor,
+                                     const std::string& column) {
+  if (!sensor.temperature) {
+    return {};
+  }
+  return sensor.temperature->has_own_sensors()
+             ? own_temperatures(csv, axes)
+             : TemperaturePlaces{one_temperature(csv, axes, column)};
 }
 
 ReductionCsvSummary reduce_csv(CsvReader& csv,

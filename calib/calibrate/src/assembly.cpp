@@ -14,6 +14,9 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "axiscal/field/field_kind.hpp"
+#include "axiscal/instruments/settings.hpp"
 
 namespace axiscal {
 namespace {
@@ -83,21 +86,38 @@ void warn_of_disagreement(Calibration& calibration, const CombinedLevelness& com
 
 }  // namespace
 
-std::vector<SlotObservations> split_by_slot(const Observations& all,
-                                            const std::vector<std::string>& slots) {
-  const auto count = static_cast<Eigen::Index>(slots.size());
-  if (count == 0 || all.response.cols() % count != 0) {
-    throw DomainError("split_by_slot: each slot needs as many axes");
+std::vector<SlotObservations> split_by_slot(const Run& run) {
+  const Observations& all = run.observations;
+  const auto axes_of = [&](std::size_t slot) {
+    return static_cast<Eigen::Index>(run.axes_of_slots.empty() ? run.axes.size()
+                                                               : run.axes_of_slots[slot].size());
+  };
+  Eigen::Index columns = 0;
+  for (std::size_t s = 0; s < run.slots.size(); ++s) {
+    columns += axes_of(s);
   }
-  const Eigen::Index m = all.response.cols() / count;
+  if (run.slots.empty() || all.response.cols() != columns) {
+    throw DomainError("split_by_slot: each slot needs the responses of its axes");
+  }
   std::vector<SlotObservations> parts;
-  for (Eigen::Index s = 0; s < count; ++s) {
-    SlotObservations& part = parts.emplace_back(
-        SlotObservations{.slot = slots[static_cast<std::size_t>(s)], .observations = all});
-    part.observations.response = all.response.middleCols(s * m, m);
+  Eigen::Index first = 0;
+  for (std::size_t s = 0; s < run.slots.size(); ++s) {
+    const Eigen::Index m = axes_of(s);
+    SlotObservations& part =
+        parts.emplace_back(SlotObservations{.slot = run.slots[s], .observations = all});
+    part.observations.response = all.response.middleCols(first, m);
     if (all.response_sd) {
-      part.observations.response_sd = all.response_sd->middleCols(s * m, m);
+      part.observations.response_sd = all.response_sd->middleCols(first, m);
     }
+    if (all.saturated) {
+      part.observations.saturated = all.saturated->middleCols(first, m);
+    }
+    for (Reading& reading : part.observations.readings) {
+      if (reading.temperature) {
+        reading.temperature = reading.temperature->of_some(first, m);
+      }
+    }
+    first += m;
   }
   return parts;
 }
@@ -196,10 +216,154 @@ CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots) {
   return combined;
 }
 
+namespace {
+
+// The rotation to the frame of an instrument's own axes from that of the cube; its axes are rows of
+// unit length.
+Eigen::Matrix3d axes_from_cube(const Calibration& calibration, const LinearResponse& response) {
+  const Eigen::Matrix3d mount =
+      calibration.sensor.rotation_sensor_from_assembly.value_or(Eigen::Matrix3d::Identity());
+  return nearest_rotation(Eigen::Matrix3d(response.sensitivity.rowwise().normalized()) * mount);
+}
+
+// How that frame turns with the coefficients b, S of all axes, 3 x 12 [rad], about its own axes.
+Eigen::MatrixXd turn_with_parameters(const Calibration& calibration) {
+  const LinearResponse& response = calibration.sensor.response;
+  const Eigen::Matrix3d R = axes_from_cube(calibration, response);
+  const Eigen::Index p = calibration.fit.statistics->covariance.rows() / 3;
+  Eigen::MatrixXd turns = Eigen::MatrixXd::Zero(3, 3 * p);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const double step = 1e-5 * response.sensitivity.row(k).norm();
+    for (Eigen::Index j = 0; j < 3; ++j) {
+      LinearResponse moved = response;
+      moved.sensitivity(k, j) += step;
+      const Eigen::Matrix3d turned = axes_from_cube(calibration, moved) * R.transpose();
+      const Eigen::Matrix3d twice = turned - turned.transpose();  // of a small turn
+      turns.col(p * k + 1 + j) =
+          Eigen::Vector3d(twice(2, 1), twice(0, 2), twice(1, 0)) / (2.0 * step);
+    }
+  }
+  return turns;
+}
+
+bool has_alignment(const Calibration& calibration) {
+  return calibration.sensor.response.bias.size() == 3 &&
+         calibration.fit.method != Method::magnitude && calibration.fit.method != Method::bias &&
+         calibration.fit.statistics && calibration.fit.statistics->covariance.rows() >= 12 &&
+         calibration.sensor.response.sensitivity.rowwise().norm().minCoeff() > 0.0;
+}
+
+// A field that stands on the table's normal and shows its slope.
+bool shows_slope(const Calibration& calibration) {
+  return calibration.fit.levelness && field_kind(calibration.sensor.field.kind).vertical;
+}
+
+// What is one slot's own.
+Experiment experiment_of_slot(const Experiment& experiment, const std::string& slot) {
+  Experiment own = experiment;
+  own.slots.clear();
+  own.slot = slot;
+  own.rotation_sensor_from_positioner = mount_rotation(experiment.positioner, slot);
+  if (!experiment.slots.empty()) {
+    const auto found = std::find_if(experiment.slots.begin(), experiment.slots.end(),
+                                    [&](const SlotSetup& one) { return one.slot == slot; });
+    if (found == experiment.slots.end()) {
+      throw SetupError(formatted("slot {}: nothing says what instrument it is", slot),
+                       {settings::instrument});
+    }
+    own.instrument = found->instrument;
+    own.field = found->field;
+  }
+  return own;
+}
+
+Calibration calibrate_slot(const Experiment& own,
+                           const SlotObservations& slot,
+                           bool is_one_of_many) {
+  try {
+    Calibration calibration = calibrate(own, slot.observations);
+    const Eigen::Matrix3d& mount = own.rotation_sensor_from_positioner;
+    if (is_one_of_many && !mount.isIdentity(0.0)) {
+      calibration.sensor.rotation_sensor_from_assembly = mount;
+    }
+    return calibration;
+  } catch (const SetupError& error) {
+    throw SetupError(formatted("slot {}: {}", slot.slot, error.what()), error.settings());
+  } catch (const RankDeficientError& error) {
+    throw RankDeficientError(formatted("slot {}: {}", slot.slot, error.what()),
+                             error.undetermined(), error.settings());
+  } catch (const RefusedError& error) {
+    throw RefusedError(formatted("slot {}: {}", slot.slot, error.what()), error.settings());
+  }
+}
+
+// The levelness of the slots in one kind of vertical field, put together.
+std::optional<CombinedLevelness> combine(std::vector<Calibration>& calibrations) {
+  std::vector<SlotLevelness> levelness;
+  for (const Calibration& calibration : calibrations) {
+    if (shows_slope(calibration)) {
+      levelness.push_back(
+          {.slot = calibration.provenance.slot, .levelness = *calibration.fit.levelness});
+    }
+  }
+  if (levelness.size() < 2) {
+    return std::nullopt;
+  }
+  CombinedLevelness combined = combine_levelness(levelness);
+  for (Calibration& calibration : calibrations) {
+    if (shows_slope(calibration)) {
+      calibration.fit.levelness->combined = combined;
+      warn_of_disagreement(calibration, combined);
+    }
+  }
+  return combined;
+}
+
+// The slope that the slots measured, for those whose field is known at the site.
+void take_slope(const std::vector<Calibration>& calibrations,
+                const std::optional<CombinedLevelness>& combined,
+                Experiment& experiment) {
+  if (!experiment.table.slope.isZero(0.0) || experiment.stated.slope_u > 0.0) {
+    return;
+  }
+  if (combined && combined->consistent) {
+    experiment.table.slope = {combined->x, combined->y};
+    experiment.stated.slope_u = std::max(combined->standard_error_x, combined->standard_error_y);
+    return;
+  }
+  for (const Calibration& calibration : calibrations) {
+    if (shows_slope(calibration) && calibration.fit.levelness->consistent) {
+      const BlockLevelness now = calibration.fit.levelness->as_it_stands();
+      experiment.table.slope = {now.x, now.y};
+      experiment.stated.slope_u = std::max(now.standard_error_x, now.standard_error_y);
+    }
+  }
+  if (std::isnan(experiment.stated.slope_u)) {
+    experiment.stated.slope_u = 0.0;
+  }
+}
+
+}  // namespace
+
+SlotAlignment alignment_of(const Calibration& from, const Calibration& to) {
+  if (!has_alignment(from) || !has_alignment(to)) {
+    throw DomainError("alignment_of: both need three axes, calibrated by design points");
+  }
+  SlotAlignment alignment{.slot = to.provenance.slot};
+  const Eigen::Matrix3d R = axes_from_cube(to, to.sensor.response) *
+                            axes_from_cube(from, from.sensor.response).transpose();
+  alignment.rotation_other_from_sensor = R;
+  const Eigen::MatrixXd of_to = turn_with_parameters(to);
+  const Eigen::MatrixXd of_from = R * turn_with_parameters(from);
+  const Eigen::Matrix3d covariance =
+      of_to * to.fit.statistics->covariance * of_to.transpose() +
+      of_from * from.fit.statistics->covariance * of_from.transpose();
+  alignment.u_rad = covariance.diagonal().cwiseSqrt();
+  return alignment;
+}
+
 std::vector<Calibration> calibrate_assembly(const Experiment& experiment,
                                             const std::vector<SlotObservations>& slots) {
-  std::vector<Calibration> calibrations;
-  std::vector<SlotLevelness> levelness;
   for (const SlotObservations& slot : slots) {
     const std::vector<Reading>& readings = slot.observations.readings;
     if (slots.size() > 1 && !readings.empty() && readings.front().field_in_sensor) {
@@ -208,29 +372,41 @@ std::vector<Calibration> calibrate_assembly(const Experiment& experiment,
           "several slots; give each slot a file of its own");
     }
   }
-  for (const SlotObservations& slot : slots) {
-    Experiment own = experiment;
-    own.slot = slot.slot;
-    own.rotation_sensor_from_positioner = mount_rotation(experiment.positioner, slot.slot);
-    try {
-      calibrations.push_back(calibrate(own, slot.observations));
-    } catch (const SetupError& error) {
-      throw SetupError(formatted("slot {}: {}", slot.slot, error.what()), error.settings());
-    } catch (const RankDeficientError& error) {
-      throw RankDeficientError(formatted("slot {}: {}", slot.slot, error.what()),
-                               error.undetermined(), error.settings());
-    } catch (const RefusedError& error) {
-      throw RefusedError(formatted("slot {}: {}", slot.slot, error.what()), error.settings());
+  // Those that can show the table's slope come first.
+  std::vector<Calibration> calibrations(slots.size());
+  std::vector<Calibration> showing;
+  std::optional<CombinedLevelness> combined;
+  for (const bool vertical : {true, false}) {
+    for (std::size_t s = 0; s < slots.size(); ++s) {
+      Experiment own = experiment_of_slot(experiment, slots[s].slot);
+      if (field_kind(own.field.kind()).vertical != vertical) {
+        continue;
+      }
+      if (!vertical) {
+        take_slope(showing, combined, own);
+      }
+      Calibration calibration = calibrate_slot(own, slots[s], slots.size() > 1);
+      if (vertical) {
+        showing.push_back(std::move(calibration));
+      } else {
+        calibrations[s] = std::move(calibration);
+      }
     }
-    if (const std::optional<Levelness>& measured = calibrations.back().fit.levelness) {
-      levelness.push_back({.slot = slot.slot, .levelness = *measured});
+    if (vertical) {
+      combined = combine(showing);
     }
   }
-  if (levelness.size() == slots.size() && slots.size() > 1) {
-    const CombinedLevelness combined = combine_levelness(levelness);
-    for (Calibration& calibration : calibrations) {
-      calibration.fit.levelness->combined = combined;
-      warn_of_disagreement(calibration, combined);
+  for (Calibration& calibration : showing) {
+    const auto place = std::find_if(slots.begin(), slots.end(), [&](const SlotObservations& slot) {
+      return slot.slot == calibration.provenance.slot;
+    });
+    calibrations[static_cast<std::size_t>(place - slots.begin())] = std::move(calibration);
+  }
+  for (Calibration& calibration : calibrations) {
+    for (const Calibration& other : calibrations) {
+      if (&other != &calibration && has_alignment(calibration) && has_alignment(other)) {
+        calibration.fit.slot_alignments.push_back(alignment_of(calibration, other));
+      }
     }
   }
   return calibrations;

@@ -8,10 +8,12 @@
 
 #include "axiscal/calib/bias_fit.hpp"
 #include "axiscal/calib/calibrate_run.hpp"
+#include "axiscal/calib/confirmation_fit.hpp"
 #include "axiscal/calib/culprit.hpp"
 #include "axiscal/calib/estimate_by_method.hpp"
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/field_size.hpp"
 #include "axiscal/calib/generalized_fit.hpp"
 #include "axiscal/calib/lack_of_fit.hpp"
 #include "axiscal/calib/levelness_test.hpp"
@@ -40,6 +42,7 @@
 #include "remarks.hpp"
 #include "run_checks.hpp"
 #include "run_residuals.hpp"
+#include "stated_attitudes.hpp"
 #include "temperature_choice.hpp"
 #include "warnings.hpp"
 
@@ -90,7 +93,7 @@ void put_temperature(const Estimate& estimate,
     return;
   }
   TemperatureResponse& temperature = calibration.sensor.temperature.emplace();
-  temperature = source.temperature_range();
+  temperature.spans = source.temperature_spans();
   temperature.bias = estimate.temperature_bias;
   temperature.scale = estimate.temperature_scale;
   temperature.bias_se = temperature.bias;
@@ -118,10 +121,11 @@ Observations without_left_out(const Experiment& experiment, const Observations& 
   Observations used;
   for (const Reading& reading : observations.readings) {
     const std::vector<int>& out = experiment.leave_out;
-    if (std::find(out.begin(), out.end(), reading.run) == out.end()) {
+    if (!reading.confirm && std::find(out.begin(), out.end(), reading.run) == out.end()) {
       used.readings.push_back(reading);
     }
   }
+  used.has_fence = observations.has_fence;
   return used;
 }
 
@@ -277,6 +281,21 @@ class RunFit {
     }
   }
 
+  // What the readings say that were kept out of the fit, and the field's size of those in it.
+  void hold_against_others() {
+    if (kept_out_.size() > 0) {
+      if (method_ == Method::magnitude || seen_.size() > 0 || fitted_.seen.cols() > 0) {
+        throw RefusedError(
+            "readings to be confirmed (confirm) go with design points or known fields, and axes "
+            "that see them all");
+      }
+      calibration_.findings.confirmation = confirmed(judged_ ? *judged_ : fitted_, kept_out_,
+                                                     estimate_.field, method_ == Method::known);
+    }
+    calibration_.fit.field_size =
+        check_field_size(experiment_, fitted_, method_, estimate_.field, calibration_);
+  }
+
   void look_at_residuals() {
     calibration_.fit.residuals = residuals_of(observations_, source_, estimate_.field,
                                               experiment_.positioner, calibration_, used_by_axes());
@@ -344,7 +363,11 @@ class RunFit {
   }
 
   void look_for_culprit() {
-    judged_ = without_shared_errors(experiment_, fitted_, method_, estimate_);
+    judged_ = without_shared_errors(experiment_, fitted_, method_, estimate_, fitted_);
+    kept_out_ = source_.kept_out(fitted_);
+    if (judged_ && kept_out_.size() > 0) {
+      kept_out_ = *without_shared_errors(experiment_, fitted_, method_, estimate_, kept_out_);
+    }
     culprit_.reset();
     if (searched_) {
       culprit_ =
@@ -457,7 +480,7 @@ class RunFit {
 
   const Experiment& experiment_;
   const Observations& observations_;
-  Observations used_;  // its readings alone
+  Observations used_;  // the readings of the fit alone
   Method method_;
   Weighting weighting_;
   bool by_field_;  // whether the readings bring their fields
@@ -468,6 +491,7 @@ class RunFit {
   Estimate estimate_;
   ReadingSet fitted_;
   std::optional<ReadingSet> judged_;  // without the errors that readings share, if there are any
+  ReadingSet kept_out_;               // the readings to be confirmed, likewise
   double mounts_expected_ = 0.0;      // as of MountStep
   bool searched_ = false;
   bool looked_at_temperature_ = false;  // and found no need of its terms
@@ -480,6 +504,7 @@ Calibration finished(RunFit& run) {
   run.fit();
   run.search_for_mistakes();
   run.take_over();
+  run.hold_against_others();
   run.look_at_residuals();
   run.remark();
   run.judge();
@@ -488,7 +513,11 @@ Calibration finished(RunFit& run) {
 
 }  // namespace
 
-Calibration calibrate(const Experiment& experiment, const Observations& observations) {
+Calibration calibrate(const Experiment& experiment, const Observations& given) {
+  const bool by_attitudes = has_attitudes(given);
+  const Observations with_fields =
+      by_attitudes ? with_fields_of_attitudes(experiment, given) : Observations();
+  const Observations& observations = by_attitudes ? with_fields : given;
   check_run(experiment, observations);
   const bool looks_at_temperature = has_temperatures_enough(experiment, observations);
   if (looks_at_temperature) {

@@ -51,9 +51,9 @@ void require_one_kind(const std::string& kind, const std::vector<std::string>& s
           name.find(other.columns.word) != std::string::npos) {
         throw SetupError(
             formatted(
-                "slot '{}' looks like a {}, but all slots of a run are calibrated as one kind "
-                "of instrument, here {}; give each kind its own file, or leave out its columns",
-                slot, other.name, kind),
+                "slot '{}' looks like a {}, but it would be calibrated as {}; state the kind of "
+                "each slot, as {}={}, or leave out its columns",
+                slot, other.name, kind, slot, other.name),
             {settings::instrument});
       }
     }
@@ -69,7 +69,9 @@ std::vector<Calibration> calibrate_slots(const Experiment& experiment,
         formatted("slot '{}' is stated, but the columns state the slots themselves: {}",
                   experiment.slot, joined(run.slots)));
   }
-  require_one_kind(experiment.instrument.kind, run.slots);
+  if (experiment.slots.empty()) {
+    require_one_kind(experiment.instrument.kind, run.slots);
+  }
   if (suggestions == Suggestions::accept) {
     throw SetupError("suggestions are accepted for one instrument, not for several slots");
   }
@@ -79,7 +81,7 @@ std::vector<Calibration> calibrate_slots(const Experiment& experiment,
          "no mounts are stated (an assembly, or a positioner's mounts): each instrument's frame is "
          "taken as the cube's"});
   }
-  return calibrate_assembly(experiment, split_by_slot(run.observations, run.slots));
+  return calibrate_assembly(experiment, split_by_slot(run));
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ std::string why_not_paired(const Experiment& experiment, const Observations& obs
   if (experiment.temperature.order > 0 || experiment.temperature.automatic) {
     std::vector<double> temperatures;
     for (const Reading& reading : observations.readings) {
-      temperatures.push_back(reading.temperature.value_or(0.0));
+      temperatures.push_back(reading.temperature ? reading.temperature->mean() : 0.0);
     }
     soak = soak_levels(temperatures);
     if (soak.empty()) {
@@ -90,6 +90,9 @@ Method choose_method(const Experiment& experiment, const Observations& observati
   if (!has_labels(observations)) {
     return Method::magnitude;
   }
+  if (!observations.has_fence) {
+    return Method::known;
+  }
   if (!lies_along_normal(experiment)) {
     return Method::joint;
   }
@@ -100,6 +103,13 @@ void note_choice_of_method(const Experiment& experiment,
                            const Observations& used,
                            Method method,
                            Calibration& calibration) {
+  if (method == Method::known && has_labels(used) && !used.has_fence) {
+    calibration.findings.notes.push_back(
+        {NoteCode::method,
+         "six faces without fence faces: the table is taken as level; its slope is in the biases "
+         "and the cross-axis terms, and their uncertainty holds it only where that of the slope "
+         "is stated"});
+  }
   if (!experiment.method && method == Method::joint && has_labels(used) &&
       lies_along_normal(experiment)) {
     calibration.findings.notes.push_back(

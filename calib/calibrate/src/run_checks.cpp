@@ -126,6 +126,29 @@ void check_readings(const Experiment& experiment, const Observations& observatio
   }
 }
 
+// Which face is at the fence does not matter to a vertical field on a level table alone.
+void check_without_fence(const Experiment& experiment, Method method) {
+  constexpr const char* advice = "give the column 'fence', the face at the fence";
+  if (method != Method::known) {
+    throw RefusedError(formatted("method {}: the readings have no fence faces; {}, or use method "
+                                 "known on a level table",
+                                 method_name(method), advice),
+                       {settings::method});
+  }
+  if (!experiment.table.slope.isZero(0.0)) {
+    throw SetupError(
+        formatted("a slope is stated, but the readings have no fence faces; {}", advice),
+        {settings::slope});
+  }
+  for (const FieldDescription& part : resolve_field(experiment)) {
+    constexpr double upright = 1e-9;
+    if (part.in_table && part.in_table->head<2>().norm() > upright * part.in_table->norm()) {
+      throw RefusedError(
+          formatted("{} does not lie along the table's normal: {}", part.kind, advice));
+    }
+  }
+}
+
 void check_levels(const Observations& observations, Method method) {
   for (const Reading& reading : observations.readings) {
     if (method == Method::magnitude && reading.level != 1.0) {
@@ -188,6 +211,9 @@ void check_method(const Experiment& experiment,
                   "or use method known with fx,fy,fz, or magnitude",
                   name),
         {settings::method});
+  }
+  if (!observations.has_fence && has_labels(observations) && method != Method::bias) {
+    check_without_fence(experiment, method);
   }
   const bool has_one_slope = method == Method::known || method == Method::magnitude;
   if (has_one_slope && experiment.level_by == LevelBy::block) {

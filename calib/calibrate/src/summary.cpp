@@ -6,6 +6,7 @@
 #include <set>
 #include <string_view>
 
+#include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
@@ -88,6 +89,7 @@ class Summary {
     add_polar_fit();
     add_quantities();
     add_levelness();
+    add_alignments();
     add_orientations();
     add_quality();
     return text_;
@@ -328,6 +330,28 @@ class Summary {
     }
   }
 
+  // How the frames of an assembly's instruments are turned against this one's.
+  void add_alignments() {
+    if (c_.fit.slot_alignments.empty()) {
+      return;
+    }
+    heading("Other instruments' axes against these [mrad], about x, y and z");
+    for (const SlotAlignment& other : c_.fit.slot_alignments) {
+      // Of a mirrored one what is left beside its quarter turns.
+      const Eigen::Matrix3d quarter = other.rotation_other_from_sensor.array().round();
+      const Eigen::Matrix3d small = other.rotation_other_from_sensor * quarter.transpose();
+      const Eigen::Vector3d turn(small(2, 1), small(0, 2), small(1, 0));
+      std::vector<std::string> cells;
+      std::vector<std::string> u;
+      for (Eigen::Index j = 0; j < 3; ++j) {
+        cells.push_back(rounded(1e3 * turn(j), 1e3 * other.u_rad(j)));
+        u.push_back(rounded_uncertainty(1e3 * other.u_rad(j)));
+      }
+      text_ += row("slot " + other.slot, 20, cells);
+      text_ += row("  its uncertainty", 20, u);
+    }
+  }
+
   void add_quality() {
     if (!c_.fit.statistics) {
       return;
@@ -339,8 +363,9 @@ class Summary {
       add_quality_of(first, std::min(m, first + axes_at_once));
     }
     text_ += formatted("  condition number of the design {:.3g}\n", statistics_.condition_number);
-    if (const std::string missing = words_of_not_counted(c_); !missing.empty()) {
-      text_ += "\n" + wrapped(missing, 80) + "\n";
+    for (const std::string& words :
+         {words_of_field_size(c_), words_of_confirmation(c_), words_of_not_counted(c_)}) {
+      text_ += words.empty() ? "" : "\n" + wrapped(words, 80) + "\n";
     }
   }
 
@@ -413,8 +438,11 @@ class Summary {
       return;
     }
     const TemperatureResponse& terms = *c_.sensor.temperature;
-    heading(formatted("Temperature: the above at {:.6g}; readings from {:.6g} to {:.6g}",
-                      terms.reference, terms.low, terms.high));
+    heading("Temperature: the above at " +
+            span_text(terms, c_.sensor.instrument.axes, [](const TemperatureSpan& span) {
+              return formatted("{:.6g}; readings from {:.6g} to {:.6g}", span.reference, span.low,
+                               span.high);
+            }));
     for (Eigen::Index k = 0; k < terms.bias.rows(); ++k) {
       for (Eigen::Index j = 0; j < terms.bias.cols(); ++j) {
         const std::string power = j == 0 ? "d" : formatted("d^{}", j + 1);
@@ -440,6 +468,51 @@ class Summary {
 };
 
 }  // namespace
+
+std::string words_of_field_size(const Calibration& calibration) {
+  if (!calibration.fit.field_size) {
+    return "";
+  }
+  const FieldSizeCheck& check = *calibration.fit.field_size;
+  const auto parts = [](double relative) {
+    return relative < 1e-3 ? formatted("{} ppm", number_text(1e6 * relative, 2))
+                           : formatted("{} %", number_text(1e2 * relative, 2));
+  };
+  constexpr double unlikely = 0.01;
+  return formatted(
+      "The reading of {} agrees over {} orientations to {}; the noise of the readings "
+      "explains {}{}{}.",
+      field_kind(calibration.sensor.field.kind).vertical ? "g" : "the field's size",
+      check.orientations, parts(check.relative_sd), parts(check.by_noise),
+      check.by_inputs > 0.0
+          ? formatted(", the stated uncertainty of cube and table {}", parts(check.by_inputs))
+          : ", and nothing is stated of the cube's faces",
+      check.p_value < unlikely
+          ? formatted(": more than both explain (p = {})", number_text(check.p_value, 1))
+          : "");
+}
+
+std::string words_of_confirmation(const Calibration& calibration) {
+  if (!calibration.findings.confirmation) {
+    return "";
+  }
+  const Confirmation& confirmation = *calibration.findings.confirmation;
+  const std::size_t count = confirmation.readings.size();
+  std::vector<int> outside;
+  for (const ConfirmationReading& reading : confirmation.readings) {
+    if (!reading.within) {
+      outside.push_back(reading.run);
+    }
+  }
+  return formatted(
+      "Confirmation: {} kept out of the fit {} (p = {}){}.",
+      count == 1 ? "the reading" : formatted("the {} readings", count),
+      confirmation.passed ? count == 1 ? "agrees with it" : "agree with it" : "CONTRADICT it",
+      number_text(confirmation.p_value, 2),
+      outside.empty()
+          ? ", each within its 95 % interval"
+          : formatted("; beyond the 95 % interval of an axis: {}", name_of_runs(outside)));
+}
 
 std::string summary(const Calibration& calibration) {
   return Summary(calibration).text();

@@ -33,7 +33,7 @@ std::vector<double> temperatures_of(const std::vector<Reading>& readings,
     if (!reading.temperature) {
       return {};
     }
-    temperatures.push_back(*reading.temperature);
+    temperatures.push_back(reading.temperature->mean());
   }
   return temperatures;
 }

@@ -48,7 +48,8 @@ LeastSquaresFit fit_polynomial(const ReadingSet& set,
   for (int j = 1; j <= order; ++j) {
     names.push_back(names.front() + power_suffix(j));
   }
-  return LeastSquaresDesign(powers(set.temperature.d, order), set.weights.col(axis), names)
+  return LeastSquaresDesign(powers(set.temperature.d.col(axis), order), set.weights.col(axis),
+                            names)
       .fit(response);
 }
 
@@ -227,7 +228,7 @@ SweepScatter scatter_of_sweep(const ReadingSet& set,
                               const LeastSquaresFit& fit,
                               const Eigen::VectorXd& response,
                               const Eigen::VectorXd& ways) {
-  const Eigen::MatrixXd P = powers(set.temperature.d, order);
+  const Eigen::MatrixXd P = powers(set.temperature.d.col(axis), order);
   const Eigen::Index q = P.cols();
   const Eigen::VectorXd root = set.weights.col(axis).cwiseSqrt();
   SweepScatter scatter{.branches = Eigen::MatrixXd::Zero(q, q)};
@@ -279,8 +280,9 @@ void add_sweep_scatter(const ReadingSet& set,
   FitStatistics& statistics = *calibration.fit.statistics;
   const Eigen::Index m = set.axis_count();
   const Eigen::Index p = statistics.covariance.rows() / m;
-  Eigen::VectorXd ways = ways_of_sweep(set.temperature.d);
-  if (!goes_both_ways(set.temperature.d, ways)) {
+  const Eigen::VectorXd mean = set.temperature.d.rowwise().mean();
+  Eigen::VectorXd ways = ways_of_sweep(mean);
+  if (!goes_both_ways(mean, ways)) {
     ways.resize(0);
   }
   ScatterComponent branches{.name = "hysteresis",
@@ -386,7 +388,7 @@ void fit_bias(const Experiment& experiment,
   set.response = all;
 
   TemperatureResponse& temperature = calibration.sensor.temperature.emplace();
-  temperature = source.temperature_range();
+  temperature.spans = source.temperature_spans();
   const int order = settled_order(experiment, set, temperature);
   FitStatistics& statistics = calibration.fit.statistics.emplace(unknown_statistics(set.size(), m));
   temperature.bias.resize(m, order);
@@ -444,7 +446,7 @@ void fit_bias(const Experiment& experiment,
     put_intervals(statistics);
   }
   statistics.condition_number =
-      LeastSquaresDesign(powers(set.temperature.d, order)).condition_number();
+      LeastSquaresDesign(powers(set.temperature.d.col(0), order)).condition_number();
 
   put_residuals(observations, source, left, calibration);
   calibration.sensor.field.in_table.reset();

@@ -9,6 +9,7 @@
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/core/not_a_number.hpp"
 
 namespace axiscal {
 
@@ -117,44 +118,82 @@ std::optional<DeletionFit::Others> DeletionFit::without(
   return others;
 }
 
+struct DeletionFit::LeftOut {
+  bool seen = true;               // whether the axis uses them all
+  Eigen::VectorXd error;          // d: reading less prediction
+  Eigen::VectorXd own;            // d: their own variances
+  Eigen::MatrixXd of_prediction;  // d x d: the prediction's covariance
+};
+
+DeletionFit::LeftOut DeletionFit::left_out(const std::vector<std::size_t>& readings,
+                                           const Others& others,
+                                           Eigen::Index k) const {
+  const Axis& axis = axes_[static_cast<std::size_t>(k)];
+  const auto d = static_cast<Eigen::Index>(readings.size());
+  Eigen::MatrixXd J(d, axis.J.cols());
+  LeftOut left{.seen = true, .error = Eigen::VectorXd(d), .own = Eigen::VectorXd(d)};
+  for (Eigen::Index i = 0; i < d; ++i) {
+    const auto row = static_cast<Eigen::Index>(readings[static_cast<std::size_t>(i)]);
+    const double root = root_weights_(row, k);
+    left.seen = left.seen && root > 0.0;
+    J.row(i) = axis.J.row(row) / root;
+    left.error(i) = axis.y(row) / root;
+    left.own(i) = others.variance(k) / (root * root);
+  }
+  const std::vector<Eigen::Index> at = places_of(k);
+  left.error -= J * others.estimate(at);
+  left.of_prediction = J * others.covariance(at, at) * J.transpose();
+  return left;
+}
+
 std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readings,
                                            const Eigen::MatrixXd& contrasts) const {
   const std::optional<Others> others = without(readings);
   if (!others) {
     return std::nullopt;
   }
-  const auto d = static_cast<Eigen::Index>(readings.size());
   const auto q = static_cast<double>(contrasts.rows());
   double sum = 0.0;
   double axes = 0.0;
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
-    const Axis& axis = axes_[static_cast<std::size_t>(k)];
-    Eigen::MatrixXd J(d, axis.J.cols());
-    Eigen::VectorXd error(d);
-    Eigen::VectorXd own(d);
-    bool seen = true;
-    for (Eigen::Index i = 0; i < d; ++i) {
-      const auto row = static_cast<Eigen::Index>(readings[static_cast<std::size_t>(i)]);
-      const double root = root_weights_(row, k);
-      seen = seen && root > 0.0;
-      J.row(i) = axis.J.row(row) / root;
-      error(i) = axis.y(row) / root;
-      own(i) = others->variance(k) / (root * root);
-    }
-    if (!seen) {
+    const LeftOut left = left_out(readings, *others, k);
+    if (!left.seen) {
       continue;
     }
-    const std::vector<Eigen::Index> at = places_of(k);
-    const Eigen::MatrixXd GJ = contrasts * J;
-    const Eigen::VectorXd e = contrasts * (error - J * others->estimate(at));
-    const Eigen::MatrixXd V = contrasts * own.asDiagonal() * contrasts.transpose() +
-                              GJ * others->covariance(at, at) * GJ.transpose();
+    const Eigen::VectorXd e = contrasts * left.error;
+    const Eigen::MatrixXd V = contrasts *
+                              (Eigen::MatrixXd(left.own.asDiagonal()) + left.of_prediction) *
+                              contrasts.transpose();
     const double f = std::max(e.dot(V.ldlt().solve(e)) / q, 1e-12);
     sum -= 2.0 * std::log(std::max(f_upper_p(f, q, others->degrees_of_freedom(k)), 1e-300));
     axes += 1.0;
   }
   return axes > 0.0 ? std::optional(chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * axes))
                     : std::nullopt;
+}
+
+std::optional<std::vector<DeletionFit::Prediction>> DeletionFit::predictions(
+    const std::vector<std::size_t>& readings) const {
+  const std::optional<Others> others = without(readings);
+  if (!others) {
+    return std::nullopt;
+  }
+  const Eigen::Index m = set_.axis_count();
+  std::vector<Prediction> all;
+  for (const std::size_t reading : readings) {
+    Prediction& one =
+        all.emplace_back(Prediction{.error = Eigen::VectorXd::Constant(m, not_a_number),
+                                    .sd = Eigen::VectorXd::Constant(m, not_a_number),
+                                    .degrees_of_freedom = others->degrees_of_freedom});
+    for (Eigen::Index k = 0; k < m; ++k) {
+      if (root_weights_(static_cast<Eigen::Index>(reading), k) > 0.0) {
+        const LeftOut left = left_out({reading}, *others, k);
+        one.error(k) = left.error(0);
+        one.sd(k) = std::sqrt(left.own(0) + left.of_prediction(0, 0));
+      }
+    }
+  }
+  return all;
 }
 
 }  // namespace axiscal

@@ -50,7 +50,7 @@ ReadingSet at_reference(ReadingSet set, const Estimate& estimate) {
       double factor = 1.0;
       double power = 1.0;
       for (int j = 0; j < set.temperature.order; ++j) {
-        power *= set.temperature.d(i);
+        power *= set.temperature.d(i, k);
         shift += estimate.temperature_bias(k, j) * power;
         factor += estimate.temperature_scale(k, j) * power;
       }

@@ -434,12 +434,13 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
 std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
                                                 const ReadingSet& set,
                                                 Method method,
-                                                const Estimate& estimate) {
+                                                const Estimate& estimate,
+                                                const ReadingSet& of) {
   if (!can_weigh(set, estimate) || experiment.robust) {
     return std::nullopt;
   }
   const bool known = method == Method::known;
-  const std::vector<UncertainInput> own = uncertain_inputs(experiment, set, known, estimate.field);
+  const std::vector<UncertainInput> own = uncertain_inputs(experiment, of, known, estimate.field);
   if (own.empty()) {
     return std::nullopt;
   }
@@ -450,8 +451,8 @@ std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
   if (!fit.solve()) {
     return std::nullopt;
   }
-  ReadingSet without = set;
-  without.response -= fit.shared_parts(set, own);
+  ReadingSet without = of;
+  without.response -= fit.shared_parts(of, own);
   return without;
 }
 

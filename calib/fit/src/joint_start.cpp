@@ -95,7 +95,7 @@ Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen
       Z.row(i).segment(unknowns, others) = set.design_row(R, Eigen::Vector3d::Zero()).tail(others);
       for (int j = 0; j < set.temperature.order; ++j) {
         Z(i, unknowns + others + j) =
-            std::pow(set.temperature.d(static_cast<Eigen::Index>(at)), j + 1);
+            std::pow(set.temperature.d(static_cast<Eigen::Index>(at), k), j + 1);
       }
     }
     if (n < Z.cols() || !undetermined_columns(Z).empty()) {

@@ -67,7 +67,7 @@ double ReadingSet::scale(Eigen::Index reading, Eigen::Index axis) const {
   double factor = 1.0;
   double power = 1.0;
   for (int j = 0; j < temperature.order; ++j) {
-    power *= temperature.d(reading);
+    power *= temperature.d(reading, axis);
     factor += temperature.scale(axis, j) * power;
   }
   return factor;
@@ -93,7 +93,7 @@ Eigen::RowVectorXd ReadingSet::all_columns(const Eigen::RowVectorXd& row,
     const double sensed = temperature.along.row(axis).dot(row.segment<3>(1));
     double power = 1.0;
     for (int j = 0; j < temperature.order; ++j) {
-      power *= temperature.d(reading);
+      power *= temperature.d(reading, axis);
       full(row.size() + j) = power;
       full(row.size() + temperature.order + j) = power * sensed;
     }

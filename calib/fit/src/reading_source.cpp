@@ -82,13 +82,15 @@ void ReadingSource::find_rows() {
     }
   }
   for (std::size_t i = 0; i < observations_.readings.size(); ++i) {
-    if (std::find(leave_out.begin(), leave_out.end(), observations_.readings[i].run) ==
-        leave_out.end()) {
-      rows_.push_back(i);
+    const Reading& reading = observations_.readings[i];
+    if (std::find(leave_out.begin(), leave_out.end(), reading.run) == leave_out.end()) {
+      (reading.confirm ? rows_kept_out_ : rows_).push_back(i);
     }
   }
   if (rows_.empty()) {
-    throw RefusedError("no readings are left to calibrate with");
+    throw RefusedError(rows_kept_out_.empty()
+                           ? "no readings are left to calibrate with"
+                           : "all readings are kept out of the fit (confirm): none is left for it");
   }
 }
 
@@ -174,16 +176,23 @@ Eigen::Matrix3d ReadingSource::field_then(const Reading& reading) const {
 
 void ReadingSource::set_temperature(int order, std::optional<double> reference) {
   temperature_order_ = order;
-  temperature_ = {.low = std::numeric_limits<double>::infinity(),
-                  .high = -std::numeric_limits<double>::infinity()};
-  double sum = 0.0;
-  for (const std::size_t row : rows_) {
-    const double t = *observations_.readings[row].temperature;
-    sum += t;
-    temperature_.low = std::min(temperature_.low, t);
-    temperature_.high = std::max(temperature_.high, t);
+  const bool own = std::any_of(rows_.begin(), rows_.end(), [&](std::size_t row) {
+    return observations_.readings[row].temperature->has_own();
+  });
+  spans_.clear();
+  for (Eigen::Index k = 0; k < (own ? observations_.response.cols() : 1); ++k) {
+    TemperatureSpan span{.low = std::numeric_limits<double>::infinity(),
+                         .high = -std::numeric_limits<double>::infinity()};
+    double sum = 0.0;
+    for (const std::size_t row : rows_) {
+      const double t = observations_.readings[row].temperature->of(k);
+      sum += t;
+      span.low = std::min(span.low, t);
+      span.high = std::max(span.high, t);
+    }
+    span.reference = reference.value_or(sum / static_cast<double>(rows_.size()));
+    spans_.push_back(span);
   }
-  temperature_.reference = reference.value_or(sum / static_cast<double>(rows_.size()));
 }
 
 bool ReadingSource::set_effects(EffectSetup effects) {
@@ -193,20 +202,59 @@ bool ReadingSource::set_effects(EffectSetup effects) {
   return changes;
 }
 
-TemperatureResponse ReadingSource::temperature_range() const {
-  return temperature_;
+// Readings, responses and how the instrument lay in them; the weights are those of the
+// observations.
+void ReadingSource::put_readings(const std::vector<std::size_t>& rows, ReadingSet& set) const {
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  set.response.resize(n, observations_.response.cols());
+  set.weights.resize(n, observations_.response.cols());
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const std::size_t row = rows[static_cast<std::size_t>(i)];
+    const auto from = static_cast<Eigen::Index>(row);
+    const Reading& reading = observations_.readings[row];
+    set.readings.push_back(reading);
+    if (!set.field.is_sum()) {  // its one part's level is that of all
+      set.readings.back().level = reading.level.of(set.field.parts().front().level_name());
+    }
+    set.response.row(i) = observations_.response.row(from);
+    for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
+      set.weights(i, k) = in_range_(from, k) ? weights_(from, k) : 0.0;
+    }
+    if (!by_field_ && reading.point) {
+      set.rotation_sensor_from_table.push_back(rotation(reading));
+      if (mean_time_s_) {
+        set.field_then.push_back(field_then(reading));
+      }
+    }
+  }
+}
+
+void ReadingSource::put_temperature(ReadingSet& set) const {
+  if (temperature_order_ == 0) {
+    return;
+  }
+  set.temperature.order = temperature_order_;
+  set.temperature.d.resize(set.size(), set.axis_count());
+  std::vector<double> temperatures;
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    const SensorTemperature& t = *set.readings[static_cast<std::size_t>(i)].temperature;
+    temperatures.push_back(t.mean());
+    for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+      const TemperatureSpan& span = spans_[spans_.size() == 1 ? 0 : static_cast<std::size_t>(k)];
+      set.temperature.d(i, k) = t.of(k) - span.reference;
+    }
+  }
+  set.temperature.soak = soak_levels(temperatures);
 }
 
 ReadingSet ReadingSource::set(const std::vector<FieldDescription>& parts,
                               const AxisMask& seen) const {
-  const auto n = static_cast<Eigen::Index>(rows_.size());
   const Instrument& instrument = experiment_.instrument;
   ReadingSet set;
   set.axes = instrument.axes;
   set.robust = experiment_.robust;
+  set.has_fence = observations_.has_fence;
   set.noise_ratio = experiment_.noise_ratio;
-  set.response.resize(n, observations_.response.cols());
-  set.weights.resize(n, observations_.response.cols());
   set.orientation = [this](const DesignPoint& point) -> Eigen::Matrix3d {
     return experiment_.rotation_sensor_from_positioner *
            experiment_.positioner.rotation_table_from_positioner(point).transpose();
@@ -224,25 +272,9 @@ ReadingSet ReadingSource::set(const std::vector<FieldDescription>& parts,
   for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
     set.nominal.push_back(nominal_axis(instrument, k));
   }
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const std::size_t row = rows_[static_cast<std::size_t>(i)];
-    const auto from = static_cast<Eigen::Index>(row);
-    const Reading& reading = observations_.readings[row];
-    set.readings.push_back(reading);
-    if (!set.field.is_sum()) {  // its one part's level is that of all
-      set.readings.back().level = reading.level.of(set.field.parts().front().level_name());
-    }
-    set.response.row(i) = observations_.response.row(from);
-    for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
-      const bool used = in_range_(from, k) && (seen.size() == 0 || seen(i, k));
-      set.weights(i, k) = used ? weights_(from, k) : 0.0;
-    }
-    if (!by_field_ && reading.point) {
-      set.rotation_sensor_from_table.push_back(rotation(reading));
-      if (mean_time_s_) {
-        set.field_then.push_back(field_then(reading));
-      }
-    }
+  put_readings(rows_, set);
+  if (seen.size() > 0) {
+    set.weights = seen.select(set.weights.array(), 0.0);
   }
   for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
     const auto used = static_cast<double>((set.weights.col(k).array() > 0.0).count());
@@ -252,17 +284,32 @@ ReadingSet ReadingSource::set(const std::vector<FieldDescription>& parts,
     }
     set.weights.col(k) /= set.weights.col(k).sum() / used;
   }
-  if (temperature_order_ > 0) {
-    set.temperature.order = temperature_order_;
-    set.temperature.d.resize(n);
-    std::vector<double> temperatures;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      temperatures.push_back(*set.readings[static_cast<std::size_t>(i)].temperature);
-      set.temperature.d(i) = temperatures.back() - temperature_.reference;
-    }
-    set.temperature.soak = soak_levels(temperatures);
-  }
+  put_temperature(set);
   set.effects = run_effects(set.readings, set.weights, effects_);
+  return set;
+}
+
+ReadingSet ReadingSource::kept_out(const ReadingSet& fitted) const {
+  ReadingSet set = fitted;
+  set.readings.clear();
+  set.rotation_sensor_from_table.clear();
+  set.field_then.clear();
+  put_readings(rows_kept_out_, set);
+  for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
+    double sum = 0.0;
+    double used = 0.0;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(rows_[i]);
+      const bool counts = fitted.weights(static_cast<Eigen::Index>(i), k) > 0.0;
+      sum += counts ? weights_(row, k) : 0.0;
+      used += counts ? 1.0 : 0.0;
+    }
+    set.weights.col(k) *= used / sum;
+  }
+  put_temperature(set);
+  set.temperature.scale = fitted.temperature.scale;
+  set.temperature.along = fitted.temperature.along;
+  set.effects.columns = effects_at(fitted.effects, fitted.readings, set.readings);
   return set;
 }
 

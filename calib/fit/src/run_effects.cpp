@@ -102,4 +102,35 @@ RunEffects run_effects(const std::vector<Reading>& readings,
   return effects;
 }
 
+Eigen::MatrixXd effects_at(const RunEffects& effects,
+                           const std::vector<Reading>& run,
+                           const std::vector<Reading>& others) {
+  Eigen::MatrixXd columns =
+      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(others.size()), effects.columns.cols());
+  if (columns.cols() == 0) {
+    return columns;
+  }
+  // When: by time, or by the number of the run, from -1/2 to 1/2 over the run itself.
+  const bool timed =
+      std::all_of(run.begin(), run.end(), [](const Reading& r) { return r.time_s; }) &&
+      std::all_of(others.begin(), others.end(), [](const Reading& r) { return r.time_s; });
+  const auto at = [timed](const Reading& r) {
+    return timed ? *r.time_s : static_cast<double>(r.run);
+  };
+  const auto [first, last] = std::minmax_element(
+      run.begin(), run.end(), [&](const Reading& a, const Reading& b) { return at(a) < at(b); });
+  const double span = at(*last) - at(*first);
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const auto block = std::find(effects.blocks.begin(), effects.blocks.end(), others[i].block);
+    if (block != effects.blocks.end()) {
+      columns.row(row) = effects.shift_of_block.row(block - effects.blocks.begin());
+    }
+    if (effects.has_drift && span > 0.0) {
+      columns(row, columns.cols() - 1) = (at(others[i]) - at(*first)) / span - 0.5;
+    }
+  }
+  return columns;
+}
+
 }  // namespace axiscal

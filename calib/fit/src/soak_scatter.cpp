@@ -32,7 +32,7 @@ Soaks soaks_of(const ReadingSet& set) {
   Eigen::VectorXd readings = Eigen::VectorXd::Zero(count);
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     const Eigen::Index soak = terms.soak[static_cast<std::size_t>(i)];
-    mean(soak) += terms.d(i);
+    mean(soak) += terms.d.row(i).mean();
     readings(soak) += 1.0;
   }
   mean = mean.cwiseQuotient(readings);

@@ -67,7 +67,8 @@ int temperature_count(const ReadingSet& set) {
   if (!terms.soak.empty()) {
     return 1 + *std::max_element(terms.soak.begin(), terms.soak.end());
   }
-  return static_cast<int>(std::set<double>(terms.d.begin(), terms.d.end()).size());
+  const Eigen::VectorXd mean = terms.d.rowwise().mean();
+  return static_cast<int>(std::set<double>(mean.begin(), mean.end()).size());
 }
 
 Estimate fit_over_temperature(ReadingSet set,

@@ -93,7 +93,7 @@ ReadingSet one_reading(const ReadingSet& set, std::size_t i) {
     one.effects.columns = set.effects.columns.row(row);
   }
   if (set.temperature.order > 0) {
-    one.temperature.d = set.temperature.d.segment(row, 1);
+    one.temperature.d = set.temperature.d.row(row);
     one.temperature.soak = {set.soak_of(i)};
   }
   return one;

@@ -96,9 +96,9 @@ SimulatedRun simulate_run(const SensorModel& truth,
   observations.readings = readings_of(sheet);
   for (std::size_t i = 0; i < sheet.size(); ++i) {
     const RunSheetRow& row = sheet[i];
-    std::optional<double>& temperature = observations.readings[i].temperature;
+    std::optional<SensorTemperature>& temperature = observations.readings[i].temperature;
     if (temperature && options.temperature_sd > 0.0) {
-      *temperature += options.temperature_sd * random.normal();
+      *temperature = temperature->changed_by(options.temperature_sd * random.normal());
     }
     observations.has_level = observations.has_level || row.entry.level != FieldLevel(1.0);
     troubles.next(row.block);

@@ -132,7 +132,7 @@ class Trial {
 
  private:
   [[nodiscard]] std::optional<double> reference() const {
-    return setup_.truth.temperature ? std::optional(setup_.truth.temperature->reference)
+    return setup_.truth.temperature ? std::optional(setup_.truth.temperature->reference().mean())
                                     : std::nullopt;
   }
 
@@ -192,10 +192,11 @@ SensorModel truth_about(SensorModel truth, const Calibration& calibration) {
     return truth;
   }
   TemperatureResponse& terms = *truth.temperature;
-  const double t0 = calibration.sensor.temperature->reference;
-  const double h = t0 - terms.reference;
+  const SensorTemperature at = calibration.sensor.temperature->reference();
   const Eigen::Index order = terms.bias.cols();
   for (Eigen::Index k = 0; k < truth.response.bias.size(); ++k) {
+    const double t0 = at.of(k);
+    const double h = t0 - terms.span_of(k).reference;
     const double shift = terms.bias_shift(k, t0);
     const double scale = terms.scale_at(k, t0);
     truth.response.bias(k) += shift;
@@ -210,7 +211,10 @@ SensorModel truth_about(SensorModel truth, const Calibration& calibration) {
       }
     }
   }
-  terms.reference = t0;
+  terms.spans.resize(calibration.sensor.temperature->spans.size(), terms.spans.front());
+  for (std::size_t k = 0; k < terms.spans.size(); ++k) {
+    terms.spans[k].reference = calibration.sensor.temperature->spans[k].reference;
+  }
   // Terms that the truth has not are 0.
   const Eigen::Index fitted = calibration.sensor.temperature->bias.cols();
   if (fitted > order) {

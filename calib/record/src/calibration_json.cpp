@@ -8,6 +8,7 @@
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_members.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "axiscal/core/rotation.hpp"
 #include "axiscal/field/field_json.hpp"
 #include "axiscal/instruments/polar_form.hpp"
 #include "setup_members.hpp"
@@ -98,9 +99,48 @@ void members(JsonMembers& io, TemperatureOrderTrial& trial) {
   io.number("lack_of_fit_p_value", trial.lack_of_fit_p_value);
 }
 
+// One reference and range, or lists of one for each axis.
+void span_members(JsonMembers& io, std::vector<TemperatureSpan>& spans, Eigen::Index m) {
+  const bool own = io.reads() ? io.from().at("reference").is_array() : spans.size() > 1;
+  if (!own) {
+    io.need("reference", spans.front().reference);
+    io.need_pair("range", spans.front().low, spans.front().high);
+    return;
+  }
+  spans.resize(static_cast<std::size_t>(m));
+  Eigen::VectorXd reference(m);
+  Eigen::MatrixXd range(m, 2);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const TemperatureSpan& span = spans[static_cast<std::size_t>(k)];
+    reference(k) = span.reference;
+    range.row(k) << span.low, span.high;
+  }
+  io.need_vector("reference", reference, m);
+  io.need_matrix("range", range, m, 2);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    spans[static_cast<std::size_t>(k)] = {
+        .reference = reference(k), .low = range(k, 0), .high = range(k, 1)};
+  }
+}
+
+void temperature_member(JsonMembers& io, std::optional<SensorTemperature>& temperature) {
+  if (!io.reads()) {
+    if (temperature) {
+      io.to()["temperature"] =
+          temperature->has_own() ? Json(temperature->of_axes()) : Json(temperature->mean());
+    }
+  } else if (const auto found = io.from().find("temperature")) {
+    if (!found->is_array()) {
+      temperature = found->number();
+      return;
+    }
+    const Eigen::VectorXd all = found->vector(static_cast<Eigen::Index>(found->elements().size()));
+    temperature = SensorTemperature(std::vector<double>(all.begin(), all.end()));
+  }
+}
+
 void members(JsonMembers& io, TemperatureResponse& temperature, Eigen::Index m) {
-  io.need("reference", temperature.reference);
-  io.need_pair("range", temperature.low, temperature.high);
+  span_members(io, temperature.spans, m);
   Eigen::Index order = temperature.bias.cols();
   if (io.reads()) {
     const std::vector<JsonValue> rows = io.from().at("bias").elements();
@@ -228,7 +268,7 @@ void members(JsonMembers& io, ReadingResidual& residual, Eigen::Index m) {
     residual.level = level_of(*level);
   }
   io.value_if_any("block", residual.block);
-  io.value_if_any("temperature", residual.temperature);
+  temperature_member(io, residual.temperature);
   io.vector("response", residual.response, m);
   io.number("magnitude", residual.magnitude);
   io.flag_unless("used", residual.used, true);
@@ -358,6 +398,46 @@ void result_members(JsonMembers& io, Calibration& calibration) {
                    [](JsonMembers& one, OrientationQuality& quality) { members(one, quality); });
 }
 
+void members(JsonMembers& io, SlotAlignment& alignment) {
+  io.need("slot", alignment.slot);
+  io.need_matrix("rotation_other_from_sensor", alignment.rotation_other_from_sensor, 3, 3);
+  io.vector("u_rad", alignment.u_rad, 3);
+}
+
+void members(JsonMembers& io, FieldSizeCheck& check) {
+  io.need("orientations", check.orientations);
+  io.number("relative_sd", check.relative_sd);
+  io.number("by_noise", check.by_noise);
+  io.number("by_inputs", check.by_inputs);
+  io.number("degrees_of_freedom", check.degrees_of_freedom);
+  io.number("p_value", check.p_value);
+}
+
+// `readings` is how many; what became of each is `details`.
+void members(JsonMembers& io, Confirmation& confirmation, Eigen::Index m) {
+  if (!io.reads()) {
+    io.to()["readings"] = confirmation.readings.size();
+  }
+  io.number("p_value", confirmation.p_value);
+  io.need("passed", confirmation.passed);
+  io.list("details", confirmation.readings, [m](JsonMembers& one, ConfirmationReading& reading) {
+    one.need("run", reading.run);
+    one.vector("error", reading.error, m);
+    one.vector("half_width_95", reading.half_width, m);
+    one.need("within", reading.within);
+  });
+}
+
+void mount_member(JsonMembers& io, std::optional<Eigen::Matrix3d>& mount) {
+  constexpr const char* key = "rotation_sensor_from_assembly";
+  if (io.has(key, mount.has_value())) {
+    Eigen::Matrix3d rotation = mount.value_or(Eigen::Matrix3d::Identity());
+    io.need_matrix(key, rotation, 3, 3);
+    io.check(key, is_rotation(rotation), "must be a rotation");
+    mount = rotation;
+  }
+}
+
 void turn_members(JsonMembers& io, std::vector<Eigen::Vector3d>& errors) {
   if (!io.reads()) {
     for (const Eigen::Vector3d& error : errors) {
@@ -400,6 +480,7 @@ void members(JsonMembers& io, Calibration& calibration) {
   word_members(io, "robust", calibration.fit.robust, "bisquare");
   io.value_if_any("positioner", calibration.provenance.positioner);
   io.value_if_any("slot", calibration.provenance.slot);
+  mount_member(io, calibration.sensor.rotation_sensor_from_assembly);
   io.value_if_any("instance", calibration.provenance.instance);
   io.value_if_any("device", calibration.provenance.device);
   word_members(io, "level_by", calibration.fit.level_by_block, "block");
@@ -409,6 +490,10 @@ void members(JsonMembers& io, Calibration& calibration) {
   io.object_if_any(
       "alignment", calibration.fit.alignment,
       [](JsonMembers& one, CompanionAlignment& companion) { members(one, companion); });
+  io.list_if_any("slot_alignments", calibration.fit.slot_alignments,
+                 [](JsonMembers& one, SlotAlignment& alignment) { members(one, alignment); });
+  io.object_if_any("field_size", calibration.fit.field_size,
+                   [](JsonMembers& one, FieldSizeCheck& check) { members(one, check); });
   io.object_if_any("levelness", calibration.fit.levelness,
                    [](JsonMembers& one, Levelness& levelness) { members(one, levelness); });
   io.object_if_any("verdict", calibration.findings.verdict,
@@ -416,6 +501,9 @@ void members(JsonMembers& io, Calibration& calibration) {
   io.list_if_any("corrections", calibration.findings.corrections,
                  [](JsonMembers& one, Correction& correction) { members(one, correction); });
   const Eigen::Index m = calibration.sensor.instrument.axis_count();
+  io.object_if_any(
+      "confirmation", calibration.findings.confirmation,
+      [m](JsonMembers& one, Confirmation& confirmation) { members(one, confirmation, m); });
   io.table("residuals", calibration.fit.residuals,
            [m](JsonMembers& one, ReadingResidual& residual) { members(one, residual, m); });
   io.list("warnings", calibration.findings.warnings,
@@ -434,7 +522,9 @@ std::string verdict_json(const Verdict& verdict) {
 }
 
 std::string calibration_json(const Calibration& calibration) {
-  Json json = {{"format", "axiscal-calibration"}, {"version", 1}};
+  const bool newer = calibration.sensor.temperature &&
+                     calibration.sensor.temperature->has_own_sensors();  // 0.1 would misread it
+  Json json = {{"format", "axiscal-calibration"}, {"version", newer ? 2 : 1}};
   JsonMembers io(json);
   Calibration written = calibration;
   members(io, written);
@@ -452,7 +542,7 @@ std::string calibration_json(const Calibration& calibration) {
 
 Calibration parse_calibration(std::string_view text, const std::string& path) {
   const JsonValue json = parse_json(text, path);
-  json.require_format("axiscal-calibration");
+  json.require_format("axiscal-calibration", 2);
   Calibration calibration;
   JsonMembers io(json);
   members(io, calibration);

@@ -7,9 +7,16 @@
 
 namespace axiscal {
 
+void take_usual_field(const Instrument& instrument, FieldSetup& field) {
+  if (!field.is_stated() && !instrument.kind.empty()) {
+    field.of = make_field(find_instrument_kind(instrument.kind).usual_field);
+  }
+}
+
 void take_usual_field(Experiment& experiment) {
-  if (!experiment.field.is_stated() && !experiment.instrument.kind.empty()) {
-    experiment.field.of = make_field(find_instrument_kind(experiment.instrument.kind).usual_field);
+  take_usual_field(experiment.instrument, experiment.field);
+  for (SlotSetup& slot : experiment.slots) {
+    take_usual_field(slot.instrument, slot.field);
   }
 }
 

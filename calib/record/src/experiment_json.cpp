@@ -25,14 +25,15 @@
 namespace axiscal {
 namespace {
 
-constexpr std::array<std::string_view, 28> keys_of_experiment = {
+constexpr std::array<std::string_view, 30> keys_of_experiment = {
     "format",      "version",     "observations", "instrument",
     "field",       "also",        "site",         "table",
     "positioner",  "slot",        "method",       "weights",
     "robust",      "noise_ratio", "leave_out",    "level_by",
     "drift",       "seats",       "shape",        "temperature",
     "uncertainty", "limits",      "from",         "nominal_sensitivity",
-    "polar_fit",   "mistakes",    "process",      "rotation_sensor_from_positioner"};
+    "polar_fit",   "mistakes",    "process",      "rotation_sensor_from_positioner",
+    "slots",       "face_names"};
 
 // The table of members serves for reading and for writing.
 class ExperimentMembers {
@@ -45,6 +46,8 @@ class ExperimentMembers {
     observations();
     instrument();
     field_member(io_, "field", e_.field);
+    slots();
+    face_names();
     second_fields_member(io_, "also", e_.also);
     site();
     table();
@@ -83,15 +86,51 @@ class ExperimentMembers {
     }
   }
 
-  void instrument() {
-    const Instrument& now = e_.instrument;
-    io_.object("instrument", !now.kind.empty() || now.axes != Instrument().axes,
-               [&](JsonMembers& one) {
-                 static constexpr std::array<std::string_view, 8> keys = {
-                     "kind", "serial", "model", "axes", "unit", "convention", "range", "one_sided"};
-                 one.allow_keys(keys);
-                 stated_members(one, e_.instrument);
-               });
+  static void instrument_member(JsonMembers& io, Instrument& now) {
+    io.object("instrument", !now.kind.empty() || now.axes != Instrument().axes,
+              [&](JsonMembers& one) {
+                static constexpr std::array<std::string_view, 8> keys = {
+                    "kind", "serial", "model", "axes", "unit", "convention", "range", "one_sided"};
+                one.allow_keys(keys);
+                stated_members(one, now);
+              });
+  }
+
+  void instrument() { instrument_member(io_, e_.instrument); }
+
+  // By the slots' names; what a slot does not state of its instrument or field is as usual.
+  void slots() {
+    io_.object("slots", !e_.slots.empty(), [&](JsonMembers& all) {
+      if (all.reads()) {
+        for (const std::string& name : all.from().keys()) {
+          e_.slots.push_back({.slot = name, .instrument = {}, .field = {}});
+        }
+      }
+      for (SlotSetup& slot : e_.slots) {
+        all.need_object(slot.slot.c_str(), [&](JsonMembers& one) {
+          static constexpr std::array<std::string_view, 2> keys = {"instrument", "field"};
+          one.allow_keys(keys);
+          instrument_member(one, slot.instrument);
+          field_member(one, "field", slot.field);
+        });
+      }
+    });
+  }
+
+  void face_names() {
+    io_.object("face_names", !e_.face_names.empty(), [&](JsonMembers& all) {
+      if (!all.reads()) {
+        for (const auto& [word, face] : e_.face_names) {
+          all.to()[word] = face_name(face);
+        }
+        return;
+      }
+      for (const std::string& word : all.from().keys()) {
+        all.check(word.c_str(), [&] {
+          e_.face_names.merge(parse_face_names(word + "=" + all.from().at(word).text()));
+        });
+      }
+    });
   }
 
   void site() {
@@ -155,7 +194,8 @@ class ExperimentMembers {
   // A file's name, or the cube itself.
   void positioner() {
     if (!io_.reads()) {
-      if (!e_.positioner.is_nominal() || !e_.positioner.id().empty()) {
+      if (!e_.positioner.is_nominal() || !e_.positioner.id().empty() ||
+          !e_.positioner.mounts().empty()) {
         io_.to()["positioner"] = Json::parse(positioner_json(e_.positioner));
       }
     } else if (const auto value = io_.from().find("positioner")) {

@@ -72,6 +72,7 @@ Observations concatenate(const std::vector<Observations>& parts) {
     }
     all.has_block = true;
     all.has_level = all.has_level || part.has_level;
+    all.has_fence = all.has_fence && part.has_fence;
   }
   return all;
 }
@@ -80,6 +81,7 @@ Observations select_rows(const Observations& observations, const std::vector<std
   Observations some;
   some.has_block = observations.has_block;
   some.has_level = observations.has_level;
+  some.has_fence = observations.has_fence;
   for (const std::size_t row : rows) {
     some.readings.push_back(observations.readings[row]);
   }

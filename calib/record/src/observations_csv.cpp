@@ -14,6 +14,7 @@
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
+#include "axiscal/core/units.hpp"
 #include "sheet_columns.hpp"
 
 namespace axiscal {
@@ -22,7 +23,9 @@ namespace {
 // A table whose columns are asked for by name; every complaint says line and column.
 class Table {
  public:
-  explicit Table(CsvReader& csv) : csv_(csv), used_(csv.header().size(), false) {}
+  // @param faces  words that stand for faces.
+  explicit Table(CsvReader& csv, FaceNames faces = {})
+      : csv_(csv), used_(csv.header().size(), false), faces_(std::move(faces)) {}
 
   std::optional<std::size_t> find(std::string_view name) {
     const std::optional<std::size_t> column = csv_.column(name);
@@ -94,10 +97,26 @@ class Table {
     return *number;
   }
 
+  // 1 or 0; empty is 0.
+  [[nodiscard]] bool flag(std::size_t column) const {
+    const std::string_view cell = text(column);
+    if (!cell.empty() && cell != "0" && cell != "1") {
+      fail(column, quoted(column) + " must be 1 or 0");
+    }
+    return cell == "1";
+  }
+
   [[nodiscard]] Face face(std::size_t column) const {
-    const std::optional<Face> face = parse_face(text(column));
+    const std::optional<Face> face = find_face(faces_, text(column));
     if (!face) {
-      fail(column, quoted(column) + " is not a face; the faces are +X -X +Y -Y +Z -Z");
+      std::string words;
+      for (const auto& [word, of] : faces_) {
+        words += formatted(", '{}'", word);
+      }
+      fail(column,
+           formatted("{} is not a face; the faces are +X -X +Y -Y +Z -Z{}; words are stated "
+                     "by --face-names 'WORD=FACE,...'",
+                     quoted(column), words));
     }
     return *face;
   }
@@ -178,6 +197,7 @@ class Table {
 
   CsvReader& csv_;
   std::vector<bool> used_;
+  FaceNames faces_;
 };
 
 // Where a reading's level stands: in `level`, and of parts with levels of their own in
@@ -210,15 +230,101 @@ class LevelColumns {
   std::vector<std::pair<std::string, std::size_t>> of_parts_;
 };
 
+// Where what temperature sensors say stands: in `temperature`, for each axis in AXIS_temperature or
+// temperature_AXIS, of a slot in SLOT.temperature.
+class TemperatureColumns {
+ public:
+  TemperatureColumns() = default;
+  // @param slots  one for each axis; empty: there are none.
+  TemperatureColumns(Table& table,
+                     const std::vector<std::string>& axes,
+                     const std::vector<std::string>& slots,
+                     bool needed) {
+    std::vector<std::size_t> own;
+    std::string missing;
+    for (std::size_t k = 0; k < axes.size(); ++k) {
+      std::optional<std::size_t> column = table.find(axes[k] + "_temperature");
+      if (!column && slots.empty()) {
+        column = table.find("temperature_" + axes[k]);
+      } else if (!column) {
+        const std::string axis = axes[k].substr(slots[k].size() + 1);
+        column = table.find(formatted("{}.temperature_{}", slots[k], axis));
+        column = column ? column : table.find(slots[k] + ".temperature");
+      }
+      if (column) {
+        own.push_back(*column);
+      } else {
+        missing = missing.empty() ? axes[k] + "_temperature" : missing;
+      }
+    }
+    if (own.empty()) {
+      of_all_ = needed ? table.need("temperature") : table.find("temperature");
+      return;
+    }
+    if (!missing.empty()) {
+      table.fail(missing, "is missing; other axes have temperature sensors of their own");
+    }
+    of_axes_ = std::move(own);
+  }
+
+  [[nodiscard]] std::optional<SensorTemperature> read(const Table& table) const {
+    if (of_axes_.empty()) {
+      return of_all_ ? std::optional<SensorTemperature>(table.number(*of_all_)) : std::nullopt;
+    }
+    std::vector<double> all;
+    for (const std::size_t column : of_axes_) {
+      all.push_back(table.number(column));
+    }
+    return SensorTemperature(std::move(all));
+  }
+
+ private:
+  std::optional<std::size_t> of_all_;
+  std::vector<std::size_t> of_axes_;
+};
+
 // Where the columns of observations are.
 struct Columns {
-  std::optional<std::size_t> rest, fence, run, block, mount, temperature, time, samples, serial;
+  std::optional<std::size_t> rest, fence, run, block, mount, time, samples, serial, confirm;
+  std::optional<std::size_t> pitch, roll, heading;
+  TemperatureColumns temperature;
   LevelColumns level;
   std::vector<std::size_t> axes;
   std::vector<std::optional<std::size_t>> minus;  // for each axis that is a difference
   std::vector<std::size_t> axes_sd;               // empty unless every axis has one
   std::vector<std::size_t> field;                 // empty or three
 };
+
+// Where pitch and roll are the labels.
+void find_attitude(Table& table, Columns& columns) {
+  columns.pitch = table.find("pitch_deg");
+  columns.roll = table.find("roll_deg");
+  if (!columns.pitch && !columns.roll) {
+    return;
+  }
+  if (!columns.pitch || !columns.roll) {
+    table.fail(columns.pitch ? "roll_deg" : "pitch_deg",
+               "is missing; an attitude needs both 'pitch_deg' and 'roll_deg'");
+  }
+  columns.heading = table.find("heading_deg");
+  if (!columns.heading) {
+    columns.heading = table.find("yaw_deg");
+  }
+  if (columns.rest || !columns.field.empty()) {
+    table.fail("pitch_deg",
+               "attitudes stand beside 'rest' and 'fence' or 'fx', 'fy', 'fz': which of them says "
+               "how the readings were taken? Leave out or rename the other");
+  }
+}
+
+// The slot of each axis; empty where there are none.
+std::vector<std::string> slot_of_axes(const ObservationColumns& wanted) {
+  std::vector<std::string> slots;
+  for (const SlotColumns& slot : wanted.slots) {
+    slots.insert(slots.end(), slot.axes.size(), slot.slot);
+  }
+  return slots;
+}
 
 Columns find_columns(Table& table, const ObservationColumns& wanted) {
   const std::vector<std::string>& axes = wanted.axes;
@@ -247,8 +353,8 @@ Columns find_columns(Table& table, const ObservationColumns& wanted) {
   }
   columns.rest = table.find("rest");
   columns.fence = table.find("fence");
-  if (columns.rest && !columns.fence) {
-    table.fail("fence", "is missing; a design point needs both 'rest' and 'fence'");
+  if (columns.rest && !columns.fence && wanted.needs_labels) {
+    table.fail("fence", "is missing; this method needs both 'rest' and 'fence'");
   }
   if (columns.fence && !columns.rest) {
     table.fail("rest", "is missing; a design point needs both 'rest' and 'fence'");
@@ -263,6 +369,7 @@ Columns find_columns(Table& table, const ObservationColumns& wanted) {
       columns.field.push_back(table.need(name));
     }
   }
+  find_attitude(table, columns);
   if (!columns.rest && wanted.needs_labels) {
     table.fail("rest", "is missing; this method needs the design point of each reading");
   }
@@ -271,11 +378,17 @@ Columns find_columns(Table& table, const ObservationColumns& wanted) {
   columns.mount = table.find("mount");
   columns.level = LevelColumns(table);
   columns.temperature =
-      wanted.needs_temperature ? table.need("temperature") : table.find("temperature");
+      TemperatureColumns(table, axes, slot_of_axes(wanted), wanted.needs_temperature);
+  columns.confirm = table.find("confirm");
   columns.time = table.find("time");
   columns.samples = wanted.needs_samples ? table.need("samples") : table.find("samples");
   columns.serial = table.find("serial");
   return columns;
+}
+
+// The face at the fence is not known, and does not matter on a level table.
+DesignPoint any_point_on(Face rest) {
+  return {rest, face_of((axis_of(rest) + 1) % 3, true)};
 }
 
 Reading read_reading(const Table& table, const Columns& columns, int row) {
@@ -288,12 +401,19 @@ Reading read_reading(const Table& table, const Columns& columns, int row) {
     reading.mount = table.integer(*columns.mount);
   }
   if (columns.rest) {
-    reading.point = table.point(*columns.rest, *columns.fence);
+    reading.point = columns.fence ? table.point(*columns.rest, *columns.fence)
+                                  : any_point_on(table.face(*columns.rest));
   }
+  if (columns.pitch) {
+    reading.attitude = {.pitch_rad = table.number(*columns.pitch) * rad_per_deg,
+                        .roll_rad = table.number(*columns.roll) * rad_per_deg};
+    if (columns.heading) {
+      reading.attitude->heading_rad = table.number(*columns.heading) * rad_per_deg;
+    }
+  }
+  reading.confirm = columns.confirm && table.flag(*columns.confirm);
   reading.level = columns.level.read(table);
-  if (columns.temperature) {
-    reading.temperature = table.number(*columns.temperature);
-  }
+  reading.temperature = columns.temperature.read(table);
   if (columns.time) {
     reading.time_s = table.time(*columns.time);
   }
@@ -320,13 +440,15 @@ void append_cells(std::string& text, const std::vector<std::string>& cells) {
 }  // namespace
 
 std::vector<std::string> columns_without_meaning(const std::vector<std::string>& header) {
-  constexpr std::array<std::string_view, 13> names = {
-      "rest", "fence",   "run",    "block", "mount", "level", "temperature",
-      "time", "samples", "serial", "fx",    "fy",    "fz"};
+  constexpr std::array<std::string_view, 18> names = {
+      "rest",        "fence",   "run",       "block",    "mount",   "level",
+      "temperature", "time",    "samples",   "serial",   "fx",      "fy",
+      "fz",          "confirm", "pitch_deg", "roll_deg", "yaw_deg", "heading_deg"};
   std::vector<std::string> own;
   for (const std::string& name : header) {
     const bool has_meaning = std::find(names.begin(), names.end(), name) != names.end() ||
-                             name.starts_with(level_column_prefix) || name.ends_with("_sd");
+                             name.starts_with(level_column_prefix) || name.ends_with("_sd") ||
+                             name.ends_with("_temperature") || name.starts_with("temperature_");
     if (!has_meaning) {
       own.push_back(name);
     }
@@ -338,25 +460,33 @@ Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
   if (asked_for.axes.empty()) {
     throw DomainError("read_observations: at least one axis is needed");
   }
-  Table table(csv);
+  Table table(csv, asked_for.face_names);
   Run result;
   ObservationColumns wanted = asked_for;
   result.axes = asked_for.axes;
-  if (!csv.column(asked_for.axes.front()) && asked_for.differences.empty()) {
-    result.slots = table.slots_of(asked_for.axes.front());
+  if (wanted.slots.empty() && !csv.column(asked_for.axes.front()) &&
+      asked_for.differences.empty()) {
+    for (const std::string& slot : table.slots_of(asked_for.axes.front())) {
+      wanted.slots.push_back({.slot = slot, .axes = asked_for.axes});
+    }
   }
-  if (!result.slots.empty()) {
+  if (!wanted.slots.empty()) {
     wanted.axes.clear();
-    for (const std::string& slot : result.slots) {
-      for (const std::string& axis : asked_for.axes) {
-        wanted.axes.push_back(formatted("{}.{}", slot, axis));
+    for (const SlotColumns& slot : wanted.slots) {
+      result.slots.push_back(slot.slot);
+      for (const std::string& axis : slot.axes) {
+        wanted.axes.push_back(formatted("{}.{}", slot.slot, axis));
       }
+    }
+    for (const SlotColumns& slot : asked_for.slots) {
+      result.axes_of_slots.push_back(slot.axes);
     }
   }
   const Columns columns = find_columns(table, wanted);
   Observations& observations = result.observations;
   observations.has_block = columns.block.has_value();
   observations.has_level = columns.level.any();
+  observations.has_fence = !columns.rest || columns.fence.has_value();
   std::vector<double> response;
   std::vector<double> response_sd;
   std::vector<double> samples;
@@ -471,7 +601,7 @@ std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet) {
 
 std::string observations_csv(const Observations& observations,
                              const std::vector<std::string>& axes) {
-  SheetColumns columns(observations.readings);
+  SheetColumns columns(observations.readings, axes);
   if (observations.has_level) {
     columns.show_level();
   }

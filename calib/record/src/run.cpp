@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <unordered_map>
+#include <utility>
 
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/core/csv_reader.hpp"
@@ -68,7 +69,13 @@ Run make_run(std::span<const DesignPoint> points,
 
 ObservationColumns observation_columns(const Experiment& experiment, Units units) {
   const Method method = experiment.method.value_or(Method::known);
+  std::vector<SlotColumns> slots;
+  for (const SlotSetup& slot : experiment.slots) {
+    slots.push_back({.slot = slot.slot, .axes = slot.instrument.axes});
+  }
   return {.axes = experiment.instrument.axes,
+          .slots = std::move(slots),
+          .face_names = experiment.face_names,
           .differences = experiment.instrument.differences,
           .range = experiment.instrument.range,
           .needs_labels = method == Method::paired || method == Method::joint,
@@ -93,6 +100,7 @@ Run join_runs(std::vector<Run> files, Units units) {
     }
     without_serial = file.serials.empty() ? file.inputs.front().path : without_serial;
     run.slots = file.slots;
+    run.axes_of_slots = file.axes_of_slots;
     run.serial = file.serial.empty() ? run.serial : file.serial;
     note_ignored_columns(file, run.notes);
     run.inputs.insert(run.inputs.end(), file.inputs.begin(), file.inputs.end());
@@ -141,7 +149,8 @@ std::vector<Run> split_by_serial(const Run& run, const std::string& stated_seria
                      .axes = run.axes,
                      .serial = serial,
                      .serials = std::vector<std::string>(own.size(), serial),
-                     .slots = run.slots});
+                     .slots = run.slots,
+                     .axes_of_slots = run.axes_of_slots});
   }
   return units;
 }

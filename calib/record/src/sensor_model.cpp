@@ -9,22 +9,23 @@ namespace axiscal {
 
 Eigen::VectorXd response_at(const SensorModel& sensor,
                             const Eigen::Vector3d& field_in_sensor,
-                            std::optional<double> temperature) {
+                            const std::optional<SensorTemperature>& temperature) {
   Eigen::VectorXd response = sensor.response.at(field_in_sensor);
   for (Eigen::Index k = 0; sensor.temperature && temperature && k < response.size(); ++k) {
     const double bias = sensor.response.bias(k);
-    response(k) = bias + sensor.temperature->bias_shift(k, *temperature) +
-                  sensor.temperature->scale_at(k, *temperature) * (response(k) - bias);
+    const double t = temperature->of(k);
+    response(k) = bias + sensor.temperature->bias_shift(k, t) +
+                  sensor.temperature->scale_at(k, t) * (response(k) - bias);
   }
   return response;
 }
 
 Eigen::VectorXd reading_at_reference(const SensorModel& sensor,
                                      Eigen::VectorXd readings,
-                                     std::optional<double> temperature) {
+                                     const std::optional<SensorTemperature>& temperature) {
   for (Eigen::Index k = 0; sensor.temperature && temperature && k < readings.size(); ++k) {
     const double bias = sensor.response.bias(k);
-    readings(k) = bias + sensor.temperature->above_bias(k, readings(k), bias, *temperature);
+    readings(k) = bias + sensor.temperature->above_bias(k, readings(k), bias, temperature->of(k));
   }
   return readings;
 }

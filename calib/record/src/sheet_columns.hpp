@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "axiscal/calib/observations.hpp"
@@ -17,7 +19,9 @@ inline const std::string level_column_prefix = "level.";
 /// they say something.
 class SheetColumns {
  public:
-  explicit SheetColumns(const std::vector<Reading>& readings) {
+  /// @param axes  of the responses, for the columns of their temperatures.
+  explicit SheetColumns(const std::vector<Reading>& readings, std::vector<std::string> axes = {})
+      : axes_(std::move(axes)) {
     for (const Reading& reading : readings) {
       with_mount_ = with_mount_ || reading.mount != 1;
       with_level_ = with_level_ || reading.level.of_all() != 1.0;
@@ -25,6 +29,10 @@ class SheetColumns {
         parts_.insert(name);
       }
       with_temperature_ = with_temperature_ || reading.temperature.has_value();
+      with_confirm_ = with_confirm_ || reading.confirm;
+      if (reading.temperature) {
+        own_temperatures_ = std::max(own_temperatures_, reading.temperature->of_axes().size());
+      }
     }
   }
 
@@ -41,7 +49,14 @@ class SheetColumns {
     for (const std::string& part : parts_) {
       cells.push_back(level_column_prefix + part);
     }
-    if (with_temperature_) {
+    if (with_confirm_) {
+      cells.emplace_back("confirm");
+    }
+    if (own_temperatures_ > 0) {
+      for (const std::string& axis : axes_) {
+        cells.push_back(axis + "_temperature");
+      }
+    } else if (with_temperature_) {
       cells.emplace_back("temperature");
     }
     return cells;
@@ -60,8 +75,16 @@ class SheetColumns {
     for (const std::string& part : parts_) {
       cells.push_back(number_text(reading.level.of(part)));
     }
-    if (with_temperature_) {
-      cells.push_back(reading.temperature ? number_text(*reading.temperature) : "");
+    if (with_confirm_) {
+      cells.emplace_back(reading.confirm ? "1" : "0");
+    }
+    for (std::size_t k = 0; own_temperatures_ > 0 && k < axes_.size(); ++k) {
+      cells.push_back(reading.temperature
+                          ? number_text(reading.temperature->of(static_cast<Eigen::Index>(k)))
+                          : "");
+    }
+    if (with_temperature_ && own_temperatures_ == 0) {
+      cells.push_back(reading.temperature ? number_text(reading.temperature->mean()) : "");
     }
     return cells;
   }
@@ -70,6 +93,9 @@ class SheetColumns {
   bool with_mount_ = false;
   bool with_level_ = false;
   bool with_temperature_ = false;
+  bool with_confirm_ = false;
+  std::size_t own_temperatures_ = 0;  // of each axis; 0: one sensor for all
+  std::vector<std::string> axes_;
   std::set<std::string> parts_;  // that have levels of their own
 };
 

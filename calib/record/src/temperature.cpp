@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
 namespace {
@@ -36,10 +39,31 @@ Line line_of(std::span<const double> time_s, std::span<const double> temperature
 
 }  // namespace
 
+SensorTemperature TemperatureResponse::reference() const {
+  if (!has_own_sensors()) {
+    return spans.front().reference;
+  }
+  std::vector<double> references;
+  for (const TemperatureSpan& span : spans) {
+    references.push_back(span.reference);
+  }
+  return SensorTemperature(std::move(references));
+}
+
+bool TemperatureResponse::is_extrapolated(const SensorTemperature& t) const {
+  for (std::size_t k = 0; k < spans.size(); ++k) {
+    const double own = has_own_sensors() ? t.of(static_cast<Eigen::Index>(k)) : t.mean();
+    if (own < spans[k].low || own > spans[k].high) {
+      return true;
+    }
+  }
+  return false;
+}
+
 double TemperatureResponse::bias_shift(Eigen::Index axis, double t) const {
   double value = 0.0;
   for (Eigen::Index j = bias.cols(); j > 0; --j) {
-    value = (value + bias(axis, j - 1)) * (t - reference);
+    value = (value + bias(axis, j - 1)) * (t - span_of(axis).reference);
   }
   return value;
 }
@@ -47,9 +71,22 @@ double TemperatureResponse::bias_shift(Eigen::Index axis, double t) const {
 double TemperatureResponse::scale_at(Eigen::Index axis, double t) const {
   double value = 0.0;
   for (Eigen::Index j = scale.cols(); j > 0; --j) {
-    value = (value + scale(axis, j - 1)) * (t - reference);
+    value = (value + scale(axis, j - 1)) * (t - span_of(axis).reference);
   }
   return 1.0 + value;
+}
+
+std::string span_text(const TemperatureResponse& temperature,
+                      const std::vector<std::string>& axes,
+                      const std::function<std::string(const TemperatureSpan&)>& text) {
+  if (!temperature.has_own_sensors()) {
+    return text(temperature.spans.front());
+  }
+  std::vector<std::string> all;
+  for (std::size_t k = 0; k < temperature.spans.size(); ++k) {
+    all.push_back(formatted("{} {}", axes[k], text(temperature.spans[k])));
+  }
+  return joined(all);
 }
 
 std::vector<int> soak_levels(const std::vector<double>& temperatures) {

@@ -43,7 +43,7 @@ void require_biases(const Calibration& record) {
 
 DriftCheck check_biases(const Calibration& old,
                         const Calibration& fresh,
-                        std::optional<double> temperature,
+                        const std::optional<SensorTemperature>& temperature,
                         double alpha) {
   require_biases(old);
   require_biases(fresh);
@@ -54,13 +54,13 @@ DriftCheck check_biases(const Calibration& old,
                    .pitch_error_deg = not_a_number,
                    .pitch_error_u_deg = not_a_number,
                    .pitch_error_expanded_deg = not_a_number};
-  const double d = old.sensor.temperature && temperature
-                       ? *temperature - old.sensor.temperature->reference
-                       : 0.0;
   double fisher = 0.0;
   for (std::size_t k = 0; k < old.sensor.instrument.axes.size(); ++k) {
     const std::string& axis = old.sensor.instrument.axes[k];
     const auto row = static_cast<Eigen::Index>(k);
+    const double d = old.sensor.temperature && temperature
+                         ? temperature->of(row) - old.sensor.temperature->span_of(row).reference
+                         : 0.0;
     VarianceShares shares;
     VarianceShares now;
     static_cast<void>(propagate(old, change_of_bias(old, axis, d), &shares));
@@ -70,7 +70,7 @@ DriftCheck check_biases(const Calibration& old,
     shares.others += now.others;
     const CombinedUncertainty u = combine(shares);
     const double shift = old.sensor.temperature && temperature
-                             ? old.sensor.temperature->bias_shift(row, *temperature)
+                             ? old.sensor.temperature->bias_shift(row, temperature->of(row))
                              : 0.0;
     ParameterChange change{.parameter = axis + ".bias",
                            .old_value = old.sensor.response.bias(row) + shift,
@@ -90,10 +90,10 @@ DriftCheck check_biases(const Calibration& old,
   check.p_value = chi_squared_upper_p(std::max(fisher, 1e-12),
                                       2.0 * static_cast<double>(old.sensor.instrument.axes.size()));
   check.drifted = check.p_value < alpha;
-  check.notes.push_back(
-      formatted("the biases hold what the instrument met of the field: they are compared{}, as the "
-                "instrument lay when the record was made",
-                temperature ? formatted(" at temperature {}", number_text(*temperature, 4)) : ""));
+  check.notes.push_back(formatted(
+      "the biases hold what the instrument met of the field: they are compared{}, as the "
+      "instrument lay when the record was made",
+      temperature ? formatted(" at temperature {}", number_text(temperature->mean(), 4)) : ""));
   return check;
 }
 

@@ -181,12 +181,12 @@ void pool_scatters(Calibration& a, Calibration& b) {
 }
 
 // Bias and sensitivity as at another temperature.
-Calibration at_temperature(Calibration calibration, double t) {
+Calibration at_temperature(Calibration calibration, const SensorTemperature& t) {
   if (calibration.sensor.temperature) {
     TemperatureResponse& terms = *calibration.sensor.temperature;
     for (Eigen::Index k = 0; k < calibration.sensor.response.bias.size(); ++k) {
-      calibration.sensor.response.bias(k) += terms.bias_shift(k, t);
-      calibration.sensor.response.sensitivity.row(k) *= terms.scale_at(k, t);
+      calibration.sensor.response.bias(k) += terms.bias_shift(k, t.of(k));
+      calibration.sensor.response.sensitivity.row(k) *= terms.scale_at(k, t.of(k));
     }
   }
   return calibration;
@@ -392,7 +392,7 @@ DriftCheck check_drift(const Calibration& old_record,
                 field_conversion(fresh_record.sensor.field, old_record.sensor.field.unit)),
       same_positioner, same_field, check.notes);
   if (old.sensor.temperature && fresh.sensor.temperature) {
-    fresh = at_temperature(std::move(fresh), old.sensor.temperature->reference);
+    fresh = at_temperature(std::move(fresh), old.sensor.temperature->reference());
   } else if (old.sensor.temperature || fresh.sensor.temperature) {
     check.notes.emplace_back(
         "only one record has temperature terms: the coefficients are compared as they are stated");

@@ -417,7 +417,7 @@ TEST(MountRotation, IsThatOfTheSlotOrOfTheOnlyMount) {
   measured.from = {{.slot = "R", .record = "r.json", .observations = "r.csv"}};
   EXPECT_EQ(mount_rotation(Positioner(measured), ""), Eigen::Matrix3d::Identity());
   EXPECT_EQ(mount_rotation(Positioner(measured), "R"), h[1].rotation_sensor_from_positioner);
-  EXPECT_THROW(static_cast<void>(split_by_slot({}, {})), DomainError);
+  EXPECT_THROW(static_cast<void>(split_by_slot({})), DomainError);
   EXPECT_THROW(static_cast<void>(combine_levelness({})), DomainError);
 }
 

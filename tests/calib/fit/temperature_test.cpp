@@ -27,9 +27,7 @@ using testing::HasSubstr;
 SensorModel warm_truth() {
   SensorModel truth = accelerometer_truth();
   TemperatureResponse& terms = truth.temperature.emplace();
-  terms.reference = 20.0;
-  terms.low = -20.0;
-  terms.high = 60.0;
+  terms.spans = {{.reference = 20.0, .low = -20.0, .high = 60.0}};
   terms.bias.resize(3, 2);
   terms.scale.resize(3, 2);
   // clang-format off

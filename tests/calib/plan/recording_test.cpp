@@ -169,8 +169,8 @@ TEST(SweptRecording, GoesUpAndDownOnce) {
       test::accelerometer_truth(),
       {.kind = RecordingKind::sweep, .samples = 1001, .temperatures = {-20.0, 60.0}});
   EXPECT_EQ(*run.observations.readings.front().temperature, -20.0);
-  EXPECT_NEAR(*run.observations.readings[500].temperature, 60.0, 1e-9);
-  EXPECT_NEAR(*run.observations.readings.back().temperature, -20.0, 1e-9);
+  EXPECT_NEAR(run.observations.readings[500].temperature->mean(), 60.0, 1e-9);
+  EXPECT_NEAR(run.observations.readings.back().temperature->mean(), -20.0, 1e-9);
 }
 
 TEST(Recording, TooFewSamplesAreRefused) {

@@ -234,21 +234,6 @@ TEST(ReadingPropagation, OneAxisKnowsNothingOfTheFieldAcrossIt) {
 
 // ---- positioner ----
 
-Positioner uncertain_cube(double u) {
-  PositionerDescription description;
-  NormalCovariance C = NormalCovariance::Zero();
-  const Positioner nominal;
-  for (const Face face : all_faces) {
-    const auto i = static_cast<std::size_t>(face);
-    description.faces[i].normal = nominal.normal(face);
-    const Eigen::Vector3d n = nominal.normal(face);
-    C.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(i)) =
-        u * u * (Eigen::Matrix3d::Identity() - n * n.transpose());
-  }
-  description.normal_covariance = C;
-  return Positioner(std::move(description));
-}
-
 struct CoverageCase {
   Method method = Method::paired;
   int points = 12;
@@ -285,7 +270,7 @@ TEST_P(CoverageOfStudy, IsAsStated) {
   }
   if (one.temperature) {
     TemperatureResponse& terms = setup.truth.temperature.emplace();
-    terms.reference = 20.0;
+    terms.spans = {{.reference = 20.0}};
     terms.bias = Eigen::Vector3d(1e-4, -1e-4, 2e-4);
     terms.scale = Eigen::Vector3d(2e-4, 1e-4, -1e-4);
     setup.temperatures = {0.0, 20.0, 40.0};

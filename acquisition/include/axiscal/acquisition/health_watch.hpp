@@ -21,7 +21,7 @@ struct HealthWatchSetup {
   StillnessOptions stillness;
   double dwell_s = 2.0;  ///< how long each reading is taken
   double alpha = 0.01;   ///< as check_in_situ()
-  std::string temperature_channel = "temperature";
+  std::vector<std::string> temperature_channels = {"temperature"};  ///< as of a session
 };
 
 /// What an installed instrument says right now.

@@ -19,6 +19,8 @@ inline constexpr double any_direction_rad = 1.0;
 /// What is known of an experiment before its first reading.
 struct PoseModelSetup {
   Instrument instrument;
+  /// What the axes are meant to sense, m x 3, as nominal_axes(); a row of zeros: not known.
+  SensitivityMatrix nominal_axes;
   FieldDescription field;  ///< in_table: where it is expected; else along the table's normal
   Positioner positioner;
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
@@ -112,7 +114,6 @@ class PoseModel {
                                                      const Eigen::Vector3d& start) const;
 
   PoseModelSetup setup_;
-  SensitivityMatrix nominal_axes_;           // m x 3, rows of 0 and 1
   std::vector<Eigen::Vector3d> directions_;  // that the field may have in the table, about
 };
 

@@ -23,7 +23,7 @@ namespace axiscal {
 
 /// What a guided session is about.
 struct SessionSetup {
-  Experiment experiment;
+  Experiment experiment;           ///< of several instruments in one cube: see assembled()
   std::vector<RunSheetRow> sheet;  ///< the points in the order in which they are asked for
   StillnessOptions stillness;
   /// How long each reading is taken [s]; nothing: as long as the noise asks for, see reading_u.
@@ -36,7 +36,9 @@ struct SessionSetup {
   /// Nobody answers: at the end what looks wrong is asked for again, twice at most.
   bool unattended = false;
   bool keep_raw = false;  ///< raw samples go to the journal too
-  std::string temperature_channel = "temperature";
+  /// Channel of the temperature, or of each axis's own sensor; where none of that name comes,
+  /// AXIS_temperature of all axes.
+  std::vector<std::string> temperature_channels = {"temperature"};
   double soak_window_s = 300.0;    ///< how far back to look, as soak_state()
   double soak_tolerance = 0.1;     ///< largest change of the output in that time
   double placement_sd_rad = 3e-5;  ///< how well a seat is taken again
@@ -110,7 +112,7 @@ struct CapturedReading {
   std::size_t samples = 0;
   double start_s = 0.0;  ///< since 1970, UTC; of a recording by its own clock
   double end_s = 0.0;
-  std::optional<double> temperature;
+  std::optional<SensorTemperature> temperature;
 };
 
 /// A point to be done.
@@ -209,8 +211,9 @@ class Session {
   [[nodiscard]] Observations observations() const;
   [[nodiscard]] const std::vector<CapturedReading>& readings() const;
 
-  /// @return the calibration at the end; nothing where it was refused with an error, see view().
-  [[nodiscard]] const std::optional<Calibration>& calibration() const;
+  /// @return the calibration at the end, of several instruments one each; none where it was refused
+  ///         with an error, see view().
+  [[nodiscard]] const std::vector<Calibration>& calibrations() const;
 
  private:
   class Engine;

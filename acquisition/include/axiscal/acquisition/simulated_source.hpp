@@ -63,7 +63,7 @@ class SimulatedSource final : public Source {
  private:
   void sample(SampleBatch& batch);
   void start_moving(const DesignPoint& point);
-  void draw_instrument(double sensitivity, const std::vector<std::optional<int>>& nominal);
+  void draw_instrument(double sensitivity, const SensitivityMatrix& nominal);
 
   std::string name_;
   SimulationSetup setup_;

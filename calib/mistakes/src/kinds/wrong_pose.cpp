@@ -19,10 +19,10 @@ constexpr std::array wrong_pose_advice = {MistakeAdvice{
 constexpr double repeated_point = 5.0;
 
 // "rest -Y instead of +Y", "fence -Z instead of +Z, turned round".
-std::string pose_words(const DesignPoint& stated, const DesignPoint& point) {
+std::string pose_words(const DesignPoint& stated, const DesignPoint& point, bool has_fence) {
   const auto face = [](Face f) { return std::string(face_name(f)); };
   const bool same_rest = stated.rest() == point.rest();
-  const bool same_fence = stated.fence() == point.fence();
+  const bool same_fence = !has_fence || stated.fence() == point.fence();
   if (same_fence) {
     return formatted("rest {} instead of {}{}", face(point.rest()), face(stated.rest()),
                      axis_of(point.rest()) == axis_of(stated.rest()) ? " (upside down)" : "");
@@ -46,7 +46,14 @@ void explain_by_pose(const SuspectRun& run, std::size_t i, Explanations& found) 
   // Those poses are fitted that the other readings say are near.
   std::vector<std::pair<double, DesignPoint>> poses;
   for (const DesignEntry& entry : standard_design(24)) {
-    if (entry.point == stated) {
+    // Without fence faces all points on one face are the same.
+    const bool is_same = run.set().has_fence
+                             ? entry.point == stated
+                             : entry.point.rest() == stated.rest() ||
+                                   std::any_of(poses.begin(), poses.end(), [&](const auto& pose) {
+                                     return pose.second.rest() == entry.point.rest();
+                                   });
+    if (is_same) {
       continue;
     }
     ReadingSet moved = one_reading(run.set(), i);
@@ -68,21 +75,23 @@ void explain_by_pose(const SuspectRun& run, std::size_t i, Explanations& found) 
     set.rotation_sensor_from_table[i] = run.set().orientation(point);
     Correction correction = about(run, WarningCode::wrong_pose, {i});
     correction.points = {{run.run_of(i), point}};
-    const bool is_odd =
-        std::any_of(run.set().readings.begin(), run.set().readings.end(),
-                    [&](const Reading& reading) {
-                      return reading.block == run.set().readings[i].block && reading.point == point;
-                    }) ||
-        std::none_of(run.set().readings.begin(), run.set().readings.end(),
-                     [&](const Reading& reading) {
-                       return reading.block == run.set().readings[i].block &&
-                              reading.point == point.turned_round();
-                     });
+    const bool is_odd = run.set().has_fence &&
+                        (std::any_of(run.set().readings.begin(), run.set().readings.end(),
+                                     [&](const Reading& reading) {
+                                       return reading.block == run.set().readings[i].block &&
+                                              reading.point == point;
+                                     }) ||
+                         std::none_of(run.set().readings.begin(), run.set().readings.end(),
+                                      [&](const Reading& reading) {
+                                        return reading.block == run.set().readings[i].block &&
+                                               reading.point == point.turned_round();
+                                      }));
     // On a level table the fence face shows little; the point that the run lacks, whose opposite
     // is there, is likelier.
-    const double alternatives = (is_odd ? 23.0 * repeated_point : 23.0);
+    const double alternatives =
+        !run.set().has_fence ? 5.0 : (is_odd ? 23.0 * repeated_point : 23.0);
     found.add(run.fitter().fit(set), {}, alternatives * static_cast<double>(run.n()),
-              std::move(correction), "as " + pose_words(stated, point));
+              std::move(correction), "as " + pose_words(stated, point, run.set().has_fence));
   }
 }
 

@@ -60,7 +60,7 @@ class JsonValue {
   void allow_keys(std::span<const std::string_view> keys) const;
 
   /// Checks `format` and `version` (only 1 is known).
-  void require_format(std::string_view format) const;
+  void require_format(std::string_view format, int last_version = 1) const;
 
   /// Runs a check of this value; a DomainError of it becomes this value's complaint.
   void check(const std::function<void()>& check_value) const;

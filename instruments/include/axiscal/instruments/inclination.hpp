@@ -44,6 +44,19 @@ struct Inclination {
                                                  double magnitude,
                                                  const InclinationOptions& options = {}) noexcept;
 
+/// How an instrument lies whose attitude is stated, as by a dividing head: turned by its heading,
+/// then nose up by its pitch, then right side down by its roll.
+///
+/// @param heading_rad  of its x axis, clockwise from the y axis of the level frame.
+/// @return the rotation to its frame from the level one, z up; inclination_from_field() gives the
+///         same pitch and roll back.
+/// @par Source
+/// method.md, section 7.
+[[nodiscard]] Eigen::Matrix3d rotation_sensor_from_level(double pitch_rad,
+                                                         double roll_rad,
+                                                         double heading_rad,
+                                                         AxisConvention convention);
+
 /// An angle and whether the arcsine's argument had to be clamped.
 struct AxisElevation {
   double angle_rad = 0.0;  ///< how far the axis points above the horizontal, -pi/2 to pi/2

@@ -41,6 +41,14 @@ struct ReducedUncertainty : UncertaintyOfResults {
   UncertaintyOfResults expanded;  ///< half widths of intervals of the stated probability
 };
 
+/// @param field  that is read [field unit of the record].
+/// @return how a reading changes with the calibration's parameters, m x p, in the order of their
+///         names.
+/// @throws DomainError  if the record has no statistics.
+[[nodiscard]] Eigen::MatrixXd change_with_parameters(const Calibration& calibration,
+                                                     const Eigen::Vector3d& field,
+                                                     const ReadingContext& context);
+
 /// Propagates a calibration's uncertainty and a reading's own to field components and what is
 /// derived from them, in whatever attitude they were read (method.md, section 8).
 ///
@@ -91,12 +99,14 @@ class ReadingPropagation {
     Eigen::RowVectorXd by_parameters;
     double reading_variance = 0.0;
   };
-  [[nodiscard]] LengthChange length_change(std::span<const double> readings,
-                                           std::optional<double> temperature = {}) const;
+  [[nodiscard]] LengthChange length_change(
+      std::span<const double> readings,
+      const std::optional<SensorTemperature>& temperature = {}) const;
 
   /// Covariance of the field's components [field unit squared].
-  [[nodiscard]] Eigen::Matrix3d field_covariance(std::span<const double> readings,
-                                                 std::optional<double> temperature = {}) const;
+  [[nodiscard]] Eigen::Matrix3d field_covariance(
+      std::span<const double> readings,
+      const std::optional<SensorTemperature>& temperature = {}) const;
 
   /// Of one axis where there are fewer than three; what lies across it is not known, up to F.
   struct Axis {
@@ -106,17 +116,18 @@ class ReadingPropagation {
   };
   [[nodiscard]] Axis at_axis(std::size_t axis,
                              double reading,
-                             std::optional<double> temperature = {}) const;
+                             const std::optional<SensorTemperature>& temperature = {}) const;
 
  private:
   friend class AttitudeBudgetMaker;
 
-  // dv / d(parameters), m x p, for a field in the record's unit.
   [[nodiscard]] Eigen::MatrixXd change_with_parameters(const Eigen::Vector3d& field,
-                                                       const ReadingContext& context) const;
+                                                       const ReadingContext& context) const {
+    return axiscal::change_with_parameters(calibration_, field, context);
+  }
   // Of the readings as such; not of the calibration.
-  [[nodiscard]] Eigen::VectorXd reading_variance(const Eigen::Vector3d& field,
-                                                 std::optional<double> temperature) const;
+  [[nodiscard]] Eigen::VectorXd reading_variance(
+      const Eigen::Vector3d& field, const std::optional<SensorTemperature>& temperature) const;
   [[nodiscard]] Eigen::MatrixXd change_with_readings(std::span<const double> readings,
                                                      const ReadingContext& context,
                                                      const Eigen::VectorXd& step) const;

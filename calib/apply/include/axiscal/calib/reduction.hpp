@@ -61,6 +61,11 @@ struct FieldConversion {
 /// @param conversion  as field_conversion(); its magnitude becomes the record's.
 [[nodiscard]] Calibration converted(Calibration calibration, const FieldConversion& conversion);
 
+/// The same calibration in the frame of the assembly that it was calibrated in, so that several
+/// instruments answer alike, a mirrored one of an H frame among them; as it is where the record
+/// states none.
+[[nodiscard]] Calibration in_assembly_frame(Calibration calibration);
+
 /// What is known beside the readings of an instrument.
 struct ReadingContext {
   /// Specific force at rest in the sensor's frame, from an accelerometer in its frame: for
@@ -68,7 +73,7 @@ struct ReadingContext {
   std::optional<Eigen::Vector3d> up;
   /// Sensor output of a record with temperature terms; without it the calibration's reference
   /// counts.
-  std::optional<double> temperature;
+  std::optional<SensorTemperature> temperature;
   std::optional<Eigen::Matrix3d> up_covariance;  ///< for uncertainties [unit of up, squared]
 };
 
@@ -154,6 +159,11 @@ class Reducer {
   /// @return whether the record has temperature terms, so that reduce() needs a temperature.
   [[nodiscard]] bool needs_temperature() const { return temperature_.has_value(); }
 
+  /// @return whether it needs one for each axis.
+  [[nodiscard]] bool has_own_temperatures() const {
+    return temperature_ && temperature_->has_own_sensors();
+  }
+
   /// @return whether a reading is at or beyond the range of its axis.
   [[nodiscard]] bool is_saturated(double reading) const noexcept {
     return range_ && (reading <= range_->low || reading >= range_->high);
@@ -171,9 +181,10 @@ class Reducer {
   /// @param axis     0 .. m - 1.
   /// @param reading  [unit], finite.
   /// @param temperature  as reduce().
-  [[nodiscard]] ReducedAxis reduce_axis(std::size_t axis,
-                                        double reading,
-                                        std::optional<double> temperature = {}) const noexcept;
+  [[nodiscard]] ReducedAxis reduce_axis(
+      std::size_t axis,
+      double reading,
+      const std::optional<SensorTemperature>& temperature = {}) const noexcept;
 
   /// @return |S_k|, what an axis reads more in one unit of the results' field along it.
   [[nodiscard]] double sensitivity_of(std::size_t axis) const { return length_[axis]; }
@@ -194,9 +205,8 @@ class Reducer {
   /// @param first, second  readings of the two axes [unit], finite.
   /// @param temperature    as reduce().
   /// @throws DomainError  unless closes_by_magnitude().
-  [[nodiscard]] ClosedField closed_field(double first,
-                                         double second,
-                                         std::optional<double> temperature = {}) const;
+  [[nodiscard]] ClosedField closed_field(
+      double first, double second, const std::optional<SensorTemperature>& temperature = {}) const;
 
  private:
   // What is known of a sensor besides what it is.
@@ -213,15 +223,16 @@ class Reducer {
   std::vector<double> length_;            // |S_k|
   std::vector<Eigen::Vector3d> inverse_;  // columns of the pseudo-inverse of S
   [[nodiscard]] bool solve_lit(std::span<const double> readings,
-                               const std::optional<double>& temperature,
+                               const std::optional<SensorTemperature>& temperature,
                                Eigen::Vector3d& field) const noexcept;
 
   // T_s (v - b(t)) of one axis.
-  [[nodiscard]] double above_bias(std::size_t axis,
-                                  double reading,
-                                  const std::optional<double>& temperature) const noexcept;
+  [[nodiscard]] double above_bias(
+      std::size_t axis,
+      double reading,
+      const std::optional<SensorTemperature>& temperature) const noexcept;
   [[nodiscard]] bool solve_scaled(std::span<const double> readings,
-                                  const std::optional<double>& temperature,
+                                  const std::optional<SensorTemperature>& temperature,
                                   Eigen::Vector3d& field) const noexcept;
 
   bool gives_field_ = true;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,15 +24,45 @@ struct ReadingColumn {
 /// @return the columns of an instrument's axes.
 [[nodiscard]] std::vector<ReadingColumn> reading_columns(const Instrument& instrument);
 
+/// @return the columns of a record's axes in a table: their names, or SLOT.axis in a table of its
+///         whole assembly.
+[[nodiscard]] std::vector<ReadingColumn> columns_in(const CsvReader& csv,
+                                                    const Calibration& calibration);
+
+/// Where a table has what the temperature sensors of a record say: none without temperature terms,
+/// one, or one for each axis.
+using TemperaturePlaces = std::vector<std::size_t>;
+
+/// @param axes    where the readings are.
+/// @param column  of a single sensor; of a slot SLOT.column where that is there. Axes with sensors
+///                of their own have AXIS_temperature or temperature_AXIS.
+/// @throws DataError  where one is missing.
+[[nodiscard]] TemperaturePlaces temperature_places(const CsvReader& csv,
+                                                   const std::vector<ReadingColumn>& axes,
+                                                   const SensorModel& sensor,
+                                                   const std::string& column = "temperature");
+
+/// A second instrument in the same rows, on the other side of a mechanical joint of one model.
+struct JointColumns {
+  const Reducer* reducer = nullptr;  ///< in the model's axes
+  std::vector<ReadingColumn> columns;
+  /// Of the two instruments, in the model's axes; null where a record states no covariance.
+  const ReadingPropagation* uncertainty = nullptr;
+  const ReadingPropagation* own_uncertainty = nullptr;
+  double alarm_rad = 0.0;  ///< a larger angle that is not by chance (p < 0.001) is flagged `moved`
+};
+
 struct ReductionCsvOptions {
   /// An accelerometer's, for headings and second fields; null without one.
   const Reducer* attitude = nullptr;
   std::vector<ReadingColumn> attitude_columns;
-  /// Column of the sensor's temperature, for records with temperature terms.
+  /// Column of the sensor's temperature, for records with temperature terms; where each axis has a
+  /// sensor of its own AXIS_temperature or temperature_AXIS.
   std::string temperature_column = "temperature";
   /// States the uncertainty of each result; null: not. That of `attitude` beside it.
   const ReadingPropagation* uncertainty = nullptr;
   const ReadingPropagation* attitude_uncertainty = nullptr;
+  std::optional<JointColumns> joint;  ///< adds `joint_deg`, with uncertainties `u_joint_deg`
   bool expanded = false;   ///< with `uncertainty`: the expanded one and its coverage factor too
   bool strict = false;     ///< a row that cannot be reduced is an error
   bool every_row = false;  ///< hand over each row at once instead of large blocks
@@ -45,6 +76,7 @@ struct ReductionCsvSummary {
   std::size_t far_from_field = 0;         ///< rows whose |f_hat| differs from F by more than 30 %
   std::size_t extrapolated = 0;           ///< rows at temperatures outside the calibrated range
   std::size_t saturated = 0;              ///< rows with a reading at or beyond its range
+  std::size_t moved = 0;                  ///< rows in which a joint moved beyond the alarm
 };
 
 /// Reduces a table row by row (formats.md, Reduced readings), in constant memory.

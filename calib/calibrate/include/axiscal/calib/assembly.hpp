@@ -7,6 +7,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/calib/run.hpp"
 
 namespace axiscal {
 
@@ -16,13 +17,11 @@ struct SlotObservations {
   Observations observations;
 };
 
-/// Parts readings of several instruments of as many axes each.
+/// Parts the readings of several instruments.
 ///
-/// @param all    response n x (slots m): the axes of the first slot, then those of the second, ...
-/// @param slots  the slots' names.
-/// @throws DomainError  if the number of responses is no multiple of the number of slots.
-[[nodiscard]] std::vector<SlotObservations> split_by_slot(const Observations& all,
-                                                          const std::vector<std::string>& slots);
+/// @param run  its responses are the axes of the first slot, then those of the second, ...
+/// @throws DomainError  if there are no slots, or the responses are not as many as their axes.
+[[nodiscard]] std::vector<SlotObservations> split_by_slot(const Run& run);
 
 /// How the instrument of a slot sits in its positioner.
 ///
@@ -66,13 +65,29 @@ struct SlotLevelness {
 /// method.md, section 9; beyond US 7,467,536.
 [[nodiscard]] CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots);
 
+/// How the axes of one instrument are turned against those of another: each frame is the rotation
+/// that comes nearest to its axes' directions, so that what is not square in an instrument turns
+/// its frame by the least. What is not known of the cube turns both alike and is not counted.
+///
+/// @param from, to  of instruments of three axes, calibrated in one cube.
+/// @return to's frame seen from that of `from`, with its uncertainty by the scatter of both.
+/// @throws DomainError  for other than three axes.
+/// @par Source
+/// method.md, section 9.
+[[nodiscard]] SlotAlignment alignment_of(const Calibration& from, const Calibration& to);
+
 /// Calibrates several instruments from one run: each in its slot, with its mount's rotation.
 ///
-/// @param experiment  of all of them: instruments of one kind with the same axes; its slot and
-///                    mount are set for each in turn.
+/// Instruments of several kinds (Experiment::slots) have each their own field, and share cube and
+/// table: where some of them measure the table's slope and none is stated, the others, whose field
+/// is known at the site, take it as known with its standard error.
+///
+/// @param experiment  of all of them; its slot and mount, and of several kinds instrument and
+///                    field, are set for each in turn.
 /// @param slots       the readings of each.
-/// @return a calibration for each slot, with the levelness that they say together; a slot that
-///         disagrees with the others has a warning.
+/// @return a calibration for each slot, in their order, with the levelness that those in one kind
+///         of field say together, and the alignments with the others; a slot that disagrees with
+///         the others about the table has a warning.
 /// @throws SetupError, RefusedError  as calibrate(); the message starts with the slot.
 [[nodiscard]] std::vector<Calibration> calibrate_assembly(
     const Experiment& experiment, const std::vector<SlotObservations>& slots);

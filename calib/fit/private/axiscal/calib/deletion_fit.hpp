@@ -30,6 +30,19 @@ class DeletionFit {
   [[nodiscard]] std::optional<double> p_value(const std::vector<std::size_t>& readings,
                                               const Eigen::MatrixXd& contrasts) const;
 
+  /// What the others predict of a reading: for each axis its error, and the standard deviation and
+  /// degrees of freedom of such errors, the prediction's own among them.
+  struct Prediction {
+    Eigen::VectorXd error;               // m; NaN where the axis does not use the reading
+    Eigen::VectorXd sd;                  // m
+    Eigen::VectorXd degrees_of_freedom;  // m
+  };
+
+  /// @param readings  positions in the set of those that are left out together.
+  /// @return one for each; nothing where the others do not determine it.
+  [[nodiscard]] std::optional<std::vector<Prediction>> predictions(
+      const std::vector<std::size_t>& readings) const;
+
  private:
   struct Axis {
     Eigen::MatrixXd J;  // n x c, weighted; the columns of other axes are left out
@@ -44,6 +57,12 @@ class DeletionFit {
   // Where the columns of an axis's J stand among all.
   [[nodiscard]] std::vector<Eigen::Index> places_of(Eigen::Index axis) const;
   [[nodiscard]] std::optional<Others> without(const std::vector<std::size_t>& readings) const;
+
+  // Readings of an axis as the others see them: not weighted.
+  struct LeftOut;
+  [[nodiscard]] LeftOut left_out(const std::vector<std::size_t>& readings,
+                                 const Others& others,
+                                 Eigen::Index axis) const;
 
   const ReadingSet& set_;
   Eigen::MatrixXd root_weights_;

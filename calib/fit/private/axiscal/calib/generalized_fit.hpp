@@ -32,6 +32,7 @@ namespace axiscal {
 /// them; for tests of single readings, which know nothing of shared errors.
 ///
 /// @param set  the readings that were fitted.
+/// @param of   the readings whose part is taken off: those, or others in their terms.
 /// @return nothing where no input is uncertain, or the readings do not tell.
 /// @par Source
 /// method.md, section 5; Robinson, Statistical Science 6 (1991) 15-32 (best linear unbiased
@@ -39,7 +40,8 @@ namespace axiscal {
 [[nodiscard]] std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
                                                               const ReadingSet& set,
                                                               Method method,
-                                                              const Estimate& estimate);
+                                                              const Estimate& estimate,
+                                                              const ReadingSet& of);
 
 /// Columns f_k^2, the field along each axis, added to the fit with all its shared errors: an F test
 /// of nested models.

@@ -22,7 +22,7 @@ using AxisMask = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>;
 /// scale and field is linear in the changes of its factors: columns d^j (S f) beside scale(t) f.
 struct TemperatureTerms {
   int order = 0;
-  Eigen::VectorXd d;        // n: t - reference
+  Eigen::MatrixXd d;        // n x m: t - reference, of the sensor that counts for an axis
   std::vector<int> soak;    // n: number of the soak level; empty where temperatures are continuous
   Eigen::MatrixXd scale;    // m x order: what is known of c
   SensitivityMatrix along;  // m x 3: S as far as known; at first the main axis alone [P]
@@ -46,6 +46,7 @@ struct ReadingSet {
   std::vector<Eigen::Vector3d> also_in_table;
   Eigen::VectorXd noise_ratio;  // m: stated; empty where it is not known
   bool robust = false;
+  bool has_fence = true;  // as Observations::has_fence
   Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  // of a transfer, as seen_directions()
   // Of one-sided axes under several lights: which of the parts each axis sees at each reading, n x
   // m for each part; empty where what one sees all see.

@@ -35,8 +35,13 @@ class ReadingSource {
   [[nodiscard]] ReadingSet set(const std::vector<FieldDescription>& parts,
                                const AxisMask& seen) const;
 
+  /// The readings that are kept out of the fit to confirm it, in the terms of the set that was
+  /// fitted: weighed as its readings are, with its temperature terms and its run's effects. A
+  /// block that it does not know is taken as the mean of those it knows.
+  [[nodiscard]] ReadingSet kept_out(const ReadingSet& fitted) const;
+
   /// From now on set() has temperature terms of this order.
-  /// @param reference  t0; nothing: the mean of the readings that are used.
+  /// @param reference  t0, of every sensor; nothing: the mean of the readings that are used.
   void set_temperature(int order, std::optional<double> reference);
 
   /// From now on set() has these effects of the run; blocks only without temperature terms, which
@@ -52,8 +57,8 @@ class ReadingSource {
   /// How the mounts are turned in all.
   [[nodiscard]] const std::map<int, Eigen::Matrix3d>& mount_turns() const { return mount_turns_; }
 
-  /// Reference and range of the readings that are used; no terms.
-  [[nodiscard]] TemperatureResponse temperature_range() const;
+  /// What the readings that are used saw of the temperature sensors, as TemperatureResponse.
+  [[nodiscard]] const std::vector<TemperatureSpan>& temperature_spans() const { return spans_; }
 
   /// How the instrument lies: rotation_sensor_from_table.
   [[nodiscard]] Eigen::Matrix3d rotation(const Reading& reading) const;
@@ -78,6 +83,8 @@ class ReadingSource {
                                                 const TableField& field) const;
 
  private:
+  void put_readings(const std::vector<std::size_t>& rows, ReadingSet& set) const;
+  void put_temperature(ReadingSet& set) const;
   void find_also();
   void find_rows();
   void find_range();
@@ -88,6 +95,7 @@ class ReadingSource {
   bool by_field_;
   Eigen::MatrixXd weights_;
   std::vector<std::size_t> rows_;
+  std::vector<std::size_t> rows_kept_out_;
   std::vector<FieldDescription> also_;
   std::vector<int> blocks_;  // those of the readings used, where each has its own levelness
   AxisMask in_range_;
@@ -95,7 +103,7 @@ class ReadingSource {
   int temperature_order_ = 0;
   EffectSetup effects_;
   std::map<int, Eigen::Matrix3d> mount_turns_;
-  TemperatureResponse temperature_;  // reference and range
+  std::vector<TemperatureSpan> spans_;  // of one temperature sensor, or of each axis's own
 };
 
 }  // namespace axiscal

@@ -51,6 +51,14 @@ inline constexpr int fewest_readings_of_block = 6;
                                      const Eigen::MatrixXd& weights,
                                      EffectSetup setup);
 
+/// The columns of readings that are not of the run, in the terms of those that are: its drift goes
+/// on, and a block that it does not know is as the mean of those it knows.
+/// @param run     the readings of the run, which the effects are of.
+/// @return as RunEffects::columns, for `others`.
+[[nodiscard]] Eigen::MatrixXd effects_at(const RunEffects& effects,
+                                         const std::vector<Reading>& run,
+                                         const std::vector<Reading>& others);
+
 /// When readings were taken, from -1/2 to 1/2: by their times where all have one, else by their
 /// order; n.
 [[nodiscard]] Eigen::VectorXd progress_of_run(const std::vector<Reading>& readings);

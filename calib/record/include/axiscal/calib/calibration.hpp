@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "axiscal/calib/calibration_fit.hpp"
+#include "axiscal/calib/confirmation.hpp"
 #include "axiscal/calib/correction.hpp"
 #include "axiscal/calib/note_code.hpp"
 #include "axiscal/calib/sensor_model.hpp"
@@ -24,7 +25,8 @@ struct CalibrationWarning {
 /// What a calibration says of itself: whether it holds, and what to look at.
 struct Findings {
   CalibrationStatus status = CalibrationStatus::ok;
-  std::optional<Verdict> verdict;  ///< where limits were applied
+  std::optional<Verdict> verdict;            ///< where limits were applied
+  std::optional<Confirmation> confirmation;  ///< where readings were kept out of the fit for it
   std::vector<CalibrationWarning> warnings;
   std::optional<Correction> suggestion;  ///< what would mend the run, where a mistake was found
   std::vector<Correction> corrections;   ///< that were made on request; points, levels, responses

@@ -10,6 +10,7 @@
 #include "axiscal/calib/choices.hpp"
 #include "axiscal/calib/fit_statistics.hpp"
 #include "axiscal/calib/levelness.hpp"
+#include "axiscal/calib/sensor_temperature.hpp"
 #include "axiscal/calib/uncertainty_budget.hpp"
 #include "axiscal/field/field_level.hpp"
 #include "axiscal/instruments/polar_form.hpp"
@@ -23,7 +24,7 @@ struct ReadingResidual {
   std::optional<DesignPoint> point;
   std::optional<FieldLevel> level;
   std::optional<int> block;
-  std::optional<double> temperature;
+  std::optional<SensorTemperature> temperature;
   Eigen::VectorXd response;  ///< response less the fit, m entries [unit]
   double magnitude = 0.0;    ///< |f_hat| - F [field unit]; NaN for m < 3
   bool used = true;          ///< false: left out of the fit
@@ -63,6 +64,24 @@ struct CompanionAlignment {
   Alignment alignment;
 };
 
+/// How the frames of two instruments of one assembly are turned against each other.
+struct SlotAlignment {
+  std::string slot;  ///< of the other instrument
+  Eigen::Matrix3d rotation_other_from_sensor = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d u_rad = Eigen::Vector3d::Zero();  ///< standard uncertainty about its x, y, z
+};
+
+/// The field's size as the calibrated instrument reads it in all orientations, which asks nothing
+/// of how it lay: a type A check of what is stated of cube and table.
+struct FieldSizeCheck {
+  int orientations = 0;           ///< readings of it
+  double relative_sd = 0.0;       ///< scatter of |f_hat| / F, what the fit took from it put back
+  double by_noise = 0.0;          ///< what the readings' scatter explains of it, relative
+  double by_inputs = 0.0;         ///< what the stated uncertainties of cube and table explain
+  double degrees_of_freedom = 0;  ///< of the scatter
+  double p_value = 1.0;           ///< that so much or more comes of both
+};
+
 /// How a sensor's coefficients were found, and how well.
 struct CalibrationFit {
   std::optional<Method> method;  ///< nothing where another software did it
@@ -79,6 +98,8 @@ struct CalibrationFit {
   /// Method turns: the attitude error after each turn [rad], in the sensor's frame before it.
   std::vector<Eigen::Vector3d> turn_errors_rad;
   std::optional<CompanionAlignment> alignment;  ///< with an instrument recorded together
+  std::vector<SlotAlignment> slot_alignments;   ///< with the other instruments of its assembly
+  std::optional<FieldSizeCheck> field_size;     ///< where three axes met the field by design points
   std::optional<Levelness> levelness;
   std::vector<ReadingResidual> residuals;
 };

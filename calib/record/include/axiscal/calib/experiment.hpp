@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/face_names.hpp"
 #include "axiscal/calib/process_scatter.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/field/field_setup.hpp"
@@ -39,9 +40,16 @@ struct StatedUncertainties {
   double temperature_u = 0.0;  ///< how well the temperature output is known [its unit]
 };
 
+/// What is one instrument's own where instruments of several kinds share a run.
+struct SlotSetup {
+  std::string slot;
+  Instrument instrument;
+  FieldSetup field;
+};
+
 /// All that is not a reading.
 struct Experiment {
-  Instrument instrument;
+  Instrument instrument;  ///< of all slots, where `slots` states none
   FieldSetup field;
   std::vector<FieldSetup> also;  ///< second fields that it answers to, known in the table
   TablePlace table;              ///< where the table stands, how it lies, and when
@@ -49,7 +57,9 @@ struct Experiment {
   /// show against it. Not stated: see expected_sensitivity().
   std::optional<double> nominal_sensitivity;
   Positioner positioner;
-  std::string slot;  ///< where in an assembly the instrument sits; may be empty
+  std::string slot;              ///< where in an assembly the instrument sits; may be empty
+  std::vector<SlotSetup> slots;  ///< instruments of several kinds in one assembly
+  FaceNames face_names;          ///< words that the columns rest and fence have for faces
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();  ///< its mount
   std::optional<Method> method;                      ///< default: see choose_method()
   std::optional<Weighting> weighting;                ///< default: samples where they are known
@@ -84,6 +94,7 @@ struct Experiment {
 /// States the field that the kind of instrument is usually calibrated in, where none is stated:
 /// gravity for accelerometers and inclinometers.
 void take_usual_field(Experiment& experiment);
+void take_usual_field(const Instrument& instrument, FieldSetup& field);
 
 /// The field of an experiment before anything is measured, part by part: resolve_field() at its
 /// table.

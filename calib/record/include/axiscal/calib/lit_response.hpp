@@ -21,6 +21,6 @@ namespace axiscal {
                                               const TableField& field,
                                               const FieldLevel& level,
                                               const Eigen::Matrix3d& rotation_sensor_from_table,
-                                              std::optional<double> temperature);
+                                              const std::optional<SensorTemperature>& temperature);
 
 }  // namespace axiscal

@@ -7,10 +7,18 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/calib/sensor_temperature.hpp"
 #include "axiscal/field/field_level.hpp"
 #include "axiscal/positioner/design_point.hpp"
 
 namespace axiscal {
+
+/// How an instrument was held, as a dividing head, a sine plate or a tumble fixture says it.
+struct StatedAttitude {
+  double pitch_rad = 0.0;             ///< nose up is positive
+  double roll_rad = 0.0;              ///< right side down is positive
+  std::optional<double> heading_rad;  ///< clockwise from north; a vertical field does without
+};
 
 /// What is known of one reading besides its responses.
 struct Reading {
@@ -19,9 +27,11 @@ struct Reading {
   int mount = 1;                                   ///< how often the instrument was mounted anew
   std::optional<DesignPoint> point;                ///< how the cube lay
   FieldLevel level;                                ///< multiple of the induced field
-  std::optional<double> temperature;               ///< temperature sensor output, any unit
+  std::optional<SensorTemperature> temperature;    ///< what temperature sensors said, any unit
   std::optional<double> time_s;                    ///< when it was taken [s]
   std::optional<Eigen::Vector3d> field_in_sensor;  ///< instead of a design point [field unit]
+  std::optional<StatedAttitude> attitude;          ///< instead of either
+  bool confirm = false;                            ///< kept out of the fit, which is judged by it
 };
 
 /// The readings of one run: n readings of an instrument with m axes.
@@ -34,6 +44,9 @@ struct Observations {
   std::optional<Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>> saturated;
   bool has_block = false;  ///< whether blocks, levels were stated
   bool has_level = false;
+  /// Whether the fence faces were stated; else those of the points mean nothing, and the table must
+  /// be level.
+  bool has_fence = true;
 
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(readings.size()); }
 };

@@ -10,6 +10,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/face_names.hpp"
 #include "axiscal/calib/observations.hpp"
 
 namespace axiscal {
@@ -26,13 +27,23 @@ struct Run {
   /// Where the columns are SLOT.axis: the slots in the columns' order; the responses are those of
   /// the first slot's axes, then the second's, ...
   std::vector<std::string> slots;
+  /// The axes of each slot where they are not the same in all; else empty.
+  std::vector<std::vector<std::string>> axes_of_slots;
   std::vector<std::string> ignored_columns;  ///< columns that nothing was done with
+};
+
+/// The columns of one instrument among several, each with SLOT. before it.
+struct SlotColumns {
+  std::string slot;
+  std::vector<std::string> axes;
 };
 
 /// Which columns a table of observations must have.
 struct ObservationColumns {
   /// The response columns; where the first is missing, SLOT.axis of one slot or more.
   std::vector<std::string> axes = {"x", "y", "z"};
+  std::vector<SlotColumns> slots;             ///< stated; `axes` then counts for nothing
+  FaceNames face_names;                       ///< words that stand for faces
   std::vector<DifferentialAxis> differences;  ///< axes that are the difference of two columns
   std::optional<ReadingRange> range;          ///< each of their columns'
   bool needs_labels = false;                  ///< `rest` and `fence`, even where the field is given

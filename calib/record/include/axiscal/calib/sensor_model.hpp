@@ -45,23 +45,26 @@ struct SensorModel {
   LinearResponse response;  ///< the coefficients; over temperature at its reference
   std::optional<TemperatureResponse> temperature;  ///< where it was modelled
   std::vector<AlsoResponse> also;                  ///< one for each second field
+  /// How it sits in the cube or assembly that it was calibrated in; where that is stated.
+  std::optional<Eigen::Matrix3d> rotation_sensor_from_assembly;
 };
 
 /// The reading that a sensor gives.
 ///
 /// @param field_in_sensor  f [field unit].
-/// @param temperature      of the sensor; without one the reference counts.
+/// @param temperature      what its temperature sensors say; without it the reference counts.
 /// @return v, m entries [unit]; without second fields.
 [[nodiscard]] Eigen::VectorXd response_at(const SensorModel& sensor,
                                           const Eigen::Vector3d& field_in_sensor,
-                                          std::optional<double> temperature);
+                                          const std::optional<SensorTemperature>& temperature);
 
 /// The way back: what would have been read at the reference temperature.
 /// @param readings     v, m entries [unit].
 /// @param temperature  at which they were taken; without one, or without terms, they stay.
-[[nodiscard]] Eigen::VectorXd reading_at_reference(const SensorModel& sensor,
-                                                   Eigen::VectorXd readings,
-                                                   std::optional<double> temperature);
+[[nodiscard]] Eigen::VectorXd reading_at_reference(
+    const SensorModel& sensor,
+    Eigen::VectorXd readings,
+    const std::optional<SensorTemperature>& temperature);
 
 /// @param name  "x.bias", "x.sensitivity.y", "z.scale.d2", ...
 /// @throws DomainError  for a name that is none of the sensor's.

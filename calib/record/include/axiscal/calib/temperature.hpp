@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "axiscal/core/version.hpp"
+#include "axiscal/calib/sensor_temperature.hpp"
 
 namespace axiscal {
 
@@ -17,22 +19,39 @@ struct TemperatureOrderTrial {
   double lack_of_fit_p_value = 0.0;  ///< smallest of the axes'; NaN where not testable
 };
 
-/// Bias and scale of m axes over the temperature sensor's output t, d = t - reference:
+/// What a calibration saw of a temperature sensor's output t [its unit].
+struct TemperatureSpan {
+  double reference = 0.0;  ///< t0, at which the coefficients are stated
+  double low = 0.0;        ///< lowest and highest t
+  double high = 0.0;
+
+  friend bool operator==(const TemperatureSpan&, const TemperatureSpan&) = default;
+};
+
+/// Bias and scale of m axes over the temperature sensor's output t, d = t - reference, or each axis
+/// over that of a sensor of its own, d_k = t_k - reference_k:
 ///
-///     bias_k(t) = b_k + bias(k, 0) d + bias(k, 1) d^2 + ...,  scale_k(t) = 1 + scale(k, 0) d + ...
+///     bias_k(t) = b_k + bias(k, 0) d + bias(k, 1) d^2 + ...,  scale_k(t) = 1 + scale(k, 0) d + ..
 ///     v_k = bias_k(t) + scale_k(t) sum_j S_kj f_j
 ///
 /// @par Source
 /// method.md, section 6; US 7,467,536.
 struct TemperatureResponse {
-  double reference = 0.0;  ///< t0 [unit of the temperature output]
-  double low = 0.0;        ///< lowest and highest t of the calibration
-  double high = 0.0;
-  Eigen::MatrixXd bias;     ///< m x order [unit of the readings per power of t]
-  Eigen::MatrixXd scale;    ///< m x order [1 per power of t]
-  Eigen::MatrixXd bias_se;  ///< standard errors; NaN where unknown
+  std::vector<TemperatureSpan> spans = {{}};  ///< one for all axes, or one for each: m
+  Eigen::MatrixXd bias;                       ///< m x order [unit of the readings per power of t]
+  Eigen::MatrixXd scale;                      ///< m x order [1 per power of t]
+  Eigen::MatrixXd bias_se;                    ///< standard errors; NaN where unknown
   Eigen::MatrixXd scale_se;
   std::vector<TemperatureOrderTrial> trials;  ///< where the order was chosen; else empty
+
+  [[nodiscard]] bool has_own_sensors() const { return spans.size() > 1; }
+
+  [[nodiscard]] const TemperatureSpan& span_of(Eigen::Index axis) const {
+    return spans[spans.size() == 1 ? 0 : static_cast<std::size_t>(axis)];
+  }
+
+  /// @return the outputs at which the coefficients are stated.
+  [[nodiscard]] SensorTemperature reference() const;
 
   /// @return bias_k(t) - b_k.
   [[nodiscard]] double bias_shift(Eigen::Index axis, double t) const;
@@ -52,9 +71,16 @@ struct TemperatureResponse {
     return (reading - at_reference - bias_shift(axis, t)) / scale_at(axis, t);
   }
 
-  /// @return whether t lies outside what was calibrated.
-  [[nodiscard]] bool is_extrapolated(double t) const { return t < low || t > high; }
+  /// @return whether an output lies outside what was calibrated.
+  [[nodiscard]] bool is_extrapolated(const SensorTemperature& t) const;
 };
+
+/// @return "25", or where each axis has a sensor of its own "x 25, y 26.1, z 24.8".
+/// @param axes  the axes' names.
+/// @param text  of one of the spans.
+[[nodiscard]] std::string span_text(const TemperatureResponse& temperature,
+                                    const std::vector<std::string>& axes,
+                                    const std::function<std::string(const TemperatureSpan&)>& text);
 
 /// Finds the soak levels in temperatures that were held: groups that are much narrower than the
 /// gaps between them.

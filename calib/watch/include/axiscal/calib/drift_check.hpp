@@ -61,7 +61,7 @@ struct DriftCheck {
 /// @throws DomainError  if the axes are not the same, or one states no covariance.
 [[nodiscard]] DriftCheck check_biases(const Calibration& old,
                                       const Calibration& fresh,
-                                      std::optional<double> temperature,
+                                      const std::optional<SensorTemperature>& temperature,
                                       double alpha = 0.01);
 
 /// Readings that were taken at some temperature, as a calibration with temperature terms expects

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/observations.hpp"
+#include "axiscal/calib/run.hpp"
+
+// A session of several instruments in one cube is that of one instrument with all their axes,
+// called SLOT.axis: one pose check sees what each of them says.
+namespace axiscal {
+
+/// @param experiment  of one of them; its positioner has the slots' mounts.
+/// @param slots       two or more.
+/// @return the experiment of all: its instrument's axes are those of each slot.
+[[nodiscard]] Experiment assembled(Experiment experiment, const std::vector<std::string>& slots);
+
+/// @return the slots of an assembled instrument with their axes; none for a single instrument.
+[[nodiscard]] std::vector<SlotColumns> slots_of(const Instrument& instrument);
+
+/// @return what each axis is meant to sense in the frame in which the experiment's mount turns, m x
+///         3: a component, or of a slot that component turned by the slot's mount; a row of zeros
+///         where nothing tells.
+[[nodiscard]] SensitivityMatrix nominal_axes(const Experiment& experiment);
+
+/// Calibrates what a session took: one instrument, or each slot of an assembled one.
+/// @throws SetupError, RefusedError  as calibrate(), calibrate_assembly().
+[[nodiscard]] std::vector<Calibration> calibrate_session(const Experiment& experiment,
+                                                         const Observations& observations);
+
+}  // namespace axiscal

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/observations.hpp"
+#include "axiscal/core/csv_reader.hpp"
+
+namespace axiscal {
+
+/// How a sensor sits in the model or vehicle whose angles are wanted, with what is known of it.
+///
+/// An error of the calibration turns what the references said and what is read later alike, so that
+/// it partly cancels: the rotation's own part of it, -K dtheta, is kept with its sign.
+///
+/// @par Source
+/// method.md, section 10.
+struct BodyRotation {
+  Eigen::Matrix3d rotation_model_from_sensor = Eigen::Matrix3d::Identity();
+  /// Of the rotation's error about the model's axes [rad^2], all of it.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  /// Of it what the references and the readings of them make, without the calibration.
+  Eigen::Matrix3d covariance_of_references = Eigen::Matrix3d::Zero();
+  double degrees_of_freedom = 0.0;  ///< of that; infinite where it is stated, not seen
+  /// K, 3 x p: how the rotation turns with the calibration's parameters [rad per unit of each].
+  Eigen::MatrixXd by_parameters;
+  std::vector<std::string> parameter_names;  ///< p
+  int readings = 0;                          ///< of the references
+  double residual_sd_rad = 0.0;              ///< scatter of a direction about the references
+  std::string created;                       ///< ISO 8601, UTC
+  std::string record;         ///< file of the calibration that it was made with; may be empty
+  std::string record_sha256;  ///< of that file; empty where it is not known
+  double tare_rad = 0.0;      ///< by how much a tare turned it; 0 without one
+};
+
+/// One reading at a reference: an attitude of the model, or one of its faces on a table.
+struct ReferenceReading {
+  int row = 0;  ///< where it stands in its file, for messages
+  Eigen::VectorXd readings;
+  std::optional<SensorTemperature> temperature;
+  std::optional<StatedAttitude> attitude;  ///< of the model; its heading is not looked at
+  std::optional<Face> flat;                ///< the face that lies on the table, in some heading
+};
+
+struct BodyOptions {
+  /// Standard uncertainty of the references' directions [rad]; not stated: as they scatter.
+  std::optional<double> reference_u_rad;
+};
+
+/// Reads references from a table: the record's axes (or SLOT.axis), `pitch_deg` and `roll_deg` or
+/// `flat`, the name of a face; without either all are at pitch and roll 0, as a tare's.
+///
+/// @throws DataError  as read_observations(); for a row that is at both or at neither.
+[[nodiscard]] std::vector<ReferenceReading> read_references(CsvReader& csv,
+                                                            const Calibration& calibration);
+
+/// Finds how a sensor sits in its model, by readings at references: sum |u_i - R f_i|^2 is least.
+///
+/// A face on a table, in several headings evenly around, says where its normal points, whatever the
+/// table's slope; at least two.
+///
+/// @param calibration  of gravity, three axes or more.
+/// @throws RefusedError  if the references leave a turn open (it is named), their number is too
+///                       small to see their scatter, or they contradict each other.
+/// @throws DomainError   for another calibration, or readings of other than its axes.
+/// @par Source
+/// Wahba, SIAM Review 7 (1965) 409; method.md, section 10.
+[[nodiscard]] BodyRotation find_body_rotation(const Calibration& calibration,
+                                              const std::vector<ReferenceReading>& references,
+                                              const BodyOptions& options = {});
+
+/// The rotation turned by the least so that readings in one attitude of the model say it.
+///
+/// It sets two angles; the turn about the vertical stays. A bias that shifted looks the same there,
+/// and is then wrong in other attitudes: two attitudes half a turn of roll apart tell them apart.
+///
+/// @param tare  one reading or more in one attitude; level where none is stated.
+/// @throws RefusedError  if it would turn by more than 0.2 rad: the model was not in that attitude.
+[[nodiscard]] BodyRotation tared(const Calibration& calibration,
+                                 BodyRotation body,
+                                 const std::vector<ReferenceReading>& tare,
+                                 const BodyOptions& options = {});
+
+/// The calibration in the model's axes: everything that is derived from it is then the model's, and
+/// its uncertainty holds the rotation's, correlated with the calibration's where the rotation was
+/// found with the same record.
+///
+/// @param same_record  whether it is the record that the rotation was found with.
+/// @throws DomainError  for other than three axes or more.
+[[nodiscard]] Calibration in_model_frame(Calibration calibration,
+                                         const BodyRotation& body,
+                                         bool same_record);
+
+/// @return the file's text (formats.md, Rotation of a body).
+[[nodiscard]] std::string body_rotation_json(const BodyRotation& body);
+
+/// @throws DataError  if the text is no such file.
+[[nodiscard]] BodyRotation parse_body_rotation(std::string_view text, const std::string& path);
+[[nodiscard]] BodyRotation read_body_rotation(const std::string& path);
+
+/// How two instruments in one model, on both sides of a mechanical joint, are turned against each
+/// other by one reading of both.
+struct JointMovement {
+  double angle_rad = 0.0;  ///< between the verticals that they say
+  double u_rad = 0.0;      ///< its standard uncertainty; NaN where a record states none
+  double p_value = 1.0;    ///< that the angle is by chance; NaN likewise
+};
+
+/// @param first, second            the fields that they say, in the model's axes.
+/// @param first_covariance, ..     theirs; none where a record states none.
+/// @par Source
+/// method.md, section 10: chi^2 of rank 2, as the turn about the vertical is never seen.
+[[nodiscard]] JointMovement joint_movement(const Eigen::Vector3d& first,
+                                           const std::optional<Eigen::Matrix3d>& first_covariance,
+                                           const Eigen::Vector3d& second,
+                                           const std::optional<Eigen::Matrix3d>& second_covariance);
+
+/// How a rotation differs from an earlier one that was found with the same calibration, whose error
+/// cancels as far as the references were the same.
+struct BodyChange {
+  Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< about the model's x, y, z
+  Eigen::Vector3d u_rad = Eigen::Vector3d::Zero();
+  double p_value = 1.0;  ///< that it is by chance
+};
+
+[[nodiscard]] BodyChange compare_rotations(const BodyRotation& before, const BodyRotation& after);
+
+}  // namespace axiscal

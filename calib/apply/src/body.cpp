@@ -1,0 +1,415 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/body.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/minimum_norm.hpp"
+#include "axiscal/calib/reading_uncertainty.hpp"
+#include "axiscal/calib/reduction.hpp"
+#include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/rotation.hpp"
+#include "axiscal/core/timestamp.hpp"
+#include "axiscal/core/units.hpp"
+#include "axiscal/field/field_kind.hpp"
+#include "axiscal/instruments/inclination.hpp"
+
+namespace axiscal {
+namespace {
+
+// A direction of the field in the model, and what readings say of it in the sensor.
+struct Direction {
+  std::vector<int> rows;
+  Eigen::Vector3d in_model;       // unit length
+  Eigen::Vector3d in_sensor;      // mean of the reduced readings, unit length
+  Eigen::MatrixXd by_parameters;  // 3 x p: how that turns with them, frame sensor
+};
+
+// Reduces readings, and says how well.
+class Directions {
+ public:
+  explicit Directions(const Calibration& calibration)
+      : calibration_(calibration), reducer_(calibration) {
+    const SensorModel& sensor = calibration.sensor;
+    if (!field_kind(sensor.field.kind).vertical || !reducer_.gives_components() ||
+        !sensor.also.empty() || !gives_field(calibration)) {
+      throw DomainError(
+          "a model's attitude is found by an instrument of three axes or more that was calibrated "
+          "against gravity, here it is " +
+          sensor.instrument.kind);
+    }
+    if (!calibration.fit.statistics || calibration.fit.statistics->covariance.size() == 0) {
+      throw DomainError("the record states no covariance of its parameters");
+    }
+    inverse_ = pseudo_inverse(sensor.response.sensitivity) / sensor.field.magnitude;
+    const Eigen::VectorXd& sd = calibration.fit.statistics->residual_sd;
+    noise_variance_ =
+        sd.allFinite() ? (inverse_ * sd.asDiagonal()).squaredNorm() / 3.0 : not_a_number;
+  }
+
+  // Variance of a direction by the noise of one reading [rad^2]; NaN where it is not known.
+  [[nodiscard]] double noise_variance() const { return noise_variance_; }
+
+  [[nodiscard]] Direction of(const ReferenceReading& reading,
+                             const Eigen::Vector3d& in_model) const {
+    const ReadingContext context{.temperature = reading.temperature};
+    const std::vector<double> values(reading.readings.begin(), reading.readings.end());
+    const Eigen::Vector3d field = reducer_.reduce(values, context).field_in_sensor;
+    if (!(field.norm() > 0.0)) {
+      throw DomainError(formatted("row {}: the readings say no direction", reading.row));
+    }
+    return {.rows = {reading.row},
+            .in_model = in_model.normalized(),
+            .in_sensor = field.normalized(),
+            .by_parameters = -inverse_ * change_with_parameters(calibration_, field, context)};
+  }
+
+ private:
+  const Calibration& calibration_;
+  Reducer reducer_;
+  Eigen::MatrixXd inverse_;  // S^-1 / F
+  double noise_variance_ = 0.0;
+};
+
+Eigen::Vector3d up_of(const StatedAttitude& attitude, AxisConvention convention) {
+  return rotation_sensor_from_level(attitude.pitch_rad, attitude.roll_rad, 0.0, convention).col(2);
+}
+
+Direction mean_of(const std::vector<Direction>& all) {
+  Direction mean = all.front();
+  mean.rows.clear();
+  mean.in_sensor.setZero();
+  mean.by_parameters.setZero();
+  for (const Direction& one : all) {
+    mean.rows.insert(mean.rows.end(), one.rows.begin(), one.rows.end());
+    mean.in_sensor += one.in_sensor;
+    mean.by_parameters += one.by_parameters / static_cast<double>(all.size());
+  }
+  mean.in_sensor.normalize();
+  return mean;
+}
+
+std::string rows_text(const std::vector<int>& rows) {
+  std::vector<std::string> names;
+  for (const int row : rows) {
+    names.push_back(std::to_string(row));
+  }
+  return (rows.size() == 1 ? "row " : "rows ") + joined(names);
+}
+
+// One direction for each attitude, and one for all headings of a face.
+std::vector<Direction> directions_of(const Calibration& calibration,
+                                     const Directions& directions,
+                                     const std::vector<ReferenceReading>& references) {
+  std::vector<Direction> all;
+  std::map<Face, std::vector<Direction>> flats;
+  for (const ReferenceReading& reading : references) {
+    if (reading.attitude) {
+      all.push_back(directions.of(
+          reading, up_of(*reading.attitude, calibration.sensor.instrument.convention)));
+    } else if (reading.flat) {
+      flats[*reading.flat].push_back(directions.of(reading, -nominal_normal(*reading.flat)));
+    } else {
+      throw DomainError(formatted("row {}: needs an attitude or a flat face", reading.row));
+    }
+  }
+  for (const auto& [face, headings] : flats) {
+    if (headings.size() < 2) {
+      throw RefusedError(formatted(
+          "face {} lies flat in one heading alone ({}): the table's slope is not known from it; "
+          "read it in another heading too, half a turn away",
+          face_name(face), rows_text(headings.front().rows)));
+    }
+    all.push_back(mean_of(headings));
+  }
+  return all;
+}
+
+std::string axis_text(const Eigen::Vector3d& axis) {
+  Eigen::Index largest = 0;
+  constexpr double nearly = 0.99;
+  if (axis.cwiseAbs().maxCoeff(&largest) > nearly) {
+    return formatted("the model's {} axis", "xyz"[largest]);
+  }
+  return formatted("the model's direction ({:.2f}, {:.2f}, {:.2f})", axis.x(), axis.y(), axis.z());
+}
+
+// sum (1 - u u^T), which says what turns the directions see.
+Eigen::Matrix3d sight_of(const std::vector<Direction>& all) {
+  Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
+  for (const Direction& one : all) {
+    M += Eigen::Matrix3d::Identity() - one.in_model * one.in_model.transpose();
+  }
+  return M;
+}
+
+void require_all_turns(const std::vector<Direction>& all) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(sight_of(all));
+  constexpr double open_below = 1e-4;  // directions that are less than a degree apart
+  if (eigen.eigenvalues()(0) > open_below * static_cast<double>(all.size())) {
+    return;
+  }
+  throw RefusedError(formatted(
+      "the references leave the turn about {} open: in all of them it is vertical; add an attitude "
+      "that is pitched or rolled by 30 degrees or more, or another face",
+      axis_text(eigen.eigenvectors().col(0))));
+}
+
+double residual_of(const Direction& one, const Eigen::Matrix3d& R) {
+  return (one.in_model - R * one.in_sensor).norm();
+}
+
+void put_total_covariance(const Calibration& calibration, BodyRotation& body) {
+  body.covariance = body.covariance_of_references + body.by_parameters *
+                                                        parameter_covariance(calibration) *
+                                                        body.by_parameters.transpose();
+}
+
+// Variance of each direction about its reference, where that is stated.
+std::vector<double> stated_variances(const std::vector<Direction>& all,
+                                     double noise_variance,
+                                     double reference_u_rad) {
+  std::vector<double> variances;
+  for (const Direction& one : all) {
+    variances.push_back(noise_variance / static_cast<double>(one.rows.size()) +
+                        reference_u_rad * reference_u_rad);
+  }
+  return variances;
+}
+
+}  // namespace
+
+BodyRotation find_body_rotation(const Calibration& calibration,
+                                const std::vector<ReferenceReading>& references,
+                                const BodyOptions& options) {
+  const Directions directions(calibration);
+  const std::vector<Direction> all = directions_of(calibration, directions, references);
+  if (all.empty()) {
+    throw RefusedError("there are no readings at references");
+  }
+  require_all_turns(all);
+  Eigen::Matrix3d profile = Eigen::Matrix3d::Zero();
+  for (const Direction& one : all) {
+    profile += one.in_model * one.in_sensor.transpose();
+  }
+  BodyRotation body{.rotation_model_from_sensor = nearest_rotation(profile),
+                    .parameter_names = calibration.fit.statistics->parameter_names,
+                    .readings = static_cast<int>(references.size()),
+                    .created = timestamp_now()};
+  const Eigen::Matrix3d& R = body.rotation_model_from_sensor;
+  const Eigen::Matrix3d inverse = sight_of(all).inverse();
+  const double dof = 2.0 * static_cast<double>(all.size()) - 3.0;
+  double squares = 0.0;
+  body.by_parameters =
+      Eigen::MatrixXd::Zero(3, static_cast<Eigen::Index>(body.parameter_names.size()));
+  for (const Direction& one : all) {
+    squares += std::pow(residual_of(one, R), 2);
+    body.by_parameters += inverse * cross_matrix(one.in_model) * R * one.by_parameters;
+  }
+  body.residual_sd_rad = std::sqrt(squares / std::max(dof, 1.0));
+  if (!options.reference_u_rad) {
+    constexpr double fewest = 2.0;
+    if (dof < fewest) {
+      throw RefusedError(
+          formatted("{} references do not show how they scatter: take three or more, or state "
+                    "their standard uncertainty (direction_u)",
+                    all.size()));
+    }
+    body.covariance_of_references = body.residual_sd_rad * body.residual_sd_rad * inverse;
+    body.degrees_of_freedom = dof;
+  } else {
+    const std::vector<double> variances =
+        stated_variances(all, directions.noise_variance(), *options.reference_u_rad);
+    Eigen::Matrix3d middle = Eigen::Matrix3d::Zero();
+    double chi_squared = 0.0;
+    std::size_t worst = 0;
+    const auto pull = [&](std::size_t i) {
+      return std::pow(residual_of(all[i], R), 2) / variances[i];
+    };
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      middle += variances[i] *
+                (Eigen::Matrix3d::Identity() - all[i].in_model * all[i].in_model.transpose());
+      chi_squared += pull(i);
+      worst = pull(i) > pull(worst) ? i : worst;
+    }
+    constexpr double by_chance = 1e-4;
+    if (dof > 0.0 && chi_squared_upper_p(std::max(chi_squared, 1e-12), dof) < by_chance) {
+      throw RefusedError(formatted(
+          "the references contradict each other by more than is stated of them: {} lies {} "
+          "degrees off; look at its attitude, or state a larger uncertainty (direction_u)",
+          rows_text(all[worst].rows), number_text(residual_of(all[worst], R) * deg_per_rad, 2)));
+    }
+    body.covariance_of_references = inverse * middle * inverse;
+    body.degrees_of_freedom = std::numeric_limits<double>::infinity();
+  }
+  put_total_covariance(calibration, body);
+  return body;
+}
+
+BodyRotation tared(const Calibration& calibration,
+                   BodyRotation body,
+                   const std::vector<ReferenceReading>& tare,
+                   const BodyOptions& options) {
+  const Directions directions(calibration);
+  if (tare.empty()) {
+    throw RefusedError("there are no readings to tare by");
+  }
+  std::vector<Direction> all;
+  for (const ReferenceReading& reading : tare) {
+    const StatedAttitude attitude = reading.attitude.value_or(StatedAttitude{});
+    all.push_back(
+        directions.of(reading, up_of(attitude, calibration.sensor.instrument.convention)));
+    constexpr double same_rad = 1e-9;
+    if ((all.back().in_model - all.front().in_model).norm() > same_rad) {
+      throw RefusedError(
+          formatted("row {}: a tare is in one attitude, but earlier rows are in another; readings "
+                    "in several attitudes are references (method attitude)",
+                    reading.row));
+    }
+  }
+  const Direction mean = mean_of(all);
+  const Eigen::Vector3d n = mean.in_model;
+  const Eigen::Vector3d read = body.rotation_model_from_sensor * mean.in_sensor;
+  const double angle_rad = std::atan2(read.cross(n).norm(), read.dot(n));
+  constexpr double largest_rad = 0.2;
+  if (!(angle_rad <= largest_rad)) {
+    throw RefusedError(formatted(
+        "the tare would turn the model by {} degrees, more than {}: {} were not taken in the "
+        "attitude that is stated of them, or the sensor was remounted; take references in several "
+        "attitudes (method attitude)",
+        number_text(angle_rad * deg_per_rad, 3), number_text(largest_rad * deg_per_rad, 2),
+        rows_text(mean.rows)));
+  }
+  body.rotation_model_from_sensor = smallest_rotation(read, n) * body.rotation_model_from_sensor;
+  const Eigen::Matrix3d along = n * n.transpose();
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - along;
+  if (body.by_parameters.size() == 0) {
+    body.parameter_names = calibration.fit.statistics->parameter_names;
+    body.by_parameters =
+        Eigen::MatrixXd::Zero(3, static_cast<Eigen::Index>(body.parameter_names.size()));
+    body.degrees_of_freedom = std::numeric_limits<double>::infinity();
+  }
+  const double variance =
+      stated_variances({mean}, directions.noise_variance(), options.reference_u_rad.value_or(0.0))
+          .front();
+  body.covariance_of_references = along * body.covariance_of_references * along + variance * across;
+  body.by_parameters = along * body.by_parameters +
+                       cross_matrix(n) * body.rotation_model_from_sensor * mean.by_parameters;
+  body.tare_rad = angle_rad;
+  body.readings += static_cast<int>(tare.size());
+  body.created = timestamp_now();
+  put_total_covariance(calibration, body);
+  return body;
+}
+
+Calibration in_model_frame(Calibration calibration, const BodyRotation& body, bool same_record) {
+  SensorModel& sensor = calibration.sensor;
+  const Eigen::Matrix3d R = body.rotation_model_from_sensor;
+  if (sensor.response.bias.size() < 3) {
+    throw DomainError("a rotation to a model's axes is of an instrument of three axes or more");
+  }
+  const bool correlated = same_record && calibration.fit.statistics &&
+                          body.parameter_names == calibration.fit.statistics->parameter_names &&
+                          !sensor.rotation_sensor_from_assembly;
+  sensor.rotation_sensor_from_assembly = R.transpose();
+  calibration = in_assembly_frame(std::move(calibration));
+  if (!calibration.fit.statistics) {
+    return calibration;
+  }
+  // An error d of the rotation is one of the sensitivities: s <- s + d x s for each axis.
+  FitStatistics& statistics = *calibration.fit.statistics;
+  const auto count = static_cast<Eigen::Index>(statistics.parameter_names.size());
+  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(count, 3);
+  for (std::size_t k = 0; k < sensor.instrument.axes.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    if (const auto at = statistics.position_of(sensor.instrument.axes[k] + ".sensitivity.x")) {
+      D.middleRows<3>(*at) =
+          -cross_matrix(Eigen::Vector3d(sensor.response.sensitivity.row(row).transpose()));
+    }
+  }
+  if (correlated) {
+    // The parameters in the model's frame: those of the sensor's, and what these turn with them.
+    Eigen::MatrixXd T = Eigen::MatrixXd::Identity(count, count);
+    for (std::size_t k = 0; k < sensor.instrument.axes.size(); ++k) {
+      if (const auto at = statistics.position_of(sensor.instrument.axes[k] + ".sensitivity.x")) {
+        T.block<3, 3>(*at, *at) = R;
+      }
+    }
+    const Eigen::MatrixXd change =
+        Eigen::MatrixXd::Identity(count, count) - D * body.by_parameters * T.transpose();
+    const auto turn = [&](Eigen::MatrixXd& covariance) {
+      if (covariance.rows() == count) {
+        covariance = change * covariance * change.transpose();
+      }
+    };
+    turn(statistics.covariance);
+    for (ScatterComponent& component : statistics.components) {
+      turn(component.covariance);
+    }
+    if (calibration.fit.uncertainty) {
+      for (UncertaintySource& source : calibration.fit.uncertainty->sources) {
+        turn(source.covariance);
+      }
+    }
+  }
+  const Eigen::MatrixXd own =
+      D * (correlated ? body.covariance_of_references : body.covariance) * D.transpose();
+  statistics.covariance += own;
+  statistics.components.push_back({.name = "body",
+                                   .sd = Eigen::VectorXd(body.covariance.diagonal().cwiseSqrt()),
+                                   .unit = "rad",
+                                   .covariance = own,
+                                   .degrees_of_freedom = body.degrees_of_freedom});
+  return calibration;
+}
+
+JointMovement joint_movement(const Eigen::Vector3d& first,
+                             const std::optional<Eigen::Matrix3d>& first_covariance,
+                             const Eigen::Vector3d& second,
+                             const std::optional<Eigen::Matrix3d>& second_covariance) {
+  const Eigen::Vector3d a = first.normalized();
+  const Eigen::Vector3d b = second.normalized();
+  JointMovement movement{.angle_rad = std::atan2(a.cross(b).norm(), a.dot(b)),
+                         .u_rad = not_a_number,
+                         .p_value = not_a_number};
+  if (!first_covariance || !second_covariance) {
+    return movement;
+  }
+  const Eigen::Matrix<double, 3, 2> across = tangents_of(a);
+  const Eigen::Vector2d difference = across.transpose() * b;
+  const Eigen::Matrix2d covariance =
+      across.transpose() *
+      (*first_covariance / first.squaredNorm() + *second_covariance / second.squaredNorm()) *
+      across;
+  const Eigen::Vector2d along =
+      difference.norm() > 0.0 ? Eigen::Vector2d(difference.normalized()) : Eigen::Vector2d::UnitX();
+  movement.u_rad = std::sqrt(along.dot(covariance * along));
+  movement.p_value =
+      chi_squared_upper_p(std::max(difference.dot(covariance.inverse() * difference), 1e-12), 2.0);
+  return movement;
+}
+
+BodyChange compare_rotations(const BodyRotation& before, const BodyRotation& after) {
+  const Eigen::AngleAxisd turn(after.rotation_model_from_sensor *
+                               before.rotation_model_from_sensor.transpose());
+  const Eigen::Matrix3d covariance =
+      before.covariance_of_references + after.covariance_of_references;
+  BodyChange change{.turn_rad = turn.angle() * turn.axis(),
+                    .u_rad = covariance.diagonal().cwiseSqrt()};
+  change.p_value = chi_squared_upper_p(
+      std::max(change.turn_rad.dot(covariance.inverse() * change.turn_rad), 1e-12), 3.0);
+  return change;
+}
+
+}  // namespace axiscal

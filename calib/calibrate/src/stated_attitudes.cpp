@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stated_attitudes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/field/settings.hpp"
+#include "axiscal/field/table_field.hpp"
+#include "axiscal/instruments/inclination.hpp"
+
+namespace axiscal {
+
+bool has_attitudes(const Observations& observations) {
+  return std::any_of(observations.readings.begin(), observations.readings.end(),
+                     [](const Reading& reading) { return reading.attitude.has_value(); });
+}
+
+Observations with_fields_of_attitudes(const Experiment& experiment, Observations observations) {
+  const std::vector<FieldDescription> parts = resolve_field(experiment);
+  for (const FieldDescription& part : parts) {
+    if (!part.in_table) {
+      throw SetupError(
+          "attitudes need to know how the field lies in the table: give the site, or the field "
+          "in the table (in_table)",
+          {settings::field_table});
+    }
+  }
+  const TableField field = TableField(parts).as_stated();
+  constexpr double upright = 1e-9;
+  const Eigen::Vector3d mean = field.mean();
+  const bool turns_with_heading = mean.head<2>().norm() > upright * mean.norm();
+  for (Reading& reading : observations.readings) {
+    if (!reading.attitude) {
+      throw DomainError("calibrate: every reading needs its attitude, or none");
+    }
+    if (turns_with_heading && !reading.attitude->heading_rad) {
+      throw RefusedError(
+          formatted("run {}: {} is not vertical, so that pitch and roll do not say how the "
+                    "instrument met it; give 'heading_deg' too, clockwise from north",
+                    reading.run, experiment.field.kind()));
+    }
+    const double heading_rad = reading.attitude->heading_rad.value_or(0.0) -
+                               experiment.table.fence_azimuth_rad.value_or(0.0);
+    const Eigen::Matrix3d R =
+        rotation_sensor_from_level(reading.attitude->pitch_rad, reading.attitude->roll_rad,
+                                   heading_rad, experiment.instrument.convention);
+    reading.field_in_sensor = R * field.at(reading.level);
+  }
+  return observations;
+}
+
+}  // namespace axiscal

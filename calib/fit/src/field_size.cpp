@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/field_size.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/uncertain_inputs.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr Eigen::Index most_readings = 240;
+
+bool can_be_checked(const Experiment& experiment,
+                    const ReadingSet& set,
+                    const TableField& field,
+                    const Calibration& calibration) {
+  return set.axis_count() == 3 && !set.leaves_out() && !set.field.is_sum() && !set.robust &&
+         !experiment.instrument.one_sided && set.also_in_table.empty() && set.seen.cols() == 0 &&
+         field.has_vectors() && !set.rotation_sensor_from_table.empty() && set.field_then.empty() &&
+         set.size() <= most_readings &&
+         (calibration.fit.statistics->residual_sd.array() > 0.0).all() &&
+         std::none_of(set.readings.begin(), set.readings.end(),
+                      [&](const Reading& reading) { return field.is_dark(reading.level); });
+}
+
+// Scatter of a reading of each axis: of repeats alone where there are enough.
+Eigen::VectorXd noise_of(const FitStatistics& statistics) {
+  Eigen::VectorXd sd = statistics.residual_sd;
+  constexpr double enough = 5.0;
+  for (std::size_t k = 0; k < statistics.lack_of_fit.size(); ++k) {
+    const LackOfFit& test = statistics.lack_of_fit[k];
+    if (test.pure_error_dof >= enough && test.pure_error_sd > 0.0) {
+      sd(static_cast<Eigen::Index>(k)) = test.pure_error_sd;
+    }
+  }
+  return sd;
+}
+
+// Columns of what a fit leaves: P x.
+class Leftover {
+ public:
+  explicit Leftover(const Eigen::MatrixXd& jacobian) : qr_(jacobian) {
+    const Eigen::Index rank = qr_.rank();
+    basis_ = qr_.householderQ() * Eigen::MatrixXd::Identity(jacobian.rows(), rank);
+  }
+  [[nodiscard]] Eigen::MatrixXd of(const Eigen::MatrixXd& x) const {
+    return x - basis_ * (basis_.transpose() * x);
+  }
+
+ private:
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;
+  Eigen::MatrixXd basis_;
+};
+
+}  // namespace
+
+std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
+                                               const ReadingSet& set,
+                                               Method method,
+                                               const TableField& field,
+                                               const Calibration& calibration) {
+  if (!calibration.fit.statistics || !can_be_checked(experiment, set, field, calibration)) {
+    return std::nullopt;
+  }
+  const bool known = method == Method::known;
+  const Eigen::Index n = set.size();
+  const Eigen::Index m = set.axis_count();
+  const Eigen::VectorXd sigma = calibration.fit.statistics->residual_sd;
+  const JointFit joint(set, set.weights);
+  const JointState state = joint.at(field);
+  const Eigen::MatrixXd J = joint.jacobian(state, sigma);
+  const Leftover leftover(known ? Eigen::MatrixXd(J.leftCols(set.column_count() * m)) : J);
+
+  // Changes of the lengths with the readings, in units of each one's own scatter; axis after axis.
+  const Eigen::Matrix3d inverse =
+      Eigen::Matrix3d(calibration.sensor.response.sensitivity).inverse();
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n * m, n);  // transposed
+  const std::vector<UncertainInput> inputs = uncertain_inputs(experiment, set, known, field);
+  std::vector<Eigen::MatrixXd> shared;  // of each input, likewise
+  for (const UncertainInput& input : inputs) {
+    shared.emplace_back(n * m, input.parts);
+  }
+  double squares = 0.0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const Eigen::Vector3d met = set.rotation_sensor_from_table[at] * set.field_in_table(i, field);
+    Eigen::Vector3d above;
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+      const double scale = set.scale(i, k);
+      const double residual = axis.residuals(i) / axis.root_weights(i);
+      above(k) = residual / scale;
+      A(n * k + i, i) =
+          met.normalized().dot(inverse.col(k)) * sigma(k) / (scale * axis.root_weights(i));
+      for (std::size_t s = 0; s < inputs.size(); ++s) {
+        shared[s].row(n * k + i) = axis.root_weights(i) / sigma(k) * scale *
+                                   axis.estimate.segment<3>(1).transpose() *
+                                   inputs[s].change(i, field);
+      }
+    }
+    squares += std::pow((met + inverse * above).norm() - met.norm(), 2);
+  }
+  const Eigen::MatrixXd AP = leftover.of(A).transpose();  // n x n m, as P is symmetric
+  const Eigen::VectorXd pure = noise_of(*calibration.fit.statistics).cwiseQuotient(sigma);
+  Eigen::MatrixXd of_noise = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const auto part = AP.middleCols(n * k, n);
+    of_noise += pure(k) * pure(k) * part * part.transpose();
+  }
+  Eigen::MatrixXd of_inputs = Eigen::MatrixXd::Zero(n, n);
+  for (const Eigen::MatrixXd& one : shared) {
+    const Eigen::MatrixXd lengths = AP * one;
+    of_inputs += lengths * lengths.transpose();
+  }
+  const Eigen::MatrixXd V = of_noise + of_inputs;
+  const double expected = V.trace();
+  if (!(expected > 0.0)) {
+    return std::nullopt;
+  }
+  // As chi^2 of the mean and variance of a sum of squares (Satterthwaite), over noise that is known
+  // by so many degrees of freedom.
+  const double own_dof = expected * expected / V.squaredNorm();
+  const double noise_dof = calibration.fit.statistics->degrees_of_freedom.sum();
+  const double F = field.magnitude();
+  const auto rms = [&](double sum) { return std::sqrt(sum / static_cast<double>(n)) / F; };
+  return FieldSizeCheck{.orientations = static_cast<int>(n),
+                        .relative_sd = rms(squares),
+                        .by_noise = rms(of_noise.trace()),
+                        .by_inputs = rms(of_inputs.trace()),
+                        .degrees_of_freedom = own_dof,
+                        .p_value = noise_dof > 0.0 ? f_upper_p(std::max(squares / expected, 1e-12),
+                                                               own_dof, noise_dof)
+                                                   : 1.0};
+}
+
+}  // namespace axiscal

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// A reading that was kept out of a fit, and what the fit predicts of it.
+struct ConfirmationReading {
+  int run = 1;
+  Eigen::VectorXd error;       ///< reading less prediction, m entries [unit]; NaN: not seen
+  Eigen::VectorXd half_width;  ///< of the interval that holds 95 % of such errors [unit]
+  bool within = true;          ///< whether every axis's error is within its interval
+};
+
+/// What readings that were kept out of a fit say of it (method.md, section 5).
+struct Confirmation {
+  std::vector<ConfirmationReading> readings;
+  double p_value = 1.0;  ///< that they lie so far from what was predicted by chance, all together
+  bool passed = true;    ///< not below 0.05
+};
+
+}  // namespace axiscal

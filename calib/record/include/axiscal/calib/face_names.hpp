@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "axiscal/positioner/design_point.hpp"
+
+namespace axiscal {
+
+/// What a table of readings calls the cube's faces: "up", "nose down", ...; in small letters.
+using FaceNames = std::map<std::string, Face, std::less<>>;
+
+/// Reads "WORD=FACE,WORD=FACE", as "up=-Z,nose up=-X": the face that lies on the table where the
+/// column `rest` has the word.
+/// @throws DomainError  for a text that is not so, or a word that is there twice.
+[[nodiscard]] FaceNames parse_face_names(std::string_view text);
+
+/// @return the face of a word, or of a face's own name; nothing where it is neither.
+[[nodiscard]] std::optional<Face> find_face(const FaceNames& names, std::string_view word);
+
+}  // namespace axiscal

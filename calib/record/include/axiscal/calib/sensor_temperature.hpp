@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// What the temperature sensor of an instrument says beside a reading: one number for all of its
+/// axes, or where each axis has a sensor of its own one number for each.
+class SensorTemperature {
+ public:
+  /// One output for all axes. Not explicit, as most instruments have one sensor.
+  SensorTemperature(double of_all = 0.0) : mean_(of_all) {}  // NOLINT(google-explicit-constructor)
+
+  /// @param of_axes  m outputs, in the order of the axes.
+  /// @throws DomainError  if there are none.
+  explicit SensorTemperature(std::vector<double> of_axes);
+
+  /// @return the output that counts for an axis.
+  [[nodiscard]] double of(Eigen::Index axis) const {
+    return of_axes_.empty() ? mean_ : of_axes_[static_cast<std::size_t>(axis)];
+  }
+
+  /// @return the mean over the axes: what stands for all of them where one number is asked for.
+  [[nodiscard]] double mean() const { return mean_; }
+
+  /// @return whether each axis has an output of its own.
+  [[nodiscard]] bool has_own() const { return !of_axes_.empty(); }
+
+  /// @return each axis's output; empty where one counts for all.
+  [[nodiscard]] const std::vector<double>& of_axes() const { return of_axes_; }
+
+  /// @return the outputs of neighbouring axes, as those of one instrument among several; one
+  ///         number where they are all the same.
+  [[nodiscard]] SensorTemperature of_some(Eigen::Index first, Eigen::Index count) const;
+
+  /// @return all of them changed by as much.
+  [[nodiscard]] SensorTemperature changed_by(double difference) const;
+
+  friend bool operator==(const SensorTemperature&, const SensorTemperature&) = default;
+
+ private:
+  double mean_ = 0.0;
+  std::vector<double> of_axes_;
+};
+
+}  // namespace axiscal

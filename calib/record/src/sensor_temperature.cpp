@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/sensor_temperature.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "axiscal/core/error.hpp"
+
+namespace axiscal {
+
+SensorTemperature::SensorTemperature(std::vector<double> of_axes) : of_axes_(std::move(of_axes)) {
+  if (of_axes_.empty()) {
+    throw DomainError("SensorTemperature: at least one output is needed");
+  }
+  mean_ =
+      std::accumulate(of_axes_.begin(), of_axes_.end(), 0.0) / static_cast<double>(of_axes_.size());
+}
+
+SensorTemperature SensorTemperature::of_some(Eigen::Index first, Eigen::Index count) const {
+  if (of_axes_.empty()) {
+    return *this;
+  }
+  const auto from = of_axes_.begin() + first;
+  const bool all_same = std::all_of(from, from + count, [&](double t) { return t == *from; });
+  return all_same ? SensorTemperature(*from)
+                  : SensorTemperature(std::vector<double>(from, from + count));
+}
+
+SensorTemperature SensorTemperature::changed_by(double difference) const {
+  SensorTemperature changed = *this;
+  changed.mean_ += difference;
+  for (double& t : changed.of_axes_) {
+    t += difference;
+  }
+  return changed;
+}
+
+}  // namespace axiscal

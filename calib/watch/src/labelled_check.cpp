@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/labelled_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/reading_uncertainty.hpp"
+#include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/rotation.hpp"
+
+namespace axiscal {
+namespace {
+
+// Generalised least squares of e on the columns of A with errors of covariance V.
+struct WeighedFit {
+  Eigen::VectorXd estimate;
+  Eigen::MatrixXd covariance;
+  double squares = 0.0;  // of what is left
+};
+
+WeighedFit fit_weighed(const Eigen::VectorXd& e,
+                       const Eigen::MatrixXd& A,
+                       const Eigen::MatrixXd& V) {
+  const Eigen::LLT<Eigen::MatrixXd> root(V);
+  const Eigen::MatrixXd WA = root.matrixL().solve(A);
+  const Eigen::VectorXd We = root.matrixL().solve(e);
+  WeighedFit fit;
+  fit.covariance = (WA.transpose() * WA).inverse();
+  fit.estimate = fit.covariance * (WA.transpose() * We);
+  fit.squares = (We - WA * fit.estimate).squaredNorm();
+  return fit;
+}
+
+}  // namespace
+
+DriftCheck check_labelled(const Calibration& record,
+                          const Experiment& experiment,
+                          const Observations& observations,
+                          double alpha) {
+  const SensorModel& sensor = record.sensor;
+  const Eigen::Index n = observations.size();
+  const Eigen::Index m = sensor.response.bias.size();
+  if (!record.fit.statistics || record.fit.statistics->covariance.size() == 0) {
+    throw DomainError("the record states no covariance to hold readings against");
+  }
+  if (!sensor.field.parts.empty() || !sensor.also.empty() || sensor.instrument.one_sided) {
+    throw DomainError(
+        "a few readings are held against a record of one field and plain axes; take a whole "
+        "design");
+  }
+  if (observations.response.cols() != m || n * m < m + 3) {
+    throw RefusedError(
+        formatted("{} readings say nothing beyond the field's direction and the "
+                  "biases: take {} or more at different faces",
+                  n, (m + 3 + m - 1) / m));
+  }
+  std::vector<Eigen::Matrix3d> R;
+  for (const Reading& reading : observations.readings) {
+    R.emplace_back(
+        experiment.rotation_sensor_from_positioner *
+        experiment.positioner.rotation_table_from_positioner(*reading.point).transpose() *
+        reading.level.of_all());
+  }
+  const Eigen::MatrixXd C = parameter_covariance(record);
+  const Eigen::VectorXd& sd = record.fit.statistics->residual_sd;
+  Eigen::Vector3d field =
+      sensor.field.in_table.value_or(sensor.field.magnitude * Eigen::Vector3d::UnitZ());
+  Eigen::VectorXd e(n * m);
+  Eigen::MatrixXd J(n * m, C.rows());
+  Eigen::MatrixXd A(n * m, 2);
+  Eigen::MatrixXd V;
+  WeighedFit fit;
+  constexpr int most_rounds = 20;
+  for (int round = 0; round < most_rounds; ++round) {
+    const Eigen::Matrix<double, 3, 2> tangents = tangents_of(field);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const Eigen::Vector3d met = R[at] * field;
+      e.segment(m * i, m) = observations.response.row(i).transpose() - sensor.response.at(met);
+      J.middleRows(m * i, m) = change_with_parameters(record, met, {});
+      A.middleRows(m * i, m) = sensor.response.sensitivity * R[at] * tangents * field.norm();
+    }
+    V = J * C * J.transpose();
+    for (Eigen::Index i = 0; i < n * m; ++i) {
+      V(i, i) += std::max(sd(i % m) * sd(i % m), 1e-300);
+    }
+    fit = fit_weighed(e, A, V);
+    field = field.norm() * (field + field.norm() * (tangents * fit.estimate)).normalized();
+    constexpr double still_rad = 1e-12;
+    if (fit.estimate.norm() < still_rad) {
+      break;
+    }
+  }
+  DriftCheck check{.alpha = alpha,
+                   .pitch_error_deg = not_a_number,
+                   .pitch_error_u_deg = not_a_number,
+                   .pitch_error_expanded_deg = not_a_number};
+  const auto q = static_cast<double>(n * m - 2);
+  const double nu = record.fit.statistics->degrees_of_freedom.sum();
+  check.p_value = f_upper_p(std::max(fit.squares / q, 1e-12), q, nu);
+  check.drifted = check.p_value < alpha;
+  // With a change of each bias.
+  Eigen::MatrixXd with_biases(n * m, 2 + m);
+  with_biases << A, Eigen::MatrixXd::Identity(m, m).replicate(n, 1);
+  const WeighedFit shifted = fit_weighed(e, with_biases, V);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const double change = shifted.estimate(2 + k);
+    const double u = std::sqrt(shifted.covariance(2 + k, 2 + k));
+    check.changes.push_back(
+        {.parameter = sensor.instrument.axes[static_cast<std::size_t>(k)] + ".bias",
+         .old_value = sensor.response.bias(k),
+         .new_value = sensor.response.bias(k) + change,
+         .u = u,
+         .z = change / u,
+         .e_n = not_a_number});
+  }
+  check.notes.push_back(
+      formatted("{} readings are too few for a calibration of their own: they are held against "
+                "what the record predicts of them, the field's direction in the table fitted; the "
+                "changes are those of the biases, with the sensitivities as they were",
+                n));
+  return check;
+}
+
+}  // namespace axiscal

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <cstdio>
+
+#include "axiscal/calib/body.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/input_protection.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/core/output_file.hpp"
+#include "axiscal/core/units.hpp"
+#include "calibrate_command.hpp"
+#include "input.hpp"
+#include "summary.hpp"
+#include "typed_values.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+std::vector<ReferenceReading> references_in(const CalibrateCommand& command,
+                                            const std::string& path,
+                                            const Calibration& calibration) {
+  const OpenTable table = open_table(path, command.rests.log.table,
+                                     {.axes = calibration.sensor.instrument.axes,
+                                      .kind = calibration.sensor.instrument.differences.empty()
+                                                  ? calibration.sensor.instrument.kind
+                                                  : "",
+                                      .unit = calibration.sensor.instrument.unit});
+  return read_references(*table.csv, calibration);
+}
+
+std::string degrees(double rad) {
+  return number_text(std::round(rad * deg_per_rad * 1e5) * 1e-5);
+}
+
+std::string text_of(const BodyRotation& body) {
+  std::string text =
+      formatted("rotation of the sensor in the model, by {} readings\n", body.readings);
+  text += "\nModel from sensor\n";
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    text += formatted("  {:>12.8f}{:>12.8f}{:>12.8f}\n", body.rotation_model_from_sensor(i, 0),
+                      body.rotation_model_from_sensor(i, 1), body.rotation_model_from_sensor(i, 2));
+  }
+  text += "\nStandard uncertainty about the model's axes [degrees]\n";
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    text += formatted("  {}  {}\n", "xyz"[i], degrees(std::sqrt(body.covariance(i, i))));
+  }
+  text += body.residual_sd_rad > 0.0
+              ? formatted("\nthe readings scatter by {} degrees about the references\n",
+                          degrees(body.residual_sd_rad))
+              : "";
+  text += body.tare_rad > 0.0
+              ? formatted(
+                    "\nthe tare turned it by {} degrees; the turn about the vertical is as "
+                    "before\n",
+                    degrees(body.tare_rad))
+              : "";
+  return text;
+}
+
+}  // namespace
+
+int run_attitude(const CalibrateCommand& command) {
+  if (!command.experiment.from) {
+    throw UsageError("--method attitude: needs --from RECORD, the instrument's calibration");
+  }
+  const bool finds = !command.experiment.files.empty();
+  if ((finds && command.body) || (!finds && !command.tare) || command.experiment.files.size() > 1) {
+    throw UsageError(
+        "--method attitude: needs one FILE of readings at references, or --tare FILE, with --body "
+        "BODY where a rotation was found before");
+  }
+  const std::string& record = *command.experiment.from;
+  const Calibration calibration = read_unrefused(record, command.force);
+  if (command.output) {
+    forbid_replacing_input(*command.output);
+  }
+  BodyOptions options;
+  if (command.experiment.direction_u) {
+    options.reference_u_rad = not_negative_of("--direction-u", *command.experiment.direction_u);
+  }
+  BodyRotation body;
+  try {
+    if (finds) {
+      body = find_body_rotation(
+          calibration, references_in(command, command.experiment.files.front(), calibration),
+          options);
+    } else if (command.body) {
+      body = read_body_rotation(*command.body);
+    } else {
+      print_remark("note",
+                   "no references: the sensor's axes are taken as the model's, and the tare sets "
+                   "two angles of them; the turn about the vertical is not known better");
+    }
+    if (command.tare) {
+      body = tared(calibration, std::move(body), references_in(command, *command.tare, calibration),
+                   options);
+    }
+  } catch (const SetupError&) {
+    throw;
+  } catch (const DomainError& error) {
+    throw DataError(record, error.what(), error.settings());
+  }
+  body.record = record;
+  body.record_sha256 = sha256_of_file(record);
+  const std::string json = body_rotation_json(body);
+  if (command.output) {
+    write_whole_file(*command.output, json);
+  }
+  if (command.output != "-") {
+    print_result_text(command.json ? json : text_of(body));
+  }
+  return 0;
+}
+
+}  // namespace axiscal::cli
