@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An experiment is a file: instrument, field, method, and which readings. The folders of
-// examples/experiments each hold one: a turntable, the sun, soak temperatures, three instruments in
-// one frame, a single axis, a photodiode's transfer, a drift.
+// An experiment is a file: instrument, field, method, and which readings. Each NAME.json in
+// examples/experiments is one, of every instrument, field and frame (docs/experiments.md).
 #include <axiscal/calib/calibrate_run.hpp>
 #include <axiscal/calib/experiment_json.hpp>
 #include <axiscal/calib/run.hpp>
@@ -12,7 +11,7 @@
 int main(int argc, char** argv) {
   try {
     const axiscal::ExperimentFile file =
-        axiscal::read_experiment(argc > 1 ? argv[1] : "experiments/turntable/experiment.json");
+        axiscal::read_experiment(argc > 1 ? argv[1] : "experiments/transfer.json");
     axiscal::Experiment experiment = file.experiment;
     const axiscal::Run run =
         axiscal::read_run(file.paths.observations.front(),

@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Makes the data of the example experiments, and solves them independently of Axiscal.
 
-    solve.py make     writes each folder's run.csv, from a truth and noise of a stated seed
-    solve.py solve    writes each folder's answer.json, from its run.csv alone
+    solve.py make [NAME ...]     writes NAME.csv, from a truth and noise of a stated seed
+    solve.py solve [NAME ...]    writes NAME.expected.json, from NAME.csv alone
+
+run.py runs what the expectations say, and compares.
 
 Only numpy is used. The cube is laid down by the rule of docs/conventions.md, the sun stands where
 Meeus, Astronomical Algorithms (2nd ed.), chapter 25, has it, and all that is unknown is found by
@@ -78,6 +80,12 @@ class Experiment:
     axes = ["x", "y", "z"]
     sd = 1e-3
     seed = 1
+    digits = 6          # behind the point, in the file
+    part_of_u = 0.01    # by which results may differ: both weigh axes by their scatter, in rounds
+    # Biases of many readings: Axiscal takes their mean over models of noise that is alike in
+    # neighbouring readings, plain least squares does not.
+    part_of_u_of_bias = 0.7
+    status = 0          # of the command
     extra = 0           # further unknowns of each axis
     shared = 2          # unknowns that all axes share
     bias = np.array([0.02, -0.05, 0.01])
@@ -140,34 +148,66 @@ class Experiment:
     def columns(self):
         return ["rest", "fence"]
 
-    def make(self, folder):
-        rows = self.rows()
+    def readings(self, rows):
+        """What the instrument reads, with its noise; n x m."""
         r = np.random.default_rng(self.seed)
         theta = np.r_[self.bias, self.sensitivity.ravel(), self.more.ravel(), self.truth]
         v = self.predicted(rows, theta)
-        v = v + self.sd * r.standard_normal(v.shape)
-        with open(os.path.join(folder, "run.csv"), "w", newline="") as file:
+        return v + self.sd * r.standard_normal(v.shape)
+
+    def names(self):
+        """Columns of the readings."""
+        return self.axes
+
+    def make(self, name):
+        rows = self.rows()
+        v = self.readings(rows)
+        with open(os.path.join(HERE, name + ".csv"), "w", newline="") as file:
             out = csv.writer(file, lineterminator="\n")
-            out.writerow(["run"] + self.columns() + self.axes)
+            out.writerow(["run"] + self.columns() + self.names())
             for i, row in enumerate(rows):
                 out.writerow([i + 1] + [row[c] for c in self.columns()]
-                             + [f"{x:.6f}" for x in v[i]])
+                             + [f"{x:.{self.digits}f}" for x in v[i]])
 
-    def read(self, folder):
-        with open(os.path.join(folder, "run.csv"), newline="") as file:
+    def read(self, name):
+        with open(os.path.join(HERE, name + ".csv"), newline="") as file:
             rows = list(csv.DictReader(file))
-        v = np.array([[float(row[a]) for a in self.axes] for row in rows])
+        v = np.array([[float(row[a]) for a in self.names()] for row in rows])
         for i, row in enumerate(rows):
             row["number"] = i
-            for key in ("level", "temperature", "fx", "fy", "fz"):
-                if key in row:
-                    row[key] = float(row[key])
+            for key, text in row.items():
+                try:
+                    row[key] = float(text)
+                except ValueError:
+                    pass
         return rows, v
 
-    def answers(self, folder):
-        rows, v = self.read(folder)
+    def answers(self, name):
+        rows, v = self.read(name)
         theta, C = self.solve(rows, v)
         return [self.answer(theta, C)]
+
+    def operations(self, name):
+        """What is to be run, and what is expected of it."""
+        answers = self.answers(name)
+        has_slots = "slot" in answers[0]
+        record = "{folder}/cal-{slot}.json" if has_slots else "{folder}/cal.json"
+        expect = []
+        for answer in answers:
+            file = record.replace("{slot}", answer.get("slot", ""))
+            expect.append({"file": file, "pointer": "/status", "value": "ok"})
+            for one in answer["parameters"]:
+                many = one["parameter"].endswith(".bias") and len(self.rows()) >= 12
+                part = self.part_of_u_of_bias if many else self.part_of_u
+                expect.append({"file": file, "parameter": one["parameter"], "value": one["value"],
+                               "tolerance": part * one["u"]})
+            expect += [{"file": file, **more} for more in answer.get("more", [])]
+        return [{"run": ["calibrate", name + ".json", "-o", record], "status": self.status,
+                 "expect": expect}] + self.later(name, answers)
+
+    def later(self, name, answers):
+        """Operations with the record."""
+        return []
 
     def answer(self, theta, C):
         m = len(self.axes)
@@ -317,8 +357,8 @@ class Transfer(Experiment):
     def field(self, row, shared):
         return np.array([0.0, 0.0, float(row["fz"])])
 
-    def answers(self, folder):
-        rows, v = self.read(folder)
+    def answers(self, name):
+        rows, v = self.read(name)
         A = np.array([[1.0, row["fz"]] for row in rows])
         x, rss = np.linalg.lstsq(A, v[:, 0], rcond=None)[:2]
         C = rss[0] / (len(rows) - 2) * np.linalg.inv(A.T @ A)
@@ -332,49 +372,427 @@ class Triple(Experiment):
     seed = 8
     slots = ["left", "middle", "right"]
 
-    def make(self, folder):
-        rows = self.rows()
+    def names(self):
+        return [f"{slot}.{axis}" for slot in self.slots for axis in "xyz"]
+
+    def truths(self):
+        """b and S of each slot, in the frame of the cube."""
+        return [(self.bias * (k + 1),
+                 self.sensitivity * (1.0 + 0.1 * k) + 0.01 * k * np.roll(np.eye(3), 1, axis=0))
+                for k in range(len(self.slots))]
+
+    def readings(self, rows):
         r = np.random.default_rng(self.seed)
         all_v = []
-        for k in range(3):
-            S = self.sensitivity * (1.0 + 0.1 * k) + 0.01 * k * np.roll(np.eye(3), 1, axis=0)
-            theta = np.r_[self.bias * (k + 1), S.ravel(), self.truth]
-            v = self.predicted(rows, theta)
+        for b, S in self.truths():
+            v = self.predicted(rows, np.r_[b, S.ravel(), self.truth])
             all_v.append(v + self.sd * r.standard_normal(v.shape))
-        with open(os.path.join(folder, "run.csv"), "w", newline="") as file:
-            out = csv.writer(file, lineterminator="\n")
-            out.writerow(["run", "rest", "fence"] + [f"{s}.{a}" for s in self.slots for a in "xyz"])
-            for i, row in enumerate(rows):
-                out.writerow([i + 1, row["rest"], row["fence"]]
-                             + [f"{x:.6f}" for v in all_v for x in v[i]])
+        return np.hstack(all_v)
 
-    def answers(self, folder):
-        with open(os.path.join(folder, "run.csv"), newline="") as file:
-            rows = list(csv.DictReader(file))
+    def answers(self, name):
+        rows, v = self.read(name)
+        return [{"slot": slot, **self.answer(*self.solve(rows, v[:, 3 * k:3 * k + 3]))}
+                for k, slot in enumerate(self.slots)]
+
+
+# ---- the plain cases: every instrument and field ----
+
+class Paired(Experiment):
+    """Averages of opposite positions: the tilt drops out, and half the difference measures it."""
+    seed = 21
+
+    def solve(self, rows, v):
+        faces = list(dict.fromkeys(row["rest"] for row in rows))
+        mean = np.array([v[[r["rest"] == f for r in rows]].mean(axis=0) for f in faces])
+        slope = np.zeros(2)
+        for _ in range(5):
+            cosine = direction(*slope)[2]
+            A = np.array([np.r_[1.0, -cosine * FACES[f]] for f in faces])
+            x, rss = np.linalg.lstsq(A, mean, rcond=None)[:2]
+            b, S = x[0], x[1:].T
+            tilts = []
+            for row, reading in zip(rows, v):
+                f = np.linalg.solve(S, reading - b)
+                in_table = positioner_from_table(row["rest"], row["fence"]).T @ f
+                tilts.append(in_table[:2])
+            slope = np.mean(tilts, axis=0)
+        C = np.linalg.inv(A.T @ A)
+        theta = np.r_[b, S.ravel()]
+        # Covariance of b (m) and S by rows, as answer() takes it.
+        u2 = np.concatenate([rss / 2 * C[0, 0], np.concatenate(
+            [rss[k] / 2 * np.diag(C)[1:] for k in range(3)])])
+        self.slope = slope
+        return theta, np.diag(u2)
+
+    def answer(self, theta, C):
+        result = super().answer(theta, C)
+        result["more"] = [
+            {"pointer": "/levelness/mean/" + "xy"[i], "value": float(self.slope[i]),
+             "tolerance": 1e-6} for i in range(2)]
+        return result
+
+    def later(self, name, answers):
+        """Readings in attitudes of known pitch and roll, reduced by the answer's b and S."""
+        values = [one["value"] for one in answers[0]["parameters"]]
+        b, S = np.array(values[:3]), np.array(values[3:12]).reshape(3, 3)
+        rows, expect = [], []
+        for i, (pitch, roll) in enumerate([(0, 0), (10, 20), (-35, 170), (60, -95), (-80, 5)]):
+            p, r = np.radians(pitch), np.radians(roll)
+            f = np.array([np.sin(p), np.cos(p) * np.sin(r), np.cos(p) * np.cos(r)])
+            rows.append([f"{x:.9f}" for x in b + S @ f])
+            for column, value in (("pitch_deg", pitch), ("roll_deg", roll)):
+                expect.append({"file": "{folder}/angles.csv", "row": i + 1, "column": column,
+                               "value": value, "tolerance": 2e-5})
+        with open(os.path.join(HERE, name + ".readings.csv"), "w") as file:
+            file.write("x,y,z\n" + "".join(",".join(row) + "\n" for row in rows))
+        return [{"run": ["apply", "{folder}/cal.json", name + ".readings.csv", "-o",
+                         "{folder}/angles.csv"], "status": 0, "expect": expect}]
+
+
+class Joint(Experiment):
+    """All 24 points, gravity in m/s^2, readings in counts."""
+    seed = 22
+    F = 9.80665
+    sd = 0.4
+    digits = 2
+    bias = np.array([12.0, -40.0, 25.0])
+    sensitivity = np.array([[166.0, 0.6, -1.1], [-0.9, 163.0, 0.4], [0.7, -0.5, 168.0]])
+
+    def rows(self):
+        return [{"rest": r, "fence": f} for r, f in design(24)]
+
+    def field(self, row, shared):
+        return self.F * super().field(row, shared)
+
+
+class Inclinometer(Experiment):
+    """Two axes that read sines of angles; the third component is not seen."""
+    seed = 23
+    axes = ["x", "y"]
+    sd = 2e-5
+    digits = 8
+    bias = np.array([0.001, -0.002])
+    sensitivity = np.array([[1.001, 0.002, -0.001], [-0.003, 0.999, 0.002]])
+    more = np.zeros((2, 0))
+
+
+class Magnetometer(Joint):
+    """The Earth's field of known size, whose direction in the table is not known."""
+    seed = 24
+    F = 48500.0
+    sd = 4.0
+    digits = 1
+    bias = np.array([120.0, -310.0, 55.0])
+    sensitivity = np.array([[1.02, 0.01, -0.02], [-0.015, 0.98, 0.005], [0.01, -0.01, 1.03]])
+    truth = np.array([0.05, -0.08])
+    rough = np.array([0.0, 18000.0, -45000.0])
+
+    def field(self, row, shared):
+        z = self.rough / np.linalg.norm(self.rough)
+        x = np.cross([0.0, 1.0, 0.0], z)
+        x /= np.linalg.norm(x)
+        f = z + shared[0] * x + shared[1] * np.cross(z, x)
+        f *= self.F / np.linalg.norm(f)
+        return positioner_from_table(row["rest"], row["fence"]) @ f
+
+
+class Coil(Magnetometer):
+    """A coil of 60 uT along the table's normal, both ways and off, in an Earth that nobody knows."""
+    seed = 25
+    shared = 5  # the coil's axis, and the Earth's vector
+    sd = 0.004
+    digits = 4
+    bias = np.array([0.12, -0.31, 0.05])
+    truth = np.array([0.003, -0.002, 3.0, 18.0, -43.0])
+
+    def rows(self):
+        return [{"rest": r, "fence": f, "level": level} for r, f in design(12)
+                for level in (-1, 0, 1)]
+
+    def columns(self):
+        return ["rest", "fence", "level"]
+
+    def field(self, row, shared):
+        f = 60.0 * float(row["level"]) * direction(*shared[:2]) + shared[2:]
+        return positioner_from_table(row["rest"], row["fence"]) @ f
+
+    def start(self, rows, v):
+        # The halves of what a change of the level changes do not know the Earth.
+        near = np.array([0.0, 0.0, 2.0, 17.0, -42.0])
+        A = np.array([np.r_[1.0, self.field(row, near)] for row in rows])
+        x = np.linalg.lstsq(A, v, rcond=None)[0]
+        return np.r_[x[0], x[1:].T.ravel(), near]
+
+
+class Lamp(Experiment):
+    """Pairs of photodiodes, front less back, under a lamp of 2 W/m^2 above the table."""
+    seed = 26
+    sd = 1e-3
+    sensitivity = np.array([[0.81, 0.01, -0.02], [-0.015, 0.79, 0.005], [0.01, -0.01, 0.80]])
+
+    def field(self, row, shared):
+        return 2.0 * super().field(row, shared)
+
+
+class EarthRate(Magnetometer):
+    """A gyroscope that sees the Earth turn, its direction in the table known roughly."""
+    seed = 27
+    F = 15.041067
+    sd = 0.01
+    digits = 5
+    bias = np.array([0.4, -0.2, 0.1])
+    rough = np.array([0.0, 9.26, 11.85])
+
+
+class Custom(Magnetometer):
+    """A field of any kind: a vector in the table, its direction known roughly."""
+    seed = 28
+    F = 2.0
+    sd = 2e-4
+    digits = 7
+    bias = np.array([0.02, -0.05, 0.01])
+    rough = np.array([0.6, -0.4, 1.8])
+
+
+# ---- frames ----
+
+class HFrame(Triple):
+    """Two instruments on the web of an H, the second turned by 180 degrees about x."""
+    seed = 31
+    slots = ["L", "R"]
+    mounts = [np.eye(3), np.diag([1.0, -1.0, -1.0])]
+
+    def rows(self):
+        return [{"rest": r, "fence": f} for r, f in design(24)]
+
+    def truths(self):
+        return [(b, S @ M) for (b, S), M in zip(super().truths(), self.mounts)]
+
+    def answers(self, name):
+        rows, v = self.read(name)
         found = []
-        for slot in self.slots:
-            v = np.array([[float(row[f"{slot}.{a}"]) for a in "xyz"] for row in rows])
-            found.append({"slot": slot, **self.answer(*self.solve(rows, v))})
+        for k, slot in enumerate(self.slots):
+            theta, C = self.solve(rows, v[:, 3 * k:3 * k + 3])
+            # In the instrument's own frame: the mounts are of 1 and -1, variances stay.
+            theta[3:12] = (theta[3:12].reshape(3, 3) @ self.mounts[k].T).ravel()
+            found.append({"slot": slot, **self.answer(theta, C)})
         return found
 
 
-EXPERIMENTS = {"turntable": Turntable, "sun": Sun, "temperature": Temperature,
-               "triple_frame": Triple, "one_axis": OneAxis, "transfer": Transfer, "drift": Drift}
+class TwoKinds(Experiment):
+    """An accelerometer and a magnetometer in one cube: one run, each in its own field."""
+    seed = 32
+
+    def parts(self):
+        a, m = Joint(), Magnetometer()
+        a.F, a.sd, a.bias, a.sensitivity, a.truth = (
+            1.0, 2e-4, np.array([0.02, -0.05, 0.01]), np.eye(3) + 0.01, np.array([0.003, -0.002]))
+        m.seed = 33
+        return [("A", a), ("M", m)]
+
+    def names(self):
+        return [f"{slot}.{axis}" for slot, _ in self.parts() for axis in "xyz"]
+
+    def rows(self):
+        return Joint().rows()
+
+    def readings(self, rows):
+        return np.hstack([part.readings(rows) for _, part in self.parts()])
+
+    def answers(self, name):
+        rows, v = self.read(name)
+        return [{"slot": slot, **part.answer(*part.solve(rows, v[:, 3 * k:3 * k + 3]))}
+                for k, (slot, part) in enumerate(self.parts())]
+
+
+# ---- labels, and readings that are not fitted ----
+
+class OwnTemperatures(Temperature):
+    """Each axis follows the temperature sensor of its own."""
+    seed = 34
+
+    def rows(self):
+        r = np.random.default_rng(340)
+        return [{**row, **{a + "_temperature": round(row["temperature"] + 0.5 * r.standard_normal(), 3)
+                           for a in "xyz"}} for row in super().rows()]
+
+    def columns(self):
+        return ["rest", "fence"] + [a + "_temperature" for a in "xyz"]
+
+    def regressors(self, row, field, S):
+        d = np.array([float(row[a + "_temperature"]) for a in "xyz"]) - self.reference
+        return np.column_stack([d, d * (S @ field)])
+
+
+class Tumble(Experiment):
+    """A dividing head: pitch and roll instead of faces."""
+    seed = 35
+    shared = 0
+    truth = np.zeros(0)
+
+    def rows(self):
+        return [{"pitch_deg": p, "roll_deg": r} for p in (-90, -45, 0, 45, 90)
+                for r in (0, 90, 180, 270)]
+
+    def columns(self):
+        return ["pitch_deg", "roll_deg"]
+
+    def field(self, row, shared):
+        p, r = np.radians(float(row["pitch_deg"])), np.radians(float(row["roll_deg"]))
+        return np.array([np.sin(p), np.cos(p) * np.sin(r), np.cos(p) * np.cos(r)])
+
+
+class SixFaces(Experiment):
+    """Six faces, twice, without a fence: the table is taken as level."""
+    seed = 36
+    shared = 0
+    truth = np.zeros(0)
+    words = {"-Z": "level", "+Z": "upside down", "-X": "nose up", "+X": "nose down",
+             "+Y": "left down", "-Y": "right down"}
+
+    def rows(self):
+        return [{"rest": self.words[f]} for _ in range(2) for f in FACES]
+
+    def columns(self):
+        return ["rest"]
+
+    def field(self, row, shared):
+        return -FACES[[f for f, word in self.words.items() if word == row["rest"]][0]]
+
+
+class Confirmation(Joint):
+    """Four readings are kept out of the fit, and lie where it predicts them."""
+    seed = 37
+    F = 1.0
+    sd = 1e-3
+    digits = 6
+    bias = Experiment.bias
+    sensitivity = Experiment.sensitivity
+    status = 0
+    shift = 0.0
+
+    def rows(self):
+        return [{**row, "confirm": 1 if i % 6 == 5 else 0}
+                for i, row in enumerate(super().rows())]
+
+    def columns(self):
+        return ["rest", "fence", "confirm"]
+
+    def readings(self, rows):
+        v = super().readings(rows)
+        for row, reading in zip(rows, v):
+            reading += self.shift * row["confirm"]
+        return v
+
+    def answers(self, name):
+        rows, v = self.read(name)
+        kept = np.array([row["confirm"] == 1 for row in rows])
+        theta, C = self.solve([r for r, k in zip(rows, kept) if not k], v[~kept])
+        answer = self.answer(theta, C)
+        errors = v[kept] - self.predicted([r for r, k in zip(rows, kept) if k], theta)
+        answer["more"] = [{"pointer": "/confirmation/readings", "value": 4},
+                          {"pointer": "/confirmation/passed", "value": self.status == 0}]
+        for i, error in enumerate(errors):
+            answer["more"] += [{"pointer": f"/confirmation/details/{i}/error/{k}",
+                                "value": float(error[k]), "tolerance": 2e-5} for k in range(3)]
+        return [answer]
+
+
+class NotConfirmed(Confirmation):
+    """The same, the instrument having been hit before they were taken."""
+    seed = 38
+    status = 1
+    shift = 0.01
+
+
+class WrongFace(Experiment):
+    """A label is wrong: the run is named, and nothing is stored."""
+    seed = 39
+
+    def rows(self):
+        return [{"rest": r, "fence": f} for r, f in design(24)]
+
+    def make(self, name):
+        super().make(name)
+        path = os.path.join(HERE, name + ".csv")
+        with open(path) as file:
+            text = file.read()
+        row = next(line for line in text.splitlines() if line.startswith("7,"))
+        rest, fence = row.split(",")[1:3]
+        wrong = {"+": "-", "-": "+"}[rest[0]] + rest[1]
+        with open(path, "w") as file:
+            file.write(text.replace(row, row.replace(f"7,{rest},{fence}", f"7,{wrong},{fence}")))
+
+    def operations(self, name):
+        return [{"run": ["calibrate", name + ".json", "--json"], "status": 1,
+                 "expect": [{"output": "/status", "value": "refused"},
+                            {"output": "/warnings/0/code", "value": "wrong_pose"},
+                            {"output": "/warnings/0/run", "value": 7}]}]
+
+
+class Body(Joint):
+    """A sensor that sits turned in a model, found by six attitudes of the model."""
+    seed = 41
+    F = 1.0
+    sd = 2e-4
+    digits = 7
+    bias = Experiment.bias
+    sensitivity = Experiment.sensitivity
+    attitudes = [(0, 0), (15, 0), (-15, 0), (0, 25), (0, -25), (20, 10)]
+
+    def later(self, name, answers):
+        r = np.random.default_rng(410)
+        values = [one["value"] for one in answers[0]["parameters"]]
+        b, S = np.array(values[:3]), np.array(values[3:12]).reshape(3, 3)
+        w = np.array([0.2, -0.1, 0.4])  # the model's axes from the sensor's, as a rotation vector
+        a = np.linalg.norm(w)
+        K = np.cross(np.eye(3), w / a).T
+        K = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]]) / a
+        R = np.eye(3) + np.sin(a) * K + (1 - np.cos(a)) * K @ K
+        rows, ups, seen = [], [], []
+        for pitch, roll in self.attitudes:
+            p, q = np.radians(pitch), np.radians(roll)
+            u = np.array([np.sin(p), np.cos(p) * np.sin(q), np.cos(p) * np.cos(q)])
+            v = np.round(b + S @ R.T @ u + self.sd * r.standard_normal(3), 7)
+            rows.append([f"{x:.7f}" for x in v] + [str(pitch), str(roll)])
+            f = np.linalg.solve(S, v - b)
+            ups.append(u)
+            seen.append(f / np.linalg.norm(f))
+        with open(os.path.join(HERE, name + ".attitudes.csv"), "w") as file:
+            file.write("x,y,z,pitch_deg,roll_deg\n" + "".join(",".join(x) + "\n" for x in rows))
+        U, _, V = np.linalg.svd(np.array(ups).T @ np.array(seen))
+        found = U @ np.diag([1, 1, np.linalg.det(U @ V)]) @ V
+        return [{"run": ["calibrate", name + ".attitudes.csv", "--method", "attitude", "--from",
+                         "{folder}/cal.json", "-o", "{folder}/body.json"], "status": 0,
+                 "expect": [{"file": "{folder}/body.json",
+                             "pointer": f"/rotation_model_from_sensor/{i}/{j}",
+                             "value": float(found[i, j]), "tolerance": 1e-6}
+                            for i in range(3) for j in range(3)]}]
+
+
+EXPERIMENTS = {
+    "accelerometer": Paired, "accelerometer_si": Joint, "inclinometer": Inclinometer,
+    "magnetometer": Magnetometer, "coil": Coil, "gyroscope": EarthRate, "turntable": Turntable,
+    "lamp": Lamp, "sun": Sun, "transfer": Transfer, "custom_field": Custom, "one_axis": OneAxis,
+    "triple_frame": Triple, "h_frame": HFrame, "two_kinds": TwoKinds,
+    "temperature": Temperature, "own_temperatures": OwnTemperatures, "drift": Drift,
+    "tumble": Tumble, "six_faces": SixFaces, "confirmation": Confirmation,
+    "not_confirmed": NotConfirmed, "wrong_face": WrongFace, "body": Body}
 
 
 def main():
-    what = sys.argv[1] if len(sys.argv) == 2 else ""
+    what = sys.argv[1] if len(sys.argv) > 1 else ""
     if what not in ("make", "solve"):
         sys.exit(__doc__)
-    for name, kind in EXPERIMENTS.items():
-        folder = os.path.join(HERE, name)
-        os.makedirs(folder, exist_ok=True)
+    for name in sys.argv[2:] or EXPERIMENTS:
+        kind = EXPERIMENTS[name]
         if what == "make":
-            kind().make(folder)
+            kind().make(name)
             continue
-        answers = kind().answers(folder)
-        with open(os.path.join(folder, "answer.json"), "w") as file:
-            json.dump({"by": "solve.py", "records": answers}, file, indent=1)
+        expected = {"format": "axiscal-expected", "version": 1, "by": "solve.py",
+                    "about": kind.__doc__.strip(), "operations": kind().operations(name)}
+        with open(os.path.join(HERE, name + ".expected.json"), "w") as file:
+            json.dump(expected, file, indent=1)
             file.write("\n")
 
 

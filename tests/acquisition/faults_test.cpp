@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What goes wrong on a bench: cables, lines, clocks, disks, power.
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <mutex>
 #include <numeric>
 #include <set>
 
@@ -17,8 +20,11 @@
 #include "allocations.hpp"
 #include "axiscal/acquisition/open_source.hpp"
 #include "axiscal/acquisition/sample_feed.hpp"
+#include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/random.hpp"
+#include "axiscal/positioner/mount.hpp"
+#include "axiscal/positioner/positioner.hpp"
 #include "fakes.hpp"
 #include "program.hpp"
 
@@ -381,6 +387,149 @@ TEST_F(FaultTest, KilledAtAnyMomentEveryReadingThatWasShownIsThere) {
       EXPECT_EQ(result.status, 0) << result.err;
       EXPECT_EQ(readings().size(), 36U);
     }
+  }
+}
+
+// Two instruments on the web of an H, each at a port and by a clock of its own, in the hands of a
+// person who does what the session asks.
+class TwoPorts {
+ public:
+  TwoPorts() {
+    const std::vector<Mount> mounts = h_shaped_mounts("L", "R");
+    for (std::size_t i = 0; i < 2; ++i) {
+      truths[i] = {.bias = 0.02 * random_.normals<3>(), .sensitivity = Eigen::Matrix3d::Identity()};
+      for (double& entry : truths[i].sensitivity.reshaped()) {
+        entry += 0.01 * random_.normal();
+      }
+      mounts_[i] = mounts[i].rotation_sensor_from_positioner;
+    }
+    thread_ = std::thread([this] { play(); });
+  }
+  ~TwoPorts() {
+    over_ = true;
+    thread_.join();
+  }
+  TwoPorts(const TwoPorts&) = delete;
+  TwoPorts& operator=(const TwoPorts&) = delete;
+
+  [[nodiscard]] std::vector<std::string> addresses() const {
+    return {"serial:" + ports_[0].path + "?names=t,L.x,L.y,L.z&time=t",
+            "serial:" + ports_[1].path + "?names=t,R.x,R.y,R.z&time=t"};
+  }
+
+  // What the session's output asks for last.
+  void follow(const std::string& output) {
+    const std::size_t at = output.rfind("{\"event\":\"ask\"");
+    const std::size_t end = output.find('\n', std::min(at, output.size()));
+    if (at != std::string::npos && end != std::string::npos) {
+      const nlohmann::json ask = nlohmann::json::parse(output.substr(at, end - at));
+      const DesignPoint wanted(*parse_face(ask["rest"].get<std::string>()),
+                               *parse_face(ask["fence"].get<std::string>()));
+      const std::lock_guard<std::mutex> lock(mutex_);
+      wanted_ = wanted;
+    }
+  }
+
+  std::array<LinearResponse, 2> truths;
+
+ private:
+  void play() {
+    constexpr double rate_hz = 50.0;
+    constexpr double speed = 15.0;  // times real time
+    const Eigen::Vector3d up = Eigen::Vector3d(0.003, -0.002, 1.0).normalized();
+    std::optional<DesignPoint> lies;
+    int shaking = 0;
+    for (int i = 0; !over_; ++i) {
+      {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        if (wanted_ && wanted_ != lies) {
+          lies = wanted_;
+          shaking = 60;
+        }
+      }
+      const DesignPoint point = lies.value_or(DesignPoint(Face::minus_z, Face::plus_y));
+      const Eigen::Vector3d in_cube =
+          Positioner().rotation_table_from_positioner(point).transpose() * up +
+          (shaking-- > 0 ? 0.2 : 0.0) * random_.normals<3>();
+      for (std::size_t s = 0; s < 2; ++s) {
+        // Clocks that began at other times and run 30 ppm fast, 40 ppm slow.
+        const double clock_s = (s == 0 ? 1000.0 : 5.0) + i / rate_hz * (s == 0 ? 1.00003 : 0.99996);
+        std::string line = number_text(clock_s, 12);
+        const Eigen::VectorXd v = truths[s].at(mounts_[s] * in_cube);
+        for (const double value : v) {
+          line += "," + number_text(value + 1e-4 * random_.normal(), 9);
+        }
+        ports_[s].master.write(line + "\n");
+      }
+      std::this_thread::sleep_for(std::chrono::duration<double>(1.0 / (rate_hz * speed)));
+    }
+  }
+
+  std::array<PseudoPort, 2> ports_;
+  std::array<Eigen::Matrix3d, 2> mounts_;
+  RandomStream random_{17};
+  std::mutex mutex_;
+  std::optional<DesignPoint> wanted_;
+  std::atomic<bool> over_ = false;
+  std::thread thread_;
+};
+
+TEST_F(FaultTest, TwoInstrumentsOfAnAssemblyAreKilledAndResumed) {
+  const std::string journal = name_ + ".journal";
+  std::vector<std::string> arguments = {"acquire",
+                                        "--assembly",
+                                        "h",
+                                        "--instrument",
+                                        "accelerometer",
+                                        "--unit",
+                                        "g",
+                                        "--unattended",
+                                        "--json",
+                                        "--dwell",
+                                        "1",
+                                        "--name",
+                                        name_,
+                                        "--record",
+                                        name_ + "-cal-{slot}.json"};
+  std::array<LinearResponse, 2> truths;
+  std::vector<int> shown;
+  for (const bool first : {true, false}) {
+    TwoPorts ports;  // of the same instruments each time
+    truths = ports.truths;
+    std::vector<std::string> all =
+        first ? arguments : std::vector<std::string>{"acquire",
+                                                     "--resume",
+                                                     journal,
+                                                     "--unattended",
+                                                     "--json",
+                                                     "--record",
+                                                     name_ + "-cal-{slot}.json"};
+    for (const std::string& address : ports.addresses()) {
+      all.insert(all.end(), {"--connect", address});
+    }
+    Victim session(all);
+    const std::string until = first ? "run 5:" : "\"event\":\"files\"";
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (!session.read(std::chrono::milliseconds(20), until) &&
+           std::chrono::steady_clock::now() < patience) {
+      ports.follow(session.text);
+    }
+    ASSERT_NE(session.text.find(until), std::string::npos) << session.text.substr(
+        session.text.size() - std::min<std::size_t>(session.text.size(), 3000));
+    session.read(std::chrono::milliseconds(first ? 0 : 1500), "no such text");
+    session.kill();
+    for (const int run : shown_runs(session.text)) {
+      shown.push_back(run);
+    }
+    EXPECT_EQ(stored_runs(journal), shown) << "nothing is lost";
+  }
+  EXPECT_EQ(shown.size(), 12U);
+  for (std::size_t s = 0; s < 2; ++s) {
+    const Calibration found = read_calibration(name_ + (s == 0 ? "-cal-L.json" : "-cal-R.json"));
+    EXPECT_EQ(found.provenance.slot, s == 0 ? "L" : "R");
+    EXPECT_LT((found.sensor.response.sensitivity - truths[s].sensitivity).cwiseAbs().maxCoeff(),
+              2e-4);
+    EXPECT_EQ(found.fit.slot_alignments.size(), 1U);
   }
 }
 

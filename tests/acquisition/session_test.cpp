@@ -495,7 +495,7 @@ TEST(Session, SoaksBeforeABlockOfAnotherTemperature) {
   hand.feed(45.0, {0, 0, 1});
   EXPECT_NE(hand.session().view().phase, SessionPhase::soaking);
   hand.lay();
-  EXPECT_NEAR(*hand.session().readings().back().temperature, 39.5, 1e-9);
+  EXPECT_NEAR(hand.session().readings().back().temperature->mean(), 39.5, 1e-9);
 }
 
 TEST(Session, ReadingsThatCannotBeStoredAreKeptUntilTheyCan) {

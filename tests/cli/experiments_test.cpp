@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The example experiments, run by the command and held against the answers of their own solver
-// (examples/experiments/solve.py), which shares nothing with the library.
+// Experiments with the command: kinds by formulas, fields of several parts.
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -14,48 +13,6 @@
 
 namespace axiscal {
 namespace {
-
-// Every parameter of the answer within a small part of its standard uncertainty.
-void expect_answer(const nlohmann::json& answer, const nlohmann::json& record) {
-  EXPECT_EQ(record.at("status"), "ok");
-  std::map<std::string, double> values;
-  for (const nlohmann::json& parameter : record.at("uncertainty").at("parameters")) {
-    values[parameter.at("parameter")] = parameter.at("value");
-  }
-  for (const nlohmann::json& expected : answer.at("parameters")) {
-    const std::string name = expected.at("parameter");
-    ASSERT_TRUE(values.contains(name)) << name;
-    // Both weigh the axes by their scatter, in rounds that end a little differently.
-    EXPECT_NEAR(values.at(name), expected.at("value"), 0.01 * expected.at("u").get<double>())
-        << name;
-  }
-}
-
-class ExampleExperiment : public testing::TestWithParam<const char*> {};
-
-TEST_P(ExampleExperiment, HasTheAnswerOfItsOwnSolver) {
-  const std::filesystem::path folder =
-      std::filesystem::path(AXISCAL_SOURCE_DIR) / "examples" / "experiments" / GetParam();
-  const nlohmann::json answer = test::read_json((folder / "answer.json").string()).at("records");
-  const test::ScratchFolder scratch;
-  const bool has_slots = answer.front().contains("slot");
-  const test::ProgramResult result =
-      test::run_axiscal({"calibrate", (folder / "experiment.json").string(), "-o",
-                         scratch.path(has_slots ? "cal-{slot}.json" : "cal.json")});
-  ASSERT_EQ(result.status, 0) << result.err;
-  for (const nlohmann::json& one : answer) {
-    const std::string name =
-        has_slots ? "cal-" + one.at("slot").get<std::string>() + ".json" : "cal.json";
-    expect_answer(one, test::read_json(scratch.path(name)));
-  }
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    All,
-    ExampleExperiment,
-    testing::Values(
-        "turntable", "sun", "temperature", "triple_frame", "one_axis", "transfer", "drift"),
-    [](const auto& one) { return std::string(one.param); });
 
 // A kind of instrument that is stated by formulas: its quantities in the record, its column in
 // apply.

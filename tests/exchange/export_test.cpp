@@ -18,6 +18,7 @@
 #endif
 
 #include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/reduction.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -650,6 +651,80 @@ TEST(ExportDcc, NeedsALaboratory) {
   EXPECT_THROW(static_cast<void>(export_calibration(accelerometer_in("V", "g"), "dcc",
                                                     {.laboratory = laboratory()})),
                RefusedError);
+}
+#endif
+
+#ifdef AXISCAL_XLSXWRITER
+// The sheet as gnumeric computes it anew, against what apply makes of the readings in it.
+void expect_sheet_agrees(const Calibration& calibration) {
+  if (std::system("command -v ssconvert >/dev/null 2>&1") != 0) {
+    GTEST_SKIP() << "gnumeric's ssconvert is not here";
+  }
+  const ScratchFolder folder;
+  const std::string book =
+      folder.write("cal.xlsx", export_calibration(calibration, "xlsx").content);
+  const std::string command = "cd '" + folder.path("") +
+                              "' && ssconvert --recalc -S -O 'separator=, format=raw' '" + book +
+                              "' 'sheet_%n.txt' >/dev/null 2>&1";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  const std::vector<std::vector<std::string>> rows =
+      csv_cells(read_file(folder.path("sheet_1.txt")));
+  const auto place_of = [&](const std::string& name) {
+    return static_cast<std::size_t>(std::find(rows[0].begin(), rows[0].end(), name) -
+                                    rows[0].begin());
+  };
+  const Reducer reducer(calibration);
+  const std::size_t m = calibration.sensor.instrument.axes.size();
+  for (std::size_t row = 1; row <= 12; ++row) {
+    const auto number = [&](std::size_t at) { return std::stod(rows.at(row).at(at)); };
+    std::vector<double> v;
+    for (std::size_t k = 0; k < m; ++k) {
+      v.push_back(number(k));
+    }
+    ReadingContext context;
+    if (calibration.sensor.temperature) {
+      const bool own = calibration.sensor.temperature->has_own_sensors();
+      context.temperature = own ? SensorTemperature({number(m), number(m + 1), number(m + 2)})
+                                : SensorTemperature(number(m));
+    }
+    if (m < 3) {
+      const double expected = reducer.reduce_axis(0, v[0], context.temperature).component;
+      EXPECT_NEAR(number(place_of("component_x")), expected, 1e-12 * std::abs(expected) + 1e-15);
+      continue;
+    }
+    const ReducedReading reading = reducer.reduce(v, context);
+    for (const char* const name : {"x", "y", "z"}) {
+      EXPECT_NEAR(number(place_of(std::string("field_") + name)), reading[name],
+                  1e-12 * reducer.magnitude());
+    }
+    for (std::size_t i = 0; i < reading.derived_names.size(); ++i) {
+      const std::string& cell = rows[row].at(place_of(std::string(reading.derived_names[i])));
+      const double expected = reading.derived.values[i];
+      ASSERT_EQ(cell.empty(), std::isnan(expected)) << cell << " " << expected;
+      if (!cell.empty()) {
+        EXPECT_NEAR(std::stod(cell), expected, 1e-12 * 360.0) << reading.derived_names[i];
+      }
+    }
+  }
+}
+
+TEST(ExportXlsx, ComputesAsApplyDoes) {
+  expect_sheet_agrees(accelerometer_in("V", "g"));
+}
+
+TEST(ExportXlsx, ComputesOverTemperatures) {
+  expect_sheet_agrees(over_temperature(accelerometer_in("V", "g")));
+  Calibration own = over_temperature(accelerometer_in("V", "g"));
+  const TemperatureSpan span = own.sensor.temperature->spans.front();
+  own.sensor.temperature->spans = {span, {.reference = 24.0, .low = -9.0, .high = 59.0}, span};
+  own.sensor.instrument.convention = AxisConvention::forward_right_down;
+  expect_sheet_agrees(own);
+}
+
+TEST(ExportXlsx, RefusesWhatNoSheetReduces) {
+  Calibration calibration = accelerometer_in("V", "g");
+  calibration.sensor.instrument.one_sided = true;
+  EXPECT_THROW(static_cast<void>(export_calibration(calibration, "xlsx")), RefusedError);
 }
 #endif
 

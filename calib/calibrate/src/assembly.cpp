@@ -10,6 +10,7 @@
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -298,7 +299,7 @@ Calibration calibrate_slot(const Experiment& own,
 }
 
 // The levelness of the slots in one kind of vertical field, put together.
-std::optional<CombinedLevelness> combine(std::vector<Calibration>& calibrations) {
+std::optional<CombinedLevelness> combined_levelness(std::vector<Calibration>& calibrations) {
   std::vector<SlotLevelness> levelness;
   for (const Calibration& calibration : calibrations) {
     if (shows_slope(calibration)) {
@@ -323,8 +324,9 @@ std::optional<CombinedLevelness> combine(std::vector<Calibration>& calibrations)
 void take_slope(const std::vector<Calibration>& calibrations,
                 const std::optional<CombinedLevelness>& combined,
                 Experiment& experiment) {
-  if (!experiment.table.slope.isZero(0.0) || experiment.stated.slope_u > 0.0) {
-    return;
+  if (!experiment.table.slope.isZero(0.0) || experiment.stated.slope_u > 0.0 ||
+      experiment.field.in_table) {
+    return;  // how the field lies is stated
   }
   if (combined && combined->consistent) {
     experiment.table.slope = {combined->x, combined->y};
@@ -355,10 +357,13 @@ SlotAlignment alignment_of(const Calibration& from, const Calibration& to) {
   alignment.rotation_other_from_sensor = R;
   const Eigen::MatrixXd of_to = turn_with_parameters(to);
   const Eigen::MatrixXd of_from = R * turn_with_parameters(from);
-  const Eigen::Matrix3d covariance =
-      of_to * to.fit.statistics->covariance * of_to.transpose() +
-      of_from * from.fit.statistics->covariance * of_from.transpose();
-  alignment.u_rad = covariance.diagonal().cwiseSqrt();
+  for (Eigen::Index j = 0; j < 3; ++j) {
+    VarianceShares shares = scatter_shares(to, of_to.row(j));
+    shares += scatter_shares(from, of_from.row(j));
+    const CombinedUncertainty uncertainty = combine(shares);
+    alignment.u_rad(j) = uncertainty.u;
+    alignment.expanded_rad(j) = uncertainty.expanded;
+  }
   return alignment;
 }
 
@@ -393,7 +398,7 @@ std::vector<Calibration> calibrate_assembly(const Experiment& experiment,
       }
     }
     if (vertical) {
-      combined = combine(showing);
+      combined = combined_levelness(showing);
     }
   }
   for (Calibration& calibration : showing) {

@@ -143,6 +143,7 @@ class RunFit {
         source_(checked(experiment, used_, method_), observations, weighting_, by_field_) {
     check_method(experiment, observations, used_, method_, by_field_);
     parts_ = resolve_field(experiment, source_.mean_time_s());
+    check_unit(experiment.instrument, parts_.front());
     if (field_moves(experiment) && !by_field_ && !parts_.front().in_table) {
       throw RefusedError(
           experiment.field.moving_part()->of->moving_name() +

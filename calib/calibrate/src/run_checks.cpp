@@ -13,6 +13,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/field/field_kind.hpp"
+#include "axiscal/field/field_unit.hpp"
 #include "axiscal/field/settings.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/instruments/settings.hpp"
@@ -249,6 +250,17 @@ void check_method(const Experiment& experiment,
         "temperature by itself");
   }
   check_levels(used, method);
+}
+
+void check_unit(const Instrument& instrument, const FieldDescription& field) {
+  const bool is_voltage = reading_factor_between("V", instrument.unit).has_value();
+  if (!is_voltage && is_reading_unit(instrument.unit) && is_reading_unit(field.unit) &&
+      !reading_factor_between(field.unit, instrument.unit)) {
+    throw SetupError(formatted("readings in {} are none of {} in {}: another unit, another kind of "
+                               "instrument, or other columns?",
+                               instrument.unit, field.kind, field.unit),
+                     {settings::instrument});
+  }
 }
 
 void check_known_magnitude(const FieldDescription& field) {

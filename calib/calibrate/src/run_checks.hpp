@@ -26,8 +26,13 @@ void check_method(const Experiment& experiment,
                   Method method,
                   bool by_field);
 
+/// Refuses readings in a unit of another quantity than the field's; volts may be of any.
+/// @throws SetupError
+void check_unit(const Instrument& instrument, const FieldDescription& field);
+
 /// Refuses a field that is stated with two lengths.
 /// @throws SetupError
+
 void check_known_magnitude(const FieldDescription& field);
 
 }  // namespace axiscal

@@ -335,7 +335,7 @@ class Summary {
     if (c_.fit.slot_alignments.empty()) {
       return;
     }
-    heading("Other instruments' axes against these [mrad], about x, y and z");
+    heading("Other instruments' axes against these [mrad], about x, y and z; +- U (95 %)");
     for (const SlotAlignment& other : c_.fit.slot_alignments) {
       // Of a mirrored one what is left beside its quarter turns.
       const Eigen::Matrix3d quarter = other.rotation_other_from_sensor.array().round();
@@ -345,10 +345,10 @@ class Summary {
       std::vector<std::string> u;
       for (Eigen::Index j = 0; j < 3; ++j) {
         cells.push_back(rounded(1e3 * turn(j), 1e3 * other.u_rad(j)));
-        u.push_back(rounded_uncertainty(1e3 * other.u_rad(j)));
+        u.push_back(rounded_uncertainty(1e3 * other.expanded_rad(j)));
       }
       text_ += row("slot " + other.slot, 20, cells);
-      text_ += row("  its uncertainty", 20, u);
+      text_ += row("  +-", 20, u);
     }
   }
 
@@ -475,8 +475,10 @@ std::string words_of_field_size(const Calibration& calibration) {
   }
   const FieldSizeCheck& check = *calibration.fit.field_size;
   const auto parts = [](double relative) {
-    return relative < 1e-3 ? formatted("{} ppm", number_text(1e6 * relative, 2))
-                           : formatted("{} %", number_text(1e2 * relative, 2));
+    const double ppm = 1e6 * relative;
+    return relative >= 1e-3 ? formatted("{} %", number_text(1e2 * relative, 2))
+                            : formatted("{} ppm", number_text(ppm < 10.0 ? ppm : std::round(ppm),
+                                                              ppm < 10.0 ? 2 : 4));
   };
   constexpr double unlikely = 0.01;
   return formatted(

@@ -29,17 +29,39 @@ bool can_be_checked(const Experiment& experiment,
                       [&](const Reading& reading) { return field.is_dark(reading.level); });
 }
 
-// Scatter of a reading of each axis: of repeats alone where there are enough.
-Eigen::VectorXd noise_of(const FitStatistics& statistics) {
-  Eigen::VectorXd sd = statistics.residual_sd;
+// Scatter of a reading of each axis, and by how many numbers it is known.
+struct Noise {
+  Eigen::VectorXd sd;
+  double degrees_of_freedom = 0.0;
+  bool by_repeats = false;  // else by the residuals that the lengths are a part of
+};
+
+Noise noise_of(const FitStatistics& statistics) {
+  Noise own{.sd = statistics.residual_sd,
+            .degrees_of_freedom = statistics.degrees_of_freedom.sum()};
+  Noise repeats{.sd = own.sd, .by_repeats = !statistics.lack_of_fit.empty()};
   constexpr double enough = 5.0;
   for (std::size_t k = 0; k < statistics.lack_of_fit.size(); ++k) {
     const LackOfFit& test = statistics.lack_of_fit[k];
-    if (test.pure_error_dof >= enough && test.pure_error_sd > 0.0) {
-      sd(static_cast<Eigen::Index>(k)) = test.pure_error_sd;
-    }
+    repeats.by_repeats =
+        repeats.by_repeats && test.pure_error_dof >= enough && test.pure_error_sd > 0.0;
+    repeats.sd(static_cast<Eigen::Index>(k)) = test.pure_error_sd;
+    repeats.degrees_of_freedom += test.pure_error_dof;
   }
-  return sd;
+  return repeats.by_repeats ? repeats : own;
+}
+
+// That the lengths scatter so much more than expected by chance. Lengths that are a part of the
+// residuals are held against the rest of them.
+double p_of(double ratio, double own_dof, const Noise& noise, bool noise_alone) {
+  const double rest = noise.degrees_of_freedom - own_dof;
+  if (noise.by_repeats || !noise_alone || !(rest >= 1.0)) {
+    return noise.degrees_of_freedom > 0.0
+               ? f_upper_p(std::max(ratio, 1e-12), own_dof, noise.degrees_of_freedom)
+               : 1.0;
+  }
+  const double left = noise.degrees_of_freedom - own_dof * ratio;
+  return left > 0.0 ? f_upper_p(std::max(ratio * rest / left, 1e-12), own_dof, rest) : 0.0;
 }
 
 // Columns of what a fit leaves: P x.
@@ -107,7 +129,8 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
     squares += std::pow((met + inverse * above).norm() - met.norm(), 2);
   }
   const Eigen::MatrixXd AP = leftover.of(A).transpose();  // n x n m, as P is symmetric
-  const Eigen::VectorXd pure = noise_of(*calibration.fit.statistics).cwiseQuotient(sigma);
+  const Noise noise = noise_of(*calibration.fit.statistics);
+  const Eigen::VectorXd pure = noise.sd.cwiseQuotient(sigma);
   Eigen::MatrixXd of_noise = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index k = 0; k < m; ++k) {
     const auto part = AP.middleCols(n * k, n);
@@ -123,10 +146,8 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
   if (!(expected > 0.0)) {
     return std::nullopt;
   }
-  // As chi^2 of the mean and variance of a sum of squares (Satterthwaite), over noise that is known
-  // by so many degrees of freedom.
+  // As chi^2 of the mean and variance of a sum of squares (Satterthwaite).
   const double own_dof = expected * expected / V.squaredNorm();
-  const double noise_dof = calibration.fit.statistics->degrees_of_freedom.sum();
   const double F = field.magnitude();
   const auto rms = [&](double sum) { return std::sqrt(sum / static_cast<double>(n)) / F; };
   return FieldSizeCheck{.orientations = static_cast<int>(n),
@@ -134,9 +155,7 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
                         .by_noise = rms(of_noise.trace()),
                         .by_inputs = rms(of_inputs.trace()),
                         .degrees_of_freedom = own_dof,
-                        .p_value = noise_dof > 0.0 ? f_upper_p(std::max(squares / expected, 1e-12),
-                                                               own_dof, noise_dof)
-                                                   : 1.0};
+                        .p_value = p_of(squares / expected, own_dof, noise, inputs.empty())};
 }
 
 }  // namespace axiscal

@@ -290,6 +290,9 @@ ReadingSet ReadingSource::set(const std::vector<FieldDescription>& parts,
 }
 
 ReadingSet ReadingSource::kept_out(const ReadingSet& fitted) const {
+  if (rows_kept_out_.empty()) {
+    return {};
+  }
   ReadingSet set = fitted;
   set.readings.clear();
   set.rotation_sensor_from_table.clear();

@@ -402,6 +402,7 @@ void members(JsonMembers& io, SlotAlignment& alignment) {
   io.need("slot", alignment.slot);
   io.need_matrix("rotation_other_from_sensor", alignment.rotation_other_from_sensor, 3, 3);
   io.vector("u_rad", alignment.u_rad, 3);
+  io.vector("expanded_95_rad", alignment.expanded_rad, 3);
 }
 
 void members(JsonMembers& io, FieldSizeCheck& check) {

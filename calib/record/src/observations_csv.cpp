@@ -113,10 +113,9 @@ class Table {
       for (const auto& [word, of] : faces_) {
         words += formatted(", '{}'", word);
       }
-      fail(column,
-           formatted("{} is not a face; the faces are +X -X +Y -Y +Z -Z{}; words are stated "
-                     "by --face-names 'WORD=FACE,...'",
-                     quoted(column), words));
+      fail(column, formatted("{} is not a face; the faces are +X -X +Y -Y +Z -Z{}; say what a word "
+                             "means by face names, 'WORD=FACE,...'",
+                             quoted(column), words));
     }
     return *face;
   }

@@ -106,6 +106,13 @@ double half_width(const VarianceShares& shares, const EffectiveFreedom& freedom,
 
 }  // namespace
 
+VarianceShares& VarianceShares::operator+=(const VarianceShares& more) {
+  axes.insert(axes.end(), more.axes.begin(), more.axes.end());
+  components.insert(components.end(), more.components.begin(), more.components.end());
+  others += more.others;
+  return *this;
+}
+
 CombinedUncertainty combine(const VarianceShares& shares, double coverage) {
   const EffectiveFreedom freedom = effective_freedom(shares);
   CombinedUncertainty result;

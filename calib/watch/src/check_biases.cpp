@@ -65,9 +65,7 @@ DriftCheck check_biases(const Calibration& old,
     VarianceShares now;
     static_cast<void>(propagate(old, change_of_bias(old, axis, d), &shares));
     static_cast<void>(propagate(fresh, change_of_bias(fresh, axis, 0.0), &now));
-    shares.axes.insert(shares.axes.end(), now.axes.begin(), now.axes.end());
-    shares.components.insert(shares.components.end(), now.components.begin(), now.components.end());
-    shares.others += now.others;
+    shares += now;
     const CombinedUncertainty u = combine(shares);
     const double shift = old.sensor.temperature && temperature
                              ? old.sensor.temperature->bias_shift(row, temperature->of(row))

@@ -324,9 +324,7 @@ VarianceShares shares_of_error(const Calibration& old,
     }
     VarianceShares own;
     static_cast<void>(propagate(*record, gradient, &own));
-    shares.axes.insert(shares.axes.end(), own.axes.begin(), own.axes.end());
-    shares.components.insert(shares.components.end(), own.components.begin(), own.components.end());
-    shares.others += own.others;
+    shares += own;
   }
   return shares;
 }

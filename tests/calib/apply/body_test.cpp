@@ -144,8 +144,8 @@ TEST(BodyRotation, ATareSetsTwoAnglesAndItsRange) {
   const BodyRotation again = tared(the_record(), body, {slipped.at(0, 0)});
   EXPECT_MATRIX_NEAR(again.rotation_model_from_sensor, slipped.model_from_sensor, 3e-4);
   EXPECT_NEAR(again.tare_rad, std::hypot(0.01, 0.02), 1e-4);
-  EXPECT_THROW(static_cast<void>(tared(the_record(), body, {slipped.at(20, 0)})), RefusedError)
-      << "two attitudes" << again.tare_rad;
+  EXPECT_THROW(static_cast<void>(tared(the_record(), body, {slipped.at(0, 0), slipped.at(20, 0)})),
+               RefusedError);
   ReferenceReading far = slipped.at(30, 0);
   far.attitude.reset();
   EXPECT_THROW(static_cast<void>(tared(the_record(), body, {far})), RefusedError);

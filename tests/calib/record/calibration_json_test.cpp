@@ -123,7 +123,7 @@ TEST(CalibrationJson, SaysWhatIsWrongWhere) {
     record[json::json_pointer(pointer)] = value;
     return complaint(record);
   };
-  EXPECT_THAT(changed("/version", 2), HasSubstr("cal.json: /version: version 2"));
+  EXPECT_THAT(changed("/version", 3), HasSubstr("cal.json: /version: version 3"));
   EXPECT_THAT(changed("/format", "x"), HasSubstr("/format"));
   EXPECT_THAT(changed("/instrument/kind", "sextant"), HasSubstr("/instrument/kind: unknown kind"));
   EXPECT_THAT(changed("/instrument/axes", 3), HasSubstr("/instrument/axes: must be a list"));

@@ -20,7 +20,7 @@ namespace axiscal {
 /// it partly cancels: the rotation's own part of it, -K dtheta, is kept with its sign.
 ///
 /// @par Source
-/// method.md, section 10.
+/// method.md, section 11.
 struct BodyRotation {
   Eigen::Matrix3d rotation_model_from_sensor = Eigen::Matrix3d::Identity();
   /// Of the rotation's error about the model's axes [rad^2], all of it.
@@ -70,7 +70,7 @@ struct BodyOptions {
 ///                       small to see their scatter, or they contradict each other.
 /// @throws DomainError   for another calibration, or readings of other than its axes.
 /// @par Source
-/// Wahba, SIAM Review 7 (1965) 409; method.md, section 10.
+/// Wahba, SIAM Review 7 (1965) 409; method.md, section 11.
 [[nodiscard]] BodyRotation find_body_rotation(const Calibration& calibration,
                                               const std::vector<ReferenceReading>& references,
                                               const BodyOptions& options = {});
@@ -115,7 +115,7 @@ struct JointMovement {
 /// @param first, second            the fields that they say, in the model's axes.
 /// @param first_covariance, ..     theirs; none where a record states none.
 /// @par Source
-/// method.md, section 10: chi^2 of rank 2, as the turn about the vertical is never seen.
+/// method.md, section 11: chi^2 of rank 2, as the turn about the vertical is never seen.
 [[nodiscard]] JointMovement joint_movement(const Eigen::Vector3d& first,
                                            const std::optional<Eigen::Matrix3d>& first_covariance,
                                            const Eigen::Vector3d& second,

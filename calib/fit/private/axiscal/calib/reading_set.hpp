@@ -46,7 +46,7 @@ struct ReadingSet {
   std::vector<Eigen::Vector3d> also_in_table;
   Eigen::VectorXd noise_ratio;  // m: stated; empty where it is not known
   bool robust = false;
-  bool has_fence = true;  // as Observations::has_fence
+  bool has_fence = true;                           // as Observations::has_fence
   Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  // of a transfer, as seen_directions()
   // Of one-sided axes under several lights: which of the parts each axis sees at each reading, n x
   // m for each part; empty where what one sees all see.

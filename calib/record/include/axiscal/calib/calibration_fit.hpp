@@ -69,6 +69,7 @@ struct SlotAlignment {
   std::string slot;  ///< of the other instrument
   Eigen::Matrix3d rotation_other_from_sensor = Eigen::Matrix3d::Identity();
   Eigen::Vector3d u_rad = Eigen::Vector3d::Zero();  ///< standard uncertainty about its x, y, z
+  Eigen::Vector3d expanded_rad = Eigen::Vector3d::Zero();  ///< half widths of 95 % intervals
 };
 
 /// The field's size as the calibrated instrument reads it in all orientations, which asks nothing

@@ -32,6 +32,9 @@ struct VarianceShares {
   std::vector<VarianceShare> axes;        ///< of the readings' scatter, one for each axis
   std::vector<VarianceShare> components;  ///< of blocks, seats, ...
   double others = 0.0;                    ///< known well: infinite degrees of freedom
+
+  /// Those of another, independent part beside these.
+  VarianceShares& operator+=(const VarianceShares& more);
 };
 
 /// Puts shares together: by Welch and Satterthwaite's formula where each has five degrees of
