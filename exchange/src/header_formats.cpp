@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "axiscal/calib/reduction.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -277,10 +278,11 @@ Exported fixed_header(const Calibration& calibration,
   return {.content = text + dialect.close(), .loss = loss};
 }
 
-Exported header(const Calibration& calibration,
+Exported header(const Calibration& record,
                 const ExportOptions& options,
                 bool is_cpp,
                 std::string_view format) {
+  const Calibration calibration = in_assembly_frame(record);  // as apply answers
   require_three_axes(calibration, format);
   const Dialect dialect{.is_cpp = is_cpp, .name = header_name(calibration, options)};
   const ConsumerModel model = nearest_model(calibration, {}, MatrixShape::full, options);

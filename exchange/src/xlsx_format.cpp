@@ -413,7 +413,8 @@ class Workbook {
 
 }  // namespace
 
-Exported export_xlsx(const Calibration& calibration, const ExportOptions&) {
+Exported export_xlsx(const Calibration& record, const ExportOptions&) {
+  const Calibration calibration = in_assembly_frame(record);  // as apply answers
   const SensorModel& sensor = calibration.sensor;
   if (sensor.instrument.axis_count() > 3 || sensor.instrument.one_sided || !sensor.also.empty() ||
       !gives_field(calibration)) {

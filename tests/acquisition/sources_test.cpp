@@ -198,12 +198,12 @@ TEST_F(SourceTest, NamedFieldsByAPattern) {
               rounding);
 }
 
-TEST_F(SourceTest, ScpiScannerWithAResistor) {
+TEST_F(SourceTest, ScpiScannerWithAResistorForEachChannel) {
   std::vector<std::string> readings;
   for (const std::vector<double>& row : sources_recording().rows) {
-    // 50 ohms: what is read is the voltage.
-    readings.push_back(number_text(50.0 * row[1]) + "," + number_text(50.0 * row[2]) + "," +
-                       number_text(50.0 * row[3]));
+    // Through 50 and 100 ohms, and none: what is read is the voltage.
+    readings.push_back(number_text(50.0 * row[1]) + "," + number_text(100.0 * row[2]) + "," +
+                       number_text(row[3]));
   }
   std::vector<std::string> commands;
   std::vector<std::vector<double>> found;
@@ -211,7 +211,7 @@ TEST_F(SourceTest, ScpiScannerWithAResistor) {
     const FakeServer server(fake_multimeter(readings, commands));
     found = readings_from("scpi://127.0.0.1:" + server.port() +
                           "?channels=101,102,103&names=x[g],y[g],z[g]&range=100&nplc=0.2&resistor="
-                          "50&rate=50");
+                          "50,100,0&rate=50");
   }
   expect_same(found, from_file_by_rate(), rounding);
   const std::vector<std::string> setup = {"*CLS", "CONF:VOLT:DC 100,(@101,102,103)",

@@ -16,6 +16,7 @@
 
 #include "axiscal/acquisition/journal.hpp"
 #include "axiscal/acquisition/session.hpp"
+#include "axiscal/calib/body.hpp"
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/certificate_details.hpp"
@@ -119,6 +120,10 @@ void experiment(std::string_view bytes) {
 void positioner(std::string_view bytes) {
   const Positioner made = parse_positioner(bytes, "cube.json");
   static_cast<void>(parse_positioner(positioner_json(made), "again"));
+}
+
+void rotation(std::string_view bytes) {
+  static_cast<void>(parse_body_rotation(bytes, "body.json"));
 }
 
 void limits(std::string_view bytes) {
@@ -338,6 +343,7 @@ constexpr std::array targets = {
     Target{"experiment", experiment},
     Target{"positioner", positioner},
     Target{"limits", limits},
+    Target{"rotation", rotation},
     Target{"laboratory", laboratory},
     Target{"mapping", mapping},
     Target{"log", log_of},

@@ -320,8 +320,7 @@ Calibration in_model_frame(Calibration calibration, const BodyRotation& body, bo
     throw DomainError("a rotation to a model's axes is of an instrument of three axes or more");
   }
   const bool correlated = same_record && calibration.fit.statistics &&
-                          body.parameter_names == calibration.fit.statistics->parameter_names &&
-                          !sensor.rotation_sensor_from_assembly;
+                          body.parameter_names == calibration.fit.statistics->parameter_names;
   sensor.rotation_sensor_from_assembly = R.transpose();
   calibration = in_assembly_frame(std::move(calibration));
   if (!calibration.fit.statistics) {

@@ -33,7 +33,9 @@ Observations with_fields_of_attitudes(const Experiment& experiment, Observations
   const bool turns_with_heading = mean.head<2>().norm() > upright * mean.norm();
   for (Reading& reading : observations.readings) {
     if (!reading.attitude) {
-      throw DomainError("calibrate: every reading needs its attitude, or none");
+      throw RefusedError(formatted(
+          "run {}: other readings have attitudes (pitch_deg, roll_deg), and this one has none",
+          reading.run));
     }
     if (turns_with_heading && !reading.attitude->heading_rad) {
       throw RefusedError(

@@ -237,7 +237,12 @@ void ReadingSource::put_temperature(ReadingSet& set) const {
   set.temperature.d.resize(set.size(), set.axis_count());
   std::vector<double> temperatures;
   for (Eigen::Index i = 0; i < set.size(); ++i) {
-    const SensorTemperature& t = *set.readings[static_cast<std::size_t>(i)].temperature;
+    const Reading& reading = set.readings[static_cast<std::size_t>(i)];
+    if (!reading.temperature) {
+      throw RefusedError(formatted(
+          "temperature terms need the column 'temperature'; run {} has none", reading.run));
+    }
+    const SensorTemperature& t = *reading.temperature;
     temperatures.push_back(t.mean());
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
       const TemperatureSpan& span = spans_[spans_.size() == 1 ? 0 : static_cast<std::size_t>(k)];

@@ -51,7 +51,7 @@ DriftCheck check_labelled(const Calibration& record,
     throw DomainError("the record states no covariance to hold readings against");
   }
   if (!sensor.field.parts.empty() || !sensor.also.empty() || sensor.instrument.one_sided) {
-    throw DomainError(
+    throw RefusedError(
         "a few readings are held against a record of one field and plain axes; take a whole "
         "design");
   }

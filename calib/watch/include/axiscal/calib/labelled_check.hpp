@@ -18,8 +18,10 @@ namespace axiscal {
 ///
 /// @param experiment    how the instrument sits in its cube, and its field.
 /// @param observations  with design points, as many axes, at the record's reference temperature.
-/// @throws RefusedError  for fewer numbers than the direction and the biases have.
-/// @throws DomainError   if the record states no covariance, or the field has several parts.
+/// @throws RefusedError  for fewer numbers than the direction and the biases have, a field of
+/// several
+///                       parts, one-sided axes or second fields.
+/// @throws DomainError   if the record states no covariance.
 /// @par Source
 /// method.md, sections 5 and 8.
 [[nodiscard]] DriftCheck check_labelled(const Calibration& record,
