@@ -176,9 +176,6 @@ Calibration in_wanted_frame(const ApplyCommand& command, Calibration calibration
     }
     return in_body(command.record, *command.body, std::move(calibration));
   }
-  if (command.frame && !calibration.sensor.rotation_sensor_from_assembly) {
-    throw UsageError("--frame: the record states no mount in an assembly");
-  }
   return frame == "sensor" ? calibration : in_assembly_frame(std::move(calibration));
 }
 
@@ -197,7 +194,16 @@ std::optional<Calibration> attitude_of(const ApplyCommand& command,
     }
     return std::nullopt;
   }
-  Calibration attitude = in_wanted_frame(command, read_unrefused(*command.attitude, command.force));
+  Calibration attitude = in_assembly_frame(read_unrefused(*command.attitude, command.force));
+  if (command.frame.value_or("assembly") == "sensor") {
+    // The frame of the instrument whose results are wanted.
+    attitude.sensor.rotation_sensor_from_assembly =
+        calibration.sensor.rotation_sensor_from_assembly
+            ? std::optional<Eigen::Matrix3d>(
+                  calibration.sensor.rotation_sensor_from_assembly->transpose())
+            : std::nullopt;
+    attitude = in_assembly_frame(std::move(attitude));
+  }
   const std::string wanted =
       calibration.sensor.also.empty() ? "gravity" : calibration.sensor.also.front().kind;
   if (attitude.sensor.field.kind != wanted || attitude.sensor.response.bias.size() < 3 ||
@@ -275,12 +281,20 @@ struct Joint {
     reducer.emplace(make_reducer(path, calibration, {}));
     columns.reducer = &*reducer;
     columns.columns = columns_in(csv, calibration);
+    if (columns.columns.front().plus == columns_in(csv, own).front().plus) {
+      throw UsageError(formatted(
+          "--joint: the columns of both instruments are '{}'; name them SLOT.axis, as the slots of "
+          "the records are",
+          columns.columns.front().plus));
+    }
     if (command.alarm) {
       columns.alarm_rad = not_negative_of("--alarm", *command.alarm) * rad_per_deg;
     }
     try {
-      uncertainty.emplace(calibration, *reducer);
-      own_uncertainty.emplace(own, own_reducer, ReadingNoise{}, conversion.factor);
+      uncertainty.emplace(calibration, *reducer, reading_noise(command, calibration));
+      own_uncertainty.emplace(own, own_reducer, reading_noise(command, own), conversion.factor);
+      columns.degrees_of_freedom = own.fit.statistics->degrees_of_freedom.sum() +
+                                   calibration.fit.statistics->degrees_of_freedom.sum();
       columns.uncertainty = &*uncertainty;
       columns.own_uncertainty = &*own_uncertainty;
     } catch (const DomainError& error) {
@@ -306,6 +320,12 @@ int run(const ApplyCommand& command) {
                : std::nullopt;
   OpenTable table;
   std::optional<InputFile> followed;
+  if (command.follow &&
+      command.table.temperature_column.value_or("").find(',') != std::string::npos) {
+    throw UsageError(
+        "--temperature-column: of rows as they come it names one column; sensors of single axes "
+        "are read from AXIS_temperature");
+  }
   if (command.follow) {  // rows as they come: nothing is looked at ahead of them
     followed.emplace(command.readings);
     table.csv = std::make_unique<CsvReader>(

@@ -89,8 +89,9 @@ int run_attitude(const CalibrateCommand& command) {
     } else {
       print_remark("note",
                    "no references: the sensor's axes are taken as the model's, and the tare sets "
-                   "two angles of them; the turn about the vertical is not known better");
+                   "two angles of them; the turn about the vertical counts as known to 1 degree");
     }
+    options.same_record = finds || body.record_sha256 == sha256_of_file(record);
     if (command.tare) {
       body = tared(calibration, std::move(body), references_in(command, *command.tare, calibration),
                    options);

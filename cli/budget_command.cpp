@@ -4,6 +4,7 @@
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/intrinsic.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
+#include "axiscal/calib/reduction.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -261,7 +262,7 @@ Asked asked_of(const BudgetCommand& command, const Calibration& calibration) {
 }
 
 int run(const BudgetCommand& command) {
-  const Calibration calibration = read_calibration(command.record);
+  const Calibration calibration = in_assembly_frame(read_calibration(command.record));
   if (parameter_uncertainties(calibration).empty()) {
     throw DataError(command.record, "/statistics",
                     "the record states no covariance of its coefficients, so there is no budget");

@@ -158,7 +158,8 @@ bool is_record(const std::string& path) {
 }
 
 bool has_pose(const Observations& observations) {
-  return observations.readings.front().point || observations.readings.front().field_in_sensor;
+  const Reading& first = observations.readings.front();
+  return first.point || first.field_in_sensor || first.attitude;
 }
 
 int report(const CheckCommand& command,
@@ -229,6 +230,16 @@ std::optional<double> mean_temperature(const Observations& observations) {
   return sum / static_cast<double>(observations.readings.size());
 }
 
+// How the record's instrument sits: as it was calibrated, where nothing else is stated.
+Positioner positioner_of(const Positioner& positioner, const Calibration& old) {
+  if (!old.sensor.rotation_sensor_from_assembly || !positioner.mounts().empty()) {
+    return positioner;
+  }
+  return positioner.with_mounts(
+      {{.slot = old.provenance.slot,
+        .rotation_sensor_from_positioner = *old.sensor.rotation_sensor_from_assembly}});
+}
+
 // Readings for what a record is of, at its reference temperature.
 FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   ExperimentOptions options = command.experiment;
@@ -264,8 +275,10 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
 Calibration calibration_of(const CheckCommand& command,
                            FreshReadings readings,
                            const Calibration& old) {
-  readings.experiment.positioner = with_assembly(readings.experiment.positioner,
-                                                 command.experiment.assembly, readings.run.slots);
+  readings.experiment.positioner =
+      positioner_of(with_assembly(readings.experiment.positioner, command.experiment.assembly,
+                                  readings.run.slots),
+                    old);
   std::vector<Calibration> calibrations = calibrate_run(readings.experiment, readings.run);
   for (Calibration& calibration : calibrations) {  // what check says of such biases itself
     std::erase_if(calibration.findings.warnings, [](const CalibrationWarning& warning) {
@@ -333,11 +346,11 @@ DriftCheck check_few(const CheckCommand& command,
                      const Calibration& old,
                      double alpha) {
   Experiment& experiment = readings.experiment;
-  experiment.positioner =
-      with_assembly(experiment.positioner, command.experiment.assembly, readings.run.slots);
+  experiment.positioner = positioner_of(
+      with_assembly(experiment.positioner, command.experiment.assembly, readings.run.slots), old);
   experiment.slot = slot_of(experiment, readings.run);
-  experiment.rotation_sensor_from_positioner = old.sensor.rotation_sensor_from_assembly.value_or(
-      mount_rotation(experiment.positioner, experiment.slot));
+  experiment.rotation_sensor_from_positioner =
+      mount_rotation(experiment.positioner, experiment.slot);
   return check_labelled(old, experiment, readings.run.observations, alpha);
 }
 

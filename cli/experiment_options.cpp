@@ -490,10 +490,15 @@ std::optional<std::string> of_slot(const char* option,
   std::optional<std::string> own;
   bool any = false;
   bool in_own = false;
+  const bool may_have_equals =
+      std::string_view(option) == "--field" || std::string_view(option) == "--axes";
   for (const std::string_view item : split(*text, ',')) {
     const std::string_view name = trimmed(item.substr(0, item.find('=')));
-    const bool begins = item.find('=') != std::string_view::npos &&
-                        std::find(slots.begin(), slots.end(), name) != slots.end();
+    const bool is_slot = std::find(slots.begin(), slots.end(), name) != slots.end();
+    const bool begins = item.find('=') != std::string_view::npos && is_slot;
+    if (item.find('=') != std::string_view::npos && !is_slot && !may_have_equals) {
+      throw UsageError(formatted("{}: '{}' is no slot; there are {}", option, name, joined(slots)));
+    }
     if (begins) {
       any = true;
       in_own = name == slot;
@@ -678,6 +683,7 @@ Experiment experiment_of(const Calibration& record) {
     experiment.noise_ratio = done.noise_ratio;
     experiment.drift = done.drift;
     experiment.seats = done.seats;
+    experiment.face_names = done.face_names;
     experiment.nominal_sensitivity = done.nominal_sensitivity;
     experiment.table.fence_azimuth_rad = done.table.fence_azimuth_rad;
     stated = done.field;

@@ -4,6 +4,7 @@
 #include "acquire_command.hpp"
 #include "axiscal/acquisition/health_watch.hpp"
 #include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/reduction.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_document.hpp"
@@ -52,7 +53,7 @@ Json health_json(const HealthView& view, const Calibration& calibration) {
 
 HealthWatchSetup watch_setup(const AcquireCommand& command) {
   HealthWatchSetup setup;
-  setup.calibration = read_calibration(*command.check);
+  setup.calibration = in_assembly_frame(read_calibration(*command.check));
   if (command.dwell) {
     setup.dwell_s = positive_of("--dwell", *command.dwell);
   }

@@ -49,7 +49,7 @@ Run read_run(const ExperimentFile& experiment,
 Positioner with_assembly(const Positioner& positioner,
                          const std::optional<std::string>& assembly,
                          const std::vector<std::string>& slots) {
-  if (!assembly) {
+  if (!assembly || (slots.empty() && !positioner.mounts().empty())) {
     return positioner;
   }
   try {

@@ -117,7 +117,14 @@ void rename_temperatures(const std::string& text,
                          const std::vector<std::string>& axes,
                          std::vector<MappedColumn>& renamed) {
   const std::vector<std::string> items = names_of(text);
-  if (items.size() > 1 && text.find('=') == std::string::npos && items.size() != axes.size()) {
+  const bool named = text.find('=') != std::string::npos;
+  if (named && std::any_of(items.begin(), items.end(), [](const std::string& item) {
+        return item.find('=') == std::string::npos;
+      })) {
+    throw UsageError(formatted(
+        "--temperature-column: '{}': either each is AXIS=COLUMN or SLOT=COLUMN, or none", text));
+  }
+  if (items.size() > 1 && !named && items.size() != axes.size()) {
     throw UsageError(
         formatted("--temperature-column: '{}' has {} columns for {} axes; give one "
                   "for all, or one for each",

@@ -373,8 +373,11 @@ class Workbook {
       } else if (names[i] == "yaw_deg") {
         text = formatted("=IF(ABS({})>={},DEGREES(ATAN2({},{}{})),\"\")", pitch, yaw_above_deg,
                          f[0], sign, f[1]);
-      } else {
-        text = formatted("={}/{}", f[i % 3], length);  // the direction to a light
+      } else if (names[i].starts_with("direction_")) {
+        text = formatted("={}/{}", f[i % 3], length);
+      } else {  // a computed value without a formula
+        sheet.number(row, column++, reduced.derived.values[i]);
+        continue;
       }
       sheet.formula(row, column++, text, reduced.derived.values[i]);
     }

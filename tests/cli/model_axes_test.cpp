@@ -195,13 +195,21 @@ TEST_F(ModelAxesTest, SlotsOfSeveralKindsAreStatedOnTheLine) {
   const ProgramResult twice = attempt({"--instrument", "L=accelerometer,L=magnetometer"});
   EXPECT_EQ(twice.status, 2);
   EXPECT_THAT(twice.err, HasSubstr("each slot once"));
-  const ProgramResult torn = run_axiscal({"calibrate", folder_.path("run.csv"), "--instrument",
-                                          "accelerometer", "--unit", "nT"});
+  const ProgramResult torn = run_axiscal(
+      {"calibrate", folder_.path("run.csv"), "--instrument", "accelerometer", "--unit", "nT"});
   EXPECT_EQ(torn.status, 2);
   EXPECT_THAT(torn.err, HasSubstr("readings in nT are none of gravity in g"));
   const ProgramResult unknown = attempt({"--instrument", "L=accelerometer,M=compass"});
   EXPECT_EQ(unknown.status, 2);
   EXPECT_THAT(unknown.err, HasSubstr("slot M"));
+  const ProgramResult stranger =
+      attempt({"--instrument", "L=accelerometer,M=magnetometer", "--unit", "L=g,N=nT"});
+  EXPECT_EQ(stranger.status, 2);
+  EXPECT_THAT(stranger.err, HasSubstr("'N' is no slot; there are L, M"));
+  const ProgramResult mixed =
+      attempt({"--instrument", "accelerometer", "--temperature-column", "x=tx,ty"});
+  EXPECT_EQ(mixed.status, 2);
+  EXPECT_THAT(mixed.err, HasSubstr("or none"));
 }
 
 }  // namespace

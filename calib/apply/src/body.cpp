@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -244,7 +245,8 @@ BodyRotation find_body_rotation(const Calibration& calibration,
       worst = pull(i) > pull(worst) ? i : worst;
     }
     constexpr double by_chance = 1e-4;
-    if (dof > 0.0 && chi_squared_upper_p(std::max(chi_squared, 1e-12), dof) < by_chance) {
+    const double nu = calibration.fit.statistics->degrees_of_freedom.sum();
+    if (dof > 0.0 && f_upper_p(std::max(chi_squared / dof, 1e-12), dof, nu) < by_chance) {
       throw RefusedError(formatted(
           "the references contradict each other by more than is stated of them: {} lies {} "
           "degrees off; look at its attitude, or state a larger uncertainty (direction_u)",
@@ -267,6 +269,12 @@ BodyRotation tared(const Calibration& calibration,
   }
   std::vector<Direction> all;
   for (const ReferenceReading& reading : tare) {
+    if (reading.flat) {
+      throw RefusedError(formatted(
+          "row {}: a face that lies flat says nothing exact in one heading; state the attitude of "
+          "a tare (pitch_deg, roll_deg), or take references (method attitude)",
+          reading.row));
+    }
     const StatedAttitude attitude = reading.attitude.value_or(StatedAttitude{});
     all.push_back(
         directions.of(reading, up_of(attitude, calibration.sensor.instrument.convention)));
@@ -294,11 +302,18 @@ BodyRotation tared(const Calibration& calibration,
   body.rotation_model_from_sensor = smallest_rotation(read, n) * body.rotation_model_from_sensor;
   const Eigen::Matrix3d along = n * n.transpose();
   const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - along;
-  if (body.by_parameters.size() == 0) {
-    body.parameter_names = calibration.fit.statistics->parameter_names;
-    body.by_parameters =
-        Eigen::MatrixXd::Zero(3, static_cast<Eigen::Index>(body.parameter_names.size()));
+  const std::vector<std::string>& names = calibration.fit.statistics->parameter_names;
+  if (body.readings == 0) {
+    constexpr double by_eye_rad = 1.0 * rad_per_deg;
+    body.covariance_of_references = by_eye_rad * by_eye_rad * Eigen::Matrix3d::Identity();
     body.degrees_of_freedom = std::numeric_limits<double>::infinity();
+  } else if (!options.same_record || body.parameter_names != names) {
+    body.covariance_of_references = body.covariance;
+    body.by_parameters.resize(0, 0);
+  }
+  if (body.by_parameters.size() == 0) {
+    body.parameter_names = names;
+    body.by_parameters = Eigen::MatrixXd::Zero(3, static_cast<Eigen::Index>(names.size()));
   }
   const double variance =
       stated_variances({mean}, directions.noise_variance(), options.reference_u_rad.value_or(0.0))
@@ -376,7 +391,8 @@ Calibration in_model_frame(Calibration calibration, const BodyRotation& body, bo
 JointMovement joint_movement(const Eigen::Vector3d& first,
                              const std::optional<Eigen::Matrix3d>& first_covariance,
                              const Eigen::Vector3d& second,
-                             const std::optional<Eigen::Matrix3d>& second_covariance) {
+                             const std::optional<Eigen::Matrix3d>& second_covariance,
+                             double degrees_of_freedom) {
   const Eigen::Vector3d a = first.normalized();
   const Eigen::Vector3d b = second.normalized();
   JointMovement movement{.angle_rad = std::atan2(a.cross(b).norm(), a.dot(b)),
@@ -395,19 +411,31 @@ JointMovement joint_movement(const Eigen::Vector3d& first,
       difference.norm() > 0.0 ? Eigen::Vector2d(difference.normalized()) : Eigen::Vector2d::UnitX();
   movement.u_rad = std::sqrt(along.dot(covariance * along));
   movement.p_value =
-      chi_squared_upper_p(std::max(difference.dot(covariance.inverse() * difference), 1e-12), 2.0);
+      f_upper_p(std::max(0.5 * difference.dot(covariance.inverse() * difference), 1e-12), 2.0,
+                degrees_of_freedom);
   return movement;
 }
 
 BodyChange compare_rotations(const BodyRotation& before, const BodyRotation& after) {
   const Eigen::AngleAxisd turn(after.rotation_model_from_sensor *
                                before.rotation_model_from_sensor.transpose());
-  const Eigen::Matrix3d covariance =
-      before.covariance_of_references + after.covariance_of_references;
+  const bool same_record =
+      !before.record_sha256.empty() && before.record_sha256 == after.record_sha256;
+  const Eigen::Matrix3d first = same_record ? before.covariance_of_references : before.covariance;
+  const Eigen::Matrix3d second = same_record ? after.covariance_of_references : after.covariance;
+  const Eigen::Matrix3d covariance = first + second;
+  const Eigen::LLT<Eigen::Matrix3d> root(covariance);
+  if (root.info() != Eigen::Success) {
+    throw RefusedError("a rotation states no uncertainty about some axis: nothing can be compared");
+  }
   BodyChange change{.turn_rad = turn.angle() * turn.axis(),
                     .u_rad = covariance.diagonal().cwiseSqrt()};
-  change.p_value = chi_squared_upper_p(
-      std::max(change.turn_rad.dot(covariance.inverse() * change.turn_rad), 1e-12), 3.0);
+  // Welch and Satterthwaite, by the traces.
+  const double nu =
+      std::pow(covariance.trace(), 2) / (std::pow(first.trace(), 2) / before.degrees_of_freedom +
+                                         std::pow(second.trace(), 2) / after.degrees_of_freedom);
+  change.p_value =
+      f_upper_p(std::max(change.turn_rad.dot(root.solve(change.turn_rad)) / 3.0, 1e-12), 3.0, nu);
   return change;
 }
 

@@ -130,7 +130,10 @@ std::size_t one_temperature(const CsvReader& csv,
                             const std::vector<ReadingColumn>& axes,
                             const std::string& column) {
   const std::string& axis = axes.front().axis;
-  const std::optional<std::size_t> own = csv.column(axis.substr(0, axis.rfind('.') + 1) + column);
+  std::optional<std::size_t> own = csv.column(axis.substr(0, axis.rfind('.') + 1) + column);
+  if (!own && axes.size() == 1 && !csv.column(column)) {  // of the only axis
+    own = csv.column(axis + "_temperature");
+  }
   return own ? *own : csv.need(column);
 }
 
@@ -397,16 +400,17 @@ class CsvReduction {
     if (with_u) {
       put_uncertainties(context, derived);
     }
-    const bool moved = options_.joint && put_joint(reduced.field_in_sensor, context);
+    const bool moved = options_.joint && put_joint(reduced.field_in_sensor, context, extrapolated);
     put_flag(reduced.derived.clamped, reduced.extrapolated || extrapolated, moved);
   }
 
   // How the other instrument is turned against this one; returns whether that is an alarm.
-  bool put_joint(const Eigen::Vector3d& field, const ReadingContext& context) {
+  bool put_joint(const Eigen::Vector3d& field, const ReadingContext& context, bool& extrapolated) {
     const JointColumns& joint = *options_.joint;
-    const Eigen::Vector3d others =
-        joint.reducer->reduce(joint_row_->readings(), {.temperature = joint_row_->temperature()})
-            .field_in_sensor;
+    const ReducedReading reduced =
+        joint.reducer->reduce(joint_row_->readings(), {.temperature = joint_row_->temperature()});
+    const Eigen::Vector3d& others = reduced.field_in_sensor;
+    extrapolated = extrapolated || reduced.extrapolated;
     std::optional<Eigen::Matrix3d> own;
     std::optional<Eigen::Matrix3d> of_others;
     if (joint.uncertainty != nullptr && joint.own_uncertainty != nullptr) {
@@ -414,13 +418,16 @@ class CsvReduction {
       of_others =
           joint.uncertainty->field_covariance(joint_row_->readings(), joint_row_->temperature());
     }
-    const JointMovement movement = joint_movement(field, own, others, of_others);
+    const JointMovement movement =
+        joint_movement(field, own, others, of_others, joint.degrees_of_freedom);
     out_.put_cell(movement.angle_rad * deg_per_rad);
     if (options_.uncertainty != nullptr) {
       out_.put_cell(movement.u_rad * deg_per_rad);
     }
     constexpr double by_chance = 0.001;
-    const bool moved = movement.angle_rad > joint.alarm_rad && !(movement.p_value >= by_chance);
+    const bool is_told =
+        std::isnan(movement.p_value) ? joint.alarm_rad > 0.0 : movement.p_value < by_chance;
+    const bool moved = movement.angle_rad > joint.alarm_rad && is_told;
     summary_.moved += moved ? 1U : 0U;
     return moved;
   }

@@ -251,7 +251,7 @@ bool has_alignment(const Calibration& calibration) {
   return calibration.sensor.response.bias.size() == 3 &&
          calibration.fit.method != Method::magnitude && calibration.fit.method != Method::bias &&
          calibration.fit.statistics && calibration.fit.statistics->covariance.rows() >= 12 &&
-         calibration.sensor.response.sensitivity.rowwise().norm().minCoeff() > 0.0;
+         calibration.sensor.response.sensitivity.determinant() > 0.0;
 }
 
 // A field that stands on the table's normal and shows its slope.
@@ -328,9 +328,11 @@ void take_slope(const std::vector<Calibration>& calibrations,
       experiment.field.in_table) {
     return;  // how the field lies is stated
   }
-  if (combined && combined->consistent) {
-    experiment.table.slope = {combined->x, combined->y};
-    experiment.stated.slope_u = std::max(combined->standard_error_x, combined->standard_error_y);
+  if (combined) {
+    if (combined->consistent) {
+      experiment.table.slope = {combined->x, combined->y};
+      experiment.stated.slope_u = std::max(combined->standard_error_x, combined->standard_error_y);
+    }
     return;
   }
   for (const Calibration& calibration : calibrations) {

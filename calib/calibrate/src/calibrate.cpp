@@ -218,6 +218,20 @@ class RunFit {
     }
   }
 
+  // How blocks differ is not in the intervals of readings from a block of their own.
+  void note_unknown_blocks() {
+    const auto known = [&](const Reading& kept) {
+      return std::any_of(fitted_.readings.begin(), fitted_.readings.end(),
+                         [&](const Reading& reading) { return reading.block == kept.block; });
+    };
+    if (!std::all_of(kept_out_.readings.begin(), kept_out_.readings.end(), known)) {
+      calibration_.findings.notes.push_back(
+          {NoteCode::conditions,
+           "readings to be confirmed are of a block that the fit does not know: how biases change "
+           "from block to block is not in their intervals"});
+    }
+  }
+
   // The estimate with its uncertainty becomes the record's.
   void take_over() {
     estimate_.saturated = saturated_axes(fitted_, estimate_,
@@ -285,11 +299,13 @@ class RunFit {
   // What the readings say that were kept out of the fit, and the field's size of those in it.
   void hold_against_others() {
     if (kept_out_.size() > 0) {
-      if (method_ == Method::magnitude || seen_.size() > 0 || fitted_.seen.cols() > 0) {
+      if (method_ == Method::magnitude || seen_.size() > 0 || fitted_.seen.cols() > 0 ||
+          experiment_.robust || experiment_.level_by == LevelBy::block) {
         throw RefusedError(
-            "readings to be confirmed (confirm) go with design points or known fields, and axes "
-            "that see them all");
+            "readings to be confirmed (confirm) go with design points or known fields, axes that "
+            "see them all, one levelness, and no robust regression");
       }
+      note_unknown_blocks();
       calibration_.findings.confirmation = confirmed(judged_ ? *judged_ : fitted_, kept_out_,
                                                      estimate_.field, method_ == Method::known);
     }
@@ -515,7 +531,8 @@ Calibration finished(RunFit& run) {
 }  // namespace
 
 Calibration calibrate(const Experiment& experiment, const Observations& given) {
-  const bool by_attitudes = has_attitudes(given);
+  const bool by_attitudes =
+      has_attitudes(given) && experiment.method.value_or(Method::known) == Method::known;
   const Observations with_fields =
       by_attitudes ? with_fields_of_attitudes(experiment, given) : Observations();
   const Observations& observations = by_attitudes ? with_fields : given;
@@ -534,6 +551,10 @@ Calibration calibrate(const Experiment& experiment, const Observations& given) {
   RunFit run(experiment, observations);
   run.describe();
   if (run.method() == Method::bias) {
+    if (std::any_of(observations.readings.begin(), observations.readings.end(),
+                    [](const Reading& reading) { return reading.confirm; })) {
+      throw RefusedError("method bias predicts no readings to be confirmed (confirm)");
+    }
     run.fit_biases();
     return run.result();
   }

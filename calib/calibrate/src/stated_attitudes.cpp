@@ -18,6 +18,12 @@ bool has_attitudes(const Observations& observations) {
 }
 
 Observations with_fields_of_attitudes(const Experiment& experiment, Observations observations) {
+  if (field_moves(experiment)) {
+    throw SetupError(experiment.field.moving_part()->of->moving_name() +
+                         " moves while the readings are taken, which attitudes do not follow; give "
+                         "fx, fy, fz for each",
+                     {settings::field});
+  }
   const std::vector<FieldDescription> parts = resolve_field(experiment);
   for (const FieldDescription& part : parts) {
     if (!part.in_table) {
@@ -48,7 +54,8 @@ Observations with_fields_of_attitudes(const Experiment& experiment, Observations
     const Eigen::Matrix3d R =
         rotation_sensor_from_level(reading.attitude->pitch_rad, reading.attitude->roll_rad,
                                    heading_rad, experiment.instrument.convention);
-    reading.field_in_sensor = R * field.at(reading.level);
+    reading.field_in_sensor =
+        experiment.rotation_sensor_from_positioner * (R * field.at(reading.level));
   }
   return observations;
 }

@@ -13,7 +13,7 @@ namespace axiscal {
 /// sine plate stands on a level table, or on one whose slope is stated.
 ///
 /// @throws RefusedError  where a field that is not vertical needs a heading that is not there.
-/// @throws SetupError    where nothing says how the field lies in the table.
+/// @throws SetupError    where nothing says how the field lies in the table, or it moves.
 [[nodiscard]] Observations with_fields_of_attitudes(const Experiment& experiment,
                                                     Observations observations);
 

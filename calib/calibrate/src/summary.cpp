@@ -6,6 +6,8 @@
 #include <set>
 #include <string_view>
 
+#include <Eigen/Geometry>
+
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/calib/uncertainty.hpp"
@@ -338,9 +340,13 @@ class Summary {
     heading("Other instruments' axes against these [mrad], about x, y and z; +- U (95 %)");
     for (const SlotAlignment& other : c_.fit.slot_alignments) {
       // Of a mirrored one what is left beside its quarter turns.
-      const Eigen::Matrix3d quarter = other.rotation_other_from_sensor.array().round();
+      Eigen::Matrix3d quarter = other.rotation_other_from_sensor.array().round();
+      if (!quarter.isUnitary()) {
+        quarter.setIdentity();
+      }
       const Eigen::Matrix3d small = other.rotation_other_from_sensor * quarter.transpose();
-      const Eigen::Vector3d turn(small(2, 1), small(0, 2), small(1, 0));
+      const Eigen::AngleAxisd angle(small);
+      const Eigen::Vector3d turn = angle.angle() * angle.axis();
       std::vector<std::string> cells;
       std::vector<std::string> u;
       for (Eigen::Index j = 0; j < 3; ++j) {

@@ -76,6 +76,8 @@ void put_sensitivity(const Experiment& experiment, Calibration& calibration) {
   calibration.sensor.response.bias = Eigen::VectorXd::Zero(instrument.axis_count());
   if (experiment.from) {
     calibration.sensor.response.sensitivity = experiment.from->sensor.response.sensitivity;
+    calibration.sensor.rotation_sensor_from_assembly =
+        experiment.from->sensor.rotation_sensor_from_assembly;
     return;
   }
   calibration.sensor.response.sensitivity = SensitivityMatrix::Zero(instrument.axis_count(), 3);

@@ -102,6 +102,22 @@ RunEffects run_effects(const std::vector<Reading>& readings,
   return effects;
 }
 
+namespace {
+
+// Where a number would stand among sorted ones, 0 at the first; beyond them it goes on by ones.
+double place_among(const std::vector<double>& numbers, double number) {
+  const auto above = std::upper_bound(numbers.begin(), numbers.end(), number);
+  if (above == numbers.begin()) {
+    return number - numbers.front();
+  }
+  const double below = *(above - 1);
+  const auto place = static_cast<double>(above - 1 - numbers.begin());
+  return above == numbers.end() ? place + number - below
+                                : place + (number - below) / (*above - below);
+}
+
+}  // namespace
+
 Eigen::MatrixXd effects_at(const RunEffects& effects,
                            const std::vector<Reading>& run,
                            const std::vector<Reading>& others) {
@@ -110,16 +126,20 @@ Eigen::MatrixXd effects_at(const RunEffects& effects,
   if (columns.cols() == 0) {
     return columns;
   }
-  // When: by time, or by the number of the run, from -1/2 to 1/2 over the run itself.
+  // When, from -1/2 to 1/2 over the run itself: by time, or by the places of the numbers among
+  // those of the run.
   const bool timed =
       std::all_of(run.begin(), run.end(), [](const Reading& r) { return r.time_s; }) &&
       std::all_of(others.begin(), others.end(), [](const Reading& r) { return r.time_s; });
-  const auto at = [timed](const Reading& r) {
-    return timed ? *r.time_s : static_cast<double>(r.run);
+  std::vector<double> whens;
+  for (const Reading& r : run) {
+    whens.push_back(timed ? *r.time_s : static_cast<double>(r.run));
+  }
+  std::sort(whens.begin(), whens.end());
+  const double span = timed ? whens.back() - whens.front() : static_cast<double>(run.size()) - 1.0;
+  const auto at = [&](const Reading& r) {
+    return timed ? *r.time_s - whens.front() : place_among(whens, static_cast<double>(r.run));
   };
-  const auto [first, last] = std::minmax_element(
-      run.begin(), run.end(), [&](const Reading& a, const Reading& b) { return at(a) < at(b); });
-  const double span = at(*last) - at(*first);
   for (std::size_t i = 0; i < others.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const auto block = std::find(effects.blocks.begin(), effects.blocks.end(), others[i].block);
@@ -127,7 +147,7 @@ Eigen::MatrixXd effects_at(const RunEffects& effects,
       columns.row(row) = effects.shift_of_block.row(block - effects.blocks.begin());
     }
     if (effects.has_drift && span > 0.0) {
-      columns(row, columns.cols() - 1) = (at(others[i]) - at(*first)) / span - 0.5;
+      columns(row, columns.cols() - 1) = at(others[i]) / span - 0.5;
     }
   }
   return columns;

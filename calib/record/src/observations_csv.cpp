@@ -294,8 +294,14 @@ struct Columns {
   std::vector<std::size_t> field;                 // empty or three
 };
 
-// Where pitch and roll are the labels.
-void find_attitude(Table& table, Columns& columns) {
+// Where pitch and roll are the labels, and not what an inclinometer reads.
+void find_attitude(Table& table, const std::vector<std::string>& axes, Columns& columns) {
+  const auto is_axis = [&](const char* name) {
+    return std::find(axes.begin(), axes.end(), name) != axes.end();
+  };
+  if (is_axis("pitch_deg") || is_axis("roll_deg")) {
+    return;
+  }
   columns.pitch = table.find("pitch_deg");
   columns.roll = table.find("roll_deg");
   if (!columns.pitch && !columns.roll) {
@@ -368,7 +374,7 @@ Columns find_columns(Table& table, const ObservationColumns& wanted) {
       columns.field.push_back(table.need(name));
     }
   }
-  find_attitude(table, columns);
+  find_attitude(table, axes, columns);
   if (!columns.rest && wanted.needs_labels) {
     table.fail("rest", "is missing; this method needs the design point of each reading");
   }

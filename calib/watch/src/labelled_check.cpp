@@ -6,6 +6,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <Eigen/QR>
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
@@ -22,7 +23,8 @@ namespace {
 struct WeighedFit {
   Eigen::VectorXd estimate;
   Eigen::MatrixXd covariance;
-  double squares = 0.0;  // of what is left
+  Eigen::VectorXd left;        // of e, in units of its scatter
+  Eigen::VectorXd left_share;  // of each, what the fit leaves of its variance
 };
 
 WeighedFit fit_weighed(const Eigen::VectorXd& e,
@@ -34,17 +36,51 @@ WeighedFit fit_weighed(const Eigen::VectorXd& e,
   WeighedFit fit;
   fit.covariance = (WA.transpose() * WA).inverse();
   fit.estimate = fit.covariance * (WA.transpose() * We);
-  fit.squares = (We - WA * fit.estimate).squaredNorm();
+  fit.left = We - WA * fit.estimate;
+  fit.left_share =
+      Eigen::VectorXd::Ones(e.size()) - (WA * fit.covariance).cwiseProduct(WA).rowwise().sum();
   return fit;
+}
+
+// The readings that are to be held against the record.
+Observations wanted_of(const Experiment& experiment, const Observations& observations) {
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < observations.readings.size(); ++i) {
+    const Reading& reading = observations.readings[i];
+    const std::vector<int>& out = experiment.leave_out;
+    if (!reading.confirm && std::find(out.begin(), out.end(), reading.run) == out.end()) {
+      rows.push_back(i);
+    }
+  }
+  return select_rows(observations, rows);
+}
+
+// That what is left is by chance: each axis has its own scatter, known from the calibration by its
+// own degrees of freedom; Fisher's method puts them together.
+double p_of(const WeighedFit& fit, const FitStatistics& statistics) {
+  const Eigen::Index m = statistics.degrees_of_freedom.size();
+  double sum = 0.0;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    double squares = 0.0;
+    double q = 0.0;
+    for (Eigen::Index i = k; i < fit.left.size(); i += m) {
+      squares += fit.left(i) * fit.left(i);
+      q += fit.left_share(i);
+    }
+    const double p = f_upper_p(std::max(squares / q, 1e-12), q, statistics.degrees_of_freedom(k));
+    sum -= 2.0 * std::log(std::max(p, 1e-300));
+  }
+  return chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * static_cast<double>(m));
 }
 
 }  // namespace
 
 DriftCheck check_labelled(const Calibration& record,
                           const Experiment& experiment,
-                          const Observations& observations,
+                          const Observations& given,
                           double alpha) {
   const SensorModel& sensor = record.sensor;
+  const Observations observations = wanted_of(experiment, given);
   const Eigen::Index n = observations.size();
   const Eigen::Index m = sensor.response.bias.size();
   if (!record.fit.statistics || record.fit.statistics->covariance.size() == 0) {
@@ -61,6 +97,18 @@ DriftCheck check_labelled(const Calibration& record,
                   "biases: take {} or more at different faces",
                   n, (m + 3 + m - 1) / m));
   }
+  if (!observations.has_fence) {
+    throw RefusedError(
+        "the readings say which face was down, but not how the cube lay on it: a few of them need "
+        "the column fence");
+  }
+  const FieldDescription here = make_field_description(experiment);
+  if (here.unit != sensor.field.unit) {
+    throw RefusedError(
+        formatted("the record's field is in {}, the readings' in {}: state the "
+                  "field's size here in the record's unit",
+                  sensor.field.unit, here.unit));
+  }
   std::vector<Eigen::Matrix3d> R;
   for (const Reading& reading : observations.readings) {
     R.emplace_back(
@@ -70,15 +118,15 @@ DriftCheck check_labelled(const Calibration& record,
   }
   const Eigen::MatrixXd C = parameter_covariance(record);
   const Eigen::VectorXd& sd = record.fit.statistics->residual_sd;
-  Eigen::Vector3d field =
-      sensor.field.in_table.value_or(sensor.field.magnitude * Eigen::Vector3d::UnitZ());
+  Eigen::Vector3d field = here.in_table.value_or(here.magnitude * Eigen::Vector3d::UnitZ());
   Eigen::VectorXd e(n * m);
   Eigen::MatrixXd J(n * m, C.rows());
   Eigen::MatrixXd A(n * m, 2);
   Eigen::MatrixXd V;
   WeighedFit fit;
   constexpr int most_rounds = 20;
-  for (int round = 0; round < most_rounds; ++round) {
+  bool still = false;
+  for (int round = 0; round < most_rounds && !still; ++round) {
     const Eigen::Matrix<double, 3, 2> tangents = tangents_of(field);
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto at = static_cast<std::size_t>(i);
@@ -93,22 +141,23 @@ DriftCheck check_labelled(const Calibration& record,
     }
     fit = fit_weighed(e, A, V);
     field = field.norm() * (field + field.norm() * (tangents * fit.estimate)).normalized();
-    constexpr double still_rad = 1e-12;
-    if (fit.estimate.norm() < still_rad) {
-      break;
-    }
+    constexpr double still_rad = 1e-9;
+    still = fit.estimate.norm() < still_rad;
+  }
+  // With a change of each bias.
+  Eigen::MatrixXd with_biases(n * m, 2 + m);
+  with_biases << A, Eigen::MatrixXd::Identity(m, m).replicate(n, 1);
+  if (!still || with_biases.colPivHouseholderQr().rank() < with_biases.cols()) {
+    throw RefusedError(
+        "the readings do not tell the field's direction in the table and the biases apart; take "
+        "them at different faces");
   }
   DriftCheck check{.alpha = alpha,
                    .pitch_error_deg = not_a_number,
                    .pitch_error_u_deg = not_a_number,
                    .pitch_error_expanded_deg = not_a_number};
-  const auto q = static_cast<double>(n * m - 2);
-  const double nu = record.fit.statistics->degrees_of_freedom.sum();
-  check.p_value = f_upper_p(std::max(fit.squares / q, 1e-12), q, nu);
+  check.p_value = p_of(fit, *record.fit.statistics);
   check.drifted = check.p_value < alpha;
-  // With a change of each bias.
-  Eigen::MatrixXd with_biases(n * m, 2 + m);
-  with_biases << A, Eigen::MatrixXd::Identity(m, m).replicate(n, 1);
   const WeighedFit shifted = fit_weighed(e, with_biases, V);
   for (Eigen::Index k = 0; k < m; ++k) {
     const double change = shifted.estimate(2 + k);

@@ -120,7 +120,7 @@ TEST(BodyRotation, RefusesReferencesThatContradictWhatIsStated) {
 }
 
 // What is not known of the calibration cancels at the references themselves (method.md, section
-// 10).
+// 11).
 TEST(BodyRotation, SharesTheCalibrationsErrorWithItsUse) {
   const Model model;
   const BodyRotation body = find_body_rotation(
@@ -149,6 +149,29 @@ TEST(BodyRotation, ATareSetsTwoAnglesAndItsRange) {
   ReferenceReading far = slipped.at(30, 0);
   far.attitude.reset();
   EXPECT_THROW(static_cast<void>(tared(the_record(), body, {far})), RefusedError);
+  far.flat = Face::minus_z;  // one heading of a table that may slope
+  EXPECT_THROW(static_cast<void>(tared(the_record(), body, {far})), RefusedError);
+}
+
+// A mounting by eye is known to a degree; with another record nothing cancels.
+TEST(BodyRotation, ATareAloneLeavesTheTurnAboutTheVertical) {
+  const Model model{.model_from_sensor = rotation_by(Eigen::Vector3d(0.01, -0.02, 0.0))};
+  const BodyRotation body = tared(the_record(), {}, {model.at(0, 0)});
+  EXPECT_NEAR(std::sqrt(body.covariance(2, 2)), 1.0 * rad_per_deg, 1e-6);
+  EXPECT_LT(std::sqrt(body.covariance(0, 0)), 1e-3);
+  const BodyRotation found =
+      find_body_rotation(the_record(), model.at_all({{0, 0}, {30, 0}, {-30, 0}, {0, 40}}),
+                         {.reference_u_rad = 1e-6});
+  const auto vertical = [&](bool same_record) {
+    return tared(the_record(), found, {model.at(0, 0)},
+                 {.reference_u_rad = 1e-6, .same_record = same_record})
+        .covariance(2, 2);
+  };
+  EXPECT_NEAR(vertical(true), vertical(false), 1e-9 * vertical(true));
+  EXPECT_EQ(tared(the_record(), found, {model.at(0, 0)}, {.same_record = false})
+                .by_parameters.row(2)
+                .norm(),
+            0.0);
 }
 
 TEST(BodyRotation, ComesBackFromItsFile) {
@@ -166,12 +189,13 @@ TEST(BodyRotation, ComesBackFromItsFile) {
 TEST(JointMovement, IsTheAngleAndItsChance) {
   const Eigen::Matrix3d C = 1e-8 * Eigen::Matrix3d::Identity();
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  const JointMovement still = joint_movement(up, C, rotation_by({1e-4, 0.0, 0.0}) * up, C);
+  constexpr double dof = 60.0;
+  const JointMovement still = joint_movement(up, C, rotation_by({1e-4, 0.0, 0.0}) * up, C, dof);
   EXPECT_NEAR(still.angle_rad, 1e-4, 1e-9);
   EXPECT_NEAR(still.u_rad, std::sqrt(2e-8), 1e-9);
   EXPECT_GT(still.p_value, 0.1);
-  EXPECT_LT(joint_movement(up, C, rotation_by({2e-3, 0.0, 0.0}) * up, C).p_value, 1e-6);
-  EXPECT_TRUE(std::isnan(joint_movement(up, C, up, {}).p_value));
+  EXPECT_LT(joint_movement(up, C, rotation_by({2e-3, 0.0, 0.0}) * up, C, dof).p_value, 1e-6);
+  EXPECT_TRUE(std::isnan(joint_movement(up, C, up, {}, dof).p_value));
 }
 
 TEST(CompareRotations, TellsASlip) {
@@ -189,6 +213,12 @@ TEST(CompareRotations, TellsASlip) {
       compare_rotations(before, find_body_rotation(the_record(), slipped.at_all(attitudes)));
   EXPECT_LT(change.p_value, 1e-6);
   EXPECT_NEAR(change.turn_rad.y(), 0.005, 5.0 * change.u_rad.y());
+  // Of the same record its error is in both alike.
+  BodyRotation once = before;
+  once.record_sha256 = "a";
+  BodyRotation more = once;
+  EXPECT_LT(compare_rotations(once, more).u_rad.norm(), change.u_rad.norm());
+  EXPECT_THROW(static_cast<void>(compare_rotations(BodyRotation(), BodyRotation())), RefusedError);
 }
 
 }  // namespace

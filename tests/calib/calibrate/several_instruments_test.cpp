@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Slots of several kinds, labels as people have them, a temperature sensor for each axis.
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include "axiscal/calib/assembly.hpp"
@@ -139,8 +141,11 @@ TEST(InAssemblyFrame, AMirroredInstrumentAnswersAlike) {
   EXPECT_NEAR(reading["roll_deg"], 11.6, 1e-9);
 }
 
+// The attitudes are those of what carries the instrument, however it sits in it.
 TEST(StatedAttitudes, AreLabels) {
   const SensorModel truth = accelerometer_truth();
+  Experiment experiment = experiment_for(truth);
+  experiment.rotation_sensor_from_positioner = rotation_by({0.0, 0.0, std::numbers::pi});
   std::string text = "pitch_deg,roll_deg,x,y,z\n";
   for (const double pitch : {-90.0, -45.0, 0.0, 45.0, 90.0}) {
     for (const double roll : {0.0, 90.0, 180.0, 270.0}) {
@@ -148,13 +153,13 @@ TEST(StatedAttitudes, AreLabels) {
                                                             0.0, AxisConvention::forward_left_up)
                                      .col(2);
       text += number_text(pitch) + "," + number_text(roll);
-      for (const double value : truth.response.at(up)) {
+      for (const double value :
+           truth.response.at(experiment.rotation_sensor_from_positioner * up)) {
         text += "," + number_text(value);
       }
       text += "\n";
     }
   }
-  const Experiment experiment = experiment_for(truth);
   const Calibration found = calibrate(experiment, run_of(text, experiment).observations);
   EXPECT_EQ(found.fit.method, Method::known);
   EXPECT_MATRIX_NEAR(found.sensor.response.sensitivity, truth.response.sensitivity, 1e-12);

@@ -51,6 +51,9 @@ struct ReferenceReading {
 struct BodyOptions {
   /// Standard uncertainty of the references' directions [rad]; not stated: as they scatter.
   std::optional<double> reference_u_rad;
+  /// Of tared(): whether the rotation was found with the same record; else it counts as independent
+  /// of it.
+  bool same_record = true;
 };
 
 /// Reads references from a table: the record's axes (or SLOT.axis), `pitch_deg` and `roll_deg` or
@@ -77,7 +80,8 @@ struct BodyOptions {
 
 /// The rotation turned by the least so that readings in one attitude of the model say it.
 ///
-/// It sets two angles; the turn about the vertical stays. A bias that shifted looks the same there,
+/// It sets two angles; the turn about the vertical stays, without references as well as a mounting
+/// by eye is known, 1 degree. A bias that shifted looks the same there,
 /// and is then wrong in other attitudes: two attitudes half a turn of roll apart tell them apart.
 ///
 /// @param tare  one reading or more in one attitude; level where none is stated.
@@ -112,23 +116,26 @@ struct JointMovement {
   double p_value = 1.0;    ///< that the angle is by chance; NaN likewise
 };
 
-/// @param first, second            the fields that they say, in the model's axes.
-/// @param first_covariance, ..     theirs; none where a record states none.
+/// @param first, second        the fields that they say, in the model's axes.
+/// @param first_covariance, .. theirs; none where a record states none.
+/// @param degrees_of_freedom   of the scatter that these rest on.
 /// @par Source
-/// method.md, section 11: chi^2 of rank 2, as the turn about the vertical is never seen.
+/// method.md, section 11: F of rank 2, as the turn about the vertical is never seen.
 [[nodiscard]] JointMovement joint_movement(const Eigen::Vector3d& first,
                                            const std::optional<Eigen::Matrix3d>& first_covariance,
                                            const Eigen::Vector3d& second,
-                                           const std::optional<Eigen::Matrix3d>& second_covariance);
+                                           const std::optional<Eigen::Matrix3d>& second_covariance,
+                                           double degrees_of_freedom);
 
-/// How a rotation differs from an earlier one that was found with the same calibration, whose error
-/// cancels as far as the references were the same.
+/// How a rotation differs from an earlier one. Of the same calibration the error cancels as far as
+/// the references were the same, and is not counted.
 struct BodyChange {
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< about the model's x, y, z
   Eigen::Vector3d u_rad = Eigen::Vector3d::Zero();
   double p_value = 1.0;  ///< that it is by chance
 };
 
+/// @throws RefusedError  if one of them has no uncertainty about some axis.
 [[nodiscard]] BodyChange compare_rotations(const BodyRotation& before, const BodyRotation& after);
 
 }  // namespace axiscal

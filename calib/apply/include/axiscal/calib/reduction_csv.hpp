@@ -49,7 +49,10 @@ struct JointColumns {
   /// Of the two instruments, in the model's axes; null where a record states no covariance.
   const ReadingPropagation* uncertainty = nullptr;
   const ReadingPropagation* own_uncertainty = nullptr;
-  double alarm_rad = 0.0;  ///< a larger angle that is not by chance (p < 0.001) is flagged `moved`
+  double degrees_of_freedom = 0.0;  ///< of the scatter that these rest on
+  /// A larger angle that is not by chance (p < 0.001) is flagged `moved`; where that cannot be told
+  /// any larger one, if it is not 0.
+  double alarm_rad = 0.0;
 };
 
 struct ReductionCsvOptions {

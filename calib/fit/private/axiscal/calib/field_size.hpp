@@ -24,7 +24,7 @@ namespace axiscal {
 /// @return nothing for other than three axes that used all readings, a sum of fields, readings
 ///         without design points, or more than 240 of them.
 /// @par Source
-/// Geist & Gaitan, Metrologia 59 (2022) 052101, for the idea; method.md, section 8.
+/// Geist & Gaitan, Metrologia 59 (2022) 052101, for the idea; method.md, section 5.
 [[nodiscard]] std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
                                                              const ReadingSet& set,
                                                              Method method,

@@ -76,7 +76,7 @@ struct SlotAlignment {
 /// of how it lay: a type A check of what is stated of cube and table.
 struct FieldSizeCheck {
   int orientations = 0;           ///< readings of it
-  double relative_sd = 0.0;       ///< scatter of |f_hat| / F, what the fit took from it put back
+  double relative_sd = 0.0;       ///< scatter of |f_hat| / F over the readings of the fit
   double by_noise = 0.0;          ///< what the readings' scatter explains of it, relative
   double by_inputs = 0.0;         ///< what the stated uncertainties of cube and table explain
   double degrees_of_freedom = 0;  ///< of the scatter
