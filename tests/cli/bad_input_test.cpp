@@ -56,7 +56,6 @@ std::vector<BadFile> bad_files() {
       {"CommentsOnly", "# nothing\n\n", "1", "empty"},
       {"HeaderOnly", header, "1", "only a header"},
       {"MissingColumn", "rest,fence,x,y\n+X,+Y,1,2\n", "1", "column 'z': is missing"},
-      {"MissingFence", "rest,x,y,z\n+X,1,2,3\n", "1", "column 'fence'"},
       {"DuplicateColumn", "rest,fence,x,y,x\n", "1", "column 'x': is there twice"},
       {"UnknownFace", header + good + "+W,+Y,1,2,3\n", "3", "column 'rest': '+W'"},
       {"SameAxis", header + good + "+X,-X,1,2,3\n", "3", "column 'fence'"},

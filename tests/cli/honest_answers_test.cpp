@@ -162,8 +162,8 @@ TEST_F(HonestAnswers, WhatIsIgnoredIsRefused) {
     EXPECT_EQ(result.status, 2) << more.front();
     EXPECT_THAT(result.err, HasSubstr(more.front()));
   }
-  const ProgramResult assembly =
-      run_axiscal({"acquire", "--connect", "sim:", "--assembly", "h", "--name", folder_.path("q")});
+  const ProgramResult assembly = run_axiscal(
+      {"acquire", "--connect", "sim:", "--assembly", "parallel", "--name", folder_.path("q")});
   EXPECT_EQ(assembly.status, 2);
   EXPECT_THAT(assembly.err, HasSubstr("--slot"));
   const ProgramResult pattern =

@@ -487,12 +487,13 @@ std::string words_of_field_size(const Calibration& calibration) {
                                                               ppm < 10.0 ? 2 : 4));
   };
   constexpr double unlikely = 0.01;
+  constexpr double next_to_nothing = 1e-6;  // a slope that turns all alike
   return formatted(
       "The reading of {} agrees over {} orientations to {}; the noise of the readings "
       "explains {}{}{}.",
       field_kind(calibration.sensor.field.kind).vertical ? "g" : "the field's size",
       check.orientations, parts(check.relative_sd), parts(check.by_noise),
-      check.by_inputs > 0.0
+      check.by_inputs > next_to_nothing * check.by_noise
           ? formatted(", the stated uncertainty of cube and table {}", parts(check.by_inputs))
           : ", and nothing is stated of the cube's faces",
       check.p_value < unlikely

@@ -159,9 +159,8 @@ TEST(BodyRotation, ATareAloneLeavesTheTurnAboutTheVertical) {
   const BodyRotation body = tared(the_record(), {}, {model.at(0, 0)});
   EXPECT_NEAR(std::sqrt(body.covariance(2, 2)), 1.0 * rad_per_deg, 1e-6);
   EXPECT_LT(std::sqrt(body.covariance(0, 0)), 1e-3);
-  const BodyRotation found =
-      find_body_rotation(the_record(), model.at_all({{0, 0}, {30, 0}, {-30, 0}, {0, 40}}),
-                         {.reference_u_rad = 1e-6});
+  const BodyRotation found = find_body_rotation(
+      the_record(), model.at_all({{0, 0}, {30, 0}, {-30, 0}, {0, 40}}), {.reference_u_rad = 1e-6});
   const auto vertical = [&](bool same_record) {
     return tared(the_record(), found, {model.at(0, 0)},
                  {.reference_u_rad = 1e-6, .same_record = same_record})
