@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/intrinsic.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/summary.hpp"
@@ -280,6 +281,24 @@ std::string correlation_table(const Calibration& calibration) {
                    html_table("", head, rows));
 }
 
+// How the other instruments of the assembly are turned against this one.
+std::string alignments_table(const Calibration& calibration) {
+  std::vector<std::vector<Cell>> rows;
+  for (const SlotAlignment& other : calibration.fit.slot_alignments) {
+    const Eigen::Vector3d turn = turn_beside_quarters(other);
+    std::vector<Cell>& row = rows.emplace_back(std::vector<Cell>{{other.slot, ""}});
+    for (Eigen::Index j = 0; j < 3; ++j) {
+      row.push_back(number_cell(1e3 * turn(j)));
+      row.push_back(number_cell(1e3 * other.expanded_rad(j), 2));
+    }
+  }
+  return rows.empty() ? ""
+                      : html_table("Axes of the assembly's other instruments against these [mrad]",
+                                   {"slot", "about x", "U (95 %)", "about y", "U (95 %)", "about z",
+                                    "U (95 %)"},
+                                   rows);
+}
+
 // ---- levelness, uncertainty ----
 
 // What the fit says of itself beside its residuals.
@@ -408,7 +427,7 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
       {"points", "Readings and design points", cube_section(calibration, options.observations)},
       {"coefficients", "Coefficients",
        coefficients_table(calibration) + intrinsic_table(calibration) + polar_table(calibration) +
-           correlation_table(calibration)},
+           alignments_table(calibration) + correlation_table(calibration)},
       {"residuals", "Residuals", words_on_fit(calibration) + figures(residuals)},
       {"levelness", "Levelness", levelness_section(calibration, options.table)},
       {"uncertainty", "Uncertainty", uncertainty_section(calibration)},

@@ -54,6 +54,22 @@ TEST(CalibrationReport, ShowsWhatThereIs) {
             count_of(page.substr(0, page.find("<script")), "role=\"img\" aria-label") - 12U);
 }
 
+// Of a mirrored instrument what is beside its half turn.
+TEST(CalibrationReport, AlignmentsHaveTheirTable) {
+  Calibration calibration = calibrated();
+  EXPECT_THAT(calibration_report(calibration), Not(HasSubstr("instruments against these")));
+  const Eigen::Matrix3d half_turn = Eigen::Vector3d(-1.0, -1.0, 1.0).asDiagonal();
+  calibration.fit.slot_alignments = {
+      {.slot = "R",
+       .rotation_other_from_sensor = rotation_by({0.00125, 0.0, 0.0}) * half_turn,
+       .u_rad = Eigen::Vector3d::Constant(1e-4),
+       .expanded_rad = Eigen::Vector3d::Constant(2.1e-4)}};
+  const std::string page = calibration_report(calibration);
+  EXPECT_THAT(page, HasSubstr("instruments against these [mrad]"));
+  EXPECT_THAT(page, HasSubstr(">1.25<"));
+  EXPECT_THAT(page, HasSubstr(">0.21<"));
+}
+
 TEST(SpherePlot, IsThinnedEvenly) {
   Plot plot{.id = "sphere", .is_sphere = true};
   PlotSeries all{.name = "all"};

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "axiscal/calib/calibrate.hpp"
@@ -367,6 +368,16 @@ SlotAlignment alignment_of(const Calibration& from, const Calibration& to) {
     alignment.expanded_rad(j) = uncertainty.expanded;
   }
   return alignment;
+}
+
+Eigen::Vector3d turn_beside_quarters(const SlotAlignment& alignment) {
+  Eigen::Matrix3d quarters = alignment.rotation_other_from_sensor.array().round();
+  if (!quarters.isUnitary()) {
+    quarters.setIdentity();
+  }
+  const Eigen::AngleAxisd turn(
+      Eigen::Matrix3d(alignment.rotation_other_from_sensor * quarters.transpose()));
+  return turn.angle() * turn.axis();
 }
 
 std::vector<Calibration> calibrate_assembly(const Experiment& experiment,

@@ -6,8 +6,7 @@
 #include <set>
 #include <string_view>
 
-#include <Eigen/Geometry>
-
+#include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/calib/uncertainty.hpp"
@@ -339,14 +338,7 @@ class Summary {
     }
     heading("Other instruments' axes against these [mrad], about x, y and z; +- U (95 %)");
     for (const SlotAlignment& other : c_.fit.slot_alignments) {
-      // Of a mirrored one what is left beside its quarter turns.
-      Eigen::Matrix3d quarter = other.rotation_other_from_sensor.array().round();
-      if (!quarter.isUnitary()) {
-        quarter.setIdentity();
-      }
-      const Eigen::Matrix3d small = other.rotation_other_from_sensor * quarter.transpose();
-      const Eigen::AngleAxisd angle(small);
-      const Eigen::Vector3d turn = angle.angle() * angle.axis();
+      const Eigen::Vector3d turn = turn_beside_quarters(other);
       std::vector<std::string> cells;
       std::vector<std::string> u;
       for (Eigen::Index j = 0; j < 3; ++j) {

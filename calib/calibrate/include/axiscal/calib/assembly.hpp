@@ -76,6 +76,11 @@ struct SlotLevelness {
 /// method.md, section 9.
 [[nodiscard]] SlotAlignment alignment_of(const Calibration& from, const Calibration& to);
 
+/// @return the turn of the other's frame beside its quarter turns (of a mirrored one), as a
+/// rotation
+///         vector [rad].
+[[nodiscard]] Eigen::Vector3d turn_beside_quarters(const SlotAlignment& alignment);
+
 /// Calibrates several instruments from one run: each in its slot, with its mount's rotation.
 ///
 /// Instruments of several kinds (Experiment::slots) have each their own field, and share cube and
