@@ -25,6 +25,7 @@
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/inclination.hpp"
+#include "changed_parameters.hpp"
 
 namespace axiscal {
 namespace {
@@ -360,22 +361,9 @@ Calibration in_model_frame(Calibration calibration, const BodyRotation& body, bo
         T.block<3, 3>(*at, *at) = R;
       }
     }
-    const Eigen::MatrixXd change =
-        Eigen::MatrixXd::Identity(count, count) - D * body.by_parameters * T.transpose();
-    const auto turn = [&](Eigen::MatrixXd& covariance) {
-      if (covariance.rows() == count) {
-        covariance = change * covariance * change.transpose();
-      }
-    };
-    turn(statistics.covariance);
-    for (ScatterComponent& component : statistics.components) {
-      turn(component.covariance);
-    }
-    if (calibration.fit.uncertainty) {
-      for (UncertaintySource& source : calibration.fit.uncertainty->sources) {
-        turn(source.covariance);
-      }
-    }
+    change_parameters(
+        Eigen::MatrixXd::Identity(count, count) - D * body.by_parameters * T.transpose(),
+        calibration.fit);
   }
   const Eigen::MatrixXd own =
       D * (correlated ? body.covariance_of_references : body.covariance) * D.transpose();

@@ -16,6 +16,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/field_unit.hpp"
+#include "changed_parameters.hpp"
 
 namespace axiscal {
 namespace {
@@ -202,8 +203,7 @@ Calibration in_assembly_frame(Calibration calibration) {
     return calibration;
   }
   // Each row of sensitivities turns with the field's components.
-  FitStatistics& statistics = *calibration.fit.statistics;
-  const std::vector<std::string>& names = statistics.parameter_names;
+  const std::vector<std::string>& names = calibration.fit.statistics->parameter_names;
   const auto count = static_cast<Eigen::Index>(names.size());
   Eigen::MatrixXd T = Eigen::MatrixXd::Identity(count, count);
   for (Eigen::Index i = 0; i + 2 < count; ++i) {
@@ -211,20 +211,7 @@ Calibration in_assembly_frame(Calibration calibration) {
       T.block<3, 3>(i, i) = mount.transpose();
     }
   }
-  const auto turn = [&](Eigen::MatrixXd& covariance) {
-    if (covariance.rows() == count) {
-      covariance = T * covariance * T.transpose();
-    }
-  };
-  turn(statistics.covariance);
-  for (ScatterComponent& component : statistics.components) {
-    turn(component.covariance);
-  }
-  if (calibration.fit.uncertainty) {
-    for (UncertaintySource& source : calibration.fit.uncertainty->sources) {
-      turn(source.covariance);
-    }
-  }
+  change_parameters(T, calibration.fit);
   return calibration;
 }
 

@@ -15,7 +15,6 @@
 namespace axiscal {
 namespace {
 
-
 Series of_kind(SeriesKind kind, const char* unit) {
   return {.kind = kind, .unit = unit, .known_by = KnownBy::format};
 }
