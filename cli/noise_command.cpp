@@ -7,9 +7,12 @@
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "axiscal/core/wrapped_text.hpp"
 #include "axiscal/logs/noise_json.hpp"
+#include "axiscal/logs/noise_summary.hpp"
 #include "axiscal/logs/segment.hpp"
 #include "axiscal/logs/time_column.hpp"
+#include "axiscal/report/noise_report.hpp"
 #include "column_advice.hpp"
 #include "log_input.hpp"
 #include "subcommands.hpp"
@@ -24,6 +27,7 @@ struct NoiseCommand {
   LogOptions options;
   std::optional<std::string> columns, tau, deviations, format;
   std::string output = "-";
+  bool all = false;
   bool all_taus = false;
   bool is_curve = false;
   bool json = false;
@@ -41,7 +45,9 @@ void add_options(OptionSet& options, NoiseCommand& command) {
                    "LOG is a curve: columns tau, adev (or others), and n, the terms of each point");
   options.add("--deviations", command.deviations, "mdev,hdev,totdev",
               "besides Allan's: modified, Hadamard, total");
-  options.add_output(command.output);
+  options.add("-o,--output", command.output, "FILE",
+              "where to write; - is stdout; a page to look at where it ends in .html");
+  options.add_flag("--all", command.all, "print all coefficients and the curves too");
   options.add_flag("--json", command.json, "print JSON instead of a table");
   options.add("--format", command.format, "kalibr",
               "write Kalibr's imu.yaml instead: densities, walks and rate of an IMU");
@@ -130,7 +136,49 @@ std::string fit_text(const NoiseModel& model) {
   return text;
 }
 
-std::string noise_text(const LogNoise& noise) {
+// All coefficients of a column, and its curve.
+std::string listing_of(const ColumnNoise& one) {
+  std::string text = formatted(
+      "\n{}{}; coefficients with 95 % intervals, deviations with 68 %\n", one.name,
+      one.kind.empty() ? ""
+                       : formatted(" ({}{})", one.kind, one.unit.empty() ? "" : ", " + one.unit));
+  const std::string unit = one.unit.empty() ? "unit" : one.unit;
+  for (const NoiseCoefficient& c : one.model.coefficients) {
+    text += c.value > 0.0
+                ? formatted("  {:<17}{:>12.5g}  ({:.4g} to {:.4g}) {}\n", noise_name(c.kind),
+                            c.value, c.low, c.high, noise_unit(c.kind, unit))
+            : std::isfinite(c.high)
+                ? formatted("  {:<17}{:>15}  (below {:.2g} {})\n", noise_name(c.kind),
+                            "not determined", c.high, noise_unit(c.kind, unit))
+                : formatted("  {:<17}{:>15}\n", noise_name(c.kind), "not determined");
+  }
+  text += fit_text(one.model);
+  text += formatted("  at 1 s the curve is {:.5g}\n", deviation_at(one.curve, 1.0));
+  text += formatted(
+      "  dwell {:.3g} s a design point: {:.4g} of a mean; {}\n", one.dwell.sensible_s,
+      one.dwell.sensible_deviation,
+      one.dwell.beyond_record
+          ? "longer may be better still, the record is too short to tell"
+          : formatted("no better than {:.4g}, at {:.3g} s", one.dwell.deviation, one.dwell.best_s));
+  text += formatted("  {:>11}{:>14}{:>14}{:>14}", "tau [s]", "deviation", "low", "high");
+  for (const auto& [which, deviations] : one.others) {
+    text += formatted("{:>14}", name_of(which));
+  }
+  text += '\n';
+  for (std::size_t i = 0; i < one.curve.size(); ++i) {
+    const AllanPoint& point = one.curve[i];
+    text += formatted("  {:>11.5g}{:>14.5g}{:>14.5g}{:>14.5g}", point.tau_s, point.deviation,
+                      point.low, point.high);
+    for (const auto& [which, deviations] : one.others) {
+      text += std::isfinite(deviations[i]) ? formatted("{:>14.5g}", deviations[i])
+                                           : formatted("{:>14}", "");
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+std::string noise_text(const LogNoise& noise, bool all) {
   std::string text =
       noise.samples > 0
           ? formatted("{} samples at {:.6g} Hz, {:.6g} s", noise.samples, noise.rate_hz,
@@ -138,45 +186,25 @@ std::string noise_text(const LogNoise& noise) {
           : std::string(
                 "a curve of unknown length: without a column n intervals are as if its "
                 "longest tau were half the record");
-  text += "; coefficients with 95 % intervals, deviations with 68 %\n";
+  text += formatted("; 95 % intervals in brackets\n\n{}\n", noise_summary(noise));
+  double shortest = noise.columns.front().dwell.sensible_s;
+  double longest = shortest;
   for (const ColumnNoise& one : noise.columns) {
-    text += formatted(
-        "\n{}{}\n", one.name,
-        one.kind.empty() ? ""
-                         : formatted(" ({}{})", one.kind, one.unit.empty() ? "" : ", " + one.unit));
-    const std::string unit = one.unit.empty() ? "unit" : one.unit;
-    for (const NoiseCoefficient& c : one.model.coefficients) {
-      text += c.value > 0.0
-                  ? formatted("  {:<17}{:>12.5g}  ({:.4g} to {:.4g}) {}\n", noise_name(c.kind),
-                              c.value, c.low, c.high, noise_unit(c.kind, unit))
-              : std::isfinite(c.high)
-                  ? formatted("  {:<17}{:>15}  (below {:.2g} {})\n", noise_name(c.kind),
-                              "not determined", c.high, noise_unit(c.kind, unit))
-                  : formatted("  {:<17}{:>15}\n", noise_name(c.kind), "not determined");
+    shortest = std::min(shortest, one.dwell.sensible_s);
+    longest = std::max(longest, one.dwell.sensible_s);
+    if (!all && one.model.model_error > 0.0) {
+      text += wrapped(formatted("{}: {}", one.name, trimmed(fit_text(one.model))), 80);
     }
-    text += fit_text(one.model);
-    text += formatted("  at 1 s the curve is {:.5g}\n", deviation_at(one.curve, 1.0));
-    text += formatted("  dwell {:.3g} s a design point: {:.4g} of a mean; {}\n",
-                      one.dwell.sensible_s, one.dwell.sensible_deviation,
-                      one.dwell.beyond_record
-                          ? "longer may be better still, the record is too short to tell"
-                          : formatted("no better than {:.4g}, at {:.3g} s", one.dwell.deviation,
-                                      one.dwell.best_s));
-    text += formatted("  {:>11}{:>14}{:>14}{:>14}", "tau [s]", "deviation", "low", "high");
-    for (const auto& [which, deviations] : one.others) {
-      text += formatted("{:>14}", name_of(which));
-    }
-    text += '\n';
-    for (std::size_t i = 0; i < one.curve.size(); ++i) {
-      const AllanPoint& point = one.curve[i];
-      text += formatted("  {:>11.5g}{:>14.5g}{:>14.5g}{:>14.5g}", point.tau_s, point.deviation,
-                        point.low, point.high);
-      for (const auto& [which, deviations] : one.others) {
-        text += std::isfinite(deviations[i]) ? formatted("{:>14.5g}", deviations[i])
-                                             : formatted("{:>14}", "");
-      }
-      text += '\n';
-    }
+  }
+  text += shortest < longest
+              ? formatted("Dwell at a design point: {:.3g} to {:.3g} s serve best.\n", shortest,
+                          longest)
+              : formatted("Dwell at a design point: {:.3g} s serve best.\n", longest);
+  if (!all) {
+    return text + "All coefficients and the curves: --all; a page to look at: -o noise.html\n";
+  }
+  for (const ColumnNoise& one : noise.columns) {
+    text += listing_of(one);
   }
   return text;
 }
@@ -412,9 +440,11 @@ int run(const NoiseCommand& command) {
   if (noise.columns.empty()) {
     throw RefusedError("no column varies");
   }
+  const bool page = command.output.ends_with(".html") || command.output.ends_with(".htm");
   write_whole_file(command.output, command.format ? kalibr_imu_yaml(noise)
                                    : command.json ? noise_json(noise)
-                                                  : noise_text(noise));
+                                   : page         ? noise_report(noise, command.log)
+                                                  : noise_text(noise, command.all));
   return 0;
 }
 

@@ -2,11 +2,13 @@
 #include "html.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <span>
 
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/rounded_value.hpp"
 
 namespace axiscal {
 
@@ -36,15 +38,102 @@ std::string escaped(std::string_view text) {
   return safe;
 }
 
+std::string css_string(std::string_view text) {
+  std::string safe = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = std::isalnum(byte) != 0 || byte >= 0x80 || c == ' ' || c == '.' || c == ',';
+    safe += plain ? std::string(1, c) : formatted("\\{:x} ", static_cast<unsigned>(byte));
+  }
+  return safe + "\"";
+}
+
+std::string true_minus(std::string text) {
+  constexpr const char* minus = "\u2212";
+  for (std::size_t at = text.find('-'); at != std::string::npos; at = text.find('-', at + 1)) {
+    if (at + 1 < text.size() && std::isdigit(static_cast<unsigned char>(text[at + 1])) != 0) {
+      text.replace(at, 1, minus);
+    }
+  }
+  return text;
+}
+
+std::string svg_number(double value) {
+  return number_text(std::round(10.0 * value) / 10.0);
+}
+
+std::string true_face(std::string_view name) {
+  return name.starts_with('-') ? formatted("\u2212{}", name.substr(1)) : std::string(name);
+}
+
 Cell number_cell(double value, int digits) {
   if (!std::isfinite(value)) {
     return {"\u2013", ""};
   }
-  std::string text = number_text(value, digits);
-  if (text.front() == '-') {
-    text.replace(0, 1, "\u2212");
+  return {true_minus(number_text(value, digits)), number_text(value)};
+}
+
+namespace {
+
+// A number's text, and how much stands before and behind its decimal point.
+struct Figure {
+  std::string text;
+  std::size_t before = 0;
+  std::size_t behind = 0;  // with the point
+};
+
+Figure figure_of(const std::string& plain) {
+  const std::size_t point = std::min(plain.find('.'), plain.size());
+  return {true_minus(plain), point, plain.size() - point};
+}
+
+// Blanks as wide as figures; the first for a missing point is as wide as a point.
+std::string blanks(std::size_t count, bool with_point) {
+  std::string text;
+  for (std::size_t i = 0; i < count; ++i) {
+    text += with_point && i == 0 ? "\u2008" : "\u2007";
   }
-  return {text, number_text(value)};
+  return text;
+}
+
+std::string padded(const Figure& figure, std::size_t before, std::size_t behind) {
+  return blanks(before - figure.before, false) + figure.text +
+         blanks(behind - figure.behind, figure.behind == 0);
+}
+
+}  // namespace
+
+std::vector<Cell> quantity_cells(const std::vector<std::pair<double, double>>& quantities) {
+  std::vector<Figure> values;
+  std::vector<Figure> uncertainties;
+  std::size_t before = 0;
+  std::size_t behind = 0;
+  std::size_t u_before = 0;
+  std::size_t u_behind = 0;
+  for (const auto& [value, uncertainty] : quantities) {
+    values.push_back(figure_of(rounded_value(value, uncertainty)));
+    uncertainties.push_back(figure_of(rounded_uncertainty(uncertainty)));
+    before = std::max(before, values.back().before);
+    behind = std::max(behind, values.back().behind);
+    if (std::isfinite(uncertainty)) {
+      u_before = std::max(u_before, uncertainties.back().before);
+      u_behind = std::max(u_behind, uncertainties.back().behind);
+    }
+  }
+  std::vector<Cell> cells;
+  for (std::size_t i = 0; i < quantities.size(); ++i) {
+    const auto& [value, uncertainty] = quantities[i];
+    if (!std::isfinite(value)) {
+      cells.push_back({"\u2013", ""});
+      continue;
+    }
+    std::string text = padded(values[i], before, behind);
+    if (std::isfinite(uncertainty)) {
+      text += " \u00b1 " + padded(uncertainties[i], u_before, u_behind);
+    }
+    cells.push_back({std::move(text), number_text(value)});
+  }
+  return cells;
 }
 
 namespace {
@@ -52,7 +141,9 @@ namespace {
 std::string table_of(std::string_view caption,
                      const std::vector<std::string>& head,
                      std::span<const std::string> rows) {
-  std::string html = "<table data-copy>";
+  constexpr std::size_t columns_of_page = 10;  // of paper; more are printed smaller
+  std::string html =
+      head.size() > columns_of_page ? "<table class=\"wide\" data-copy>" : "<table data-copy>";
   if (!caption.empty()) {
     html += formatted("<caption>{}</caption>", escaped(caption));
   }
@@ -110,10 +201,20 @@ std::string rounded(double value, int digits) {
   return number_cell(value, digits).text;
 }
 
-std::string section(const std::string& id, const std::string& title, const std::string& content) {
-  return content.empty() ? ""
-                         : formatted("<section id=\"{}\"><h2>{}</h2>\n{}</section>\n", id,
-                                     escaped(title), content);
+std::string section(const std::string& id,
+                    const std::string& title,
+                    const std::string& content,
+                    Fold fold) {
+  if (content.empty()) {
+    return "";
+  }
+  if (fold == Fold::never) {
+    return formatted("<section id=\"{}\"><h2>{}</h2>\n{}</section>\n", id, escaped(title), content);
+  }
+  return formatted(
+      "<section id=\"{}\"><details class=\"part\"{}><summary><h2>{}</h2></summary>\n"
+      "{}</details></section>\n",
+      id, fold == Fold::open ? " open" : "", escaped(title), content);
 }
 
 std::string paragraph(const std::string& text) {

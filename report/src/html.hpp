@@ -12,6 +12,19 @@ namespace axiscal {
 /// @return text as it is shown: no tag, no entity, no attribute's end comes out of it.
 std::string escaped(std::string_view text);
 
+/// @return text as a string of a style sheet, quotes included; nothing of it ends the string or
+///         the style element.
+std::string css_string(std::string_view text);
+
+/// @return text with the true minus sign for the hyphen before a number.
+std::string true_minus(std::string text);
+
+/// @return a face's name with a true minus, which can be read from a distance.
+std::string true_face(std::string_view name);
+
+/// @return a coordinate of a drawing, to a tenth.
+std::string svg_number(double value);
+
 /// A table's cell: what is shown, and the number behind it for copying; `value` empty: as shown.
 struct Cell {
   std::string text;
@@ -24,9 +37,22 @@ Cell number_cell(double value, int digits = 5);
 /// @return the number alone, rounded.
 std::string rounded(double value, int digits = 2);
 
+/// Values and their uncertainties as one column, "0.01196 ± 0.00027": rounded together, and padded
+/// so that decimal points stand below each other. NaN of both: a dash.
+std::vector<Cell> quantity_cells(const std::vector<std::pair<double, double>>& quantities);
+
+enum class Fold {
+  never,
+  open,
+  closed,
+};
+
 /// @param title, text  as they are to be read; they are escaped here.
 /// @param content      of pieces that are escaped; without any there is no section.
-std::string section(const std::string& id, const std::string& title, const std::string& content);
+std::string section(const std::string& id,
+                    const std::string& title,
+                    const std::string& content,
+                    Fold fold = Fold::never);
 std::string paragraph(const std::string& text);
 
 /// A list of at most 100; of more it says how many are left out.

@@ -14,13 +14,17 @@
 namespace axiscal {
 namespace {
 
-constexpr double width = 540.0;
+using Json = nlohmann::ordered_json;
+
 constexpr double height = 300.0;
 
 // The drawn area, in the drawing's units.
 struct Frame {
+  explicit Frame(bool narrow = false) : width(narrow ? 360.0 : 540.0), right(width - 12.0) {}
+
+  double width;
   double left = 74.0;
-  double right = width - 12.0;
+  double right;
   double top = 14.0;
   double bottom = height - 48.0;
 };
@@ -59,10 +63,6 @@ std::vector<double> ticks_of(const Range& range, int about) {
   return ticks;
 }
 
-std::string coordinate(double value) {
-  return number_text(std::round(10.0 * value) / 10.0);
-}
-
 std::string tick_text(double value) {
   std::string text = number_text(std::abs(value) < 1e-15 ? 0.0 : value, 4);
   return text.front() == '-' ? "\u2212" + text.substr(1) : text;
@@ -70,22 +70,22 @@ std::string tick_text(double value) {
 
 std::string svg_line(const char* style, double x1, double y1, double x2, double y2) {
   return formatted("<line class=\"{}\" x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\"/>", style,
-                   coordinate(x1), coordinate(y1), coordinate(x2), coordinate(y2));
+                   svg_number(x1), svg_number(y1), svg_number(x2), svg_number(y2));
 }
 
 std::string svg_text(const char* style, double x, double y, const std::string& text) {
-  return formatted("<text class=\"{}\" x=\"{}\" y=\"{}\">{}</text>", style, coordinate(x),
-                   coordinate(y), escaped(text));
+  return formatted("<text class=\"{}\" x=\"{}\" y=\"{}\">{}</text>", style, svg_number(x),
+                   svg_number(y), escaped(text));
 }
 
-std::string svg_open(const std::string& alternative) {
+std::string svg_open(const Frame& frame, const std::string& alternative) {
   return formatted("<svg class=\"drawn\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
-                   coordinate(width), coordinate(height), escaped(alternative));
+                   svg_number(frame.width), svg_number(height), escaped(alternative));
 }
 
 std::string upright(double x, double y, const std::string& text) {
   return formatted("<text class=\"label\" transform=\"translate({} {}) rotate(-90)\">{}</text>",
-                   coordinate(x), coordinate(y), escaped(text));
+                   svg_number(x), svg_number(y), escaped(text));
 }
 
 // Circle, square or triangle: colours alone do not tell series apart.
@@ -93,22 +93,22 @@ std::string marker(std::size_t series, double x, double y) {
   const std::string style = formatted("class=\"mark s{}\"", series % 6);
   switch (series % 3) {
     case 0:
-      return formatted("<circle {} cx=\"{}\" cy=\"{}\" r=\"4\"/>", style, coordinate(x),
-                       coordinate(y));
+      return formatted("<circle {} cx=\"{}\" cy=\"{}\" r=\"4\"/>", style, svg_number(x),
+                       svg_number(y));
     case 1:
       return formatted("<rect {} x=\"{}\" y=\"{}\" width=\"7.2\" height=\"7.2\"/>", style,
-                       coordinate(x - 3.6), coordinate(y - 3.6));
+                       svg_number(x - 3.6), svg_number(y - 3.6));
     default:
-      return formatted("<polygon {} points=\"{},{} {},{} {},{}\"/>", style, coordinate(x),
-                       coordinate(y - 4.8), coordinate(x + 4.6), coordinate(y + 3.6),
-                       coordinate(x - 4.6), coordinate(y + 3.6));
+      return formatted("<polygon {} points=\"{},{} {},{} {},{}\"/>", style, svg_number(x),
+                       svg_number(y - 4.8), svg_number(x + 4.6), svg_number(y + 3.6),
+                       svg_number(x - 4.6), svg_number(y + 3.6));
   }
 }
 
 // Numbers of a plot to places in the drawing.
 class Scales {
  public:
-  explicit Scales(const Plot& plot) : logarithmic_(plot.logarithmic) {
+  explicit Scales(const Plot& plot) : frame_(plot.narrow), logarithmic_(plot.logarithmic) {
     for (const PlotSeries& series : plot.series) {
       for (std::size_t i = 0; i < series.x.size(); ++i) {
         x_.take(scaled(series.x[i]));
@@ -137,9 +137,11 @@ class Scales {
            (scaled(value) - y_.low) / (y_.high - y_.low) * (frame_.bottom - frame_.top);
   }
 
+  [[nodiscard]] const Frame& frame() const { return frame_; }
+
   [[nodiscard]] std::string axes(const Plot& plot) const {
     std::string svg;
-    std::vector<double> marks = marks_of(x_, 7);
+    std::vector<double> marks = marks_of(x_, plot.narrow ? 5 : 7);
     if (!plot.x_names.empty()) {
       marks.clear();
       for (std::size_t i = 0; i < plot.x_names.size(); ++i) {
@@ -200,7 +202,7 @@ std::string drawn(const PlotSeries& series, std::size_t k, const Scales& at) {
     std::string points;
     const auto add = [&](std::size_t i, double y) {
       if (std::isfinite(y)) {
-        points += formatted("{},{} ", coordinate(at.x(series.x[i])), coordinate(at.y(y)));
+        points += formatted("{},{} ", svg_number(at.x(series.x[i])), svg_number(at.y(y)));
       }
     };
     for (std::size_t i = 0; i < series.x.size(); ++i) {
@@ -216,7 +218,7 @@ std::string drawn(const PlotSeries& series, std::size_t k, const Scales& at) {
     std::string points;
     for (std::size_t i = 0; i < series.x.size(); ++i) {
       if (std::isfinite(series.y[i])) {
-        points += formatted("{},{} ", coordinate(at.x(series.x[i])), coordinate(at.y(series.y[i])));
+        points += formatted("{},{} ", svg_number(at.x(series.x[i])), svg_number(at.y(series.y[i])));
       } else {  // a gap
         points += "\"/>" + open;
       }
@@ -267,6 +269,30 @@ std::string figure(const std::string& id,
       escaped(id), escaped(title), svg, below, table);
 }
 
+void keep(const PlotSeries& series, std::size_t i, PlotSeries& kept) {
+  kept.x.push_back(series.x[i]);
+  kept.y.push_back(series.y[i]);
+  if (!series.runs.empty()) {
+    kept.runs.push_back(series.runs[i]);
+  }
+}
+
+// Each `step`-th point of a cloud: its shape stays.
+Plot thinned_cloud(Plot plot, std::size_t step) {
+  for (PlotSeries& series : plot.series) {
+    if (series.line || series.x.size() <= step) {
+      continue;
+    }
+    PlotSeries kept{.name = series.name};
+    for (std::size_t i = 0; i < series.x.size(); i += step) {
+      keep(series, i, kept);
+    }
+    series = std::move(kept);
+  }
+  plot.note = formatted("one point of {} is drawn", step);
+  return plot;
+}
+
 std::string table_of(const Plot& plot) {
   std::vector<std::vector<Cell>> rows;
   for (const PlotSeries& series : plot.series) {
@@ -286,37 +312,6 @@ std::string table_of(const Plot& plot) {
 
 }  // namespace
 
-namespace {
-
-// Columns and lines of equal areas on the map of a sphere, twice as many columns as lines.
-Plot thinned_by_area(Plot plot, std::size_t points, std::size_t most) {
-  const auto lines = static_cast<int>(
-      std::sqrt(static_cast<double>(most) / (2.0 * static_cast<double>(plot.series.size()))));
-  const auto cell_of = [](double share, int cells) {
-    return std::clamp(static_cast<int>(share * cells), 0, cells - 1);
-  };
-  std::size_t drawn_points = 0;
-  for (PlotSeries& series : plot.series) {
-    std::set<std::pair<int, int>> seen;
-    PlotSeries kept{.name = series.name};
-    for (std::size_t i = 0; i < series.x.size(); ++i) {
-      const std::pair<int, int> cell = {cell_of((series.x[i] + 180.0) / 360.0, 2 * lines),
-                                        cell_of((series.y[i] + 1.0) / 2.0, lines)};
-      if (seen.insert(cell).second) {
-        kept.x.push_back(series.x[i]);
-        kept.y.push_back(series.y[i]);
-      }
-    }
-    drawn_points += kept.x.size();
-    series = std::move(kept);
-  }
-  plot.title += formatted(" ({} of {} points: one of each series in each of {} equal areas)",
-                          drawn_points, points, 2 * lines * lines);
-  return plot;
-}
-
-}  // namespace
-
 Plot thinned(Plot plot) {
   constexpr std::size_t most = 800;
   constexpr std::size_t kept_of_stretch = 4;
@@ -332,8 +327,8 @@ Plot thinned(Plot plot) {
   if (points <= most) {
     return plot;
   }
-  if (plot.is_sphere) {
-    return thinned_by_area(std::move(plot), points, most);
+  if (plot.equal_aspect) {
+    return thinned_cloud(std::move(plot), (points + most - 1) / most);
   }
   const std::size_t stretches = std::max<std::size_t>(most / (kept_of_stretch * groups), 1);
   std::size_t drawn_points = 0;
@@ -359,31 +354,91 @@ Plot thinned(Plot plot) {
       chosen.insert(static_cast<std::size_t>(low - order.begin()));
       chosen.insert(static_cast<std::size_t>(high - order.begin()));
       for (const std::size_t at : chosen) {
-        kept.x.push_back(series.x[order[at]]);
-        kept.y.push_back(series.y[order[at]]);
+        keep(series, order[at], kept);
       }
     }
     drawn_points += kept.x.size();
     series = std::move(kept);
   }
-  plot.title +=
-      formatted(" ({} of {} points: of each stretch the lowest, the highest and two others)",
+  plot.note =
+      formatted("{} of {} points are drawn: of each stretch the lowest, the highest and two others",
                 drawn_points, points);
   return plot;
 }
 
-std::string figure_of(const Plot& plot) {
-  const Scales at(plot);
-  std::string svg = svg_open(plot.alternative) + at.axes(plot);
-  std::vector<LegendEntry> entries;
-  for (std::size_t k = 0; k < plot.series.size(); ++k) {
-    svg += drawn(plot.series[k], k, at);
-    entries.push_back({plot.series[k].name, sign_of(plot.series[k], k)});
+namespace {
+
+Json numbers(const std::vector<double>& values) {
+  Json list = Json::array();
+  for (const double value : values) {
+    list.push_back(std::isfinite(value) ? Json(value) : Json());
   }
-  return figure(plot.id, plot.title, svg + "</svg>", legend(entries), table_of(plot));
+  return list;
 }
 
-std::string figure_of(const BarPlot& plot) {
+Json plot_json(const Plot& plot) {
+  Json series = Json::array();
+  for (const PlotSeries& one : plot.series) {
+    series.push_back({{"name", one.name},
+                      {"line", one.line},
+                      {"x", numbers(one.x)},
+                      {"y", numbers(one.y)},
+                      {"high", numbers(one.high)},
+                      {"runs", one.runs},
+                      {"style", one.style.value_or(series.size())}});
+  }
+  Json labels = Json::array();
+  for (const PlotLabel& label : plot.labels) {
+    labels.push_back({{"x", label.x}, {"y", label.y}, {"text", label.text}});
+  }
+  return {{"id", plot.id},
+          {"x_label", plot.x_label},
+          {"y_label", plot.y_label},
+          {"x_names", plot.x_names},
+          {"equal_aspect", plot.equal_aspect},
+          {"logarithmic", plot.logarithmic},
+          {"narrow", plot.narrow},
+          {"labels", labels},
+          {"series", series}};
+}
+
+bool has_points(const Plot& plot) {
+  return std::any_of(plot.series.begin(), plot.series.end(), [](const PlotSeries& one) {
+    return std::any_of(one.y.begin(), one.y.end(), [](double y) { return std::isfinite(y); });
+  });
+}
+
+}  // namespace
+
+std::string Figures::side_by_side(const std::string& figures, const char* style) {
+  return figures.empty() ? "" : formatted("<div class=\"{}\">{}</div>\n", style, figures);
+}
+
+std::string Figures::add(const Plot& whole) {
+  if (!has_points(whole)) {
+    return "";
+  }
+  const Plot plot = thinned(whole);
+  const Scales at(plot);
+  std::string svg = svg_open(at.frame(), plot.alternative) + at.axes(plot);
+  std::vector<LegendEntry> entries;
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    const std::size_t style = plot.series[k].style.value_or(k);
+    svg += drawn(plot.series[k], style, at);
+    if (plot.series[k].in_legend) {
+      entries.push_back({plot.series[k].name, sign_of(plot.series[k], style)});
+    }
+  }
+  for (const PlotLabel& label : plot.labels) {
+    svg += svg_text("tick", at.x(label.x) + 7.0, at.y(label.y) - 6.0, label.text);
+  }
+  json_.push_back(plot_json(plot));
+  const std::string note =
+      plot.note.empty() ? "" : formatted("<p class=\"note\">{}</p>", escaped(plot.note));
+  return figure(plot.id, plot.title, svg + "</svg>", legend(entries) + note, table_of(plot));
+}
+
+std::string Figures::add(const BarPlot& plot) {
   const Frame frame;
   Range range;
   range.take(0.0);
@@ -397,7 +452,7 @@ std::string figure_of(const BarPlot& plot) {
   const auto y = [&](double value) {
     return frame.bottom - value / range.high * (frame.bottom - frame.top);
   };
-  std::string svg = svg_open(plot.alternative);
+  std::string svg = svg_open(frame, plot.alternative);
   for (const double mark : ticks_of(range, 6)) {
     svg += svg_line("grid", frame.left, y(mark), frame.right, y(mark));
     svg += svg_text("tick end", frame.left - 6.0, y(mark) + 4.0, tick_text(mark));
@@ -414,8 +469,8 @@ std::string figure_of(const BarPlot& plot) {
       if (std::isfinite(value)) {
         svg +=
             formatted("<rect class=\"bar s{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>",
-                      s % 6, coordinate(left + static_cast<double>(s) * bar), coordinate(y(value)),
-                      coordinate(0.92 * bar), coordinate(frame.bottom - y(value)));
+                      s % 6, svg_number(left + static_cast<double>(s) * bar), svg_number(y(value)),
+                      svg_number(0.92 * bar), svg_number(frame.bottom - y(value)));
       }
     }
     svg += svg_text("tick middle", left + 0.4 * group, frame.bottom + 17.0, plot.names[i]);
@@ -428,13 +483,21 @@ std::string figure_of(const BarPlot& plot) {
     entries.push_back(
         {plot.series[s], formatted("<rect class=\"bar s{}\" width=\"12\" height=\"12\"/>", s % 6)});
   }
+  Json values = Json::array();
+  for (const std::vector<double>& row : plot.values) {
+    values.push_back(numbers(row));
+  }
+  json_.push_back({{"id", plot.id},
+                   {"value_label", plot.value_label},
+                   {"bars", plot.names},
+                   {"sources", plot.series},
+                   {"values", values}});
   return figure(plot.id, plot.title, svg + "</svg>", legend(entries),
                 html_table(plot.value_label, head, rows));
 }
 
-std::string figure_of(const HeatMap& map) {
-  Frame frame;
-  frame.right -= 84.0;
+std::string Figures::add(const HeatMap& map) {
+  const Frame frame;
   Range range;
   for (const std::vector<double>& row : map.values) {
     for (const double value : row) {
@@ -443,16 +506,17 @@ std::string figure_of(const HeatMap& map) {
   }
   const double low = range.low;
   const double high = range.high;
-  // From light to dark, so that it reads without colours.
+  // From next to nothing to the full colour of the page's light or dark, so that it reads without
+  // colours.
   const auto shade = [&](double value) {
     const double share = high > low ? (value - low) / (high - low) : 0.0;
-    return formatted("hsl(215 60% {}%)", coordinate(92.0 - 62.0 * share));
+    return number_text(std::round(100.0 * (0.06 + 0.94 * share)) / 100.0);
   };
   const auto columns = static_cast<double>(map.x.size());
   const auto lines = static_cast<double>(map.y.size());
   const double cell_width = (frame.right - frame.left) / columns;
   const double cell_height = (frame.bottom - frame.top) / lines;
-  std::string svg = svg_open(map.alternative);
+  std::string svg = svg_open(frame, map.alternative);
   std::vector<std::vector<Cell>> rows;
   for (std::size_t j = 0; j < map.y.size(); ++j) {
     const double top = frame.bottom - (static_cast<double>(j) + 1.0) * cell_height;
@@ -461,10 +525,11 @@ std::string figure_of(const HeatMap& map) {
       const double value = map.values[j][i];
       rows.back().push_back(number_cell(value, 3));
       if (std::isfinite(value)) {
-        svg += formatted("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{}\"/>",
-                         coordinate(frame.left + static_cast<double>(i) * cell_width - 0.2),
-                         coordinate(top - 0.2), coordinate(cell_width + 0.5),
-                         coordinate(cell_height + 0.5), shade(value));
+        svg += formatted(
+            "<rect class=\"heat\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" "
+            "fill-opacity=\"{}\"/>",
+            svg_number(frame.left + static_cast<double>(i) * cell_width), svg_number(top),
+            svg_number(cell_width), svg_number(cell_height), shade(value));
       }
     }
   }
@@ -478,51 +543,27 @@ std::string figure_of(const HeatMap& map) {
                     frame.bottom - (static_cast<double>(j) + 0.5) * cell_height + 4.0,
                     tick_text(map.y[j]));
   }
-  constexpr int steps = 24;
-  const double key = (frame.bottom - frame.top - 20.0) / steps;
-  for (int s = 0; s < steps; ++s) {
-    const double value = low + (high - low) * (s + 0.5) / steps;
-    svg += formatted("<rect x=\"{}\" y=\"{}\" width=\"16\" height=\"{}\" fill=\"{}\"/>",
-                     coordinate(frame.right + 16.0), coordinate(frame.bottom - (s + 1.0) * key),
-                     coordinate(key + 0.4), shade(value));
-  }
-  svg += svg_text("tick", frame.right + 36.0, frame.bottom, number_text(low, 2));
-  svg += svg_text("tick", frame.right + 36.0, frame.top + 28.0, number_text(high, 2));
-  svg += svg_text("tick", frame.right + 8.0, frame.top + 6.0, map.value_label);
   svg += svg_text("label middle", 0.5 * (frame.left + frame.right), height - 8.0, map.x_label);
   svg += upright(16.0, 0.5 * (frame.top + frame.bottom), map.y_label);
   std::vector<std::string> head = {formatted("{} \\ {}", map.y_label, map.x_label)};
   for (const double x : map.x) {
     head.push_back(number_text(x, 5));
   }
-  return figure(map.id, map.title, svg + "</svg>", "", html_table(map.value_label, head, rows));
-}
-
-nlohmann::ordered_json plot_json(const Plot& plot) {
-  using Json = nlohmann::ordered_json;
-  const auto numbers = [](const std::vector<double>& values) {
-    Json list = Json::array();
-    for (const double value : values) {
-      list.push_back(std::isfinite(value) ? Json(value) : Json());
-    }
-    return list;
-  };
-  Json series = Json::array();
-  for (const PlotSeries& one : plot.series) {
-    series.push_back({{"name", one.name},
-                      {"line", one.line},
-                      {"x", numbers(one.x)},
-                      {"y", numbers(one.y)},
-                      {"high", numbers(one.high)}});
+  Json values = Json::array();
+  for (const std::vector<double>& row : map.values) {
+    values.push_back(numbers(row));
   }
-  return {{"id", plot.id},
-          {"title", plot.title},
-          {"x_label", plot.x_label},
-          {"y_label", plot.y_label},
-          {"x_names", plot.x_names},
-          {"equal_aspect", plot.equal_aspect},
-          {"logarithmic", plot.logarithmic},
-          {"series", series}};
+  json_.push_back({{"id", map.id},
+                   {"x_label", map.x_label},
+                   {"y_label", map.y_label},
+                   {"value_label", map.value_label},
+                   {"columns", numbers(map.x)},
+                   {"lines", numbers(map.y)},
+                   {"heat", values}});
+  const std::string key = formatted(
+      "<p class=\"legend\"><span>{} {}</span><span class=\"key\"></span><span>{}</span></p>",
+      escaped(map.value_label), rounded(low), rounded(high));
+  return figure(map.id, map.title, svg + "</svg>", key, html_table(map.value_label, head, rows));
 }
 
 }  // namespace axiscal

@@ -2,6 +2,8 @@
 // A plot is described once: drawn as SVG, handed to the page's script, and told as a table.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,9 +13,18 @@ namespace axiscal {
 
 struct PlotSeries {
   std::string name;
-  bool line = false;         ///< else points
-  std::vector<double> x, y;  ///< y of NaN is left out
-  std::vector<double> high;  ///< where there are such: a band from y to high
+  bool line = false;                 ///< else points
+  std::vector<double> x, y;          ///< y of NaN is left out
+  std::vector<double> high;          ///< where there are such: a band from y to high
+  std::vector<int> runs;             ///< of each point, where points are readings; else empty
+  std::optional<std::size_t> style;  ///< of colour and marker; its place among the series
+  bool in_legend = true;
+};
+
+/// A word at a point of a plot.
+struct PlotLabel {
+  double x = 0.0, y = 0.0;
+  std::string text;
 };
 
 struct Plot {
@@ -25,8 +36,9 @@ struct Plot {
   std::vector<std::string> x_names;  ///< what x = 0, 1, .. are called; else numbers
   bool equal_aspect = false;
   bool logarithmic = false;  ///< both axes
-  /// x in degrees from -180 to 180 and y from -1 to 1 map a sphere so that equal areas are equal.
-  bool is_sphere = false;
+  bool narrow = false;       ///< one of three side by side
+  std::vector<PlotLabel> labels;
+  std::string note;  ///< small, beneath it
 };
 
 /// Bars side by side: one group for each name, one bar in it for each series.
@@ -45,16 +57,34 @@ struct HeatMap {
 };
 
 /// @return a plot with at most some hundred points in all. Of more, those of each stretch along x
-///         that are lowest and highest and two others, so that no extreme is lost; of a sphere one
-///         of each series in each of equal areas, so that no gap opens. The title says how many.
+///         that are lowest and highest and two others, so that no extreme is lost; with equal
+///         scales, where points are a cloud, each so many-th. A note says how many.
 [[nodiscard]] Plot thinned(Plot plot);
 
-/// @return a figure: title, drawing, room for the script's plot, data table.
-std::string figure_of(const Plot& plot);
-std::string figure_of(const BarPlot& plot);
-std::string figure_of(const HeatMap& map);
+/// The figures of a page: each is a title, a drawing, room for the script's plot and a data table.
+class Figures {
+ public:
+  /// @return the figure, thinned; nothing of a plot without points.
+  std::string add(const Plot& plot);
+  std::string add(const BarPlot& plot);
+  std::string add(const HeatMap& map);
 
-/// @return a plot for the script.
-nlohmann::ordered_json plot_json(const Plot& plot);
+  /// @return several side by side.
+  template <typename Plots>
+  std::string add_all(const Plots& plots, const char* style = "plots") {
+    std::string html;
+    for (const auto& plot : plots) {
+      html += add(plot);
+    }
+    return side_by_side(html, style);
+  }
+  static std::string side_by_side(const std::string& figures, const char* style = "plots");
+
+  /// @return what the script makes plots of.
+  [[nodiscard]] const nlohmann::ordered_json& json() const { return json_; }
+
+ private:
+  nlohmann::ordered_json json_ = nlohmann::ordered_json::array();
+};
 
 }  // namespace axiscal

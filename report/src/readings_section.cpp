@@ -23,8 +23,9 @@ using Json = nlohmann::ordered_json;
 std::string words_of(const Calibration& calibration, const ReadingResidual& residual) {
   std::string text = formatted("Run {}", residual.run);
   if (residual.point) {
-    text += formatted(": face {} on the table, {} at the fence", face_name(residual.point->rest()),
-                      face_name(residual.point->fence()));
+    text += formatted(": face {} on the table, {} at the fence",
+                      true_face(face_name(residual.point->rest())),
+                      true_face(face_name(residual.point->fence())));
   }
   text += "; residual";
   for (Eigen::Index k = 0; k < residual.response.size(); ++k) {
@@ -73,7 +74,8 @@ std::string reading_row(const Calibration& calibration,
                         std::optional<std::size_t> button) {
   const bool short_form = !button && calibration.fit.residuals.size() > rows_of_page;
   const std::string run = std::to_string(residual.run);
-  std::string html = short_form ? "<tr><th>" : "<tr><th scope=\"row\">";
+  std::string html =
+      short_form ? "<tr><th>" : formatted("<tr data-run=\"{}\"><th scope=\"row\">", run);
   html +=
       button ? formatted(
                    "<button type=\"button\" aria-pressed=\"false\" data-reading=\"{}\">{}</button>",
@@ -86,8 +88,8 @@ std::string reading_row(const Calibration& calibration,
     html += escaped(cell.text) + (short_form ? "" : "</td>");
   };
   const Cell none{"\u2013", ""};
-  add(residual.point ? Cell{std::string(face_name(residual.point->rest())), ""} : none);
-  add(residual.point ? Cell{std::string(face_name(residual.point->fence())), ""} : none);
+  add(residual.point ? Cell{true_face(face_name(residual.point->rest())), ""} : none);
+  add(residual.point ? Cell{true_face(face_name(residual.point->fence())), ""} : none);
   const Eigen::Index m = calibration.sensor.instrument.axis_count();
   for (Eigen::Index k = 0; k < m && observations != nullptr; ++k) {
     add(row >= 0 && k < observations->response.cols()
@@ -208,6 +210,22 @@ Json cube_json(const Calibration& calibration) {
   return json;
 }
 
+namespace {
+
+// What the blue arrow beside the cube is.
+std::string words_of_arrow(const Calibration& calibration) {
+  const FieldDescription& field = calibration.sensor.field;
+  if (!field.in_table) {
+    return "";
+  }
+  return formatted("<p class=\"soft arrow\">Blue arrow: {}.</p>",
+                   field.kind == "gravity"
+                       ? "gravity as an accelerometer at rest reads it, upwards"
+                       : escaped(formatted("the direction of the field ({})", field.kind)));
+}
+
+}  // namespace
+
 std::string cube_section(const Calibration& calibration, const Observations* observations) {
   if (calibration.fit.residuals.empty()) {
     return "";
@@ -230,8 +248,8 @@ std::string cube_section(const Calibration& calibration, const Observations* obs
         "<div id=\"cube\"><div id=\"cube-view\"></div><div id=\"cube-buttons\"><button "
         "type=\"button\" id=\"cube-back\">Back</button><button type=\"button\" "
         "id=\"cube-next\">Next</button><span id=\"cube-reading\" "
-        "aria-live=\"polite\"></span></div><ul class=\"seats\">{}</ul></div>\n",
-        seats);
+        "aria-live=\"polite\"></span></div>{}<ul class=\"seats\">{}</ul></div>\n",
+        words_of_arrow(calibration), seats);
   }
   return html + readings_table(calibration, observations);
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <Eigen/Eigenvalues>
@@ -12,7 +13,9 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
+#include "html.hpp"
 
 namespace axiscal {
 namespace {
@@ -58,29 +61,20 @@ HeatMap map_of(const std::string& id, const std::string& title, const std::strin
 
 }  // namespace
 
-std::vector<Plot> levelness_plots(const Calibration& calibration) {
-  if (!calibration.fit.levelness || calibration.fit.levelness->estimates.empty()) {
-    return {};
-  }
-  const Levelness& level = *calibration.fit.levelness;
-  constexpr double micro = 1e6;
-  Plot faces{.id = "levelness-plot",
-             .title = "Levelness: what each face says of the table",
-             .alternative =
-                 "Estimates of the table's slope along x and y from each face, their "
-                 "mean and its 95 % ellipse",
-             .x_label = "slope along x [urad]",
-             .y_label = "slope along y [urad]",
-             .equal_aspect = true};
+namespace {
+
+constexpr double milli = 1e3;
+
+// What each face says of the table, their mean, and its 95 % ellipse.
+std::vector<PlotSeries> faces_and_mean(const Levelness& level) {
   PlotSeries estimates{.name = "one face"};
-  double farthest = 0.0;
   for (const LevelnessEstimate& estimate : level.estimates) {
-    estimates.x.push_back(micro * estimate.x);
-    estimates.y.push_back(micro * estimate.y);
-    farthest = std::max(farthest, std::hypot(estimate.x - level.mean_x, estimate.y - level.mean_y));
+    estimates.x.push_back(milli * estimate.x);
+    estimates.y.push_back(milli * estimate.y);
   }
-  const PlotSeries mean{.name = "mean", .x = {micro * level.mean_x}, .y = {micro * level.mean_y}};
-  faces.series = {std::move(estimates), mean};
+  std::vector<PlotSeries> series = {
+      std::move(estimates),
+      {.name = "mean", .x = {milli * level.mean_x}, .y = {milli * level.mean_y}}};
   if (std::isfinite(level.standard_error_x) && level.degrees_of_freedom >= 1.0) {
     // Both coordinates together: Hotelling's ellipse, whose 2 F(0.95; 2, dof) is so.
     const double dof = level.degrees_of_freedom;
@@ -88,28 +82,64 @@ std::vector<Plot> levelness_plots(const Calibration& calibration) {
     PlotSeries ellipse{.name = "95 % of the mean", .line = true};
     for (int i = 0; i <= 72; ++i) {
       const double turn = 2.0 * std::numbers::pi * i / 72.0;
-      ellipse.x.push_back(micro * (level.mean_x + k * level.standard_error_x * std::cos(turn)));
-      ellipse.y.push_back(micro * (level.mean_y + k * level.standard_error_y * std::sin(turn)));
+      ellipse.x.push_back(milli * (level.mean_x + k * level.standard_error_x * std::cos(turn)));
+      ellipse.y.push_back(milli * (level.mean_y + k * level.standard_error_y * std::sin(turn)));
     }
-    faces.series.push_back(std::move(ellipse));
+    series.push_back(std::move(ellipse));
   }
-  const std::vector<PlotSeries> slope = {{.name = "level", .x = {0.0}, .y = {0.0}},
-                                         {.name = "slope",
-                                          .line = true,
-                                          .x = {0.0, micro * level.mean_x},
-                                          .y = {0.0, micro * level.mean_y}}};
-  constexpr double much_larger = 4.0;
-  if (std::hypot(level.mean_x, level.mean_y) <= much_larger * farthest) {
-    faces.series.insert(faces.series.end(), slope.begin(), slope.end());
-    return {faces};
+  return series;
+}
+
+Plot plot_of_table(const Calibration& calibration,
+                   const std::string& id,
+                   const std::string& title) {
+  const bool slope = field_kind(calibration.sensor.field.kind).vertical;
+  Plot plot{.id = id, .title = title, .equal_aspect = true};
+  plot.x_label = slope ? "rises towards +x [mrad]" : "field along x / magnitude [1/1000]";
+  plot.y_label = slope ? "rises towards +y [mrad]" : "field along y / magnitude [1/1000]";
+  return plot;
+}
+
+}  // namespace
+
+std::optional<Plot> slope_plot(const Calibration& calibration) {
+  if (!calibration.fit.levelness || calibration.fit.levelness->estimates.empty()) {
+    return std::nullopt;
   }
-  Plot whole = faces;
-  whole.id = "slope-plot";
-  whole.title = "The table's slope";
-  whole.alternative = "A line from level to the mean of what the faces say of the table's slope";
-  whole.series = slope;
-  whole.series.insert(whole.series.begin(), mean);
-  return {faces, whole};
+  const Levelness& level = *calibration.fit.levelness;
+  Plot plot = plot_of_table(calibration, "slope-plot",
+                            field_kind(calibration.sensor.field.kind).vertical
+                                ? "Slope of the table"
+                                : "Field in the table's plane");
+  plot.alternative =
+      "The table's slope as a line from level, what each face says of it, and the 95 % ellipse of "
+      "the mean";
+  plot.narrow = true;
+  plot.series = faces_and_mean(level);
+  plot.series.push_back({.name = "slope",
+                         .line = true,
+                         .x = {0.0, milli * level.mean_x},
+                         .y = {0.0, milli * level.mean_y}});
+  plot.labels = {{.x = 0.0, .y = 0.0, .text = "level"}};
+  return plot;
+}
+
+std::optional<Plot> faces_plot(const Calibration& calibration) {
+  if (!calibration.fit.levelness || calibration.fit.levelness->estimates.size() < 2) {
+    return std::nullopt;
+  }
+  const Levelness& level = *calibration.fit.levelness;
+  Plot plot = plot_of_table(calibration, "levelness-plot", "What each face says of the table");
+  plot.alternative =
+      "Estimates of the table's slope along x and y from each face, their mean and its 95 % "
+      "ellipse";
+  plot.series = faces_and_mean(level);
+  for (const LevelnessEstimate& estimate : level.estimates) {
+    plot.labels.push_back({.x = milli * estimate.x,
+                           .y = milli * estimate.y,
+                           .text = true_face(face_name(estimate.point.rest()))});
+  }
+  return plot;
 }
 
 std::optional<BarPlot> budget_plot(const Calibration& calibration) {
@@ -139,10 +169,13 @@ std::optional<BarPlot> budget_plot(const Calibration& calibration) {
       plot.values.push_back(quantity.uncertainty.by_source);
     }
   }
-  return plot.names.empty() ? std::nullopt : std::optional(plot);
+  // One source alone makes one bar of each: nothing to compare.
+  return plot.names.empty() || plot.series.size() < 2 ? std::nullopt : std::optional(plot);
 }
 
-std::vector<HeatMap> uncertainty_maps(const Calibration& calibration) {
+namespace {
+
+std::vector<HeatMap> maps_of(const Calibration& calibration) {
   if (!can_propagate(calibration)) {
     return {};
   }
@@ -198,10 +231,32 @@ std::vector<HeatMap> uncertainty_maps(const Calibration& calibration) {
   return {map};
 }
 
+// A map of one colour says nothing that its number does not.
+bool is_flat(const HeatMap& map) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const std::vector<double>& row : map.values) {
+    for (const double value : row) {
+      low = std::fmin(low, value);
+      high = std::fmax(high, value);
+    }
+  }
+  constexpr double tellable = 1.05;
+  return !(high > tellable * low);
+}
+
+}  // namespace
+
+std::vector<HeatMap> uncertainty_maps(const Calibration& calibration) {
+  std::vector<HeatMap> maps = maps_of(calibration);
+  maps.erase(std::remove_if(maps.begin(), maps.end(), is_flat), maps.end());
+  return maps;
+}
+
 WorstAngleUncertainty worst_angle_uncertainty(const Calibration& calibration) {
   WorstAngleUncertainty worst{.quantity = "direction of the field", .expanded_deg = std::nan("")};
   double largest = -1.0;
-  for (const HeatMap& map : uncertainty_maps(calibration)) {
+  for (const HeatMap& map : maps_of(calibration)) {
     for (const std::vector<double>& row : map.values) {
       for (const double value : row) {
         if (value > largest) {
@@ -218,9 +273,6 @@ WorstAngleUncertainty worst_angle_uncertainty(const Calibration& calibration) {
 }
 
 std::vector<Plot> temperature_plots(const Calibration& calibration) {
-  const auto axis_name = [&](Eigen::Index k) {
-    return calibration.sensor.instrument.axes[static_cast<std::size_t>(k)];
-  };
   if (!calibration.sensor.temperature) {
     return {};
   }
@@ -240,9 +292,9 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
     for (Eigen::Index k = 0; k < over.bias.rows(); ++k) {
       const TemperatureSpan& span = over.span_of(k);
       const double margin = 0.2 * (span.high - span.low);
-      PlotSeries within{.name = axis_name(k), .line = true};
-      PlotSeries below{.name = axis_name(k) + ", extrapolated", .line = true};
-      PlotSeries band{.name = axis_name(k) + ", 95 %"};
+      PlotSeries within{.name = axis_name(calibration, k), .line = true};
+      PlotSeries below{.name = axis_name(calibration, k) + ", extrapolated", .line = true};
+      PlotSeries band{.name = axis_name(calibration, k) + ", 95 %"};
       for (int i = 0; i <= 70; ++i) {
         const double t = span.low - margin + (span.high - span.low + 2.0 * margin) * i / 70.0;
         const bool extrapolated = t < span.low || t > span.high;
@@ -259,7 +311,7 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
         double power = 1.0;
         for (Eigen::Index order = 0; order < over.bias.cols(); ++order) {
           power *= t - span.reference;
-          const std::string name = axis_name(k) + (is_bias ? ".bias.d" : ".scale.d") +
+          const std::string name = axis_name(calibration, k) + (is_bias ? ".bias.d" : ".scale.d") +
                                    (order == 0 ? "" : std::to_string(order + 1));
           if (const auto at = calibration.fit.statistics->position_of(name)) {
             gradient(*at) = power;
@@ -289,55 +341,25 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
   return plots;
 }
 
-std::vector<Plot> orientation_plots(const Calibration& calibration,
-                                    const Observations* observations) {
-  std::vector<Plot> plots;
-  if (calibration.sensor.instrument.axis_count() != 3 || !gives_field(calibration)) {
-    return plots;
+std::optional<Plot> magnitude_plot(const Calibration& calibration) {
+  if (calibration.fit.method != Method::magnitude || !gives_field(calibration) ||
+      calibration.sensor.instrument.axis_count() != 3) {
+    return std::nullopt;
   }
-  PlotSeries magnitudes{.name = "|f| - F"};
+  PlotSeries magnitudes{.name = "|f| \u2212 F"};
   for (const ReadingResidual& residual : calibration.fit.residuals) {
     if (residual.used && std::isfinite(residual.magnitude)) {
       magnitudes.x.push_back(residual.run);
       magnitudes.y.push_back(residual.magnitude);
+      magnitudes.runs.push_back(residual.run);
     }
   }
-  if (magnitudes.x.empty()) {
-    return plots;
-  }
-  plots.push_back({.id = "magnitude-by-run",
-                   .title = "Magnitude of the field, by run",
-                   .alternative = "Magnitude of each calibrated reading less the field's own",
-                   .x_label = "run",
-                   .y_label = formatted("|f| - F [{}]", calibration.sensor.field.unit),
-                   .series = {std::move(magnitudes)}});
-  if (observations == nullptr || observations->response.cols() != 3) {
-    return plots;
-  }
-  Plot plot{.id = "sphere",
-            .title = "Where on the sphere the readings lie",
-            .alternative =
-                "Direction of the field in the instrument's frame for each reading: "
-                "azimuth, and the sine of the elevation, so that equal areas are equal; "
-                "one series reads more than the field, the other less",
-            .x_label = "azimuth [deg]",
-            .y_label = "sine of the elevation",
-            .is_sphere = true};
-  PlotSeries more{.name = "|f| above F"};
-  PlotSeries less{.name = "|f| below F"};
-  const Reducer reducer(calibration);
-  for (Eigen::Index i = 0; i < observations->response.rows(); ++i) {
-    const std::array<double, 3> v = {observations->response(i, 0), observations->response(i, 1),
-                                     observations->response(i, 2)};
-    const ReducedReading reduced = reducer.reduce(v);
-    const Eigen::Vector3d direction = reduced.field_in_sensor.normalized();
-    PlotSeries& series = reduced.residual >= 0.0 ? more : less;
-    series.x.push_back(std::atan2(direction.y(), direction.x()) * deg_per_rad);
-    series.y.push_back(direction.z());
-  }
-  plot.series = {std::move(more), std::move(less)};
-  plots.push_back(std::move(plot));
-  return plots;
+  return Plot{.id = "magnitude-by-run",
+              .title = "Magnitude of the field, by run",
+              .alternative = "Magnitude of each calibrated reading less the field's own",
+              .x_label = "run",
+              .y_label = formatted("|f| \u2212 F [{}]", calibration.sensor.field.unit),
+              .series = {std::move(magnitudes)}};
 }
 
 std::vector<Plot> turn_plots(const Calibration& calibration) {
@@ -360,47 +382,6 @@ std::vector<Plot> turn_plots(const Calibration& calibration) {
     plot.series.push_back(std::move(series));
   }
   return {plot};
-}
-
-std::vector<Plot> noise_plots(const LogNoise& noise) {
-  std::vector<Plot> plots;
-  for (const ColumnNoise& column : noise.columns) {
-    Plot plot{.id = formatted("allan-{}", plots.size() + 1),
-              .title = formatted("Allan deviation of {}; dwell {} s", column.name,
-                                 number_text(column.dwell.sensible_s, 3)),
-              .alternative =
-                  "Overlapping Allan deviation with its 68 % band, the fitted noise model, "
-                  "and the dwell time of a design point that serves best",
-              .x_label = "averaging time [s]",
-              .y_label = "Allan deviation",
-              .logarithmic = true};
-    PlotSeries band{.name = "68 %"};
-    PlotSeries measured{.name = "measured"};
-    PlotSeries fitted{.name = "fitted", .line = true};
-    for (const AllanPoint& point : column.curve) {
-      if (!(point.deviation > 0.0) || !(point.low > 0.0)) {
-        continue;
-      }
-      band.x.push_back(point.tau_s);
-      band.y.push_back(point.low);
-      band.high.push_back(point.high);
-      measured.x.push_back(point.tau_s);
-      measured.y.push_back(point.deviation);
-      fitted.x.push_back(point.tau_s);
-      fitted.y.push_back(column.model.deviation_at(point.tau_s));
-    }
-    if (measured.x.empty()) {
-      continue;
-    }
-    plot.series = {std::move(band), std::move(measured), std::move(fitted)};
-    if (column.dwell.sensible_s > 0.0 && column.dwell.sensible_deviation > 0.0) {
-      plot.series.push_back({.name = "dwell",
-                             .x = {column.dwell.sensible_s},
-                             .y = {column.dwell.sensible_deviation}});
-    }
-    plots.push_back(std::move(plot));
-  }
-  return plots;
 }
 
 std::vector<Plot> history_plots(const UnitHistory& unit) {

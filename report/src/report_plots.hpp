@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "axiscal/report/calibration_report.hpp"
@@ -10,29 +11,33 @@
 
 namespace axiscal {
 
-/// Residuals by run, face, time, temperature; their normal plot; leverage against residual.
+inline const std::string& axis_name(const Calibration& calibration, Eigen::Index k) {
+  return calibration.sensor.instrument.axes[static_cast<std::size_t>(k)];
+}
+
+/// Residuals by run, face, time, temperature; their normal plot; leverage against residual: those
+/// that can tell something in this run.
 std::vector<Plot> residual_plots(const Calibration& calibration, const Observations* observations);
 
-/// What the faces say; and, where the slope is much larger than they differ, the slope itself.
-std::vector<Plot> levelness_plots(const Calibration& calibration);
+/// The table's slope from level; nothing without levelness.
+std::optional<Plot> slope_plot(const Calibration& calibration);
+
+/// What the faces say of it, from near.
+std::optional<Plot> faces_plot(const Calibration& calibration);
 
 /// Which source makes how much of the uncertainty of one reading.
 std::optional<BarPlot> budget_plot(const Calibration& calibration);
 
-/// Expanded uncertainty over attitudes.
+/// Expanded uncertainty over attitudes, where it differs over them.
 std::vector<HeatMap> uncertainty_maps(const Calibration& calibration);
 
 std::vector<Plot> temperature_plots(const Calibration& calibration);
 
-/// Directions and magnitudes of readings that need no labels.
-std::vector<Plot> orientation_plots(const Calibration& calibration,
-                                    const Observations* observations);
+/// Of method magnitude: the calibrated magnitudes.
+std::optional<Plot> magnitude_plot(const Calibration& calibration);
 
 /// Attitude errors after the turns of a gyroscope.
 std::vector<Plot> turn_plots(const Calibration& calibration);
-
-/// Allan deviation of each column, with what was fitted and the dwell time that serves best.
-std::vector<Plot> noise_plots(const LogNoise& noise);
 
 std::vector<Plot> history_plots(const UnitHistory& unit);
 

@@ -12,10 +12,6 @@
 namespace axiscal {
 namespace {
 
-const std::string& axis_name(const Calibration& calibration, Eigen::Index k) {
-  return calibration.sensor.instrument.axes[static_cast<std::size_t>(k)];
-}
-
 // One series of points for each axis: `x_of` gives nothing for a reading that is left out.
 template <typename XOf>
 std::vector<PlotSeries> series_by_axis(const Calibration& calibration, const XOf& x_of) {
@@ -27,6 +23,7 @@ std::vector<PlotSeries> series_by_axis(const Calibration& calibration, const XOf
       if (residual.used && x && k < residual.response.size()) {
         series.x.push_back(*x);
         series.y.push_back(residual.response(k));
+        series.runs.push_back(residual.run);
       }
     }
     all.push_back(std::move(series));
@@ -34,9 +31,29 @@ std::vector<PlotSeries> series_by_axis(const Calibration& calibration, const XOf
   return all;
 }
 
-bool has_points(const std::vector<PlotSeries>& series) {
-  return std::any_of(series.begin(), series.end(),
-                     [](const PlotSeries& one) { return !one.x.empty(); });
+// Whether points lie at different places along x: else the plot shows nothing that another does
+// not.
+bool differ_along_x(const std::vector<PlotSeries>& series) {
+  return std::any_of(series.begin(), series.end(), [](const PlotSeries& one) {
+    const auto [low, high] = std::minmax_element(one.x.begin(), one.x.end());
+    constexpr double rounding = 1e-6;
+    return low != one.x.end() &&
+           *high - *low > rounding * std::max(std::abs(*low), std::abs(*high));
+  });
+}
+
+// Whether times tell more than the order of the readings does: there are breaks between them.
+bool have_breaks(std::vector<double> times) {
+  std::sort(times.begin(), times.end());
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    steps.push_back(times[i] - times[i - 1]);
+  }
+  if (steps.size() < 3) {
+    return false;
+  }
+  std::sort(steps.begin(), steps.end());
+  return steps.back() > 3.0 * steps[steps.size() / 2];
 }
 
 Plot by_face(const Calibration& calibration, const std::string& label) {
@@ -62,6 +79,18 @@ Plot by_face(const Calibration& calibration, const std::string& label) {
   return plot;
 }
 
+void sort_by_y(PlotSeries& series) {
+  std::vector<std::pair<double, int>> both;
+  for (std::size_t i = 0; i < series.y.size(); ++i) {
+    both.emplace_back(series.y[i], series.runs[i]);
+  }
+  std::sort(both.begin(), both.end());
+  for (std::size_t i = 0; i < both.size(); ++i) {
+    series.y[i] = both[i].first;
+    series.runs[i] = both[i].second;
+  }
+}
+
 // Blom's positions of a sorted sample on the normal scale.
 Plot normal_plot(const Calibration& calibration) {
   Plot plot{.id = "residuals-normal",
@@ -74,7 +103,7 @@ Plot normal_plot(const Calibration& calibration) {
   double reach = 0.0;
   for (PlotSeries& series : series_by_axis(
            calibration, [](const ReadingResidual&) { return std::optional<double>(0.0); })) {
-    std::sort(series.y.begin(), series.y.end());
+    sort_by_y(series);
     const auto n = static_cast<double>(series.y.size());
     double squares = 0.0;
     for (const double value : series.y) {
@@ -116,13 +145,16 @@ Plot leverage_plot(const Calibration& calibration) {
             .y_label = "studentised residual"};
   const std::vector<RegressionRow>& rows = calibration.fit.statistics->rows;
   double largest = 0.0;
+  double in_sight = 0.0;  // of the curves: three times the largest residual
   for (Eigen::Index k = 0; k < calibration.sensor.instrument.axis_count(); ++k) {
     PlotSeries series{.name = axis_name(calibration, k)};
     for (const RegressionRow& row : rows) {
       if (k < row.leverage.size() && std::isfinite(row.studentized(k))) {
         series.x.push_back(row.leverage(k));
         series.y.push_back(row.studentized(k));
+        series.runs.push_back(row.runs.front());
         largest = std::max(largest, row.leverage(k));
+        in_sight = std::max(in_sight, 3.0 * std::abs(row.studentized(k)));
       }
     }
     plot.series.push_back(std::move(series));
@@ -139,9 +171,9 @@ Plot leverage_plot(const Calibration& calibration) {
           // Cook's distance is of the internally studentised residual r, t^2 = r^2 (nu - 1) / (nu -
           // r^2); r^2 is below nu whatever t is.
           const double r_squared = distance * parameters * (1.0 - h) / h;
-          curve.y.push_back(r_squared < nu
-                                ? side * std::sqrt(r_squared * (nu - 1.0) / (nu - r_squared))
-                                : std::nan(""));
+          const double t =
+              r_squared < nu ? std::sqrt(r_squared * (nu - 1.0) / (nu - r_squared)) : std::nan("");
+          curve.y.push_back(t < in_sight ? side * t : std::nan(""));
         }
       }
       curve.x.push_back(largest);
@@ -159,7 +191,7 @@ std::vector<Plot> residual_plots(const Calibration& calibration, const Observati
   const std::string label = formatted("residual [{}]", calibration.sensor.instrument.unit);
   const auto add = [&](const std::string& id, const std::string& title, const std::string& words,
                        const std::string& x_label, std::vector<PlotSeries> series) {
-    if (has_points(series)) {
+    if (differ_along_x(series)) {
       plots.push_back({.id = id,
                        .title = title,
                        .alternative = words,
@@ -176,36 +208,48 @@ std::vector<Plot> residual_plots(const Calibration& calibration, const Observati
     return plots;
   }
   Plot faces = by_face(calibration, label);
-  if (has_points(faces.series)) {
+  if (differ_along_x(faces.series)) {
     plots.push_back(std::move(faces));
   }
   if (observations != nullptr) {
     std::map<int, double> time_of_run;
-    double first = std::numeric_limits<double>::infinity();
+    std::vector<double> times;
     for (const Reading& reading : observations->readings) {
       if (reading.time_s) {
         time_of_run[reading.run] = *reading.time_s;
-        first = std::min(first, *reading.time_s);
+        times.push_back(*reading.time_s);
       }
     }
-    add("residuals-by-time", "Residuals against time",
-        "Residual of each reading against the time at which it was taken",
-        "time since the first reading [s]",
-        series_by_axis(calibration, [&](const ReadingResidual& r) -> std::optional<double> {
-          const auto found = time_of_run.find(r.run);
-          return found == time_of_run.end() ? std::nullopt : std::optional(found->second - first);
-        }));
+    if (have_breaks(times)) {
+      const double first = *std::min_element(times.begin(), times.end());
+      add("residuals-by-time", "Residuals against time",
+          "Residual of each reading against the time at which it was taken",
+          "time since the first reading [s]",
+          series_by_axis(calibration, [&](const ReadingResidual& r) -> std::optional<double> {
+            const auto found = time_of_run.find(r.run);
+            return found == time_of_run.end() ? std::nullopt : std::optional(found->second - first);
+          }));
+    }
   }
   add("residuals-by-temperature", "Residuals against temperature",
       "Residual of each reading against the sensor's temperature", "temperature",
       series_by_axis(calibration, [](const ReadingResidual& r) {
         return r.temperature ? std::optional(r.temperature->mean()) : std::nullopt;
       }));
-  plots.push_back(normal_plot(calibration));
-  // With two degrees of freedom a studentised residual has one, and can be any number.
-  if (calibration.fit.statistics && !calibration.fit.statistics->rows.empty() &&
-      calibration.fit.statistics->degrees_of_freedom.minCoeff() > 2.0) {
-    plots.push_back(leverage_plot(calibration));
+  const FitStatistics* const statistics =
+      calibration.fit.statistics ? &*calibration.fit.statistics : nullptr;
+  // With two or three degrees of freedom residuals are alike by their sums, not by their noise, and
+  // a studentised one can be any number.
+  constexpr double fewest = 4.0;
+  if (statistics == nullptr || statistics->degrees_of_freedom.minCoeff() >= fewest) {
+    plots.push_back(normal_plot(calibration));
+  }
+  if (statistics != nullptr && !statistics->rows.empty() &&
+      statistics->degrees_of_freedom.minCoeff() >= fewest) {
+    Plot leverage = leverage_plot(calibration);
+    if (differ_along_x(leverage.series)) {
+      plots.push_back(std::move(leverage));
+    }
   }
   return plots;
 }

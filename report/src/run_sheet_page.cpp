@@ -24,14 +24,10 @@ Spot seen(double x, double y, double z) {
   return {92.0 + unit * (x + 0.5 * y), 104.0 - unit * (z + 0.4 * y)};
 }
 
-std::string number(double value) {
-  return number_text(std::round(10.0 * value) / 10.0);
-}
-
 std::string corners(const std::vector<Spot>& spots) {
   std::string text;
   for (const Spot& spot : spots) {
-    text += formatted("{}{},{}", text.empty() ? "" : " ", number(spot.x), number(spot.y));
+    text += formatted("{}{},{}", text.empty() ? "" : " ", svg_number(spot.x), svg_number(spot.y));
   }
   return text;
 }
@@ -44,19 +40,14 @@ std::string line(const std::string& style, const std::vector<Spot>& spots) {
   return formatted("<polyline class=\"{}\" points=\"{}\"/>", style, corners(spots));
 }
 
-// A face's name with a minus that can be read from a distance.
-std::string shown(const std::string& name) {
-  return name.front() == '-' ? "\u2212" + name.substr(1) : name;
-}
-
 std::string label(const std::string& style, const Spot& at, const std::string& text) {
-  return formatted("<text class=\"{}\" x=\"{}\" y=\"{}\">{}</text>", style, number(at.x),
-                   number(at.y), text);
+  return formatted("<text class=\"{}\" x=\"{}\" y=\"{}\">{}</text>", style, svg_number(at.x),
+                   svg_number(at.y), text);
 }
 
 // The name of the face that looks along an axis of the table.
 std::string name_towards(const DesignPoint& point, const Eigen::Vector3d& direction_in_table) {
-  return shown(std::string(face_name(face_towards(point, direction_in_table))));
+  return true_face(face_name(face_towards(point, direction_in_table)));
 }
 
 constexpr const char* page_style = R"css(
@@ -103,8 +94,8 @@ std::string seat_svg(const DesignPoint& point) {
   svg += label("name", {top.x, top.y + 6.0}, name_towards(point, Eigen::Vector3d::UnitZ()));
   svg += label("name", {front.x, front.y + 6.0}, name_towards(point, -Eigen::Vector3d::UnitY()));
   svg += label("name", {side.x, side.y + 6.0}, name_towards(point, Eigen::Vector3d::UnitX()));
-  svg += label("onfence", {seen(-0.1, 1.0, 1.55).x, 19.0}, shown(fence) + " at the fence");
-  svg += label("onrest", {84.0, 183.0}, shown(rest) + " on the table");
+  svg += label("onfence", {seen(-0.1, 1.0, 1.55).x, 19.0}, true_face(fence) + " at the fence");
+  svg += label("onrest", {84.0, 183.0}, true_face(rest) + " on the table");
   return svg + "</svg>";
 }
 

@@ -9,7 +9,10 @@
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "axiscal/core/rounded_value.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/report/noise_report.hpp"
+#include "html.hpp"
 #include "plot.hpp"
 #include "report_plots.hpp"
 #include "scenario.hpp"
@@ -43,7 +46,7 @@ TEST(CalibrationReport, ShowsWhatThereIs) {
     EXPECT_THAT(page, HasSubstr("<section id=\"" + std::string(id) + "\">")) << id;
     EXPECT_THAT(page, HasSubstr("href=\"#" + std::string(id) + "\"")) << id;
   }
-  for (const char* const id : {"temperature", "orientations", "history"}) {
+  for (const char* const id : {"temperature", "turns", "history"}) {
     EXPECT_THAT(page, Not(HasSubstr("<section id=\"" + std::string(id) + "\">"))) << id;
   }
   EXPECT_EQ(count_of(page, "class=\"seats\""), 1U);
@@ -70,11 +73,11 @@ TEST(CalibrationReport, AlignmentsHaveTheirTable) {
   EXPECT_THAT(page, HasSubstr(">0.21<"));
 }
 
-TEST(SpherePlot, IsThinnedEvenly) {
-  Plot plot{.id = "sphere", .is_sphere = true};
+TEST(Cloud, IsThinnedEvenly) {
+  Plot plot{.id = "cloud", .equal_aspect = true};
   PlotSeries all{.name = "all"};
   for (const Eigen::Vector3d& u : directions_on_sphere(20000)) {
-    all.x.push_back(std::atan2(u.y(), u.x()) * deg_per_rad);
+    all.x.push_back(u.x());
     all.y.push_back(u.z());
   }
   plot.series = {all};
@@ -85,9 +88,43 @@ TEST(SpherePlot, IsThinnedEvenly) {
   }
   const double mean = static_cast<double>(thin.series.front().y.size()) / 10.0;
   EXPECT_GT(mean, 40.0);
-  for (const int band : bands) {  // at the poles it was five times the mean
+  for (const int band : bands) {  // z of a sphere's points is spread evenly
     EXPECT_NEAR(band, mean, 0.3 * mean);
   }
+  EXPECT_EQ(thin.note, "one point of 25 is drawn");
+}
+
+// What people come for stands first: verdict, matrix, picture; the rest is folded.
+TEST(CalibrationReport, ShowsTheCoefficientsAsAMatrix) {
+  const Calibration calibration = calibrated();
+  const std::string page = calibration_report(calibration);
+  const std::size_t matrix = page.find("<section id=\"coefficients\"><h2>");
+  const std::size_t story = page.find("<section id=\"story\"><h2>");
+  ASSERT_NE(matrix, std::string::npos);
+  ASSERT_NE(story, std::string::npos);
+  EXPECT_LT(page.find("class=\"verdict"), matrix);
+  EXPECT_LT(matrix, story);
+  EXPECT_LT(story, page.find("<details class=\"part\">"));
+  const Quantity bias = calibration.parameter("y.bias");
+  EXPECT_THAT(page, HasSubstr(true_minus(rounded_value(bias.value, bias.U)) + " \u00b1 " +
+                              rounded_uncertainty(bias.U) + "<"));
+  for (const char* const id : {"measured-plot", "axes-figure", "slope-plot"}) {
+    EXPECT_THAT(page.substr(story), HasSubstr("<figure id=\"" + std::string(id) + "\">"));
+  }
+}
+
+TEST(QuantityCells, StandBelowEachOtherAtTheDecimalPoint) {
+  const std::vector<Cell> cells =
+      quantity_cells({{4.09, 0.11}, {-0.395, 0.021}, {9956.0, 79.0}, {1.0, std::nan("")}});
+  const auto in = [](const Cell& cell) { return cell.text; };
+  const std::string figure = "\u2007";
+  const std::string point = "\u2008";
+  EXPECT_EQ(in(cells[0]),
+            figure + figure + figure + "4.09" + figure + " \u00b1 " + figure + "0.11" + figure);
+  EXPECT_EQ(in(cells[1]), figure + figure + "\u22120.395 \u00b1 " + figure + "0.021");
+  EXPECT_EQ(in(cells[2]), "9956" + point + figure + figure + figure + " \u00b1 79" + point +
+                              figure + figure + figure);
+  EXPECT_EQ(cells[1].value, "-0.395");
 }
 
 TEST(CalibrationReport, LeavesALeverageWithoutMeaningOut) {
@@ -131,7 +168,7 @@ TEST(CalibrationReport, OfManyReadingsStaysSmall) {
   const auto has = [&](const char* text) { return page.find(text) != std::string::npos; };
   EXPECT_TRUE(has("of 19200 readings are listed"));
   EXPECT_TRUE(has("<summary>Rows 201 to 400</summary>"));
-  EXPECT_TRUE(has("of 57600 points: of each stretch the lowest, the highest"));
+  EXPECT_TRUE(has("of 57600 points are drawn: of each stretch the lowest, the highest"));
   EXPECT_TRUE(has(">7778<td>")) << "the largest residual is listed";
   EXPECT_EQ(count_of(page, "data-reading="), 12U) << "the cube is turned to each seat once";
 }
@@ -201,8 +238,18 @@ TEST(CalibrationReport, RefusedIsSaidAtTheTopWithTheLikeliestReason) {
   calibration.findings.warnings = {
       {.code = WarningCode::wrong_pose, .runs = {7}, .message = "run 7 may lie on +Y"}};
   calibration.findings.suggestion =
-      Correction{.code = WarningCode::wrong_pose, .message = "run 7 was taken on +Y"};
-  const std::string page = calibration_report(calibration);
+      Correction{.code = WarningCode::wrong_pose,
+                 .message = "run 7 was taken on +Y",
+                 .runs = {7},
+                 .points = {{7, DesignPoint(Face::plus_y, Face::plus_x)}}};
+  // A report is made of a file.
+  const std::string page =
+      calibration_report(parse_calibration(calibration_json(calibration), "record"));
+  const DesignPoint labelled = *calibration.fit.residuals[6].point;
+  EXPECT_THAT(
+      page, HasSubstr("As labelled: " + true_face(face_name(labelled.rest())) + " on the table, " +
+                      true_face(face_name(labelled.fence())) + " at the fence"));
+  EXPECT_THAT(page, HasSubstr("As it probably lay: +Y on the table, +X at the fence"));
   const std::size_t verdict = page.find("class=\"verdict refused\"");
   ASSERT_NE(verdict, std::string::npos);
   EXPECT_LT(verdict, page.find("<section"));
@@ -290,7 +337,9 @@ TEST(CalibrationReport, NoiseHasItsAllanPlot) {
       .best_s = 10.0, .deviation = 3e-4, .sensible_s = 8.0, .sensible_deviation = 3.2e-4};
   noise.columns.push_back(column);
   const std::string page = calibration_report(calibrated(), {.noise = &noise});
-  EXPECT_THAT(page, HasSubstr("Allan deviation of x; dwell 8 s"));
+  EXPECT_THAT(page, HasSubstr("N, white noise [unit/sqrt(Hz)]"));
+  EXPECT_THAT(noise_report(noise, "folder/rest.csv"),
+              HasSubstr("<title>Noise of rest.csv</title>"));
   // On both axes the powers of ten, evenly spaced.
   const std::size_t figure = page.find("id=\"allan-1\"");
   const auto tick = [&](const std::string& text) {

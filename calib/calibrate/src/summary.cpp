@@ -13,6 +13,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/rounded_value.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/core/wrapped_text.hpp"
 #include "axiscal/field/field_kind.hpp"
@@ -23,35 +24,7 @@ namespace {
 
 constexpr int cell_width = 14;
 
-// Decimals that show two digits of an uncertainty.
-int decimals_for(double uncertainty) {
-  return static_cast<int>(1.0 - std::floor(std::log10(uncertainty)));
-}
-
 constexpr std::size_t longest_label = 17;  // so that a row stays within 80 columns
-
-// A value to the digits that its uncertainty leaves; six digits where there is none.
-std::string rounded(double value, double uncertainty) {
-  if (std::isnan(value)) {
-    return "-";
-  }
-  if (!(uncertainty > 0.0) || !std::isfinite(uncertainty) || !std::isfinite(value)) {
-    return formatted("{:.6g}", value);
-  }
-  const int decimals = decimals_for(uncertainty);
-  std::string fixed = formatted("{:.{}f}", value, std::clamp(decimals, 0, 17));
-  const bool readable = decimals <= 8 && fixed.size() < cell_width - 1;
-  if (readable) {
-    return fixed;
-  }
-  const double size = std::max(std::abs(value), uncertainty);
-  const int digits = static_cast<int>(std::floor(std::log10(size))) + decimals;
-  return formatted("{:.{}e}", value, std::clamp(digits, 1, 6));
-}
-
-std::string rounded_uncertainty(double uncertainty) {
-  return std::isfinite(uncertainty) ? rounded(uncertainty, uncertainty) : "-";
-}
 
 std::string cell(const std::string& text) {
   return formatted("{:>{}}", text, cell_width);
@@ -171,11 +144,11 @@ class Summary {
     text_ += row("axis", label_width_ + 3, {"bias", "x", "y", "z"});
     for (Eigen::Index k = 0; k < c_.sensor.response.bias.size(); ++k) {
       const double U_bias = half_width(k, ".bias");
-      std::vector<std::string> values = {rounded(c_.sensor.response.bias(k), U_bias)};
+      std::vector<std::string> values = {rounded_value(c_.sensor.response.bias(k), U_bias)};
       std::vector<std::string> intervals = {rounded_uncertainty(U_bias)};
       for (Eigen::Index j = 0; j < 3; ++j) {
         const double U = half_width(k, component_of("sensitivity", j));
-        values.push_back(rounded(c_.sensor.response.sensitivity(k, j), U));
+        values.push_back(rounded_value(c_.sensor.response.sensitivity(k, j), U));
         intervals.push_back(rounded_uncertainty(U));
       }
       text_ += row(axis_name(k), label_width_ + 3, values);
@@ -208,9 +181,9 @@ class Summary {
       }
       const double across = S.norm() * std::sin(polar.coning_angle_rad);
       text_ += row(axis_name(k), label_width_ + 3,
-                   {rounded(S.norm(), U), std::string(1, "xyz"[nominal]),
-                    rounded(polar.coning_angle_rad * deg_per_rad, U / S.norm() * deg_per_rad),
-                    rounded(polar.azimuth_rad * deg_per_rad, U / across * deg_per_rad)});
+                   {rounded_value(S.norm(), U), std::string(1, "xyz"[nominal]),
+                    rounded_value(polar.coning_angle_rad * deg_per_rad, U / S.norm() * deg_per_rad),
+                    rounded_value(polar.azimuth_rad * deg_per_rad, U / across * deg_per_rad)});
     }
   }
 
@@ -223,7 +196,7 @@ class Summary {
         std::vector<std::string> intervals;
         for (Eigen::Index j = 0; j < 3; ++j) {
           const double U = half_width(k, component_of(also.kind, j));
-          values.push_back(rounded(also.sensitivity(k, j), U));
+          values.push_back(rounded_value(also.sensitivity(k, j), U));
           intervals.push_back(rounded_uncertainty(U));
         }
         text_ += row(axis_name(k), label_width_ + 3, values);
@@ -248,7 +221,7 @@ class Summary {
       name += quantity.of.empty() ? "" : " " + quantity.of;
       std::string line = formatted("  {}:", name);
       for (std::size_t i = 0; i < quantity.values.size(); ++i) {
-        line += " " + rounded(quantity.values[i], quantity.u[i]);
+        line += " " + rounded_value(quantity.values[i], quantity.u[i]);
         if (std::isfinite(quantity.u[i])) {
           line += " +- " + rounded_uncertainty(quantity.u[i]);
         }
@@ -294,7 +267,8 @@ class Summary {
                     : "Field in the table's plane, thousandths of its magnitude");
     const std::size_t width = 40;
     const auto pair = [](double x, double y, double ux, double uy) {
-      return std::vector<std::string>{rounded(1e3 * x, 1e3 * ux), rounded(1e3 * y, 1e3 * uy)};
+      return std::vector<std::string>{rounded_value(1e3 * x, 1e3 * ux),
+                                      rounded_value(1e3 * y, 1e3 * uy)};
     };
     text_ += row("", width, {"x", "y"});
     for (const BlockLevelness& block : levelness.blocks) {
@@ -342,7 +316,7 @@ class Summary {
       std::vector<std::string> cells;
       std::vector<std::string> u;
       for (Eigen::Index j = 0; j < 3; ++j) {
-        cells.push_back(rounded(1e3 * turn(j), 1e3 * other.u_rad(j)));
+        cells.push_back(rounded_value(1e3 * turn(j), 1e3 * other.u_rad(j)));
         u.push_back(rounded_uncertainty(1e3 * other.expanded_rad(j)));
       }
       text_ += row("slot " + other.slot, 20, cells);

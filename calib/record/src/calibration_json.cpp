@@ -306,6 +306,26 @@ void members(JsonMembers& io, Correction& correction) {
   io.value("message", correction.message);
 }
 
+// What would mend the run, with where its readings were probably taken, or what they should say.
+void suggestion_members(JsonMembers& io, Correction& correction, Eigen::Index m) {
+  members(io, correction);
+  io.list_if_any(
+      "points", correction.points,
+      [](JsonMembers& one, std::pair<int, DesignPoint>& taken) {
+        one.value("run", taken.first);
+        std::optional<DesignPoint> point = taken.second;
+        point_members(one, point);
+        taken.second = point.value_or(taken.second);
+      },
+      std::pair(0, DesignPoint(Face::minus_z, Face::minus_x)));
+  io.list_if_any("responses", correction.responses,
+                 [m](JsonMembers& one, std::pair<int, Eigen::VectorXd>& said) {
+                   one.value("run", said.first);
+                   one.vector("response", said.second, m);
+                 });
+  io.value_if_any("leave_out", correction.leave_out);
+}
+
 // A warning about one reading has the key `run`, one about several `runs`.
 void members(JsonMembers& io, CalibrationWarning& warning) {
   io.choice("code", warning.code, warning_name, parse_warning);
@@ -502,6 +522,9 @@ void members(JsonMembers& io, Calibration& calibration) {
   io.list_if_any("corrections", calibration.findings.corrections,
                  [](JsonMembers& one, Correction& correction) { members(one, correction); });
   const Eigen::Index m = calibration.sensor.instrument.axis_count();
+  io.object_if_any(
+      "suggestion", calibration.findings.suggestion,
+      [m](JsonMembers& one, Correction& suggestion) { suggestion_members(one, suggestion, m); });
   io.object_if_any(
       "confirmation", calibration.findings.confirmation,
       [m](JsonMembers& one, Confirmation& confirmation) { members(one, confirmation, m); });

@@ -3,11 +3,12 @@
 
 #include "axiscal/report/calibration_report.hpp"
 #include "axiscal/report/certificate.hpp"
+#include "axiscal/report/noise_report.hpp"
 #include "axiscal/report/run_sheet_page.hpp"
 
 /// @file
-/// What people look at: a calibration as one HTML page, a certificate as PDF, a run sheet to
-/// print.
+/// What people look at: a calibration, or a log's noise, as one HTML page, a certificate as PDF, a
+/// run sheet to print.
 ///
 /// @code
 /// axiscal::Calibration calibration;

@@ -82,6 +82,29 @@ export function makeScene(cube) {
   return { scene, body };
 }
 
+// A box's sides, in the order of FACES: their normal, and how the letters stand on them (right, up).
+const LETTERS = [
+  { normal: [1, 0, 0], right: [0, 0, -1], up: [0, 1, 0] },
+  { normal: [-1, 0, 0], right: [0, 0, 1], up: [0, 1, 0] },
+  { normal: [0, 1, 0], right: [1, 0, 0], up: [0, 0, -1] },
+  { normal: [0, -1, 0], right: [1, 0, 0], up: [0, 0, 1] },
+  { normal: [0, 0, 1], right: [1, 0, 0], up: [0, 1, 0] },
+  { normal: [0, 0, -1], right: [-1, 0, 0], up: [0, 1, 0] },
+];
+
+// Turns the letters so that they stand upright in a pose: up at the sides, away from the one who
+// looks on the top.
+export function standLettersUp(body, pose) {
+  body.children[0].material.forEach((material, i) => {
+    const turned = (v) => new Vector3(...v).applyQuaternion(pose);
+    const top = Math.abs(turned(LETTERS[i].normal).z) > 0.7;
+    const wanted = top ? new Vector3(0, 1, 0) : new Vector3(0, 0, 1);
+    const angle = -Math.atan2(wanted.dot(turned(LETTERS[i].right)), wanted.dot(turned(LETTERS[i].up)));
+    material.map.center.set(0.5, 0.5);
+    material.map.rotation = Math.round((2 * angle) / Math.PI) * (Math.PI / 2);
+  });
+}
+
 export function quaternionOf(rotation) {
   const [a, b, c] = rotation;
   const matrix = new Matrix4().set(a[0], a[1], a[2], 0, b[0], b[1], b[2], 0, c[0], c[1], c[2], 0, 0, 0, 0, 1);
@@ -147,6 +170,7 @@ export function showCube(cube) {
     const reading = cube.readings[index];
     from = body.quaternion.clone();
     to = quaternionOf(reading.rotation_table_from_positioner);
+    standLettersUp(body, to);
     started = performance.now() - (first ? 1000 : 0);
     rows.forEach((row) => row.setAttribute("aria-pressed", String(Number(row.dataset.reading) === index)));
     details.textContent = reading.text;

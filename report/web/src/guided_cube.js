@@ -2,7 +2,7 @@
 // The cube of a live session: it turns from how it lies to how it is to lie, the face for the table and
 // the face for the fence marked. Without WebGL the words beside it say the same.
 import { Color, DoubleSide, Mesh, MeshBasicMaterial, PerspectiveCamera, PlaneGeometry, WebGLRenderer } from "three";
-import { makeScene, quaternionOf } from "./cube.js";
+import { makeScene, quaternionOf, standLettersUp } from "./cube.js";
 
 const NORMALS = { "+X": [1, 0, 0], "-X": [-1, 0, 0], "+Y": [0, 1, 0], "-Y": [0, -1, 0], "+Z": [0, 0, 1], "-Z": [0, 0, -1] };
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -118,6 +118,7 @@ export function makeGuidedCube(place) {
       to = quaternionOf(rotationOf(pose));
       from = view.present && view.phase !== "dwelling" ? quaternionOf(rotationOf(view.present)) : null;
       started = performance.now();
+      standLettersUp(body, to);
       body.quaternion.copy(to);
       body.updateMatrixWorld(true);
       placeMarker(restMark, view.wanted?.rest);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page is whole without this script: it makes plots that can be zoomed of the drawn ones, turns the
-// cube, and copies tables.
+// cube, copies tables, and opens what is folded where a link or the printer asks for it.
 import { showCube } from "./cube.js";
 import { showPlots } from "./plots.js";
 
@@ -19,7 +19,7 @@ function addCopyButtons() {
       button.textContent = (await copied(text)) ? "Copied" : "Select and copy by hand";
       setTimeout(() => (button.textContent = "Copy table"), 2000);
     });
-    table.before(button);
+    table.after(button);
   }
 }
 
@@ -38,6 +38,26 @@ async function copied(text) {
     return done;
   }
 }
+
+const partOf = (hash) => (/^#[a-z]+$/.test(hash) ? document.querySelector(`${hash} > details.part`) : null);
+
+function openPart(hash) {
+  const part = partOf(hash);
+  if (part) {
+    part.open = true;
+  }
+}
+
+document.querySelectorAll("nav a").forEach((link) => link.addEventListener("click", () => openPart(link.hash)));
+openPart(location.hash);
+
+// A printed page shows all parts; afterwards they are folded as they were.
+let folded = [];
+addEventListener("beforeprint", () => {
+  folded = [...document.querySelectorAll("details.part:not([open])")];
+  folded.forEach((part) => (part.open = true));
+});
+addEventListener("afterprint", () => folded.forEach((part) => (part.open = false)));
 
 addCopyButtons();
 const plots = showPlots(data.plots);

@@ -32,6 +32,8 @@ function makeReport() {
   run("report", "cal.json", "run.csv", "-o", "report.html");
 }
 
+const unfold = (page) => page.evaluate(() => document.querySelectorAll("details.part").forEach((part) => (part.open = true)));
+
 async function open(browser, options = {}) {
   const context = await browser.newContext(options);
   const page = await context.newPage();
@@ -47,7 +49,34 @@ async function withScript(browser) {
   assert.deepEqual(requests, [`file://${path("report.html")}`], "the page asks for nothing");
   assert.equal(await page.title(), `Calibration of accelerometer ${HOSTILE}`, "typed text is shown as typed");
   assert.equal(await page.locator("img").count(), 0);
-  assert.ok((await page.evaluate(() => window.axiscalReport.plots)) >= 2);
+  // What stands first is drawn; what is folded is drawn when it is opened, by hand or by a link.
+  const plots = () => page.evaluate(() => window.axiscalReport.plots());
+  assert.equal(await plots(), 2);
+  assert.ok(!(await page.locator("#residuals-by-run").isVisible()));
+  await page.locator("nav a[href='#residuals']").click();
+  await page.waitForSelector("#residuals-by-run.is-live");
+  await unfold(page);
+  await page.waitForFunction(() => window.axiscalReport.plots() === document.querySelectorAll("figure .live").length);
+  assert.ok((await plots()) >= 8, "all figures are plots of one kind");
+  // A reading that is pointed at is shown in its row of the table, and in the other plots.
+  const chart = page.locator("#residuals-by-run .u-over");
+  await chart.scrollIntoViewIfNeeded();
+  const area = await chart.boundingBox();
+  const other = page.locator("#residuals-by-face .live canvas").first();
+  const inkOf = () => other.evaluate(inked);
+  const untouched = await inkOf();
+  let named = 0;
+  for (let x = 20; x < area.width && named === 0; x += 8) {
+    for (let y = 10; y < area.height && named === 0; y += 10) {
+      await page.mouse.move(area.x + x, area.y + y);
+      named = await page.locator("tr.pointed").count();
+    }
+  }
+  assert.equal(named, 1);
+  assert.match(await page.locator("#residuals-by-run .readout").textContent(), /^[xyz]: run \d+, residual \[V\] [\u2212\d]/);
+  await page.waitForTimeout(100);
+  assert.ok((await inkOf()) > untouched, "a ring is drawn around the same reading");
+  await page.mouse.move(0, 0);
   for (const chart of await page.locator(".live canvas").all()) {
     assert.ok((await chart.evaluate(inked)) > 0.005, "a plot has pixels");
   }
@@ -84,6 +113,7 @@ async function withScript(browser) {
   const paper = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
   assert.equal(paper, "rgb(20, 24, 28)");
   await page.emulateMedia({ colorScheme: "light" });
+  await page.evaluate(() => document.querySelectorAll("details.part").forEach((part) => (part.open = false)));
   const pdf = await page.pdf({ format: "A4" });
   assert.ok(pdf.length > 20000 && pdf.subarray(0, 5).toString() === "%PDF-");
   await context.close();
@@ -92,6 +122,8 @@ async function withScript(browser) {
 async function contrast(browser) {
   for (const colorScheme of ["light", "dark"]) {
     const { context, page } = await open(browser, { colorScheme });
+    await page.waitForSelector("html[data-ready=yes]");
+    await unfold(page);
     const worst = await page.evaluate(() => {
       const rgb = (text) => text.match(/[\d.]+/g).map(Number);
       const luminance = ([r, g, b]) => {
@@ -132,6 +164,7 @@ async function withoutScript(browser) {
   assert.ok((await page.locator("svg.drawn").count()) >= 6);
   assert.ok(await page.locator("svg.drawn").first().isVisible());
   assert.equal(await page.locator(".seats li").count(), 12);
+  await page.locator("#points summary").first().click();
   assert.ok(await page.locator(".seats li").first().isVisible());
   await context.close();
 }
@@ -141,6 +174,7 @@ async function withoutWebGL() {
   const { page, complaints } = await open(browser);
   await page.waitForSelector("html[data-ready=yes]");
   assert.equal(await page.locator("#cube-view canvas").count(), 0);
+  await unfold(page);
   assert.ok(await page.locator(".seats li").first().isVisible());
   assert.deepEqual(complaints.filter((text) => !text.includes("WebGL")), []);
   await browser.close();

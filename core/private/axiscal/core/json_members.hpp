@@ -247,9 +247,12 @@ class JsonMembers {
   }
 
   template <typename Struct, typename Members>
-  void list_if_any(const char* key, std::vector<Struct>& all, const Members& members) {
+  void list_if_any(const char* key,
+                   std::vector<Struct>& all,
+                   const Members& members,
+                   const Struct& blank = Struct()) {
     if (reads() || !all.empty()) {
-      list(key, all, members);
+      list(key, all, members, blank);
     }
   }
 

@@ -29,8 +29,8 @@ struct Findings {
   std::optional<Confirmation> confirmation;  ///< where readings were kept out of the fit for it
   std::vector<CalibrationWarning> warnings;
   std::optional<Correction> suggestion;  ///< what would mend the run, where a mistake was found
-  std::vector<Correction> corrections;   ///< that were made on request; points, levels, responses
-                                         ///< are not kept in the file
+  std::vector<Correction> corrections;   ///< made on request; how the readings were corrected is
+                                         ///< not kept in the file
   std::vector<CalibrationNote> notes;
 };
 

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verdict_section.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/report/calibration_report.hpp"
+#include "axiscal/report/run_sheet_page.hpp"
+#include "html.hpp"
+
+namespace axiscal {
+namespace {
+
+std::string what_it_is_fit_for(const Calibration& calibration) {
+  if (calibration.sensor.instrument.axis_count() < 3) {
+    return "It has fewer than three axes: a reading tells the field along each of them, and apply "
+           "says how well.";
+  }
+  const WorstAngleUncertainty worst = worst_angle_uncertainty(calibration);
+  if (!std::isfinite(worst.expanded_deg)) {
+    return "The record states no uncertainty: what it is fit for cannot be said.";
+  }
+  const bool is_direction = worst.quantity == "direction of the field";
+  return formatted(
+      "One reading tells {} to {} degrees or better (95 %) in any attitude{}{}",
+      is_direction ? "the direction of the field" : "pitch and roll", rounded(worst.expanded_deg),
+      is_direction
+          ? ""
+          : formatted("; the worst is {}, which counts up to 80 degrees of pitch", worst.quantity),
+      calibration.sensor.temperature ? ". That is at the reference temperature." : ".");
+}
+
+// @param said  a warning that stands above already.
+std::vector<std::string> what_to_watch(const Calibration& calibration, const std::string& said) {
+  std::vector<std::string> lines;
+  for (const CalibrationWarning& warning : calibration.findings.warnings) {
+    if (warning.message != said) {
+      lines.push_back(warning.message);
+    }
+  }
+  if (calibration.sensor.temperature) {
+    const TemperatureResponse& over = *calibration.sensor.temperature;
+    lines.push_back(formatted(
+        "It holds from temperature {}; beyond, results are flagged as extrapolated.",
+        span_text(over, calibration.sensor.instrument.axes, [](const TemperatureSpan& span) {
+          return formatted("{} to {}", rounded(span.low, 5), rounded(span.high, 5));
+        })));
+  } else if (calibration.fit.statistics) {
+    lines.emplace_back(
+        "It holds at the temperature of the calibration: no temperature was modelled.");
+  }
+  if (std::string missing = words_of_not_counted(calibration); !missing.empty()) {
+    lines.push_back(std::move(missing));
+  }
+  if (!calibration.fit.left_out.empty()) {
+    lines.push_back(formatted("{} readings were left out.", calibration.fit.left_out.size()));
+  }
+  return lines;
+}
+
+std::string limits_table(const Verdict& verdict) {
+  std::vector<std::vector<Cell>> rows;
+  for (const LimitVerdict& limit : verdict.limits) {
+    rows.push_back({{limit.parameter, ""},
+                    number_cell(limit.value, 7),
+                    number_cell(limit.u, 2),
+                    number_cell(limit.low.value_or(std::nan("")), 7),
+                    number_cell(limit.high.value_or(std::nan("")), 7),
+                    {limit.passed ? "passed" : "failed", ""}});
+  }
+  return html_table("Limits, rule: " + verdict.rule,
+                    {"limit", "value", "u", "low", "high", "verdict"}, rows);
+}
+
+// ---- as labelled, and as it probably lay ----
+
+const ReadingResidual* residual_of(const Calibration& calibration, int run) {
+  const auto at = std::find_if(calibration.fit.residuals.begin(), calibration.fit.residuals.end(),
+                               [&](const ReadingResidual& one) { return one.run == run; });
+  return at == calibration.fit.residuals.end() ? nullptr : &*at;
+}
+
+// Runs and the points at which they were probably taken.
+std::vector<std::pair<int, DesignPoint>> probable_points(const Calibration& calibration) {
+  const Correction& suggestion = *calibration.findings.suggestion;
+  std::vector<std::pair<int, DesignPoint>> points = suggestion.points;
+  // Exchanged readings: each was taken where the other one stands.
+  if (points.empty() && suggestion.code == WarningCode::exchanged && suggestion.runs.size() == 2) {
+    for (const std::size_t i : {0U, 1U}) {
+      const ReadingResidual* const other = residual_of(calibration, suggestion.runs[1 - i]);
+      if (other != nullptr && other->point) {
+        points.emplace_back(suggestion.runs[i], *other->point);
+      }
+    }
+  }
+  return points;
+}
+
+std::string pose_words(const DesignPoint& point) {
+  return formatted("{} on the table, {} at the fence", true_face(face_name(point.rest())),
+                   true_face(face_name(point.fence())));
+}
+
+// What was written and what was probably meant, of readings whose value is wrong.
+std::string values_table(const Calibration& calibration) {
+  const Correction& suggestion = *calibration.findings.suggestion;
+  std::vector<std::vector<Cell>> rows;
+  for (const auto& [run, response] : suggestion.responses) {
+    rows.push_back({{formatted("run {}", run), ""}});
+    for (Eigen::Index k = 0; k < response.size(); ++k) {
+      rows.back().push_back(number_cell(response(k), 6));
+    }
+  }
+  std::vector<std::string> head = {"reading"};
+  for (const std::string& axis : calibration.sensor.instrument.axes) {
+    head.push_back(formatted("{} [{}]", axis, calibration.sensor.instrument.unit));
+  }
+  return rows.empty() ? "" : html_table("As it probably should say", head, rows);
+}
+
+std::string as_it_probably_was(const Calibration& calibration) {
+  if (!calibration.findings.suggestion) {
+    return "";
+  }
+  constexpr std::size_t most = 4;
+  std::string html;
+  const std::vector<std::pair<int, DesignPoint>> points = probable_points(calibration);
+  for (std::size_t i = 0; i < std::min(points.size(), most); ++i) {
+    const auto& [run, point] = points[i];
+    const ReadingResidual* const labelled = residual_of(calibration, run);
+    if (labelled == nullptr || !labelled->point) {
+      continue;
+    }
+    html += formatted(
+        "<figure class=\"lay\"><figcaption>Run {}</figcaption><div class=\"pair\"><div>{}<p>As "
+        "labelled: {}</p></div><div>{}<p>As it probably lay: {}</p></div></div></figure>\n",
+        run, seat_svg(*labelled->point), escaped(pose_words(*labelled->point)), seat_svg(point),
+        escaped(pose_words(point)));
+  }
+  if (points.size() > most) {
+    html += paragraph(formatted("And {} more, named in the warning.", points.size() - most));
+  }
+  return points.empty() ? values_table(calibration)
+                        : formatted("<div class=\"lays\">{}</div>\n", html);
+}
+
+}  // namespace
+
+std::string verdict_section(const Calibration& calibration) {
+  std::string state(status_name(calibration.findings.status));
+  std::string headline = state == "refused" ? "This calibration was refused. Do not use it."
+                         : state == "warning"
+                             ? "Calibrated, with something to look at."
+                             : "Calibrated. Nothing in the readings speaks against it.";
+  if (state == "ok" && !calibration.fit.statistics) {
+    state = "warning";
+    headline = "Coefficients alone: the record holds no readings that speak for or against them.";
+  }
+  if (calibration.findings.verdict && !calibration.findings.verdict->passed) {
+    state = "refused";
+    headline = "It does not meet its limits.";
+  } else if (calibration.findings.verdict && state == "ok") {
+    headline = "Calibrated, and it meets its limits.";
+  }
+  std::string html = formatted("<div class=\"verdict {}\" role=\"status\"><strong>{}</strong>\n",
+                               state, escaped(headline));
+  std::string likely;
+  if (state == "refused" && calibration.findings.suggestion) {
+    likely = calibration.findings.suggestion->message;
+  } else if (state == "refused" && !calibration.findings.warnings.empty()) {
+    likely = calibration.findings.warnings.front().message;
+  }
+  html += likely.empty() ? "" : paragraph("Most likely: " + likely);
+  if (calibration.findings.status != CalibrationStatus::refused) {
+    html += paragraph(what_it_is_fit_for(calibration));
+  }
+  const std::vector<std::string> watch = what_to_watch(calibration, likely);
+  if (!watch.empty()) {
+    html += paragraph("What to watch:") + bullets(watch);
+  }
+  html += "</div>\n" + as_it_probably_was(calibration);
+  return html + (calibration.findings.verdict ? limits_table(*calibration.findings.verdict) : "");
+}
+
+}  // namespace axiscal
