@@ -18,6 +18,7 @@
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/experiment_json.hpp"
+#include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/input_protection.hpp"
@@ -26,8 +27,10 @@
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/exchange/export.hpp"
 #include "axiscal/logs/noise_json.hpp"
 #include "axiscal/report/calibration_report.hpp"
+#include "axiscal/report/certificate.hpp"
 #include "input.hpp"
 #include "log_input.hpp"
 #include "run_input.hpp"
@@ -371,38 +374,104 @@ std::vector<std::unique_ptr<SessionFace>> make_faces(const AcquireCommand& comma
   return faces;
 }
 
+// What a session has left: its calibrations, and the files for those who look at a page.
+struct Written {
+  std::vector<Calibration> calibrations;
+  std::vector<SessionFile> files;
+};
+
+std::string name_of_file(const std::string& path) {
+  return std::filesystem::path(path).filename().string();
+}
+
+// What a page offers of one instrument beside its record and report.
+void add_offers(const Calibration& calibration,
+                const std::string& record,
+                const std::string& of,
+                std::vector<SessionFile>& files) {
+  const std::string stem = std::filesystem::path(record).stem().string();
+  try {
+    files.push_back({.name = stem + ".pdf",
+                     .label = "Certificate (draft)" + of,
+                     .type = "application/pdf",
+                     .body = certificate_pdf(calibration, {})});
+  } catch (const Error&) {
+    // Refused, or a build without cairo: there is no certificate.
+  }
+  try {
+    files.push_back({.name = stem + ".h",
+                     .label = "C header" + of,
+                     .type = "text/plain; charset=utf-8",
+                     .body = export_calibration(calibration, "c-header", {}).content});
+  } catch (const Error&) {
+    // Refused calibrations are exported nowhere.
+  }
+}
+
 // Writes the files of a session that has come to its end.
-std::vector<Calibration> write_files(const SessionSetup& setup,
-                                     const Session& session,
-                                     const Outputs& outputs) {
+Written write_files(const SessionSetup& setup, const Session& session, const Outputs& outputs) {
   const Observations observations = session.observations();
   if (observations.readings.empty()) {
     throw RefusedError("no point was taken");
   }
-  write_whole_file(outputs.observations,
-                   observations_csv(observations, setup.experiment.instrument.axes));
+  const std::string readings = observations_csv(observations, setup.experiment.instrument.axes);
+  write_whole_file(outputs.observations, readings);
   if (session.calibrations().empty()) {
     throw RefusedError(formatted(
         "the readings are in {}, but no calibration follows from them; calibrate says why",
         outputs.observations));
   }
-  std::vector<Calibration> calibrations = session.calibrations();
-  for (Calibration& calibration : calibrations) {
+  Written written{.calibrations = session.calibrations()};
+  for (Calibration& calibration : written.calibrations) {
     const std::string& slot = calibration.provenance.slot;
+    const std::string of = slot.empty() ? "" : ", slot " + slot;
     calibration.provenance.inputs = {
         {.path = outputs.journal, .sha256 = sha256_of_file(outputs.journal)},
         {.path = outputs.observations, .sha256 = sha256_of_file(outputs.observations)}};
-    write_whole_file(of_slot(outputs.record, slot), calibration_json(calibration));
     ReportOptions options;
-    if (calibrations.size() == 1) {
+    if (written.calibrations.size() == 1) {
       options.observations = &observations;
     }
     if (!setup.experiment.positioner.surface().adjusters_m.empty()) {
       options.table = setup.experiment.positioner.surface();
     }
-    write_whole_file(of_slot(outputs.report, slot), calibration_report(calibration, options));
+    const std::string record = of_slot(outputs.record, slot);
+    const std::string report = of_slot(outputs.report, slot);
+    const std::string json = calibration_json(calibration);
+    const std::string page = calibration_report(calibration, options);
+    write_whole_file(record, json);
+    write_whole_file(report, page);
+    written.files.push_back({.name = name_of_file(report),
+                             .label = "Report" + of,
+                             .type = "text/html; charset=utf-8",
+                             .body = page});
+    add_offers(calibration, record, of, written.files);
+    written.files.push_back({.name = name_of_file(record),
+                             .label = "Record" + of,
+                             .type = "application/json",
+                             .body = json});
   }
-  return calibrations;
+  written.files.push_back({.name = name_of_file(outputs.observations),
+                           .label = "Readings",
+                           .type = "text/csv; charset=utf-8",
+                           .body = readings});
+  return written;
+}
+
+// Arguments as a shell takes them.
+std::string typed_again(const std::vector<std::string>& arguments) {
+  std::vector<std::string> quoted;
+  for (const std::string& one : arguments) {
+    const bool plain = !one.empty() && one.find_first_not_of(
+                                           "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                           "0123456789-_./:,=+@%") == std::string::npos;
+    std::string safe = one;
+    for (std::size_t at = safe.find('\''); at != std::string::npos; at = safe.find('\'', at + 4)) {
+      safe.replace(at, 1, "'\\''");
+    }
+    quoted.push_back(plain ? one : formatted("'{}'", safe));
+  }
+  return joined(quoted, " ");
 }
 
 void print_result(const AcquireCommand& command,
@@ -424,9 +493,17 @@ void print_result(const AcquireCommand& command,
     }
     print_result_text(files.dump() + "\n");
   } else {
-    print_result_text(formatted("\n{}\nreadings: {}\nrecord: {}\nreport: {}\njournal: {}\n",
-                                summary(calibration), outputs.observations, outputs.record,
-                                outputs.report, outputs.journal));
+    print_result_text(
+        formatted("\n{}\nreadings: {}\nrecord: {}\nreport: {}\njournal: {}\n"
+                  "certificate: axiscal report {} --laboratory lab.json -o certificate.pdf\n"
+                  "export: axiscal export {} --format c-header\n",
+                  summary(calibration), outputs.observations, outputs.record, outputs.report,
+                  outputs.journal, outputs.record, outputs.record));
+    // Files that were named are there now; the same names would be refused.
+    if (!command.name && !command.journal && !command.output && !command.record &&
+        !command.report && !command.resume) {
+      print_result_text(formatted("again: axiscal {}\n", typed_again(command.arguments)));
+    }
   }
   for (const CalibrationWarning& warning : calibration.findings.warnings) {
     print_remark("warning", warning.message);
@@ -462,60 +539,108 @@ void check_outputs(const Outputs& outputs, const std::vector<SlotColumns>& slots
   }
 }
 
-int run_guided(AcquireCommand command) {
-  std::vector<std::string> lines;
-  std::optional<Journal> journal;
-  std::optional<SessionHeader> begun;
-  if (command.resume) {
-    journal.emplace(Journal::open(*command.resume, lines));
-    begun = parse_session_header(lines.front(), *command.resume);
-    command = resumed_command(command, *begun);
+using Faces = std::vector<std::unique_ptr<SessionFace>>;
+
+// One session after another, in front of the same faces.
+class Guided {
+ public:
+  explicit Guided(AcquireCommand command) : command_(std::move(command)) {}
+
+  int run() {
+    bool again = true;
+    for (int number = 1; again; ++number) {
+      again = run_one(number);
+    }
+    faces_.clear();  // a terminal is given back before the results are printed
+    bool refused = false;
+    for (const auto& [calibrations, outputs] : results_) {
+      for (const Calibration& calibration : calibrations) {
+        print_result(command_, calibration, outputs);
+        refused = refused || calibration.findings.status == CalibrationStatus::refused;
+      }
+    }
+    if (!stopped_.empty()) {
+      throw RefusedError(stopped_);
+    }
+    return refused ? 1 : 0;
   }
-  SessionSetup setup = session_setup(command, begun);
-  const std::vector<SlotColumns> slots = slots_of(setup.experiment.instrument);
-  const Outputs outputs = outputs_of(command, slots);
-  std::vector<std::unique_ptr<Source>> sources = open_sources(command);
-  for (const std::unique_ptr<Source>& source : sources) {
-    source->play(setup.experiment);
-  }
-  check_outputs(outputs, slots);
-  if (!journal) {
-    journal.emplace(start_journal(command, setup, outputs.journal));
-  }
-  Session session(setup, *journal);
-  if (command.resume) {
-    session.restore(lines, *command.resume);
-  }
-  std::vector<Calibration> calibrations;
-  {
+
+ private:
+  // @return whether it is wanted once more.
+  bool run_one(int number) {
+    std::vector<std::string> lines;
+    std::optional<Journal> journal;
+    std::optional<SessionHeader> begun;
+    if (command_.resume && number == 1) {
+      journal.emplace(Journal::open(*command_.resume, lines));
+      begun = parse_session_header(lines.front(), *command_.resume);
+      command_ = resumed_command(command_, *begun);
+    }
+    SessionSetup setup = session_setup(command_, begun);
+    const std::vector<SlotColumns> slots = slots_of(setup.experiment.instrument);
+    Outputs outputs = outputs_of(command_, slots);
+    if (number > 1) {
+      outputs = numbered(outputs, number);
+    }
+    std::vector<std::unique_ptr<Source>> sources = open_sources(command_);
+    for (const std::unique_ptr<Source>& source : sources) {
+      source->play(setup.experiment);
+    }
+    check_outputs(outputs, slots);
+    if (!journal) {
+      journal.emplace(start_journal(command_, setup, outputs.journal));
+    }
+    Session session(setup, *journal);
+    if (!lines.empty()) {
+      session.restore(lines, *command_.resume);
+    }
     SampleFeed feed(std::move(sources));
-    const std::vector<std::unique_ptr<SessionFace>> faces = make_faces(command, setup);
+    if (faces_.empty()) {
+      faces_ = make_faces(command_, setup);
+    }
     std::vector<SessionFace*> shown;
-    for (const std::unique_ptr<SessionFace>& face : faces) {
+    for (const std::unique_ptr<SessionFace>& face : faces_) {
       shown.push_back(face.get());
     }
     try {
-      run_session(session, feed, shown, command.unattended);
+      run_session(session, feed, shown, command_.unattended);
     } catch (const DomainError& error) {
       throw UsageError("acquire", error);
     }
-    // Before the faces go: a page may wait for its slowest browser.
-    if (!session.has_quit()) {
-      calibrations = write_files(setup, session, outputs);
+    if (session.has_quit()) {
+      stopped_ = formatted("stopped with {} readings; go on with: axiscal acquire --resume {}",
+                           session.readings().size(), outputs.journal);
+      return false;
     }
+    // Before the faces go: a page may wait for its slowest browser.
+    Written written = write_files(setup, session, outputs);
+    results_.emplace_back(std::move(written.calibrations), outputs);
+    bool again = false;
+    for (SessionFace* const face : command_.unattended ? std::vector<SessionFace*>() : shown) {
+      again = face->conclude(session.view(), written.files) || again;
+    }
+    return again;
   }
-  if (calibrations.empty()) {
-    throw RefusedError(
-        formatted("stopped with {} readings; go on with: axiscal acquire --resume {}",
-                  session.readings().size(), outputs.journal));
+
+  // The files of a further session: NAME-2.json.
+  static Outputs numbered(const Outputs& first, int number) {
+    const auto name = [number](const std::string& path) {
+      const std::filesystem::path whole(path);
+      const std::filesystem::path file(
+          formatted("{}-{}{}", whole.stem().string(), number, whole.extension().string()));
+      return path == "-" ? path : (whole.parent_path() / file).string();
+    };
+    return {.journal = name(first.journal),
+            .observations = name(first.observations),
+            .record = name(first.record),
+            .report = name(first.report)};
   }
-  bool refused = false;
-  for (const Calibration& calibration : calibrations) {
-    print_result(command, calibration, outputs);
-    refused = refused || calibration.findings.status == CalibrationStatus::refused;
-  }
-  return refused ? 1 : 0;
-}
+
+  AcquireCommand command_;
+  Faces faces_;
+  std::vector<std::pair<std::vector<Calibration>, Outputs>> results_;
+  std::string stopped_;  // why the last session has no result
+};
 
 }  // namespace
 
@@ -540,7 +665,7 @@ int run_acquire(const AcquireCommand& command) {
   if (command.list) {
     return list_sources(command);
   }
-  return command.check ? run_health_check(command) : run_guided(command);
+  return command.check ? run_health_check(command) : Guided(command).run();
 }
 
 }  // namespace axiscal::cli

@@ -47,7 +47,8 @@ void add_options(OptionSet& options, NoiseCommand& command) {
               "besides Allan's: modified, Hadamard, total");
   options.add("-o,--output", command.output, "FILE",
               "where to write; - is stdout; a page to look at where it ends in .html");
-  options.add_flag("--all", command.all, "print all coefficients and the curves too");
+  options.add_flag("--all", command.all,
+                   "print all coefficients and the curves too; so do --deviations");
   options.add_flag("--json", command.json, "print JSON instead of a table");
   options.add("--format", command.format, "kalibr",
               "write Kalibr's imu.yaml instead: densities, walks and rate of an IMU");
@@ -444,7 +445,7 @@ int run(const NoiseCommand& command) {
   write_whole_file(command.output, command.format ? kalibr_imu_yaml(noise)
                                    : command.json ? noise_json(noise)
                                    : page         ? noise_report(noise, command.log)
-                                                  : noise_text(noise, command.all));
+                                          : noise_text(noise, command.all || command.deviations));
   return 0;
 }
 

@@ -199,6 +199,10 @@ void Session::Engine::review() {
       review_of(calibrations_, why_none, list_.readings(), knowledge_.suspects());
   view_.result = result.lines;
   view_.suspects = result.again;
+  view_.outcomes.clear();
+  for (const Calibration& calibration : calibrations_) {
+    view_.outcomes.push_back(outcome_of(calibration));
+  }
   news_.tell("review", joined(view_.result, "; "));
   if (list_.is_finished()) {
     phase_ = SessionPhase::over;

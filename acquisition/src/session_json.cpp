@@ -58,7 +58,15 @@ std::string view_json(const SessionView& view) {
                {"alarms", Json::array()},
                {"suspects", view.suspects},
                {"actions", Json::array()},
-               {"result", view.result}};
+               {"result", view.result},
+               {"outcomes", Json::array()}};
+  for (const SessionOutcome& outcome : view.outcomes) {
+    json["outcomes"].push_back({{"slot", outcome.slot},
+                                {"status", outcome.status},
+                                {"verdict", outcome.verdict},
+                                {"head", outcome.head},
+                                {"rows", outcome.rows}});
+  }
   for (const CubeTurn turn : view.turns) {
     json["turns"].push_back(turn_words(turn));
   }

@@ -94,7 +94,9 @@ void say_what_to_do(SessionView& view, const SaidBesides& besides) {
       view.detail = joined(view.result, "; ");
       break;
     case SessionPhase::over:
-      view.headline = besides.has_quit ? "Stopped" : "Done";
+      view.headline = besides.has_quit            ? "Stopped"
+                      : view.outcomes.size() == 1 ? view.outcomes.front().verdict
+                                                  : "Done";
       view.detail = joined(view.result, "; ");
       break;
   }

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <clocale>
 #include <cmath>
 #include <deque>
+#include <thread>
 
 #include "axiscal/acquisition/session_face.hpp"
 #include "axiscal/acquisition/session_json.hpp"
@@ -113,6 +115,25 @@ class TerminalFace final : public SessionFace {
     ::refresh();
   }
 
+  // The result stays until a key is pressed.
+  bool conclude(const SessionView& view, const std::vector<SessionFile>& files) override {
+    for (;;) {
+      ::erase();
+      draw_outcome(view, files);
+      ::refresh();
+      const int key = ::getch();
+      if (key == 'n') {
+        return true;
+      }
+      constexpr int control_c = 3;
+      if (key == 'q' || key == '\n' || key == KEY_ENTER || key == ' ' || key == control_c) {
+        return false;
+      }
+      constexpr std::chrono::milliseconds patience{50};
+      std::this_thread::sleep_for(patience);
+    }
+  }
+
   std::vector<SessionCommand> commands() override {
     std::vector<SessionCommand> result;
     for (int key = ::getch(); key != ERR; key = ::getch()) {
@@ -195,9 +216,47 @@ class TerminalFace final : public SessionFace {
     draw_keys();
   }
 
+  // Verdict and coefficients, one block a slot.
+  static int draw_results(int line, const SessionView& view) {
+    constexpr int cell = 19;
+    for (const SessionOutcome& outcome : view.outcomes) {
+      const int style = static_cast<int>(COLOR_PAIR(outcome.status == "ok"        ? good
+                                                    : outcome.status == "warning" ? warn
+                                                                                  : bad));
+      put(line++, 1, (outcome.slot.empty() ? "" : "slot " + outcome.slot + ": ") + outcome.verdict,
+          static_cast<int>(A_BOLD) | style);
+      std::vector<std::vector<std::string>> rows = outcome.rows;
+      rows.insert(rows.begin(), outcome.head);
+      for (const std::vector<std::string>& row : rows) {
+        for (std::size_t i = 0; i < row.size(); ++i) {
+          put(line, i == 0 ? 1 : 4 + static_cast<int>(i - 1) * cell, row[i]);
+        }
+        ++line;
+      }
+    }
+    return line;
+  }
+
+  void draw_outcome(const SessionView& view, const std::vector<SessionFile>& files) const {
+    put(0, 1, title_, static_cast<int>(A_REVERSE));
+    int line = draw_results(2, view) + 1;
+    for (const std::string& text : view.result) {
+      if (line < LINES - 7) {
+        line = put_wrapped(line, 2, text);
+      }
+    }
+    ++line;
+    for (const SessionFile& file : files) {
+      if (line < LINES - 2 && !file.name.ends_with(".pdf") && !file.name.ends_with(".h")) {
+        put(line++, 1, formatted("{:<12}{}", file.label, file.name));
+      }
+    }
+    put(LINES - 1, 1, "n once more, the same instrument | q leave", static_cast<int>(A_BOLD));
+  }
+
   void draw_cube(const SessionView& view) {
     if (!view.wanted) {
-      int line = 7;
+      int line = draw_results(7, view) + (view.outcomes.empty() ? 0 : 1);
       for (const std::string& text : view.result) {
         if (line < 15) {
           line = put_wrapped(line, 2, text);

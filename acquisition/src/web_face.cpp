@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <optional>
+#include <thread>
 
 #include <sys/resource.h>
 
@@ -79,9 +80,10 @@ class WebFace final : public SessionFace {
 
   void show(const SessionView& view, const std::vector<SessionEvent>& events) override {
     const auto now = std::chrono::steady_clock::now();
-    if (events.empty() && now < next_ && view.phase != SessionPhase::over) {
+    if (events.empty() && now < next_ && (view.phase != SessionPhase::over || concluded_)) {
       return;
     }
+    concluded_ = view.phase == SessionPhase::over;
     next_ = now + spacing;
     page_.show(view, events);
     server_->publish();
@@ -89,12 +91,33 @@ class WebFace final : public SessionFace {
 
   std::vector<SessionCommand> commands() override { return page_.commands(); }
 
+  // Until the browser that controls says so, or all of them have gone.
+  bool conclude(const SessionView& view, const std::vector<SessionFile>& files) override {
+    constexpr std::chrono::milliseconds patience{50};
+    constexpr std::chrono::seconds gone_for_good{8};  // a page that is loaded anew is back by then
+    if (!page_.is_watched() || files.empty()) {
+      return false;
+    }
+    page_.offer(files);
+    auto seen = std::chrono::steady_clock::now();
+    std::string wish;
+    while (wish.empty() && std::chrono::steady_clock::now() - seen < gone_for_good) {
+      show(view, {});
+      std::this_thread::sleep_for(patience);
+      wish = page_.wish();
+      seen = page_.is_watched() ? std::chrono::steady_clock::now() : seen;
+    }
+    page_.offer({});
+    return wish == "again";
+  }
+
  private:
   std::string address_;
   WebCertificate certificate_;
   std::optional<WebServer> server_;
   WebPage page_;
   std::chrono::steady_clock::time_point next_;
+  bool concluded_ = false;  // the end was shown
 };
 
 }  // namespace

@@ -23,6 +23,8 @@ namespace {
 constexpr std::size_t most_sessions = 64;
 constexpr std::size_t most_events = 64;
 constexpr std::size_t most_commands = 64;
+constexpr std::string_view files_path = "/files/";
+constexpr std::chrono::seconds control_kept{7};  // by a browser that is not heard
 
 std::string random_key() {
   std::random_device device;
@@ -179,11 +181,14 @@ WebAnswer WebPage::answer(const WebRequest& request) {
     return path == "/login"     ? login(request)
            : path == "/control" ? take_control(request)
            : path == "/command" ? take_command(request)
+           : path == "/wish"    ? take_wish(request)
+           : path == "/alive"   ? take_sign_of_life(request)
                                 : refusal(404, "no such page");
   }
   return path == "/"              ? content(acquire_page(), "text/html; charset=utf-8")
          : path == "/acquire.css" ? content(acquire_style(), "text/css; charset=utf-8")
          : path == "/acquire.js"  ? content(acquire_script(), "text/javascript; charset=utf-8")
+         : path.starts_with(files_path) ? file(request, path.substr(files_path.size()))
          : path == "/events" && request.method == "GET" ? stream(request)
                                                         : refusal(404, "no such page");
 }
@@ -216,6 +221,7 @@ WebAnswer WebPage::login(const WebRequest& request) {
     }
     if (controller_.empty()) {
       controller_ = session;
+      heard_ = std::chrono::steady_clock::now();
     }
     accepted.headers.emplace_back(
         "Set-Cookie", formatted("{}={}; HttpOnly; SameSite=Strict; Path=/{}", cookie_name(),
@@ -238,6 +244,7 @@ WebAnswer WebPage::take_control(const WebRequest& request) {
     return refusal(403, "no key");
   }
   controller_ = session;
+  heard_ = std::chrono::steady_clock::now();
   ++version_;
   return {};
 }
@@ -259,7 +266,98 @@ WebAnswer WebPage::take_command(const WebRequest& request) {
     return refusal(429, "too many commands");
   }
   commands_.push_back(*command);
+  heard_ = std::chrono::steady_clock::now();
   return {};
+}
+
+// The page that controls says every few seconds that it is there.
+WebAnswer WebPage::take_sign_of_life(const WebRequest& request) {
+  const std::lock_guard lock(mutex_);
+  const std::string session = session_of(request);
+  if (session.empty() || !is_by_script(request)) {
+    return refusal(403, "no key");
+  }
+  if (session == controller_) {
+    heard_ = std::chrono::steady_clock::now();
+  }
+  return {};
+}
+
+WebAnswer WebPage::take_wish(const WebRequest& request) {
+  const std::string wish = text_of(request, "wish");
+  const std::lock_guard lock(mutex_);
+  const std::string session = session_of(request);
+  if (session.empty() || !is_by_script(request)) {
+    return refusal(403, "no key");
+  }
+  if (session != controller_) {
+    return refusal(409, "another browser controls; take control first");
+  }
+  if (files_.empty() || (wish != "again" && wish != "leave")) {
+    return refusal(400, "no such wish");
+  }
+  wish_ = wish;
+  return {};
+}
+
+// A report has its script and style within; it can reach nothing but itself.
+WebAnswer WebPage::file(const WebRequest& request, const std::string& name) const {
+  const std::lock_guard lock(mutex_);
+  if (session_of(request).empty()) {
+    return refusal(403, "no key: open the address that the terminal shows");
+  }
+  const auto found = std::find_if(files_.begin(), files_.end(),
+                                  [&](const SessionFile& one) { return one.name == name; });
+  if (found == files_.end()) {
+    return refusal(404, "no such file");
+  }
+  return {.type = found->type,
+          .body = found->body,
+          .policy =
+              "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; "
+              "img-src data: blob:"};
+}
+
+void WebPage::came(const Watcher& watcher) {
+  const std::lock_guard lock(mutex_);
+  watching_.push_back(watcher.session);
+}
+
+void WebPage::gone(const Watcher& watcher) {
+  const std::lock_guard lock(mutex_);
+  const auto at = std::find(watching_.begin(), watching_.end(), watcher.session);
+  if (at != watching_.end()) {
+    watching_.erase(at);
+  }
+}
+
+bool WebPage::is_watched() const {
+  const std::lock_guard lock(mutex_);
+  return !watching_.empty();
+}
+
+// From a browser that is no longer heard to the one that has watched longest. Under the lock.
+void WebPage::pass_control_on() {
+  const auto now = std::chrono::steady_clock::now();
+  const auto other = std::find_if(watching_.begin(), watching_.end(),
+                                  [&](const std::string& one) { return one != controller_; });
+  if (other != watching_.end() && now - heard_ > control_kept) {
+    controller_ = *other;
+    heard_ = now;
+    ++version_;
+  }
+}
+
+void WebPage::offer(std::vector<SessionFile> files) {
+  const std::lock_guard lock(mutex_);
+  files_ = std::move(files);
+  wish_.clear();
+  ++version_;
+}
+
+std::string WebPage::wish() const {
+  const std::lock_guard lock(mutex_);
+  return wish_;
 }
 
 WebAnswer WebPage::stream(const WebRequest& request) const {
@@ -295,10 +393,17 @@ std::string WebPage::news_for(Watcher& watcher) const {
     }
   }
   watcher.event = last_event_;
-  return formatted("id: {}\ndata: {{\"title\":{},\"controls\":{},\"events\":[{}],\"view\":{}}}\n\n",
-                   last_event_,
-                   Json(place_.title).dump(-1, ' ', false, Json::error_handler_t::replace),
-                   watcher.session == controller_ ? "true" : "false", events, view_);
+  Json files = Json::array();
+  for (const SessionFile& one : files_) {
+    files.push_back({{"name", one.name}, {"label", one.label}});
+  }
+  const auto text = [](const Json& json) {
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  };
+  return formatted(
+      "id: {}\ndata: {{\"title\":{},\"controls\":{},\"events\":[{}],\"files\":{},\"view\":{}}}\n\n",
+      last_event_, text(Json(place_.title)), watcher.session == controller_ ? "true" : "false",
+      events, text(files), view_);
 }
 
 void WebPage::show(const SessionView& view, const std::vector<SessionEvent>& events) {
@@ -306,6 +411,7 @@ void WebPage::show(const SessionView& view, const std::vector<SessionEvent>& eve
   const std::lock_guard lock(mutex_);
   view_ = std::move(text);
   ++version_;
+  pass_control_on();
   for (const SessionEvent& event : events) {
     events_.emplace_back(++last_event_, event_json(event));
     if (events_.size() > most_events) {

@@ -56,6 +56,20 @@ class WebPage {
   /// Takes a view of the session and what happened, for all browsers.
   void show(const SessionView& view, const std::vector<SessionEvent>& events);
 
+  /// A browser that watches has come, or gone.
+  void came(const Watcher& watcher);
+  void gone(const Watcher& watcher);
+
+  /// @return whether a browser watches now.
+  [[nodiscard]] bool is_watched() const;
+
+  /// Offers files at the end of a session; none: it begins anew.
+  void offer(std::vector<SessionFile> files);
+
+  /// @return what the browser that controls wants after the end: "again" or "leave"; empty: nothing
+  ///         yet.
+  [[nodiscard]] std::string wish() const;
+
   /// @return what the browser that controls has asked for since the last time.
   [[nodiscard]] std::vector<SessionCommand> commands();
 
@@ -67,7 +81,11 @@ class WebPage {
   [[nodiscard]] WebAnswer login(const WebRequest& request);
   [[nodiscard]] WebAnswer take_control(const WebRequest& request);
   [[nodiscard]] WebAnswer take_command(const WebRequest& request);
+  [[nodiscard]] WebAnswer take_wish(const WebRequest& request);
+  [[nodiscard]] WebAnswer take_sign_of_life(const WebRequest& request);
   [[nodiscard]] WebAnswer stream(const WebRequest& request) const;
+  [[nodiscard]] WebAnswer file(const WebRequest& request, const std::string& name) const;
+  void pass_control_on();
 
   WebPlace place_;
   mutable std::mutex mutex_;
@@ -79,6 +97,10 @@ class WebPage {
   std::deque<std::pair<std::size_t, std::string>> events_;
   std::size_t last_event_ = 0;
   std::vector<SessionCommand> commands_;
+  std::vector<std::string> watching_;  // a browser's session for each of its pages, oldest first
+  std::chrono::steady_clock::time_point heard_;  // of the browser that controls
+  std::vector<SessionFile> files_;
+  std::string wish_;
 };
 
 /// @return an address without the brackets of IPv6 and as browsers write it: ::1 for

@@ -79,10 +79,13 @@ std::string answer_head(const WebAnswer& answer, bool keeps_alive) {
   for (const auto& [name, value] : answer.headers) {
     head += formatted("{}: {}\r\n", name, value);
   }
+  head += formatted(
+      "Content-Security-Policy: {}; frame-ancestors 'none'; base-uri 'none'; form-action "
+      "'none'\r\n",
+      answer.policy.empty() ? "default-src 'none'; script-src 'self'; style-src 'self'; "
+                              "connect-src 'self'; img-src 'self' data: blob:"
+                            : answer.policy);
   head +=
-      "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; "
-      "connect-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'none'; "
-      "form-action 'none'\r\n"
       "X-Content-Type-Options: nosniff\r\n"
       "Referrer-Policy: no-referrer\r\n"
       "Cross-Origin-Resource-Policy: same-origin\r\n"

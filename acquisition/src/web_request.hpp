@@ -33,6 +33,7 @@ struct WebAnswer {
   std::string type = "application/json";
   std::string body = "{}";
   std::vector<std::pair<std::string, std::string>> headers;
+  std::string policy;          ///< Content-Security-Policy; empty: the session's page's
   bool is_stream = false;      ///< events follow instead of the body
   std::string session;         ///< names the browser that a stream is for
   std::size_t last_event = 0;  ///< the last one that this browser has seen

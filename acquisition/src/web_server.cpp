@@ -84,6 +84,7 @@ class StreamConnection final : public WebConnection,
     }
     if (watches_) {
       --shared_.watchers;
+      shared_.page->gone(watcher_);
     }
     timer_.cancel();
     socket().close();
@@ -202,6 +203,7 @@ class StreamConnection final : public WebConnection,
     ++shared_.watchers;
     watches_ = true;
     watcher_ = shared_.page->watcher_for(stream);
+    shared_.page->came(watcher_);
     send(answer_head(stream, false));
   }
 

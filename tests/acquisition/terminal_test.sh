@@ -66,6 +66,11 @@ done
 # By chance a reading may look a little off: that is for the tests of the search.
 await "All points are done|Some points look wrong"
 press f
+# The result stays until it was seen.
+await "q leave"
+shows "Calibrated" || fail "no verdict"
+shows "^ x  +-?[0-9.]+ ± [0-9.]+" || fail "no coefficients"
+press q
 await "status 0"
 [ -s keys.json ] && [ -s keys.csv ] && [ -s keys.html ] || fail "no files"
 

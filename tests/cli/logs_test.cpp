@@ -231,6 +231,32 @@ TEST_F(LogCommands, NoiseOfACurve) {
             3);
 }
 
+// A table first, in the units of data sheets; curves on wish; a page of its own.
+TEST_F(LogCommands, NoiseIsToldInATable) {
+  RandomStream random(3);
+  std::string text = "time,gx (deg/s),gy (deg/s),gz (deg/s)\n";
+  for (int i = 0; i < 20000; ++i) {
+    text += number_text(0.01 * i);
+    for (int k = 0; k < 3; ++k) {
+      text += "," + number_text(0.1 * random.normal());
+    }
+    text += "\n";
+  }
+  const std::string rest = folder_.write("rest.csv", text);
+  const ProgramResult shown = run_axiscal({"noise", rest});
+  ASSERT_EQ(shown.status, 0) << shown.err;
+  EXPECT_THAT(shown.out, HasSubstr("[deg/sqrt(h)]"));
+  // 0.1 deg/s at 100 Hz: 0.01 deg/s/sqrt(Hz), 0.6 deg/sqrt(h).
+  const std::size_t row = shown.out.find("\n  gx");
+  ASSERT_NE(row, std::string::npos) << shown.out;
+  EXPECT_NEAR(std::stod(shown.out.substr(row + 16)), 0.6, 0.03) << shown.out;
+  EXPECT_THAT(shown.out, Not(HasSubstr("tau [s]")));
+  EXPECT_THAT(run_axiscal({"noise", rest, "--all"}).out, HasSubstr("tau [s]"));
+  const std::string page = folder_.path("noise.html");
+  ASSERT_EQ(run_axiscal({"noise", rest, "-o", page}).status, 0);
+  EXPECT_THAT(read_file(page), HasSubstr("id=\"allan-1\""));
+}
+
 TEST_F(LogCommands, NoiseWithMoreDeviations) {
   RandomStream random(3);
   std::string text = "x\n";

@@ -2,17 +2,22 @@
 // The page of a live session: shows what the engine says, sends what the person asks for. All text is set
 // as text, never as markup.
 import { makeGuidedCube } from "./guided_cube.js";
+import { makeTraces } from "./traces.js";
 
 const at = (id) => document.getElementById(id);
 const face = (name) => name.replace("-", "\u2212");
+// The true minus sign before numbers and faces.
+const minus = (text) => text.replace(/(^|[\s(,=])-(?=[\d.XYZ])/g, "$1\u2212");
 const WORDS = {
   capture: "Take reading", accept: "It lies right", "as-seen": "Take it as it looks", retake: "Retake last",
   "retake-suggested": "Retake what looks wrong", undo: "Undo", skip: "Skip", replicate: "Once more, all",
   pause: "Pause", "go-on": "Go on", finish: "Finish", automatic: "Automatic on/off", quit: "Stop",
 };
-const GRAVE = new Set(["quit", "finish", "skip"]);
+const GRAVE = new Set(["quit"]);
+const FIRST = new Set(["capture", "accept", "go-on", "retake-suggested", "finish"]);
 
 const cube = makeGuidedCube(at("cube"));
+const traces = makeTraces(at("trace"), at("noise"));
 let audio = null;
 let controls = false;
 let alive = 0;
@@ -68,7 +73,7 @@ async function post(path, body) {
 
 function say(text) {
   const line = document.createElement("li");
-  line.textContent = text;
+  line.textContent = minus(text);
   at("log").prepend(line);
   while (at("log").children.length > 12) {
     at("log").lastChild.remove();
@@ -110,7 +115,7 @@ function showActions(actions) {
       button.textContent = WORDS[action] ?? action;
       button.dataset.action = action;
       button.disabled = !controls;
-      button.className = GRAVE.has(action) ? "grave" : index === 0 && action !== "undo" ? "first" : "";
+      button.className = GRAVE.has(action) ? "grave" : index === 0 && FIRST.has(action) ? "first" : "";
       let asked = false;
       button.addEventListener("click", () => {
         if (action === "quit" && !asked) {
@@ -171,7 +176,7 @@ function showRing(view) {
   at("ring").classList.toggle("moving", !isStill);
   at("arc").style.strokeDashoffset = String(314.16 * (1 - share));
   set("ring-text", dwelling ? `${Math.round(100 * view.progress)} %` : isStill ? "still" : "moving");
-  set("ring-more", dwelling ? `of ${view.dwell.toPrecision(2)} s` : isStill ? "" : `${Math.min(9999, Math.round(view.stillness ?? 0))} times too much`);
+  set("ring-more", dwelling ? `of ${view.dwell.toPrecision(2)} s` : isStill ? "" : `${Math.min(9999, Math.round(view.stillness ?? 0))} \u00d7 too much`);
   at("ring").setAttribute("aria-label", at("ring-text").textContent);
 }
 
@@ -189,13 +194,68 @@ function showAlarms(alarms) {
   );
 }
 
+const element = (tag, text, more = {}) => Object.assign(document.createElement(tag), { textContent: text, ...more });
+
+function tableOf(outcome) {
+  const table = document.createElement("table");
+  const row = (cells, tag) => {
+    const line = document.createElement("tr");
+    line.append(...cells.map((text, i) => element(i === 0 ? "th" : tag, minus(text))));
+    return line;
+  };
+  table.append(row(outcome.head, "th"), ...outcome.rows.map((cells) => row(cells, "td")));
+  return table;
+}
+
+function showOutcomes(outcomes) {
+  if (isNews("outcomes", outcomes)) {
+    at("outcomes").replaceChildren(
+      ...outcomes.flatMap((outcome) => [
+        element("p", `${outcome.slot ? `Slot ${outcome.slot}: ` : ""}${outcome.verdict}`, { className: `verdict ${outcome.status}` }),
+        tableOf(outcome),
+      ]),
+    );
+  }
+}
+
+// What the session left, and what may follow.
+function showFiles(files) {
+  if (!isNews("files", [files, controls])) {
+    return;
+  }
+  at("files").hidden = files.length === 0;
+  at("file-links").replaceChildren(
+    ...files.map(({ name, label }) => {
+      const item = document.createElement("li");
+      item.append(element("a", label, { href: `/files/${encodeURIComponent(name)}`, target: "_blank", rel: "noopener" }));
+      return item;
+    }),
+  );
+  const wish = (text, what, className) => {
+    const button = element("button", text, { type: "button", className, disabled: !controls });
+    button.dataset.wish = what;
+    button.addEventListener("click", async () => {
+      finished = what === "leave";
+      const error = await post("/wish", { wish: what });
+      if (error) {
+        say(error);
+      }
+    });
+    return button;
+  };
+  at("wishes").replaceChildren(wish("Again, the same instrument", "again", ""), wish("Close", "leave", "first"));
+}
+
+// The verdict stands above already.
+const SAID = new Set(["calibrated", "calibrated, with warnings", "refused"]);
+
 function showResult(lines) {
   if (!isNews("result", lines)) {
     return;
   }
   at("result").hidden = lines.length === 0;
   at("result-lines").replaceChildren(
-    ...lines.map((text) => Object.assign(document.createElement("li"), { textContent: text })),
+    ...lines.filter((text) => !SAID.has(text)).map((text) => element("li", minus(text))),
   );
 }
 
@@ -209,19 +269,23 @@ function show(message) {
   }
   document.body.dataset.phase = view.phase;
   document.body.dataset.done = String(view.done);
-  set("headline", face(view.headline).replaceAll(" -", " \u2212"));
-  set("detail", view.detail.replaceAll(" -", " \u2212"));
+  set("headline", minus(view.headline));
+  set("detail", minus(view.detail));
   set("rest", view.wanted ? `${face(view.wanted.rest)} on the table` : "");
   set("fence", view.wanted ? `${face(view.wanted.fence)} at the fence` : "");
-  set("reading", view.reading.map((v) => v.toPrecision(6)).join("  "));
+  set("reading", minus(view.reading.map((v) => v.toPrecision(6)).join("  ")));
   set("rate", view.rate > 0 ? view.rate.toPrecision(4) : "");
   at("temperature-line").hidden = view.temperature === null;
   set("temperature", view.temperature === null ? "" : view.temperature.toFixed(2));
   const s = view.slope;
-  set("slope", s ? `${(1e3 * s.x).toFixed(2)}, ${(1e3 * s.y).toFixed(2)} mrad (\u00b1 ${(2e3 * Math.max(s.u_x, s.u_y)).toFixed(2)})` : "");
+  set("slope", s ? minus(`${(1e3 * s.x).toFixed(2)}, ${(1e3 * s.y).toFixed(2)} mrad (\u00b1 ${(2e3 * Math.max(s.u_x, s.u_y)).toFixed(2)})`) : "");
   set("forecast", view.forecast_deg === null ? "" : `${view.forecast_deg.toPrecision(2)}\u00b0`);
   set("remaining", `${view.left} of ${view.done + view.left} points${view.remaining === null ? "" : `, ${duration(view.remaining)}`}`);
   showResult(view.result);
+  showOutcomes(view.outcomes);
+  showFiles(message.files);
+  traces.add(view);
+  set("why", whyItWaits(view));
   showRing(view);
   showAlarms(view.alarms);
   showSteps(view);
@@ -231,9 +295,19 @@ function show(message) {
     say(event.text);
     SOUNDS[event.event]?.();
   }
-  if (view.phase === "over") {
-    finished = true;
+}
+
+// In words, what the two traces show.
+function whyItWaits(view) {
+  if (view.stillness === null || view.phase === "over" || view.phase === "review") {
+    return "";
   }
+  const times = view.stillness >= 10 ? Math.round(view.stillness) : view.stillness.toPrecision(2);
+  return view.stillness > 1
+    ? `It waits: the noise is ${Math.min(9999, times)} times what counts as still`
+    : view.phase === "dwelling"
+      ? `Still; the mean is taken for ${view.dwell.toPrecision(2)} s`
+      : "Still";
 }
 
 let finished = false;
@@ -277,6 +351,9 @@ setInterval(() => {
     watch();
   }
 }, 1000);
+
+// Control passes on from a page that is not heard.
+setInterval(() => controls && !finished && post("/alive", {}), 2000);
 
 async function enter() {
   const key = location.hash.slice(1);

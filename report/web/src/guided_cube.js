@@ -79,6 +79,7 @@ export function makeGuidedCube(place) {
     if (to) {
       // It stays as it lies for a while, turns, and stays as it is to lie; then again.
       share = still || !from ? 1 : Math.min(1, Math.max(0, (time - WAIT_S) / TURN_S));
+      standLettersUp(body, from && share < 0.5 ? from : to);
       body.quaternion.slerpQuaternions(from ?? to, to, share * share * (3 - 2 * share));
       body.position.z = still || !from || from.angleTo(to) < 0.01 ? 0 : 0.9 * Math.sin(Math.PI * share);
     }
@@ -118,7 +119,6 @@ export function makeGuidedCube(place) {
       to = quaternionOf(rotationOf(pose));
       from = view.present && view.phase !== "dwelling" ? quaternionOf(rotationOf(view.present)) : null;
       started = performance.now();
-      standLettersUp(body, to);
       body.quaternion.copy(to);
       body.updateMatrixWorld(true);
       placeMarker(restMark, view.wanted?.rest);

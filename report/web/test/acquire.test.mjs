@@ -163,14 +163,39 @@ async function aSessionByClicks(browser) {
     }
     await phaseIs(page, "review");
   }
-  assert.match(await page.textContent("#result-lines"), /calibrated/);
+  assert.match(await page.textContent("#outcomes .verdict"), /^Calibrated/);
+  assert.match(await page.textContent("#outcomes tr:nth-child(2) td"), /^\u2212?\d[\d.]* \u00b1 \d/);
   await picture(page, "acquire-review");
   await click(page, "finish");
-  assert.equal(await session.over, 0, session.err);
+  // It ends with its result: files to open, and what may follow.
+  await page.waitForSelector("#files:not([hidden])");
+  assert.deepEqual(await page.locator("#file-links a").allTextContents(), ["Report", "Certificate (draft)", "C header", "Record", "Readings"]);
+  await picture(page, "acquire-result");
+  const [report] = await Promise.all([mine.context.waitForEvent("page"), page.click("#file-links a >> nth=0")]);
+  await report.waitForSelector("html[data-ready=yes]");
+  assert.match(await report.textContent("h1"), /^Calibration of accelerometer/);
+  await report.close();
+  const fetched = await page.evaluate(async () => (await fetch("/files/clicks.json")).status);
+  assert.equal(fetched, 200);
+  assert.ok(await watcher.locator("[data-wish=leave]").isDisabled(), "one controls");
+  // Once more with the same instrument, in the same page; then it is closed.
+  await page.click("[data-wish=again]");
+  await doneIs(page, 0);
+  await takeOne();
+  await doneIs(page, 1);
+  await mine.context.setOffline(true);
+  // Control passes on when its browser is gone.
+  await watcher.waitForSelector("#control", { state: "hidden", timeout: 20000 });
+  await mine.context.setOffline(false);
+  await click(watcher, "quit");
+  await click(watcher, "quit");
+  assert.equal(await session.over, 1, session.err);
+  assert.match(session.err, /stopped with 1 readings.*clicks-2\.journal/s);
   assert.ok(session.count("question") >= 1, "the person erred");
   assert.ok(other.log.some((text) => /looks like|looks turned|fits no pose/.test(text)), other.log.join("; "));
   const record = JSON.parse(readFileSync(join(scratch, "clicks.json"), "utf8"));
   assert.notEqual(record.status, "refused");
+  assert.equal(session.count("files"), 1, "what the first session left is told");
   const own = new URL(session.url).host;
   const others = mine.requests.map((text) => new URL(text)).filter((url) => url.protocol !== "data:" && url.host !== own);
   assert.deepEqual(others, [], "no request leaves the page's own server");

@@ -12,6 +12,7 @@
 
 #include "axiscal/acquisition/journal.hpp"
 #include "axiscal/acquisition/pose_path.hpp"
+#include "axiscal/acquisition/session_outcome.hpp"
 #include "axiscal/acquisition/source.hpp"
 #include "axiscal/acquisition/stillness.hpp"
 #include "axiscal/calib/calibration.hpp"
@@ -149,6 +150,7 @@ struct SessionView {
   std::vector<SessionAlarm> alarms;
   std::vector<int> suspects;                ///< runs that look wrong by what came after them
   std::vector<std::string> result;          ///< at the end: verdict and warnings
+  std::vector<SessionOutcome> outcomes;     ///< at the end: coefficients, one for each instrument
   std::optional<FieldLevel> present_level;  ///< of the field at the last reading
 };
 

@@ -25,6 +25,14 @@ class SessionFace {
   /// @return what was asked for since the last time. Must not wait.
   virtual std::vector<SessionCommand> commands() = 0;
 
+  /// Shows what a session came to until it was seen, where there is somebody to see it.
+  /// @param files  that it leaves.
+  /// @return whether the same is wanted once more.
+  [[nodiscard]] virtual bool conclude(const SessionView& /*view*/,
+                                      const std::vector<SessionFile>& /*files*/) {
+    return false;
+  }
+
   /// @return whether anything can still be asked for.
   [[nodiscard]] virtual bool can_answer() const { return true; }
 };
