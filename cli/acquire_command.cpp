@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "axiscal/acquisition/assembly_session.hpp"
+#include "axiscal/acquisition/free_session.hpp"
 #include "axiscal/acquisition/journal.hpp"
 #include "axiscal/acquisition/open_source.hpp"
 #include "axiscal/acquisition/sample_feed.hpp"
@@ -176,6 +177,16 @@ void set_noise(const AcquireCommand& command, const Instrument& instrument, Sess
   setup.dwell_s = std::clamp(dwell_s, setup.shortest_dwell_s, setup.longest_dwell_s);
 }
 
+// How long, and how still: as they are stated.
+void set_stillness(const AcquireCommand& command, SessionSetup& setup) {
+  if (command.window) {
+    setup.stillness.window_s = positive_of("--window", *command.window);
+  }
+  if (command.dwell) {
+    setup.dwell_s = positive_of("--dwell", *command.dwell);
+  }
+}
+
 // @param begun  the journal's header, where a session goes on: its experiment and its sheet stand.
 SessionSetup session_setup(const AcquireCommand& command,
                            const std::optional<SessionHeader>& begun) {
@@ -183,14 +194,11 @@ SessionSetup session_setup(const AcquireCommand& command,
   setup.experiment = begun && !begun->experiment.empty()
                          ? parse_experiment(begun->experiment, *command.resume).experiment
                          : experiment_for(command);
-  setup.sheet = begun ? begun->sheet : sheet_for(command);
+  setup.sheet = begun          ? begun->sheet
+                : command.free ? std::vector<RunSheetRow>()
+                               : sheet_for(command);
   set_noise(command, setup.experiment.instrument, setup);
-  if (command.window) {
-    setup.stillness.window_s = positive_of("--window", *command.window);
-  }
-  if (command.dwell) {
-    setup.dwell_s = positive_of("--dwell", *command.dwell);
-  }
+  set_stillness(command, setup);
   if (command.soak_window) {
     setup.soak_window_s = positive_of("--soak-window", *command.soak_window);
   }
@@ -206,6 +214,28 @@ SessionSetup session_setup(const AcquireCommand& command,
   setup.automatic = !command.manual;
   setup.unattended = command.unattended;
   setup.keep_raw = command.raw;
+  return setup;
+}
+
+// What is turned in the hand, and what of it is a reading.
+FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
+  FreeSetup setup{.experiment = of.experiment, .stillness = of.stillness};
+  const std::string& kind = of.experiment.instrument.kind;
+  if (kind == "gyroscope") {
+    throw UsageError(
+        "acquire: --free: a gyroscope reads no field in the hand; log it turned from "
+        "rest to rest, and calibrate --imu");
+  }
+  if (command.manual || command.plan || command.raw) {
+    throw UsageError("acquire: --free goes without --plan, --manual and --raw");
+  }
+  // Hands shake an accelerometer: its readings are the rests between.
+  setup.by_rests = kind == "accelerometer" || kind == "inclinometer";
+  setup.dwell_s = of.dwell_s.value_or(setup.dwell_s);
+  if (command.enough_deg) {
+    setup.wanted_u_deg = positive_of("--enough-deg", *command.enough_deg);
+  }
+  setup.unattended = command.unattended;
   return setup;
 }
 
@@ -409,7 +439,7 @@ void add_offers(const Calibration& calibration,
 }
 
 // Writes the files of a session that has come to its end.
-Written write_files(const SessionSetup& setup, const Session& session, const Outputs& outputs) {
+Written write_files(const SessionSetup& setup, const LiveSession& session, const Outputs& outputs) {
   const Observations observations = session.observations();
   if (observations.readings.empty()) {
     throw RefusedError("no point was taken");
@@ -583,14 +613,26 @@ class Guided {
       outputs = numbered(outputs, number);
     }
     std::vector<std::unique_ptr<Source>> sources = open_sources(command_);
+    std::optional<FreeSetup> free;
+    if (command_.free) {
+      free = free_setup(command_, setup);
+    } else if (command_.enough_deg) {
+      throw UsageError("acquire: --enough-deg is for --free");
+    }
     for (const std::unique_ptr<Source>& source : sources) {
       source->play(setup.experiment);
+      if (free) {
+        source->roam(free->by_rests);
+      }
     }
     check_outputs(outputs, slots);
     if (!journal) {
       journal.emplace(start_journal(command_, setup, outputs.journal));
     }
-    Session session(setup, *journal);
+    const std::unique_ptr<LiveSession> live =
+        free ? std::unique_ptr<LiveSession>(std::make_unique<FreeSession>(*free, *journal))
+             : std::make_unique<Session>(setup, *journal);
+    LiveSession& session = *live;
     if (!lines.empty()) {
       session.restore(lines, *command_.resume);
     }
@@ -609,7 +651,7 @@ class Guided {
     }
     if (session.has_quit()) {
       stopped_ = formatted("stopped with {} readings; go on with: axiscal acquire --resume {}",
-                           session.readings().size(), outputs.journal);
+                           session.view().done, outputs.journal);
       return false;
     }
     // Before the faces go: a page may wait for its slowest browser.

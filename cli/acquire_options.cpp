@@ -35,6 +35,11 @@ void add_options(OptionSet& options, AcquireCommand& command) {
               "the temperature is steady over it before a block; 300");
   session.add("--soak-tolerance", command.soak_tolerance, "T",
               "largest change of the temperature output meanwhile; 0.1");
+  session.add_flag(
+      "--free", command.free,
+      "no cube: turned in the hand until the directions are filled (method magnitude)");
+  session.add("--enough-deg", command.enough_deg, "U",
+              "with --free: of any direction, expanded (95 %); 0.5");
   session.add_flag("--manual", command.manual, "take readings on command, not by themselves");
   session.add_flag("--unattended", command.unattended,
                    "nobody answers: what looks wrong at the end is asked for again, then it ends");
@@ -84,6 +89,8 @@ Subcommand acquire_subcommand() {
       "Examples: axiscal acquire --connect 'serial:/dev/ttyUSB0?names=x,y,z' --instrument "
       "accelerometer --field gravity --unit V\n"
       "          axiscal acquire --connect 'sim:?error=0.1'   (no hardware: try it)\n"
+      "          axiscal acquire --free --instrument magnetometer --unit uT --connect "
+      "serial:/dev/ttyACM0\n"
       "          axiscal acquire --check cal.json --connect tcp://host:4000",
       &add_options, &run_acquire);
 }

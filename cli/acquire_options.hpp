@@ -19,8 +19,9 @@ struct AcquireCommand {
   std::optional<std::string> soak_window, soak_tolerance, temperature_column;
   std::optional<std::string> name, journal, resume, output, record, report;
   std::optional<std::string> check, readings, within;
-  std::optional<std::string> listen, port;
+  std::optional<std::string> listen, port, enough_deg;
   bool list = false;
+  bool free = false;
   bool manual = false;
   bool unattended = false;
   bool raw = false;

@@ -118,6 +118,9 @@ class PlainFace final : public LineFace {
          view.phase == SessionPhase::ready || view.phase == SessionPhase::soaking)) {
       print("  commands: " + words());
     }
+    if (view.free && view.phase == SessionPhase::laying) {
+      tell_sphere(view);
+    }
     // Each when it comes; told again only after it was over.
     std::set<std::string> there;
     for (const SessionAlarm& alarm : view.alarms) {
@@ -131,6 +134,26 @@ class PlainFace final : public LineFace {
   }
 
  private:
+  // How the sphere fills, where it does.
+  void tell_sphere(const SessionView& view) {
+    const FreeView& free = *view.free;
+    const int tenths = static_cast<int>(10.0 * free.coverage);
+    if (view.headline != headline_ || tenths > tenths_) {
+      print(formatted(
+          "{} readings, {:.0f} % of the sphere{}{}; {}", free.points.size(), 100.0 * free.coverage,
+          free.fit_error ? formatted(", fit error {} %", number_text(100.0 * *free.fit_error, 2))
+                         : "",
+          free.u_deg ? formatted(", directions to {} of {} degrees (95 %)",
+                                 number_text(*free.u_deg, 2), number_text(free.wanted_deg, 2))
+                     : "",
+          view.headline));
+      headline_ = view.headline;
+      tenths_ = tenths;
+    }
+  }
+
+  std::string headline_;
+  int tenths_ = -1;
   SessionPhase last_ = SessionPhase::waiting;
   std::set<std::string> shown_alarms_;
 };

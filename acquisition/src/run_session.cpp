@@ -68,7 +68,7 @@ class Unanswered {
 };
 
 // Ends a session with what there is: a calibration where one follows, else it can be resumed.
-void end(Session& session) {
+void end(LiveSession& session) {
   session.command({.action = SessionAction::finish, .run = {}});
   session.command({.action = SessionAction::finish, .run = {}});
   if (!session.is_over()) {
@@ -78,7 +78,7 @@ void end(Session& session) {
 
 }  // namespace
 
-void run_session(Session& session,
+void run_session(LiveSession& session,
                  SampleFeed& feed,
                  const std::vector<SessionFace*>& faces,
                  bool unattended) {

@@ -86,7 +86,7 @@ SessionReview review_of(const std::vector<Calibration>& calibrations,
   for (const CapturedReading& reading : readings) {
     scatter.push_back(reading.sd.norm());
   }
-  const double usual = upper_median(scatter);
+  const double usual = scatter.empty() ? 0.0 : upper_median(scatter);
   for (const CapturedReading& reading : readings) {
     if (usual > 0.0 && reading.sd.norm() > noisy_reading * usual) {
       runs.insert(reading.run);

@@ -30,7 +30,7 @@ struct SessionReview {
 /// Suggests the runs that the culprit search names and those that were too noisy.
 ///
 /// @param calibrations  none where there is none; `why_none` says why.
-/// @param readings     one or more.
+/// @param readings     none of a session without a cube.
 /// @param suspects     runs that looked wrong on the way.
 [[nodiscard]] SessionReview review_of(const std::vector<Calibration>& calibrations,
                                       const std::string& why_none,

@@ -31,6 +31,34 @@ Json step_json(const SessionStep& step) {
           {"skipped", step.skipped}};
 }
 
+Json vector_json(const Eigen::Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+// The sphere so far, without its points.
+Json free_json(const FreeView& free) {
+  Json json = {{"count", free.points.size()},
+               {"now", vector_json(free.now)},
+               {"centre", vector_json(free.centre)},
+               {"to_sphere", Json::array()},
+               {"fitted", free.is_fitted},
+               {"coverage", free.coverage},
+               {"largest_gap_rad", free.largest_gap_rad},
+               {"gap", vector_json(free.gap)},
+               {"fit_error", number_json(free.fit_error)},
+               {"u_deg", number_json(free.u_deg)},
+               {"wanted_deg", free.wanted_deg},
+               {"enough", free.is_enough},
+               {"numbers", Json::array()}};
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    json["to_sphere"].push_back(vector_json(free.to_sphere.row(i).transpose()));
+  }
+  for (const auto& [name, value] : free.numbers) {
+    json["numbers"].push_back({name, value});
+  }
+  return json;
+}
+
 }  // namespace
 
 std::string view_json(const SessionView& view) {
@@ -66,6 +94,9 @@ std::string view_json(const SessionView& view) {
                                 {"verdict", outcome.verdict},
                                 {"head", outcome.head},
                                 {"rows", outcome.rows}});
+  }
+  if (view.free) {
+    json["free"] = free_json(*view.free);
   }
   for (const CubeTurn turn : view.turns) {
     json["turns"].push_back(turn_words(turn));
@@ -117,8 +148,32 @@ std::optional<SessionCommand> parse_command(std::string_view text) {
   return command;
 }
 
+namespace {
+
+std::vector<SessionAction> free_actions(const SessionView& view) {
+  using Action = SessionAction;
+  switch (view.phase) {
+    case SessionPhase::over:
+      return {};
+    case SessionPhase::paused:
+      return {Action::go_on, Action::quit};
+    case SessionPhase::review:
+      return view.outcomes.empty() ? std::vector{Action::go_on, Action::quit}
+                                   : std::vector{Action::finish, Action::go_on, Action::quit};
+    default:
+      return view.free->is_enough
+                 ? std::vector{Action::finish, Action::undo, Action::pause, Action::quit}
+                 : std::vector{Action::undo, Action::pause, Action::finish, Action::quit};
+  }
+}
+
+}  // namespace
+
 std::vector<SessionAction> possible_actions(const SessionView& view) {
   using Action = SessionAction;
+  if (view.free) {
+    return free_actions(view);
+  }
   switch (view.phase) {
     case SessionPhase::over:
       return {};

@@ -23,6 +23,9 @@ constexpr double knock_g = 0.02;
 constexpr double impatience_s = 300.0;  // nothing was taken: it must lie wrong
 constexpr std::size_t samples_a_read = 50;
 
+constexpr double turn_s = 1.4;  // in the hand, from one direction to the next
+constexpr double hold_s = 2.6;
+
 Eigen::Vector3d normal_vector(RandomStream& random, double sd) {
   const double x = random.normal();
   const double y = random.normal();
@@ -128,7 +131,29 @@ void SimulatedSource::start_moving(const DesignPoint& point) {
   knock_at_s_ = person_.uniform() < setup_.knock_rate ? moves_until_s_ + 1.5 : -1.0;
 }
 
+void SimulatedSource::roam(bool by_rests) {
+  roams_by_rests_ = by_rests;
+}
+
+// From one direction to the next, held still between them where readings are rests.
+void SimulatedSource::turn_freely() {
+  if (time_s_ < moves_until_s_ + (*roams_by_rests_ ? hold_s : 0.0)) {
+    return;
+  }
+  const auto normal = [this] { return random_.normal(); };
+  const double w = normal();
+  const double x = normal();
+  const double y = normal();
+  from_ = to_;
+  to_ = Eigen::Quaterniond(w, x, y, normal()).normalized();
+  moves_from_s_ = time_s_;
+  moves_until_s_ = time_s_ + turn_s;
+}
+
 void SimulatedSource::sample(SampleBatch& batch) {
+  if (roams_by_rests_) {
+    turn_freely();
+  }
   if (acts_at_s_ >= 0.0 && time_s_ >= acts_at_s_) {
     acts_at_s_ = time_s_ + impatience_s;
     DesignPoint point = wanted_->point;
@@ -151,7 +176,8 @@ void SimulatedSource::sample(SampleBatch& batch) {
   if (time_s_ < moves_until_s_) {
     const double part = (time_s_ - moves_from_s_) / (moves_until_s_ - moves_from_s_);
     rotation_table_from_positioner = from_.slerp(part, to_);
-    shaking = normal_vector(random_, handling_sd);
+    // A field is not shaken by hands; gravity is.
+    shaking = normal_vector(random_, roams_by_rests_ && !*roams_by_rests_ ? 0.0 : handling_sd);
   } else if (knock_at_s_ >= 0.0 && time_s_ >= knock_at_s_) {
     shaking = normal_vector(random_, knock_g);
     if (time_s_ > knock_at_s_ + 0.1) {

@@ -15,6 +15,8 @@ void SampleBatch::append(const SampleBatch& later) {
 
 void Source::request(const DesignEntry* /*entry*/, bool /*warned*/) {}
 
+void Source::roam(bool /*by_rests*/) {}
+
 void Source::play(const Experiment& /*experiment*/) {}
 
 }  // namespace axiscal

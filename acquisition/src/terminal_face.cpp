@@ -5,12 +5,14 @@
 #include <clocale>
 #include <cmath>
 #include <deque>
+#include <numbers>
 #include <thread>
 
 #include "axiscal/acquisition/session_face.hpp"
 #include "axiscal/acquisition/session_json.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/units.hpp"
 #include "axiscal/positioner/facing.hpp"
 
 #ifdef AXISCAL_NCURSES
@@ -196,13 +198,18 @@ class TerminalFace final : public SessionFace {
                                       : view.phase == SessionPhase::over     ? COLOR_PAIR(good)
                                                                              : COLOR_PAIR(plain));
     put(0, 1, title_, static_cast<int>(A_REVERSE));
-    const std::string count = formatted("{} done, {} to go", view.done, view.left);
+    const std::string count = view.free ? formatted("{} readings", view.done)
+                                        : formatted("{} done, {} to go", view.done, view.left);
     put(0, COLS - static_cast<int>(count.size()) - 1, count);
     put_wrapped(2, 2, view.headline, head);
     put_wrapped(4, 2, view.detail);
-    draw_cube(view);
-    draw_gauges(view);
-    draw_steps(view);
+    if (view.free && view.phase != SessionPhase::over) {
+      draw_sphere(*view.free);
+    } else {
+      draw_cube(view);
+      draw_gauges(view);
+      draw_steps(view);
+    }
     int line = 18;
     for (const SessionAlarm& alarm : view.alarms) {
       if (line < 20) {
@@ -285,6 +292,53 @@ class TerminalFace final : public SessionFace {
     put(15, 4, "+---------+");
     put(16, 3, "on the table: " + down,
         static_cast<int>(A_BOLD) | static_cast<int>(COLOR_PAIR(rest)));
+  }
+
+  // The sphere as a map of equal areas: where readings are, where it points, what is asked for.
+  static void draw_sphere(const FreeView& free) {
+    constexpr int columns = 36;
+    constexpr int lines = 9;
+    std::array<std::string, lines> map;
+    map.fill(std::string(columns, '.'));
+    const auto cell_of = [](const Eigen::Vector3d& v) {
+      const Eigen::Vector3d u = v.normalized();
+      const double around = std::atan2(u.y(), u.x()) / (2.0 * std::numbers::pi) + 0.5;
+      return std::pair(std::clamp(static_cast<int>(0.5 * (1.0 - u.z()) * lines), 0, lines - 1),
+                       std::clamp(static_cast<int>(around * columns), 0, columns - 1));
+    };
+    const auto mark = [&](const Eigen::Vector3d& v, char sign) {
+      if (v.allFinite() && !v.isZero(0.0)) {
+        const auto [line, column] = cell_of(v);
+        map.at(static_cast<std::size_t>(line)).at(static_cast<std::size_t>(column)) = sign;
+      }
+    };
+    for (const Eigen::Vector3d& point : free.points) {
+      mark(free.to_sphere * (point - free.centre), '#');
+    }
+    if (!free.is_enough && !free.points.empty()) {
+      mark(free.gap, '?');
+    }
+    mark(free.to_sphere * (free.now - free.centre), '@');
+    put(7, 1, "the sphere, z up: # readings, . none");
+    for (int line = 0; line < lines; ++line) {
+      put(8 + line, 1, map.at(static_cast<std::size_t>(line)));
+    }
+    put(17, 1, "@ where it points now, ? where it is wanted");
+    constexpr int column = 42;
+    put(8, column, "filled   " + bar(free.coverage, 24));
+    put(9, column, formatted("largest gap {:.0f} deg", free.largest_gap_rad * deg_per_rad));
+    if (free.fit_error) {
+      put(10, column, formatted("fit error {} %", number_text(100.0 * *free.fit_error, 2)));
+    }
+    put(11, column,
+        free.u_deg ? formatted("directions to {} deg (95 %)", number_text(*free.u_deg, 2))
+                   : std::string("directions: not yet"));
+    put(12, column, formatted("wanted {} deg", number_text(free.wanted_deg, 2)));
+    int line = 13;
+    for (const auto& [name, value] : free.numbers) {
+      put(line++, column, name + ":");
+      put(line++, column + 1, value);
+    }
   }
 
   static void draw_gauges(const SessionView& view) {

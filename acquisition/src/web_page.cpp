@@ -393,6 +393,16 @@ std::string WebPage::news_for(Watcher& watcher) const {
     }
   }
   watcher.event = last_event_;
+  // Points that this browser has not seen; all of them where some were dropped.
+  if (watcher.dropped != dropped_ || watcher.points > points_.size()) {
+    watcher.points = 0;
+    watcher.dropped = dropped_;
+  }
+  const std::size_t from = watcher.points;
+  std::string points;
+  for (; watcher.points < points_.size(); ++watcher.points) {
+    points += (points.empty() ? "[" : ",[") + points_[watcher.points] + "]";
+  }
   Json files = Json::array();
   for (const SessionFile& one : files_) {
     files.push_back({{"name", one.name}, {"label", one.label}});
@@ -401,9 +411,10 @@ std::string WebPage::news_for(Watcher& watcher) const {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
   };
   return formatted(
-      "id: {}\ndata: {{\"title\":{},\"controls\":{},\"events\":[{}],\"files\":{},\"view\":{}}}\n\n",
+      "id: {}\ndata: {{\"title\":{},\"controls\":{},\"events\":[{}],\"files\":{},"
+      "\"from\":{},\"points\":[{}],\"view\":{}}}\n\n",
       last_event_, text(Json(place_.title)), watcher.session == controller_ ? "true" : "false",
-      events, text(files), view_);
+      events, text(files), from, points, view_);
 }
 
 void WebPage::show(const SessionView& view, const std::vector<SessionEvent>& events) {
@@ -412,11 +423,27 @@ void WebPage::show(const SessionView& view, const std::vector<SessionEvent>& eve
   view_ = std::move(text);
   ++version_;
   pass_control_on();
+  take_points(view.free ? &*view.free : nullptr);
   for (const SessionEvent& event : events) {
     events_.emplace_back(++last_event_, event_json(event));
     if (events_.size() > most_events) {
       events_.pop_front();
     }
+  }
+}
+
+// Under the lock.
+void WebPage::take_points(const FreeView* free) {
+  const std::size_t count = free == nullptr ? 0 : free->points.size();
+  const std::size_t dropped = free == nullptr ? 0 : free->dropped;
+  if (dropped != dropped_ || count < points_.size()) {
+    points_.clear();
+    dropped_ = dropped;
+  }
+  while (points_.size() < count) {
+    const Eigen::Vector3d& v = free->points[points_.size()];
+    points_.push_back(
+        formatted("{},{},{}", number_text(v.x(), 6), number_text(v.y(), 6), number_text(v.z(), 6)));
   }
 }
 

@@ -45,6 +45,8 @@ class WebPage {
     std::string session;
     std::size_t event = 0;
     std::size_t version = 0;
+    std::size_t points = 0;  ///< of a free session
+    std::size_t dropped = 0;
   };
 
   /// @return a watcher for an answer that is a stream.
@@ -86,6 +88,7 @@ class WebPage {
   [[nodiscard]] WebAnswer stream(const WebRequest& request) const;
   [[nodiscard]] WebAnswer file(const WebRequest& request, const std::string& name) const;
   void pass_control_on();
+  void take_points(const FreeView* free);
 
   WebPlace place_;
   mutable std::mutex mutex_;
@@ -93,6 +96,8 @@ class WebPage {
   std::deque<std::string> sessions_;
   std::string controller_;
   std::string view_ = "null";
+  std::vector<std::string> points_;  // of a free session, "x,y,z"
+  std::size_t dropped_ = 0;
   std::size_t version_ = 1;
   std::deque<std::pair<std::size_t, std::string>> events_;
   std::size_t last_event_ = 0;

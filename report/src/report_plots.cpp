@@ -7,8 +7,6 @@
 #include <limits>
 #include <numbers>
 
-#include <Eigen/Eigenvalues>
-
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -30,24 +28,6 @@ bool can_propagate(const Calibration& calibration) {
          calibration.fit.statistics->covariance.size() > 0 &&
          calibration.fit.statistics->covariance.allFinite() &&
          calibration.fit.statistics->residual_sd.allFinite();
-}
-
-// Expanded uncertainty [deg] of the angle between the field and what is read.
-double direction_uncertainty_deg(const Calibration& calibration,
-                                 const ReadingPropagation& propagation,
-                                 const Eigen::Vector3d& direction) {
-  const double F = calibration.sensor.field.magnitude;
-  const Eigen::VectorXd v = response_at(calibration.sensor, F * direction, std::nullopt);
-  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - direction * direction.transpose();
-  const Eigen::Matrix3d covariance =
-      across * propagation.field_covariance({v.data(), static_cast<std::size_t>(v.size())}) *
-      across;
-  const double variance =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly)
-          .eigenvalues()
-          .maxCoeff();
-  const double k = calibration.fit.statistics->coverage_factor.maxCoeff();
-  return k * std::sqrt(std::max(0.0, variance)) / F * deg_per_rad;
 }
 
 HeatMap map_of(const std::string& id, const std::string& title, const std::string& what) {

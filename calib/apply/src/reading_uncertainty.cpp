@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include "axiscal/calib/covariance_root.hpp"
@@ -438,6 +439,23 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(
     result.angle_rad = std::max(result.angle_rad, angle_at_pole(of_angle, F));
   }
   return result;
+}
+
+double direction_uncertainty_deg(const Calibration& calibration,
+                                 const ReadingPropagation& propagation,
+                                 const Eigen::Vector3d& direction) {
+  const double F = calibration.sensor.field.magnitude;
+  const Eigen::VectorXd v = response_at(calibration.sensor, F * direction, std::nullopt);
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - direction * direction.transpose();
+  const Eigen::Matrix3d covariance =
+      across * propagation.field_covariance({v.data(), static_cast<std::size_t>(v.size())}) *
+      across;
+  const double variance =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly)
+          .eigenvalues()
+          .maxCoeff();
+  const double k = calibration.fit.statistics->coverage_factor.maxCoeff();
+  return k * std::sqrt(std::max(0.0, variance)) / F * deg_per_rad;
 }
 
 }  // namespace axiscal

@@ -141,7 +141,6 @@ class Finder {
   }
 
   void find_gap() {
-    constexpr double largest_good_gap_rad = 60.0 * rad_per_deg;
     const auto& quality = calibration_.fit.orientations;
     if (quality && quality->largest_gap_rad > largest_good_gap_rad) {
       add(WarningCode::coverage, {},

@@ -629,9 +629,6 @@ std::string observations_csv(const Observations& observations,
   append_cells(text, header);
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
     const Reading& reading = observations.readings[i];
-    if (!reading.point) {
-      throw DomainError("observations_csv: a reading has no design point");
-    }
     std::vector<std::string> cells = columns.cells(reading);
     for (Eigen::Index k = 0; k < observations.response.cols(); ++k) {
       cells.push_back(number_text(observations.response(static_cast<Eigen::Index>(i), k)));

@@ -15,14 +15,15 @@ namespace axiscal {
 /// A part of the field that has its own level has the column level.NAME.
 inline const std::string level_column_prefix = "level.";
 
-/// The columns that every table of design points begins with; mount, level and temperature where
-/// they say something.
+/// The columns that every table of readings begins with; design point, mount, level and temperature
+/// where they say something.
 class SheetColumns {
  public:
   /// @param axes  of the responses, for the columns of their temperatures.
   explicit SheetColumns(const std::vector<Reading>& readings, std::vector<std::string> axes = {})
       : axes_(std::move(axes)) {
     for (const Reading& reading : readings) {
+      with_point_ = with_point_ || reading.point;
       with_mount_ = with_mount_ || reading.mount != 1;
       with_level_ = with_level_ || reading.level.of_all() != 1.0;
       for (const auto& [name, level] : reading.level.of_parts()) {
@@ -39,7 +40,10 @@ class SheetColumns {
   void show_level() { with_level_ = true; }
 
   [[nodiscard]] std::vector<std::string> header() const {
-    std::vector<std::string> cells = {"run", "block", "rest", "fence"};
+    std::vector<std::string> cells = {"run", "block"};
+    if (with_point_) {
+      cells.insert(cells.end(), {"rest", "fence"});
+    }
     if (with_mount_) {
       cells.emplace_back("mount");
     }
@@ -63,9 +67,11 @@ class SheetColumns {
   }
 
   [[nodiscard]] std::vector<std::string> cells(const Reading& reading) const {
-    std::vector<std::string> cells = {std::to_string(reading.run), std::to_string(reading.block),
-                                      std::string(face_name(reading.point->rest())),
-                                      std::string(face_name(reading.point->fence()))};
+    std::vector<std::string> cells = {std::to_string(reading.run), std::to_string(reading.block)};
+    if (with_point_) {  // a free pose among labelled ones has none of either
+      cells.emplace_back(reading.point ? face_name(reading.point->rest()) : "");
+      cells.emplace_back(reading.point ? face_name(reading.point->fence()) : "");
+    }
     if (with_mount_) {
       cells.push_back(std::to_string(reading.mount));
     }
@@ -90,6 +96,7 @@ class SheetColumns {
   }
 
  private:
+  bool with_point_ = false;
   bool with_mount_ = false;
   bool with_level_ = false;
   bool with_temperature_ = false;

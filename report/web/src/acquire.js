@@ -2,6 +2,7 @@
 // The page of a live session: shows what the engine says, sends what the person asks for. All text is set
 // as text, never as markup.
 import { makeGuidedCube } from "./guided_cube.js";
+import { makeSphere } from "./sphere.js";
 import { makeTraces } from "./traces.js";
 
 const at = (id) => document.getElementById(id);
@@ -17,6 +18,7 @@ const GRAVE = new Set(["quit"]);
 const FIRST = new Set(["capture", "accept", "go-on", "retake-suggested", "finish"]);
 
 const cube = makeGuidedCube(at("cube"));
+const sphere = makeSphere(at("sphere"));
 const traces = makeTraces(at("trace"), at("noise"));
 let audio = null;
 let controls = false;
@@ -280,7 +282,7 @@ function show(message) {
   const s = view.slope;
   set("slope", s ? minus(`${(1e3 * s.x).toFixed(2)}, ${(1e3 * s.y).toFixed(2)} mrad (\u00b1 ${(2e3 * Math.max(s.u_x, s.u_y)).toFixed(2)})`) : "");
   set("forecast", view.forecast_deg === null ? "" : `${view.forecast_deg.toPrecision(2)}\u00b0`);
-  set("remaining", `${view.left} of ${view.done + view.left} points${view.remaining === null ? "" : `, ${duration(view.remaining)}`}`);
+  set("remaining", view.free ? "" : `${view.left} of ${view.done + view.left} points${view.remaining === null ? "" : `, ${duration(view.remaining)}`}`);
   showResult(view.result);
   showOutcomes(view.outcomes);
   showFiles(message.files);
@@ -290,6 +292,7 @@ function show(message) {
   showAlarms(view.alarms);
   showSteps(view);
   showActions(view.actions);
+  showFree(view.free, message);
   cube.show(view);
   for (const event of message.events) {
     say(event.text);
@@ -297,9 +300,38 @@ function show(message) {
   }
 }
 
+const percent = (share) => `${Number((100 * share).toPrecision(2))} %`;
+
+// A session without a cube: the sphere, and four plain numbers.
+function showFree(free, message) {
+  document.body.classList.toggle("free", Boolean(free));
+  if (!free) {
+    return;
+  }
+  sphere.take(free, message.from, message.points);
+  const lines = [
+    ["Readings", String(free.count)],
+    ["Sphere filled", percent(free.coverage)],
+    ["Largest gap", free.count > 0 ? `${Math.round((free.largest_gap_rad * 180) / Math.PI)}\u00b0` : ""],
+    ["Fit error", free.fit_error === null ? "" : percent(free.fit_error)],
+    ["Directions to (95 %)", free.u_deg === null ? "not yet" : `${Number(free.u_deg.toPrecision(2))}\u00b0 of ${free.wanted_deg}\u00b0`],
+    ...free.numbers,
+  ];
+  if (isNews("numbers", lines)) {
+    at("free-numbers").replaceChildren(
+      ...lines.map(([name, value]) => {
+        const line = document.createElement("div");
+        line.append(element("dt", name), element("dd", minus(value)));
+        return line;
+      }),
+    );
+  }
+}
+window.axiscalSphere = sphere; // for tests: what is drawn
+
 // In words, what the two traces show.
 function whyItWaits(view) {
-  if (view.stillness === null || view.phase === "over" || view.phase === "review") {
+  if (view.stillness === null || (view.free && view.phase !== "dwelling") || view.phase === "over" || view.phase === "review") {
     return "";
   }
   const times = view.stillness >= 10 ? Math.round(view.stillness) : view.stillness.toPrecision(2);

@@ -105,6 +105,8 @@ export function makeGuidedCube(place) {
   let looping = false;
   let drawn = "";
 
+  new ResizeObserver(() => to && draw(ROUND_S)).observe(place);
+
   return {
     show(view) {
       const key = JSON.stringify([view.wanted, view.present, view.phase === "laying"]);

@@ -226,6 +226,40 @@ async function largeEnough(browser) {
   await context.close();
 }
 
+// Without a cube: points fill the sphere, what is asked for changes, and the same record comes of it.
+async function aFreeSession(browser) {
+  const session = await start("free", "sim:?speed=4&seed=2&noise=0.003", "--free", "--instrument", "magnetometer", "--field", "geomagnetic", "--field-magnitude", "48", "--field-unit", "uT", "--unit", "uT");
+  const { page, context, complaints } = await open(browser, session, { viewport: { width: 1280, height: 900 } });
+  const sphere = (what) => page.evaluate((name) => window.axiscalSphere[name](), what);
+  await page.waitForSelector("body.free");
+  assert.ok(await comesTrue(async () => (await sphere("points")) > 100));
+  const early = await sphere("filled");
+  await picture(page, "acquire-free");
+  assert.ok((await page.$eval("#sphere", inked)) > 0.1, "the sphere is drawn");
+  assert.ok(await comesTrue(async () => (await page.textContent("#headline")) === "It is enough", 60), "it is never enough");
+  assert.ok((await sphere("filled")) > early, "gaps are filled");
+  assert.match(await page.textContent("#free-numbers"), /Hard iron \[uT\].*\u00b1/);
+  await picture(page, "acquire-free-enough");
+  if (pictures) {
+    console.log(`${await sphere("points")} points, ${await sphere("framesPerSecond")} frames a second`);
+  }
+  // A second browser gets all the points.
+  const late = await open(browser, session, { viewport: { width: 420, height: 860 } });
+  assert.ok(await comesTrue(async () => (await late.page.evaluate(() => window.axiscalSphere.points())) >= 100));
+  await picture(late.page, "acquire-free-phone");
+  await late.context.close();
+  await click(page, "finish");
+  await phaseIs(page, "review");
+  await click(page, "finish");
+  await page.waitForSelector("#files:not([hidden])");
+  assert.equal(await page.locator("#outcomes tr").count(), 4);
+  await page.click("[data-wish=leave]");
+  assert.equal(await session.over, 0, session.err);
+  assert.equal(JSON.parse(readFileSync(join(scratch, "free.json"), "utf8")).method, "magnitude");
+  assert.deepEqual(complaints, []);
+  await context.close();
+}
+
 async function theServerIsNotImpressed() {
   const session = await start("attacked", "sim:?speed=20&seed=3");
   const key = new URL(session.url).hash.slice(1);
@@ -314,7 +348,7 @@ async function atAnotherAddress(browser) {
 
 const browser = await launch(folder);
 try {
-  for (const test of [aSessionByClicks, largeEnough].filter(() => !process.env.ONLY_SERVER)) {
+  for (const test of [aSessionByClicks, largeEnough, aFreeSession].filter(() => !process.env.ONLY_SERVER)) {
     await test(browser);
     console.log(`ok: ${test.name}`);
   }

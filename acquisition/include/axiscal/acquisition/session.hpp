@@ -10,7 +10,9 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/acquisition/free_view.hpp"
 #include "axiscal/acquisition/journal.hpp"
+#include "axiscal/acquisition/live_session.hpp"
 #include "axiscal/acquisition/pose_path.hpp"
 #include "axiscal/acquisition/session_outcome.hpp"
 #include "axiscal/acquisition/source.hpp"
@@ -151,6 +153,7 @@ struct SessionView {
   std::vector<int> suspects;                ///< runs that look wrong by what came after them
   std::vector<std::string> result;          ///< at the end: verdict and warnings
   std::vector<SessionOutcome> outcomes;     ///< at the end: coefficients, one for each instrument
+  std::optional<FreeView> free;             ///< of a session without a cube: the sphere so far
   std::optional<FieldLevel> present_level;  ///< of the field at the last reading
 };
 
@@ -163,59 +166,31 @@ struct SessionView {
 /// end it calibrates and says what to take again.
 ///
 /// The same samples and commands give the same readings.
-class Session {
+class Session final : public LiveSession {
  public:
   /// @param setup    the sheet must not be empty.
   /// @param journal  must outlive it.
   /// @throws SetupError  as make_field_description().
   Session(SessionSetup setup, Journal& journal);
-  ~Session();
-  Session(const Session&) = delete;
-  Session& operator=(const Session&) = delete;
+  ~Session() override;
 
-  /// @param channels  of the samples that will come.
-  /// @param time_at_zero  when second 0 of their times was, as SampleFeed::time_at_zero().
-  /// @throws DomainError  if an axis is not among them; the message lists what there is. Or if the
-  ///                      field moves and the times are not in UTC.
-  /// @throws SetupError   if how it moves in the table cannot be told.
-  void set_channels(const std::vector<Channel>& channels, std::optional<double> time_at_zero = {});
-
-  /// Takes up what a journal holds, before the first sample.
-  /// @param lines  of the journal, behind its first one.
-  /// @param path   for messages.
-  /// @throws DataError  `PATH:LINE:` for a line that is none of ours.
-  void restore(const std::vector<std::string>& lines, const std::string& path);
-
-  /// @param time_s  not decreasing.
-  /// @param values  one for each channel.
-  /// @throws RefusedError  if the field is the sun's, and it is below the horizon at the first one.
-  void add(double time_s, std::span<const double> values);
-
-  /// Tells that nothing has come for so long, and tries again what could not be stored.
-  void idle(double seconds);
-
-  /// What the sources complain of, all at once; replaces what they said before.
-  void set_source_alarms(const std::vector<SessionAlarm>& alarms);
-
-  void command(const SessionCommand& command);
-
-  /// No sample will come any more: nothing can be taken again.
-  void no_more_samples();
-
-  /// All points were asked for, or the person left.
-  [[nodiscard]] bool is_over() const;
-  [[nodiscard]] bool has_quit() const;
-
-  [[nodiscard]] const SessionView& view();
-  [[nodiscard]] std::vector<SessionEvent> take_events();
+  void set_channels(const std::vector<Channel>& channels,
+                    std::optional<double> time_at_zero = {}) override;
+  void restore(const std::vector<std::string>& lines, const std::string& path) override;
+  void add(double time_s, std::span<const double> values) override;
+  void idle(double seconds) override;
+  void set_source_alarms(const std::vector<SessionAlarm>& alarms) override;
+  void command(const SessionCommand& command) override;
+  void no_more_samples() override;
+  [[nodiscard]] bool is_over() const override;
+  [[nodiscard]] bool has_quit() const override;
+  [[nodiscard]] const SessionView& view() override;
+  [[nodiscard]] std::vector<SessionEvent> take_events() override;
 
   /// @return the readings so far, in the order taken; with samples, AXIS_sd, times, temperatures.
-  [[nodiscard]] Observations observations() const;
+  [[nodiscard]] Observations observations() const override;
   [[nodiscard]] const std::vector<CapturedReading>& readings() const;
-
-  /// @return the calibration at the end, of several instruments one each; none where it was refused
-  ///         with an error, see view().
-  [[nodiscard]] const std::vector<Calibration>& calibrations() const;
+  [[nodiscard]] const std::vector<Calibration>& calibrations() const override;
 
  private:
   class Engine;

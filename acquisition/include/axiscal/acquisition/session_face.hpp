@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "axiscal/acquisition/live_session.hpp"
 #include "axiscal/acquisition/sample_feed.hpp"
 #include "axiscal/acquisition/session.hpp"
 
@@ -57,7 +58,7 @@ class SessionFace {
 /// closed, ends it after some seconds: a review is finished, all else can be resumed.
 /// @param unattended  nobody answers.
 /// @throws Error  as Session::set_channels(), Session::add(), SampleFeed::read().
-void run_session(Session& session,
+void run_session(LiveSession& session,
                  SampleFeed& feed,
                  const std::vector<SessionFace*>& faces,
                  bool unattended);

@@ -51,6 +51,8 @@ class SimulatedSource final : public Source {
   SourceReport read(SampleBatch& batch, std::chrono::milliseconds patience) override;
   void request(const DesignEntry* entry, bool warned) override;
 
+  void roam(bool by_rests) override;
+
   /// From now on it has the experiment's axes, units and field, at the levels that are asked for. A
   /// field whose direction is not known points somewhere, as the seed says.
   /// @throws SetupError  for a field that moves: a simulation has no time of day.
@@ -63,6 +65,7 @@ class SimulatedSource final : public Source {
  private:
   void sample(SampleBatch& batch);
   void start_moving(const DesignPoint& point);
+  void turn_freely();
   void draw_instrument(double sensitivity, const SensitivityMatrix& nominal);
 
   std::string name_;
@@ -89,6 +92,7 @@ class SimulatedSource final : public Source {
   double acts_at_s_ = -1.0;  // when the person does what was asked
   double knock_at_s_ = -1.0;
   bool lays_right_ = false;
+  std::optional<bool> roams_by_rests_;  // nothing: it lies in its cube
 };
 
 }  // namespace axiscal

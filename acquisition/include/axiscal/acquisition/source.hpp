@@ -96,6 +96,10 @@ class Source {
   /// @param warned  whether the person was just told that the cube lies wrong, or to lift it.
   virtual void request(const DesignEntry* entry, bool warned);
 
+  /// From now on the person turns the instrument in the hand, holding it still now and then where
+  /// readings are rests; only a simulated person needs to know.
+  virtual void roam(bool by_rests);
+
   /// What is calibrated; only a simulated instrument needs to know, before channels() is asked for.
   /// @throws SetupError  for a field that cannot be simulated.
   virtual void play(const Experiment& experiment);

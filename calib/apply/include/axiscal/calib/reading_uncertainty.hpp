@@ -49,6 +49,16 @@ struct ReducedUncertainty : UncertaintyOfResults {
                                                      const Eigen::Vector3d& field,
                                                      const ReadingContext& context);
 
+class ReadingPropagation;
+
+/// @param propagation  of the same record.
+/// @param direction    of the field, unit vector, frame sensor.
+/// @return the expanded uncertainty (95 %) of the angle between the field and what is read [deg],
+///         across the direction where it is largest.
+[[nodiscard]] double direction_uncertainty_deg(const Calibration& calibration,
+                                               const ReadingPropagation& propagation,
+                                               const Eigen::Vector3d& direction);
+
 /// Propagates a calibration's uncertainty and a reading's own to field components and what is
 /// derived from them, in whatever attitude they were read (method.md, section 8).
 ///

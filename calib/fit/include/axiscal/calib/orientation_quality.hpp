@@ -6,8 +6,12 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/core/units.hpp"
 
 namespace axiscal {
+
+/// A larger gap between orientations leaves that side to be guessed, and is warned of.
+inline constexpr double largest_good_gap_rad = 60.0 * rad_per_deg;
 
 /// @param fields     calibrated readings, n x 3 [any unit], frame sensor; n at least 1.
 /// @param magnitude  F [the same unit].

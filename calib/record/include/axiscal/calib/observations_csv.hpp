@@ -42,7 +42,9 @@ namespace axiscal {
 ///         1, `temperature` where one is planned.
 [[nodiscard]] std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet);
 
-/// @return the observations as CSV: the sheet's columns and one for each axis; `samples`, `AXIS_sd`
+/// @return the observations as CSV: the sheet's columns (rest and fence where a reading has a
+/// design
+///         point) and one for each axis; `samples`, `AXIS_sd`
 ///         and `time` where they are known.
 [[nodiscard]] std::string observations_csv(const Observations& observations,
                                            const std::vector<std::string>& axes);
