@@ -79,6 +79,7 @@ class FreeSession::Engine {
     setup_.experiment.method = Method::magnitude;
     view_.free.emplace();
     view_.free->wanted_deg = setup_.wanted_u_deg;
+    view_.free->takes_rests = setup_.by_rests;
     view_.automatic = true;
   }
 

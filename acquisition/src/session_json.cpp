@@ -161,10 +161,21 @@ std::vector<SessionAction> free_actions(const SessionView& view) {
       return view.outcomes.empty() ? std::vector{Action::go_on, Action::quit}
                                    : std::vector{Action::finish, Action::go_on, Action::quit};
     default:
-      return view.free->is_enough
-                 ? std::vector{Action::finish, Action::undo, Action::pause, Action::quit}
-                 : std::vector{Action::undo, Action::pause, Action::finish, Action::quit};
+      break;
   }
+  std::vector<Action> actions;
+  if (view.free->is_enough) {
+    actions.push_back(Action::finish);
+  }
+  if (view.free->takes_rests && !view.free->points.empty()) {
+    actions.push_back(Action::undo);
+  }
+  actions.push_back(Action::pause);
+  if (!view.free->is_enough) {
+    actions.push_back(Action::finish);
+  }
+  actions.push_back(Action::quit);
+  return actions;
 }
 
 }  // namespace

@@ -2,8 +2,6 @@
 #include "axiscal/report/certificate.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 
 #include "axiscal/calib/intrinsic.hpp"
@@ -11,7 +9,11 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/rounded_value.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/exchange/export.hpp"
+#include "html.hpp"
+#include "pdf_archive.hpp"
 #include "pdf_writer.hpp"
 
 namespace axiscal {
@@ -26,25 +28,39 @@ std::string block_of(const CertificateParty& party) {
          (party.accreditation.empty() ? "" : "; accreditation " + party.accreditation);
 }
 
-// A value to the place that its uncertainty's two digits reach.
-std::string to_places_of(double value, double uncertainty) {
-  if (!(uncertainty > 0.0) || !std::isfinite(uncertainty) || value == 0.0) {
-    return number_text(value, 8);
+// What a parameter is called on paper.
+std::string words_of_parameter(const std::string& name) {
+  const std::vector<std::string_view> parts = split(name, '.');
+  const auto order = [](std::string_view term) {  // "d", "d2"
+    return term == "d" ? std::string("temperature")
+                       : formatted("temperature to the power {}", term.substr(1));
+  };
+  if (parts.size() == 3 && parts[0] == "angle") {
+    return formatted("angle between {} and {}", parts[1], parts[2]);
   }
-  const double place = std::floor(std::log10(uncertainty)) - 1.0;
-  const int decimals = std::clamp(static_cast<int>(-place), 0, 17);
-  std::array<char, 64> text{};
-  const std::to_chars_result end = std::to_chars(text.data(), text.data() + text.size(), value,
-                                                 std::chars_format::fixed, decimals);
-  return end.ec == std::errc() ? std::string(text.data(), end.ptr) : number_text(value, 8);
+  if (parts.size() == 2 && parts[1] == "bias") {
+    return formatted("bias of {}", parts[0]);
+  }
+  if (parts.size() == 2 && parts[1] == "sensitivity") {
+    return formatted("sensitivity of {}", parts[0]);
+  }
+  if (parts.size() == 3 && parts[1] == "sensitivity") {
+    return formatted("sensitivity of {} along {}", parts[0], parts[2]);
+  }
+  if (parts.size() == 3 && parts[2].starts_with('d') &&
+      (parts[1] == "bias" || parts[1] == "scale")) {
+    return formatted("{} of {} with {}", parts[1], parts[0], order(parts[2]));
+  }
+  return name;
 }
 
 std::vector<std::string> row_of(const std::string& name,
                                 double value,
                                 const CombinedUncertainty& uncertainty,
                                 const std::string& unit) {
-  return {name, to_places_of(value, uncertainty.expanded), number_text(uncertainty.expanded, 2),
-          number_text(uncertainty.coverage_factor, 3), unit};
+  return {words_of_parameter(name), true_minus(rounded_value(value, uncertainty.expanded)),
+          rounded_uncertainty(uncertainty.expanded), number_text(uncertainty.coverage_factor, 3),
+          unit};
 }
 
 std::vector<std::vector<std::string>> coefficient_rows(const Calibration& calibration) {
@@ -83,36 +99,50 @@ std::string method_text(const Calibration& calibration) {
   if (calibration.fit.method == Method::magnitude) {
     text =
         "The instrument was read in many orientations to a field of known magnitude; bias and "
-        "sensitivity are those for which the calibrated readings have that magnitude (method "
-        "'magnitude'). The frame is the instrument's own.";
+        "sensitivity are those for which the calibrated readings have that magnitude. The "
+        "frame is the instrument's own.";
   } else if (calibration.fit.method == Method::turns) {
     text =
         "The gyroscope was turned between rests; bias and sensitivity are those for which its "
-        "integrated rates lead from the attitude before each turn to that after it (method "
-        "'turns').";
+        "integrated rates lead from the attitude before each turn to that after it.";
   } else {
     text = formatted(
         "The instrument was read in known orientations to the reference field; bias and "
-        "sensitivity to the field's components follow by linear regression (method '{}'{}). "
-        "Sensitivities are in the frame of the positioner.",
-        method_name(calibration.fit.method),
+        "sensitivity to the field's components follow by linear regression: {}. Sensitivities are "
+        "in the frame of the positioner.",
         calibration.fit.method == Method::paired
-            ? ": opposite positions averaged, which removes the table's slope"
-            : "");
+            ? "opposite positions averaged, which removes the table's slope"
+        : calibration.fit.method == Method::joint
+            ? "of all readings, the field's direction in the table fitted with them"
+            : "of all readings, the field taken as given");
   }
   return formatted("{} {}{} were used. reading = bias + sensitivity times field.", text,
                    calibration.fit.statistics->observations,
                    calibration.fit.method == Method::turns ? " turns" : " readings");
 }
 
-std::vector<std::vector<std::string>> limit_rows(const Verdict& verdict) {
+// Each value with its U beside the limits that it was held against, narrowed by the guard band.
+std::vector<std::vector<std::string>> limit_rows(const Calibration& calibration,
+                                                 const Verdict& verdict) {
+  const std::vector<ParameterUncertainty> all = parameter_uncertainties(calibration);
   std::vector<std::vector<std::string>> rows;
-  const auto number = [](const std::optional<double>& value) {
-    return value ? number_text(*value, 7) : std::string("none");
-  };
   for (const LimitVerdict& limit : verdict.limits) {
-    rows.push_back({limit.parameter, number_text(limit.value, 7), number(limit.low),
-                    number(limit.high), limit.passed ? "pass" : "fail"});
+    const auto known = std::find_if(all.begin(), all.end(), [&](const ParameterUncertainty& one) {
+      return one.name == limit.parameter;
+    });
+    const double expanded = known != all.end() ? known->uncertainty.expanded : std::nan("");
+    const auto bound = [&](const std::optional<double>& value, double inwards) {
+      return value ? true_minus(number_text(*value + inwards * limit.guard_band, 7))
+                   : std::string("none");
+    };
+    rows.push_back({words_of_parameter(limit.parameter),
+                    true_minus(rounded_value(limit.value, expanded)), rounded_uncertainty(expanded),
+                    bound(limit.low, 0.0), bound(limit.high, 0.0),
+                    limit.guard_band > 0.0 ? number_text(limit.guard_band, 2) : "none",
+                    limit.guard_band > 0.0
+                        ? formatted("{} to {}", bound(limit.low, 1.0), bound(limit.high, -1.0))
+                        : "the limits",
+                    limit.passed ? "pass" : "fail"});
   }
   return rows;
 }
@@ -135,6 +165,13 @@ void write_facts(const Calibration& calibration,
                  PdfPages& pages) {
   const Instrument& instrument = calibration.sensor.instrument;
   const FieldDescription& field = calibration.sensor.field;
+  std::vector<std::string> pictures;
+  for (const std::string& path : {details.laboratory.logo, details.laboratory.mark}) {
+    if (!path.empty()) {
+      pictures.push_back(path);
+    }
+  }
+  pages.pictures(pictures);
   pages.title("Calibration certificate");
   pages.facts(
       {{"Certificate number", or_not_stated(details.number)},
@@ -187,10 +224,10 @@ void write_facts(const Calibration& calibration,
 
 void write_results(const Calibration& calibration, PdfPages& pages) {
   pages.heading("Results");
-  const std::vector<std::string> head = {"parameter", "value", "U", "k", "unit"};
-  pages.table(head, coefficient_rows(calibration));
-  pages.paragraph("Independent of the mounting: sensitivities' sizes and the angles between axes");
-  pages.table(head, intrinsic_rows(calibration));
+  const std::vector<std::string> head = {"quantity", "value", "U", "k", "unit"};
+  pages.table("", head, coefficient_rows(calibration));
+  pages.table("Independent of the mounting: sensitivities' sizes and the angles between axes", head,
+              intrinsic_rows(calibration));
   if (calibration.sensor.temperature) {
     const TemperatureResponse& over = *calibration.sensor.temperature;
     pages.paragraph(formatted(
@@ -222,8 +259,8 @@ void write_uncertainty(const Calibration& calibration,
   if (calibration.findings.verdict) {
     pages.heading("Statement of conformity");
     pages.paragraph(decision_rule_of(details, *calibration.findings.verdict));
-    pages.table({"limit", "value", "low", "high", "verdict"},
-                limit_rows(*calibration.findings.verdict));
+    pages.table("", {"quantity", "value", "U", "low", "high", "guard band", "accepted", "verdict"},
+                limit_rows(calibration, *calibration.findings.verdict));
     pages.paragraph(calibration.findings.verdict->passed
                         ? "The item meets the limits above."
                         : "The item does not meet the limits above.");
@@ -299,16 +336,37 @@ std::vector<std::string> missing_details(const Calibration& calibration,
   return missing;
 }
 
+#ifdef AXISCAL_CAIRO
+namespace {
+
+// The same certificate for machines; nothing where this build writes none, or the record fits none.
+PdfAttachment dcc_of(const Calibration& calibration, const CertificateDetails& details) {
+  try {
+    return {.name = "certificate-dcc.xml",
+            .description = "Digital Calibration Certificate (DCC) of the same results",
+            .type = "text/xml",
+            .content = export_calibration(calibration, "dcc", {.laboratory = details}).content};
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+}  // namespace
+#endif
+
 std::string certificate_pdf(const Calibration& calibration, const CertificateDetails& details) {
   check_certifiable(calibration);
 #ifdef AXISCAL_CAIRO
-  const std::string header =
-      formatted("Calibration certificate {}{}", or_not_stated(details.number),
-                details.laboratory.name.empty() ? "" : ", " + details.laboratory.name);
-  return pdf_of(header, header,
-                [&](PdfPages& pages) { write_certificate(calibration, details, pages); });
+  const bool is_draft = !missing_details(calibration, details).empty();
+  const std::string header = formatted(
+      "{}Calibration certificate {}{}", is_draft ? "DRAFT: " : "", or_not_stated(details.number),
+      details.laboratory.name.empty() ? "" : ", " + details.laboratory.name);
+  const std::string pdf =
+      pdf_of({.title = header, .header = header, .watermark = is_draft ? "DRAFT" : ""},
+             [&](PdfPages& pages) { write_certificate(calibration, details, pages); });
+  return archived_pdf(pdf, header, dcc_of(calibration, details));
 #else
-  throw DomainError("this build writes no PDF (cairo)");
+  throw DomainError("this build writes no PDF (cairo and pango)");
 #endif
 }
 

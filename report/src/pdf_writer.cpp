@@ -4,11 +4,13 @@
 #ifdef AXISCAL_CAIRO
 #include <algorithm>
 #include <cairo/cairo-pdf.h>
+#include <cmath>
+#include <pango/pangocairo.h>
+#include <utility>
 
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
-#include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
 namespace {
@@ -53,15 +55,18 @@ std::string printable(const std::string& text) {
 
 class PdfPages::Page {
  public:
-  Page(const std::string& title, std::string header, int pages)
-      : header_(printable(header)), pages_(pages) {
+  Page(const PdfFrame& frame, int pages)
+      : header_(printable(frame.header)), watermark_(printable(frame.watermark)), pages_(pages) {
     surface_ = cairo_pdf_surface_create_for_stream(append, &content_, page_width, page_height);
-    cairo_pdf_surface_set_metadata(surface_, CAIRO_PDF_METADATA_TITLE, printable(title).c_str());
+    cairo_pdf_surface_set_metadata(surface_, CAIRO_PDF_METADATA_TITLE,
+                                   printable(frame.title).c_str());
     cairo_pdf_surface_set_metadata(surface_, CAIRO_PDF_METADATA_CREATOR, "axiscal");
     pen_ = cairo_create(surface_);
+    layout_ = pango_cairo_create_layout(pen_);
     start_page();
   }
   ~Page() {
+    g_object_unref(layout_);
     cairo_destroy(pen_);
     cairo_surface_destroy(surface_);
   }
@@ -69,72 +74,68 @@ class PdfPages::Page {
   Page& operator=(const Page&) = delete;
 
   void font(double size, bool bold) {
-    cairo_select_font_face(pen_, "sans-serif", CAIRO_FONT_SLANT_NORMAL,
-                           bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
-    cairo_set_font_size(pen_, size);
+    PangoFontDescription* const description = pango_font_description_new();
+    pango_font_description_set_family(description, "sans-serif");
+    pango_font_description_set_weight(description, bold ? PANGO_WEIGHT_BOLD : PANGO_WEIGHT_NORMAL);
+    pango_font_description_set_absolute_size(description, size * PANGO_SCALE);
+    pango_layout_set_font_description(layout_, description);
+    pango_font_description_free(description);
     size_ = size;
+    bold_ = bold;
   }
 
   [[nodiscard]] double width_of(const std::string& text) const {
-    cairo_text_extents_t extents;
-    cairo_text_extents(pen_, text.c_str(), &extents);
-    return extents.x_advance;
+    set_text(text, -1.0);
+    PangoRectangle extents;
+    pango_layout_get_extents(layout_, nullptr, &extents);
+    return static_cast<double>(extents.width) / PANGO_SCALE;
   }
 
+  // Makes room for a block, and draws the heading that stands above it.
+  void begin(double height) {
+    constexpr double of_heading = 30.0;
+    need(height + (heading_.empty() ? 0.0 : of_heading));
+    if (!heading_.empty()) {
+      font(11.5, true);
+      y_ += 9.0;
+      text_block(margin, text_width, std::exchange(heading_, ""));
+      y_ += 3.0;
+    }
+  }
+
+  // One line, its baseline at y.
   void put(double x, double y, const std::string& text) {
+    set_text(text, -1.0);
     cairo_move_to(pen_, x, y);
-    cairo_show_text(pen_, text.c_str());
+    pango_cairo_show_layout_line(pen_, pango_layout_get_line_readonly(layout_, 0));
   }
 
   // Starts the next page unless so much room is left; `again` is drawn at its top.
   void need(double height, const std::function<void()>& again = {}) {
     if (y_ + height > bottom) {
       const double size = size_;
+      const bool bold = bold_;
       cairo_show_page(pen_);
       start_page();
       if (again) {
         again();
       }
-      font(size, false);
+      font(size, bold);
     }
   }
 
-  // Broken at blanks into the width; a word that is wider is cut.
-  [[nodiscard]] std::vector<std::string> lines_of(const std::string& text, double width) const {
-    std::vector<std::string> lines;
-    std::string line;
-    for (std::string_view part : split(text, ' ')) {
-      std::string word(part);
-      const std::string longer = line.empty() ? word : line + " " + word;
-      if (width_of(longer) <= width) {
-        line = longer;
-        continue;
-      }
-      if (!line.empty()) {
-        lines.push_back(line);
-      }
-      while (width_of(word) > width && word.size() > 4) {
-        std::size_t fits = 1;
-        for (std::size_t too_many = word.size(); too_many - fits > 1;) {
-          const std::size_t middle = (fits + too_many) / 2;
-          (width_of(word.substr(0, middle)) > width ? too_many : fits) = middle;
-        }
-        while (fits > 1 && (static_cast<unsigned char>(word[fits]) & 0xC0U) == 0x80U) {
-          --fits;  // not within a character
-        }
-        lines.push_back(word.substr(0, fits));
-        word.erase(0, fits);
-      }
-      line = word;
-    }
-    if (!line.empty() || lines.empty()) {
-      lines.push_back(line);
-    }
-    return lines;
-  }
-
+  // Broken into the width, at blanks where it can be.
   void text_block(double x, double width, const std::string& text) {
-    for (const std::string& line : lines_of(printable(text), width)) {
+    const std::string whole = printable(text);
+    set_text(whole, width);
+    // The lines' places first: a new page's header is set in the same layout.
+    std::vector<std::string> lines;
+    for (int i = 0; i < pango_layout_get_line_count(layout_); ++i) {
+      const PangoLayoutLine* const line = pango_layout_get_line_readonly(layout_, i);
+      lines.push_back(whole.substr(static_cast<std::size_t>(line->start_index),
+                                   static_cast<std::size_t>(line->length)));
+    }
+    for (const std::string& line : lines) {
       need(size_ * line_height);
       y_ += size_ * line_height;
       put(x, y_, line);
@@ -148,6 +149,27 @@ class PdfPages::Page {
     cairo_stroke(pen_);
   }
 
+  // At most so wide and high; its left, or its right edge at x. @return its height.
+  double picture(const std::string& path, double x, bool to_the_right, double wide, double high) {
+    cairo_surface_t* const image = cairo_image_surface_create_from_png(path.c_str());
+    if (cairo_surface_status(image) != CAIRO_STATUS_SUCCESS) {
+      const std::string why = cairo_status_to_string(cairo_surface_status(image));
+      cairo_surface_destroy(image);
+      throw DataError(path, "is no picture (PNG): " + why);
+    }
+    const double width = cairo_image_surface_get_width(image);
+    const double height = cairo_image_surface_get_height(image);
+    const double scale = std::min(wide / width, high / height);
+    cairo_save(pen_);
+    cairo_translate(pen_, to_the_right ? x - scale * width : x, y_);
+    cairo_scale(pen_, scale, scale);
+    cairo_set_source_surface(pen_, image, 0.0, 0.0);
+    cairo_paint(pen_);
+    cairo_restore(pen_);
+    cairo_surface_destroy(image);
+    return scale * height;
+  }
+
   int finish() {
     cairo_show_page(pen_);
     cairo_surface_finish(surface_);
@@ -159,11 +181,34 @@ class PdfPages::Page {
   }
 
   double y_ = 0.0;
+  std::string heading_;  // that what comes next belongs to
   std::string content_;
 
  private:
+  void set_text(const std::string& text, double width) const {
+    pango_layout_set_width(layout_,
+                           width < 0.0 ? -1 : static_cast<int>(std::lround(width * PANGO_SCALE)));
+    pango_layout_set_wrap(layout_, PANGO_WRAP_WORD_CHAR);
+    pango_layout_set_text(layout_, text.c_str(), static_cast<int>(text.size()));
+  }
+
+  // Light, and below what is written over it.
+  void put_watermark() {
+    font(110.0, true);
+    const double width = width_of(watermark_);
+    cairo_save(pen_);
+    cairo_translate(pen_, 0.5 * page_width, 0.5 * page_height);
+    cairo_rotate(pen_, -0.9);
+    cairo_set_source_rgb(pen_, 0.9, 0.9, 0.9);
+    put(-0.5 * width, 36.0, watermark_);
+    cairo_restore(pen_);
+  }
+
   void start_page() {
     ++number_;
+    if (!watermark_.empty()) {
+      put_watermark();
+    }
     font(8.0, false);
     put(margin, margin - 14.0, header_);
     const std::string place =
@@ -175,16 +220,30 @@ class PdfPages::Page {
   }
 
   std::string header_;
+  std::string watermark_;
   int pages_;
   int number_ = 0;
   double size_ = body_size;
+  bool bold_ = false;
   cairo_surface_t* surface_ = nullptr;
   cairo_t* pen_ = nullptr;
+  PangoLayout* layout_ = nullptr;
 };
 
-PdfPages::PdfPages(std::string title, std::string header, int pages)
-    : page_(std::make_unique<Page>(title, std::move(header), pages)) {}
+PdfPages::PdfPages(const PdfFrame& frame, int pages)
+    : page_(std::make_unique<Page>(frame, pages)) {}
 PdfPages::~PdfPages() = default;
+
+void PdfPages::pictures(const std::vector<std::string>& paths) {
+  constexpr double high = 48.0;
+  double tallest = 0.0;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const bool is_last = i > 0 && i + 1 == paths.size();
+    tallest = std::max(tallest, page_->picture(paths[i], is_last ? page_width - margin : margin,
+                                               is_last, 0.4 * text_width, high));
+  }
+  page_->y_ += tallest + 6.0;
+}
 
 void PdfPages::title(const std::string& text) {
   page_->font(20.0, true);
@@ -193,15 +252,13 @@ void PdfPages::title(const std::string& text) {
   page_->y_ += 8.0;
 }
 
+// It is drawn with what it is the heading of.
 void PdfPages::heading(const std::string& text) {
-  page_->need(50.0);
-  page_->font(11.5, true);
-  page_->y_ += 9.0;
-  page_->text_block(margin, text_width, text);
-  page_->y_ += 3.0;
+  page_->heading_ = text;
 }
 
 void PdfPages::paragraph(const std::string& text) {
+  page_->begin(2.0 * body_size * line_height);
   page_->font(body_size, false);
   page_->text_block(margin, text_width, text);
   page_->y_ += 4.0;
@@ -209,6 +266,7 @@ void PdfPages::paragraph(const std::string& text) {
 
 void PdfPages::facts(const std::vector<std::pair<std::string, std::string>>& rows) {
   constexpr double at = 140.0;
+  page_->begin(2.0 * body_size * line_height);
   page_->font(body_size, false);
   for (const auto& [name, text] : rows) {
     if (text.empty()) {
@@ -222,7 +280,8 @@ void PdfPages::facts(const std::vector<std::pair<std::string, std::string>>& row
   }
 }
 
-void PdfPages::table(const std::vector<std::string>& head,
+void PdfPages::table(const std::string& caption,
+                     const std::vector<std::string>& head,
                      const std::vector<std::vector<std::string>>& rows) {
   constexpr double size = 8.5;
   constexpr double gap = 12.0;
@@ -251,7 +310,13 @@ void PdfPages::table(const std::vector<std::string>& head,
     page_->rule(0.6);
     page_->font(size, false);
   };
-  page_->need(4.0 * size);
+  constexpr double whole_page = bottom - margin;
+  const double height =
+      (static_cast<double>(rows.size()) + (caption.empty() ? 2.0 : 4.0)) * size * 1.5;
+  page_->begin(height < 0.8 * whole_page ? height : 8.0 * size);
+  if (!caption.empty()) {
+    paragraph(caption);
+  }
   put_head();
   for (const std::vector<std::string>& row : rows) {
     page_->need(size * 1.5, put_head);
@@ -263,7 +328,7 @@ void PdfPages::table(const std::vector<std::string>& head,
 
 void PdfPages::signature_lines(const std::vector<std::pair<std::string, std::string>>& people) {
   for (const auto& [name, function] : people) {
-    page_->need(60.0);
+    page_->begin(60.0);
     page_->y_ += 38.0;
     page_->rule(0.4);
     page_->font(body_size, false);
@@ -286,12 +351,10 @@ const std::string& PdfPages::content() const {
   return page_->content_;
 }
 
-std::string pdf_of(const std::string& title,
-                   const std::string& header,
-                   const std::function<void(PdfPages&)>& write) {
-  PdfPages counted(title, header, 0);
+std::string pdf_of(const PdfFrame& frame, const std::function<void(PdfPages&)>& write) {
+  PdfPages counted(frame, 0);
   write(counted);
-  PdfPages pages(title, header, counted.finish());
+  PdfPages pages(frame, counted.finish());
   write(pages);
   pages.finish();
   return pages.content();

@@ -6,6 +6,7 @@
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/exchange/export.hpp"
 #include "program.hpp"
 #include "scenario.hpp"
 
@@ -63,8 +64,8 @@ TEST_F(Certificate, SaysWhatTheStandardAsks) {
   const std::string text = text_of(certificate_pdf(calibration, details()));
   for (const char* const needed :
        {"Calibration certificate", "2026-1107", "Windkanal Müller, Hauptstr. 1, Bonn", "Aero Ltd",
-        "A-17", "23.0 °C", "Voltage: certificate 4711.", "z.sensitivity.y", "coverage factor",
-        "JCGM 100:2008", "Guarded acceptance", "The item meets the limits above.",
+        "A-17", "23.0 °C", "Voltage: certificate 4711.", "sensitivity of z along y", "factor k",
+        "guard band", "JCGM 100:2008", "Guarded acceptance", "The item meets the limits above.",
         "relate only to the item", "A. Müller, head", "end of the certificate"}) {
     EXPECT_THAT(text, HasSubstr(needed));
   }
@@ -95,9 +96,57 @@ TEST_F(Certificate, RoundsTheValueToItsUncertainty) {
   ASSERT_GT(k, 2.0);
   ASSERT_LT(k, 3.0);
   const std::string text = text_of(certificate_pdf(calibration, details()));
-  const std::size_t row = text.find("x.bias");
+  const std::size_t row = text.find("bias of x");
   EXPECT_THAT(text.substr(row, 60), HasSubstr(" 0.01200 "));
 }
+
+// What is not stated yet makes it a draft; what is stated does not.
+TEST_F(Certificate, IsADraftUntilAllIsStated) {
+  EXPECT_THAT(text_of(certificate_pdf(certified(), {})), HasSubstr("DRAFT"));
+  EXPECT_THAT(text_of(certificate_pdf(certified(), details())), Not(HasSubstr("DRAFT")));
+}
+
+TEST_F(Certificate, HasTheLaboratorysPictures) {
+  const ScratchFolder folder;
+  const std::string plain = certificate_pdf(certified(), details());
+  CertificateDetails with = details();
+  // A picture of one point: PNG, 1 x 1, black.
+  with.laboratory.logo = folder.write(
+      "logo.png",
+      std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1\b\0\0\0\0:~\x9bU\0\0\0\nIDATx\x9c"
+                  "c`\0\0\0\2\0\1H\xaf\xa4q\0\0\0\0IEND\xae"
+                  "B`\x82",
+                  67));
+  EXPECT_GT(certificate_pdf(certified(), with).size(), plain.size());
+  with.laboratory.logo = folder.write("other.png", "no picture");
+  EXPECT_THAT([&] { static_cast<void>(certificate_pdf(certified(), with)); },
+              testing::ThrowsMessage<DataError>(HasSubstr("other.png: is no picture")));
+}
+
+#ifdef AXISCAL_QPDF
+// Written to PDF/A-3: metadata, output intent, fonts within, and the DCC as an associated file.
+TEST_F(Certificate, CarriesItsDccAsAnArchiveDoes) {
+  CertificateDetails whole = details();
+  whole.country = "DE";
+  const std::string pdf = certificate_pdf(certified(), whole);
+  for (const char* const needed :
+       {"<pdfaid:part>3</pdfaid:part>", "/GTS_PDFA1", "/AFRelationship /Data", "/EmbeddedFiles",
+        "certificate-dcc.xml"}) {
+    EXPECT_NE(pdf.find(needed), std::string::npos) << needed;
+  }
+  EXPECT_EQ(pdf.find("/Info"), pdf.find("/Info (sRGB")) << "one place says what the document is";
+  const ScratchFolder folder;
+  folder.write("c.pdf", pdf);
+  const std::string in = "cd '" + folder.path("") + "' && ";
+  ASSERT_EQ(std::system((in + "pdfdetach -saveall c.pdf").c_str()), 0);
+  EXPECT_EQ(read_file(folder.path("certificate-dcc.xml")),
+            export_calibration(certified(), "dcc", {.laboratory = whole}).content);
+  ASSERT_EQ(std::system((in + "pdffonts c.pdf > fonts.txt").c_str()), 0);
+  const std::string fonts = read_file(folder.path("fonts.txt"));
+  EXPECT_THAT(fonts, HasSubstr("yes"));
+  EXPECT_THAT(fonts, Not(HasSubstr(" no  no ")));
+}
+#endif
 
 TEST_F(Certificate, AnyTextIsPrinted) {
   Calibration calibration = certified();

@@ -2,6 +2,7 @@
 #include "axiscal/calib/certificate_details.hpp"
 
 #include <array>
+#include <filesystem>
 
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
@@ -11,11 +12,23 @@
 namespace axiscal {
 namespace {
 
-CertificateParty party_from(const JsonValue& json) {
-  constexpr std::array<std::string_view, 3> keys = {"name", "address", "accreditation"};
+// @param folder  that pictures are named from.
+CertificateParty party_from(const JsonValue& json, const std::filesystem::path& folder) {
+  constexpr std::array<std::string_view, 5> keys = {"name", "address", "accreditation", "logo",
+                                                    "accreditation_mark"};
   json.allow_keys(keys);
-  CertificateParty party{
-      .name = json.text_or("name"), .address = {}, .accreditation = json.text_or("accreditation")};
+  const auto picture = [&](std::string_view key) {
+    const std::string name = json.text_or(key);
+    if (!name.empty() && !name.ends_with(".png")) {
+      json.at(key).fail("must be a PNG file (.png)");
+    }
+    return name.empty() ? name : (folder / name).string();
+  };
+  CertificateParty party{.name = json.text_or("name"),
+                         .address = {},
+                         .accreditation = json.text_or("accreditation"),
+                         .logo = picture("logo"),
+                         .mark = picture("accreditation_mark")};
   if (const auto address = json.find("address")) {
     party.address = address->texts();
   }
@@ -55,10 +68,10 @@ CertificateDetails read_certificate_details(const std::string& path) {
                              .decision_rule = json.text_or("decision_rule"),
                              .remarks = texts_of(json, "remarks")};
   if (const auto laboratory = json.find("laboratory")) {
-    details.laboratory = party_from(*laboratory);
+    details.laboratory = party_from(*laboratory, std::filesystem::path(path).parent_path());
   }
   if (const auto customer = json.find("customer")) {
-    details.customer = party_from(*customer);
+    details.customer = party_from(*customer, std::filesystem::path(path).parent_path());
   }
   if (const auto people = json.find("authorised")) {
     for (const JsonValue& person : people->elements()) {

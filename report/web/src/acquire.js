@@ -8,7 +8,7 @@ import { makeTraces } from "./traces.js";
 const at = (id) => document.getElementById(id);
 const face = (name) => name.replace("-", "\u2212");
 // The true minus sign before numbers and faces.
-const minus = (text) => text.replace(/(^|[\s(,=])-(?=[\d.XYZ])/g, "$1\u2212");
+const minus = (text) => text.replace(/(^|[\s(,=])-(?=[\d.]|[XYZxyz]\b)/g, "$1\u2212");
 const WORDS = {
   capture: "Take reading", accept: "It lies right", "as-seen": "Take it as it looks", retake: "Retake last",
   "retake-suggested": "Retake what looks wrong", undo: "Undo", skip: "Skip", replicate: "Once more, all",

@@ -21,7 +21,8 @@ struct FreeView {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Matrix3d to_sphere = Eigen::Matrix3d::Identity();
   bool is_fitted = false;
-  double coverage = 0.0;  ///< share of the sphere within 30 degrees of a reading
+  bool takes_rests = false;  ///< readings are rests, the last of which can be undone
+  double coverage = 0.0;     ///< share of the sphere within 30 degrees of a reading
   double largest_gap_rad = 0.0;
   Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< direction, frame sensor, that is asked for
   std::optional<double> fit_error;                 ///< rms of |f| - F, relative to F

@@ -14,6 +14,8 @@ struct CertificateParty {
   std::string name;
   std::vector<std::string> address;
   std::string accreditation;  ///< the laboratory's number, may be empty
+  std::string logo;           ///< a PNG file, its path
+  std::string mark;           ///< of the accreditation; a PNG file, its path
 };
 
 /// What a certificate says that a record does not know (ISO/IEC 17025:2017, 7.8.2 and 7.8.4).
@@ -38,7 +40,8 @@ struct CertificateDetails {
 };
 
 /// Reads the details: `{"format": "axiscal-laboratory", "version": 1, "number": .., "laboratory":
-/// {"name": .., "address": [..], "accreditation": ..}, "customer": {..}, "country", "place",
+/// {"name": .., "address": [..], "accreditation": .., "logo": "logo.png", "accreditation_mark":
+/// "mark.png"} (files named from the folder of this one), "customer": {..}, "country", "place",
 /// "manufacturer", "model", "condition", "received", "calibrated", "issued", "environment",
 /// "procedure", "traceability": [..], "decision_rule", "remarks": [..], "authorised": [{"name",
 /// "function"}]}`.
