@@ -324,12 +324,14 @@ int run(const PlanCommand& command) {
   // Standard output holds the sheet or the forecast: the one that was asked for.
   const bool forecast_to_stdout = command.output.value_or("-") != "-" || command.json;
   if (command.output || !command.json) {
-    write_whole_file(command.output.value_or("-"), run_sheet_csv(sheet));
+    write_whole_file(command.output.value_or("-"),
+                     run_sheet_csv(sheet, experiment.instrument.axes));
   }
   if (command.page) {
     const std::string& serial = experiment.instrument.serial;
     write_whole_file(*command.page,
-                     run_sheet_page(sheet, "Run sheet" + (serial.empty() ? "" : " of " + serial)));
+                     run_sheet_page(sheet, experiment.instrument,
+                                    "Run sheet" + (serial.empty() ? "" : " of " + serial)));
   }
   const std::string text = command.json ? plan_json(plan) : plan_text(plan);
   if (forecast_to_stdout) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // dcc: the Digital Calibration Certificate, schema 3.2.1 of PTB, with D-SI 1.3 quantities.
 #ifdef AXISCAL_PUGIXML
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <pugixml.hpp>
 #include <sstream>
+#include <utility>
 
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/calib/uncertainty.hpp"
@@ -23,8 +25,30 @@ xml_node child(xml_node parent, const char* name) {
   return parent.append_child(name);
 }
 
+// As XML can hold it and the schema wants it: no control characters, no blanks at the ends.
+std::string plain(const std::string& value) {
+  std::string safe = value;
+  std::replace_if(
+      safe.begin(), safe.end(),
+      [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f'; }, ' ');
+  return std::string(trimmed(safe));
+}
+
 void text(xml_node parent, const char* name, const std::string& value) {
-  child(parent, name).text().set(value.c_str());
+  child(parent, name).text().set(plain(value).c_str());
+}
+
+bool is_capital(char c) {
+  return c >= 'A' && c <= 'Z';
+}
+
+// "2026-11-21"
+bool is_date(const std::string& text) {
+  constexpr std::string_view form = "dddd-dd-dd";
+  return text.size() == form.size() &&
+         std::equal(text.begin(), text.end(), form.begin(), [](char c, char wanted) {
+           return wanted == 'd' ? c >= '0' && c <= '9' : c == wanted;
+         });
 }
 
 // A name or description: text in a language.
@@ -98,6 +122,24 @@ void add_contact(xml_node parent,
   }
 }
 
+// What the laboratory says and the schema has no element for.
+std::vector<std::string> statements_of(const CertificateDetails& details) {
+  std::vector<std::string> all = details.traceability;
+  const auto say = [&](const char* what, const std::string& text) {
+    if (!plain(text).empty()) {
+      all.push_back(formatted("{}: {}", what, text));
+    }
+  };
+  say("Accreditation", details.laboratory.accreditation);
+  say("Place of calibration", details.place);
+  say("Condition of the item", details.condition);
+  say("Decision rule", details.decision_rule);
+  for (const std::string& remark : details.remarks) {
+    say("Remark", remark);
+  }
+  return all;
+}
+
 void add_administration(xml_node root,
                         const Calibration& calibration,
                         const CertificateDetails& details) {
@@ -129,7 +171,7 @@ void add_administration(xml_node root,
   if (!details.manufacturer.empty()) {
     content(child(item, "dcc:manufacturer"), "dcc:name", details.manufacturer);
   }
-  if (!details.model.empty()) {
+  if (!plain(details.model).empty()) {
     text(item, "dcc:model", details.model);
   }
   xml_node identification = child(child(item, "dcc:identifications"), "dcc:identification");
@@ -142,15 +184,16 @@ void add_administration(xml_node root,
   for (const auto& [name, function] : details.authorised) {
     xml_node person = child(persons, "dcc:respPerson");
     content(child(person, "dcc:person"), "dcc:name", name);
-    if (!function.empty()) {
+    if (!plain(function).empty()) {
       text(person, "dcc:role", function);
     }
     text(person, "dcc:mainSigner", "true");
   }
   add_contact(data, "dcc:customer", details.customer, "");
-  if (!details.traceability.empty()) {
+  const std::vector<std::string> said = statements_of(details);
+  if (!said.empty()) {
     xml_node statements = child(data, "dcc:statements");
-    for (const std::string& statement : details.traceability) {
+    for (const std::string& statement : said) {
       content(child(statements, "dcc:statement"), "dcc:declaration", statement);
     }
   }
@@ -212,25 +255,33 @@ void add_results(xml_node root, const Calibration& calibration, const Certificat
 
 void require_details(const Calibration& calibration, const CertificateDetails& details) {
   std::vector<std::string> missing;
-  const auto need = [&](bool stated, const char* what) {
+  const auto need = [&](bool stated, const std::string& what) {
     if (!stated) {
-      missing.emplace_back(what);
+      missing.push_back(what);
     }
   };
-  need(!details.number.empty(), "number");
-  need(details.country.size() == 2, "country (two letters)");
-  need(!details.laboratory.name.empty(), "laboratory's name");
-  need(!details.customer.name.empty(), "customer's name");
+  need(!plain(details.number).empty(), "number");
+  need(details.country.size() == 2 && is_capital(details.country[0]) &&
+           is_capital(details.country[1]),
+       "country (two letters)");
+  need(!plain(details.laboratory.name).empty(), "laboratory's name");
+  need(!plain(details.customer.name).empty(), "customer's name");
+  need(!details.customer.address.empty(), "customer's address");
   need(!details.authorised.empty(), "authorised");
   need(!details.calibrated.empty() || calibration.provenance.created.size() >= 10,
        "calibrated (date)");
+  for (const auto& [name, date] :
+       {std::pair("received", &details.received), std::pair("calibrated", &details.calibrated),
+        std::pair("issued", &details.issued)}) {
+    need(date->empty() || is_date(*date), formatted("{} (as 2026-11-21)", name));
+  }
   if (!missing.empty()) {
     throw RefusedError(
         formatted("a digital calibration certificate needs {} in the laboratory's details",
                   joined(missing)),
         {settings::laboratory});
   }
-  if (calibration.sensor.instrument.serial.empty()) {
+  if (plain(calibration.sensor.instrument.serial).empty()) {
     throw RefusedError("a digital calibration certificate needs the instrument's serial number");
   }
   check_certifiable(calibration);

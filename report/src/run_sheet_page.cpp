@@ -2,8 +2,9 @@
 #include "axiscal/report/run_sheet_page.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <functional>
 
+#include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/positioner/facing.hpp"
@@ -50,23 +51,6 @@ std::string name_towards(const DesignPoint& point, const Eigen::Vector3d& direct
   return true_face(face_name(face_towards(point, direction_in_table)));
 }
 
-constexpr const char* page_style = R"css(
-  :root { color-scheme: light; }
-  body { font: 11pt/1.35 system-ui, sans-serif; color: #1a1a1a; background: #fff; margin: 12mm; }
-  h1 { font-size: 16pt; margin: 0 0 2mm; }
-  p { margin: 0 0 4mm; max-width: 62em; }
-  h2 { font-size: 12pt; margin: 4mm 0 2mm; break-after: avoid; }
-  ol { list-style: none; padding: 0; margin: 0; display: grid;
-       grid-template-columns: repeat(auto-fill, minmax(43mm, 1fr)); gap: 3mm; }
-  li { border: 0.3mm solid #767676; border-radius: 1.5mm; padding: 1.5mm; break-inside: avoid; }
-  .head { display: flex; justify-content: space-between; align-items: center; font-weight: 600; }
-  .box { display: inline-block; width: 4.5mm; height: 4.5mm; border: 0.4mm solid #1a1a1a; }
-  svg { display: block; width: 100%; height: auto; }
-  @page { size: auto; margin: 10mm; }
-  @media print { body { margin: 0; } ol { grid-template-columns: repeat(4, 1fr); }
-    * { print-color-adjust: exact; -webkit-print-color-adjust: exact; } }
-)css";
-
 }  // namespace
 
 std::string seat_svg(const DesignPoint& point) {
@@ -99,19 +83,61 @@ std::string seat_svg(const DesignPoint& point) {
   return svg + "</svg>";
 }
 
-std::string run_sheet_page(const std::vector<RunSheetRow>& sheet, const std::string& title) {
+namespace {
+
+// A field to type in, or to write on when it is printed.
+std::string field(const std::string& name,
+                  const std::string& label,
+                  const std::string& value,
+                  const std::string& more) {
+  return formatted("<label>{}<input name=\"{}\" value=\"{}\" autocomplete=\"off\"{}></label>",
+                   escaped(label), escaped(name), escaped(value), more);
+}
+
+std::string step_item(const RunSheetRow& row,
+                      const std::vector<std::string>& cells,
+                      const Instrument& instrument,
+                      bool with_level) {
+  const std::string run = std::to_string(row.run);
+  std::string fields;
+  for (std::size_t k = 0; k < instrument.axes.size(); ++k) {
+    fields += field(formatted("r{}a{}", run, k), instrument.axes[k], "",
+                    " inputmode=\"decimal\" data-axis");
+  }
+  fields += field(formatted("r{}t", run), "temperature",
+                  row.temperature ? number_text(*row.temperature) : "",
+                  " inputmode=\"decimal\" data-temperature");
+  return formatted(
+      "<li data-cells=\"{}\"><div class=\"head\"><span class=\"run\">Run {}{}</span><input "
+      "type=\"checkbox\" name=\"r{}d\" aria-label=\"Run {} is done\"></div>{}<div "
+      "class=\"fields\">{}</div></li>\n",
+      escaped(joined(cells, ",")), run, with_level ? ", level " + row.entry.level.text() : "", run,
+      run, seat_svg(row.entry.point), fields);
+}
+
+}  // namespace
+
+std::string run_sheet_page(const std::vector<RunSheetRow>& sheet,
+                           const Instrument& instrument,
+                           const std::string& title) {
   const bool several_blocks = !sheet.empty() && sheet.back().block != sheet.front().block;
   const bool with_level = std::any_of(sheet.begin(), sheet.end(), [](const RunSheetRow& row) {
     return row.entry.level != FieldLevel(1.0);
   });
+  const RunSheetCells cells = run_sheet_cells(sheet);
+  // What was typed belongs to this order of the points.
+  std::size_t order = 0;
+  for (const std::vector<std::string>& row : cells.rows) {
+    order = 31 * order + std::hash<std::string>()(joined(row, ","));
+  }
   std::string page = formatted(
       "<!DOCTYPE html>\n"
       "<html lang=\"en\">\n"
       "<head>\n"
       "<meta charset=\"utf-8\">\n"
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
-      "'unsafe-inline'\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width\">\n"
+      "'unsafe-inline'; script-src 'unsafe-inline'\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<title>{}</title>\n"
       "<style>{}{}</style>\n"
       "</head>\n"
@@ -119,11 +145,18 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet, const std::str
       "<h1>{}</h1>\n"
       "<p>Lay the cube down as drawn, seen from the front with the fence behind it: the face named "
       "in blue on the table, the one named in orange pushed against the fence. Wipe feet, table "
-      "and fence; push at the middle; let go; wait until it is still; take the reading; tick the "
-      "box. Take the steps in this order.</p>\n",
-      escaped(title), page_style, seat_style(), escaped(title));
+      "and fence; push at the middle; let go; wait until it is still; note the reading{}; tick the "
+      "box. Take the steps in this order.</p>\n"
+      "<form id=\"sheet\" data-header=\"{}\" data-axes=\"{}\" data-seed=\"{:x}\">\n"
+      "<div class=\"fields about\">{}{}{}</div>\n",
+      escaped(title), run_sheet_style(), seat_style(), escaped(title),
+      instrument.unit == "1" ? "" : escaped(" in " + instrument.unit),
+      escaped(joined(cells.header, ",")), escaped(joined(instrument.axes, "\t")), order,
+      field("serial", "Serial number", instrument.serial, ""),
+      field("operator", "Operator", "", ""), field("date", "Date", "", ""));
   int block = 0;
-  for (const RunSheetRow& row : sheet) {
+  for (std::size_t i = 0; i < sheet.size(); ++i) {
+    const RunSheetRow& row = sheet[i];
     if (row.block != block) {
       page += block == 0 ? "" : "</ol>\n";
       if (several_blocks) {
@@ -133,13 +166,15 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet, const std::str
       page += "<ol>\n";
       block = row.block;
     }
-    page += formatted(
-        "<li><div class=\"head\"><span>Run {}{}</span><span class=\"box\"></span></div>{}</li>\n",
-        row.run, with_level ? ", level " + row.entry.level.text() : "", seat_svg(row.entry.point));
+    page += step_item(row, cells.rows[i], instrument, with_level);
   }
   page += block == 0 ? "" : "</ol>\n";
-  page += "</body>\n</html>\n";
-  return page;
+  return page + formatted(
+                    "<div class=\"bar\"><span id=\"told\" role=\"status\"></span><button "
+                    "type=\"button\" id=\"clear\">Clear</button><button type=\"button\" "
+                    "id=\"save\">Save as CSV</button></div>\n</form>\n<script>{}</script>\n"
+                    "</body>\n</html>\n",
+                    run_sheet_script());
 }
 
 }  // namespace axiscal

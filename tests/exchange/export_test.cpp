@@ -589,7 +589,7 @@ Calibration with_uncertainty() {
 CertificateDetails laboratory() {
   return {.number = "2026-7",
           .laboratory = {.name = "Windkanal", .address = {"Bonn"}},
-          .customer = {.name = "Aero & Co"},
+          .customer = {.name = "Aero & Co", .address = {"Bedford"}},
           .country = "DE",
           .issued = "2026-11-21",
           .authorised = {{"A. B.", "head"}}};
@@ -639,6 +639,30 @@ TEST(ExportDcc, HoldsEveryCoefficientWithItsUncertainty) {
             ("xmllint --noout --schema '" + std::string(schema) + "' '" + path + "'").c_str()),
         0);
   }
+}
+
+// What the schema would refuse is refused with words, or mended where its meaning stays.
+TEST(ExportDcc, IsValidWhateverWasTyped) {
+  CertificateDetails typed = laboratory();
+  typed.number = " 2026-7 ";
+  typed.manufacturer = "A\x01\x1f";
+  typed.model = "  ";
+  typed.condition = "good";
+  const std::string xml =
+      export_calibration(with_uncertainty(), "dcc", {.laboratory = typed}).content;
+  EXPECT_THAT(xml, HasSubstr("<dcc:uniqueIdentifier>2026-7</dcc:uniqueIdentifier>"));
+  EXPECT_THAT(xml, HasSubstr("<dcc:content>A</dcc:content>"));
+  EXPECT_THAT(xml, Not(HasSubstr("dcc:model")));
+  EXPECT_THAT(xml, HasSubstr("Condition of the item: good"));
+  typed.country = "de";
+  typed.received = "21.11.2026";
+  typed.customer.address.clear();
+  EXPECT_THAT(
+      [&] {
+        static_cast<void>(export_calibration(with_uncertainty(), "dcc", {.laboratory = typed}));
+      },
+      testing::ThrowsMessage<RefusedError>(
+          HasSubstr("country (two letters), customer's address, received (as 2026-11-21)")));
 }
 
 TEST(ExportDcc, NeedsALaboratory) {

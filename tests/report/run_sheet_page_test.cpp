@@ -36,15 +36,20 @@ TEST(SeatSvg, NamesTheFacesAsTheyAreSeen) {
 
 TEST(RunSheetPage, HasAPictureForEveryStepAndNeedsNothingElse) {
   const std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(12), 2, 5);
-  const std::string page = run_sheet_page(sheet, "Run sheet of <QA & \"113\">");
+  const std::string page =
+      run_sheet_page(sheet, {.kind = "accelerometer"}, "Run sheet of <QA & \"113\">");
   EXPECT_EQ(count_of(page, "<svg"), 24);
-  EXPECT_EQ(count_of(page, "<li>"), 24);
+  EXPECT_EQ(count_of(page, "<li data-cells=\"1,"), 1);
+  EXPECT_EQ(count_of(page, "<li data-cells="), 24);
+  EXPECT_EQ(count_of(page, "data-axis"), 24 * 3 + 2)
+      << "room for each axis; the script names it twice";
   EXPECT_EQ(count_of(page, "<ol>"), 2);
   EXPECT_EQ(count_of(page, "</ol>"), 2);
   EXPECT_THAT(page, HasSubstr("Run 24"));
   EXPECT_THAT(page, HasSubstr("Run sheet of &lt;QA &amp; &quot;113&quot;&gt;"));
   EXPECT_THAT(page, HasSubstr("default-src 'none'"));
-  EXPECT_THAT(page, Not(HasSubstr("<script")));
+  EXPECT_THAT(page, HasSubstr("script-src 'unsafe-inline'"));
+  EXPECT_THAT(page, Not(HasSubstr("src=")));
   EXPECT_THAT(page, Not(HasSubstr("http:")));
   EXPECT_THAT(page, Not(HasSubstr("https:")));
   EXPECT_THAT(page, Not(HasSubstr("level ")));
@@ -53,7 +58,7 @@ TEST(RunSheetPage, HasAPictureForEveryStepAndNeedsNothingElse) {
 TEST(RunSheetPage, StatesLevelsWhereThereAreAny) {
   std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(6), 1, 5);
   sheet[2].entry.level = -1.0;
-  const std::string page = run_sheet_page(sheet, "Coil");
+  const std::string page = run_sheet_page(sheet, {.kind = "generic"}, "Coil");
   EXPECT_THAT(page, HasSubstr("Run 3, level -1"));
   EXPECT_THAT(page, Not(HasSubstr("<h2>")));
 }

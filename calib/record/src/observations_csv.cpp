@@ -258,6 +258,7 @@ class TemperatureColumns {
     }
     if (own.empty()) {
       of_all_ = needed ? table.need("temperature") : table.find("temperature");
+      may_be_blank_ = !needed;
       return;
     }
     if (!missing.empty()) {
@@ -266,7 +267,18 @@ class TemperatureColumns {
     of_axes_ = std::move(own);
   }
 
-  [[nodiscard]] std::optional<SensorTemperature> read(const Table& table) const {
+  // A sheet has room for temperatures that need not be noted: in all rows, or in none.
+  [[nodiscard]] std::optional<SensorTemperature> read(const Table& table) {
+    if (of_all_ && !is_blank_) {
+      is_blank_ = may_be_blank_ && table.text(*of_all_).empty();
+    }
+    if (of_all_ && *is_blank_) {
+      if (!table.text(*of_all_).empty()) {
+        table.fail(*of_all_,
+                   "is noted here, and not in the rows before: note it in all or in none");
+      }
+      return std::nullopt;
+    }
     if (of_axes_.empty()) {
       return of_all_ ? std::optional<SensorTemperature>(table.number(*of_all_)) : std::nullopt;
     }
@@ -280,6 +292,8 @@ class TemperatureColumns {
  private:
   std::optional<std::size_t> of_all_;
   std::vector<std::size_t> of_axes_;
+  bool may_be_blank_ = true;
+  std::optional<bool> is_blank_;  // by the first row
 };
 
 // Where the columns of observations are.
@@ -396,7 +410,7 @@ DesignPoint any_point_on(Face rest) {
   return {rest, face_of((axis_of(rest) + 1) % 3, true)};
 }
 
-Reading read_reading(const Table& table, const Columns& columns, int row) {
+Reading read_reading(const Table& table, Columns& columns, int row) {
   Reading reading;
   reading.run = columns.run ? table.integer(*columns.run) : row;
   if (columns.block) {
@@ -487,7 +501,7 @@ Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
       result.axes_of_slots.push_back(slot.axes);
     }
   }
-  const Columns columns = find_columns(table, wanted);
+  Columns columns = find_columns(table, wanted);
   Observations& observations = result.observations;
   observations.has_block = columns.block.has_value();
   observations.has_level = columns.level.any();
@@ -561,11 +575,12 @@ std::vector<RunSheetRow> read_run_sheet(CsvReader& csv) {
   const std::optional<std::size_t> temperature = table.find("temperature");
   std::vector<RunSheetRow> sheet;
   while (table.next()) {
-    sheet.push_back(
-        {.run = run ? table.integer(*run) : static_cast<int>(sheet.size()) + 1,
-         .block = block ? table.integer(*block) : 1,
-         .entry = {.point = table.point(rest, fence), .level = level.read(table)},
-         .temperature = temperature ? std::optional(table.number(*temperature)) : std::nullopt});
+    sheet.push_back({.run = run ? table.integer(*run) : static_cast<int>(sheet.size()) + 1,
+                     .block = block ? table.integer(*block) : 1,
+                     .entry = {.point = table.point(rest, fence), .level = level.read(table)},
+                     .temperature = temperature && !table.text(*temperature).empty()
+                                        ? std::optional(table.number(*temperature))
+                                        : std::nullopt});
   }
   if (sheet.empty()) {
     table.fail_without_rows();
@@ -593,15 +608,41 @@ std::vector<Reading> readings_of(const std::vector<RunSheetRow>& sheet) {
   return readings;
 }
 
-std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet) {
-  const std::vector<Reading> readings = readings_of(sheet);
-  const SheetColumns columns(readings);
+std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet,
+                          const std::vector<std::string>& axes) {
   std::string text;
-  append_cells(text, columns.header());
-  for (const Reading& reading : readings) {
-    append_cells(text, columns.cells(reading));
+  const RunSheetCells cells = run_sheet_cells(sheet);
+  std::vector<std::string> header = cells.header;
+  if (!axes.empty()) {
+    std::transform(axes.begin(), axes.end(), std::back_inserter(header), csv_cell);
+  }
+  const bool with_temperature = !axes.empty() || sheet.front().temperature;
+  if (with_temperature) {
+    header.emplace_back("temperature");
+  }
+  append_cells(text, header);
+  for (std::size_t i = 0; i < sheet.size(); ++i) {
+    std::vector<std::string> row = cells.rows[i];
+    row.resize(row.size() + axes.size());  // to be filled in
+    if (with_temperature) {
+      row.push_back(sheet[i].temperature ? number_text(*sheet[i].temperature) : "");
+    }
+    append_cells(text, row);
   }
   return text;
+}
+
+RunSheetCells run_sheet_cells(const std::vector<RunSheetRow>& sheet) {
+  std::vector<Reading> readings = readings_of(sheet);
+  for (Reading& reading : readings) {
+    reading.temperature.reset();
+  }
+  const SheetColumns columns(readings);
+  RunSheetCells cells{.header = columns.header()};
+  for (const Reading& reading : readings) {
+    cells.rows.push_back(columns.cells(reading));
+  }
+  return cells;
 }
 
 std::string observations_csv(const Observations& observations,

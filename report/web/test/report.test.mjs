@@ -180,6 +180,51 @@ async function withoutWebGL() {
   await browser.close();
 }
 
+// A sheet is filled in on a phone; what is typed survives a reload, and the CSV is what calibrate reads.
+async function runSheet(browser) {
+  run("plan", "--seed", "5", "-o", "sheet.csv", "--page", "sheet.html");
+  run("simulate", "--truth", "truth.json", "--noise", "1e-4", "--seed", "5", "-o", "filled.csv");
+  const values = new Map(
+    readFileSync(path("filled.csv"), "utf8").trim().split("\n").slice(1).map((line) => line.split(",")).map((cells) => [`${cells[2]},${cells[3]}`, cells.slice(4, 7)]),
+  );
+  const context = await browser.newContext({ viewport: { width: 390, height: 844 }, acceptDownloads: true });
+  const page = await context.newPage();
+  const { complaints, requests } = listen(page);
+  await page.goto(`file://${path("sheet.html")}`);
+  await page.fill("[name=serial]", "QA 113");
+  await page.fill("[name=operator]", 'A. "Ann" Smith, Jr.');
+  const steps = page.locator("li[data-cells]");
+  assert.equal(await steps.count(), 12);
+  for (let i = 0; i < 12; ++i) {
+    const [, , rest, fence] = (await steps.nth(i).getAttribute("data-cells")).split(",");
+    const fields = steps.nth(i).locator("input[data-axis]");
+    for (let k = 0; k < 3; ++k) {
+      // One with a comma, as people type it in many countries.
+      const typed = values.get(`${rest},${fence}`)[k];
+      await fields.nth(k).fill(i === 0 ? typed.replace(".", ",") : typed);
+    }
+    if (i === 5) {
+      await page.click("#save");
+      assert.match(await page.textContent("#told"), /a number is missing/);
+      await page.reload();
+      assert.match(await page.textContent("#told"), /^6 of 12/);
+    }
+  }
+  const [download] = await Promise.all([page.waitForEvent("download"), page.click("#save")]);
+  assert.equal(download.suggestedFilename(), "QA_113.csv");
+  await download.saveAs(path("typed.csv"));
+  run("calibrate", "typed.csv", "--instrument", "accelerometer", "--unit", "V", "-o", "typed.json");
+  const typed = JSON.parse(readFileSync(path("typed.json"), "utf8"));
+  assert.equal(typed.statistics.observations, 12);
+  assert.equal(typed.instrument.serial, "QA 113");
+  assert.deepEqual(complaints, []);
+  assert.ok(requests.every((url) => /^(file|data|blob):/.test(url)));
+  assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 390);
+  // The sheet's own CSV has the same columns, empty.
+  assert.equal(readFileSync(path("sheet.csv"), "utf8").split("\n")[0], "run,block,rest,fence,x,y,z,temperature");
+  await context.close();
+}
+
 try {
   const browser = await launch(folder);
   makeReport();
@@ -187,6 +232,7 @@ try {
   assert.ok(!/(src|href)=["']?(https?:)?\/\//.test(readFileSync(path("report.html"), "utf8").split("<script")[0]));
   await withScript(browser);
   await contrast(browser);
+  await runSheet(browser);
   await withoutScript(browser);
   await browser.close();
   await withoutWebGL();

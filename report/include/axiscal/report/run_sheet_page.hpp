@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "axiscal/instruments/instrument.hpp"
 #include "axiscal/positioner/design.hpp"
 
 namespace axiscal {
@@ -16,12 +17,17 @@ namespace axiscal {
 /// method.md, section 2: x to the right along the fence, y to the fence, z up.
 [[nodiscard]] std::string seat_svg(const DesignPoint& point);
 
-/// A run sheet to print: a picture and a box to tick for every step.
+/// A run sheet to print, or to fill in on a phone: for every step a picture, a box to tick, and
+/// room for its readings and the temperature; above them for serial number, operator and date.
 ///
-/// @param sheet  the steps in order.
-/// @param title  of the page; any text.
-/// @return an HTML page that needs nothing else: no script, no request; A4 and Letter.
+/// @param sheet       the steps in order.
+/// @param instrument  its axes, unit and serial number; without axes there is no room for readings.
+/// @param title       of the page; any text.
+/// @return an HTML page that needs nothing else and asks for nothing; A4 and Letter. Its script
+/// keeps
+///         what is typed in the browser and makes run_sheet_csv() filled in of it.
 [[nodiscard]] std::string run_sheet_page(const std::vector<RunSheetRow>& sheet,
+                                         const Instrument& instrument,
                                          const std::string& title);
 
 }  // namespace axiscal

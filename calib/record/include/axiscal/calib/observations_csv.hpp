@@ -38,9 +38,21 @@ namespace axiscal {
 /// @return what is known of the readings of a sheet before they are taken.
 [[nodiscard]] std::vector<Reading> readings_of(const std::vector<RunSheetRow>& sheet);
 
-/// @return the sheet as CSV: `run,block,rest,fence[,level][,temperature]`; `level` where one is not
-///         1, `temperature` where one is planned.
-[[nodiscard]] std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet);
+/// @param axes  of the instrument; empty: the sheet has no room for readings.
+/// @return the sheet as CSV: `run,block,rest,fence[,level]`, `level` where one is not 1; then for
+///         each axis an empty column, to be filled in, and `temperature`, empty where none is
+///         planned. The filled sheet is what is calibrated; where no temperature is noted its
+///         column may stay empty.
+[[nodiscard]] std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet,
+                                        const std::vector<std::string>& axes = {});
+
+/// What a sheet says of each step, without readings and temperatures.
+struct RunSheetCells {
+  std::vector<std::string> header;             ///< "run", "block", "rest", "fence", "level"
+  std::vector<std::vector<std::string>> rows;  ///< one a step
+};
+
+[[nodiscard]] RunSheetCells run_sheet_cells(const std::vector<RunSheetRow>& sheet);
 
 /// @return the observations as CSV: the sheet's columns (rest and fence where a reading has a
 /// design

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// A run sheet that is filled in on a phone: what is typed stays in the browser, and becomes the CSV that
+// `axiscal calibrate` reads. Without this script the sheet is for pencils.
+(() => {
+  const form = document.getElementById("sheet");
+  const inputs = [...form.querySelectorAll("input")];
+  const key = `axiscal ${location.pathname} ${form.dataset.header} ${form.dataset.seed}`;
+  const stored = (() => {
+    try {
+      return JSON.parse(localStorage.getItem(key) ?? "{}");
+    } catch {
+      return {};
+    }
+  })();
+  const tell = (text) => (document.getElementById("told").textContent = text);
+  // Commas as people type them in many countries; the CSV has points.
+  const number = (text) => text.trim().replace(/^\u2212/, "-").replace(",", ".");
+  const isNumber = (text) => text !== "" && Number.isFinite(Number(text));
+
+  function keep() {
+    try {
+      localStorage.setItem(key, JSON.stringify(Object.fromEntries(inputs.map((input) => [input.name, input.type === "checkbox" ? input.checked : input.value]))));
+    } catch {
+      // A browser that keeps nothing: what is typed lasts as long as the page.
+    }
+  }
+
+  function show() {
+    const steps = [...form.querySelectorAll("li")];
+    let next = null;
+    let filled = 0;
+    for (const step of steps) {
+      const readings = [...step.querySelectorAll("input[data-axis]")];
+      const wrong = readings.filter((input) => input.value.trim() !== "" && !isNumber(number(input.value)));
+      readings.forEach((input) => input.setAttribute("aria-invalid", String(wrong.includes(input))));
+      const done = readings.every((input) => isNumber(number(input.value)));
+      step.classList.toggle("done", done);
+      filled += done ? 1 : 0;
+      next = next ?? (done ? null : step);
+    }
+    steps.forEach((step) => step.classList.toggle("next", step === next));
+    tell(`${filled} of ${steps.length} readings`);
+    return { steps, filled };
+  }
+
+  // @return the CSV; empty where a reading is missing.
+  function csv() {
+    const withTemperature = [...form.querySelectorAll("input[data-temperature]")].some((input) => input.value.trim() !== "");
+    // Whose readings they are goes with each of them; the record takes its serial number from there.
+    const about = ["serial", "operator", "date"].filter((name) => form.elements[name].value.trim() !== "");
+    const head = [form.dataset.header, ...form.dataset.axes.split("\t").map(cell), ...(withTemperature ? ["temperature"] : []), ...about];
+    const lines = [head.join(",")];
+    for (const step of form.querySelectorAll("li")) {
+      const cells = [...step.querySelectorAll("input[data-axis]")].map((input) => number(input.value));
+      if (withTemperature) {
+        cells.push(number(step.querySelector("input[data-temperature]").value));
+      }
+      if (!cells.every(isNumber)) {
+        tell(`${step.querySelector(".run").textContent}: a number is missing, or is none`);
+        step.scrollIntoView({ block: "center" });
+        return "";
+      }
+      lines.push([step.dataset.cells, ...cells, ...about.map((name) => cell(form.elements[name].value.trim()))].join(","));
+    }
+    return `${lines.join("\n")}\n`;
+  }
+  const cell = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+
+  form.classList.add("live");
+  for (const input of inputs) {
+    if (input.name in stored) {
+      input.type === "checkbox" ? (input.checked = stored[input.name]) : (input.value = stored[input.name]);
+    }
+    input.addEventListener("input", () => {
+      keep();
+      show();
+    });
+  }
+  form.addEventListener("submit", (event) => event.preventDefault());
+  document.getElementById("save").addEventListener("click", () => {
+    const text = csv();
+    if (text === "") {
+      return;
+    }
+    const serial = form.elements.serial.value.trim().replace(/[^\w.-]+/g, "_");
+    const link = document.createElement("a");
+    link.href = `data:text/csv;charset=utf-8,${encodeURIComponent(text)}`;
+    link.download = `${serial || "run"}.csv`;
+    link.click();
+    tell(`saved as ${link.download}: axiscal calibrate ${link.download}`);
+  });
+  document.getElementById("clear").addEventListener("click", () => {
+    if (confirm("Forget all that was typed?")) {
+      form.reset();
+      keep();
+      show();
+    }
+  });
+  show();
+})();
