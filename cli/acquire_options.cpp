@@ -86,12 +86,7 @@ AcquireCommand parse_acquire_command(const std::vector<std::string>& arguments,
 Subcommand acquire_subcommand() {
   return make_subcommand<AcquireCommand>(
       "acquire", "a live instrument -> observations, guided",
-      "Examples: axiscal acquire --connect 'serial:/dev/ttyUSB0?names=x,y,z' --instrument "
-      "accelerometer --field gravity --unit V\n"
-      "          axiscal acquire --connect 'sim:?error=0.1'   (no hardware: try it)\n"
-      "          axiscal acquire --free --instrument magnetometer --unit uT --connect "
-      "serial:/dev/ttyACM0\n"
-      "          axiscal acquire --check cal.json --connect tcp://host:4000",
+      "",
       &add_options, &run_acquire);
 }
 

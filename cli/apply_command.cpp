@@ -441,7 +441,7 @@ int run(const ApplyCommand& command) {
 Subcommand apply_subcommand() {
   return make_subcommand<ApplyCommand>(
       "apply", "raw readings -> field components and angles; streams",
-      "Example: axiscal apply cal.json log.csv -o angles.csv", &add_options, &run);
+      "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

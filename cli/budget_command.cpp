@@ -317,8 +317,7 @@ int run(const BudgetCommand& command) {
 Subcommand budget_subcommand() {
   return make_subcommand<BudgetCommand>(
       "budget", "a record's uncertainty by source: coefficients, and readings in any attitude",
-      "Example: axiscal budget cal.json --pitch 30 --roll 45 --monte-carlo 20000\n"
-      "         axiscal budget cal.json --attitudes 15",
+      "",
       &add_options, &run);
 }
 

@@ -43,6 +43,8 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
               "method attitude: readings in one attitude, level if none is stated, that the "
               "rotation is corrected by");
   options.add_flag("--json", command.json, "print the record instead of tables");
+  options.add_flag("--all", command.all,
+                   "print all that was found: sensing axes, levelness, quality of the fit");
   OptionSet log = options.group("Log");
   log.add("--imu", command.imu, "LOG",
           "a raw log of rests and turns instead of observations: accelerometer, gyroscope and "
@@ -197,7 +199,8 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
           (outcome.refused_slots == "refused" ? ": slot " : ", ") + calibration.provenance.slot;
     }
     outcome.text += outcome.text.empty() ? "" : "\n";
-    outcome.text += summary(calibration);
+    outcome.text +=
+        summary(calibration, command.all ? SummaryDetail::full : SummaryDetail::brief);
     if (command.output && *command.output != "-" && (!refused || command.force)) {
       const std::string path =
           output_for(*command.output, calibration.provenance.slot,
@@ -389,6 +392,9 @@ int deliver_records(const CalibrateCommand& command,
       std::fprintf(stderr, "%s\n", verdict_line(calibration).c_str());
     }
   }
+  if (command.output != "-" && !command.json) {
+    std::for_each(calibrations.begin(), calibrations.end(), print_verdict);
+  }
   if (outcome.refused) {
     std::fprintf(stderr, "axiscal: %s%s\n", outcome.refused_slots.c_str(),
                  outcome.stored_refused ? "; the record is stored as such, as --force asks"
@@ -523,8 +529,7 @@ int run(const CalibrateCommand& command) {
 Subcommand calibrate_subcommand() {
   return make_subcommand<CalibrateCommand>(
       "calibrate", "observations -> calibration record",
-      "Example: axiscal calibrate run.csv --instrument accelerometer --field gravity --unit V "
-      "-o cal.json",
+      "",
       &add_options, &run);
 }
 

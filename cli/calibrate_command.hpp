@@ -26,6 +26,7 @@ struct CalibrateCommand {
   bool json = false;
   bool force = false;
   bool accept_suggestion = false;
+  bool all = false;
 };
 
 /// Writes the records of `calibrate` where the options say, prints their tables and remarks.

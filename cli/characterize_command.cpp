@@ -296,8 +296,6 @@ int run(const CharacterizeCommand& command) {
 Subcommand characterize_subcommand() {
   return make_subcommand<CharacterizeCommand>(
       "characterize", "calibrated instruments -> a measured positioner",
-      "Example: axiscal characterize --reference a.json=a.csv --reference b.json=b.csv\n"
-      "         --id cube-07 -o cube-07.json\n"
       "The 12 points, several times (replicates). A record that is there twice is one instrument,\n"
       "fitted anew: that shows the repeatability of the mount.",
       &add_options, &run);

@@ -454,10 +454,8 @@ int run(const CheckCommand& command) {
 Subcommand check_subcommand() {
   return make_subcommand<CheckCommand>(
       "check", "fresh observations, or another record, against a calibration: has it drifted?",
-      "Example: axiscal check cal.json today.csv\n"
       "Readings without labels are checked at rest, by the size of the field alone. Options count\n"
-      "where they differ from the record's. Exit 1 when it has drifted or a limit is not met.\n"
-      "         axiscal check --history records/ --limits limits.json",
+      "where they differ from the record's. Exit 1 when it has drifted or a limit is not met.",
       &add_options, &run);
 }
 

@@ -13,6 +13,7 @@
 #include "axiscal/core/version.hpp"
 #include "axiscal/formulas/kind_file.hpp"
 #include "definition.hpp"
+#include "help.hpp"
 #include "usage_error.hpp"
 
 namespace axiscal::cli {
@@ -115,7 +116,9 @@ ProgramDefinition definition_of(const CLI::App& app) {
     SubcommandDefinition& definition = program.subcommands.emplace_back();
     definition.name = subcommand->get_name();
     definition.help = subcommand->get_description();
-    definition.footer = subcommand->get_footer();
+    definition.footer = formatted("{}{}Examples:\n{}", subcommand->get_footer(),
+                                  subcommand->get_footer().empty() ? "" : "\n\n",
+                                  examples_of(definition.name));
     for (const CLI::Option* option : subcommand->get_options()) {
       definition.options.push_back(definition_of(*option));
     }
@@ -161,7 +164,7 @@ Action parse_command_line(const std::vector<std::string>& arguments,
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string(software_name()), "Print the version and exit");
   app.get_formatter()->column_width(28);
-  app.footer("axiscal SUBCOMMAND --help tells more of each.");
+  app.footer("axiscal SUBCOMMAND --help tells more of each; --help-all names all options.");
 
   std::vector<CLI::App*> parsers;
   std::vector<Action> actions;
@@ -183,13 +186,16 @@ Action parse_command_line(const std::vector<std::string>& arguments,
   if (!arguments.front().starts_with("-")) {
     named = parsers[find_subcommand(subcommands, arguments.front())];
   }
+  if (std::find(arguments.begin(), arguments.end(), "--help-all") != arguments.end()) {
+    return show(named != nullptr ? help_of(*named, true) : app.help());
+  }
   try {
     std::vector<std::string> words =
         named != nullptr ? with_joined_values(*named, arguments) : arguments;
     std::reverse(words.begin(), words.end());  // as CLI11 wants them
     app.parse(words);
   } catch (const CLI::CallForHelp&) {
-    return show(named != nullptr ? named->help("axiscal") : app.help());
+    return show(named != nullptr ? help_of(*named, false) : app.help());
   } catch (const CLI::CallForVersion&) {
     return show(std::string(software_name()) + "\n");
   } catch (const CLI::ParseError& error) {

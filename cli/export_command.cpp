@@ -157,7 +157,7 @@ int run(const ExportCommand& command) {
 Subcommand export_subcommand() {
   return make_subcommand<ExportCommand>(
       "export", "calibration record -> formats of other software",
-      "Example: axiscal export cal.json --format c-header --name imu_accel -o imu_accel.h",
+      "",
       &add_options, &run);
 }
 

@@ -192,7 +192,7 @@ int run(const FieldCommand& command) {
 Subcommand field_subcommand() {
   return make_subcommand<FieldCommand>(
       "field", "gravity, geomagnetic field, Earth rotation and sun at a site",
-      "Example: axiscal field --latitude 48.14 --longitude 11.58 --height 520 --date 2026-06-21",
+      "",
       &add_options, &run);
 }
 

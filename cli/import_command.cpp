@@ -54,8 +54,7 @@ int run(const ImportCommand& command) {
 Subcommand import_subcommand() {
   return make_subcommand<ImportCommand>(
       "import", "calibration of other software -> calibration record",
-      "Example: axiscal import drone.params --format px4 -o old.json\n"
-      "         axiscal check old.json run.csv",
+      "",
       &add_options, &run);
 }
 

@@ -271,8 +271,6 @@ int run(const LevelCommand& command) {
 Subcommand level_subcommand() {
   return make_subcommand<LevelCommand>(
       "level", "12 readings or a record -> what to turn to level the table",
-      "Example: axiscal level run.csv --instrument accelerometer --field gravity\n"
-      "         --adjusters \"0.1,0;-0.1,0.08;-0.1,-0.08\" --thread-pitch 0.0005\n"
       "Raise the adjusters as it says, take 12 readings again, until it says that it is level.",
       &add_options, &run);
 }

@@ -161,7 +161,6 @@ int run(const LogCommand& command) {
 Subcommand log_subcommand() {
   return make_subcommand<LogCommand>(
       "log", "what is in a file: sensors, rates, gaps, and what to do next",
-      "Example: axiscal log flight.ulg\n\n"
       "Reads tables (text, .npy, .npz, .mat, .xlsx, JSON), flight logs (ULog, DataFlash, tlog,\n"
       "blackbox), bags (ROS 1, ROS 2, MCAP), phones' recordings, and what devices print.",
       &add_options, &run);

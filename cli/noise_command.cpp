@@ -454,7 +454,7 @@ int run(const NoiseCommand& command) {
 Subcommand noise_subcommand() {
   return make_subcommand<NoiseCommand>(
       "noise", "log at rest -> Allan deviation, noise",
-      "Example: axiscal noise rest.csv --columns gx,gy,gz --rate 100", &add_options, &run);
+      "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

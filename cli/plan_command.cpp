@@ -347,8 +347,6 @@ int run(const PlanCommand& command) {
 Subcommand plan_subcommand() {
   return make_subcommand<PlanCommand>(
       "plan", "a run sheet in random order, and what it will reach",
-      "Example: axiscal plan --noise 1e-4 --want-angle-deg 0.005 --seed 7 -o sheet.csv --page "
-      "sheet.html\n"
       "Without -o the sheet goes to stdout and the forecast to stderr.",
       &add_options, &run);
 }

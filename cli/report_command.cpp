@@ -161,7 +161,7 @@ int run(const ReportCommand& command) {
 
 Subcommand report_subcommand() {
   return make_subcommand<ReportCommand>("report", "calibration record -> a report to look at",
-                                        "Example: axiscal report cal.json run.csv -o report.html",
+                                        "",
                                         &add_options, &run);
 }
 

@@ -168,7 +168,7 @@ int run(const SegmentCommand& command) {
 Subcommand segment_subcommand() {
   return make_subcommand<SegmentCommand>(
       "segment", "raw log -> static positions as observations",
-      "Example: axiscal segment log.csv --columns ax,ay,az --plan sheet.csv -o run.csv",
+      "",
       &add_options, &run);
 }
 

@@ -207,7 +207,7 @@ int run(const SimulateCommand& command) {
 Subcommand simulate_subcommand() {
   return make_subcommand<SimulateCommand>(
       "simulate", "observations from a known truth",
-      "Example: axiscal simulate --truth cal.json --noise 1e-4 --slope -0.001,0.002 -o run.csv",
+      "",
       &add_options, &run);
 }
 

@@ -2,12 +2,35 @@
 #include "summary.hpp"
 
 #include <cstdio>
+#include <cstdlib>
+#include <string_view>
+
+#include <unistd.h>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/output_file.hpp"
 
 namespace axiscal::cli {
+namespace {
+
+constexpr const char* green = "32";
+constexpr const char* yellow = "33";
+constexpr const char* red = "31";
+
+// no-color.org: on a terminal that can, unless somebody wants none.
+bool has_colours(int descriptor) {
+  const char* const none = std::getenv("NO_COLOR");
+  const char* const terminal = std::getenv("TERM");
+  return ::isatty(descriptor) == 1 && (none == nullptr || *none == '\0') && terminal != nullptr &&
+         std::string_view(terminal) != "dumb";
+}
+
+std::string coloured(const std::string& text, const char* colour, int descriptor) {
+  return has_colours(descriptor) ? formatted("\x1b[1;{}m{}\x1b[0m", colour, text) : text;
+}
+
+}  // namespace
 
 void print_result_text(const std::string& text) {
   try {
@@ -17,8 +40,27 @@ void print_result_text(const std::string& text) {
   }
 }
 
+void print_verdict(const Calibration& calibration) {
+  const CalibrationStatus status = calibration.findings.status;
+  const bool failed = status == CalibrationStatus::refused ||
+                      (calibration.findings.verdict && !calibration.findings.verdict->passed);
+  const std::string& slot = calibration.provenance.slot;
+  print_result_text(
+      formatted("{}{}\n", slot.empty() ? "" : formatted("slot {}: ", slot),
+                coloured(words_of_verdict(calibration),
+                         failed                                 ? red
+                         : status == CalibrationStatus::warning ? yellow
+                                                                : green,
+                         STDOUT_FILENO)));
+}
+
 void print_remark(const char* what, const std::string& text) {
-  std::fprintf(stderr, "%s\n", wrapped(formatted("{}: {}", what, text), 80).c_str());
+  std::string shown = wrapped(formatted("{}: {}", what, text), 80);
+  const std::string_view name(what);
+  if (name == "warning") {
+    shown.replace(0, name.size(), coloured(what, yellow, STDERR_FILENO));
+  }
+  std::fprintf(stderr, "%s\n", shown.c_str());
 }
 
 }  // namespace axiscal::cli

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/summary.hpp"
 #include "axiscal/core/wrapped_text.hpp"
 
@@ -11,7 +12,11 @@ namespace axiscal::cli {
 /// Prints to stdout; a reader that has gone away changes nothing of what the status says.
 void print_result_text(const std::string& text);
 
-/// Prints a remark on stderr, wrapped to 80 columns.
+/// Prints how a calibration ended, its last line on stdout; in the colour of its status on a
+/// terminal, unless NO_COLOR is set.
+void print_verdict(const Calibration& calibration);
+
+/// Prints a remark on stderr, wrapped to 80 columns; warnings in colour on a terminal.
 /// @param what  "note" or "warning".
 void print_remark(const char* what, const std::string& text);
 

@@ -61,7 +61,7 @@ int run(const TemplateCommand& command) {
 Subcommand template_subcommand() {
   return make_subcommand<TemplateCommand>(
       "template", "an example of each file that is written by hand",
-      "Example: axiscal template limits -o limits.json", &add_options, &run);
+      "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

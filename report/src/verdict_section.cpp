@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "axiscal/calib/summary.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/report/calibration_report.hpp"
@@ -151,21 +152,15 @@ std::string as_it_probably_was(const Calibration& calibration) {
 }  // namespace
 
 std::string verdict_section(const Calibration& calibration) {
+  // The colour: what the readings say, or that there are none, or that a limit is not met.
   std::string state(status_name(calibration.findings.status));
-  std::string headline = state == "refused" ? "This calibration was refused. Do not use it."
-                         : state == "warning"
-                             ? "Calibrated, with something to look at."
-                             : "Calibrated. Nothing in the readings speaks against it.";
   if (state == "ok" && !calibration.fit.statistics) {
     state = "warning";
-    headline = "Coefficients alone: the record holds no readings that speak for or against them.";
   }
   if (calibration.findings.verdict && !calibration.findings.verdict->passed) {
     state = "refused";
-    headline = "It does not meet its limits.";
-  } else if (calibration.findings.verdict && state == "ok") {
-    headline = "Calibrated, and it meets its limits.";
   }
+  const std::string headline = words_of_verdict(calibration);
   std::string html = formatted("<div class=\"verdict {}\" role=\"status\"><strong>{}</strong>\n",
                                state, escaped(headline));
   std::string likely;

@@ -81,7 +81,7 @@ TEST(CalibrateCommand, WritesTheRecordAndPrintsTheTables) {
   const std::string run = folder.write(
       "run.csv", observations_text(truth, {.slope = {0.003, -0.002}, .noise_sd = 1e-4, .seed = 4}));
   const ProgramResult result =
-      calibrate({run}, {"--serial", "QA-113", "-o", folder.path("cal.json")});
+      calibrate({run}, {"--serial", "QA-113", "--all", "-o", folder.path("cal.json")});
   EXPECT_EQ(result.status, 0) << result.err;
   EXPECT_THAT(result.err, testing::Not(HasSubstr("warning"))) << "a good run has none";
   EXPECT_THAT(result.err, HasSubstr("repeatability only"));

@@ -23,7 +23,8 @@ TEST(PlanCommand, MakesARunSheet) {
   EXPECT_EQ(result.status, 0);
   const std::vector<std::vector<std::string>> rows = csv_cells(result.out);
   ASSERT_EQ(rows.size(), 25U);
-  EXPECT_THAT(rows[0], testing::ElementsAre("run", "block", "rest", "fence"));
+  EXPECT_THAT(rows[0], testing::ElementsAre("run", "block", "rest", "fence", "x", "y", "z",
+                                            "temperature"));
   for (const char* block : {"1", "2"}) {
     std::set<std::string> points;
     for (const std::vector<std::string>& row : rows) {
@@ -45,7 +46,7 @@ TEST(PlanCommand, TakesAListOfPoints) {
   const std::vector<std::vector<std::string>> rows =
       csv_cells(run_axiscal({"plan", "--design", points}).out);
   ASSERT_EQ(rows.size(), 3U);
-  EXPECT_EQ(rows[0].back(), "level");
+  EXPECT_EQ(rows[0][4], "level");
   const std::set<std::string> found = {rows[1][2] + rows[1][3] + rows[1][4],
                                        rows[2][2] + rows[2][3] + rows[2][4]};
   EXPECT_EQ(found, (std::set<std::string>{"+X+Y1", "+Z-X-1"}));

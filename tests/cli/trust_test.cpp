@@ -369,7 +369,7 @@ TEST_F(TrustCommands, StudyShardsMergeToTheSameBytes) {
 TEST_F(TrustCommands, TemperaturePlansSoaksAndFlags) {
   const std::string plan = folder_.path("plan.csv");
   EXPECT_EQ(run_axiscal({"plan", "--temperatures", "0,40", "-o", plan}).status, 0);
-  EXPECT_THAT(read_file(plan), HasSubstr("run,block,rest,fence,temperature\n"));
+  EXPECT_THAT(read_file(plan), HasSubstr("run,block,rest,fence,x,y,z,temperature\n"));
   const std::string run = observed("run.csv", "1", {"--temperatures", "0,20,40"});
   const std::string stored = folder_.path("cal.json");
   EXPECT_EQ(calibrate(run, {"--temperature-order", "1", "-o", stored}).status, 0);

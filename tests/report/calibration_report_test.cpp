@@ -253,7 +253,7 @@ TEST(CalibrationReport, RefusedIsSaidAtTheTopWithTheLikeliestReason) {
   const std::size_t verdict = page.find("class=\"verdict refused\"");
   ASSERT_NE(verdict, std::string::npos);
   EXPECT_LT(verdict, page.find("<section"));
-  EXPECT_THAT(page, HasSubstr("This calibration was refused. Do not use it."));
+  EXPECT_THAT(page, HasSubstr("Refused: do not use it."));
   EXPECT_THAT(page, HasSubstr("Most likely: run 7 was taken on +Y"));
   EXPECT_THAT(page, Not(HasSubstr("One reading tells")));
   EXPECT_THAT(page, HasSubstr("class=\"suspect\">look at it"));

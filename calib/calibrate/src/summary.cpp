@@ -54,6 +54,22 @@ class Summary {
     label_width_ = std::min(label_width_, longest_label + 1);
   }
 
+  // On a screen.
+  std::string brief() {
+    add_what_was_done();
+    text_ = wrapped(in_one_line(text_), 80) + "\n";
+    add_matrix();
+    add_also();
+    add_in_short();
+    add_quantities();
+    text_ += text_.ends_with("\n\n") ? "" : "\n";
+    for (const std::string& words :
+         {words_of_field_size(c_), words_of_confirmation(c_), words_of_not_counted(c_)}) {
+      text_ += words.empty() ? "" : wrapped(words, 80) + "\n";
+    }
+    return text_;
+  }
+
   std::string text() {
     add_what_was_done();
     add_coefficients();
@@ -153,6 +169,145 @@ class Summary {
       }
       text_ += row(axis_name(k), label_width_ + 3, values);
       text_ += row(formatted("{:>{}}", "+-", label_width_ + 2), label_width_ + 3, intervals);
+    }
+  }
+
+  static std::string in_one_line(std::string lines) {
+    constexpr std::string_view goes_on = "\n    ";  // as wrapped() breaks a line
+    for (std::size_t at = lines.find(goes_on); at != std::string::npos; at = lines.find(goes_on)) {
+      lines.replace(at, goes_on.size(), " ");
+    }
+    std::string line;
+    for (const std::string_view part : split(lines, '\n')) {
+      line += line.empty() || part.empty() ? "" : "; ";
+      line += part;
+    }
+    return line;
+  }
+
+  // One line an axis where there is room for it.
+  void add_matrix() {
+    constexpr std::size_t most_axes = 6;
+    const std::size_t m = c_.sensor.instrument.axes.size();
+    std::vector<std::vector<std::string>> rows = {
+        {"", "bias [" + c_.sensor.instrument.unit + "]"}};
+    const std::string per_field = unit_per(c_.sensor.instrument.unit, c_.sensor.field.unit);
+    for (const char component : {'x', 'y', 'z'}) {
+      rows.front().push_back(formatted("S{} [{}]", component, per_field));
+    }
+    for (std::size_t i = 0; i < std::min(m, most_axes); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      std::vector<std::string>& line = rows.emplace_back(std::vector{short_name(i)});
+      const double U_bias = half_width(k, ".bias");
+      line.push_back(rounded_value(c_.sensor.response.bias(k), U_bias) + plus_minus(U_bias));
+      for (Eigen::Index j = 0; j < 3; ++j) {
+        const double U = half_width(k, component_of("sensitivity", j));
+        line.push_back(rounded_value(c_.sensor.response.sensitivity(k, j), U) + plus_minus(U));
+      }
+    }
+    std::vector<std::size_t> widths(rows.front().size(), 0);
+    std::size_t all = 0;
+    for (std::size_t c = 0; c < widths.size(); ++c) {
+      for (const std::vector<std::string>& line : rows) {
+        widths[c] = std::max(widths[c], line[c].size());
+      }
+      all += widths[c];
+    }
+    constexpr std::size_t columns = 80;
+    const std::size_t gaps = widths.size() - 1;
+    const std::size_t gap = 2 + all + 2 * gaps > columns ? 1 : 2;
+    if (2 + all + gap * gaps > columns) {
+      add_coefficients();
+      text_ += "\n";
+      return;
+    }
+    text_ += "\n";
+    for (const std::vector<std::string>& line : rows) {
+      text_ += formatted("  {:<{}}", line[0], widths[0]);
+      for (std::size_t c = 1; c < line.size(); ++c) {
+        text_ += formatted("{:>{}}", line[c], widths[c] + gap);
+      }
+      text_ += "\n";
+    }
+    if (m > most_axes) {
+      text_ += formatted("  and {} more axes, which the record has\n", m - most_axes);
+    }
+    text_ += uncertainties_.empty() ? "\n" : "  +- U, the expanded uncertainty (95 %)\n\n";
+  }
+
+  // Of a long name the end tells more than the beginning.
+  [[nodiscard]] std::string short_name(std::size_t axis) const {
+    constexpr std::size_t longest = 10;
+    const std::string& name = c_.sensor.instrument.axes[axis];
+    return name.size() > longest ? ".." + name.substr(name.size() - longest + 2) : name;
+  }
+
+  static std::string plus_minus(double U) {
+    return std::isfinite(U) ? " +-" + rounded_uncertainty(U) : "";
+  }
+
+  // Noise, misalignment, slope, orientations: a line each.
+  void add_in_short() {
+    const auto m = static_cast<std::size_t>(c_.sensor.response.bias.size());
+    constexpr std::size_t few = 3;
+    if (m <= few && c_.fit.statistics) {
+      std::vector<std::string> noise;
+      std::vector<std::string> off;
+      for (std::size_t i = 0; i < m; ++i) {
+        const auto k = static_cast<Eigen::Index>(i);
+        noise.push_back(formatted("{:.2g}", statistics_.residual_sd(k)));
+        const int nominal = main_axis(c_.sensor.instrument, c_.sensor.response, k);
+        const PolarForm polar = polar_from_sensitivity(
+            c_.sensor.response.sensitivity.row(k).transpose(), nominal,
+            c_.sensor.instrument.convention);
+        off.push_back(formatted("{:.3g}", polar.coning_angle_rad * deg_per_rad));
+      }
+      const std::string& unit = c_.sensor.instrument.unit;
+      text_ += formatted("noise of a reading (sd): {}{}\n", joined(noise),
+                         unit == "1" ? "" : " " + unit);
+      text_ += formatted("axes off their nominal ones: {} degrees\n", joined(off));
+    }
+    if (c_.fit.levelness) {
+      const Levelness& level = *c_.fit.levelness;
+      const auto stated = [](double value, double u) {
+        return formatted("{} +- {}", rounded_value(1e3 * value, 1e3 * u),
+                         rounded_uncertainty(1e3 * u));
+      };
+      text_ += wrapped(
+                   formatted("{}: {} to +x, {} to +y (1 sd); faces {}",
+                             field_kind(c_.sensor.field.kind).vertical
+                                 ? "table rises [mrad]"
+                                 : "field in the table's plane, thousandths",
+                             stated(level.mean_x, level.standard_error_x),
+                             stated(level.mean_y, level.standard_error_y),
+                             std::isnan(level.p_value) ? "cannot be compared"
+                             : level.consistent        ? "agree"
+                                                       : "DISAGREE"),
+                   80) +
+               "\n";
+      if (level.combined) {
+        text_ += formatted("{} on the same table: the slots {} (p = {:.2g})\n",
+                           counted(level.combined->slots.size(), "slot"),
+                           level.combined->consistent ? "agree" : "DISAGREE",
+                           level.combined->p_value);
+      }
+    }
+    if (c_.fit.orientations) {
+      const OrientationQuality& quality = *c_.fit.orientations;
+      text_ += formatted(
+          "fit error {:.3g} % of F; {:.0f} % of the sphere covered, largest gap {:.0f} degrees\n",
+          100.0 * quality.fit_error, 100.0 * quality.coverage,
+          quality.largest_gap_rad * deg_per_rad);
+    }
+    if (c_.sensor.temperature) {
+      text_ += wrapped("all at temperature " +
+                           span_text(*c_.sensor.temperature, c_.sensor.instrument.axes,
+                                     [](const TemperatureSpan& span) {
+                                       return formatted("{:.6g}; valid from {:.6g} to {:.6g}",
+                                                        span.reference, span.low, span.high);
+                                     }),
+                       80) +
+               "\n";
     }
   }
 
@@ -441,6 +596,25 @@ class Summary {
 
 }  // namespace
 
+std::string words_of_verdict(const Calibration& calibration) {
+  if (calibration.findings.status == CalibrationStatus::refused) {
+    return "Refused: do not use it.";
+  }
+  if (calibration.findings.verdict && !calibration.findings.verdict->passed) {
+    return "It does not meet its limits.";
+  }
+  if (!calibration.fit.statistics) {
+    return "Coefficients alone: the record holds no readings that speak for or against them.";
+  }
+  const std::size_t warnings = calibration.findings.warnings.size();
+  const std::string limits = calibration.findings.verdict ? ", and it meets its limits" : "";
+  return calibration.findings.status == CalibrationStatus::warning
+             ? formatted("Calibrated{}, with {} to look at.", limits,
+                         warnings == 1 ? "one thing" : formatted("{} things", warnings))
+         : limits.empty() ? "Calibrated. Nothing in the readings speaks against it."
+                          : formatted("Calibrated{}.", limits);
+}
+
 std::string words_of_field_size(const Calibration& calibration) {
   if (!calibration.fit.field_size) {
     return "";
@@ -489,8 +663,9 @@ std::string words_of_confirmation(const Calibration& calibration) {
           : formatted("; beyond the 95 % interval of an axis: {}", name_of_runs(outside)));
 }
 
-std::string summary(const Calibration& calibration) {
-  return Summary(calibration).text();
+std::string summary(const Calibration& calibration, SummaryDetail detail) {
+  Summary of(calibration);
+  return detail == SummaryDetail::brief ? of.brief() : of.text();
 }
 
 }  // namespace axiscal

@@ -11,6 +11,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "detection.hpp"
 #include "mistake_kind.hpp"
+#include "typed_value.hpp"
 
 namespace axiscal {
 namespace {
@@ -54,13 +55,52 @@ std::string better(const SuspectRun& run, const HypothesisFit& fit) {
   return number_text(ratio, ratio < 100.0 ? 2 : static_cast<int>(std::log10(ratio)) + 1);
 }
 
+// Of one reading that says something else than the others expect: what it says, what they expect,
+// and what was probably typed for it.
+std::string expected_words(const SuspectRun& run, const Correction& correction) {
+  const bool is_value = correction.code == WarningCode::sign ||
+                        correction.code == WarningCode::unit_factor ||
+                        correction.code == WarningCode::outlier;
+  const auto found = std::find_if(run.order().begin(), run.order().end(), [&](std::size_t i) {
+    return correction.runs.size() == 1 && run.run_of(i) == correction.runs.front();
+  });
+  if (!is_value || found == run.order().end() || !run.without(*found).fitted) {
+    return "";
+  }
+  const Eigen::VectorXd typed = run.set().response.row(static_cast<Eigen::Index>(*found));
+  const Eigen::VectorXd expected =
+      expected_by_others(run, one_reading(run.set(), *found), run.without(*found));
+  // In parts of the full response: the scatter of a run with a mistake says nothing of its noise.
+  Eigen::VectorXd off(run.m());
+  for (Eigen::Index k = 0; k < run.m(); ++k) {
+    off(k) = std::abs(typed(k) - expected(k)) / run.full_response(k);
+  }
+  constexpr double worth_saying = 0.2;  // of the largest
+  constexpr double as_meant = 0.01;
+  std::vector<std::string> said;
+  for (Eigen::Index k = 0; k < run.m(); ++k) {
+    if (!(off(k) > as_meant) || off(k) < worth_saying * off.maxCoeff()) {
+      continue;
+    }
+    const std::optional<double> meant =
+        probably_meant(typed(k), expected(k), as_meant * run.full_response(k));
+    said.push_back(formatted("{} reads {} where about {} was expected{}",
+                             run.set().axes[static_cast<std::size_t>(k)], number_text(typed(k), 6),
+                             number_text(expected(k), 3),
+                             meant ? formatted(" (meant {}?)", number_text(*meant, 7)) : ""));
+  }
+  constexpr std::size_t most = 3;
+  return said.empty() || said.size() > most ? "" : ": " + joined(said);
+}
+
 std::string sentence(const SuspectRun& run, const Explanation& explanation) {
   const Correction& correction = explanation.correction;
   const std::string who =
       correction.runs.empty() ? std::string("the run") : name_of_runs(correction.runs);
   const bool one = correction.runs.size() < 2;
-  return formatted("{}{}{} times better {}. {}", who, one ? ": fits " : ": fit ",
-                   better(run, explanation.fit), explanation.words, advice_of(correction));
+  return formatted("{}{}{} times better {}{}. {}", who, one ? ": fits " : ": fit ",
+                   better(run, explanation.fit), explanation.words, expected_words(run, correction),
+                   advice_of(correction));
 }
 
 // A tilt of the first reading is the table moved after it, and one of the last moved before it.

@@ -103,14 +103,19 @@ double distance_squared(const SuspectRun& run,
                         const ReadingSet& one,
                         const HypothesisFit& without,
                         const Eigen::VectorXd& response) {
+  const Eigen::VectorXd expected = expected_by_others(run, one, without);
+  return (response - expected).cwiseQuotient(run.fitter().scale()).squaredNorm();
+}
+
+Eigen::VectorXd expected_by_others(const SuspectRun& run,
+                                   const ReadingSet& one,
+                                   const HypothesisFit& without) {
   const Eigen::MatrixXd base = field_design(one, without.field);
-  double distance = 0.0;
+  Eigen::VectorXd expected(run.m());
   for (Eigen::Index k = 0; k < run.m(); ++k) {
-    const double expected =
-        one.all_columns(base, k).row(0).dot(without.coefficients.col(k).transpose());
-    distance += std::pow((response(k) - expected) / run.fitter().scale()(k), 2);
+    expected(k) = one.all_columns(base, k).row(0).dot(without.coefficients.col(k).transpose());
   }
-  return distance;
+  return expected;
 }
 
 }  // namespace axiscal

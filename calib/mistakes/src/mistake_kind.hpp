@@ -106,4 +106,10 @@ struct MistakeKind {
                                       const HypothesisFit& without,
                                       const Eigen::VectorXd& response);
 
+/// What the fit without a reading expects of it, m entries [unit].
+/// @param one  that reading alone, as one_reading() has it.
+[[nodiscard]] Eigen::VectorXd expected_by_others(const SuspectRun& run,
+                                                 const ReadingSet& one,
+                                                 const HypothesisFit& without);
+
 }  // namespace axiscal

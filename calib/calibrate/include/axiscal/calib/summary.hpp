@@ -7,9 +7,18 @@
 
 namespace axiscal {
 
+enum class SummaryDetail {
+  brief,  ///< what most people come for, on a screen of 80 x 24 for three axes
+  full,   ///< sensing axes, levelness by block, quality of the fit, all of it
+};
+
 /// A calibration for people: what was done, coefficients with their expanded uncertainties,
 /// levelness, quality; plain text of 80 columns, as the command prints it.
-[[nodiscard]] std::string summary(const Calibration& calibration);
+[[nodiscard]] std::string summary(const Calibration& calibration,
+                                  SummaryDetail detail = SummaryDetail::brief);
+
+/// @return whether it holds, in a sentence: "Calibrated. Nothing in the readings speaks against it."
+[[nodiscard]] std::string words_of_verdict(const Calibration& calibration);
 
 /// FieldSizeCheck in a sentence: "the reading of g agrees over 24 orientations to 12 ppm; ...";
 /// empty where there is none.

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+namespace CLI {
+class App;
+}  // namespace CLI
+
+namespace axiscal::cli {
+
+/// @return three ways to call a subcommand, one a line; empty for a name that is none.
+[[nodiscard]] std::string examples_of(const std::string& subcommand);
+
+/// @return the help of a subcommand: the options that matter to most, its examples, and how many
+///         more options there are; or all of them.
+[[nodiscard]] std::string help_of(CLI::App& subcommand, bool all);
+
+}  // namespace axiscal::cli
