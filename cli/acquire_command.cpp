@@ -302,6 +302,7 @@ Journal start_journal(const AcquireCommand& command,
       {.directory = std::filesystem::current_path().string(),
        .arguments = command.arguments,
        .sheet = setup.sheet,
+       .free = command.free,
        .experiment = can_be_stated(setup.experiment) ? experiment_json(setup.experiment) : ""}));
   if (!why.empty()) {
     throw OutputError(why);

@@ -139,7 +139,7 @@ Action generate(const CLI::App& app, const std::vector<std::string>& arguments) 
   const std::string text =
       arguments.size() == 2 ? generated(definition_of(app), arguments[1]) : std::string();
   if (text.empty()) {
-    throw UsageError("--generate: man, bash, zsh or fish");
+    throw UsageError("--generate: man, bash, zsh, fish or markdown");
   }
   return show(text);
 }

@@ -243,7 +243,59 @@ std::string fish_completion(const ProgramDefinition& program) {
 
 }  // namespace
 
+namespace {
+
+// Text that Markdown shows as it is, in a table's cell.
+std::string markdown(const std::string& text) {
+  std::string safe;
+  for (const char c : text) {
+    safe += c == '|' || c == '<' || c == '*' || c == '_' ? std::string("\\") + c
+            : c == '\n'                                  ? std::string(" ")
+                                                         : std::string(1, c);
+  }
+  return safe;
+}
+
+std::string without_indent(const std::string& lines) {
+  std::string text;
+  for (const std::string_view line : split(lines, '\n')) {
+    text += line.empty() ? "" : formatted("{}\n", line);
+  }
+  return text;
+}
+
+// A page of all options: the reference of the documentation.
+std::string markdown_page(const ProgramDefinition& program) {
+  std::string text =
+      "# Every option\n\nWhat `axiscal SUBCOMMAND --help-all` says. An option's value may start with a "
+      "minus sign; a file named `-` is standard input or output.\n";
+  for (const SubcommandDefinition& subcommand : program.subcommands) {
+    text += formatted("\n## {}\n\n{}.\n\n| | |\n| --- | --- |\n", subcommand.name,
+                      markdown(subcommand.help));
+    for (const OptionDefinition& option : subcommand.options) {
+      std::vector<std::string> names;
+      for (const std::string& name : option.names) {
+        names.push_back(formatted("`{}`", name));
+      }
+      text += formatted("| {}{} | {} |\n", joined(names),
+                        option.type.empty() || option.is_argument ? ""
+                                                                  : " " + markdown(option.type),
+                        markdown(option.help));
+    }
+    const std::size_t examples = subcommand.footer.find("Examples:\n");
+    if (examples != std::string::npos) {
+      text += formatted("\n```sh\n{}```\n", without_indent(subcommand.footer.substr(examples + 10)));
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
 std::string generated(const ProgramDefinition& program, std::string_view kind) {
+  if (kind == "markdown") {
+    return markdown_page(program);
+  }
   if (kind == "man") {
     return man_page(program);
   }

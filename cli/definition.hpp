@@ -30,8 +30,8 @@ struct ProgramDefinition {
   std::vector<SubcommandDefinition> subcommands;
 };
 
-/// What `axiscal --generate` knows: "man", "bash", "zsh", "fish".
-/// @return the manual page or completion; empty for another kind.
+/// What `axiscal --generate` knows: "man", "bash", "zsh", "fish", "markdown".
+/// @return the manual page, a completion, or the documentation's page of options; empty for another kind.
 [[nodiscard]] std::string generated(const ProgramDefinition& program, std::string_view kind);
 
 }  // namespace axiscal::cli

@@ -360,7 +360,9 @@ class FreeSession::Engine {
 
   void fit_now_and_then() {
     const double now = seconds_now();
-    const bool due = now >= next_fit_s_ || now_s_ - fitted_at_s_ >= longest_fit_spacing_s;
+    // Where nobody looks the samples alone say when, so that the same ones give the same result.
+    const bool due = (!setup_.unattended && now >= next_fit_s_) ||
+                     now_s_ - fitted_at_s_ >= longest_fit_spacing_s;
     if (points_.size() < fewest_points || points_.size() == fitted_of_ || !due) {
       return;
     }

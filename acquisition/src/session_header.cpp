@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/acquisition/session_header.hpp"
 
+#include <utility>
+
 #include "axiscal/acquisition/journal.hpp"
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/timestamp.hpp"
@@ -51,6 +53,9 @@ std::string session_header_line(const SessionHeader& header) {
                {"directory", header.directory},
                {"arguments", header.arguments},
                {"sheet", sheet_json(header.sheet)}};
+  if (header.free) {
+    json["free"] = true;
+  }
   if (!header.experiment.empty()) {
     json["experiment"] = Json::parse(header.experiment);
   }
@@ -60,9 +65,15 @@ std::string session_header_line(const SessionHeader& header) {
 SessionHeader parse_session_header(const std::string& line, const std::string& path) {
   const JsonValue json = parse_json(line, path);
   const std::optional<JsonValue> experiment = json.find("experiment");
+  const bool free = json.find("free").has_value();
+  std::vector<RunSheetRow> sheet = sheet_of(json);
+  if (sheet.empty() && !free) {
+    json.at("sheet").fail("must have one point or more");
+  }
   return {.directory = json.at("directory").text(),
           .arguments = json.at("arguments").texts(),
-          .sheet = sheet_of(json),
+          .sheet = std::move(sheet),
+          .free = free,
           .experiment = experiment ? experiment->dump() : ""};
 }
 

@@ -102,7 +102,7 @@ std::string correlation_table(const Calibration& calibration) {
   }
   const std::vector<std::string>& names = calibration.fit.statistics->parameter_names;
   const Eigen::VectorXd sd = covariance.diagonal().cwiseSqrt();
-  std::vector<std::string> head = {""};
+  std::vector<std::string> head = {"with"};
   head.insert(head.end(), names.begin(), names.end());
   std::vector<std::vector<Cell>> rows;
   for (Eigen::Index i = 0; i < covariance.rows(); ++i) {

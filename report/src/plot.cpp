@@ -476,7 +476,7 @@ std::string Figures::add(const BarPlot& plot) {
     svg += svg_text("tick middle", left + 0.4 * group, frame.bottom + 17.0, plot.names[i]);
   }
   svg += upright(16.0, 0.5 * (frame.top + frame.bottom), plot.value_label);
-  std::vector<std::string> head = {""};
+  std::vector<std::string> head = {"quantity"};
   head.insert(head.end(), plot.series.begin(), plot.series.end());
   std::vector<LegendEntry> entries;
   for (std::size_t s = 0; s < plot.series.size(); ++s) {

@@ -142,6 +142,7 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet,
       "<style>{}{}</style>\n"
       "</head>\n"
       "<body>\n"
+      "<main>\n"
       "<h1>{}</h1>\n"
       "<p>Lay the cube down as drawn, seen from the front with the fence behind it: the face named "
       "in blue on the table, the one named in orange pushed against the fence. Wipe feet, table "
@@ -172,7 +173,7 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet,
   return page + formatted(
                     "<div class=\"bar\"><span id=\"told\" role=\"status\"></span><button "
                     "type=\"button\" id=\"clear\">Clear</button><button type=\"button\" "
-                    "id=\"save\">Save as CSV</button></div>\n</form>\n<script>{}</script>\n"
+                    "id=\"save\">Save as CSV</button></div>\n</form>\n</main>\n<script>{}</script>\n"
                     "</body>\n</html>\n",
                     run_sheet_script());
 }

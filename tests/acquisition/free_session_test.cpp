@@ -122,7 +122,7 @@ TEST(FreeSession, IsResumed) {
   std::size_t before = 0;
   {
     Journal journal = Journal::create(path);
-    ASSERT_EQ(journal.append(session_header_line({.directory = folder.path("")})), "");
+    ASSERT_EQ(journal.append(session_header_line({.directory = folder.path(""), .free = true})), "");
     FreeSession session(hand.setup, journal);
     hand.go_on(session, 30.0);
     before = session.view().free->points.size();

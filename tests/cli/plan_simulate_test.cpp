@@ -69,7 +69,8 @@ TEST(SimulateCommand, RepeatsItsBytesForASeed) {
   const std::vector<std::vector<std::string>> sheet =
       csv_cells(run_axiscal({"plan", "--seed", "9", "--replicates", "2"}).out);
   for (std::size_t i = 0; i < sheet.size(); ++i) {
-    EXPECT_EQ(std::vector<std::string>(rows[i].begin(), rows[i].begin() + 4), sheet[i]);
+    EXPECT_EQ(std::vector<std::string>(rows[i].begin(), rows[i].begin() + 4),
+              std::vector<std::string>(sheet[i].begin(), sheet[i].begin() + 4));
   }
 }
 

@@ -24,6 +24,11 @@ TEST(Readme, ShowsTheExampleAndTheConsumer) {
               HasSubstr(consumer.substr(consumer.find("cmake_minimum"))));
 }
 
+// `axiscal --generate markdown > docs/options.md` where an option has changed.
+TEST(Readme, OptionsAreThoseOfTheCommand) {
+  EXPECT_EQ(source_file("docs/options.md"), run_axiscal({"--generate", "markdown"}).out);
+}
+
 TEST(Readme, ShowsWhatTheCommandPrints) {
   const ScratchFolder folder;
   std::filesystem::create_directory(folder.path("examples"));

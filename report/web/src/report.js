@@ -59,7 +59,17 @@ addEventListener("beforeprint", () => {
 });
 addEventListener("afterprint", () => folded.forEach((part) => (part.open = false)));
 
+// A table that is wider than the page is scrolled by keys too.
+function reachWideTables() {
+  for (const table of document.querySelectorAll("table")) {
+    table.scrollWidth > table.clientWidth ? table.setAttribute("tabindex", "0") : table.removeAttribute("tabindex");
+  }
+}
+addEventListener("resize", reachWideTables);
+document.querySelectorAll("details").forEach((part) => part.addEventListener("toggle", reachWideTables));
+
 addCopyButtons();
+reachWideTables();
 const plots = showPlots(data.plots);
 const cube = showCube(data.cube);
 document.documentElement.dataset.ready = "yes";

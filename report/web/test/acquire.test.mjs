@@ -10,6 +10,7 @@ import https from "node:https";
 import net from "node:net";
 import { networkInterfaces, tmpdir } from "node:os";
 import { join, resolve } from "node:path";
+import { assertAccessible } from "./accessible.mjs";
 import { inked, launch, listen } from "./browser.mjs";
 
 const [folder, axiscal, pictures] = process.argv.slice(2).map((argument) => resolve(argument));
@@ -209,7 +210,7 @@ async function aSessionByClicks(browser) {
 // Targets for gloves, words for three metres.
 async function largeEnough(browser) {
   const session = await start("large", "sim:?speed=5");
-  const { page, context } = await open(browser, session, { viewport: { width: 1280, height: 900 } });
+  const { page, context } = await open(browser, session, { viewport: { width: 1280, height: 900 }, bypassCSP: true });
   await page.waitForSelector('body[data-phase="laying"]:not([data-done="0"])', { timeout: 20000 });
   const sizes = await page.evaluate(() =>
     [...document.querySelectorAll("#actions button")].map((one) => one.getBoundingClientRect()).map((box) => [box.width, box.height]),
@@ -218,6 +219,11 @@ async function largeEnough(browser) {
   const headline = await page.$eval("#headline", (one) => parseFloat(getComputedStyle(one).fontSize));
   assert.ok(headline >= 48, `${headline} px`);
   assert.ok((await page.$eval("#cube canvas", inked)) > 0.1, "the cube is drawn");
+  for (const colorScheme of ["light", "dark"]) {
+    await page.emulateMedia({ colorScheme });
+    await assertAccessible(folder, page, `session, ${colorScheme}`);
+  }
+  await page.emulateMedia({ colorScheme: "light" });
   await picture(page, "acquire-laying");
   await page.setViewportSize({ width: 420, height: 860 });
   await picture(page, "acquire-phone");

@@ -13,6 +13,7 @@ struct SessionHeader {
   std::string directory;               ///< where: its files are named from there
   std::vector<std::string> arguments;  ///< what was typed to begin it
   std::vector<RunSheetRow> sheet;      ///< one point or more; none of a free session
+  bool free = false;                   ///< without a cube: FreeSession
   /// What is calibrated, and how, as experiment_json() writes it, so that a session goes on with it
   /// whatever becomes of the files that were named; empty in older journals.
   std::string experiment;
