@@ -144,7 +144,7 @@ def fill(corpus):
 
     def calibrate(name, kind, run, *options):
         add(f"calibrate.{name}", "calibrate", *run, "--instrument", TRUTHS[kind][0]["instrument"]["kind"], "--axes",
-            ",".join(TRUTHS[kind][0]["instrument"]["axes"]), "--field", FIELDS[kind], *TRUTHS[kind][2], *options, "--force", "-o", "{OUT}",
+            ",".join(TRUTHS[kind][0]["instrument"]["axes"]), "--field", FIELDS[kind], *TRUTHS[kind][2], *options, "--all", "--force", "-o", "{OUT}",
             output=f"{name}.record.json")
 
     for kind, names in runs.items():
@@ -167,14 +167,14 @@ def fill(corpus):
     calibrate("direction_slope_u", "magnetometer", ["magnetometer.12x3.csv"], "--method", "known", "--fence-azimuth", "10", "--direction-u", "1e-3")
     calibrate("resolution", "accelerometer", long, "--resolution", "0.001", "--temperature-u", "0.1")
     calibrate("unit", "accelerometer", long, "--unit", "V", "--serial", "A-17", "--convention", "frd", "--noise-ratio", "1,1,2")
-    add("calibrate.refused", "calibrate", "accelerometer.6x2.csv", "--instrument", "accelerometer", "--field", "gravity", "--method", "known", "--slope", "0.3,0.2",
+    add("calibrate.refused", "calibrate", "accelerometer.6x2.csv", "--instrument", "accelerometer", "--field", "gravity", "--method", "known", "--slope", "0.3,0.2", "--all",
         "-o", "{OUT}", output="refused.record.json")
     calibrate("bias", "accelerometer", ["temperature1.csv"], "--method", "bias", "--temperature-order", "1")
     for method in ("joint", "known"):
         add(f"calibrate.coil_{method}", "calibrate", "coil.csv", "--instrument", "magnetometer", "--field", "geomagnetic+induced_magnetic", *SITE,
-            "--field-table", "0,0,60000", "--fence-azimuth", "0", "--method", method, "--force", "-o", "{OUT}", output=f"coil_{method}.record.json")
+            "--field-table", "0,0,60000", "--fence-azimuth", "0", "--method", method, "--all", "--force", "-o", "{OUT}", output=f"coil_{method}.record.json")
         add(f"calibrate.turntable_{method}", "calibrate", "turntable.csv", "--instrument", "gyroscope", "--field", "induced_rotation+earth_rotation", *SITE,
-            "--field-magnitude", "60", "--fence-azimuth", "0", "--method", method, "--force", "-o", "{OUT}", output=f"turntable_{method}.record.json")
+            "--field-magnitude", "60", "--fence-azimuth", "0", "--method", method, "--all", "--force", "-o", "{OUT}", output=f"turntable_{method}.record.json")
     calibrate("too_few", "accelerometer", ["accelerometer.6x2.csv"], "--method", "paired", "--leave-out", "1,2,3,4")
     lines = (corpus.folder / "accelerometer.12x3.csv").read_text().splitlines() if (corpus.folder / "accelerometer.12x3.csv").exists() else []
     mistakes = {
