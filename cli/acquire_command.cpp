@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <filesystem>
 
 #include <unistd.h>
@@ -225,6 +226,9 @@ FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
     throw UsageError(
         "acquire: --free: a gyroscope reads no field in the hand; log it turned from "
         "rest to rest, and calibrate --imu");
+  }
+  if (of.experiment.instrument.axis_count() != 3) {
+    throw UsageError("acquire: --free needs one instrument of three axes");
   }
   if (command.manual || command.plan || command.raw) {
     throw UsageError("acquire: --free goes without --plan, --manual and --raw");
@@ -529,7 +533,7 @@ void print_result(const AcquireCommand& command,
                   "certificate: axiscal report {} --laboratory lab.json -o certificate.pdf\n"
                   "export: axiscal export {} --format c-header\n",
                   summary(calibration), outputs.observations, outputs.record, outputs.report,
-                  outputs.journal, outputs.record, outputs.record));
+                  outputs.journal, typed_again({outputs.record}), typed_again({outputs.record})));
     // Files that were named are there now; the same names would be refused.
     if (!command.name && !command.journal && !command.output && !command.record &&
         !command.report && !command.resume) {
@@ -578,9 +582,15 @@ class Guided {
   explicit Guided(AcquireCommand command) : command_(std::move(command)) {}
 
   int run() {
+    std::exception_ptr failure;
     bool again = true;
     for (int number = 1; again; ++number) {
-      again = run_one(number);
+      try {
+        again = run_one(number);
+      } catch (...) {
+        failure = std::current_exception();  // what came before is told first
+        again = false;
+      }
     }
     faces_.clear();  // a terminal is given back before the results are printed
     bool refused = false;
@@ -589,6 +599,9 @@ class Guided {
         print_result(command_, calibration, outputs);
         refused = refused || calibration.findings.status == CalibrationStatus::refused;
       }
+    }
+    if (failure) {
+      std::rethrow_exception(failure);
     }
     if (!stopped_.empty()) {
       throw RefusedError(stopped_);

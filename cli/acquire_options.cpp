@@ -84,10 +84,8 @@ AcquireCommand parse_acquire_command(const std::vector<std::string>& arguments,
 }
 
 Subcommand acquire_subcommand() {
-  return make_subcommand<AcquireCommand>(
-      "acquire", "a live instrument -> observations, guided",
-      "",
-      &add_options, &run_acquire);
+  return make_subcommand<AcquireCommand>("acquire", "a live instrument -> observations, guided", "",
+                                         &add_options, &run_acquire);
 }
 
 }  // namespace axiscal::cli

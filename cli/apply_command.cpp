@@ -440,8 +440,7 @@ int run(const ApplyCommand& command) {
 
 Subcommand apply_subcommand() {
   return make_subcommand<ApplyCommand>(
-      "apply", "raw readings -> field components and angles; streams",
-      "", &add_options, &run);
+      "apply", "raw readings -> field components and angles; streams", "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -316,8 +316,7 @@ int run(const BudgetCommand& command) {
 
 Subcommand budget_subcommand() {
   return make_subcommand<BudgetCommand>(
-      "budget", "a record's uncertainty by source: coefficients, and readings in any attitude",
-      "",
+      "budget", "a record's uncertainty by source: coefficients, and readings in any attitude", "",
       &add_options, &run);
 }
 

@@ -199,8 +199,7 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
           (outcome.refused_slots == "refused" ? ": slot " : ", ") + calibration.provenance.slot;
     }
     outcome.text += outcome.text.empty() ? "" : "\n";
-    outcome.text +=
-        summary(calibration, command.all ? SummaryDetail::full : SummaryDetail::brief);
+    outcome.text += summary(calibration, command.all ? SummaryDetail::full : SummaryDetail::brief);
     if (command.output && *command.output != "-" && (!refused || command.force)) {
       const std::string path =
           output_for(*command.output, calibration.provenance.slot,
@@ -527,10 +526,8 @@ int run(const CalibrateCommand& command) {
 }  // namespace
 
 Subcommand calibrate_subcommand() {
-  return make_subcommand<CalibrateCommand>(
-      "calibrate", "observations -> calibration record",
-      "",
-      &add_options, &run);
+  return make_subcommand<CalibrateCommand>("calibrate", "observations -> calibration record", "",
+                                           &add_options, &run);
 }
 
 }  // namespace axiscal::cli

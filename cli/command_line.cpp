@@ -116,9 +116,9 @@ ProgramDefinition definition_of(const CLI::App& app) {
     SubcommandDefinition& definition = program.subcommands.emplace_back();
     definition.name = subcommand->get_name();
     definition.help = subcommand->get_description();
-    definition.footer = formatted("{}{}Examples:\n{}", subcommand->get_footer(),
-                                  subcommand->get_footer().empty() ? "" : "\n\n",
-                                  examples_of(definition.name));
+    definition.footer =
+        formatted("{}{}Examples:\n{}", subcommand->get_footer(),
+                  subcommand->get_footer().empty() ? "" : "\n\n", examples_of(definition.name));
     for (const CLI::Option* option : subcommand->get_options()) {
       definition.options.push_back(definition_of(*option));
     }

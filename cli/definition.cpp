@@ -267,7 +267,8 @@ std::string without_indent(const std::string& lines) {
 // A page of all options: the reference of the documentation.
 std::string markdown_page(const ProgramDefinition& program) {
   std::string text =
-      "# Every option\n\nWhat `axiscal SUBCOMMAND --help-all` says. An option's value may start with a "
+      "# Every option\n\nWhat `axiscal SUBCOMMAND --help-all` says. An option's value may start "
+      "with a "
       "minus sign; a file named `-` is standard input or output.\n";
   for (const SubcommandDefinition& subcommand : program.subcommands) {
     text += formatted("\n## {}\n\n{}.\n\n| | |\n| --- | --- |\n", subcommand.name,
@@ -277,14 +278,15 @@ std::string markdown_page(const ProgramDefinition& program) {
       for (const std::string& name : option.names) {
         names.push_back(formatted("`{}`", name));
       }
-      text += formatted("| {}{} | {} |\n", joined(names),
-                        option.type.empty() || option.is_argument ? ""
-                                                                  : " " + markdown(option.type),
-                        markdown(option.help));
+      text +=
+          formatted("| {}{} | {} |\n", joined(names),
+                    option.type.empty() || option.is_argument ? "" : " " + markdown(option.type),
+                    markdown(option.help));
     }
     const std::size_t examples = subcommand.footer.find("Examples:\n");
     if (examples != std::string::npos) {
-      text += formatted("\n```sh\n{}```\n", without_indent(subcommand.footer.substr(examples + 10)));
+      text +=
+          formatted("\n```sh\n{}```\n", without_indent(subcommand.footer.substr(examples + 10)));
     }
   }
   return text;

@@ -31,7 +31,8 @@ struct ProgramDefinition {
 };
 
 /// What `axiscal --generate` knows: "man", "bash", "zsh", "fish", "markdown".
-/// @return the manual page, a completion, or the documentation's page of options; empty for another kind.
+/// @return the manual page, a completion, or the documentation's page of options; empty for another
+/// kind.
 [[nodiscard]] std::string generated(const ProgramDefinition& program, std::string_view kind);
 
 }  // namespace axiscal::cli

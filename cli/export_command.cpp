@@ -155,10 +155,8 @@ int run(const ExportCommand& command) {
 }  // namespace
 
 Subcommand export_subcommand() {
-  return make_subcommand<ExportCommand>(
-      "export", "calibration record -> formats of other software",
-      "",
-      &add_options, &run);
+  return make_subcommand<ExportCommand>("export", "calibration record -> formats of other software",
+                                        "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

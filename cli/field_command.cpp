@@ -191,9 +191,8 @@ int run(const FieldCommand& command) {
 
 Subcommand field_subcommand() {
   return make_subcommand<FieldCommand>(
-      "field", "gravity, geomagnetic field, Earth rotation and sun at a site",
-      "",
-      &add_options, &run);
+      "field", "gravity, geomagnetic field, Earth rotation and sun at a site", "", &add_options,
+      &run);
 }
 
 }  // namespace axiscal::cli

@@ -27,10 +27,10 @@ constexpr std::array essentials = {
                {"axiscal field --latitude 48.14 --longitude 11.58 --height 520",
                 "axiscal field --latitude 48.14 --longitude 11.58 --date 2026-06-21 --json",
                 "axiscal field --latitude 48.14 --longitude 11.58 --only geomagnetic"}},
-    Essentials{"log",
-               "",
-               {"axiscal log flight.ulg", "axiscal log phyphox.zip",
-                "axiscal log bag.mcap --json"}},
+    Essentials{
+        "log",
+        "",
+        {"axiscal log flight.ulg", "axiscal log phyphox.zip", "axiscal log bag.mcap --json"}},
     Essentials{"calibrate",
                "instrument,unit,field,method,axes,serial,positioner,imu,limits,output",
                {"axiscal calibrate run.csv --instrument accelerometer --unit V -o cal.json",
@@ -38,11 +38,12 @@ constexpr std::array essentials = {
                 "axiscal calibrate mag.csv --axes mx,my,mz --instrument magnetometer --unit uT "
                 "--field geomagnetic --field-magnitude 48 --field-unit uT --method magnitude -o "
                 "mag.json"}},
-    Essentials{"segment",
-               "columns,plan,regions,rate,window,min-length,threshold,accelerometer,recognise,output",
-               {"axiscal segment log.csv --columns ax,ay,az --plan sheet.csv -o run.csv",
-                "axiscal segment phone.csv --columns x,y,z -o rests.csv",
-                "axiscal segment flight.ulg --instance 1 -o rests.csv"}},
+    Essentials{
+        "segment",
+        "columns,plan,regions,rate,window,min-length,threshold,accelerometer,recognise,output",
+        {"axiscal segment log.csv --columns ax,ay,az --plan sheet.csv -o run.csv",
+         "axiscal segment phone.csv --columns x,y,z -o rests.csv",
+         "axiscal segment flight.ulg --instance 1 -o rests.csv"}},
     Essentials{"noise",
                "columns,rate,tau,all,format,output,json,time,instance,curve",
                {"axiscal noise rest.csv --columns gx,gy,gz --rate 100",
@@ -119,9 +120,8 @@ constexpr std::array essentials = {
 };
 
 const Essentials* find(const std::string& subcommand) {
-  const auto at =
-      std::find_if(essentials.begin(), essentials.end(),
-                   [&](const Essentials& one) { return one.subcommand == subcommand; });
+  const auto at = std::find_if(essentials.begin(), essentials.end(),
+                               [&](const Essentials& one) { return one.subcommand == subcommand; });
   return at == essentials.end() ? nullptr : &*at;
 }
 

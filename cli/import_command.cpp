@@ -53,9 +53,7 @@ int run(const ImportCommand& command) {
 
 Subcommand import_subcommand() {
   return make_subcommand<ImportCommand>(
-      "import", "calibration of other software -> calibration record",
-      "",
-      &add_options, &run);
+      "import", "calibration of other software -> calibration record", "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -452,9 +452,8 @@ int run(const NoiseCommand& command) {
 }  // namespace
 
 Subcommand noise_subcommand() {
-  return make_subcommand<NoiseCommand>(
-      "noise", "log at rest -> Allan deviation, noise",
-      "", &add_options, &run);
+  return make_subcommand<NoiseCommand>("noise", "log at rest -> Allan deviation, noise", "",
+                                       &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -347,8 +347,7 @@ int run(const PlanCommand& command) {
 Subcommand plan_subcommand() {
   return make_subcommand<PlanCommand>(
       "plan", "a run sheet in random order, and what it will reach",
-      "Without -o the sheet goes to stdout and the forecast to stderr.",
-      &add_options, &run);
+      "Without -o the sheet goes to stdout and the forecast to stderr.", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

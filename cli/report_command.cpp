@@ -160,8 +160,7 @@ int run(const ReportCommand& command) {
 }  // namespace
 
 Subcommand report_subcommand() {
-  return make_subcommand<ReportCommand>("report", "calibration record -> a report to look at",
-                                        "",
+  return make_subcommand<ReportCommand>("report", "calibration record -> a report to look at", "",
                                         &add_options, &run);
 }
 

@@ -166,10 +166,8 @@ int run(const SegmentCommand& command) {
 }  // namespace
 
 Subcommand segment_subcommand() {
-  return make_subcommand<SegmentCommand>(
-      "segment", "raw log -> static positions as observations",
-      "",
-      &add_options, &run);
+  return make_subcommand<SegmentCommand>("segment", "raw log -> static positions as observations",
+                                         "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -205,10 +205,8 @@ int run(const SimulateCommand& command) {
 }  // namespace
 
 Subcommand simulate_subcommand() {
-  return make_subcommand<SimulateCommand>(
-      "simulate", "observations from a known truth",
-      "",
-      &add_options, &run);
+  return make_subcommand<SimulateCommand>("simulate", "observations from a known truth", "",
+                                          &add_options, &run);
 }
 
 }  // namespace axiscal::cli

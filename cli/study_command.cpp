@@ -245,7 +245,8 @@ int run(const StudyCommand& command) {
 Subcommand study_subcommand() {
   return make_subcommand<StudyCommand>(
       "study", "Monte Carlo of the whole chain: bias, scatter, stated uncertainty, coverage",
-      "On several processors: parallel axiscal study --truth cal.json --noise 1e-4 --trials 100000 --seed 7 \\\n"
+      "On several processors: parallel axiscal study --truth cal.json --noise 1e-4 --trials 100000 "
+      "--seed 7 \\\n"
       "           --shard {}/8 -o part{}.json ::: 1 2 3 4 5 6 7 8; axiscal study --merge "
       "part*.json",
       &add_options, &run);

@@ -42,16 +42,17 @@ void print_result_text(const std::string& text) {
 
 void print_verdict(const Calibration& calibration) {
   const CalibrationStatus status = calibration.findings.status;
-  const bool failed = status == CalibrationStatus::refused ||
-                      (calibration.findings.verdict && !calibration.findings.verdict->passed);
+  const bool failed =
+      status == CalibrationStatus::refused ||
+      (calibration.findings.verdict && !calibration.findings.verdict->passed) ||
+      (calibration.findings.confirmation && !calibration.findings.confirmation->passed);
   const std::string& slot = calibration.provenance.slot;
-  print_result_text(
-      formatted("{}{}\n", slot.empty() ? "" : formatted("slot {}: ", slot),
-                coloured(words_of_verdict(calibration),
-                         failed                                 ? red
-                         : status == CalibrationStatus::warning ? yellow
-                                                                : green,
-                         STDOUT_FILENO)));
+  print_result_text(formatted("{}{}\n", slot.empty() ? "" : formatted("slot {}: ", slot),
+                              coloured(words_of_verdict(calibration),
+                                       failed                                 ? red
+                                       : status == CalibrationStatus::warning ? yellow
+                                                                              : green,
+                                       STDOUT_FILENO)));
 }
 
 void print_remark(const char* what, const std::string& text) {

@@ -60,8 +60,7 @@ int run(const TemplateCommand& command) {
 
 Subcommand template_subcommand() {
   return make_subcommand<TemplateCommand>(
-      "template", "an example of each file that is written by hand",
-      "", &add_options, &run);
+      "template", "an example of each file that is written by hand", "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -155,7 +155,10 @@ class FreeSession::Engine {
         finish();
         break;
       case SessionAction::go_on:
-        if (phase_ == SessionPhase::paused || (phase_ == SessionPhase::review && !samples_ended_)) {
+        if (phase_ == SessionPhase::paused && samples_ended_) {
+          review();
+        } else if (phase_ == SessionPhase::paused ||
+                   (phase_ == SessionPhase::review && !samples_ended_)) {
           calibrations_.clear();
           view_.outcomes.clear();
           view_.result.clear();
@@ -238,6 +241,9 @@ class FreeSession::Engine {
       } else {
         news_.set_alarm(
             "full", formatted("{} readings are there, and no more are kept", setup_.most_points));
+        if (setup_.unattended) {
+          finish();
+        }
       }
     }
   }
@@ -269,21 +275,29 @@ class FreeSession::Engine {
     phase_ = SessionPhase::laying;
     const Eigen::Vector3d mean = dwell_.mean();
     stillness_.learn(dwell_.sd());
-    const double radius = std::max(0.5 * (highest_ - lowest_).maxCoeff(), 1e-300);
+    // Before it was turned what it reads is as good a measure as any of what a turn will do.
+    const double radius = std::max(0.5 * (highest_ - lowest_).maxCoeff(), 0.5 * mean.norm());
     const bool is_new = std::none_of(points_.begin(), points_.end(), [&](const FreePoint& one) {
       return (one.values - mean).norm() < novel_rest_rad * radius;
     });
     if (points_.empty() || is_new) {
       keep({.time_s = shown_time(dwell_.start_s()), .values = mean});
+      known_again_ = 0;
       news_.tell("captured", formatted("rest {}: taken", points_.size()),
                  static_cast<int>(points_.size()));
     } else {
       news_.tell("as_before", "this direction is there already: turn it to another one");
+      // Nobody answers, and nothing new comes: that is all there will be.
+      constexpr int patience = 50;
+      if (setup_.unattended && ++known_again_ >= patience) {
+        finish();
+      }
     }
   }
 
   void undo() {
-    if (points_.empty() || !setup_.by_rests) {
+    if (points_.empty() || !setup_.by_rests ||
+        (phase_ != SessionPhase::laying && phase_ != SessionPhase::dwelling)) {
       return;
     }
     store();
@@ -300,6 +314,19 @@ class FreeSession::Engine {
     points_.pop_back();
     view_.free->points.pop_back();
     ++view_.free->dropped;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const Eigen::Vector3d& values = points_[i].values;
+      lowest_ = i == 0 ? values : Eigen::Vector3d(lowest_.cwiseMin(values));
+      highest_ = i == 0 ? values : Eigen::Vector3d(highest_.cwiseMax(values));
+    }
+    view_.free->is_enough = false;
+    if (points_.size() >= fewest_points) {
+      fit();
+    } else {
+      view_.free->is_fitted = false;
+      view_.free->u_deg.reset();
+      view_.free->fit_error.reset();
+    }
   }
 
   // ---- the journal ----
@@ -539,7 +566,8 @@ class FreeSession::Engine {
   std::size_t samples_ = 0;
   double now_s_ = 0.0;
   double tried_to_store_s_ = 0.0;
-  bool taken_ = false;  // of this rest
+  bool taken_ = false;   // of this rest
+  int known_again_ = 0;  // rests in directions that are there already, one after another
   bool samples_ended_ = false;
   bool quit_ = false;
   std::size_t fitted_of_ = 0;

@@ -6,6 +6,7 @@
 #include <arpa/inet.h>
 #include <array>
 #include <cctype>
+#include <charconv>
 #include <random>
 #include <utility>
 
@@ -86,6 +87,23 @@ std::string text_of(const WebRequest& request, const char* key) {
   return json.is_object() && json.contains(key) && json[key].is_string()
              ? json[key].get<std::string>()
              : "";
+}
+
+// %20 and the like; what is none stays as it is.
+std::string decoded(const std::string& text) {
+  std::string plain;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    unsigned byte = 0;
+    const char* const first = text.data() + i + 1;
+    if (text[i] == '%' && i + 2 < text.size() &&
+        std::from_chars(first, first + 2, byte, 16).ptr == first + 2) {
+      plain += static_cast<char>(byte);
+      i += 2;
+    } else {
+      plain += text[i];
+    }
+  }
+  return plain;
 }
 
 WebAnswer content(std::string_view text, const char* type) {
@@ -188,7 +206,7 @@ WebAnswer WebPage::answer(const WebRequest& request) {
   return path == "/"              ? content(acquire_page(), "text/html; charset=utf-8")
          : path == "/acquire.css" ? content(acquire_style(), "text/css; charset=utf-8")
          : path == "/acquire.js"  ? content(acquire_script(), "text/javascript; charset=utf-8")
-         : path.starts_with(files_path) ? file(request, path.substr(files_path.size()))
+         : path.starts_with(files_path) ? file(request, decoded(path.substr(files_path.size())))
          : path == "/events" && request.method == "GET" ? stream(request)
                                                         : refusal(404, "no such page");
 }
@@ -261,6 +279,9 @@ WebAnswer WebPage::take_command(const WebRequest& request) {
   }
   if (!command) {
     return refusal(400, "no such command");
+  }
+  if (!files_.empty()) {
+    return refusal(409, "the session is over");
   }
   if (commands_.size() >= most_commands) {
     return refusal(429, "too many commands");
@@ -352,6 +373,7 @@ void WebPage::offer(std::vector<SessionFile> files) {
   const std::lock_guard lock(mutex_);
   files_ = std::move(files);
   wish_.clear();
+  commands_.clear();  // what came late was meant for the session that is over
   ++version_;
 }
 

@@ -170,12 +170,13 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet,
     page += step_item(row, cells.rows[i], instrument, with_level);
   }
   page += block == 0 ? "" : "</ol>\n";
-  return page + formatted(
-                    "<div class=\"bar\"><span id=\"told\" role=\"status\"></span><button "
-                    "type=\"button\" id=\"clear\">Clear</button><button type=\"button\" "
-                    "id=\"save\">Save as CSV</button></div>\n</form>\n</main>\n<script>{}</script>\n"
-                    "</body>\n</html>\n",
-                    run_sheet_script());
+  return page +
+         formatted(
+             "<div class=\"bar\"><span id=\"told\" role=\"status\"></span><button "
+             "type=\"button\" id=\"clear\">Clear</button><button type=\"button\" "
+             "id=\"save\">Save as CSV</button></div>\n</form>\n</main>\n<script>{}</script>\n"
+             "</body>\n</html>\n",
+             run_sheet_script());
 }
 
 }  // namespace axiscal

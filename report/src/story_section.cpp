@@ -32,7 +32,10 @@ namespace {
 std::optional<Eigen::VectorXd> expected_at(const Calibration& calibration,
                                            const ReadingResidual& residual) {
   const FieldDescription& field = calibration.sensor.field;
-  if (!residual.point || !field.in_table || residual.level || !calibration.sensor.also.empty()) {
+  // Only where it is that simple: else the readings themselves must be given.
+  if (!residual.point || !field.in_table || residual.level || !calibration.sensor.also.empty() ||
+      calibration.sensor.temperature || !calibration.provenance.positioner.empty() ||
+      !calibration.provenance.slot.empty()) {
     return std::nullopt;
   }
   static const Positioner cube;

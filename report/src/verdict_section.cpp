@@ -43,6 +43,9 @@ std::vector<std::string> what_to_watch(const Calibration& calibration, const std
       lines.push_back(warning.message);
     }
   }
+  if (calibration.findings.confirmation && !calibration.findings.confirmation->passed) {
+    lines.push_back(words_of_confirmation(calibration));
+  }
   if (calibration.sensor.temperature) {
     const TemperatureResponse& over = *calibration.sensor.temperature;
     lines.push_back(formatted(
@@ -157,7 +160,8 @@ std::string verdict_section(const Calibration& calibration) {
   if (state == "ok" && !calibration.fit.statistics) {
     state = "warning";
   }
-  if (calibration.findings.verdict && !calibration.findings.verdict->passed) {
+  if ((calibration.findings.verdict && !calibration.findings.verdict->passed) ||
+      (calibration.findings.confirmation && !calibration.findings.confirmation->passed)) {
     state = "refused";
   }
   const std::string headline = words_of_verdict(calibration);

@@ -112,6 +112,11 @@ TEST(FreeSession, TakesRestsOfAnAccelerometer) {
   session.command({.action = SessionAction::finish, .run = {}});
   ASSERT_EQ(session.calibrations().size(), 1U);
   EXPECT_LT(largest_error_of_shape(session.calibrations().front(), hand.source.truth()), 1e-3);
+  // What is calibrated is what is stored: at the review nothing is dropped any more.
+  session.command({.action = SessionAction::undo, .run = {}});
+  EXPECT_EQ(session.observations().size(), static_cast<Eigen::Index>(rests) - 1);
+  EXPECT_EQ(session.calibrations().front().fit.statistics->observations,
+            static_cast<int>(rests) - 1);
 }
 
 // What was seen is in the journal within a second of it, and goes on from there.
@@ -122,7 +127,8 @@ TEST(FreeSession, IsResumed) {
   std::size_t before = 0;
   {
     Journal journal = Journal::create(path);
-    ASSERT_EQ(journal.append(session_header_line({.directory = folder.path(""), .free = true})), "");
+    ASSERT_EQ(journal.append(session_header_line({.directory = folder.path(""), .free = true})),
+              "");
     FreeSession session(hand.setup, journal);
     hand.go_on(session, 30.0);
     before = session.view().free->points.size();
@@ -164,6 +170,21 @@ TEST(FreeSession, IsNotFooledByACircle) {
               session.calibrations().front().findings.status != CalibrationStatus::ok);
   session.command({.action = SessionAction::go_on, .run = {}});
   EXPECT_EQ(session.view().phase, SessionPhase::laying);
+}
+
+// Nobody answers, and the uncertainty that is wanted is never reached: it ends with what there is.
+TEST(FreeSession, EndsUnattendedWhereNothingNewComes) {
+  const ScratchFolder folder;
+  Journal journal = Journal::create(folder.path("a.journal"));
+  InTheHand hand(false, 4, 1e-4);
+  hand.setup.unattended = true;
+  hand.setup.wanted_u_deg = 1e-9;
+  FreeSession session(hand.setup, journal);
+  for (int i = 0; i < 100 && !session.is_over(); ++i) {
+    hand.go_on(session, 100.0);
+  }
+  EXPECT_TRUE(session.is_over());
+  EXPECT_EQ(session.calibrations().size(), 1U);
 }
 
 TEST(FreeSession, NeedsThreeAxes) {

@@ -23,8 +23,8 @@ TEST(PlanCommand, MakesARunSheet) {
   EXPECT_EQ(result.status, 0);
   const std::vector<std::vector<std::string>> rows = csv_cells(result.out);
   ASSERT_EQ(rows.size(), 25U);
-  EXPECT_THAT(rows[0], testing::ElementsAre("run", "block", "rest", "fence", "x", "y", "z",
-                                            "temperature"));
+  EXPECT_THAT(rows[0],
+              testing::ElementsAre("run", "block", "rest", "fence", "x", "y", "z", "temperature"));
   for (const char* block : {"1", "2"}) {
     std::set<std::string> points;
     for (const std::vector<std::string>& row : rows) {

@@ -259,6 +259,27 @@ TEST(CalibrationReport, RefusedIsSaidAtTheTopWithTheLikeliestReason) {
   EXPECT_THAT(page, HasSubstr("class=\"suspect\">look at it"));
 }
 
+// Readings that were kept out of the fit and contradict it are no good run.
+TEST(CalibrationReport, AConfirmationThatFailsIsTheVerdict) {
+  Calibration calibration = calibrated();
+  calibration.findings.confirmation = Confirmation{.p_value = 1e-9, .passed = false};
+  const std::string page = calibration_report(calibration);
+  EXPECT_THAT(page, HasSubstr("class=\"verdict refused\""));
+  EXPECT_THAT(page, HasSubstr("the readings kept for confirmation contradict it"));
+  EXPECT_THAT(page, Not(HasSubstr("Nothing in the readings speaks against it")));
+}
+
+// Without the readings themselves nothing is called measured that is not.
+TEST(CalibrationReport, InventsNoReadings) {
+  Calibration calibration = calibrated();
+  EXPECT_THAT(calibration_report(calibration), HasSubstr("id=\"measured-plot\""));
+  calibration.sensor.temperature =
+      TemperatureResponse{.spans = {{.reference = 20.0, .low = 10.0, .high = 40.0}},
+                          .bias = Eigen::MatrixXd::Constant(3, 1, 1e-3),
+                          .scale = Eigen::MatrixXd::Constant(3, 1, 1e-4)};
+  EXPECT_THAT(calibration_report(calibration), Not(HasSubstr("id=\"measured-plot\"")));
+}
+
 TEST(CalibrationReport, LimitsThatAreNotMetAreARefusal) {
   Calibration calibration = calibrated();
   calibration.findings.verdict =

@@ -189,8 +189,7 @@ class Summary {
   void add_matrix() {
     constexpr std::size_t most_axes = 6;
     const std::size_t m = c_.sensor.instrument.axes.size();
-    std::vector<std::vector<std::string>> rows = {
-        {"", "bias [" + c_.sensor.instrument.unit + "]"}};
+    std::vector<std::vector<std::string>> rows = {{"", "bias [" + c_.sensor.instrument.unit + "]"}};
     const std::string per_field = unit_per(c_.sensor.instrument.unit, c_.sensor.field.unit);
     for (const char component : {'x', 'y', 'z'}) {
       rows.front().push_back(formatted("S{} [{}]", component, per_field));
@@ -230,7 +229,7 @@ class Summary {
       text_ += "\n";
     }
     if (m > most_axes) {
-      text_ += formatted("  and {} more axes, which the record has\n", m - most_axes);
+      text_ += formatted("  and more, {} in all, which the record has\n", m);
     }
     text_ += uncertainties_.empty() ? "\n" : "  +- U, the expanded uncertainty (95 %)\n\n";
   }
@@ -257,9 +256,9 @@ class Summary {
         const auto k = static_cast<Eigen::Index>(i);
         noise.push_back(formatted("{:.2g}", statistics_.residual_sd(k)));
         const int nominal = main_axis(c_.sensor.instrument, c_.sensor.response, k);
-        const PolarForm polar = polar_from_sensitivity(
-            c_.sensor.response.sensitivity.row(k).transpose(), nominal,
-            c_.sensor.instrument.convention);
+        const PolarForm polar =
+            polar_from_sensitivity(c_.sensor.response.sensitivity.row(k).transpose(), nominal,
+                                   c_.sensor.instrument.convention);
         off.push_back(formatted("{:.3g}", polar.coning_angle_rad * deg_per_rad));
       }
       const std::string& unit = c_.sensor.instrument.unit;
@@ -273,23 +272,22 @@ class Summary {
         return formatted("{} +- {}", rounded_value(1e3 * value, 1e3 * u),
                          rounded_uncertainty(1e3 * u));
       };
-      text_ += wrapped(
-                   formatted("{}: {} to +x, {} to +y (1 sd); faces {}",
-                             field_kind(c_.sensor.field.kind).vertical
-                                 ? "table rises [mrad]"
-                                 : "field in the table's plane, thousandths",
-                             stated(level.mean_x, level.standard_error_x),
-                             stated(level.mean_y, level.standard_error_y),
-                             std::isnan(level.p_value) ? "cannot be compared"
-                             : level.consistent        ? "agree"
-                                                       : "DISAGREE"),
-                   80) +
+      text_ += wrapped(formatted("{}: {} to +x, {} to +y (1 sd); faces {}",
+                                 field_kind(c_.sensor.field.kind).vertical
+                                     ? "table rises [mrad]"
+                                     : "field in the table's plane, thousandths",
+                                 stated(level.mean_x, level.standard_error_x),
+                                 stated(level.mean_y, level.standard_error_y),
+                                 std::isnan(level.p_value) ? "cannot be compared"
+                                 : level.consistent        ? "agree"
+                                                           : "DISAGREE"),
+                       80) +
                "\n";
       if (level.combined) {
-        text_ += formatted("{} on the same table: the slots {} (p = {:.2g})\n",
-                           counted(level.combined->slots.size(), "slot"),
-                           level.combined->consistent ? "agree" : "DISAGREE",
-                           level.combined->p_value);
+        text_ +=
+            formatted("{} on the same table: the slots {} (p = {:.2g})\n",
+                      counted(level.combined->slots.size(), "slot"),
+                      level.combined->consistent ? "agree" : "DISAGREE", level.combined->p_value);
       }
     }
     if (c_.fit.orientations) {
@@ -602,6 +600,9 @@ std::string words_of_verdict(const Calibration& calibration) {
   }
   if (calibration.findings.verdict && !calibration.findings.verdict->passed) {
     return "It does not meet its limits.";
+  }
+  if (calibration.findings.confirmation && !calibration.findings.confirmation->passed) {
+    return "Calibrated, but the readings kept for confirmation contradict it.";
   }
   if (!calibration.fit.statistics) {
     return "Coefficients alone: the record holds no readings that speak for or against them.";

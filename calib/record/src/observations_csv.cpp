@@ -616,7 +616,7 @@ std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet,
   if (!axes.empty()) {
     std::transform(axes.begin(), axes.end(), std::back_inserter(header), csv_cell);
   }
-  const bool with_temperature = !axes.empty() || sheet.front().temperature;
+  const bool with_temperature = !axes.empty() || (!sheet.empty() && sheet.front().temperature);
   if (with_temperature) {
     header.emplace_back("temperature");
   }

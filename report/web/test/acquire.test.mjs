@@ -92,7 +92,7 @@ async function picture(page, name) {
 }
 
 async function aSessionByClicks(browser) {
-  const session = await start("clicks", "sim:?speed=12&seed=2&error=0.15", "--manual");
+  const session = await start("clicks \u00fc", "sim:?speed=12&seed=2&error=0.15", "--manual");
   const mine = await open(browser, session, { viewport: { width: 1280, height: 900 } });
   const { page } = mine;
   assert.equal(new URL(page.url()).hash, "", "the key does not stay in the address");
@@ -176,7 +176,7 @@ async function aSessionByClicks(browser) {
   await report.waitForSelector("html[data-ready=yes]");
   assert.match(await report.textContent("h1"), /^Calibration of accelerometer/);
   await report.close();
-  const fetched = await page.evaluate(async () => (await fetch("/files/clicks.json")).status);
+  const fetched = await page.evaluate(async () => (await fetch("/files/clicks%20%C3%BC.json")).status);
   assert.equal(fetched, 200);
   assert.ok(await watcher.locator("[data-wish=leave]").isDisabled(), "one controls");
   // Once more with the same instrument, in the same page; then it is closed.
@@ -191,10 +191,10 @@ async function aSessionByClicks(browser) {
   await click(watcher, "quit");
   await click(watcher, "quit");
   assert.equal(await session.over, 1, session.err);
-  assert.match(session.err, /stopped with 1 readings.*clicks-2\.journal/s);
+  assert.match(session.err, /stopped with 1 readings.*clicks \u00fc-2\.journal/s);
   assert.ok(session.count("question") >= 1, "the person erred");
   assert.ok(other.log.some((text) => /looks like|looks turned|fits no pose/.test(text)), other.log.join("; "));
-  const record = JSON.parse(readFileSync(join(scratch, "clicks.json"), "utf8"));
+  const record = JSON.parse(readFileSync(join(scratch, "clicks \u00fc.json"), "utf8"));
   assert.notEqual(record.status, "refused");
   assert.equal(session.count("files"), 1, "what the first session left is told");
   const own = new URL(session.url).host;

@@ -17,7 +17,8 @@ enum class SummaryDetail {
 [[nodiscard]] std::string summary(const Calibration& calibration,
                                   SummaryDetail detail = SummaryDetail::brief);
 
-/// @return whether it holds, in a sentence: "Calibrated. Nothing in the readings speaks against it."
+/// @return whether it holds, in a sentence: "Calibrated. Nothing in the readings speaks against
+/// it."
 [[nodiscard]] std::string words_of_verdict(const Calibration& calibration);
 
 /// FieldSizeCheck in a sentence: "the reading of g agrees over 24 orientations to 12 ppm; ...";
