@@ -267,15 +267,23 @@ WebAnswer WebPage::take_control(const WebRequest& request) {
   return {};
 }
 
-WebAnswer WebPage::take_command(const WebRequest& request) {
-  const std::optional<SessionCommand> command = parse_command(text_of(request, "command"));
-  const std::lock_guard lock(mutex_);
+// Whether a request comes from another browser than the one that controls. Under the lock.
+std::optional<WebAnswer> WebPage::refused_control(const WebRequest& request) const {
   const std::string session = session_of(request);
   if (session.empty() || !is_by_script(request)) {
     return refusal(403, "no key");
   }
   if (session != controller_) {
     return refusal(409, "another browser controls; take control first");
+  }
+  return std::nullopt;
+}
+
+WebAnswer WebPage::take_command(const WebRequest& request) {
+  const std::optional<SessionCommand> command = parse_command(text_of(request, "command"));
+  const std::lock_guard lock(mutex_);
+  if (const std::optional<WebAnswer> refused = refused_control(request)) {
+    return *refused;
   }
   if (!command) {
     return refusal(400, "no such command");
@@ -307,12 +315,8 @@ WebAnswer WebPage::take_sign_of_life(const WebRequest& request) {
 WebAnswer WebPage::take_wish(const WebRequest& request) {
   const std::string wish = text_of(request, "wish");
   const std::lock_guard lock(mutex_);
-  const std::string session = session_of(request);
-  if (session.empty() || !is_by_script(request)) {
-    return refusal(403, "no key");
-  }
-  if (session != controller_) {
-    return refusal(409, "another browser controls; take control first");
+  if (const std::optional<WebAnswer> refused = refused_control(request)) {
+    return *refused;
   }
   if (files_.empty() || (wish != "again" && wish != "leave")) {
     return refusal(400, "no such wish");

@@ -80,6 +80,7 @@ class WebPage {
   [[nodiscard]] std::optional<WebAnswer> refused_at_once(const WebRequest& request) const;
   [[nodiscard]] std::string cookie_name() const;
   [[nodiscard]] std::string session_of(const WebRequest& request) const;
+  [[nodiscard]] std::optional<WebAnswer> refused_control(const WebRequest& request) const;
   [[nodiscard]] WebAnswer login(const WebRequest& request);
   [[nodiscard]] WebAnswer take_control(const WebRequest& request);
   [[nodiscard]] WebAnswer take_command(const WebRequest& request);
