@@ -131,9 +131,8 @@ class FreeSession::Engine {
   }
 
   void idle(double seconds) {
-    if (samples_ > 0 && seconds > 0.8 && phase_ != SessionPhase::review) {
-      news_.set_alarm("silent", formatted("no samples for {} s: is the instrument still on?",
-                                          number_text(std::floor(10.0 * seconds) / 10.0)));
+    if (samples_ > 0 && phase_ != SessionPhase::review) {
+      news_.set_silence(seconds, stillness_.rate_hz());
     }
     store();
   }

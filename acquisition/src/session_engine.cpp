@@ -18,11 +18,7 @@
 #include "session_words.hpp"
 
 namespace axiscal {
-namespace {
-
-constexpr double silent_s = 0.8;
-
-}  // namespace
+namespace {}  // namespace
 
 Session::Engine::Engine(SessionSetup setup, Journal& journal)
     : setup_(std::move(setup)),
@@ -113,11 +109,8 @@ void Session::Engine::add(double time_s, std::span<const double> values) {
 }
 
 void Session::Engine::idle(double seconds) {
-  const double period = stillness_.rate_hz() > 0.0 ? 1.0 / stillness_.rate_hz() : 0.0;
-  if (samples_ > 0 && seconds > std::max(silent_s, 5.0 * period) &&
-      phase_ != SessionPhase::review && phase_ != SessionPhase::over) {
-    news_.set_alarm("silent", formatted("no samples for {} s: is the instrument still on?",
-                                        number_text(std::floor(10.0 * seconds) / 10.0)));
+  if (samples_ > 0 && phase_ != SessionPhase::review && phase_ != SessionPhase::over) {
+    news_.set_silence(seconds, stillness_.rate_hz());
   }
   if (phase_ == SessionPhase::storing) {
     store();

@@ -2,7 +2,11 @@
 #include "session_news.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
 
@@ -26,6 +30,14 @@ void SessionNews::set_alarm(const std::string& code, const std::string& text) {
     tell("alarm", text);
   } else {
     found->text = text;
+  }
+}
+
+void SessionNews::set_silence(double seconds, double rate_hz) {
+  constexpr double usual_s = 0.8;
+  if (seconds > std::max(usual_s, rate_hz > 0.0 ? 5.0 / rate_hz : 0.0)) {
+    set_alarm("silent", formatted("no samples for {} s: is the instrument still on?",
+                                  number_text(std::floor(10.0 * seconds) / 10.0)));
   }
 }
 

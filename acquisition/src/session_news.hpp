@@ -23,6 +23,9 @@ class SessionNews {
   /// An alarm begins or changes; an empty text ends it.
   void set_alarm(const std::string& code, const std::string& text);
 
+  /// Nothing has come for this long, of a source whose samples come this often (Hz, 0: unknown).
+  void set_silence(double seconds, double rate_hz);
+
   /// What the sources complain of, all at once.
   void set_source_alarms(const std::vector<SessionAlarm>& alarms) { source_alarms_ = alarms; }
 

@@ -238,8 +238,8 @@ WebAnswer WebPage::login(const WebRequest& request) {
       sessions_.pop_front();
     }
     if (controller_.empty()) {
-      controller_ = session;
-      heard_ = std::chrono::steady_clock::now();
+      owner_ = controller_ = session;
+      heard_ = place_.now();
     }
     accepted.headers.emplace_back(
         "Set-Cookie", formatted("{}={}; HttpOnly; SameSite=Strict; Path=/{}", cookie_name(),
@@ -261,8 +261,8 @@ WebAnswer WebPage::take_control(const WebRequest& request) {
   if (session.empty() || !is_by_script(request)) {
     return refusal(403, "no key");
   }
-  controller_ = session;
-  heard_ = std::chrono::steady_clock::now();
+  owner_ = controller_ = session;
+  heard_ = place_.now();
   ++version_;
   return {};
 }
@@ -295,19 +295,25 @@ WebAnswer WebPage::take_command(const WebRequest& request) {
     return refusal(429, "too many commands");
   }
   commands_.push_back(*command);
-  heard_ = std::chrono::steady_clock::now();
+  owner_ = controller_;
+  heard_ = place_.now();
   return {};
 }
 
-// The page that controls says every few seconds that it is there.
+// Each page says every few seconds that it is there. Control comes back to the owner that was not
+// heard for a while, as long as nobody used it.
 WebAnswer WebPage::take_sign_of_life(const WebRequest& request) {
   const std::lock_guard lock(mutex_);
   const std::string session = session_of(request);
   if (session.empty() || !is_by_script(request)) {
     return refusal(403, "no key");
   }
+  if (session == owner_ && controller_ != owner_) {
+    controller_ = owner_;
+    ++version_;
+  }
   if (session == controller_) {
-    heard_ = std::chrono::steady_clock::now();
+    heard_ = place_.now();
   }
   return {};
 }
@@ -322,6 +328,7 @@ WebAnswer WebPage::take_wish(const WebRequest& request) {
     return refusal(400, "no such wish");
   }
   wish_ = wish;
+  owner_ = controller_;
   return {};
 }
 
@@ -361,9 +368,9 @@ bool WebPage::is_watched() const {
   return !watching_.empty();
 }
 
-// From a browser that is no longer heard to the one that has watched longest. Under the lock.
-void WebPage::pass_control_on() {
-  const auto now = std::chrono::steady_clock::now();
+// By a browser that is no longer heard to the one that has watched longest. Under the lock.
+void WebPage::lend_control() {
+  const auto now = place_.now();
   const auto other = std::find_if(watching_.begin(), watching_.end(),
                                   [&](const std::string& one) { return one != controller_; });
   if (other != watching_.end() && now - heard_ > control_kept) {
@@ -448,7 +455,7 @@ void WebPage::show(const SessionView& view, const std::vector<SessionEvent>& eve
   const std::lock_guard lock(mutex_);
   view_ = std::move(text);
   ++version_;
-  pass_control_on();
+  lend_control();
   take_points(view.free ? &*view.free : nullptr);
   for (const SessionEvent& event : events) {
     events_.emplace_back(++last_event_, event_json(event));

@@ -24,6 +24,7 @@ struct WebPlace {
   /// Called with the page's address, key included: when it can be opened first, and when a one-time
   /// key was used. May be called from another thread.
   std::function<void(const std::string& url)> announce;
+  std::function<std::chrono::steady_clock::time_point()> now = std::chrono::steady_clock::now;
 };
 
 /// The session's page apart from the network: which request gets what, who controls, what is new.
@@ -88,14 +89,15 @@ class WebPage {
   [[nodiscard]] WebAnswer take_sign_of_life(const WebRequest& request);
   [[nodiscard]] WebAnswer stream(const WebRequest& request) const;
   [[nodiscard]] WebAnswer file(const WebRequest& request, const std::string& name) const;
-  void pass_control_on();
+  void lend_control();
   void take_points(const FreeView* free);
 
   WebPlace place_;
   mutable std::mutex mutex_;
   std::string key_;
   std::deque<std::string> sessions_;
-  std::string controller_;
+  std::string owner_;       // of control: it came first, took it, or used it last
+  std::string controller_;  // another than the owner while that one is not heard
   std::string view_ = "null";
   std::vector<std::string> points_;  // of a free session, "x,y,z"
   std::size_t dropped_ = 0;

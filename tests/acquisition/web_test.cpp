@@ -144,6 +144,57 @@ TEST(WebPage, TellsOnlyWhoHasTheKey) {
   EXPECT_EQ(page.commands().size(), 0U);
 }
 
+TEST(WebPage, LendsControlWhileItsOwnerIsNotHeard) {
+  std::vector<std::string> urls;
+  WebPlace where = place(urls);
+  std::chrono::steady_clock::time_point now{};
+  where.now = [&] { return now; };
+  WebPage page(std::move(where));
+  page.announce();
+  const std::string key = urls.front().substr(urls.front().find('#') + 1);
+  const auto enter = [&] {
+    const WebAnswer entered = page.answer(post("/login", "{\"key\":\"" + key + "\"}"));
+    const std::string& set = entered.headers.front().second;
+    return set.substr(0, set.find(';'));
+  };
+  const auto says = [&](const std::string& cookie, const std::string& target,
+                        const std::string& body = "{}") {
+    WebRequest request = post(target, body);
+    request.headers.emplace_back("Cookie", cookie);
+    return page.answer(request).status;
+  };
+  const auto undoes = [&](const std::string& cookie) {
+    return says(cookie, "/command", "{\"command\":\"undo\"}");
+  };
+  const std::string mine = enter();
+  const std::string other = enter();
+  const auto watch = [&](const std::string& cookie) {
+    const WebRequest events{.method = "GET",
+                            .target = "/events",
+                            .headers = {{"Host", "127.0.0.1:8712"}, {"Cookie", cookie}},
+                            .body = ""};
+    const WebPage::Watcher watcher = page.watcher_for(page.answer(events));
+    page.came(watcher);
+  };
+  watch(mine);
+  watch(other);
+  const auto pass = [&](int seconds) {
+    now += std::chrono::seconds(seconds);
+    page.show(SessionView{}, {});
+  };
+  pass(5);
+  EXPECT_EQ(undoes(other), 409) << "the owner may be slow";
+  pass(5);
+  EXPECT_EQ(says(mine, "/alive"), 200);
+  EXPECT_EQ(undoes(other), 409) << "it was slow, and nobody had used control";
+  pass(10);
+  EXPECT_EQ(undoes(other), 200) << "it is gone";
+  EXPECT_EQ(says(mine, "/alive"), 200);
+  EXPECT_EQ(undoes(mine), 409) << "who used control keeps it";
+  EXPECT_EQ(says(mine, "/control"), 200);
+  EXPECT_EQ(undoes(mine), 200);
+}
+
 // ---- on loopback ----
 
 class Client {

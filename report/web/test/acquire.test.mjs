@@ -135,6 +135,7 @@ async function aSessionByClicks(browser) {
       await pause(1500);
       await mine.context.setOffline(false);
       await page.waitForSelector("#link:text-is('connected')", { timeout: 20000 });
+      await page.waitForSelector("#control", { state: "hidden" });
     }
     if (done === 6 && !undone) {
       undone = true;
@@ -186,10 +187,10 @@ async function aSessionByClicks(browser) {
   await doneIs(page, 1);
   await mine.context.setOffline(true);
   // Control passes on when its browser is gone.
-  await watcher.waitForSelector("#control", { state: "hidden", timeout: 20000 });
+  await watcher.waitForSelector("#control", { state: "hidden" });
+  await click(watcher, "quit");
+  await click(watcher, "quit");
   await mine.context.setOffline(false);
-  await click(watcher, "quit");
-  await click(watcher, "quit");
   assert.equal(await session.over, 1, session.err);
   assert.match(session.err, /stopped with 1 readings.*clicks \u00fc-2\.journal/s);
   assert.ok(session.count("question") >= 1, "the person erred");
