@@ -11,6 +11,7 @@
 #include "axiscal/calib/history.hpp"
 #include "axiscal/calib/labelled_check.hpp"
 #include "axiscal/calib/limits.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
@@ -259,7 +260,7 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   }
   fresh.temperature = mean_temperature(fresh.run.observations);
   fresh.run.observations = at_reference_temperature(std::move(fresh.run.observations), old);
-  if (old.fit.method == Method::bias) {
+  if (!method_kind(old.fit.method).fits_sensitivity) {
     // What was taken to the reference needs no terms, and method bias asks for temperatures.
     for (Reading& reading : fresh.run.observations.readings) {
       reading.temperature = old.sensor.temperature ? old.sensor.temperature->reference() : 0.0;
@@ -294,7 +295,7 @@ Calibration calibration_of(const CheckCommand& command,
     throw RefusedError("the fresh readings give no calibration: " +
                        fresh.findings.warnings.front().message);
   }
-  if (old.sensor.temperature && old.fit.method != Method::bias) {
+  if (old.sensor.temperature && method_kind(old.fit.method).fits_sensitivity) {
     fresh.sensor.temperature = old.sensor.temperature;  // it is compared at the reference of both
   }
   return fresh;
@@ -338,7 +339,7 @@ bool is_few(const Run& run, const Calibration& old) {
   constexpr Eigen::Index fewest_of_a_design = 6;
   return run.slots.empty() && run.observations.size() < fewest_of_a_design &&
          run.observations.readings.front().point && old.sensor.field.parts.empty() &&
-         old.fit.method != Method::bias && gives_field(old);
+         method_kind(old.fit.method).fits_sensitivity && gives_field(old);
 }
 
 DriftCheck check_few(const CheckCommand& command,
@@ -407,7 +408,7 @@ int run(const CheckCommand& command) {
       own = is_made_from(old, readings.run.inputs);
       temperature = readings.temperature;
       if (gives_field(old) && !has_pose(readings.run.observations) &&
-          old.fit.method != Method::magnitude) {
+          !method_kind(old.fit.method).by_magnitude) {
         if (limits) {
           throw UsageError(
               "--limits: readings without labels give no coefficients to hold against limits");

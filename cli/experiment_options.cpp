@@ -11,6 +11,7 @@
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/experiment_json.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -259,6 +260,7 @@ void set_method(const ExperimentOptions& options, Experiment& experiment) {
     }
   }
   experiment.robust = experiment.robust || options.robust;
+  experiment.squares = experiment.squares || options.squares;
   experiment.compare_polar_fit = experiment.compare_polar_fit || options.polar_fit;
   if (options.leave_out) {
     experiment.leave_out.clear();
@@ -307,7 +309,7 @@ void set_temperature(const ExperimentOptions& options, Experiment& experiment) {
   if (options.from) {
     experiment.from = std::make_shared<const Calibration>(read_calibration(*options.from));
   }
-  if (experiment.from && experiment.method != Method::bias) {
+  if (experiment.from && method_kind(experiment.method).fits_sensitivity) {
     throw UsageError("--from: goes with --method bias");
   }
 }
@@ -408,6 +410,9 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   method.add("--weights", experiment.weights, "W",
              "samples (default where the column is there), sd or none");
   method.add_flag("--robust", experiment.robust, "bisquare regression");
+  method.add_flag("--squares", experiment.squares,
+                  "of method magnitude: a squared term of each axis beside bias and sensitivity, "
+                  "where the response bends");
   method.add_flag("--polar-fit", experiment.polar_fit,
                   "fit the known-art form (coning angle, azimuth) by Gauss-Newton too, to compare");
   method.add("--leave-out", experiment.leave_out, "RUNS", "runs not to use, e.g. 7,8");
@@ -689,11 +694,11 @@ Experiment experiment_of(const Calibration& record) {
     stated = done.field;
   }
   experiment.instrument = record.sensor.instrument;
-  if (record.fit.method != Method::turns) {
+  if (!method_kind(record.fit.method).by_turns) {
     experiment.method = record.fit.method;
   }
   const FieldDescription& field = record.sensor.field;
-  const bool given = experiment.method == Method::known;
+  const bool given = method_kind(experiment.method).directions_known;
   experiment.field = stated.others.empty()
                          ? setup_of(field, given || !field_kind(field.kind).vertical)
                          : parts_as_stated(std::move(stated), field);

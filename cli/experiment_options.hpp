@@ -25,6 +25,7 @@ struct ExperimentOptions {
   std::optional<std::string> resolution, slope_u, direction_u, temperature_u;
   std::optional<std::string> nominal_sensitivity;
   bool robust = false;
+  bool squares = false;
   bool one_sided = false;
   bool polar_fit = false;
 };

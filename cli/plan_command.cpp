@@ -8,6 +8,7 @@
 #include "axiscal/calib/design_quality.hpp"
 #include "axiscal/calib/experiment_json.hpp"
 #include "axiscal/calib/forecast.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/calib/temperature.hpp"
 #include "axiscal/calib/tolerance.hpp"
@@ -34,7 +35,7 @@ struct PlanCommand {
   std::optional<std::string> experiment;  ///< a file that describes what is planned
   SheetOptions sheet;
   std::optional<std::string> noise_log, dwell;
-  std::optional<std::string> noise, samples, want_angle, sensitivity, method, positioner;
+  std::optional<std::string> noise, samples, want_angle, sensitivity, method, positioner, world;
   std::optional<std::string> positioner_u, level_u, slope, slot, page, tolerances, trials;
   std::optional<std::string> soak, soak_window, soak_tolerance;
   std::optional<std::string> output;
@@ -64,6 +65,10 @@ void add_options(OptionSet& options, PlanCommand& command) {
                "mount of the positioner that holds the instrument; its repeatability counts");
   forecast.add("--level-u", command.level_u, "RAD",
                "known: standard uncertainty of the table's slope along x and y");
+  forecast.add(
+      "--world", command.world, "FILE|NAME=V,..",
+      ("what readings suffer besides white noise, each replicate a block: " + world_names())
+          .c_str());
   forecast.add("--slope", command.slope, "X,Y", "of the table, expected; 0,0");
   OptionSet tolerances = options.group("Tolerances");
   tolerances.add(
@@ -169,6 +174,9 @@ ForecastSetup setup_of(const PlanCommand& command,
   setup.normal_u_rad =
       command.positioner_u ? not_negative_of("--positioner-u", *command.positioner_u) : 0.0;
   setup.level_u_rad = command.level_u ? not_negative_of("--level-u", *command.level_u) : 0.0;
+  if (command.world) {
+    setup.world = world_of_option(*command.world);
+  }
   return setup;
 }
 
@@ -195,7 +203,7 @@ std::vector<std::string> remarks_on(const ForecastSetup& setup) {
     points.insert(entry.point);
   }
   std::vector<std::string> remarks = rocking_remarks(setup.positioner, points);
-  if (setup.method == Method::known && !(setup.level_u_rad > 0.0)) {
+  if (method_kind(setup.method).directions_known && !(setup.level_u_rad > 0.0)) {
     remarks.emplace_back(
         "Method known takes the table's slope as exactly known; --level-u says how well it is.");
   }

@@ -38,8 +38,7 @@ void add_options(OptionSet& options, SimulateCommand& command) {
               "scatter of the temperatures about their levels; 0");
   options.add("--resolution", command.resolution, "Q", "readings are rounded to multiples of it");
   options.add("--world", command.world, "FILE|NAME=V,..",
-              "what else readings suffer: block_sd, seat_rad, mount_rad, ar, ar_white, walk_sd, "
-              "drift, round, tails, k2, k3, stated");
+              ("what else readings suffer: " + world_names()).c_str());
   add_recording_options(options, command.recording);
   options.add("--fence-azimuth", command.fence_azimuth, "DEG",
               "of the table's y axis; turns the field of the truth");

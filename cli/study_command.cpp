@@ -6,6 +6,7 @@
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/forecast.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/study.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
@@ -53,8 +54,7 @@ void add_options(OptionSet& options, StudyCommand& command) {
   options.add_flag("--regression-only", command.regression_only,
                    "noise alone on a field known exactly: millions of trials a second");
   options.add("--world", command.world, "FILE|NAME=V,..",
-              "what else readings suffer: block_sd, seat_rad, mount_rad, ar, ar_white, walk_sd, "
-              "drift, round, tails, k2, k3, stated");
+              ("what else readings suffer: " + world_names()).c_str());
   add_recording_options(options, command.recording);
   options.add_flag("--alarms", command.alarms,
                    "look for mistakes in every run and count the trials with each warning");
@@ -165,7 +165,7 @@ StudySetup setup_of(const StudyCommand& command) {
   if (!setup.truth.field.in_table) {
     setup.truth.field.in_table = setup.truth.field.magnitude * Eigen::Vector3d::UnitZ();
   }
-  if (setup.experiment.method == Method::known && !setup.experiment.field.in_table) {
+  if (method_kind(setup.experiment.method).directions_known && !setup.experiment.field.in_table) {
     setup.experiment.field.in_table = setup.truth.field.in_table;
   }
   setup.design = design_of(command.sheet);
@@ -173,7 +173,7 @@ StudySetup setup_of(const StudyCommand& command) {
   setup.temperatures = temperatures_of(command.sheet);
   setup.noise_sd = noise_of(command, setup.truth.instrument.axis_count(), scatter);
   setup.simulation.resolution = setup.experiment.stated.resolution;
-  if (setup.experiment.method != Method::known) {
+  if (!method_kind(setup.experiment.method).directions_known) {
     setup.simulation.slope = setup.experiment.table.slope;
     setup.experiment.table.slope.setZero();
   }

@@ -397,6 +397,9 @@ class ImuCalibrator {
           {NoteCode::turns,
            formatted("{} turns with missing samples are left out", source.left_out)});
     }
+    if (!rests.remark.empty()) {
+      record.findings.notes.push_back({NoteCode::correlation, rests.remark});
+    }
     result_.g_sensitivity = rests.g_sensitivity;
     result_.g_sensitivity_se = rests.g_sensitivity_se;
     if (rests.g_sensitivity && rests.p_value.minCoeff() < 1e-3) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "axiscal/calib/intrinsic.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -96,12 +97,12 @@ std::vector<std::vector<std::string>> intrinsic_rows(const Calibration& calibrat
 
 std::string method_text(const Calibration& calibration) {
   std::string text;
-  if (calibration.fit.method == Method::magnitude) {
+  if (method_kind(calibration.fit.method).by_magnitude) {
     text =
         "The instrument was read in many orientations to a field of known magnitude; bias and "
         "sensitivity are those for which the calibrated readings have that magnitude. The "
         "frame is the instrument's own.";
-  } else if (calibration.fit.method == Method::turns) {
+  } else if (method_kind(calibration.fit.method).by_turns) {
     text =
         "The gyroscope was turned between rests; bias and sensitivity are those for which its "
         "integrated rates lead from the attitude before each turn to that after it.";
@@ -110,15 +111,11 @@ std::string method_text(const Calibration& calibration) {
         "The instrument was read in known orientations to the reference field; bias and "
         "sensitivity to the field's components follow by linear regression: {}. Sensitivities are "
         "in the frame of the positioner.",
-        calibration.fit.method == Method::paired
-            ? "opposite positions averaged, which removes the table's slope"
-        : calibration.fit.method == Method::joint
-            ? "of all readings, the field's direction in the table fitted with them"
-            : "of all readings, the field taken as given");
+        method_kind(calibration.fit.method).words);
   }
   return formatted("{} {}{} were used. reading = bias + sensitivity times field.", text,
                    calibration.fit.statistics->observations,
-                   calibration.fit.method == Method::turns ? " turns" : " readings");
+                   method_kind(calibration.fit.method).by_turns ? " turns" : " readings");
 }
 
 // Each value with its U beside the limits that it was held against, narrowed by the guard band.

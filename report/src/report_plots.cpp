@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -322,7 +323,7 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
 }
 
 std::optional<Plot> magnitude_plot(const Calibration& calibration) {
-  if (calibration.fit.method != Method::magnitude || !gives_field(calibration) ||
+  if (!method_kind(calibration.fit.method).by_magnitude || !gives_field(calibration) ||
       calibration.sensor.instrument.axis_count() != 3) {
     return std::nullopt;
   }

@@ -72,6 +72,12 @@ class AttitudeBudgetMaker {
       result.sources.emplace_back("fit");
     }
     result.sources.emplace_back("reading");
+    // A reading that is taken later is of another block.
+    const bool has_blocks = propagation_.block_freedom_ > 0.0;
+    if (has_blocks) {
+      result.sources.emplace_back("later block");
+    }
+    const Eigen::VectorXd between = propagation_.between_blocks(field_);
     const Eigen::MatrixXd B =
         propagation_.change_with_parameters(field_, {.temperature = temperature_});
     const Eigen::VectorXd own = propagation_.reading_variance(field_, temperature_);
@@ -95,9 +101,13 @@ class AttitudeBudgetMaker {
       }
       const Eigen::VectorXd by_reading = G.row(r).transpose().cwiseAbs2().cwiseProduct(own);
       add_readings(by_reading, shares);
+      propagation_.add_blocks(G.row(r), between, shares);
       quantity.uncertainty = combine(shares);
       quantity.uncertainty.by_source = std::move(from_calibration.by_source);
       quantity.uncertainty.by_source.push_back(std::sqrt(by_reading.sum()));
+      if (has_blocks) {
+        quantity.uncertainty.by_source.push_back(std::sqrt(G.row(r).cwiseAbs2().dot(between)));
+      }
       result.quantities.push_back(std::move(quantity));
     }
     return result;
@@ -177,6 +187,7 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
   // its own; all else normal.
   const Eigen::MatrixXd fit_root = covariance_root(B * propagation_.of_readings_ * B.transpose());
   const Eigen::MatrixXd others_root = covariance_root(B * propagation_.of_inputs_ * B.transpose());
+  const Eigen::VectorXd between = propagation_.between_blocks(field_).cwiseSqrt();
   std::vector<Eigen::MatrixXd> component_roots;
   for (const ReadingPropagation::Part& part : propagation_.components_) {
     component_roots.push_back(covariance_root(B * part.covariance * B.transpose()));
@@ -215,6 +226,9 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
     for (std::size_t c = 0; c < component_roots.size(); ++c) {
       change += t_factor(propagation_.components_[c].degrees_of_freedom) *
                 (component_roots[c] * normals(m));
+    }
+    if (propagation_.block_freedom_ > 0.0) {
+      change += t_factor(propagation_.block_freedom_) * between.cwiseProduct(normals(m));
     }
     change += others_root * normals(m);
     const Eigen::VectorXd noise = own.cwiseProduct(normals(m));

@@ -159,6 +159,7 @@ ReadingPropagation::ReadingPropagation(const Calibration& calibration,
         "the scatter of a reading is not known; state the standard deviation of a reading for each "
         "axis");
   }
+  find_scatter_of_blocks();
 }
 
 Eigen::VectorXd ReadingPropagation::reading_variance(
@@ -176,6 +177,49 @@ Eigen::VectorXd ReadingPropagation::reading_variance(
     variance += change.cwiseAbs2();
   }
   return variance;
+}
+
+Eigen::VectorXd ReadingPropagation::between_blocks(const Eigen::Vector3d& field) const {
+  Eigen::VectorXd variance = block_variance_.col(0);
+  for (int l = 0; l < 3; ++l) {
+    variance += field(l) * field(l) * block_variance_.col(1 + l);
+  }
+  return variance;
+}
+
+void ReadingPropagation::find_scatter_of_blocks() {
+  const CalibrationConditions& conditions = calibration_.fit.conditions;
+  const std::vector<std::string>& axes = calibration_.sensor.instrument.axes;
+  const auto m = static_cast<Eigen::Index>(axes.size());
+  block_variance_ = Eigen::MatrixXd::Zero(m, 4);
+  const double B = conditions.blocks;
+  const auto put = [&](Eigen::Index k, Eigen::Index j, const std::string& name, double square) {
+    const auto at =
+        calibration_.fit.statistics->position_of(axes[static_cast<std::size_t>(k)] + name);
+    // What the readings' noise makes of the blocks' scatter is no scatter of blocks.
+    const double by_noise = at ? B * of_readings_(*at, *at) : 0.0;
+    block_variance_(k, j) = std::max(square - by_noise, 0.0);
+  };
+  for (Eigen::Index k = 0; k < m && conditions.block_mean_square.size() == m; ++k) {
+    put(k, 0, ".bias", conditions.block_mean_square(k));
+    block_freedom_ = conditions.block_degrees_of_freedom;
+  }
+  for (Eigen::Index k = 0; k < m && conditions.sensitivity_mean_square.rows() == m; ++k) {
+    for (int l = 0; l < 3; ++l) {
+      put(k, 1 + l, formatted(".sensitivity.{}", "xyz"[l]),
+          conditions.sensitivity_mean_square(k, l));
+    }
+    block_freedom_ = conditions.sensitivity_degrees_of_freedom;
+  }
+}
+
+void ReadingPropagation::add_blocks(const Eigen::RowVectorXd& gradient,
+                                    const Eigen::VectorXd& between,
+                                    VarianceShares& shares) const {
+  const double variance = gradient.cwiseAbs2().dot(between);
+  if (block_freedom_ > 0.0) {
+    shares.components.push_back({.variance = variance, .degrees_of_freedom = block_freedom_});
+  }
 }
 
 Eigen::MatrixXd ReadingPropagation::change_with_readings(std::span<const double> readings,
@@ -237,9 +281,11 @@ ReducedUncertainty ReadingPropagation::at(std::span<const double> readings,
   const Eigen::VectorXd u_readings =
       ((B * covariance_ * B.transpose()).diagonal() + own).cwiseSqrt();
   const Eigen::MatrixXd G = change_with_readings(readings, context, u_readings);
+  const Eigen::VectorXd between = between_blocks(field);
   std::vector<VarianceShares> shares;
   for (Eigen::Index r = 0; r < G.rows(); ++r) {
     shares.push_back(shares_of(G.row(r), B, own));
+    add_blocks(G.row(r), between, shares.back());
   }
   if (context.up && context.up_covariance) {
     const Eigen::Vector3d& up = *context.up;
@@ -389,7 +435,7 @@ Eigen::Matrix3d ReadingPropagation::field_covariance(
   const Eigen::Vector3d field = reduced / factor_;
   const Eigen::MatrixXd B = change_with_parameters(field, context);
   Eigen::MatrixXd C = B * covariance_ * B.transpose();
-  C.diagonal() += reading_variance(field, temperature);
+  C.diagonal() += reading_variance(field, temperature) + between_blocks(field);
   const Eigen::MatrixXd G =
       change_with_readings(readings, context, C.diagonal().cwiseSqrt()).topRows<3>();
   return G * C * G.transpose() + component_u_ * component_u_ * reduced * reduced.transpose();
@@ -420,6 +466,7 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(
                   no_noise),
         shares);
   }
+  add_blocks(unit, between_blocks(component * along), shares);
   const double variance = variance_of(shares);
   const double scale = calibration_.sensor.temperature && temperature
                            ? calibration_.sensor.temperature->scale_at(k, temperature->of(k))

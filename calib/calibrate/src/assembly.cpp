@@ -11,6 +11,7 @@
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -250,8 +251,9 @@ Eigen::MatrixXd turn_with_parameters(const Calibration& calibration) {
 
 bool has_alignment(const Calibration& calibration) {
   return calibration.sensor.response.bias.size() == 3 &&
-         calibration.fit.method != Method::magnitude && calibration.fit.method != Method::bias &&
-         calibration.fit.statistics && calibration.fit.statistics->covariance.rows() >= 12 &&
+         !method_kind(calibration.fit.method).by_magnitude &&
+         method_kind(calibration.fit.method).fits_sensitivity && calibration.fit.statistics &&
+         calibration.fit.statistics->covariance.rows() >= 12 &&
          calibration.sensor.response.sensitivity.determinant() > 0.0;
 }
 

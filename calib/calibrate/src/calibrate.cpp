@@ -18,6 +18,7 @@
 #include "axiscal/calib/lack_of_fit.hpp"
 #include "axiscal/calib/levelness_test.hpp"
 #include "axiscal/calib/magnitude.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/mount_turns.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/calib/parameter_names.hpp"
@@ -137,9 +138,10 @@ class RunFit {
         observations_(observations),
         used_(without_left_out(experiment, observations)),
         method_(choose_method(experiment, used_)),
+        kind_(method_kind(method_)),
         weighting_(experiment.weighting.value_or(observations.samples ? Weighting::samples
                                                                       : Weighting::none)),
-        by_field_(method_ == Method::known && brings_field(observations)),
+        by_field_(kind_.directions_known && brings_field(observations)),
         source_(checked(experiment, used_, method_), observations, weighting_, by_field_) {
     check_method(experiment, observations, used_, method_, by_field_);
     parts_ = resolve_field(experiment, source_.mean_time_s());
@@ -170,7 +172,7 @@ class RunFit {
     calibration_.fit.level_by_block = experiment_.level_by == LevelBy::block;
     calibration_.fit.left_out = experiment_.leave_out;
     note_choice_of_method(experiment_, used_, method_, calibration_);
-    if (method_ == Method::known && !by_field_) {
+    if (kind_.directions_known && !by_field_) {
       check_known_magnitude(calibration_.sensor.field);
     }
   }
@@ -196,7 +198,7 @@ class RunFit {
   void take_as_looked_at() { looked_at_temperature_ = true; }
 
   void fit() {
-    if (method_ == Method::magnitude) {
+    if (kind_.by_magnitude) {
       fit_without_labels();
       take_fitted();
     } else {
@@ -206,7 +208,7 @@ class RunFit {
   }
 
   void search_for_mistakes() {
-    searched_ = experiment_.search_for_mistakes && method_ != Method::magnitude &&
+    searched_ = experiment_.search_for_mistakes && !kind_.by_magnitude &&
                 can_be_searched(fitted_, estimate_);
     look_for_culprit();
     const bool drifts = culprit_ && culprit_->correction.code == WarningCode::drift;
@@ -245,17 +247,21 @@ class RunFit {
         add_mount_scatter(source_.mount_turns(), mounts_expected_, estimate_)) {
       calibration_.fit.conditions.mounts = static_cast<int>(source_.mount_turns().size());
     }
-    if (method_ != Method::magnitude) {
+    if (!kind_.by_magnitude) {
       if (!is_transfer) {
-        test_levelness(judged_ ? *judged_ : fitted_, method_ == Method::known, estimate_);
+        test_levelness(judged_ ? *judged_ : fitted_, kind_.directions_known, estimate_);
         test_lack_of_fit_of_inputs(experiment_, fitted_, method_, estimate_);
         add_soak_scatter(fitted_, estimate_);
         estimate_.curvature = test_curvature(experiment_, fitted_, method_, estimate_);
       }
-      add_rounding_scatter(fitted_, method_ == Method::known, experiment_.stated.resolution,
+      add_rounding_scatter(fitted_, kind_.directions_known, experiment_.stated.resolution,
                            estimate_);
-      add_run_scatter(judged_ ? *judged_ : fitted_,
-                      experiment_.process ? &*experiment_.process : nullptr, estimate_);
+      add_run_scatter({.set = judged_ ? *judged_ : fitted_,
+                       .known_field = kind_.directions_known,
+                       .averages_pairs = kind_.averages_pairs,
+                       .mounts_known = calibration_.fit.conditions.mounts > 1,
+                       .process = experiment_.process ? &*experiment_.process : nullptr},
+                      estimate_);
       CalibrationConditions& conditions = calibration_.fit.conditions;
       conditions.blocks = static_cast<int>(std::max<std::size_t>(fitted_.effects.blocks.size(), 1));
       conditions.earlier = estimate_.earlier;
@@ -263,6 +269,11 @@ class RunFit {
           conditions.blocks > 1 || conditions.mounts > 1 || conditions.earlier > 0;
       conditions.block_mean_square = estimate_.block_mean_square;
       conditions.block_degrees_of_freedom = estimate_.block_degrees_of_freedom;
+      conditions.sensitivity_mean_square = estimate_.sensitivity_mean_square;
+      conditions.sensitivity_degrees_of_freedom = estimate_.sensitivity_degrees_of_freedom;
+    } else if (estimate_.sessions > 0) {
+      calibration_.fit.conditions.blocks = estimate_.sessions;
+      calibration_.fit.conditions.intermediate = true;
     } else if (experiment_.process) {
       estimate_.notes.push_back(
           {NoteCode::conditions,
@@ -299,15 +310,15 @@ class RunFit {
   // What the readings say that were kept out of the fit, and the field's size of those in it.
   void hold_against_others() {
     if (kept_out_.size() > 0) {
-      if (method_ == Method::magnitude || seen_.size() > 0 || fitted_.seen.cols() > 0 ||
-          experiment_.robust || experiment_.level_by == LevelBy::block) {
+      if (kind_.by_magnitude || seen_.size() > 0 || fitted_.seen.cols() > 0 || experiment_.robust ||
+          experiment_.level_by == LevelBy::block) {
         throw RefusedError(
             "readings to be confirmed (confirm) go with design points or known fields, axes that "
             "see them all, one levelness, and no robust regression");
       }
       note_unknown_blocks();
       calibration_.findings.confirmation = confirmed(judged_ ? *judged_ : fitted_, kept_out_,
-                                                     estimate_.field, method_ == Method::known);
+                                                     estimate_.field, kind_.directions_known);
     }
     calibration_.fit.field_size =
         check_field_size(experiment_, fitted_, method_, estimate_.field, calibration_);
@@ -316,7 +327,7 @@ class RunFit {
   void look_at_residuals() {
     calibration_.fit.residuals = residuals_of(observations_, source_, estimate_.field,
                                               experiment_.positioner, calibration_, used_by_axes());
-    if (method_ == Method::magnitude) {
+    if (kind_.by_magnitude) {
       calibration_.fit.orientations =
           orientation_quality(fields_of_readings(calibration_.sensor.response, fitted_.response),
                               calibration_.sensor.field.magnitude);
@@ -388,7 +399,7 @@ class RunFit {
     culprit_.reset();
     if (searched_) {
       culprit_ =
-          find_culprit(fitted_, estimate_, method_ == Method::known, judged_ ? &*judged_ : nullptr);
+          find_culprit(fitted_, estimate_, kind_.directions_known, judged_ ? &*judged_ : nullptr);
     }
   }
 
@@ -402,7 +413,7 @@ class RunFit {
     constexpr double still_rad = 1e-12;
     for (int round = 0; round < most_rounds; ++round) {
       const std::optional<MountStep> step =
-          step_of_mounts(fitted_, estimate_, method_ == Method::known);
+          step_of_mounts(fitted_, estimate_, kind_.directions_known);
       if (!step) {
         return;
       }
@@ -464,7 +475,8 @@ class RunFit {
       }
     }
     const double F = calibration_.sensor.field.magnitude;
-    estimate_ = estimate_magnitude(set, F, experiment_.shape, noise_of(observations_));
+    estimate_ =
+        estimate_sessions(set, F, experiment_.shape, noise_of(observations_), experiment_.squares);
     calibration_.fit.shape = experiment_.shape;
     if (!set.rotation_sensor_from_table.empty()) {
       align_by_points(set, F, estimate_);
@@ -499,6 +511,7 @@ class RunFit {
   const Observations& observations_;
   Observations used_;  // the readings of the fit alone
   Method method_;
+  const MethodKind& kind_;
   Weighting weighting_;
   bool by_field_;  // whether the readings bring their fields
   ReadingSource source_;
@@ -531,8 +544,8 @@ Calibration finished(RunFit& run) {
 }  // namespace
 
 Calibration calibrate(const Experiment& experiment, const Observations& given) {
-  const bool by_attitudes =
-      has_attitudes(given) && experiment.method.value_or(Method::known) == Method::known;
+  const bool by_attitudes = has_attitudes(given) &&
+                            method_kind(experiment.method.value_or(Method::known)).directions_known;
   const Observations with_fields =
       by_attitudes ? with_fields_of_attitudes(experiment, given) : Observations();
   const Observations& observations = by_attitudes ? with_fields : given;
@@ -550,7 +563,7 @@ Calibration calibrate(const Experiment& experiment, const Observations& given) {
   }
   RunFit run(experiment, observations);
   run.describe();
-  if (run.method() == Method::bias) {
+  if (!method_kind(run.method()).fits_sensitivity) {
     if (std::any_of(observations.readings.begin(), observations.readings.end(),
                     [](const Reading& reading) { return reading.confirm; })) {
       throw RefusedError("method bias predicts no readings to be confirmed (confirm)");

@@ -12,6 +12,7 @@
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/jackknife.hpp"
 #include "axiscal/calib/magnitude.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/error.hpp"
@@ -214,7 +215,7 @@ void align_with_companion(Calibration& calibration,
   const bool has_labels =
       std::any_of(calibration.fit.residuals.begin(), calibration.fit.residuals.end(),
                   [](const ReadingResidual& r) { return r.point.has_value(); });
-  if (calibration.fit.method != Method::magnitude || has_labels) {
+  if (!method_kind(calibration.fit.method).by_magnitude || has_labels) {
     throw SetupError(
         "align: goes with method magnitude without design points, which leaves the frame open");
   }

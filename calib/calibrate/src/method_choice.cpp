@@ -7,6 +7,7 @@
 
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/field/field_kind.hpp"
 
@@ -103,7 +104,7 @@ void note_choice_of_method(const Experiment& experiment,
                            const Observations& used,
                            Method method,
                            Calibration& calibration) {
-  if (method == Method::known && has_labels(used) && !used.has_fence) {
+  if (method_kind(method).directions_known && has_labels(used) && !used.has_fence) {
     calibration.findings.notes.push_back(
         {NoteCode::method,
          "six faces without fence faces: the table is taken as level; its slope is in the biases "

@@ -7,13 +7,16 @@
 
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/heavy_tails.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
 namespace {
 
-constexpr double false_outlier = 1e-4;  // in a run
+constexpr double false_outlier = 1e-4;         // in a run of normal noise
+constexpr double false_by_its_company = 0.01;  // in a run of its own tails
 
 struct Outlier {
   const RegressionRow* row = nullptr;
@@ -26,6 +29,23 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
   const auto tests = static_cast<double>(statistics.rows.size()) *
                      static_cast<double>(calibration.sensor.response.bias.size());
   std::vector<Outlier> outliers;
+  std::optional<NoiseTails> tails;  // of all readings, once one stands out
+  const auto by_its_company = [&](double t) {
+    if (!tails) {
+      tails.emplace();
+      for (const RegressionRow& row : statistics.rows) {
+        for (const double one : row.studentized) {
+          if (std::isfinite(one)) {
+            tails->add(one);
+          }
+        }
+      }
+    }
+    tails->remove(t);
+    const double p = tails->two_sided_p(t);
+    tails->add(t);
+    return p;
+  };
   for (const RegressionRow& row : statistics.rows) {
     for (Eigen::Index k = 0; k < row.studentized.size(); ++k) {
       const double t = row.studentized(k);
@@ -37,7 +57,8 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
                                    calibration.sensor.field.magnitude;
       const bool rounding = statistics.residual_sd(k) <= 1e-13 * full_response;
       const bool has_no_weight = row.robust_weight.size() > 0 && row.robust_weight(k) == 0.0;
-      if (p * tests < false_outlier && !rounding && !has_no_weight) {
+      if (p * tests < false_outlier && !rounding && !has_no_weight &&
+          by_its_company(t) * tests < false_by_its_company) {
         outliers.push_back({.row = &row, .axis = k, .deviation = std::abs(t)});
         break;
       }
@@ -52,7 +73,7 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
 // averages that have too few degrees of freedom to name one.
 std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibration) {
   std::vector<Outlier> outliers;
-  if (calibration.fit.method != Method::paired) {
+  if (!method_kind(calibration.fit.method).averages_pairs) {
     outliers = find_outliers(calibration);
   }
   if (outliers.empty()) {
@@ -67,7 +88,7 @@ std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibra
   std::partial_sort(outliers.begin(), outliers.begin() + static_cast<std::ptrdiff_t>(named),
                     outliers.end(),
                     [](const Outlier& a, const Outlier& b) { return a.deviation > b.deviation; });
-  const bool by_magnitude = calibration.fit.method == Method::magnitude;
+  const bool by_magnitude = method_kind(calibration.fit.method).by_magnitude;
   std::vector<std::string> worst;
   for (std::size_t i = 0; i < named; ++i) {
     const std::string& axis =

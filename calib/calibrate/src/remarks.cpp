@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "remarks.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "axiscal/calib/calibration_warning.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
+#include "axiscal/positioner/design.hpp"
 
 namespace axiscal {
 namespace {
@@ -67,7 +72,8 @@ void note_few_averages(Calibration& calibration) {
   const double joint = statistics.observations -
                        static_cast<double>(statistics.covariance.rows()) / m -
                        (calibration.fit.conditions.blocks - 1.0) - 2.0 / m;
-  if (calibration.fit.method == Method::paired && own > 0.0 && own < few && joint > 2.0 * own) {
+  if (method_kind(calibration.fit.method).averages_pairs && own > 0.0 && own < few &&
+      joint > 2.0 * own) {
     calibration.findings.notes.push_back(
         {NoteCode::method,
          formatted(
@@ -78,17 +84,46 @@ void note_few_averages(Calibration& calibration) {
   }
 }
 
+// A disturbance that repeats, as of a heating, goes into the coefficients unseen where points were
+// taken in one fixed order: that of the design, or the same in each block.
+void note_fixed_order(const Observations& observations, Calibration& calibration) {
+  std::map<int, std::vector<DesignPoint>> blocks;
+  for (const Reading& reading : observations.readings) {
+    if (!reading.point) {
+      return;
+    }
+    blocks[reading.block].push_back(*reading.point);
+  }
+  const std::vector<DesignPoint>& first = blocks.begin()->second;
+  constexpr std::size_t fewest = 12;
+  if (first.size() < fewest) {
+    return;
+  }
+  std::vector<DesignPoint> design;
+  for (const DesignEntry& entry : standard_design(12)) {
+    design.push_back(entry.point);
+  }
+  const bool by_design = std::equal(design.begin(), design.end(), first.begin());
+  const bool repeats =
+      blocks.size() > 1 && std::all_of(blocks.begin(), blocks.end(),
+                                       [&](const auto& one) { return one.second == first; });
+  if (by_design || repeats) {
+    calibration.findings.notes.push_back(
+        {NoteCode::conditions,
+         formatted("the readings were taken {}: a disturbance that comes and goes hides in the "
+                   "coefficients then; in random order it shows as noise",
+                   repeats ? "in the same order in each block" : "in the design's own order")});
+  }
+}
+
 void note_conditions(Calibration& calibration) {
-  const bool by_table = calibration.fit.method == Method::paired ||
-                        calibration.fit.method == Method::joint ||
-                        calibration.fit.method == Method::known;
+  const bool by_table = method_kind(calibration.fit.method).by_pose;
   if (by_table && !calibration.fit.conditions.intermediate && !calibration.fit.residuals.empty() &&
       calibration.fit.statistics->degrees_of_freedom.minCoeff() > 0.0) {
     calibration.findings.notes.push_back(
         {NoteCode::conditions,
-         "repeatability only: one block of readings does not tell how the biases change from day "
-         "to "
-         "day or when all is set up anew; three or four blocks do"});
+         "repeatability only: one block of readings does not tell how biases and sensitivities "
+         "change from day to day or when all is set up anew; three or four blocks do"});
   }
 }
 
@@ -107,6 +142,7 @@ void add_notes(Calibration& calibration,
   note_readings_without_weight(calibration);
   note_few_averages(calibration);
   note_conditions(calibration);
+  note_fixed_order(observations, calibration);
   std::set<DesignPoint> points;
   for (const Reading& reading : observations.readings) {
     if (reading.point) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -113,8 +114,7 @@ void check_readings(const Experiment& experiment, const Observations& observatio
     const Reading& first = observations.readings.front();
     if (reading.point.has_value() != first.point.has_value() ||
         reading.field_in_sensor.has_value() != first.field_in_sensor.has_value() ||
-        (!reading.point && !reading.field_in_sensor &&
-         experiment.method.value_or(Method::magnitude) < Method::magnitude)) {
+        (!reading.point && !reading.field_in_sensor && method_kind(experiment.method).by_pose)) {
       throw DomainError("calibrate: every reading needs its design point, or every one its field");
     }
     if (reading.level != 1.0 && is_local(experiment.field)) {
@@ -130,7 +130,7 @@ void check_readings(const Experiment& experiment, const Observations& observatio
 // Which face is at the fence does not matter to a vertical field on a level table alone.
 void check_without_fence(const Experiment& experiment, Method method) {
   constexpr const char* advice = "give the column 'fence', the face at the fence";
-  if (method != Method::known) {
+  if (!method_kind(method).directions_known) {
     throw RefusedError(formatted("method {}: the readings have no fence faces; {}, or use method "
                                  "known on a level table",
                                  method_name(method), advice),
@@ -152,7 +152,7 @@ void check_without_fence(const Experiment& experiment, Method method) {
 
 void check_levels(const Observations& observations, Method method) {
   for (const Reading& reading : observations.readings) {
-    if (method == Method::magnitude && reading.level != 1.0) {
+    if (method_kind(method).by_magnitude && reading.level != 1.0) {
       throw RefusedError(
           formatted("run {}: level {}, but method magnitude takes the field's magnitude as the "
                     "same in all readings",
@@ -184,10 +184,10 @@ void check_temperature(const Experiment& experiment,
                        const std::vector<Reading>& readings,
                        Method method) {
   const TemperatureSetup& setup = experiment.temperature;
-  if (setup.order == 0 && !setup.automatic && method != Method::bias) {
+  if (setup.order == 0 && !setup.automatic && method_kind(method).fits_sensitivity) {
     return;
   }
-  if (setup.order < 0 || (setup.order > 2 && method != Method::bias)) {
+  if (setup.order < 0 || (setup.order > 2 && method_kind(method).fits_sensitivity)) {
     throw SetupError(
         formatted("temperature order {}: must be 0, 1 or 2; method bias takes any", setup.order));
   }
@@ -205,7 +205,7 @@ void check_method(const Experiment& experiment,
                   Method method,
                   bool by_field) {
   const std::string name(method_name(method));
-  if (!by_field && method != Method::magnitude && method != Method::bias &&
+  if (!by_field && !method_kind(method).by_magnitude && method_kind(method).fits_sensitivity &&
       !has_labels(observations)) {
     throw RefusedError(
         formatted("method {}: the readings have no design points; give columns 'rest' and 'fence', "
@@ -213,16 +213,17 @@ void check_method(const Experiment& experiment,
                   name),
         {settings::method});
   }
-  if (!observations.has_fence && has_labels(observations) && method != Method::bias) {
+  if (!observations.has_fence && has_labels(observations) && method_kind(method).fits_sensitivity) {
     check_without_fence(experiment, method);
   }
-  const bool has_one_slope = method == Method::known || method == Method::magnitude;
+  const bool has_one_slope =
+      method_kind(method).directions_known || method_kind(method).by_magnitude;
   if (has_one_slope && experiment.level_by == LevelBy::block) {
     throw SetupError(formatted(
         "method {} estimates no levelness; level by block goes with paired and joint", name));
   }
   if (!experiment.field.others.empty() &&
-      (method == Method::paired || method == Method::magnitude ||
+      (method_kind(method).averages_pairs || method_kind(method).by_magnitude ||
        experiment.level_by == LevelBy::block)) {
     throw SetupError(
         "a field of several parts goes with the methods joint and known, and one "
@@ -233,17 +234,17 @@ void check_method(const Experiment& experiment,
       throw SetupError(formatted("also {}: is there twice", experiment.also[i].kind()));
     }
   }
-  if (!experiment.also.empty() && (by_field || method == Method::magnitude)) {
+  if (!experiment.also.empty() && (by_field || method_kind(method).by_magnitude)) {
     throw SetupError(
         "a second field (also) needs design points and the methods paired, joint or "
         "known");
   }
   if (experiment.instrument.one_sided &&
-      (method == Method::paired || method == Method::magnitude)) {
+      (method_kind(method).averages_pairs || method_kind(method).by_magnitude)) {
     throw SetupError(formatted(
         "method {}: one-sided axes see a field from one side only; use joint or known", name));
   }
-  if (method == Method::magnitude &&
+  if (method_kind(method).by_magnitude &&
       (experiment.temperature.order > 0 || experiment.temperature.automatic)) {
     throw SetupError(
         "method magnitude fits no temperature terms; give design points, or calibrate each "

@@ -8,6 +8,7 @@
 
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibration_warning.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
@@ -122,7 +123,7 @@ class Summary {
       text_ += used.empty() ? "" : wrapped(used, 80) + "\n";
       return;
     }
-    used += c_.fit.method == Method::turns
+    used += method_kind(c_.fit.method).by_turns
                 ? counted(static_cast<std::size_t>(statistics_.observations), "turn")
                 : formatted("{} of {} used", statistics_.observations,
                             counted(c_.fit.residuals.size(), "reading"));
@@ -132,18 +133,12 @@ class Summary {
     }
     text_ += wrapped(used, 80) + "\n";
     std::string method = "method " + std::string(method_name(c_.fit.method));
-    if (c_.fit.method == Method::paired) {
-      method +=
-          formatted(": {} of opposite positions", counted(statistics_.rows.size(), "average"));
-    } else if (c_.fit.method == Method::joint) {
-      method += ": all readings, the field's direction in the table fitted with them";
-    } else if (c_.fit.method == Method::turns) {
-      method += ": the attitudes after turns from rest to rest, by integration";
-    } else if (c_.fit.method == Method::magnitude) {
-      method +=
-          ": orientations unknown, sensitivity taken as " + std::string(shape_name(c_.fit.shape));
-    } else {
-      method += ": the field taken as given";
+    const MethodKind& kind = method_kind(c_.fit.method);
+    method += kind.averages_pairs ? formatted(": {} of opposite positions",
+                                              counted(statistics_.rows.size(), "average"))
+                                  : formatted(": {}", kind.words);
+    if (kind.by_magnitude) {
+      method += ", sensitivity taken as " + std::string(shape_name(c_.fit.shape));
     }
     method += c_.fit.weights == Weighting::none
                   ? ""

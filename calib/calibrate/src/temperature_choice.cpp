@@ -9,6 +9,7 @@
 #include <Eigen/QR>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/temperature.hpp"
 #include "axiscal/calib/temperature_fit.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -73,7 +74,7 @@ double p_of_following(const ReadingSet& set,
 bool has_temperatures_enough(const Experiment& experiment, const Observations& observations) {
   if (!nothing_is_said(experiment.temperature) || experiment.instrument.one_sided ||
       (!has_labels(observations) && !brings_field(observations)) ||
-      experiment.method.value_or(Method::joint) >= Method::magnitude) {
+      !method_kind(experiment.method.value_or(Method::joint)).by_pose) {
     return false;
   }
   const std::vector<double> temperatures =
@@ -111,7 +112,7 @@ void warn_of_ignored_temperature(const Experiment& experiment,
   constexpr double coldest = -100.0;
   constexpr double hottest = 200.0;
   const bool spans_much = *high - *low >= much && *low >= coldest && *high <= hottest;
-  const bool by_magnitude = calibration.fit.method == Method::magnitude;
+  const bool by_magnitude = method_kind(calibration.fit.method).by_magnitude;
   constexpr double false_alarm = 0.002;
   const double p = by_magnitude || *high == *low ? 1.0 : p_of_following(set, field, temperatures);
   if (!spans_much && !(p < false_alarm)) {

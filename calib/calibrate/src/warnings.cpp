@@ -6,6 +6,7 @@
 
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -270,7 +271,9 @@ class Finder {
     }
   }
 
-  [[nodiscard]] bool by_magnitude() const { return calibration_.fit.method == Method::magnitude; }
+  [[nodiscard]] bool by_magnitude() const {
+    return method_kind(calibration_.fit.method).by_magnitude;
+  }
 
   void find_axes() {
     if (calibration_.sensor.instrument.one_sided || calibration_.sensor.response.bias.size() > 3) {
@@ -323,20 +326,32 @@ class Finder {
     // A response that bends looks like an axis that is limited; which of both it is nobody can
     // tell.
     const bool explained = culprit_ && culprit_->correction.code != WarningCode::saturated;
-    if (explained || !curvature || !(curvature->p_value < false_nonlinearity)) {
+    // Where readings scatter more along the field, the ends of the response scatter as well.
+    const std::vector<ScatterComponent>& components = calibration_.fit.statistics->components;
+    const bool is_noisy_at_ends =
+        std::any_of(components.begin(), components.end(),
+                    [](const ScatterComponent& one) { return one.name.starts_with("field_"); });
+    const double level = false_nonlinearity * (is_noisy_at_ends ? 0.01 : 1.0);
+    if (explained || !curvature || !(curvature->p_value < level)) {
       return;
     }
     Eigen::Index most = 0;
     curvature->bends.cwiseAbs().maxCoeff(&most);
     const double bend = curvature->bends(most);
+    const std::string found = formatted(
+        "the response is not straight (p = {}): the square of the field adds {} {} to "
+        "axis {} at full field",
+        rounded(curvature->p_value, 2), rounded(bend, 2), calibration_.sensor.instrument.unit,
+        axis_name(most));
     add(WarningCode::nonlinearity, {},
-        formatted(
-            "the response is not straight (p = {}): the square of the field adds {} {} to "
-            "axis {} at full field, and its bias holds a third of that; the instrument bends, "
-            "or opposite faces of the cube are not parallel: state the cube's face normals, or "
-            "keep in mind that calibrated readings are off by so much",
-            rounded(curvature->p_value, 2), rounded(bend, 2), calibration_.sensor.instrument.unit,
-            axis_name(most)));
+        by_magnitude()
+            ? formatted(
+                  "{}, which the biases hold in part; fit squared terms beside them (squares)",
+                  found)
+            : formatted("{}, and its bias holds a third of that; the instrument bends, or opposite "
+                        "faces of the cube are not parallel: state the cube's face normals, or "
+                        "keep in mind that calibrated readings are off by so much",
+                        found));
   }
 
   // What is known of a stated direction, x and y in the table [parts of the magnitude].
@@ -355,7 +370,7 @@ class Finder {
   // F(2, nu) with the stated uncertainty beside that of the differences.
   void find_slope() {
     const std::optional<Levelness>& levelness = calibration_.fit.levelness;
-    if (calibration_.fit.method != Method::known || !levelness ||
+    if (!method_kind(calibration_.fit.method).directions_known || !levelness ||
         !calibration_.sensor.field.in_table) {
       return;
     }
@@ -407,14 +422,15 @@ class Finder {
                     rounded(statistics().condition_number, 3),
                     calibration_.sensor.instrument.one_sided
                         ? "take all 24 points, or move the lamp away from the cube's diagonal"
-                    : calibration_.fit.method == Method::magnitude
+                    : method_kind(calibration_.fit.method).by_magnitude
                         ? "add orientations all around"
                         : "take each face turned round as well"));
     }
   }
 
   void find_other_magnitude() {
-    if (calibration_.fit.method != Method::known || calibration_.sensor.field.in_table) {
+    if (!method_kind(calibration_.fit.method).directions_known ||
+        calibration_.sensor.field.in_table) {
       return;
     }
     constexpr double largest_deviation = 0.05;

@@ -11,6 +11,7 @@
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/calib/serial_correlation.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/calib/temperature_fit.hpp"
 #include "axiscal/core/error.hpp"
@@ -333,6 +334,54 @@ void add_sweep_scatter(const ReadingSet& set,
   }
 }
 
+// Consecutive readings of a sweep that are alike. One sweep is one cycle of the temperature, so
+// that its tenths do not tell it; models of the noise do.
+void add_noise_of_order(const ReadingSet& set,
+                        const std::vector<Eigen::Index>& places,
+                        const Eigen::MatrixXd& responses,
+                        const std::vector<LeastSquaresFit>& fits,
+                        Calibration& calibration) {
+  OrderedReadings ordered{
+      .responses = responses,
+      .places = Eigen::VectorXd::LinSpaced(set.size(), 0.0, static_cast<double>(set.size() - 1)),
+      .blocks = {}};
+  const int order = static_cast<int>(places.size()) - 1;
+  constexpr Eigen::Index fewest_left = 4;
+  if (set.leaves_out() || set.robust || set.size() < order + 1 + fewest_left) {
+    return;
+  }
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    ordered.designs.push_back(powers(set.temperature.d.col(k), order));
+  }
+  constexpr double one_sided_10_percent = 1.282;
+  if (!(lag_one_score(ordered) > one_sided_10_percent)) {
+    return;
+  }
+  FitStatistics& statistics = *calibration.fit.statistics;
+  const Eigen::Index p = statistics.covariance.rows() / set.axis_count();
+  Eigen::VectorXd u = Eigen::VectorXd::Zero(statistics.covariance.rows());
+  double correlation = 0.0;
+  double freedom = 0.0;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const CorrelatedFit fit =
+        fit_under_correlation(ordered.designs[static_cast<std::size_t>(k)], responses.col(k),
+                              Eigen::VectorXd::Ones(set.size()) * Eigen::RowVector3d::UnitX());
+    // The estimate stays, and how far it is from that of the models counts.
+    const Eigen::VectorXd off = fit.estimate - fits[static_cast<std::size_t>(k)].estimate;
+    for (std::size_t j = 0; j < places.size(); ++j) {
+      const auto at = static_cast<Eigen::Index>(j);
+      u(p * k + places[j]) = std::hypot(std::sqrt(fit.covariance(at, at)), off(at));
+    }
+    correlation = std::max(correlation, fit.correlation);
+    freedom = fit.degrees_of_freedom;
+  }
+  add_correlation(u, freedom, statistics);
+  calibration.findings.notes.push_back(
+      {NoteCode::correlation,
+       formatted("consecutive readings are alike (correlation about {}); the intervals count it",
+                 number_text(correlation, 1))});
+}
+
 // Of the biases and their polynomials, by the covariance.
 void put_standard_errors(const std::vector<Eigen::Index>& places, Calibration& calibration) {
   FitStatistics& statistics = *calibration.fit.statistics;
@@ -435,6 +484,7 @@ void fit_bias(const Experiment& experiment,
   if (is_long_recording(set.size())) {
     add_sweep_scatter(set, places, all, fits, calibration);
   }
+  add_noise_of_order(set, places, all, fits, calibration);
   put_standard_errors(places, calibration);
   if (experiment.from) {
     put_covariance_of(*experiment.from, statistics.parameter_names, statistics.covariance);

@@ -8,6 +8,7 @@
 #include <Eigen/Cholesky>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/heavy_tails.hpp"
 #include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/core/not_a_number.hpp"
 
@@ -170,6 +171,55 @@ std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readi
   }
   return axes > 0.0 ? std::optional(chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * axes))
                     : std::nullopt;
+}
+
+std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_t>& readings,
+                                                    const Eigen::MatrixXd& contrasts) const {
+  const std::optional<Others> others = without(readings);
+  if (!others) {
+    return std::nullopt;
+  }
+  NoiseTails tails;
+  std::vector<double> deviations;  // of the contrasts, square to each other, of variance 1
+  for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+    const LeftOut own = left_out(readings, *others, k);
+    if (!own.seen) {
+      continue;
+    }
+    const Eigen::LLT<Eigen::MatrixXd> root(
+        contrasts * (Eigen::MatrixXd(own.own.asDiagonal()) + own.of_prediction) *
+        contrasts.transpose());
+    const Eigen::VectorXd whitened = root.matrixL().solve(contrasts * own.error);
+    deviations.insert(deviations.end(), whitened.begin(), whitened.end());
+    const Axis& axis = axes_[static_cast<std::size_t>(k)];
+    const std::vector<Eigen::Index> at = places_of(k);
+    const Eigen::VectorXd left = axis.y - axis.J * others->estimate(at);
+    const Eigen::MatrixXd C = others->covariance(at, at) / others->variance(k);
+    const Eigen::VectorXd free = 1.0 - (axis.J * C).cwiseProduct(axis.J).rowwise().sum().array();
+    for (Eigen::Index i = 0; i < left.size(); ++i) {
+      constexpr double least_left = 1e-6;
+      const bool is_other = std::find(readings.begin(), readings.end(),
+                                      static_cast<std::size_t>(i)) == readings.end();
+      if (is_other && root_weights_(i, k) > 0.0) {
+        tails.add(left(i) / std::sqrt(others->variance(k) * std::max(free(i), least_left)));
+      }
+    }
+  }
+  if (deviations.empty()) {
+    return std::nullopt;
+  }
+  double p = 0.0;
+  const auto weights = tails.weights();
+  for (std::size_t v = 0; v < weights.size(); ++v) {
+    double sum = 0.0;
+    for (const double t : deviations) {
+      sum -=
+          2.0 * std::log(std::max(NoiseTails::two_sided_p_of(NoiseTails::freedoms[v], t), 1e-300));
+    }
+    p += weights[v] *
+         chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * static_cast<double>(deviations.size()));
+  }
+  return p;
 }
 
 std::optional<std::vector<DeletionFit::Prediction>> DeletionFit::predictions(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/estimate_by_method.hpp"
 
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/temperature_fit.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -24,7 +25,7 @@ Estimate by_method(Method method, const ReadingSet& set, bool by_field) {
   if (method == Method::joint) {
     return estimate_joint(set);
   }
-  if (method == Method::paired) {
+  if (method_kind(method).averages_pairs) {
     const Eigen::Vector3d direction = known_field(set.field).vector(0).normalized();
     return estimate_paired(set, set.field.parts().front().magnitude * direction);
   }

@@ -8,8 +8,9 @@
 #include <Eigen/QR>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/joint_fit.hpp"
-#include "axiscal/calib/uncertain_inputs.hpp"
+#include "axiscal/calib/method_kind.hpp"
 
 namespace axiscal {
 namespace {
@@ -90,7 +91,7 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
   if (!calibration.fit.statistics || !can_be_checked(experiment, set, field, calibration)) {
     return std::nullopt;
   }
-  const bool known = method == Method::known;
+  const bool known = method_kind(method).directions_known;
   const Eigen::Index n = set.size();
   const Eigen::Index m = set.axis_count();
   const Eigen::VectorXd sigma = calibration.fit.statistics->residual_sd;
@@ -103,9 +104,9 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
   const Eigen::Matrix3d inverse =
       Eigen::Matrix3d(calibration.sensor.response.sensitivity).inverse();
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n * m, n);  // transposed
-  const std::vector<UncertainInput> inputs = uncertain_inputs(experiment, set, known, field);
+  const std::vector<InputQuantity> inputs = input_quantities(experiment, set, known, field);
   std::vector<Eigen::MatrixXd> shared;  // of each input, likewise
-  for (const UncertainInput& input : inputs) {
+  for (const InputQuantity& input : inputs) {
     shared.emplace_back(n * m, input.parts);
   }
   double squares = 0.0;

@@ -8,10 +8,12 @@
 #include <optional>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/response_system.hpp"
-#include "axiscal/calib/uncertain_inputs.hpp"
+#include "axiscal/calib/rounding_scatter.hpp"
 #include "axiscal/calib/variance_components.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -45,7 +47,7 @@ class GeneralizedFit {
  public:
   // @param set  must outlive it.
   GeneralizedFit(const Layings& layings,
-                 const std::vector<UncertainInput>& inputs,
+                 const std::vector<InputQuantity>& inputs,
                  bool known_field,
                  bool seats,
                  const Estimate& start)
@@ -196,14 +198,14 @@ class GeneralizedFit {
   // What the inputs' errors, as predicted, add to the readings of a set; n x m.
   // @param inputs  of that set.
   [[nodiscard]] Eigen::MatrixXd shared_parts(const ReadingSet& set,
-                                             const std::vector<UncertainInput>& inputs) const {
+                                             const std::vector<InputQuantity>& inputs) const {
     const Eigen::Index m = set.axis_count();
     Eigen::MatrixXd parts = Eigen::MatrixXd::Zero(set.size(), m);
     const Eigen::VectorXd predicted = fit_->estimate.tail(errors());
     for (Eigen::Index i = 0; i < set.size(); ++i) {
       Eigen::Vector3d field = Eigen::Vector3d::Zero();
       Eigen::Index first = 0;
-      for (const UncertainInput& input : inputs) {
+      for (const InputQuantity& input : inputs) {
         field += input.change(i, field_) * predicted.segment(first, input.parts);
         first += input.parts;
       }
@@ -219,7 +221,7 @@ class GeneralizedFit {
     std::vector<Eigen::MatrixXd> all;
     const Eigen::MatrixXd to_all = fit_->covariance(set_.places_of_coefficients(), Eigen::all);
     Eigen::Index first = fit_->covariance.cols() - errors();
-    for (const UncertainInput& input : inputs_) {
+    for (const InputQuantity& input : inputs_) {
       const Eigen::MatrixXd to_input = to_all.middleCols(first, input.parts);
       all.emplace_back(to_input * to_input.transpose());
       first += input.parts;
@@ -292,7 +294,7 @@ class GeneralizedFit {
   [[nodiscard]] Eigen::Index errors() const {
     return std::accumulate(
         inputs_.begin(), inputs_.end(), Eigen::Index{0},
-        [](Eigen::Index sum, const UncertainInput& one) { return sum + one.parts; });
+        [](Eigen::Index sum, const InputQuantity& one) { return sum + one.parts; });
   }
 
   // A variance that was 0 may come back.
@@ -334,7 +336,7 @@ class GeneralizedFit {
       }
       const Eigen::MatrixXd by_field = changes_with_field(i, root);
       Eigen::Index at = p * m + directions;
-      for (const UncertainInput& input : inputs_) {
+      for (const InputQuantity& input : inputs_) {
         problem.W.block(m * i, at, m, input.parts) = by_field * input.change(i, field_);
         at += input.parts;
       }
@@ -359,7 +361,7 @@ class GeneralizedFit {
 
   const ReadingSet& set_;
   const Layings& layings_;
-  const std::vector<UncertainInput>& inputs_;
+  const std::vector<InputQuantity>& inputs_;
   bool known_field_;
   bool seats_;
   TableField field_;
@@ -381,8 +383,10 @@ bool looks_for_seats(const Experiment& experiment,
       set.axis_count() < 2 || set.field.is_sum()) {
     return false;
   }
+  // What steps of the readings leave is nobody's noise, and parts no seats from it.
   return experiment.seats == SeatSetup::fit ||
-         (layings.set.size() >= fewest && layings.set.size() <= most);
+         (layings.set.size() >= fewest && layings.set.size() <= most &&
+          !is_coarsely_rounded(set, experiment.stated.resolution, estimate.statistics.residual_sd));
 }
 
 // Whether what readings share can be told: all axes met the same field by labels, and the readings
@@ -392,13 +396,13 @@ bool can_weigh(const ReadingSet& set, const Estimate& estimate) {
          set.visible.empty() && set.seen.cols() == 0;
 }
 
-std::vector<UncertaintySource> sources_of(const std::vector<UncertainInput>& inputs,
+std::vector<UncertaintySource> sources_of(const std::vector<InputQuantity>& inputs,
                                           std::vector<Eigen::MatrixXd> shares) {
   std::vector<UncertaintySource> sources;
   for (std::size_t s = 0; s < inputs.size(); ++s) {
     sources.push_back({.name = inputs[s].name,
                        .type = "B",
-                       .distribution = "normal",
+                       .distribution = inputs[s].distribution,
                        .input_u = inputs[s].u,
                        .input_unit = inputs[s].unit,
                        .degrees_of_freedom = std::numeric_limits<double>::infinity(),
@@ -424,9 +428,9 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
     }
   }
   const Layings layings = layings_of(without_unpaired(set, estimate));
-  const bool known = method == Method::known;
-  const std::vector<UncertainInput> inputs =
-      uncertain_inputs(experiment, layings.set, known, estimate.field);
+  const bool known = method_kind(method).directions_known;
+  const std::vector<InputQuantity> inputs =
+      input_quantities(experiment, layings.set, known, estimate.field);
   const bool seats = seats_of(statistics) != nullptr;
   return GeneralizedFit(layings, inputs, known, seats, estimate).curvature();
 }
@@ -439,14 +443,14 @@ std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
   if (!can_weigh(set, estimate) || experiment.robust) {
     return std::nullopt;
   }
-  const bool known = method == Method::known;
-  const std::vector<UncertainInput> own = uncertain_inputs(experiment, of, known, estimate.field);
+  const bool known = method_kind(method).directions_known;
+  const std::vector<InputQuantity> own = input_quantities(experiment, of, known, estimate.field);
   if (own.empty()) {
     return std::nullopt;
   }
   const Layings layings = layings_of(without_unpaired(set, estimate));
-  const std::vector<UncertainInput> inputs =
-      uncertain_inputs(experiment, layings.set, known, estimate.field);
+  const std::vector<InputQuantity> inputs =
+      input_quantities(experiment, layings.set, known, estimate.field);
   GeneralizedFit fit(layings, inputs, known, false, estimate);
   if (!fit.solve()) {
     return std::nullopt;
@@ -460,13 +464,13 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
                                                    const ReadingSet& set,
                                                    Method method,
                                                    Estimate& estimate) {
-  const bool known = method == Method::known;
+  const bool known = method_kind(method).directions_known;
   if (!can_weigh(set, estimate)) {
     return {};
   }
   const Layings layings = layings_of(without_unpaired(set, estimate));
-  const std::vector<UncertainInput> inputs =
-      uncertain_inputs(experiment, layings.set, known, estimate.field);
+  const std::vector<InputQuantity> inputs =
+      input_quantities(experiment, layings.set, known, estimate.field);
   const bool has_normals = !inputs.empty() && inputs.front().name == "positioner";
   if (experiment.robust) {
     if (has_normals) {

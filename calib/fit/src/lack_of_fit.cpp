@@ -10,8 +10,9 @@
 
 #include "axis_regression.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/joint_fit.hpp"
-#include "axiscal/calib/uncertain_inputs.hpp"
+#include "axiscal/calib/method_kind.hpp"
 
 namespace axiscal {
 namespace {
@@ -105,9 +106,9 @@ void test_lack_of_fit_of_inputs(const Experiment& experiment,
       set.robust) {
     return;
   }
-  const bool known = method == Method::known;
-  const std::vector<UncertainInput> inputs =
-      uncertain_inputs(experiment, set, known, estimate.field);
+  const bool known = method_kind(method).directions_known;
+  const std::vector<InputQuantity> inputs =
+      input_quantities(experiment, set, known, estimate.field);
   const RegressionRows rows = rows_of_readings(set);
   if (inputs.empty() ||
       *std::max_element(rows.group.begin(), rows.group.end()) >= static_cast<int>(most_poses)) {
@@ -115,7 +116,7 @@ void test_lack_of_fit_of_inputs(const Experiment& experiment,
   }
   const JointState state = JointFit(set, set.weights).at(estimate.field);
   Eigen::Index count = 0;
-  for (const UncertainInput& input : inputs) {
+  for (const InputQuantity& input : inputs) {
     count += input.parts;
   }
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
@@ -127,7 +128,7 @@ void test_lack_of_fit_of_inputs(const Experiment& experiment,
     const Eigen::RowVector3d S = estimate.response.sensitivity.row(k);
     for (Eigen::Index i = 0; i < set.size(); ++i) {
       Eigen::Index first = 0;
-      for (const UncertainInput& input : inputs) {
+      for (const InputQuantity& input : inputs) {
         errors.block(i, first, 1, input.parts) =
             set.scale(i, k) * S * input.change(i, estimate.field);
         first += input.parts;

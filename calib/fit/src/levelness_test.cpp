@@ -82,7 +82,13 @@ void test_levelness(const ReadingSet& set, bool known_field, Estimate& estimate)
   if (suspect == nullptr) {
     return;
   }
-  levelness.p_value = std::min(1.0, static_cast<double>(faces.size()) * smallest);
+  const auto count = static_cast<double>(faces.size());
+  if (count * smallest < unlevel_below) {
+    smallest = std::max(
+        smallest,
+        others.p_value_by_tails(suspect->readings, matrix_of(*suspect)).value_or(smallest));
+  }
+  levelness.p_value = std::min(1.0, count * smallest);
   levelness.consistent = !(levelness.p_value < unlevel_below);
   if (!levelness.consistent) {
     levelness.suspect = LevelnessEstimate{.point = suspect->pair->point,

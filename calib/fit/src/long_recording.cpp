@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "long_recording.hpp"
 
+#include <algorithm>
 #include <cmath>
 
+#include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/jackknife.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -37,6 +39,36 @@ void add_long_correlation(const Eigen::VectorXd& uncertainties,
   statistics.components.push_back(std::move(component));
   statistics.interval_dof.setConstant(statistics.covariance.rows(), degrees_of_freedom);
   put_intervals(statistics);
+}
+
+void add_correlation(const Eigen::VectorXd& uncertainties,
+                     double degrees_of_freedom,
+                     FitStatistics& statistics) {
+  fill_intervals(statistics);
+  const double t = student_t_factor(0.95, degrees_of_freedom);
+  Eigen::VectorXd wider = statistics.covariance.diagonal().cwiseSqrt();
+  Eigen::VectorXd intervals = statistics.interval_95;
+  for (Eigen::Index i = 0; i < wider.size(); ++i) {
+    wider(i) = std::max(wider(i), uncertainties(i));
+    intervals(i) = std::max(intervals(i), t * uncertainties(i));
+  }
+  const Eigen::MatrixXd before = statistics.covariance;
+  statistics.covariance = rescaled_covariance(before, wider);
+  const Eigen::Index m = statistics.residual_sd.size();
+  const Eigen::Index p = statistics.covariance.rows() / m;
+  std::erase_if(statistics.components,
+                [](const ScatterComponent& one) { return one.name == "correlation"; });
+  statistics.components.push_back({.name = "correlation",
+                                   .sd = wider(Eigen::seqN(0, m, p)),
+                                   .unit = {},
+                                   .covariance = statistics.covariance,
+                                   .degrees_of_freedom = degrees_of_freedom});
+  for (Eigen::Index i = 0; i < wider.size(); ++i) {
+    if (wider(i) > 0.0) {
+      statistics.interval_dof(i) = freedom_of_factor(intervals(i) / wider(i), 0.95);
+    }
+  }
+  statistics.interval_95 = intervals;
 }
 
 std::vector<std::string> remarks_on_length(double independent) {

@@ -26,6 +26,13 @@ void add_long_correlation(const Eigen::VectorXd& uncertainties,
                           FitStatistics& statistics,
                           std::vector<CalibrationNote>& notes);
 
+/// The same by models of the noise: intervals become longer where these say so, and a component
+/// "correlation" is added or grows.
+/// @param uncertainties  of the parameters, with so many degrees of freedom.
+void add_correlation(const Eigen::VectorXd& uncertainties,
+                     double degrees_of_freedom,
+                     FitStatistics& statistics);
+
 /// What to say of a recording that is short for its own noise.
 /// @param independent  as how many independent readings it counts.
 /// @return none, or one remark.

@@ -9,6 +9,7 @@
 
 #include "axis_regression.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/further_columns.hpp"
 #include "axiscal/calib/jackknife.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/magnitude_fit.hpp"
@@ -24,6 +25,7 @@
 #include "axiscal/core/random.hpp"
 #include "ellipsoid.hpp"
 #include "long_recording.hpp"
+#include "recording_noise.hpp"
 
 namespace axiscal {
 namespace {
@@ -217,6 +219,101 @@ Eigen::MatrixXd changes_by_order(const Fit& fit, const Eigen::MatrixXd& T, doubl
   return T * changes_without_parts(at_solution);
 }
 
+// How |f| changes with what the squared field along each axis adds to its reading; n x 3.
+Eigen::MatrixXd changes_with_squares(const EllipsoidCloud& cloud, const Fit& fit) {
+  Eigen::MatrixXd columns(cloud.size(), 3);
+  for (Eigen::Index i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d f = (fit.at.A * (cloud.v.row(i).transpose() - fit.at.b)).normalized();
+    // A reading changes the deviation as the bias does, in the other direction.
+    columns.row(i) = -fit.linear.jacobian.row(i).head<3>().cwiseProduct(f.cwiseAbs2().transpose());
+  }
+  return columns;
+}
+
+// The squared terms of the axes, fitted beside bias and sensitivity.
+struct SquaredTerms {
+  Eigen::Vector3d k2;          // at full field, in the cloud's units
+  Eigen::MatrixXd covariance;  // of the nine, unscaled
+};
+
+SquaredTerms fit_with_squares(const EllipsoidCloud& cloud, Fit& fit) {
+  SquaredTerms terms{.k2 = Eigen::Vector3d::Zero(), .covariance = {}};
+  EllipsoidCloud straight = cloud;
+  constexpr int rounds = 4;
+  for (int round = 0; round < rounds; ++round) {
+    const std::optional<FurtherColumns> squares = fit_further_columns(
+        fit.linear.jacobian, -fit.linear.residuals, changes_with_squares(straight, fit));
+    if (!squares) {
+      throw RankDeficientError(
+          "the orientations do not determine squared terms beside bias and sensitivity; add "
+          "orientations, or fit without them",
+          {"x.k2", "y.k2", "z.k2"});
+    }
+    terms.k2 += squares->estimate;
+    fit.at = moved_ellipsoid(fit.at, squares->change, cloud.shape);
+    for (Eigen::Index i = 0; i < cloud.size(); ++i) {
+      const Eigen::Vector3d f =
+          (fit.at.A * (straight.v.row(i).transpose() - fit.at.b)).normalized();
+      straight.v.row(i) = cloud.v.row(i) - terms.k2.cwiseProduct(f.cwiseAbs2()).transpose();
+    }
+    fit = describe(straight, fit.at, {});
+    terms.covariance =
+        squares->covariance.topLeftCorner<ellipsoid_parameters, ellipsoid_parameters>();
+    fit.sd = squares->residual_sd;
+    fit.dof = squares->degrees_of_freedom;
+  }
+  return terms;
+}
+
+// A bend of the response that nobody asked for, as a warning in the notes' words.
+void test_squares(const ReadingSet& set,
+                  const EllipsoidCloud& cloud,
+                  const Fit& fit,
+                  double size,
+                  Estimate& estimate) {
+  // Consecutive deviations that are alike count as fewer.
+  const std::optional<FurtherColumns> squares =
+      set.robust ? std::nullopt
+                 : fit_further_columns(fit.linear.jacobian, -fit.linear.residuals,
+                                       changes_with_squares(cloud, fit),
+                                       correlation_length(fit.linear.residuals));
+  if (squares) {
+    estimate.curvature =
+        CurvatureTest{.p_value = squares->p_value, .bends = size * squares->estimate};
+  }
+}
+
+// Consecutive readings are alike: in the order of a recording that tells the noise.
+// @param to_parameters  of the nine unknowns, 12 x 9.
+// @return how far the unknowns are to be moved; 0 for a long recording, whose tenths count as well.
+EllipsoidParameters add_noise_of_order(const Fit& fit,
+                                       const Eigen::MatrixXd& to_parameters,
+                                       Estimate& estimate) {
+  const std::optional<CorrelatedFit> noise =
+      fit.robust.size() > 0 ? std::nullopt
+                            : noise_of_recording(fit.linear, fit.linear.jacobian.leftCols<3>());
+  constexpr double slight = 0.1;
+  if (!noise || !(noise->correlation > slight)) {
+    return EllipsoidParameters::Zero();
+  }
+  const bool is_long = is_long_recording(fit.linear.residuals.size());
+  Eigen::MatrixXd C = noise->covariance;
+  if (is_long) {
+    C += noise->estimate * noise->estimate.transpose();
+  }
+  add_correlation((to_parameters * C * to_parameters.transpose()).diagonal().cwiseSqrt(),
+                  noise->degrees_of_freedom, estimate.statistics);
+  estimate.notes.push_back(
+      {NoteCode::correlation,
+       formatted("consecutive readings are alike (correlation about {}); the intervals count it{}",
+                 number_text(noise->correlation, 1),
+                 fit.linear.residuals.size() < 60
+                     ? ", but so few readings tell it only roughly (the recording is short)"
+                     : "")});
+  return is_long ? EllipsoidParameters(EllipsoidParameters::Zero())
+                 : EllipsoidParameters(noise->estimate);
+}
+
 // What the numbers support as the cause: an axis that is dead, scatter, or too few orientations.
 // They are judged on the sphere through the readings, as scatter draws an ellipsoid out.
 std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
@@ -283,7 +380,8 @@ void require_determined(const ReadingSet& set,
 Estimate estimate_magnitude(const ReadingSet& set,
                             double F,
                             MagnitudeShape shape,
-                            const Eigen::Matrix3d& noise) {
+                            const Eigen::Matrix3d& noise,
+                            bool squares) {
   if (set.axis_count() != 3) {
     throw RefusedError(
         formatted("method magnitude needs an instrument of three axes, not {}", set.axis_count()));
@@ -306,6 +404,11 @@ Estimate estimate_magnitude(const ReadingSet& set,
   require_open_nothing(set, linearise_ellipsoid(cloud, ellipsoid_start(cloud)));
   Fit fit = fit_cloud(cloud, set.robust);
   require_open_nothing(set, fit.linear);
+  std::optional<SquaredTerms> squared;
+  if (squares) {
+    squared = fit_with_squares(cloud, fit);
+    fit.unscaled_covariance = squared->covariance;
+  }
   const Eigen::VectorXd se = fit.sd * fit.unscaled_covariance.diagonal().cwiseSqrt();
   const EllipsoidParameters bias = bias_by_bootstrap(cloud, fit);
   const double bias_in_se = (bias.array().abs() / se.array().max(1e-300)).maxCoeff();
@@ -366,6 +469,22 @@ Estimate estimate_magnitude(const ReadingSet& set,
     for (std::string& remark : remarks_on_length(independent)) {
       estimate.notes.push_back({NoteCode::correlation, std::move(remark)});
     }
+  }
+  if (squared) {
+    estimate.notes.push_back(
+        {NoteCode::method,
+         formatted("squared terms were fitted beside bias and sensitivity; at full field they add "
+                   "{}, {}, {}, and are no part of the record's response",
+                   number_text(size * squared->k2.x(), 2), number_text(size * squared->k2.y(), 2),
+                   number_text(size * squared->k2.z(), 2))});
+  } else {
+    test_squares(set, cloud, fit, size, estimate);
+  }
+  const EllipsoidParameters step = add_noise_of_order(fit, units.asDiagonal() * T, estimate);
+  if (!step.isZero(0.0)) {
+    const Ellipsoid moved = moved_ellipsoid(fit.at, step, shape);
+    estimate.response.bias = middle + size * moved.b;
+    estimate.response.sensitivity = size / F * moved.A.inverse();
   }
   return estimate;
 }

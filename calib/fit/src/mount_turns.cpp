@@ -7,7 +7,8 @@
 
 #include <Eigen/Geometry>
 
-#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/further_columns.hpp"
+#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -24,27 +25,26 @@ Eigen::MatrixXd contrasts(std::size_t count) {
   return orthogonal_complement(Eigen::VectorXd::Ones(static_cast<Eigen::Index>(count)));
 }
 
-// How each contrast of turns changes the readings, axis by axis, in their noise; (n m) x 3 (B - 1).
-Eigen::MatrixXd mount_columns(const ReadingSet& set,
+// How each contrast of turns changes the readings, in their noise, as a run's rows; (n m) x 3 (B -
+// 1).
+Eigen::MatrixXd mount_columns(const LinearisedRun& run,
                               const Estimate& estimate,
-                              const JointState& state,
-                              const Eigen::VectorXd& sigma,
                               const std::map<int, Eigen::Vector3d>& mounts) {
-  const Eigen::Index n = set.size();
+  const ReadingSet& set = run.set();
+  const Eigen::Index m = run.axes();
   const Eigen::MatrixXd C = contrasts(mounts.size());
-  Eigen::MatrixXd columns(n * set.axis_count(), 3 * C.cols());
-  for (Eigen::Index i = 0; i < n; ++i) {
+  Eigen::MatrixXd columns(run.readings() * m, 3 * C.cols());
+  for (Eigen::Index i = 0; i < run.readings(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     const auto place = std::distance(mounts.begin(), mounts.find(set.readings[at].mount));
     const Eigen::Vector3d field =
-        set.rotation_sensor_from_table[at] * set.field_in_table(i, state.field);
-    for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+        set.rotation_sensor_from_table[at] * set.field_in_table(i, estimate.field);
+    for (Eigen::Index k = 0; k < m; ++k) {
       // S d x f = -S [f]x d
-      const Eigen::RowVector3d change = -state.axes[static_cast<std::size_t>(k)].root_weights(i) /
-                                        sigma(k) * estimate.response.sensitivity.row(k) *
-                                        cross_matrix(field);
+      const Eigen::RowVector3d change = -std::sqrt(set.weights(i, k)) / run.sigma(k) *
+                                        estimate.response.sensitivity.row(k) * cross_matrix(field);
       for (Eigen::Index c = 0; c < C.cols(); ++c) {
-        columns.block<1, 3>(n * k + i, 3 * c) = C(place, c) * change;
+        columns.block<1, 3>(m * i + k, 3 * c) = C(place, c) * change;
       }
     }
   }
@@ -64,32 +64,14 @@ std::optional<MountStep> step_of_mounts(const ReadingSet& set,
       set.rotation_sensor_from_table.empty() || set.axis_count() < 2) {
     return std::nullopt;
   }
-  const Eigen::Index m = set.axis_count();
-  Eigen::VectorXd sigma = estimate.statistics.residual_sd;
-  for (Eigen::Index k = 0; k < m; ++k) {
-    sigma(k) = std::max({sigma(k), set.rounding(k), 1e-300});
-  }
-  const JointFit joint(set, set.weights);
-  const JointState state = joint.at(estimate.field);
-  const Eigen::MatrixXd all = joint.jacobian(state, sigma);
-  const Eigen::Index others = set.column_count() * m + (known_field ? 0 : state.direction_count());
-  const Eigen::MatrixXd mounts = mount_columns(set, estimate, state, sigma, step.turns);
-  Eigen::MatrixXd J(all.rows(), others + mounts.cols());
-  J << all.leftCols(others), mounts;
-  if (J.rows() <= J.cols()) {
-    return std::nullopt;
-  }
+  const LinearisedRun run(set, estimate, known_field);
   constexpr double open_below = 1e-7;
-  const ScaledQr qr(J, open_below);
-  if (!qr.has_full_rank()) {
+  const std::optional<FurtherColumns> fit = fit_further_columns(
+      run.columns(), run.residuals(), mount_columns(run, estimate, step.turns), 1.0, open_below);
+  if (!fit) {
     return std::nullopt;
   }
-  Eigen::VectorXd residuals(set.size() * m);
-  for (Eigen::Index k = 0; k < m; ++k) {
-    residuals.segment(set.size() * k, set.size()) =
-        state.axes[static_cast<std::size_t>(k)].residuals / sigma(k);
-  }
-  const Eigen::VectorXd by_contrast = qr.solve(residuals).tail(mounts.cols());
+  const Eigen::VectorXd& by_contrast = fit->estimate;
   const Eigen::MatrixXd C = contrasts(step.turns.size());
   Eigen::Index place = 0;
   for (auto& [mount, turn] : step.turns) {
@@ -98,7 +80,7 @@ std::optional<MountStep> step_of_mounts(const ReadingSet& set,
     }
     ++place;
   }
-  step.expected = qr.covariance().diagonal().tail(mounts.cols()).mean();
+  step.expected = fit->covariance.diagonal().tail(by_contrast.size()).mean();
   return step;
 }
 

@@ -3,9 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numeric>
 
 namespace axiscal {
 namespace {
+
+constexpr double by_chance = 0.001;  // above this probability a step is none
+constexpr double steps_tried = 20.0;
 
 // Whether readings differ by whole steps.
 bool are_multiples(const std::vector<double>& readings, double step) {
@@ -16,30 +22,102 @@ bool are_multiples(const std::vector<double>& readings, double step) {
   });
 }
 
+// How many decimals all values have; nothing where they have as many as doubles can.
+std::optional<int> decimals_of(const std::vector<double>& values) {
+  constexpr int most = 15;
+  constexpr double largest_whole = 4503599627370496.0;  // 2^52
+  double power = 1.0;
+  for (int d = 0; d <= most; ++d, power *= 10.0) {
+    const bool all = std::all_of(values.begin(), values.end(), [&](double value) {
+      const double scaled = value * power;
+      constexpr double rounding = 4.0 * std::numeric_limits<double>::epsilon();
+      return std::abs(scaled) < largest_whole &&
+             std::abs(scaled - std::round(scaled)) <= rounding * std::abs(scaled);
+    });
+    if (all) {
+      return d;
+    }
+  }
+  return std::nullopt;
+}
+
+// The largest whole number of last digits that all distinct values differ by multiples of; 1 where
+// a larger one may be chance.
+double digits_of_step(const std::vector<double>& distinct, double per_unit) {
+  std::int64_t common = 0;
+  const auto first = static_cast<std::int64_t>(std::llround(distinct.front() * per_unit));
+  for (const double value : distinct) {
+    common = std::gcd(common, static_cast<std::int64_t>(std::llround(value * per_unit)) - first);
+  }
+  const auto g = static_cast<double>(common);
+  const auto others = static_cast<double>(distinct.size()) - 2.0;
+  return g > 1.0 && steps_tried * std::pow(g, -others) < by_chance ? g : 1.0;
+}
+
+// A step that the digits do not show, as of counts that were multiplied with a factor: the least
+// gap or a whole part of it.
+// @param tolerance  half of the last digit.
+std::optional<double> scaled_step(const std::vector<double>& distinct, double tolerance) {
+  double gap = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < distinct.size(); ++i) {
+    gap = std::min(gap, distinct[i] - distinct[i - 1]);
+  }
+  for (int part = 1; static_cast<double>(part) <= steps_tried; ++part) {
+    double step = gap / part;
+    double products = 0.0;
+    double squares = 0.0;
+    bool fits = true;
+    // From near to far, so that the step is known well enough to count ever more of them.
+    for (std::size_t i = 1; i < distinct.size() && fits; ++i) {
+      const double difference = distinct[i] - distinct.front();
+      const double count = std::round(difference / step);
+      products += count * difference;
+      squares += count * count;
+      fits = count > 0.0;
+      step = fits ? products / squares : step;
+    }
+    fits = fits && step >= 10.0 * tolerance &&
+           std::all_of(distinct.begin(), distinct.end(), [&](double value) {
+             const double difference = value - distinct.front();
+             return std::abs(difference - step * std::round(difference / step)) <= 2.0 * tolerance;
+           });
+    const auto others = static_cast<double>(distinct.size()) - 2.0;
+    if (fits && steps_tried * std::pow(4.0 * tolerance / step, others) < by_chance) {
+      return step;
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
-std::optional<double> step_of_readings(std::vector<double> readings, double stated_step) {
+std::optional<double> step_of_readings(std::vector<double> readings,
+                                       double stated_step,
+                                       double noise_sd) {
   if (stated_step > 0.0 && are_multiples(readings, stated_step)) {
     return stated_step;
   }
-  const std::size_t count = readings.size();
   std::sort(readings.begin(), readings.end());
   readings.erase(std::unique(readings.begin(), readings.end()), readings.end());
-  // Where hardly a reading comes twice there is no step that matters.
-  constexpr double most_unique = 0.9;
-  if (readings.size() < 2 ||
-      static_cast<double>(readings.size()) > most_unique * static_cast<double>(count)) {
+  if (readings.size() < 3) {
     return std::nullopt;
   }
-  const double largest = std::max(std::abs(readings.front()), std::abs(readings.back()));
-  double step = readings.back() - readings.front();
-  for (std::size_t i = 1; i < readings.size(); ++i) {
-    const double difference = readings[i] - readings[i - 1];
-    // Decimals are not exact: what differs by less is the same.
-    constexpr double same = 1e-12;
-    step = difference > same * largest ? std::min(step, difference) : step;
+  const std::optional<int> decimals = decimals_of(readings);
+  double step = 0.0;
+  double tolerance = 4.0 * std::numeric_limits<double>::epsilon() *
+                     std::max(std::abs(readings.front()), std::abs(readings.back()));
+  if (decimals) {
+    const double per_unit = std::pow(10.0, *decimals);
+    step = digits_of_step(readings, per_unit) / per_unit;
+    tolerance = std::max(tolerance, 0.5 / per_unit);
   }
-  return are_multiples(readings, step) ? std::optional(step) : std::nullopt;
+  constexpr double averaged_away = 0.4;  // of the noise: a smaller step does no harm
+  if (step < averaged_away * noise_sd) {
+    if (const std::optional<double> scaled = scaled_step(readings, tolerance)) {
+      return scaled;
+    }
+  }
+  return step > 0.0 ? std::optional(step) : std::nullopt;
 }
 
 }  // namespace axiscal

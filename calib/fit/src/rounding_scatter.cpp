@@ -9,8 +9,7 @@
 #include <Eigen/QR>
 
 #include "axis_regression.hpp"
-#include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/reading_step.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -21,13 +20,17 @@ namespace {
 
 // The step that counts as known: noise far below one that nobody stated may leave nothing but the
 // field's own differences.
-std::optional<double> counted_step(const std::vector<double>& readings, double stated_step) {
-  const std::optional<double> step = step_of_readings(readings, stated_step);
+std::optional<double> counted_step(const std::vector<double>& readings,
+                                   double stated_step,
+                                   double noise_sd) {
+  const std::optional<double> step = step_of_readings(readings, stated_step, noise_sd);
   constexpr double largest_share = 0.02;
   const auto [least, most] = std::minmax_element(readings.begin(), readings.end());
   const bool is_known = step && (*step == stated_step || *step <= largest_share * (*most - *least));
   return is_known ? step : std::nullopt;
 }
+
+constexpr double wide = 0.4;  // noise below this part of a step does not average it
 
 // The poses of one axis: means of its readings there.
 struct Poses {
@@ -109,13 +112,25 @@ std::optional<RoundedFit> fit_poses(const Poses& poses,
 
 }  // namespace
 
+bool is_coarsely_rounded(const ReadingSet& set,
+                         double stated_step,
+                         const Eigen::VectorXd& residual_sd) {
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const std::optional<double> step =
+        counted_step(set.readings_of_axis(k), stated_step, residual_sd(k));
+    if (step && residual_sd(k) < wide * *step && *step > 4.0 * set.rounding(k)) {
+      return true;
+    }
+  }
+  return false;
+}
+
 void add_rounding_scatter(const ReadingSet& set,
                           bool known_field,
                           double stated_step,
                           Estimate& estimate) {
   FitStatistics& statistics = estimate.statistics;
   fill_intervals(statistics);
-  constexpr double wide = 0.4;  // noise below this part of a step does not average it
   constexpr std::size_t most_poses = 500;
   if (set.temperature.order > 0 || set.robust) {
     return;
@@ -124,58 +139,38 @@ void add_rounding_scatter(const ReadingSet& set,
   if (static_cast<std::size_t>(*std::max_element(group.begin(), group.end())) >= most_poses) {
     return;
   }
-  const AxisDesigns designs(set, estimate.field);
   const Eigen::Index p = set.coefficient_count();
-  ScatterComponent component{.name = "rounding",
-                             .sd = Eigen::VectorXd::Zero(set.axis_count()),
-                             .unit = {},
-                             .covariance = Eigen::MatrixXd::Zero(statistics.covariance.rows(),
-                                                                 statistics.covariance.cols()),
-                             .degrees_of_freedom = 0.0};
+  WiderIntervals wider("rounding", estimate);
+  std::optional<LinearisedRun> run;
   std::vector<std::string> axes;
   double widest = 0.0;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const std::optional<double> step = counted_step(set.readings_of_axis(k), stated_step);
     const Poses poses = poses_of(set, group, k, statistics.residual_sd(k));
+    const std::optional<double> step =
+        counted_step(set.readings_of_axis(k), stated_step, poses.scatter);
     if (!step || !(poses.scatter < wide * *step) || *step <= 4.0 * set.rounding(k)) {
       continue;
     }
-    const Eigen::MatrixXd& base = designs.of(k);
-    Eigen::MatrixXd design(static_cast<Eigen::Index>(poses.first.size()), base.cols());
-    design = base(poses.first, Eigen::all);
-    if (!known_field && estimate.field.has_vectors()) {
-      // What the field's direction takes up is lost to the coefficients.
-      const JointState state = JointFit(set, set.weights).at(estimate.field);
-      const Eigen::MatrixXd tangents = state.axes[static_cast<std::size_t>(k)].tangents;
-      design.conservativeResize(Eigen::NoChange, base.cols() + tangents.cols());
-      design.rightCols(tangents.cols()) = tangents(poses.first, Eigen::all);
+    // What the field's direction takes up is lost to the coefficients.
+    if (!run) {
+      run.emplace(set, estimate, known_field);
     }
+    const Eigen::MatrixXd design = run->own_columns(k)(poses.first, Eigen::all);
     std::optional<RoundedFit> rounded = fit_poses(poses, design, *step);
     if (!rounded) {
       continue;
     }
     axes.push_back(set.axes[static_cast<std::size_t>(k)]);
     widest = std::max(widest, *step);
-    component.sd(k) = *step / std::sqrt(12.0);
-    component.degrees_of_freedom = rounded->degrees_of_freedom;
-    const double t = student_t_factor(0.95, rounded->degrees_of_freedom);
-    for (Eigen::Index j = 0; j < std::min(p, base.cols()); ++j) {
-      const Eigen::Index at = p * k + j;
-      const double interval = t * std::sqrt(rounded->variance(j));
-      const double more = std::max(rounded->variance(j) - statistics.covariance(at, at), 0.0);
-      statistics.covariance(at, at) += more;
-      component.covariance(at, at) += more;
-      if (interval > statistics.interval_95(at)) {
-        statistics.interval_95(at) = interval;
-        statistics.interval_dof(at) =
-            freedom_of_factor(interval / std::sqrt(statistics.covariance(at, at)), 0.95);
-      }
+    wider.component().sd(k) = *step / std::sqrt(12.0);
+    for (Eigen::Index j = 0; j < std::min(p, rounded->variance.size()); ++j) {
+      wider.widen(p * k + j, rounded->variance(j), rounded->degrees_of_freedom);
     }
   }
   if (axes.empty()) {
     return;
   }
-  statistics.components.push_back(std::move(component));
+  wider.put();
   estimate.notes.push_back(
       {NoteCode::rounding,
        formatted(

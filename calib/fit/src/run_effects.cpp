@@ -42,6 +42,34 @@ Eigen::VectorXd progress_of_run(const std::vector<Reading>& readings) {
   return ((at.array() - at.minCoeff()) / span - 0.5).matrix();
 }
 
+namespace {
+
+// More blocks of a few readings are no readings taken again, but another way to number them.
+constexpr std::size_t most_small_blocks = 12;
+
+// A column for each block of a few readings, beside those of the others.
+void put_small_blocks(const std::vector<Reading>& readings,
+                      const std::map<int, Eigen::Index>& small,
+                      RunEffects& effects) {
+  const Eigen::Index first = effects.columns.cols();
+  const auto more = static_cast<Eigen::Index>(small.size());
+  effects.columns.conservativeResize(Eigen::NoChange, first + more);
+  effects.columns.rightCols(more).setZero();
+  effects.shift_of_block.conservativeResize(Eigen::NoChange, first + more);
+  effects.shift_of_block.rightCols(more).setZero();
+  effects.small_block_columns = more;
+  for (const auto& [number, column] : small) {
+    effects.names.push_back(formatted("shift of block {}", number));
+    for (std::size_t i = 0; i < readings.size(); ++i) {
+      if (readings[i].block == number) {
+        effects.columns(static_cast<Eigen::Index>(i), first + column) = 1.0;
+      }
+    }
+  }
+}
+
+}  // namespace
+
 RunEffects run_effects(const std::vector<Reading>& readings,
                        const Eigen::MatrixXd& weights,
                        EffectSetup setup) {
@@ -65,17 +93,26 @@ RunEffects run_effects(const std::vector<Reading>& readings,
     block.count += 1.0;
     block.progress += progress(row);
   }
-  const bool all_seen = std::all_of(seen.begin(), seen.end(), [](const auto& one) {
-    return one.second.readings.minCoeff() >= fewest_readings_of_block;
+  // A few readings taken again have a bias of their own, which says nothing of how biases scatter.
+  std::map<int, Eigen::Index> small;  // and the column of each
+  std::erase_if(seen, [&](const auto& one) {
+    const bool is_small = one.second.readings.minCoeff() < fewest_readings_of_block;
+    if (is_small) {
+      small.emplace(one.first, static_cast<Eigen::Index>(small.size()));
+    }
+    return is_small;
   });
   effects.columns.resize(n, 0);
-  if (setup.blocks && seen.size() > 1 && all_seen) {
+  if (setup.blocks && (seen.size() > 1 || (!seen.empty() && !small.empty())) &&
+      small.size() <= most_small_blocks) {
     Eigen::VectorXd at(static_cast<Eigen::Index>(seen.size()));
     for (const auto& [number, block] : seen) {
       at(static_cast<Eigen::Index>(effects.blocks.size())) = block.progress / block.count;
       effects.blocks.push_back(number);
     }
-    if (seen.size() <= most_block_columns) {
+    if (seen.size() == 1) {
+      effects.shift_of_block.resize(1, 0);
+    } else if (seen.size() <= most_block_columns) {
       // With two blocks a trend between them is all that they can differ by.
       effects.shift_of_block = contrasts(at, effects.has_drift && at.size() > 2);
     } else {
@@ -83,13 +120,17 @@ RunEffects run_effects(const std::vector<Reading>& readings,
     }
     effects.columns.resize(n, effects.shift_of_block.cols());
     for (Eigen::Index i = 0; i < n; ++i) {
-      const auto place =
-          std::distance(seen.begin(), seen.find(readings[static_cast<std::size_t>(i)].block));
-      effects.columns.row(i) = effects.shift_of_block.row(place);
+      const auto found = seen.find(readings[static_cast<std::size_t>(i)].block);
+      if (found != seen.end()) {
+        effects.columns.row(i) = effects.shift_of_block.row(std::distance(seen.begin(), found));
+      } else {
+        effects.columns.row(i).setZero();
+      }
     }
     for (Eigen::Index j = 0; j < effects.columns.cols(); ++j) {
       effects.names.push_back(formatted("shift of blocks {}", j + 1));
     }
+    put_small_blocks(readings, small, effects);
   }
   if (effects.has_drift) {
     effects.columns.conservativeResize(Eigen::NoChange, effects.columns.cols() + 1);

@@ -3,62 +3,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 #include <vector>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/serial_correlation.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "scatter_components.hpp"
 
 namespace axiscal {
 namespace {
-
-// The variance of a bias by one cause, as a component of the scatter beside that of the readings.
-struct BiasScatter {
-  ScatterComponent component;
-  bool counts = false;
-};
-
-// Takes as the variance of bias `at` what a cause makes of it, where its interval is the longer.
-void add_bias_scatter(Eigen::Index at,
-                      double variance,
-                      double degrees_of_freedom,
-                      FitStatistics& statistics,
-                      BiasScatter& scatter) {
-  const double interval = student_t_factor(0.95, degrees_of_freedom) * std::sqrt(variance);
-  if (!(interval > statistics.interval_95(at))) {
-    return;
-  }
-  statistics.interval_95(at) = interval;
-  // A variance that is smaller than the readings' own has come so by chance.
-  const double more = std::max(variance - statistics.covariance(at, at), 0.0);
-  statistics.covariance(at, at) += more;
-  scatter.component.covariance(at, at) += more;
-  statistics.interval_dof(at) =
-      freedom_of_factor(interval / std::sqrt(statistics.covariance(at, at)), 0.95);
-  scatter.counts = scatter.counts || more > 0.0;
-}
-
-BiasScatter blank_scatter(const std::string& name,
-                          const Estimate& estimate,
-                          double degrees_of_freedom) {
-  const Eigen::Index count = estimate.statistics.covariance.rows();
-  return {.component = {.name = name,
-                        .sd = Eigen::VectorXd::Zero(estimate.response.bias.size()),
-                        .unit = {},
-                        .covariance = Eigen::MatrixXd::Zero(count, count),
-                        .degrees_of_freedom = degrees_of_freedom}};
-}
-
-void put(BiasScatter scatter, Estimate& estimate) {
-  if (scatter.counts) {
-    estimate.statistics.components.push_back(std::move(scatter.component));
-  }
-}
 
 // The bias of each block less the mean of them, for each axis; B x m.
 Eigen::MatrixXd shifts_of_blocks(const ReadingSet& set, const Estimate& estimate) {
@@ -75,7 +33,11 @@ Eigen::MatrixXd shifts_of_blocks(const ReadingSet& set, const Estimate& estimate
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(count, set.axis_count());
   Eigen::MatrixXd weights = sums;
   for (Eigen::Index i = 0; i < set.size(); ++i) {
-    const Eigen::Index block = place.at(set.readings[static_cast<std::size_t>(i)].block);
+    const auto found = place.find(set.readings[static_cast<std::size_t>(i)].block);
+    if (found == place.end()) {
+      continue;  // a few readings taken again
+    }
+    const Eigen::Index block = found->second;
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
       const Eigen::MatrixXd& base = designs.of(k);
       double left = set.response(i, k) - estimate.response.bias(k) -
@@ -136,7 +98,7 @@ void add_block_scatter(const ReadingSet& set, const ProcessScatter* process, Est
         shifts_of_blocks(set, estimate).colwise().squaredNorm().transpose() / nu;
   }
   FitStatistics& statistics = estimate.statistics;
-  BiasScatter scatter = blank_scatter("blocks", estimate, std::numeric_limits<double>::infinity());
+  WiderIntervals wider("blocks", estimate);
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     BlockSquare all;
     if (several) {
@@ -150,12 +112,10 @@ void add_block_scatter(const ReadingSet& set, const ProcessScatter* process, Est
     }
     const Eigen::Index at = set.coefficient_count() * k;
     const double within = statistics.covariance(at, at);
-    scatter.component.degrees_of_freedom =
-        std::min(scatter.component.degrees_of_freedom, all.degrees_of_freedom);
-    scatter.component.sd(k) = std::sqrt(std::max(all.mean_square - blocks * within, 0.0));
-    add_bias_scatter(at, all.mean_square / blocks, all.degrees_of_freedom, statistics, scatter);
+    wider.component().sd(k) = std::sqrt(std::max(all.mean_square - blocks * within, 0.0));
+    wider.widen(at, all.mean_square / blocks, all.degrees_of_freedom);
   }
-  put(std::move(scatter), estimate);
+  wider.put();
   if (process != nullptr && estimate.earlier == 0) {
     estimate.notes.push_back({NoteCode::conditions,
                               "the blocks differ by far more than in earlier calibrations, which "
@@ -182,7 +142,12 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     const auto weights = set.weights.row(i).array();
-    if ((weights == 0.0).any()) {
+    const std::vector<int>& blocks = set.effects.blocks;
+    const bool taken_again =
+        set.effects.small_block_columns > 0 &&
+        std::find(blocks.begin(), blocks.end(), set.readings[static_cast<std::size_t>(i)].block) ==
+            blocks.end();
+    if ((weights == 0.0).any() || taken_again) {
       continue;
     }
     constexpr double as_one = 1e-9;
@@ -232,8 +197,7 @@ void add_correlation(const ReadingSet& set, Estimate& estimate) {
     return;
   }
   const CorrelatedMean mean = mean_under_correlation(*ordered);
-  FitStatistics& statistics = estimate.statistics;
-  BiasScatter scatter = blank_scatter("correlation", estimate, mean.degrees_of_freedom);
+  WiderIntervals wider("correlation", estimate);
   constexpr double slight = 0.1;  // blocks that differ are alike within too, and count as such
   if (!(mean.correlation > slight)) {
     return;
@@ -246,10 +210,10 @@ void add_correlation(const ReadingSet& set, Estimate& estimate) {
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const Eigen::Index at = set.coefficient_count() * k;
     estimate.response.bias(k) = mean.estimate(k);
-    scatter.component.sd(k) = mean.u(k);
-    add_bias_scatter(at, mean.u(k) * mean.u(k), mean.degrees_of_freedom, statistics, scatter);
+    wider.component().sd(k) = mean.u(k);
+    wider.widen(at, mean.u(k) * mean.u(k), mean.degrees_of_freedom);
   }
-  put(std::move(scatter), estimate);
+  wider.put();
   estimate.notes.push_back(
       {NoteCode::correlation,
        formatted("consecutive readings are alike (correlation about {}); the biases are means over "
@@ -259,12 +223,20 @@ void add_correlation(const ReadingSet& set, Estimate& estimate) {
 
 }  // namespace
 
-void add_run_scatter(const ReadingSet& set, const ProcessScatter* process, Estimate& estimate) {
+void add_run_scatter(const RunScatterSetup& setup, Estimate& estimate) {
   fill_intervals(estimate.statistics);
   if (!estimate.statistics.covariance.allFinite()) {
     return;
   }
-  add_block_scatter(set, process, estimate);
+  const ReadingSet& set = setup.set;
+  const LinearisedRun run(set, estimate, setup.known_field);
+  add_block_scatter(set, setup.process, estimate);
+  // Gains that differ between blocks look like noise along the field, and like a slow change of it.
+  const bool gains_differ = add_block_sensitivities(run, setup.mounts_known, estimate);
+  if (!setup.averages_pairs && !gains_differ) {
+    add_field_noise(run, estimate);
+    add_field_wander(run, estimate);
+  }
   add_correlation(set, estimate);
 }
 

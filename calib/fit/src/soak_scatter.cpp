@@ -48,16 +48,25 @@ Soaks soaks_of(const ReadingSet& set) {
 
 // How far biases or scales of soaks lie off their curve.
 struct OffCurve {
-  double variance = 0.0;  // of a soak, beyond the readings' noise
-  double p_value = 1.0;   // that it is by chance
+  double mean_square = 0.0;  // of a soak
+  double variance = 0.0;     // beyond the readings' noise
+  double p_value = 1.0;      // that it is by chance
 };
 
 OffCurve off_curve(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance, double nu) {
   const auto q = static_cast<double>(off.size());
   const double f = off.dot(covariance.ldlt().solve(off)) / q;
-  return {.variance = std::max(off.squaredNorm() - covariance.trace(), 0.0) / q,
+  return {.mean_square = off.squaredNorm() / q,
+          .variance = std::max(off.squaredNorm() - covariance.trace(), 0.0) / q,
           .p_value = f_upper_p(std::max(f, 1e-300), q, nu)};
 }
+
+// The soaks' scatter of an axis, where it shows.
+struct SoaksOfAxis {
+  Eigen::Index axis = 0;
+  OffCurve bias;
+  OffCurve scale;  // of the sensitivity, relative
+};
 
 }  // namespace
 
@@ -74,12 +83,7 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
   const Eigen::Index m = set.axis_count();
   const Eigen::Index base = set.base_column_count();
   FitStatistics& statistics = estimate.statistics;
-  ScatterComponent component{.name = "soaks",
-                             .sd = Eigen::VectorXd::Zero(m),
-                             .unit = {},
-                             .covariance = Eigen::MatrixXd::Zero(statistics.covariance.rows(),
-                                                                 statistics.covariance.cols()),
-                             .degrees_of_freedom = static_cast<double>(q)};
+  std::vector<SoaksOfAxis> found;
   const Eigen::MatrixXd design = field_design(set, estimate.field);
   const Eigen::Index own = set.coefficient_count();
   Eigen::MatrixXd of_readings = statistics.covariance_of_readings();
@@ -126,21 +130,9 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
     if (!scatters || !(bias.variance + scale.variance > 0.0)) {
       continue;
     }
-    // What the soaks' scatter leaves of the polynomials: of the biases, and of the scales, whose
-    // constant is the sensitivity's size.
-    const Eigen::Index orders = terms.order;
-    Eigen::MatrixXd to_bias = Eigen::MatrixXd::Zero(own, orders + 1);
-    Eigen::MatrixXd to_scale = to_bias;
-    to_bias(0, 0) = 1.0;
-    to_scale.block<3, 1>(1, 0) = S.transpose();
-    for (Eigen::Index j = 0; j < orders; ++j) {
-      to_bias(base + j, 1 + j) = 1.0;
-      to_scale(base + orders + j, 1 + j) = 1.0;
-    }
-    component.sd(k) = std::sqrt(bias.variance);
-    component.covariance.block(own * k, own * k, own, own) =
-        bias.variance * to_bias * soaks.of_unit * to_bias.transpose() +
-        scale.variance * to_scale * soaks.of_unit * to_scale.transpose();
+    found.push_back({.axis = k,
+                     .bias = bias.p_value <= same_above ? bias : OffCurve{},
+                     .scale = scale.p_value <= same_above ? scale : OffCurve{}});
     // The readings' own scatter is that about each soak.
     const double factor = s2 / std::pow(statistics.residual_sd(k), 2);
     statistics.residual_sd(k) = all.residual_sd;
@@ -148,14 +140,49 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
     of_readings.middleRows(own * k, own) *= std::sqrt(factor);
     of_readings.middleCols(own * k, own) *= std::sqrt(factor);
   }
-  if (component.covariance.isZero(0.0)) {
+  if (found.empty()) {
     return;
   }
   statistics.covariance = of_readings + of_components;
-  if (statistics.interval_dof.size() > 0) {
-    put_intervals(statistics);
+  fill_intervals(statistics);
+  put_intervals(statistics);
+  // Each power by the soaks' scatter about the polynomials, where that says more than the readings.
+  ScatterComponent component{.name = "soaks",
+                             .sd = Eigen::VectorXd::Zero(m),
+                             .unit = {},
+                             .covariance = Eigen::MatrixXd::Zero(statistics.covariance.rows(),
+                                                                 statistics.covariance.cols()),
+                             .degrees_of_freedom = static_cast<double>(q)};
+  const double t = student_t_factor(0.95, component.degrees_of_freedom);
+  const Eigen::Index orders = terms.order;
+  for (const SoaksOfAxis& one : found) {
+    Eigen::MatrixXd to_bias = Eigen::MatrixXd::Zero(own, orders + 1);
+    Eigen::MatrixXd to_scale = to_bias;
+    to_bias(0, 0) = 1.0;
+    to_scale.block<3, 1>(1, 0) = estimate.response.sensitivity.row(one.axis).transpose();
+    for (Eigen::Index j = 0; j < orders; ++j) {
+      to_bias(base + j, 1 + j) = 1.0;
+      to_scale(base + orders + j, 1 + j) = 1.0;
+    }
+    const Eigen::MatrixXd of_bias = to_bias * soaks.of_unit * to_bias.transpose();
+    const Eigen::MatrixXd of_scale = to_scale * soaks.of_unit * to_scale.transpose();
+    const Eigen::Index first = own * one.axis;
+    component.sd(one.axis) = std::sqrt(one.bias.variance);
+    component.covariance.block(first, first, own, own) =
+        one.bias.variance * of_bias + one.scale.variance * of_scale;
+    const Eigen::VectorXd whole =
+        (one.bias.mean_square * of_bias.diagonal() + one.scale.mean_square * of_scale.diagonal());
+    for (Eigen::Index j = 0; j < own; ++j) {
+      statistics.interval_95(first + j) =
+          std::max(statistics.interval_95(first + j), t * std::sqrt(whole(j)));
+    }
   }
-  add_component(std::move(component), statistics);
+  statistics.covariance += component.covariance;
+  for (Eigen::Index i = 0; i < statistics.covariance.rows(); ++i) {
+    statistics.interval_dof(i) =
+        freedom_of_factor(statistics.interval_95(i) / std::sqrt(statistics.covariance(i, i)), 0.95);
+  }
+  statistics.components.push_back(std::move(component));
   estimate.notes.push_back(
       {NoteCode::temperature,
        "the soaks do not lie on the polynomials over temperature as closely as their readings; the "

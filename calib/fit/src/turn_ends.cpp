@@ -8,10 +8,13 @@
 
 #include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/serial_correlation.hpp"
 #include "axiscal/calib/turns.hpp"
-#include "axiscal/calib/uncertain_inputs.hpp"
 #include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/earth_rotation_field.hpp"
 
@@ -116,6 +119,64 @@ void take_out_earth(const std::optional<Site>& site,
   }
 }
 
+namespace {
+
+// Rests that drift from one to the next, or are alike: the biases are those of the middle of the
+// log then, and known as well as that leaves them.
+void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
+  const Eigen::Index n = means.rows();
+  if (!(fit.sd.minCoeff() > 0.0)) {
+    return;
+  }
+  const Eigen::VectorXd progress = Eigen::VectorXd::LinSpaced(n, -0.5, 0.5);
+  const double length = progress.squaredNorm();
+  const auto left = static_cast<double>(n - 2);
+  double drop = 0.0;  // each axis in its own scatter about its line
+  Eigen::Vector3d sd;
+  Eigen::Vector3d drift;
+  for (int k = 0; k < 3; ++k) {
+    drift(k) = progress.dot(means.col(k)) / length;
+    const double whole = fit.sd(k) * fit.sd(k) * static_cast<double>(n - 1);
+    const double of_line = drift(k) * drift(k) * length;
+    sd(k) = std::sqrt(std::max(whole - of_line, 1e-12 * whole) / left);
+    drop += of_line / (sd(k) * sd(k));
+  }
+  constexpr double false_drift = 0.005;
+  const bool drifts = f_upper_p(std::max(drop / 3.0, 1e-300), 3.0, 3.0 * left) < false_drift;
+  Eigen::MatrixXd X(n, drifts ? 2 : 1);
+  X.col(0).setOnes();
+  if (drifts) {
+    X.col(1) = progress;
+    fit.sd = sd;
+    fit.degrees_of_freedom = left;
+    fit.bias_covariance = (sd.cwiseAbs2() / static_cast<double>(n)).asDiagonal();
+  }
+  const OrderedReadings ordered{
+      .designs = {X, X, X},
+      .responses = means,
+      .places = Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)),
+      .blocks = {}};
+  constexpr double one_sided_10_percent = 1.282;
+  const bool alike = lag_one_score(ordered) > one_sided_10_percent;
+  if (alike) {
+    const CorrelatedMean mean = mean_under_correlation(ordered);
+    fit.bias = mean.estimate;
+    fit.bias_covariance = mean.u.cwiseAbs2().asDiagonal();
+    fit.degrees_of_freedom = mean.degrees_of_freedom;
+  }
+  if (drifts) {
+    fit.remark = formatted(
+        "the rests' biases drift over the log, by {}, {}, {} (drift or slow noise): they are those "
+        "of its middle",
+        number_text(drift(0), 2), number_text(drift(1), 2), number_text(drift(2), 2));
+  } else if (alike) {
+    fit.remark =
+        "the biases of consecutive rests are alike (drift or slow noise), and count as fewer";
+  }
+}
+
+}  // namespace
+
 RestFit fit_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& ups) {
   RestFit fit;
   const auto n = static_cast<double>(means.rows());
@@ -129,6 +190,7 @@ RestFit fit_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& ups) {
   if (means.rows() < 8) {
     return fit;
   }
+  look_at_order(means, fit);
   Eigen::MatrixXd X(means.rows(), 4);
   X << Eigen::VectorXd::Ones(means.rows()), ups;
   if (!undetermined_columns(X).empty()) {

@@ -10,6 +10,7 @@
 
 #include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/rotation.hpp"
@@ -42,7 +43,7 @@ class BudgetMaker {
     const bool weighs = !weighed.empty();
     std::move(weighed.begin(), weighed.end(), std::back_inserter(budget_.sources));
     add_field_magnitude();
-    if (calibration_.fit.method == Method::known && field_.has_vectors() && !weighs &&
+    if (method_kind(calibration_.fit.method).directions_known && field_.has_vectors() && !weighs &&
         set_.seen.cols() == 0) {
       add_given_directions();
     }
@@ -123,8 +124,8 @@ class BudgetMaker {
     const JointState state = fit.at(field_);
     const Eigen::Index p = set_.coefficient_count();
     const Eigen::Index m = set_.axis_count();
-    const bool open =
-        calibration_.fit.method != Method::known && (statistics_.residual_sd.array() > 0.0).all();
+    const bool open = !method_kind(calibration_.fit.method).directions_known &&
+                      (statistics_.residual_sd.array() > 0.0).all();
     Eigen::VectorXd all(parameters());
     Eigen::VectorXd turn = Eigen::VectorXd::Zero(state.direction_count());
     for (Eigen::Index k = 0; k < m; ++k) {

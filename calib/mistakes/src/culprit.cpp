@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "axiscal/calib/calibration_warning.hpp"
+#include "axiscal/calib/deletion_fit.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "detection.hpp"
@@ -122,6 +123,25 @@ double effect_of(const SuspectRun& run, const Explanation& explanation) {
   return effect;
 }
 
+// Whether a single reading that stands out may well be of noise with heavy tails, by what the
+// others show of it.
+bool is_of_heavy_tails(const SuspectRun& run, const Correction& correction) {
+  const bool is_single =
+      correction.runs.size() == 1 &&
+      (correction.code == WarningCode::outlier || correction.code == WarningCode::tilted_seat);
+  const auto found = std::find_if(run.order().begin(), run.order().end(), [&](std::size_t i) {
+    return is_single && run.run_of(i) == correction.runs.front();
+  });
+  if (found == run.order().end()) {
+    return false;
+  }
+  const DeletionFit others(run.set(), run.plain().field, run.fitter().known_field());
+  const double p = others.p_value_by_tails({*found}, Eigen::MatrixXd::Ones(1, 1)).value_or(0.0);
+  // Few readings show little of their tails.
+  const double level = run.is_judged_by_others() ? 0.001 : 0.0025;
+  return static_cast<double>(run.n()) * p > level;
+}
+
 std::optional<Culprit> culprit_of(const SuspectRun& run, std::vector<Explanation> explanations) {
   // Whatever made the run look bad, a fit that is not clearly better explains nothing, be it as
   // likely as one that does: it may ask for no parameter that the data would have to pay for.
@@ -132,6 +152,9 @@ std::optional<Culprit> culprit_of(const SuspectRun& run, std::vector<Explanation
     return std::nullopt;
   }
   const Explanation& best = explanations.front();
+  if (is_of_heavy_tails(run, best.correction)) {
+    return std::nullopt;
+  }
   Culprit result;
   std::set<std::vector<int>> seen_outliers;
   for (const Explanation& explanation : explanations) {

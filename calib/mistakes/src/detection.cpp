@@ -24,7 +24,7 @@ constexpr double unequal_below = 0.01;
 constexpr double false_alarm_by_axis = 0.001;
 // Where each reading is judged by the others, that test and those of other mistakes share the
 // level.
-constexpr double false_alarm_of_deletion = 0.003;
+constexpr double false_alarm_of_deletion = 0.001;
 constexpr double false_alarm_of_others = 0.008;
 
 double equality_p_value(const HypothesisFit& fit) {
@@ -176,7 +176,12 @@ double deletion_p(const SuspectRun& run) {
   const DeletionFit others(run.set(), fit.field, run.fitter().known_field());
   double smallest = 1.0;
   for (const std::size_t i : first_of(worst, most)) {
-    smallest = std::min(smallest, others.p_value({i}, Eigen::MatrixXd::Ones(1, 1)).value_or(1.0));
+    const Eigen::MatrixXd one = Eigen::MatrixXd::Ones(1, 1);
+    const double p = others.p_value({i}, one).value_or(1.0);
+    constexpr double worth_their_tails = 0.005;
+    smallest = std::min(smallest, readings * p < worth_their_tails
+                                      ? std::max(p, others.p_value_by_tails({i}, one).value_or(1.0))
+                                      : p);
   }
   return std::min(1.0, readings * smallest);
 }

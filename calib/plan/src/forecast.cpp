@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <string>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -13,7 +16,9 @@
 #include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/calib/design_advice.hpp"
 #include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/calib/settings.hpp"
@@ -23,6 +28,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
+#include "troubles.hpp"
 
 namespace axiscal {
 namespace {
@@ -43,14 +49,11 @@ std::vector<RunSheetRow> sheet_of(const std::vector<DesignEntry>& design) {
   return sheet;
 }
 
-Eigen::VectorXd readings_of(const ForecastSetup& setup,
-                            const Positioner& positioner,
-                            const Eigen::Matrix3d& mount,
-                            const Eigen::Vector2d& slope) {
-  return simulate(
-             setup.nominal, sheet_of(setup.design),
-             {.slope = slope, .positioner = positioner, .rotation_sensor_from_positioner = mount})
-      .response.reshaped();
+// Where the field points on the table as it is expected to slope.
+Eigen::Vector3d field_in_table(const ForecastSetup& setup) {
+  return rotation_sloping_from_level(setup.slope) *
+         setup.nominal.field.in_table.value_or(
+             Eigen::Vector3d(0.0, 0.0, setup.nominal.field.magnitude));
 }
 
 ReadingSet reading_set(const ForecastSetup& setup) {
@@ -85,14 +88,11 @@ Eigen::MatrixXd for_each_axis(const Eigen::MatrixXd& one, Eigen::Index m) {
 
 LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
   const Eigen::Index m = set.axis_count();
-  const double F = setup.nominal.field.magnitude;
-  const Eigen::Vector3d in_table =
-      rotation_sloping_from_level(setup.slope) *
-      setup.nominal.field.in_table.value_or(Eigen::Vector3d(0.0, 0.0, F));
+  const Eigen::Vector3d in_table = field_in_table(setup);
   const TableField field = set.field.with_all(in_table);
   const RowsForPoint row_for = rows_of_points(set, field);
   LinearMap map;
-  if (setup.method == Method::paired) {
+  if (method_kind(setup.method).averages_pairs) {
     const PairedDesign paired = paired_design(set, in_table);
     if (paired.design.rows() == 0) {
       throw RefusedError(
@@ -117,7 +117,7 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
   }
   map.degrees_of_freedom = Eigen::VectorXd::Constant(m, static_cast<double>(set.size()));
   require_determined(set, field_design(set, field), row_for);
-  if (setup.method == Method::known) {
+  if (method_kind(setup.method).directions_known) {
     const Eigen::MatrixXd X = field_design(set, field);
     map.coefficients_from_readings = for_each_axis(pseudo_inverse(X), m);
     map.columns = Eigen::MatrixXd::Zero(set.size() * m, 4 * m);
@@ -147,69 +147,130 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
 // What an error that the readings share changes of them, in columns of standard deviation 1.
 using SharedErrors = Eigen::MatrixXd;  // n m x q
 
-// The readings' change with one of q quantities, by a central difference.
-// @param readings_at  the readings with quantity j changed by so much.
-template <typename ReadingsAt>
-Eigen::MatrixXd changes_with(Eigen::Index q, const ReadingsAt& readings_at) {
-  constexpr double step = 1e-5;
-  Eigen::MatrixXd changes;
-  for (Eigen::Index j = 0; j < q; ++j) {
-    const Eigen::VectorXd change = (readings_at(j, step) - readings_at(j, -step)) / (2.0 * step);
-    changes.conservativeResize(change.size(), q);
-    changes.col(j) = change;
-  }
-  return changes;
-}
-
-// Face normals that are off by their covariance.
-SharedErrors positioner_errors(const ForecastSetup& setup) {
-  NormalCovariance C = NormalCovariance::Zero();
-  if (const auto& stated = setup.positioner.description().normal_covariance) {
-    C = *stated;
-  }
+// The cube with all that is said of its normals.
+Positioner with_uncertain_normals(const ForecastSetup& setup) {
+  PositionerDescription description = setup.positioner.description();
+  NormalCovariance C = description.normal_covariance.value_or(NormalCovariance::Zero());
   for (const Face face : all_faces) {
     const Eigen::Vector3d& n = setup.positioner.normal(face);
     const Eigen::Index at = 3 * static_cast<Eigen::Index>(face);
     C.block<3, 3>(at, at) +=
         setup.normal_u_rad * setup.normal_u_rad * (Eigen::Matrix3d::Identity() - n * n.transpose());
   }
-  if (C.isZero(0.0)) {
-    return {};
+  description.normal_covariance = C;
+  return Positioner(std::move(description));
+}
+
+// What each input that is not exactly known changes of the readings, by its name.
+std::map<std::string, SharedErrors> errors_of_inputs(const ForecastSetup& setup,
+                                                     const ReadingSet& set,
+                                                     const TableField& field) {
+  Experiment experiment;
+  experiment.positioner = with_uncertain_normals(setup);
+  experiment.rotation_sensor_from_positioner = setup.mount.rotation_sensor_from_positioner;
+  experiment.stated.slope_u = setup.level_u_rad;
+  std::vector<InputQuantity> inputs =
+      input_quantities(experiment, set, method_kind(setup.method).directions_known, field);
+  if (setup.mount.repeatability_rad > 0.0) {
+    inputs.push_back(mount_quantity(setup.mount.repeatability_rad, set));
   }
-  const auto moved = [&](Eigen::Index j, double by) {
-    PositionerDescription description = setup.positioner.description();
-    for (std::size_t face = 0; face < all_faces.size(); ++face) {
-      description.faces[face].normal = setup.positioner.normals()[face];
+  std::map<std::string, SharedErrors> errors;
+  for (const InputQuantity& input : inputs) {
+    errors[input.name] =
+        change_of_readings(input, setup.nominal.response.sensitivity, set.size(), field);
+  }
+  return errors;
+}
+
+// What a world adds to the coefficients' covariance. In random order readings that are alike are so
+// by as much as any two of a run in the mean.
+// @param L  from one replicate's readings to the coefficients.
+Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
+                                    const Eigen::MatrixXd& L,
+                                    double replicates) {
+  const World& world = setup.world;
+  const ReadingSet set = reading_set(setup);
+  const Eigen::Index n = set.size();
+  const Eigen::Index m = set.axis_count();
+  const SensitivityMatrix& S = setup.nominal.response.sensitivity;
+  const Eigen::Vector3d in_table = field_in_table(setup);
+  Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(n * m, n);      // the field's size at each reading
+  Eigen::MatrixXd seats = Eigen::MatrixXd::Zero(n * m, 3 * n);  // the cube's turn at each
+  Eigen::MatrixXd gains = Eigen::MatrixXd::Zero(n * m, m);
+  Eigen::MatrixXd biases = Eigen::MatrixXd::Zero(n * m, m);
+  Eigen::MatrixXd mounts = Eigen::MatrixXd::Zero(n * m, 3);
+  Eigen::VectorXd at_ends = Eigen::VectorXd::Zero(n * m);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const Eigen::Vector3d field = set.readings[at].level.of_all() * in_table;
+    const Eigen::Matrix3d& R = set.rotation_sensor_from_table[at];
+    const Eigen::VectorXd along = parts_along(setup.nominal, R * field);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const Eigen::Index row = n * k + i;
+      const double response = S.row(k).dot(R * field);
+      sizes(row, i) = response;
+      gains(row, k) = response;
+      biases(row, k) = 1.0;
+      seats.block<1, 3>(row, 3 * i) = -S.row(k) * R * cross_matrix(field);
+      mounts.row(row) = -S.row(k) * cross_matrix(Eigen::Vector3d(R * field));
+      at_ends(row) = along(k) * along(k);
     }
-    Eigen::Vector3d& n = *description.faces[static_cast<std::size_t>(j / 3)].normal;
-    n(j % 3) += by;
-    n.normalize();
-    return readings_of(setup, Positioner(std::move(description)),
-                       setup.mount.rotation_sensor_from_positioner, setup.slope);
+  }
+  const double readings = replicates * static_cast<double>(n);
+  // Mean correlation of two readings of a run whose neighbours have this one.
+  const auto mean_correlation = [&](double neighbours) {
+    constexpr int longest = 10000;
+    double sum = 0.0;
+    double power = 1.0;
+    for (int lag = 1; lag < longest && lag < readings; ++lag) {
+      power *= neighbours;
+      sum += (readings - lag) * power;
+    }
+    return 2.0 * sum / (readings * (readings - 1.0));
   };
-  return changes_with(18, moved) * covariance_root(C);
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(L.rows(), L.rows());
+  const auto add = [&](double sd, const Eigen::MatrixXd& changes, double times) {
+    if (sd > 0.0) {
+      const Eigen::MatrixXd part = sd * (L * changes);
+      sum += part * part.transpose() / times;
+    }
+  };
+  const auto add_alike = [&](double sd, double neighbours, const Eigen::MatrixXd& one_by_one,
+                             const Eigen::MatrixXd& together) {
+    const double alike = mean_correlation(neighbours);
+    add(sd * std::sqrt(std::max(1.0 - alike, 0.0)), one_by_one, replicates);
+    add(sd * std::sqrt(std::max(alike, 0.0)), together, 1.0);
+  };
+  const double of_mean = std::sqrt(static_cast<double>(setup.samples));
+  constexpr double wander_of_neighbours = 0.9;  // as World::wander
+  add(world.block_sd, biases, replicates);
+  add(world.gain, gains, replicates);
+  add(std::hypot(world.mount_rad, world.remount_rad), mounts, replicates);
+  add(world.seat_rad, seats, replicates);
+  add(world.jitter, sizes, replicates);
+  add_alike(world.wander, wander_of_neighbours, sizes, sizes.rowwise().sum());
+  if (world.ends > 1.0) {
+    add(setup.noise_sd / of_mean * std::sqrt(world.ends * world.ends - 1.0),
+        at_ends.cwiseSqrt().asDiagonal(), replicates);
+  }
+  if (world.ar != 0.0) {
+    // The white part is counted as noise already.
+    add(setup.noise_sd / of_mean * std::sqrt(std::max(mean_correlation(world.ar), 0.0)), biases,
+        1.0);
+  }
+  const Eigen::MatrixXd each = Eigen::MatrixXd::Identity(n * m, n * m);
+  constexpr double of_rounding = 0.288675134594813;  // 1 / sqrt(12)
+  add(std::hypot(world.ar_white, world.round * of_rounding), each, replicates);
+  add(world.periodic / std::sqrt(2.0), each, replicates);
+  add(world.walk_sd * std::sqrt(readings / 6.0), each, replicates);
+  return sum;
 }
 
-SharedErrors level_errors(const ForecastSetup& setup) {
-  if (setup.method != Method::known || !(setup.level_u_rad > 0.0)) {
-    return {};
-  }
-  return setup.level_u_rad * changes_with(2, [&](Eigen::Index j, double by) {
-           return readings_of(setup, setup.positioner, setup.mount.rotation_sensor_from_positioner,
-                              setup.slope + by * Eigen::Vector2d::Unit(j));
-         });
-}
-
-SharedErrors mount_errors(const ForecastSetup& setup) {
-  if (!(setup.mount.repeatability_rad > 0.0)) {
-    return {};
-  }
-  return setup.mount.repeatability_rad * changes_with(3, [&](Eigen::Index j, double by) {
-           return readings_of(setup, setup.positioner,
-                              rotation_by(by * Eigen::Vector3d::Unit(j)) *
-                                  setup.mount.rotation_sensor_from_positioner,
-                              setup.slope);
-         });
+Eigen::MatrixXd part_of_world(const ForecastSetup& setup,
+                              const Eigen::MatrixXd& L,
+                              double replicates) {
+  return setup.world.is_white() ? Eigen::MatrixXd(Eigen::MatrixXd::Zero(L.rows(), L.rows()))
+                                : covariance_in_world(setup, L, replicates);
 }
 
 // What shared errors make of the coefficients.
@@ -247,10 +308,13 @@ struct ForecastParts {
 };
 
 ForecastParts parts_of(const ForecastSetup& setup) {
-  return {.map = linear_map(setup, reading_set(setup)),
-          .positioner = positioner_errors(setup),
-          .level = level_errors(setup),
-          .mount = mount_errors(setup)};
+  const ReadingSet set = reading_set(setup);
+  std::map<std::string, SharedErrors> errors =
+      errors_of_inputs(setup, set, set.field.with_all(field_in_table(setup)));
+  return {.map = linear_map(setup, set),
+          .positioner = std::move(errors["positioner"]),
+          .level = std::move(errors["levelness"]),
+          .mount = std::move(errors["mount"])};
 }
 
 // @param replicates  any number, as a search for it tries them.
@@ -268,6 +332,7 @@ Forecast forecast_of(const ForecastSetup& setup, const ForecastParts& parts, dou
   result.positioner = part_of(parts.positioner, L);
   result.level = part_of(parts.level, L);
   result.mount = part_of(parts.mount, L);
+  result.world = part_of_world(setup, L, replicates);
   result.degrees_of_freedom =
       replicates * parts.map.degrees_of_freedom.array() - parts.map.parameters;
   result.response = setup.nominal.response;

@@ -77,7 +77,7 @@ class RecordedReadings {
 
   void put(Eigen::VectorXd response) {
     troubles_.next(1);
-    response += troubles_.added(random_);
+    response += troubles_.added(random_, Eigen::VectorXd::Zero(response.size()));
     readings_.row(at_++) = rounded(std::move(response), options_);
   }
 

@@ -109,16 +109,19 @@ SimulatedRun simulate_run(const SensorModel& truth,
     const Eigen::Matrix3d rotation_sensor_from_table = troubles.as_seated(
         options.rotation_sensor_from_positioner *
         options.positioner.rotation_table_from_positioner(row.entry.point).transpose());
-    const Eigen::Vector3d field_in_sensor = rotation_sensor_from_table * field.at(row.entry.level);
+    const Eigen::Vector3d field_in_sensor =
+        troubles.size_of_field() * (rotation_sensor_from_table * field.at(row.entry.level));
     Eigen::VectorXd response = truth.instrument.one_sided
                                    ? lit_response_at(truth, field, row.entry.level,
                                                      rotation_sensor_from_table, temperature)
                                    : response_at(truth, field_in_sensor, temperature);
+    response +=
+        (troubles.gains().array() - 1.0).matrix().cwiseProduct(response - truth.response.bias);
     response += nonlinear_part(options.world, truth, field_in_sensor);
     for (const AlsoResponse& also : truth.also) {
       response += also.sensitivity * (rotation_sensor_from_table * (turned * also.in_table));
     }
-    response += troubles.added(random);
+    response += troubles.added(random, parts_along(truth, field_in_sensor));
     observations.response.row(static_cast<Eigen::Index>(i)) = rounded(std::move(response), options);
   }
   if (!observations.response.allFinite()) {

@@ -2,6 +2,7 @@
 #include "troubles.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -30,15 +31,25 @@ Troubles::Troubles(const World& world,
       noise_(Eigen::VectorXd::Zero(noise_sd.size())),
       walk_(noise_),
       walked_(noise_),
-      block_bias_(noise_) {}
+      block_bias_(noise_),
+      gains_(Eigen::VectorXd::Ones(noise_sd.size())) {}
 
 void Troubles::next(int block) {
   if (block != block_) {
     block_ = block;
-    mount_ = rotation_by(world_.mount_rad * own_.normals<3>());
+    mount_ = rotation_by(std::hypot(world_.mount_rad, world_.remount_rad) * own_.normals<3>());
     for (double& bias : block_bias_) {
       bias = world_.block_sd * own_.normal();
     }
+    for (Eigen::Index k = 0; k < gains_.size() && world_.gain > 0.0; ++k) {
+      gains_(k) = 1.0 + world_.gain * own_.normal();
+    }
+  }
+  if (world_.jitter > 0.0 || world_.wander > 0.0) {
+    constexpr double kept = 0.9;
+    const double fresh = own_.normal();
+    wander_ = at_ == 0.0 ? fresh : kept * wander_ + std::sqrt(1.0 - kept * kept) * fresh;
+    size_ = 1.0 + world_.jitter * own_.normal() + world_.wander * wander_;
   }
   ++at_;
 }
@@ -47,14 +58,21 @@ void Troubles::lay() {
   seat_ = rotation_by(world_.seat_rad * cube_.normals<3>());
 }
 
-Eigen::VectorXd Troubles::added(RandomStream& random) {
+Eigen::VectorXd Troubles::added(RandomStream& random, const Eigen::VectorXd& along) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(noise_.size());
   for (Eigen::Index k = 0; k < sum.size(); ++k) {
     if (noise_sd_(k) > 0.0) {
       const double fresh = random.normal() * spread();
       noise_(k) =
           at_ == 1 ? fresh : world_.ar * noise_(k) + std::sqrt(1.0 - world_.ar * world_.ar) * fresh;
-      sum(k) += noise_sd_(k) * noise_(k);
+      const double more = world_.ends > 0.0 ? world_.ends * world_.ends - 1.0 : 0.0;
+      const double at_ends = std::sqrt(std::max(1.0 + more * along(k) * along(k), 0.0));
+      sum(k) += noise_sd_(k) * noise_(k) * at_ends;
+    }
+    if (world_.periodic > 0.0) {
+      constexpr double period = 7.3;
+      sum(k) += world_.periodic *
+                std::sin(2.0 * std::numbers::pi * (at_ / period + static_cast<double>(k) / 3.0));
     }
     if (world_.ar_white > 0.0) {
       sum(k) += world_.ar_white * own_.normal();
@@ -84,14 +102,18 @@ double Troubles::spread() {
   return std::sqrt((world_.tails - 2.0) / squares);
 }
 
+Eigen::VectorXd parts_along(const SensorModel& truth, const Eigen::Vector3d& field) {
+  return truth.response.sensitivity.rowwise().normalized() * field / truth.field.magnitude;
+}
+
 Eigen::VectorXd nonlinear_part(const World& world,
                                const SensorModel& truth,
                                const Eigen::Vector3d& field) {
   const Eigen::Index m = truth.response.bias.size();
+  const Eigen::VectorXd all_along = parts_along(truth, field);
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(m);
   for (Eigen::Index k = 0; k < m; ++k) {
-    const Eigen::Vector3d S = truth.response.sensitivity.row(k);
-    const double along = S.normalized().dot(field) / truth.field.magnitude;
+    const double along = all_along(k);
     const auto of_axis = [&](const std::vector<double>& terms) {
       return terms.empty() ? 0.0 : terms[terms.size() == 1 ? 0 : static_cast<std::size_t>(k)];
     };

@@ -32,9 +32,14 @@ class Troubles {
     return mount_ * rotation_sensor_from_table * seat_;
   }
 
+  /// How many times the field, and each axis's sensitivities, are what they are in the mean.
+  [[nodiscard]] double size_of_field() const { return size_; }
+  [[nodiscard]] const Eigen::VectorXd& gains() const { return gains_; }
+
   /// What is added to the response.
   /// @param random  of the noise, which a white world takes its numbers from alone.
-  [[nodiscard]] Eigen::VectorXd added(RandomStream& random);
+  /// @param along   of each axis, the part of the full field that lies along it.
+  [[nodiscard]] Eigen::VectorXd added(RandomStream& random, const Eigen::VectorXd& along);
 
   [[nodiscard]] const Eigen::VectorXd& bias_of_run() const { return walked_; }
 
@@ -53,9 +58,15 @@ class Troubles {
   Eigen::VectorXd walk_;
   Eigen::VectorXd walked_;  // its mean over the run, so far
   Eigen::VectorXd block_bias_;
+  Eigen::VectorXd gains_;
+  double size_ = 1.0;
+  double wander_ = 0.0;
   Eigen::Matrix3d mount_ = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d seat_ = Eigen::Matrix3d::Identity();
 };
+
+/// @return of each axis, the part of the full field that lies along it; m entries.
+[[nodiscard]] Eigen::VectorXd parts_along(const SensorModel& truth, const Eigen::Vector3d& field);
 
 /// What the squared and cubed field along each axis adds.
 [[nodiscard]] Eigen::VectorXd nonlinear_part(const World& world,

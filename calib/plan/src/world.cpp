@@ -28,6 +28,12 @@ constexpr std::array entries = {
     Entry{.name = "block_sd", .number = &World::block_sd},
     Entry{.name = "seat_rad", .number = &World::seat_rad},
     Entry{.name = "mount_rad", .number = &World::mount_rad},
+    Entry{.name = "remount_rad", .number = &World::remount_rad},
+    Entry{.name = "gain", .number = &World::gain},
+    Entry{.name = "jitter", .number = &World::jitter},
+    Entry{.name = "wander", .number = &World::wander},
+    Entry{.name = "ends", .number = &World::ends},
+    Entry{.name = "periodic", .number = &World::periodic},
     Entry{.name = "ar", .number = &World::ar},
     Entry{.name = "ar_white", .number = &World::ar_white},
     Entry{.name = "walk_sd", .number = &World::walk_sd},
@@ -68,10 +74,8 @@ void put(World& world, std::string_view name, const std::vector<double>& values)
     for (const Entry& one : entries) {
       names.push_back(one.name);
     }
-    throw DomainError(formatted(
-        "'{}' is nothing that a world has{}", name,
-        did_you_mean(name, names,
-                     "there are " + joined(std::vector<std::string>(names.begin(), names.end())))));
+    throw DomainError(formatted("'{}' is nothing that a world has{}", name,
+                                did_you_mean(name, names, "there are " + world_names())));
   }
   for (const double value : values) {
     check_value(name, value);
@@ -110,6 +114,14 @@ std::vector<double> numbers_of(const World& world, const Entry& entry) {
 bool World::is_white() const {
   return std::all_of(entries.begin(), entries.end(),
                      [&](const Entry& entry) { return numbers_of(*this, entry).empty(); });
+}
+
+std::string world_names() {
+  std::vector<std::string> names;
+  for (const Entry& entry : entries) {
+    names.emplace_back(entry.name);
+  }
+  return joined(names);
 }
 
 World world_of(std::string_view text) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 
 namespace axiscal {
@@ -30,7 +31,7 @@ Eigen::MatrixXd covariance_of(const Calibration& calibration) {
 
 bool gives_field(const Calibration& calibration) {
   // Sensitivities are among its parameters only where another record gave them.
-  return calibration.fit.method != Method::bias ||
+  return method_kind(calibration.fit.method).fits_sensitivity ||
          (calibration.fit.statistics &&
           calibration.fit.statistics->position_of(calibration.sensor.instrument.axes.front() +
                                                   ".sensitivity.x"));

@@ -384,6 +384,10 @@ void members(JsonMembers& io, CalibrationConditions& conditions, Eigen::Index m)
     io.vector("block_mean_square", conditions.block_mean_square, m);
     io.need("block_degrees_of_freedom", conditions.block_degrees_of_freedom);
   }
+  if (io.has("sensitivity_mean_square", conditions.sensitivity_mean_square.size() > 0)) {
+    io.matrix("sensitivity_mean_square", conditions.sensitivity_mean_square, m, 3);
+    io.need("sensitivity_degrees_of_freedom", conditions.sensitivity_degrees_of_freedom);
+  }
 }
 
 // What was fitted, and how well.

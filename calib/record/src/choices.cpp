@@ -6,8 +6,6 @@
 namespace axiscal {
 namespace {
 
-constexpr std::array<std::string_view, 6> method_names = {"paired",    "joint", "known",
-                                                          "magnitude", "bias",  "turns"};
 constexpr std::array<std::string_view, 3> status_names = {"ok", "warning", "refused"};
 constexpr std::array<std::string_view, 3> weighting_names = {"none", "samples", "sd"};
 constexpr std::array<std::string_view, 2> level_by_names = {"run", "block"};
@@ -27,19 +25,6 @@ std::optional<Enum> find_in(const std::array<std::string_view, Size>& names,
 }
 
 }  // namespace
-
-std::string_view method_name(std::optional<Method> method) {
-  return method ? method_names[static_cast<std::size_t>(*method)] : std::string_view();
-}
-
-std::optional<Method> parse_method(std::string_view name) {
-  return find_in<Method>(method_names, name);
-}
-
-std::optional<Method> parse_chosen_method(std::string_view name) {
-  const std::optional<Method> method = parse_method(name);
-  return method == Method::turns ? std::nullopt : method;
-}
 
 std::string_view status_name(CalibrationStatus status) {
   return status_names[static_cast<std::size_t>(status)];

@@ -25,15 +25,37 @@
 namespace axiscal {
 namespace {
 
-constexpr std::array<std::string_view, 30> keys_of_experiment = {
-    "format",      "version",     "observations", "instrument",
-    "field",       "also",        "site",         "table",
-    "positioner",  "slot",        "method",       "weights",
-    "robust",      "noise_ratio", "leave_out",    "level_by",
-    "drift",       "seats",       "shape",        "temperature",
-    "uncertainty", "limits",      "from",         "nominal_sensitivity",
-    "polar_fit",   "mistakes",    "process",      "rotation_sensor_from_positioner",
-    "slots",       "face_names"};
+constexpr std::array<std::string_view, 31> keys_of_experiment = {"format",
+                                                                 "version",
+                                                                 "observations",
+                                                                 "instrument",
+                                                                 "field",
+                                                                 "also",
+                                                                 "site",
+                                                                 "table",
+                                                                 "positioner",
+                                                                 "slot",
+                                                                 "method",
+                                                                 "weights",
+                                                                 "robust",
+                                                                 "squares",
+                                                                 "noise_ratio",
+                                                                 "leave_out",
+                                                                 "level_by",
+                                                                 "drift",
+                                                                 "seats",
+                                                                 "shape",
+                                                                 "temperature",
+                                                                 "uncertainty",
+                                                                 "limits",
+                                                                 "from",
+                                                                 "nominal_sensitivity",
+                                                                 "polar_fit",
+                                                                 "mistakes",
+                                                                 "process",
+                                                                 "rotation_sensor_from_positioner",
+                                                                 "slots",
+                                                                 "face_names"};
 
 // The table of members serves for reading and for writing.
 class ExperimentMembers {
@@ -220,6 +242,7 @@ class ExperimentMembers {
     const Experiment usual;
     io_.choice_unless("shape", e_.shape, usual.shape, shape_name, parse_shape,
                       "symmetric, triangular");
+    io_.flag_unless("squares", e_.squares, false);
     io_.choice_if_any("method", e_.method, method_name, parse_chosen_method,
                       "paired, joint, known, magnitude, bias");
     io_.choice_if_any(

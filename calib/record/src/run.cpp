@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
@@ -78,10 +79,11 @@ ObservationColumns observation_columns(const Experiment& experiment, Units units
           .face_names = experiment.face_names,
           .differences = experiment.instrument.differences,
           .range = experiment.instrument.range,
-          .needs_labels = method == Method::paired || method == Method::joint,
+          .needs_labels = method_kind(method).by_pose && !method_kind(method).directions_known,
           .needs_samples = experiment.weighting == Weighting::samples,
           .needs_temperature = experiment.temperature.order > 0 ||
-                               experiment.temperature.automatic || method == Method::bias,
+                               experiment.temperature.automatic ||
+                               !method_kind(method).fits_sensitivity,
           .takes_several_units = units == Units::several,
           .needs_sd = experiment.weighting == Weighting::sd};
 }

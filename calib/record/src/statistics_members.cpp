@@ -3,6 +3,7 @@
 
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/not_a_number.hpp"
+#include "scatter_words.hpp"
 
 namespace axiscal {
 namespace {
@@ -90,6 +91,9 @@ void members(JsonMembers& io, ScatterComponent& component, Eigen::Index paramete
     io.to()["sd"] = json_from(component.sd);
   }
   io.value_if_any("unit", component.unit);
+  if (!io.reads()) {
+    io.to()["meaning"] = meaning_of_scatter(component.name);
+  }
   io.number("degrees_of_freedom", component.degrees_of_freedom);
   io.need_matrix("covariance", component.covariance, parameters, parameters);
 }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -221,8 +222,8 @@ Eigen::MatrixXd parameter_covariance(const Calibration& calibration) {
 }
 
 bool counts_magnitude(const Calibration& calibration) {
-  const bool matters =
-      calibration.fit.method != Method::bias && calibration.fit.method != Method::turns;
+  const bool matters = method_kind(calibration.fit.method).fits_sensitivity &&
+                       !method_kind(calibration.fit.method).by_turns;
   return !matters || has_source(calibration, field_magnitude_source) ||
          has_source(calibration, "magnitude of ");
 }
@@ -233,8 +234,7 @@ std::vector<std::string> not_counted(const Calibration& calibration) {
     return all;
   }
   const bool on_table =
-      (calibration.fit.method == Method::paired || calibration.fit.method == Method::joint ||
-       calibration.fit.method == Method::known) &&
+      method_kind(calibration.fit.method).by_pose &&
       (!calibration.provenance.positioner.empty() || calibration.sensor.field.in_table);
   if (on_table && !has_source(calibration, "positioner")) {
     all.emplace_back("the cube's face normals");

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <limits>
 
+#include <Eigen/Cholesky>
 #include <Eigen/QR>
 
 namespace axiscal {
@@ -27,30 +28,58 @@ Eigen::MatrixXd beside(const Eigen::MatrixXd& x) {
   return all;
 }
 
-// V = rho^|i - j| + lambda I; or V = I + gamma within each block.
+// V = signal rho^|i - j| h_i.h_j + white I; or V = I + gamma within each block.
 struct Model {
   double rho = 0.0;
-  double lambda = 0.0;
+  double signal = 1.0;
+  double white = 0.0;
   double gamma = 0.0;
   double prior = 1.0;
 };
 
-std::vector<Model> models(bool with_blocks) {
-  constexpr std::array correlations = {0.0, 0.2, 0.4, 0.6, 0.75, 0.85, 0.92, 0.96, 0.985};
-  constexpr std::array white = {0.0, 0.1, 0.3, 1.0, 3.0, 10.0};
-  constexpr std::array shifts = {0.1, 0.3, 1.0, 3.0, 10.0, 30.0};
+constexpr std::array correlations = {0.0, 0.2, 0.4, 0.6, 0.75, 0.85, 0.92, 0.96, 0.985, 0.995};
+constexpr std::array white_parts = {0.0, 0.1, 0.3, 1.0, 3.0, 10.0};
+
+// Correlated noise and white noise beside it.
+// @param largest  of the correlations.
+std::vector<Model> correlated_models(double largest) {
   std::vector<Model> all;
   for (const double rho : correlations) {
-    for (const double lambda : white) {
-      // Without correlation any lambda is the same model.
-      if (rho > 0.0 || lambda == 0.0) {
-        all.push_back({.rho = rho, .lambda = lambda, .prior = rho > 0.0 ? 1.0 / 6.0 : 1.0});
+    for (const double white : white_parts) {
+      // Without correlation any white noise is the same model, unless what it is seen along turns.
+      if (rho <= largest && (rho > 0.0 || white == 0.0)) {
+        all.push_back({.rho = rho,
+                       .white = white,
+                       .prior = rho > 0.0 ? 1.0 / static_cast<double>(white_parts.size()) : 1.0});
       }
     }
   }
+  return all;
+}
+
+std::vector<Model> models_of_run(bool with_blocks) {
+  constexpr std::array shifts = {0.1, 0.3, 1.0, 3.0, 10.0, 30.0};
+  constexpr double largest = 0.985;  // a run has too few readings for more
+  std::vector<Model> all = correlated_models(largest);
   for (const double gamma : shifts) {
     if (with_blocks) {
-      all.push_back({.gamma = gamma, .prior = 1.0 / 6.0});
+      all.push_back({.gamma = gamma, .prior = 1.0 / static_cast<double>(shifts.size())});
+    }
+  }
+  return all;
+}
+
+// White noise, and a common cause that wanders more or less slowly beside it.
+std::vector<Model> wandering_models() {
+  constexpr std::array slow = {0.0, 0.5, 0.8, 0.92, 0.98};
+  constexpr std::array sizes = {0.3, 1.0, 3.0, 10.0, 30.0};
+  std::vector<Model> all = {{.signal = 0.0, .white = 1.0, .prior = 1.0}};
+  for (const double rho : slow) {
+    for (const double signal : sizes) {
+      all.push_back({.rho = rho,
+                     .signal = signal,
+                     .white = 1.0,
+                     .prior = 1.0 / static_cast<double>(sizes.size())});
     }
   }
   return all;
@@ -81,59 +110,132 @@ Whitened whiten_blocks(double gamma, const std::vector<int>& blocks, const Eigen
   return result;
 }
 
-Whitened whiten(const Model& model, const Eigen::VectorXd& places, const Eigen::MatrixXd& x) {
+// The Kalman filter of y_i = h_i . x_i + white noise, for all columns at once; d the components of
+// the state.
+template <int d>
+Whitened whiten(const Model& model,
+                const Eigen::VectorXd& places,
+                const Eigen::MatrixXd& along,
+                const Eigen::MatrixXd& x) {
   Whitened result{.x = Eigen::MatrixXd(x.rows(), x.cols())};
-  Eigen::RowVectorXd predicted = Eigen::RowVectorXd::Zero(x.cols());
-  double variance = 1.0;
+  Eigen::Matrix<double, d, Eigen::Dynamic> predicted =
+      Eigen::Matrix<double, d, Eigen::Dynamic>::Zero(d, x.cols());
+  using Square = Eigen::Matrix<double, d, d>;
+  Square P = model.signal * Square::Identity();
+  double kept_for = -1.0;
+  double kept = 1.0;
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
     if (i > 0) {
-      const double kept = std::pow(model.rho, places(i) - places(i - 1));
+      const double gap = places(i) - places(i - 1);
+      if (gap != kept_for) {
+        kept_for = gap;
+        kept = std::pow(model.rho, gap);
+      }
       predicted *= kept;
-      variance = kept * kept * variance + 1.0 - kept * kept;
+      P = (kept * kept * P + model.signal * (1.0 - kept * kept) * Square::Identity()).eval();
     }
-    const Eigen::RowVectorXd innovation = x.row(i) - predicted;
-    const double whole = variance + model.lambda;
+    const Eigen::Matrix<double, d, 1> h = along.row(i).transpose();
+    const Eigen::Matrix<double, d, 1> Ph = P * h;
+    constexpr double least = 1e-12;
+    const double whole = std::max(h.dot(Ph) + model.white, least);
+    const Eigen::RowVectorXd innovation = x.row(i) - h.transpose() * predicted;
     result.x.row(i) = innovation / std::sqrt(whole);
     result.log_determinant += std::log(whole);
-    predicted += variance / whole * innovation;
-    variance *= model.lambda / whole;
+    predicted += Ph / whole * innovation;
+    P -= Ph * Ph.transpose() / whole;
   }
   return result;
 }
 
-// What one model says of all responses.
+// What one model says of one response.
 struct ModelFit {
   double log_likelihood = 0.0;
   Eigen::VectorXd estimate;
-  Eigen::VectorXd variance;
+  Eigen::MatrixXd covariance;
 };
 
-ModelFit fit_model(const Model& model, const OrderedReadings& readings) {
-  const Eigen::Index m = readings.responses.cols();
-  ModelFit fit{.estimate = Eigen::VectorXd(m), .variance = Eigen::VectorXd(m)};
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const Eigen::MatrixXd& X = readings.designs[static_cast<std::size_t>(k)];
-    const Eigen::Index p = X.cols();
-    Eigen::MatrixXd both(X.rows(), p + 1);
-    both << X, readings.responses.col(k);
-    const Whitened whitened = model.gamma > 0.0 ? whiten_blocks(model.gamma, readings.blocks, both)
-                                                : whiten(model, readings.places, both);
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(whitened.x);
-    const Eigen::MatrixXd R = qr.matrixQR().topRows(p + 1).triangularView<Eigen::Upper>();
-    const auto free = static_cast<double>(X.rows() - p);
-    const double least = std::numeric_limits<double>::min();
-    const double squares = std::max(R(p, p) * R(p, p), least);
-    const auto upper = R.topLeftCorner(p, p).triangularView<Eigen::Upper>();
-    const Eigen::VectorXd estimate = upper.solve(R.topRightCorner(p, 1));
-    // Row 0 of R^-1: its squares are the first entry of (R^T R)^-1.
-    const Eigen::VectorXd row = upper.transpose().solve(Eigen::VectorXd::Unit(p, 0));
-    fit.estimate(k) = estimate(0);
-    fit.variance(k) = squares / free * row.squaredNorm();
-    fit.log_likelihood += -0.5 * whitened.log_determinant -
-                          R.diagonal().head(p).cwiseAbs().array().log().sum() -
-                          0.5 * free * std::log(squares);
+// @param both  the design and the response beside it, whitened.
+ModelFit fit_whitened(const Whitened& both) {
+  const Eigen::Index p = both.x.cols() - 1;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(both.x);
+  const Eigen::MatrixXd R = qr.matrixQR().topRows(p + 1).triangularView<Eigen::Upper>();
+  const auto free = static_cast<double>(both.x.rows() - p);
+  const double least = std::numeric_limits<double>::min();
+  const double squares = std::max(R(p, p) * R(p, p), least);
+  const auto upper = R.topLeftCorner(p, p).triangularView<Eigen::Upper>();
+  const Eigen::MatrixXd inverse = upper.solve(Eigen::MatrixXd::Identity(p, p));
+  return {.log_likelihood = -0.5 * both.log_determinant -
+                            R.diagonal().head(p).cwiseAbs().array().log().sum() -
+                            0.5 * free * std::log(squares),
+          .estimate = upper.solve(R.topRightCorner(p, 1)),
+          .covariance = squares / free * inverse * inverse.transpose()};
+}
+
+// The weights of models by their restricted likelihood and prior; they sum to 1.
+std::vector<double> weights_of(const std::vector<Model>& models,
+                               const std::vector<double>& log_likelihood) {
+  const double best = *std::max_element(log_likelihood.begin(), log_likelihood.end());
+  std::vector<double> weights;
+  double sum = 0.0;
+  for (std::size_t g = 0; g < models.size(); ++g) {
+    weights.push_back(models[g].prior * std::exp(log_likelihood[g] - best));
+    sum += weights.back();
   }
-  return fit;
+  for (double& weight : weights) {
+    weight /= sum;
+  }
+  return weights;
+}
+
+// The mean over models of one response's coefficients; what parts the models counts as well.
+void average(const std::vector<double>& weights,
+             const std::vector<const ModelFit*>& fits,
+             CorrelatedFit& mean) {
+  const Eigen::Index p = fits.front()->estimate.size();
+  mean.estimate = Eigen::VectorXd::Zero(p);
+  mean.covariance = Eigen::MatrixXd::Zero(p, p);
+  for (std::size_t g = 0; g < weights.size(); ++g) {
+    mean.estimate += weights[g] * fits[g]->estimate;
+  }
+  for (std::size_t g = 0; g < weights.size(); ++g) {
+    const Eigen::VectorXd off = fits[g]->estimate - mean.estimate;
+    mean.covariance += weights[g] * (fits[g]->covariance + off * off.transpose());
+  }
+}
+
+double correlation_of(const std::vector<Model>& models, const std::vector<double>& weights) {
+  double sum = 0.0;
+  for (std::size_t g = 0; g < models.size(); ++g) {
+    sum += weights[g] * models[g].rho * models[g].signal / (models[g].signal + models[g].white);
+  }
+  return sum;
+}
+
+// How many standard deviations sum c_i z_i z_(i+1) is above what it would be for white noise.
+// @param Q  n x p: the covariance of z is I - Q Q^T, in its variance.
+// @param c  n - 1 weights of neighbours.
+double likeness_score(const Eigen::VectorXd& z,
+                      const Eigen::MatrixXd& Q,
+                      const Eigen::VectorXd& weights) {
+  const Eigen::Index n = z.size();
+  Eigen::MatrixXd AQ = Eigen::MatrixXd::Zero(n, Q.cols());
+  AQ.topRows(n - 1) += 0.5 * weights.asDiagonal() * Q.bottomRows(n - 1);
+  AQ.bottomRows(n - 1) += 0.5 * weights.asDiagonal() * Q.topRows(n - 1);
+  const Eigen::MatrixXd G = Q.transpose() * AQ;
+  const Eigen::MatrixXd QQ = Q.transpose() * Q;
+  const double d = static_cast<double>(n) - QQ.trace();
+  const double trace = -G.trace();
+  const double c = trace / d;
+  const double variance =
+      2.0 * (0.5 * weights.squaredNorm() - 2.0 * AQ.squaredNorm() + G.squaredNorm() -
+             2.0 * c * (-2.0 * G.trace() + QQ.cwiseProduct(G).sum()) +
+             c * c * (static_cast<double>(n) - 2.0 * QQ.trace() + QQ.squaredNorm()));
+  const double squares = z.squaredNorm();
+  if (!(squares > 0.0) || !(d > 2.0) || !(variance > 0.0)) {
+    return 0.0;
+  }
+  const double products = d * z.head(n - 1).cwiseProduct(weights).dot(z.tail(n - 1)) / squares;
+  return (products - trace) / std::sqrt(variance);
 }
 
 }  // namespace
@@ -171,33 +273,133 @@ double lag_one_score(const OrderedReadings& readings) {
 
 CorrelatedMean mean_under_correlation(const OrderedReadings& readings) {
   const Eigen::Index m = readings.responses.cols();
-  std::vector<ModelFit> fits;
-  const std::vector<Model> all = models(!readings.blocks.empty());
-  double best = -std::numeric_limits<double>::infinity();
-  for (const Model& model : all) {
-    fits.push_back(fit_model(model, readings));
-    best = std::max(best, fits.back().log_likelihood);
+  const Eigen::Index n = readings.responses.rows();
+  const std::vector<Model> models = models_of_run(!readings.blocks.empty());
+  const Eigen::MatrixXd along = Eigen::MatrixXd::Ones(n, 1);
+  std::vector<std::vector<ModelFit>> fits(static_cast<std::size_t>(m));
+  std::vector<double> log_likelihood(models.size(), 0.0);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Eigen::MatrixXd& X = readings.designs[static_cast<std::size_t>(k)];
+    Eigen::MatrixXd both(n, X.cols() + 1);
+    both << X, readings.responses.col(k);
+    for (std::size_t g = 0; g < models.size(); ++g) {
+      fits[static_cast<std::size_t>(k)].push_back(
+          fit_whitened(models[g].gamma > 0.0 ? whiten_blocks(models[g].gamma, readings.blocks, both)
+                                             : whiten<1>(models[g], readings.places, along, both)));
+      log_likelihood[g] += fits[static_cast<std::size_t>(k)].back().log_likelihood;
+    }
   }
-  double sum = 0.0;
-  std::vector<double> weights;
-  for (std::size_t g = 0; g < all.size(); ++g) {
-    weights.push_back(all[g].prior * std::exp(fits[g].log_likelihood - best));
-    sum += weights.back();
+  const std::vector<double> weights = weights_of(models, log_likelihood);
+  CorrelatedMean mean{
+      .estimate = Eigen::VectorXd(m),
+      .u = Eigen::VectorXd(m),
+      .degrees_of_freedom = static_cast<double>(n - readings.designs.front().cols()),
+      .correlation = correlation_of(models, weights)};
+  for (Eigen::Index k = 0; k < m; ++k) {
+    std::vector<const ModelFit*> own;
+    for (const ModelFit& fit : fits[static_cast<std::size_t>(k)]) {
+      own.push_back(&fit);
+    }
+    CorrelatedFit all;
+    average(weights, own, all);
+    mean.estimate(k) = all.estimate(0);
+    mean.u(k) = std::sqrt(all.covariance(0, 0));
   }
-  CorrelatedMean mean{.estimate = Eigen::VectorXd::Zero(m),
-                      .u = Eigen::VectorXd::Zero(m),
-                      .degrees_of_freedom = static_cast<double>(readings.responses.rows() -
-                                                                readings.designs.front().cols())};
-  for (std::size_t g = 0; g < all.size(); ++g) {
-    weights[g] /= sum;
-    mean.estimate += weights[g] * fits[g].estimate;
-    mean.correlation += weights[g] * all[g].rho / (1.0 + all[g].lambda);
-  }
-  for (std::size_t g = 0; g < all.size(); ++g) {
-    mean.u += weights[g] * (fits[g].variance + (fits[g].estimate - mean.estimate).cwiseAbs2());
-  }
-  mean.u = mean.u.cwiseSqrt();
   return mean;
+}
+
+double lag_one_score(const Eigen::MatrixXd& design,
+                     const Eigen::VectorXd& response,
+                     const Eigen::MatrixX3d& along) {
+  const Eigen::MatrixXd Q = basis_of(design);
+  const Eigen::Index n = design.rows();
+  return likeness_score(response - Q * (Q.transpose() * response), Q,
+                        along.topRows(n - 1).cwiseProduct(along.bottomRows(n - 1)).rowwise().sum());
+}
+
+CorrelatedFit fit_under_correlation(const Eigen::MatrixXd& design,
+                                    const Eigen::VectorXd& response,
+                                    const Eigen::MatrixX3d& along) {
+  const Eigen::Index n = design.rows();
+  // Where there are more rows than tell the models apart, means of consecutive ones stand for them.
+  constexpr Eigen::Index most = 1500;
+  const Eigen::Index each = (n + most - 1) / most;
+  const Eigen::Index rows = n / each;
+  Eigen::MatrixXd both(rows, design.cols() + 1);
+  Eigen::MatrixXd directions(rows, 3);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    both.row(i) << design.middleRows(each * i, each).colwise().mean(),
+        response.segment(each * i, each).mean();
+    directions.row(i) = along.middleRows(each * i, each).colwise().mean();
+  }
+  const Eigen::VectorXd places =
+      Eigen::VectorXd::LinSpaced(rows, 0.0, static_cast<double>(rows - 1));
+  std::vector<Model> models = correlated_models(1.0);
+  std::vector<ModelFit> fits;
+  std::vector<const ModelFit*> pointers;
+  std::vector<double> log_likelihood;
+  for (const Model& model : models) {
+    fits.push_back(fit_whitened(whiten<3>(model, places, directions, both)));
+    log_likelihood.push_back(fits.back().log_likelihood);
+  }
+  for (const ModelFit& fit : fits) {
+    pointers.push_back(&fit);
+  }
+  const std::vector<double> weights = weights_of(models, log_likelihood);
+  CorrelatedFit result;
+  average(weights, pointers, result);
+  result.degrees_of_freedom = static_cast<double>(rows - design.cols());
+  result.correlation = correlation_of(models, weights);
+  return result;
+}
+
+double likeness_along(const Eigen::VectorXd& z,
+                      const Eigen::MatrixXd& changes,
+                      const Eigen::MatrixXd& covariance) {
+  const Eigen::LLT<Eigen::MatrixXd> root(covariance);
+  return likeness_score(z, changes * Eigen::MatrixXd(root.matrixL()),
+                        Eigen::VectorXd::Ones(z.size() - 1));
+}
+
+CorrelatedFit fit_under_wander(const WanderProblem& problem) {
+  const Eigen::Index q = problem.information.rows();
+  const Eigen::MatrixXd& A = problem.along;
+  const Eigen::MatrixXd others = problem.information - A.transpose() * A;
+  Eigen::MatrixXd both(A.rows(), q + 1);
+  both << A, problem.deviations;
+  const double squares_across = problem.squares - problem.deviations.squaredNorm();
+  const std::vector<Model> models = wandering_models();
+  std::vector<ModelFit> fits;
+  std::vector<const ModelFit*> pointers;
+  std::vector<double> log_likelihood;
+  for (const Model& model : models) {
+    const Whitened whitened = whiten<1>(model, problem.places, problem.sizes, both);
+    const auto W = whitened.x.leftCols(q);
+    const auto y = whitened.x.col(q);
+    const Eigen::MatrixXd N = others + W.transpose() * W;
+    // Outside of the common cause the residuals are square to the columns already.
+    const Eigen::VectorXd c = W.transpose() * y - A.transpose() * problem.deviations;
+    const Eigen::LLT<Eigen::MatrixXd> cholesky(N);
+    const Eigen::VectorXd step = cholesky.solve(c);
+    const double least = std::numeric_limits<double>::min();
+    const double squares = std::max(squares_across + y.squaredNorm() - c.dot(step), least);
+    log_likelihood.push_back(-0.5 * whitened.log_determinant -
+                             cholesky.matrixLLT().diagonal().array().log().sum() -
+                             0.5 * problem.degrees_of_freedom * std::log(squares));
+    fits.push_back({.log_likelihood = log_likelihood.back(),
+                    .estimate = step,
+                    .covariance = squares / problem.degrees_of_freedom *
+                                  cholesky.solve(Eigen::MatrixXd::Identity(q, q))});
+  }
+  for (const ModelFit& fit : fits) {
+    pointers.push_back(&fit);
+  }
+  const std::vector<double> weights = weights_of(models, log_likelihood);
+  CorrelatedFit result;
+  average(weights, pointers, result);
+  result.degrees_of_freedom = problem.degrees_of_freedom;
+  result.correlation = correlation_of(models, weights);
+  return result;
 }
 
 }  // namespace axiscal

@@ -50,6 +50,96 @@ struct PosePart {
   double degrees_of_freedom = 0.0;
 };
 
+// What the biases of another block than the record's may be off by, along each axis of the field.
+struct BlockOffset {
+  double variance = 0.0;  // M (1 + 1 / B) [field unit squared]
+  double degrees_of_freedom = 0.0;
+  double gain_variance = 0.0;  // the same of the sensitivities, relative
+};
+
+std::optional<BlockOffset> offset_of_block(const Calibration& calibration) {
+  const CalibrationConditions& conditions = calibration.fit.conditions;
+  const Eigen::Index m = calibration.sensor.response.bias.size();
+  if (m != 3 || conditions.block_mean_square.size() != m ||
+      !(conditions.block_degrees_of_freedom > 0.0)) {
+    return std::nullopt;
+  }
+  const double B = conditions.blocks;
+  const Eigen::MatrixXd of_readings = calibration.fit.statistics->covariance_of_readings();
+  double sum = 0.0;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const auto at = calibration.fit.statistics->position_of(
+        calibration.sensor.instrument.axes[static_cast<std::size_t>(k)] + ".bias");
+    const double by_noise = at ? B * of_readings(*at, *at) : 0.0;
+    const double scale = calibration.sensor.response.sensitivity.row(k).squaredNorm();
+    sum += std::max(conditions.block_mean_square(k), by_noise) / scale;
+  }
+  double gains = 0.0;
+  for (Eigen::Index k = 0; k < conditions.sensitivity_mean_square.rows(); ++k) {
+    Eigen::Index main = 0;
+    const double size = calibration.sensor.response.sensitivity.row(k).cwiseAbs().maxCoeff(&main);
+    gains += conditions.sensitivity_mean_square(k, main) / (size * size) / 3.0;
+  }
+  return BlockOffset{.variance = sum / 3.0 * (1.0 + 1.0 / B),
+                     .degrees_of_freedom = 3.0 * conditions.block_degrees_of_freedom,
+                     .gain_variance = gains * (1.0 + 1.0 / B)};
+}
+
+// The offset that all poses share against the blocks' scatter, and the rest against the noise; put
+// together by Fisher's method.
+double p_with_offset(const std::vector<Pose>& poses,
+                     const Eigen::VectorXd& mean,
+                     const Eigen::MatrixXd& by_noise,
+                     double nu_of_noise,
+                     double magnitude,
+                     const BlockOffset& blocks) {
+  const auto P = static_cast<Eigen::Index>(poses.size());
+  Eigen::MatrixXd u(P, 3);
+  for (Eigen::Index p = 0; p < P; ++p) {
+    u.row(p) = poses[static_cast<std::size_t>(p)].direction.normalized().transpose();
+  }
+  // Gains that differ between blocks change |f| by the squares of its direction.
+  const Eigen::MatrixXd squares = magnitude * u.cwiseAbs2();
+  const Eigen::MatrixXd V = by_noise + blocks.gain_variance * squares * squares.transpose();
+  const double share_of_noise =
+      Eigen::LDLT<Eigen::MatrixXd>(V).solve(by_noise).trace() / static_cast<double>(P);
+  const double nu = 1.0 / (share_of_noise * share_of_noise / nu_of_noise +
+                           std::pow(1.0 - share_of_noise, 2) / blocks.degrees_of_freedom);
+  const auto freedom = [&](double share) {
+    return 1.0 / (share * share / nu + (1.0 - share) * (1.0 - share) / blocks.degrees_of_freedom);
+  };
+  const Eigen::LLT<Eigen::MatrixXd> root(V);
+  const Eigen::MatrixXd W = root.matrixL().solve(u);
+  const Eigen::VectorXd y = root.matrixL().solve(mean);
+  const Eigen::MatrixXd information = W.transpose() * W;
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(information);
+  constexpr double open_below = 1e-6;
+  if (P < 3 || ldlt.vectorD().minCoeff() < open_below * ldlt.vectorD().maxCoeff()) {
+    // Too few directions to tell the offset: all at once.
+    const Eigen::MatrixXd all = V + blocks.variance * u * u.transpose();
+    const Eigen::LDLT<Eigen::MatrixXd> of_all(all);
+    const double share = of_all.solve(V).trace() / static_cast<double>(P);
+    return f_upper_p(std::max(mean.dot(of_all.solve(mean)) / static_cast<double>(P), 1e-300),
+                     static_cast<double>(P), freedom(share));
+  }
+  const Eigen::Matrix3d C = ldlt.solve(Eigen::MatrixXd::Identity(3, 3));
+  const Eigen::Vector3d beta = C * (W.transpose() * y);
+  const Eigen::Matrix3d both = C + blocks.variance * Eigen::Matrix3d::Identity();
+  const Eigen::LDLT<Eigen::Matrix3d> of_both(both);
+  const double share = of_both.solve(C).trace() / 3.0;
+  const double of_offset =
+      f_upper_p(std::max(beta.dot(of_both.solve(beta)) / 3.0, 1e-300), 3.0, freedom(share));
+  if (P == 3) {
+    return of_offset;
+  }
+  const auto others = static_cast<double>(P - 3);
+  const double left = (y - W * beta).squaredNorm() / others;
+  const double of_rest = f_upper_p(std::max(left, 1e-300), others, nu);
+  return chi_squared_upper_p(
+      -2.0 * (std::log(std::max(of_offset, 1e-300)) + std::log(std::max(of_rest, 1e-300))) + 1e-12,
+      4.0);
+}
+
 // How likely means of poses are so far from F by chance: T = m' V^-1 m / P, by F(P, nu), where the
 // parts of V that are of scatter bring the degrees of freedom by their share in it.
 double p_value_of(const Calibration& calibration, const std::vector<Pose>& poses) {
@@ -64,8 +154,12 @@ double p_value_of(const Calibration& calibration, const std::vector<Pose>& poses
     noise(p) = pose.reading_variance / (pose.count * pose.count);
     G.row(p) = pose.by_parameters / pose.count;
   }
+  const std::optional<BlockOffset> blocks = offset_of_block(calibration);
   std::vector<PosePart> parts;
   for (const ScatterComponent& component : statistics.components) {
+    if (blocks && component.name == "blocks") {
+      continue;
+    }
     parts.push_back({.covariance = G * component.covariance * G.transpose(),
                      .degrees_of_freedom = component.degrees_of_freedom});
   }
@@ -83,6 +177,10 @@ double p_value_of(const Calibration& calibration, const std::vector<Pose>& poses
         V += G * source.covariance * G.transpose();
       }
     }
+  }
+  if (blocks) {
+    return p_with_offset(poses, mean, V, statistics.degrees_of_freedom.minCoeff(),
+                         calibration.sensor.field.magnitude, *blocks);
   }
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(V);
   const double statistic = mean.dot(ldlt.solve(mean)) / static_cast<double>(count);

@@ -20,6 +20,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
+#include "block_changes.hpp"
 
 namespace axiscal {
 namespace {
@@ -406,6 +407,9 @@ DriftCheck check_drift(const Calibration& old_record,
     sum -= 2.0 * std::log(std::max(p, 1e-300));
   }
   check.p_value = chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * static_cast<double>(m));
+  if (const std::optional<double> p = p_of_block_changes(old, fresh, check.notes)) {
+    check.p_value = *p;
+  }
   check.drifted = check.p_value < alpha;
 
   check.intrinsic = intrinsic_changes(old, fresh);

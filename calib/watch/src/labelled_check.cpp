@@ -15,6 +15,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "block_changes.hpp"
 
 namespace axiscal {
 namespace {
@@ -55,10 +56,28 @@ Observations wanted_of(const Experiment& experiment, const Observations& observa
   return select_rows(observations, rows);
 }
 
+// Satterthwaite's degrees of freedom of an axis's share, part of it by the scatter of blocks.
+double freedom_with_blocks(const Eigen::MatrixXd& V,
+                           const Eigen::MatrixXd& within,
+                           Eigen::Index axis,
+                           Eigen::Index m,
+                           double nu,
+                           double of_blocks) {
+  if (!(of_blocks > 0.0)) {
+    return nu;
+  }
+  const auto rows = Eigen::seq(axis, V.rows() - 1, m);
+  const Eigen::MatrixXd own = V(rows, rows);
+  const double share =
+      Eigen::LDLT<Eigen::MatrixXd>(own).solve(Eigen::MatrixXd(within(rows, rows))).trace() /
+      static_cast<double>(own.rows());
+  return 1.0 / (share * share / nu + (1.0 - share) * (1.0 - share) / of_blocks);
+}
+
 // That what is left is by chance: each axis has its own scatter, known from the calibration by its
 // own degrees of freedom; Fisher's method puts them together.
-double p_of(const WeighedFit& fit, const FitStatistics& statistics) {
-  const Eigen::Index m = statistics.degrees_of_freedom.size();
+double p_of(const WeighedFit& fit, const Eigen::VectorXd& degrees_of_freedom) {
+  const Eigen::Index m = degrees_of_freedom.size();
   double sum = 0.0;
   for (Eigen::Index k = 0; k < m; ++k) {
     double squares = 0.0;
@@ -67,7 +86,7 @@ double p_of(const WeighedFit& fit, const FitStatistics& statistics) {
       squares += fit.left(i) * fit.left(i);
       q += fit.left_share(i);
     }
-    const double p = f_upper_p(std::max(squares / q, 1e-12), q, statistics.degrees_of_freedom(k));
+    const double p = f_upper_p(std::max(squares / q, 1e-12), q, degrees_of_freedom(k));
     sum -= 2.0 * std::log(std::max(p, 1e-300));
   }
   return chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * static_cast<double>(m));
@@ -116,13 +135,14 @@ DriftCheck check_labelled(const Calibration& record,
         experiment.positioner.rotation_table_from_positioner(*reading.point).transpose() *
         reading.level.of_all());
   }
-  const Eigen::MatrixXd C = parameter_covariance(record);
+  const Eigen::MatrixXd C = covariance_within_blocks(record);
   const Eigen::VectorXd& sd = record.fit.statistics->residual_sd;
   Eigen::Vector3d field = here.in_table.value_or(here.magnitude * Eigen::Vector3d::UnitZ());
   Eigen::VectorXd e(n * m);
   Eigen::MatrixXd J(n * m, C.rows());
   Eigen::MatrixXd A(n * m, 2);
   Eigen::MatrixXd V;
+  Eigen::VectorXd freedom = record.fit.statistics->degrees_of_freedom;
   WeighedFit fit;
   constexpr int most_rounds = 20;
   bool still = false;
@@ -138,6 +158,21 @@ DriftCheck check_labelled(const Calibration& record,
     V = J * C * J.transpose();
     for (Eigen::Index i = 0; i < n * m; ++i) {
       V(i, i) += std::max(sd(i % m) * sd(i % m), 1e-300);
+    }
+    const Eigen::MatrixXd within = V;
+    // They are of another block than the record's: each axis may be off by as much as blocks are.
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const BlockScatter blocks =
+          scatter_of_blocks(record, sensor.instrument.axes[static_cast<std::size_t>(k)] + ".bias");
+      const double between = blocks.mean_square * (1.0 + 1.0 / blocks.blocks);
+      for (Eigen::Index i = k; blocks.degrees_of_freedom > 0.0 && i < n * m; i += m) {
+        for (Eigen::Index j = k; j < n * m; j += m) {
+          V(i, j) += between;
+        }
+      }
+      // How much of what is judged is of blocks decides by how many of their degrees of freedom.
+      freedom(k) = freedom_with_blocks(
+          V, within, k, m, record.fit.statistics->degrees_of_freedom(k), blocks.degrees_of_freedom);
     }
     fit = fit_weighed(e, A, V);
     field = field.norm() * (field + field.norm() * (tangents * fit.estimate)).normalized();
@@ -156,7 +191,7 @@ DriftCheck check_labelled(const Calibration& record,
                    .pitch_error_deg = not_a_number,
                    .pitch_error_u_deg = not_a_number,
                    .pitch_error_expanded_deg = not_a_number};
-  check.p_value = p_of(fit, *record.fit.statistics);
+  check.p_value = p_of(fit, freedom);
   check.drifted = check.p_value < alpha;
   const WeighedFit shifted = fit_weighed(e, with_biases, V);
   for (Eigen::Index k = 0; k < m; ++k) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "axiscal/calib/history.hpp"
+#include "axiscal/calib/method_kind.hpp"
 
 namespace axiscal {
 namespace {
@@ -13,8 +14,7 @@ bool counts_for(const Calibration& record, const Instrument& instrument) {
   const Instrument& own = record.sensor.instrument;
   const bool same_unit = !instrument.serial.empty() && own.serial == instrument.serial;
   const bool same_model = !instrument.model.empty() && own.model == instrument.model;
-  const bool by_table = record.fit.method == Method::paired || record.fit.method == Method::joint ||
-                        record.fit.method == Method::known;
+  const bool by_table = method_kind(record.fit.method).by_pose;
   return by_table && record.findings.status != CalibrationStatus::refused &&
          own.kind == instrument.kind && own.axes == instrument.axes &&
          own.unit == instrument.unit && (same_unit || same_model);

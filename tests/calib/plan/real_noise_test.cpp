@@ -64,6 +64,10 @@ INSTANTIATE_TEST_SUITE_P(
                     WorldCase{"drift", "drift=1e-3", 12, 2},
                     WorldCase{"mounts2", "mount_rad=3e-4", 12, 2},
                     WorldCase{"mounts4", "mount_rad=3e-4", 12, 4},
+                    WorldCase{"gains4", "gain=3e-4", 12, 4},
+                    WorldCase{"remounted4", "remount_rad=3e-4", 12, 4},
+                    WorldCase{"jitter12", "jitter=2e-4", 12, 1},
+                    WorldCase{"ends24", "ends=3", 24, 1},
                     WorldCase{"rounded", "round=1e-3", 12, 4, 0.95}),
     [](const testing::TestParamInfo<WorldCase>& test_case) { return test_case.param.name; });
 

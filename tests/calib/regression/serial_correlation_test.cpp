@@ -86,5 +86,135 @@ TEST(MeanUnderCorrelation, SeesHowCorrelatedReadingsAre) {
   EXPECT_NEAR(mean_under_correlation(noise_of(400, 0.85, random)).correlation, 0.85, 0.06);
 }
 
+// Generalised least squares with a whole covariance matrix V, as the definition has it.
+struct DenseFit {
+  Eigen::VectorXd estimate;
+  Eigen::MatrixXd covariance;
+  double log_likelihood = 0.0;
+};
+
+DenseFit dense_fit(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Eigen::MatrixXd& V) {
+  const Eigen::MatrixXd W = V.inverse();
+  const Eigen::MatrixXd N = X.transpose() * W * X;
+  DenseFit fit{.estimate = N.inverse() * (X.transpose() * W * y), .covariance = {}};
+  const Eigen::VectorXd left = y - X * fit.estimate;
+  const auto free = static_cast<double>(X.rows() - X.cols());
+  const double squares = left.dot(W * left);
+  fit.covariance = squares / free * N.inverse();
+  fit.log_likelihood = -0.5 * std::log(V.determinant()) - 0.5 * std::log(N.determinant()) -
+                       0.5 * free * std::log(squares);
+  return fit;
+}
+
+// The mean over dense fits, weighted by likelihood and prior.
+CorrelatedFit dense_mean(const std::vector<DenseFit>& fits, const std::vector<double>& priors) {
+  double best = -1e300;
+  for (const DenseFit& fit : fits) {
+    best = std::max(best, fit.log_likelihood);
+  }
+  double sum = 0.0;
+  CorrelatedFit mean;
+  mean.estimate = Eigen::VectorXd::Zero(fits.front().estimate.size());
+  mean.covariance = Eigen::MatrixXd::Zero(mean.estimate.size(), mean.estimate.size());
+  std::vector<double> weights;
+  for (std::size_t g = 0; g < fits.size(); ++g) {
+    weights.push_back(priors[g] * std::exp(fits[g].log_likelihood - best));
+    sum += weights.back();
+  }
+  for (std::size_t g = 0; g < fits.size(); ++g) {
+    mean.estimate += weights[g] / sum * fits[g].estimate;
+  }
+  for (std::size_t g = 0; g < fits.size(); ++g) {
+    const Eigen::VectorXd off = fits[g].estimate - mean.estimate;
+    mean.covariance += weights[g] / sum * (fits[g].covariance + off * off.transpose());
+  }
+  return mean;
+}
+
+Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, RandomStream& random) {
+  Eigen::MatrixXd all(rows, columns);
+  for (double& value : all.reshaped()) {
+    value = random.normal();
+  }
+  return all;
+}
+
+TEST(FitUnderCorrelation, IsTheMeanOverWholeCovarianceMatrices) {
+  RandomStream random(7);
+  constexpr Eigen::Index n = 24;
+  const Eigen::MatrixXd X = random_matrix(n, 3, random);
+  const Eigen::VectorXd y = random_matrix(n, 1, random);
+  const Eigen::MatrixX3d h = random_matrix(n, 3, random);
+  std::vector<DenseFit> fits;
+  std::vector<double> priors;
+  for (const double rho : {0.0, 0.2, 0.4, 0.6, 0.75, 0.85, 0.92, 0.96, 0.985, 0.995}) {
+    for (const double white : {0.0, 0.1, 0.3, 1.0, 3.0, 10.0}) {
+      if (rho == 0.0 && white > 0.0) {
+        continue;
+      }
+      Eigen::MatrixXd V = white * Eigen::MatrixXd::Identity(n, n);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        for (Eigen::Index j = 0; j < n; ++j) {
+          V(i, j) += h.row(i).dot(h.row(j)) *
+                     (i == j ? 1.0 : std::pow(rho, static_cast<double>(std::abs(i - j))));
+        }
+      }
+      fits.push_back(dense_fit(X, y, V));
+      priors.push_back(rho == 0.0 ? 1.0 : 1.0 / 6.0);
+    }
+  }
+  const CorrelatedFit expected = dense_mean(fits, priors);
+  const CorrelatedFit found = fit_under_correlation(X, y, h);
+  EXPECT_TRUE(found.estimate.isApprox(expected.estimate, 1e-8)) << found.estimate.transpose();
+  EXPECT_TRUE(found.covariance.isApprox(expected.covariance, 1e-8));
+  EXPECT_EQ(found.degrees_of_freedom, 21.0);
+}
+
+// Two residuals a reading, a cause along one direction of them that wanders.
+TEST(FitUnderWander, IsTheMeanOverWholeCovarianceMatrices) {
+  RandomStream random(8);
+  constexpr Eigen::Index n = 12;
+  const Eigen::MatrixXd J = random_matrix(2 * n, 4, random);
+  Eigen::VectorXd r = random_matrix(2 * n, 1, random);
+  r -= J * (J.transpose() * J).inverse() * (J.transpose() * r);  // square to J
+  Eigen::MatrixXd g = random_matrix(n, 2, random);
+  const Eigen::VectorXd size = g.rowwise().norm();
+  Eigen::MatrixXd along(n, 4);
+  Eigen::VectorXd deviations(n);
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(2 * n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::RowVector2d unit = g.row(i) / size(i);
+    along.row(i) = unit * J.middleRows<2>(2 * i);
+    deviations(i) = unit * r.segment<2>(2 * i);
+    H.block<2, 1>(2 * i, i) = g.row(i).transpose();
+  }
+  std::vector<DenseFit> fits = {dense_fit(J, r, Eigen::MatrixXd::Identity(2 * n, 2 * n))};
+  std::vector<double> priors = {1.0};
+  for (const double rho : {0.0, 0.5, 0.8, 0.92, 0.98}) {
+    for (const double lambda : {0.3, 1.0, 3.0, 10.0, 30.0}) {
+      Eigen::MatrixXd R(n, n);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        for (Eigen::Index j = 0; j < n; ++j) {
+          R(i, j) = i == j ? 1.0 : std::pow(rho, static_cast<double>(std::abs(i - j)));
+        }
+      }
+      fits.push_back(dense_fit(
+          J, r, Eigen::MatrixXd::Identity(2 * n, 2 * n) + lambda * H * R * H.transpose()));
+      priors.push_back(0.2);
+    }
+  }
+  const CorrelatedFit expected = dense_mean(fits, priors);
+  const CorrelatedFit found =
+      fit_under_wander({.information = J.transpose() * J,
+                        .squares = r.squaredNorm(),
+                        .along = along,
+                        .deviations = deviations,
+                        .sizes = size,
+                        .places = Eigen::VectorXd::LinSpaced(n, 0.0, n - 1.0),
+                        .degrees_of_freedom = 2.0 * n - 4.0});
+  EXPECT_TRUE(found.estimate.isApprox(expected.estimate, 1e-8)) << found.estimate.transpose();
+  EXPECT_TRUE(found.covariance.isApprox(expected.covariance, 1e-8));
+}
+
 }  // namespace
 }  // namespace axiscal

@@ -135,6 +135,14 @@ class ReadingPropagation {
                                                        const ReadingContext& context) const {
     return axiscal::change_with_parameters(calibration_, field, context);
   }
+  // How readings of another block differ from those of the record's blocks in their mean: m, at a
+  // field; 0 where the record has one block, which does not tell.
+  [[nodiscard]] Eigen::VectorXd between_blocks(const Eigen::Vector3d& field) const;
+  void find_scatter_of_blocks();
+  void add_blocks(const Eigen::RowVectorXd& gradient,
+                  const Eigen::VectorXd& between,
+                  VarianceShares& shares) const;
+
   // Of the readings as such; not of the calibration.
   [[nodiscard]] Eigen::VectorXd reading_variance(
       const Eigen::Vector3d& field, const std::optional<SensorTemperature>& temperature) const;
@@ -163,6 +171,8 @@ class ReadingPropagation {
   const Reducer& reducer_;
   ReadingNoise noise_;
   Eigen::VectorXd sd_;
+  Eigen::MatrixXd block_variance_;  // m x 4: of bias and sensitivities, beyond the readings' noise
+  double block_freedom_ = 0.0;
   double factor_;
   CoverageFactors factors_;
   double component_u_ = 0.0;      // as FieldConversion's

@@ -67,9 +67,12 @@ struct RestFit {
   std::optional<Eigen::Matrix3d> g_sensitivity;  ///< [unit per length of the directions]
   std::optional<Eigen::Matrix3d> g_sensitivity_se;
   Eigen::Vector3d p_value = Eigen::Vector3d::Ones();  ///< that an axis has none
+  std::string remark;  ///< where rests drift or are alike; else empty
 };
 
-/// @param means  of the gyroscope at the rests, n x 3.
+/// Rests that drift, or of which consecutive ones are alike, count as that leaves them.
+///
+/// @param means  of the gyroscope at the rests, in their order, n x 3.
 /// @param ups    the directions up there, n x 3.
 [[nodiscard]] RestFit fit_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& ups);
 

@@ -30,6 +30,11 @@ class DeletionFit {
   [[nodiscard]] std::optional<double> p_value(const std::vector<std::size_t>& readings,
                                               const Eigen::MatrixXd& contrasts) const;
 
+  /// How unlikely they are by the others' own tails (NoiseTails): contrasts and axes are put
+  /// together by Fisher's method.
+  [[nodiscard]] std::optional<double> p_value_by_tails(const std::vector<std::size_t>& readings,
+                                                       const Eigen::MatrixXd& contrasts) const;
+
   /// What the others predict of a reading: for each axis its error, and the standard deviation and
   /// degrees of freedom of such errors, the prediction's own among them.
   struct Prediction {

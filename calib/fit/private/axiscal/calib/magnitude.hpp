@@ -15,12 +15,28 @@ namespace axiscal {
 /// @param set    readings of three axes; their weights and responses count.
 /// @param F      magnitude of the field.
 /// @param noise  covariance of a reading up to a factor; 1 where the axes are alike.
+/// @param squares  whether a squared term of each axis is fitted beside.
 /// @throws RefusedError, RankDeficientError  for other than three axes, fewer than ten readings, or
 ///                                           orientations that leave coefficients open.
 [[nodiscard]] Estimate estimate_magnitude(const ReadingSet& set,
                                           double F,
                                           MagnitudeShape shape,
-                                          const Eigen::Matrix3d& noise);
+                                          const Eigen::Matrix3d& noise,
+                                          bool squares = false);
+
+/// Several sessions of one instrument, each a block of the set: each is fitted alone, and each
+/// coefficient is their mean, weighted by what a session's own noise and the scatter between
+/// sessions leave of it.
+///
+/// @return as estimate_magnitude() of all readings where there is one session, or one of them does
+///         not determine the coefficients.
+/// @par Source
+/// Paule & Mandel, J. Res. NBS 87 (1982) 377-385; Hartung & Knapp, Stat. Med. 20 (2001) 3875-3889.
+[[nodiscard]] Estimate estimate_sessions(const ReadingSet& set,
+                                         double F,
+                                         MagnitudeShape shape,
+                                         const Eigen::Matrix3d& noise,
+                                         bool squares = false);
 
 /// Turns the sensor's frame, which `magnitude` leaves open, by the design points (Wahba's problem).
 /// @param estimate  its response is turned, its fields become the one in the table.

@@ -20,4 +20,10 @@ void add_rounding_scatter(const ReadingSet& set,
                           double stated_step,
                           Estimate& estimate);
 
+/// @return whether the readings' step is so wide beside an axis's scatter that what is left of them
+///         is the step's, not noise.
+[[nodiscard]] bool is_coarsely_rounded(const ReadingSet& set,
+                                       double stated_step,
+                                       const Eigen::VectorXd& residual_sd);
+
 }  // namespace axiscal

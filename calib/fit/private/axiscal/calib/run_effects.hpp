@@ -19,14 +19,19 @@ struct RunEffects {
   std::vector<int> blocks;         ///< numbers of the B blocks; empty where readings tell none
   Eigen::MatrixXd shift_of_block;  ///< B x e: what the columns are in each block, but for a drift
   bool has_drift = false;          ///< whether the last column is the drift, 1 over the run
+  Eigen::Index small_block_columns = 0;  ///< of blocks of a few readings, beside the others'
 
   /// @return whether blocks have columns; else their shifts are means of residuals.
-  [[nodiscard]] bool has_block_columns() const { return columns.cols() > (has_drift ? 1 : 0); }
+  [[nodiscard]] bool has_block_columns() const { return block_columns() > 0; }
 
   /// @return B - 1, less 1 where a drift over three blocks or more takes up a trend of theirs.
   [[nodiscard]] double degrees_of_freedom_of_blocks() const {
-    return has_block_columns() ? static_cast<double>(columns.cols() - (has_drift ? 1 : 0))
+    return has_block_columns() ? static_cast<double>(block_columns())
                                : static_cast<double>(blocks.size()) - 1.0;
+  }
+
+  [[nodiscard]] Eigen::Index block_columns() const {
+    return columns.cols() - small_block_columns - (has_drift ? 1 : 0);
   }
 };
 
@@ -44,8 +49,8 @@ struct EffectSetup {
 /// With fewer readings a block's bias is hardly seen beside the other coefficients.
 inline constexpr int fewest_readings_of_block = 6;
 
-/// @param readings  n; blocks have columns where each of two or more has at least
-///                  fewest_readings_of_block that every axis uses.
+/// @param readings  n; blocks have columns where two or more have at least fewest_readings_of_block
+///                  that every axis uses. Smaller ones beside such have a bias of their own each.
 /// @param weights   n x m; 0 where an axis does not use a reading.
 [[nodiscard]] RunEffects run_effects(const std::vector<Reading>& readings,
                                      const Eigen::MatrixXd& weights,

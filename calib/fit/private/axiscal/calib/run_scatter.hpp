@@ -6,15 +6,23 @@
 
 namespace axiscal {
 
-/// Counts in the biases' uncertainty what the readings' own scatter does not hold: that blocks
-/// differ, and that consecutive readings are alike. Where they are the biases become means over
-/// models of the noise. Says in the estimate's notes what was found.
+/// What a run's scatter is looked for in.
+struct RunScatterSetup {
+  const ReadingSet& set;                    ///< the readings that were fitted, with their effects
+  bool known_field = false;                 ///< given, not fitted
+  bool averages_pairs = false;              ///< as method paired does
+  bool mounts_known = false;                ///< which readings were taken in which mount
+  const ProcessScatter* process = nullptr;  ///< of earlier calibrations; null: none
+};
+
+/// Counts in the coefficients' uncertainty what the readings' own scatter does not hold: that
+/// blocks differ in bias and sensitivity, that noise depends on the field, and that consecutive
+/// readings are alike. Where they are the coefficients become means over models of the noise. Says
+/// in the estimate's notes what was found.
 ///
-/// @param set       the readings that were fitted, with the run's effects.
-/// @param process   what earlier calibrations say of the blocks' scatter; null: nothing.
 /// @param estimate  of methods paired, joint and known; its intervals are filled.
 /// @par Source
 /// method.md, section 4.
-void add_run_scatter(const ReadingSet& set, const ProcessScatter* process, Estimate& estimate);
+void add_run_scatter(const RunScatterSetup& setup, Estimate& estimate);
 
 }  // namespace axiscal

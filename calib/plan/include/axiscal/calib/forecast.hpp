@@ -8,6 +8,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/world.hpp"
 #include "axiscal/instruments/inclination.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "axiscal/positioner/positioner.hpp"
@@ -27,6 +28,7 @@ struct ForecastSetup {
   double level_u_rad = 0.0;   ///< `known`: of the table's slope along x and y; others measure it
   Mount mount;                ///< how the instrument sits; its repeatability counts
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< how the table is expected to slope
+  World world;  ///< what readings suffer besides white noise; each replicate is a block
 };
 
 /// An instrument as an experiment describes it: no bias, no cross-axis terms, and on each axis the
@@ -53,15 +55,22 @@ struct Forecast {
   Eigen::MatrixXd positioner;  ///< replicates do not average it
   Eigen::MatrixXd level;
   Eigen::MatrixXd mount;               ///< what its repeatability adds; a refit would average it
+  Eigen::MatrixXd world;               ///< what the world adds
   Eigen::VectorXd degrees_of_freedom;  ///< per axis, of the residual scatter
   LinearResponse response;             ///< the nominal one
   double magnitude = 1.0;              ///< F [field unit]
 
-  [[nodiscard]] Eigen::MatrixXd covariance() const { return noise + positioner + level + mount; }
+  [[nodiscard]] Eigen::MatrixXd covariance() const {
+    return noise + positioner + level + mount + world;
+  }
 };
 
 /// Propagates noise, face normals, levelness and the mount's repeatability to the coefficients by
 /// the method's own linear map from readings to coefficients.
+///
+/// Of a world counts what scatters: block_sd, seat_rad, mount_rad, remount_rad, gain, jitter,
+/// wander, ends, ar, ar_white, walk_sd, round and periodic, in random order; a drift, k2 and k3 are
+/// no scatter and are left to study().
 ///
 /// One levelness for the run is assumed. The figures are root mean squares over many
 /// calibrations; the mean of the standard errors that they will state is lower, by 11 % at 2

@@ -64,6 +64,7 @@ struct Experiment {
   std::optional<Method> method;                      ///< default: see choose_method()
   std::optional<Weighting> weighting;                ///< default: samples where they are known
   MagnitudeShape shape = MagnitudeShape::symmetric;  ///< what method magnitude takes S to be
+  bool squares = false;  ///< method magnitude: a squared term of each axis is fitted beside
   /// How the noise of the axes compares, m entries; empty: not known. Mistakes then show better.
   Eigen::VectorXd noise_ratio;
   bool compare_polar_fit = false;   ///< whether the known-art form is fitted too, for comparison

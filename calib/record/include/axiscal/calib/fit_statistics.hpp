@@ -36,7 +36,7 @@ struct LackOfFit {
 /// A cause of scatter that the residuals of one fit do not show as such, as the run shows it
 /// (method.md, section 4).
 struct ScatterComponent {
-  std::string name;            ///< "blocks", "correlation", "seats", "mounts", "rounding"
+  std::string name;            ///< as scatter_words.hpp lists them: "blocks", "seats", ...
   Eigen::VectorXd sd;          ///< what was found: one for each axis, or one for all
   std::string unit;            ///< of sd
   Eigen::MatrixXd covariance;  ///< what it adds to that of the coefficients, as theirs
@@ -55,6 +55,9 @@ struct CalibrationConditions {
   /// freedom; empty with one block.
   Eigen::VectorXd block_mean_square;
   double block_degrees_of_freedom = 0.0;
+  /// m x 3: the same of the blocks' sensitivities, each block's by its own readings.
+  SensitivityMatrix sensitivity_mean_square = SensitivityMatrix(0, 3);
+  double sensitivity_degrees_of_freedom = 0.0;
 };
 
 /// Statistics of the fit (method.md, section 5); m axes. NaN stands for what does not exist.

@@ -43,4 +43,54 @@ struct CorrelatedMean {
 /// Hoeting et al., Statistical Science 14 (1999) 382-417 (averages over models).
 [[nodiscard]] CorrelatedMean mean_under_correlation(const OrderedReadings& readings);
 
+/// The same of one response that sees the noise of three axes along a direction that turns: each
+/// pair of neighbours counts by the product of their directions, as the noise shows in it.
+/// @param design  n x p.
+/// @param along   h, n x 3, as of fit_under_correlation().
+[[nodiscard]] double lag_one_score(const Eigen::MatrixXd& design,
+                                   const Eigen::VectorXd& response,
+                                   const Eigen::MatrixX3d& along);
+
+/// Coefficients as means over models of correlated noise.
+struct CorrelatedFit {
+  Eigen::VectorXd estimate;         ///< p
+  Eigen::MatrixXd covariance;       ///< p x p
+  double degrees_of_freedom = 0.0;  ///< n - p
+  double correlation = 0.0;         ///< as of CorrelatedMean
+};
+
+/// All coefficients where a response sees noise that is correlated in three axes along a direction
+/// that turns: y_i = J_i p + h_i . x_i + white noise, each component of x with rho^|i - j|. The
+/// models are as mean_under_correlation()'s, up to a correlation of 0.995; the work is linear in n.
+///
+/// @param design    J, n x p.
+/// @param response  y, n.
+/// @param along     h, n x 3.
+[[nodiscard]] CorrelatedFit fit_under_correlation(const Eigen::MatrixXd& design,
+                                                  const Eigen::VectorXd& response,
+                                                  const Eigen::MatrixX3d& along);
+
+/// As lag_one_score(), of deviations z = B e of the residuals e of a larger fit.
+/// @param changes     n x q: B J, J the Jacobian of that fit.
+/// @param covariance  (J^T J)^-1.
+[[nodiscard]] double likeness_along(const Eigen::VectorXd& z,
+                                    const Eigen::MatrixXd& changes,
+                                    const Eigen::MatrixXd& covariance);
+
+/// A linear fit in whose residuals each reading may share one cause, of size h_i along one
+/// direction of its m residuals, that wanders from reading to reading.
+struct WanderProblem {
+  Eigen::MatrixXd information;      ///< J^T J, q x q
+  double squares = 0.0;             ///< of all residuals, which are square to J
+  Eigen::MatrixXd along;            ///< n x q: of J, the direction that the cause has
+  Eigen::VectorXd deviations;       ///< n: of the residuals, likewise
+  Eigen::MatrixXd sizes;            ///< h, n x 1; of mean square 1
+  Eigen::VectorXd places;           ///< n, as of OrderedReadings
+  double degrees_of_freedom = 0.0;  ///< residuals less q
+};
+
+/// The change of the coefficients as a mean over models V = I + lambda h h^T rho^|i - j|, and the
+/// covariance of the coefficients.
+[[nodiscard]] CorrelatedFit fit_under_wander(const WanderProblem& problem);
+
 }  // namespace axiscal

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/uncertain_inputs.hpp"
+#include "axiscal/calib/input_quantities.hpp"
 
 #include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -23,11 +23,11 @@ Eigen::Matrix<double, 3, 18> change_with_normals(
   return change;
 }
 
-std::vector<UncertainInput> uncertain_inputs(const Experiment& experiment,
-                                             const ReadingSet& set,
-                                             bool known_field,
-                                             const TableField& field) {
-  std::vector<UncertainInput> inputs;
+std::vector<InputQuantity> input_quantities(const Experiment& experiment,
+                                            const ReadingSet& set,
+                                            bool known_field,
+                                            const TableField& field) {
+  std::vector<InputQuantity> inputs;
   if (!field.has_vectors()) {
     return inputs;
   }
@@ -69,6 +69,31 @@ std::vector<UncertainInput> uncertain_inputs(const Experiment& experiment,
     add_turns("field direction", experiment.stated.direction_u_rad, tangents_of(field.vector(0)));
   }
   return inputs;
+}
+
+InputQuantity mount_quantity(double u_rad, const ReadingSet& set) {
+  return {.name = "mount",
+          .u = u_rad,
+          .unit = "rad",
+          .parts = 3,
+          .change = [&set, u_rad](Eigen::Index i, const TableField& f) {
+            const Eigen::Vector3d met =
+                set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+                set.field_in_table(i, f);
+            return Eigen::Matrix3Xd(-u_rad * cross_matrix(met));
+          }};
+}
+
+Eigen::MatrixXd change_of_readings(const InputQuantity& input,
+                                   const SensitivityMatrix& sensitivity,
+                                   Eigen::Index readings,
+                                   const TableField& field) {
+  Eigen::MatrixXd changes(readings * sensitivity.rows(), input.parts);
+  for (Eigen::Index i = 0; i < readings; ++i) {
+    changes(Eigen::seqN(i, sensitivity.rows(), readings), Eigen::all) =
+        sensitivity * input.change(i, field);
+  }
+  return changes;
 }
 
 }  // namespace axiscal

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/reading_set.hpp"
+
+namespace axiscal {
+
+/// A run's readings about its fit, linear in all that was fitted: r = J x + e, the residuals of all
+/// axes, each in its residual_sd. Rows go reading by reading, m for each; columns axis by axis (the
+/// coefficients and the run's effects), then what all axes share, the field's directions. Every
+/// look at what the residuals hold beyond white noise (method.md, section 4) is a look at this.
+class LinearisedRun {
+ public:
+  /// @param set          must outlive it.
+  /// @param known_field  whether the field's directions were given, not fitted.
+  LinearisedRun(const ReadingSet& set, const Estimate& estimate, bool known_field);
+
+  [[nodiscard]] const ReadingSet& set() const { return set_; }
+  [[nodiscard]] Eigen::Index readings() const { return set_.size(); }
+  [[nodiscard]] Eigen::Index axes() const { return set_.axis_count(); }
+
+  /// @return J, (n m) x q.
+  [[nodiscard]] const Eigen::MatrixXd& columns() const { return J_; }
+
+  /// @return r, n m entries, square to J.
+  [[nodiscard]] const Eigen::VectorXd& residuals() const { return r_; }
+
+  /// @return (J^T J)^-1, q x q; empty where J has not full rank.
+  [[nodiscard]] const Eigen::MatrixXd& covariance() const { return C_; }
+
+  /// @return whether J has full rank and something is left over.
+  [[nodiscard]] bool is_determined() const { return C_.size() > 0 && degrees_of_freedom() > 0.0; }
+
+  /// @return residuals of weight less columns.
+  [[nodiscard]] double degrees_of_freedom() const { return rows_ - static_cast<double>(J_.cols()); }
+
+  /// @return what an axis takes as 1: its residual_sd, at least its rounding.
+  [[nodiscard]] double sigma(Eigen::Index axis) const { return sigma_(axis); }
+
+  /// @return the column of coefficient j of an axis.
+  [[nodiscard]] Eigen::Index column_of(Eigen::Index axis, Eigen::Index j) const {
+    return set_.column_count() * axis + j;
+  }
+
+  /// How the readings change with the field in the sensor's frame along itself, in their sigma;
+  /// n x m.
+  [[nodiscard]] const Eigen::MatrixXd& along_field() const { return along_; }
+
+  /// An axis's columns: its coefficients', then the shared, without the run's effects and not
+  /// weighted; n x c.
+  [[nodiscard]] Eigen::MatrixXd own_columns(Eigen::Index axis) const;
+
+  /// The field that each reading met, as its own axis saw it; n x 3.
+  [[nodiscard]] Eigen::Matrix<double, Eigen::Dynamic, 3> field_met(Eigen::Index axis) const;
+
+  /// An axis's own columns that are the instrument's, weighted, without those of the run's effects;
+  /// and its residuals with those of the effects; of readings that have weight.
+  struct AxisRows {
+    std::vector<Eigen::Index> readings;
+    Eigen::MatrixXd design;    ///< not weighted, [1, f, ...]
+    Eigen::VectorXd response;  ///< [unit]
+    Eigen::VectorXd weights;
+  };
+  [[nodiscard]] AxisRows rows_of(Eigen::Index axis) const;
+
+ private:
+  const ReadingSet& set_;
+  Eigen::VectorXd sigma_;
+  std::vector<Eigen::MatrixXd> designs_;  // of each axis, not weighted
+  Eigen::MatrixXd J_;
+  Eigen::VectorXd r_;
+  Eigen::MatrixXd C_;
+  Eigen::MatrixXd along_;
+  double rows_ = 0.0;  // of weight
+};
+
+/// Longer intervals of some parameters, by a cause that the readings' own scatter does not show:
+/// each becomes what the cause says of it, where that is more.
+class WiderIntervals {
+ public:
+  WiderIntervals(std::string name, Estimate& estimate);
+
+  /// Takes for one parameter what a cause makes of its variance, with so many degrees of freedom.
+  void widen(Eigen::Index parameter, double variance, double degrees_of_freedom);
+
+  /// The component of the scatter that comes of it, to be described.
+  [[nodiscard]] ScatterComponent& component() { return component_; }
+
+  /// @return whether it made anything longer: the component is now among the estimate's.
+  bool put();
+
+ private:
+  Estimate& estimate_;
+  ScatterComponent component_;
+  bool counts_ = false;
+};
+
+}  // namespace axiscal

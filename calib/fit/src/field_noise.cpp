@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/serial_correlation.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "scatter_components.hpp"
+
+namespace axiscal {
+namespace {
+
+// Mean squares of the residuals in two parts that make up all of them, r' D r and r' (1 - D) r: of
+// white noise their ratio is about F, by the traces of P D P and of its square, P the projection
+// onto what the fit leaves.
+struct NoiseRatio {
+  double ratio = 1.0;
+  double above = 1.0;  // probability of a larger ratio by chance
+  double below = 1.0;  // of a smaller one
+};
+
+struct PartOfNoise {
+  double squares = 0.0;  // r' D r
+  double trace = 0.0;    // of D
+  double trace_of_square = 0.0;
+  Eigen::MatrixXd with_columns;         // J' D J
+  Eigen::MatrixXd square_with_columns;  // J' D^2 J
+};
+
+// @param C  (J' J)^-1.
+double freedom_of(const PartOfNoise& part, const Eigen::MatrixXd& C, double& trace) {
+  const Eigen::MatrixXd CM = C * part.with_columns;
+  trace = part.trace - CM.trace();
+  const double of_square = part.trace_of_square -
+                           2.0 * C.cwiseProduct(part.square_with_columns).sum() +
+                           CM.cwiseProduct(CM.transpose()).sum();
+  return trace * trace / of_square;
+}
+
+NoiseRatio ratio_of(const PartOfNoise& one, const PartOfNoise& other, const Eigen::MatrixXd& C) {
+  double trace = 0.0;
+  double trace_of_other = 0.0;
+  const double freedom = freedom_of(one, C, trace);
+  const double freedom_of_other = freedom_of(other, C, trace_of_other);
+  constexpr double fewest = 0.5;
+  if (!(trace > fewest) || !(trace_of_other > fewest) || !(other.squares > 0.0)) {
+    return {};
+  }
+  NoiseRatio result{.ratio = (one.squares / trace) / (other.squares / trace_of_other)};
+  result.above = f_upper_p(std::max(result.ratio, 1e-300), freedom, freedom_of_other);
+  result.below = 1.0 - result.above;
+  return result;
+}
+
+// Of an axis's residuals, each with a weight in 0 .. 1 for the one part.
+NoiseRatio ratio_of_axis(const LinearisedRun& run, Eigen::Index k, const Eigen::VectorXd& cosines) {
+  const auto rows = Eigen::seqN(k, run.readings(), run.axes());
+  const Eigen::MatrixXd J = run.columns()(rows, Eigen::all);
+  const Eigen::VectorXd r2 = run.residuals()(rows).cwiseAbs2();
+  const auto part_of = [&](const Eigen::VectorXd& weights) {
+    return PartOfNoise{.squares = weights.dot(r2),
+                       .trace = weights.sum(),
+                       .trace_of_square = weights.squaredNorm(),
+                       .with_columns = J.transpose() * weights.asDiagonal() * J,
+                       .square_with_columns = J.transpose() * weights.cwiseAbs2().asDiagonal() * J};
+  };
+  const Eigen::VectorXd used = (run.set().weights.col(k).array() > 0.0).cast<double>();
+  const Eigen::VectorXd along = cosines.cwiseAbs2().cwiseProduct(used);
+  return ratio_of(part_of(along), part_of(used - along), run.covariance());
+}
+
+// How each axis lies to the field, reading by reading; n x m.
+Eigen::MatrixXd cosines_of(const LinearisedRun& run, const Estimate& estimate) {
+  Eigen::MatrixXd cosines(run.readings(), run.axes());
+  for (Eigen::Index k = 0; k < run.axes(); ++k) {
+    const auto met = run.field_met(k);
+    const Eigen::Vector3d S = estimate.response.sensitivity.row(k).normalized();
+    cosines.col(k) =
+        (met * S).cwiseQuotient(met.rowwise().norm().cwiseMax(std::numeric_limits<double>::min()));
+  }
+  return cosines;
+}
+
+// What the residuals say of a coefficient's variance whatever the noise depends on, and with how
+// many degrees of freedom: each residual squared over what is left of it, weighted as the
+// coefficient weighs it.
+struct Sandwich {
+  double variance = 0.0;
+  double degrees_of_freedom = 0.0;
+};
+
+Sandwich sandwich_of(const LinearisedRun& run, const Eigen::VectorXd& leverage, Eigen::Index c) {
+  const Eigen::MatrixXd& J = run.columns();
+  const Eigen::MatrixXd& C = run.covariance();
+  const Eigen::VectorXd g = J * C.col(c);
+  constexpr double least_left = 1e-6;
+  const Eigen::ArrayXd left = (1.0 - leverage.array()).max(least_left);
+  const Eigen::ArrayXd w = g.array().square() / left.square();
+  const double v = (w * run.residuals().array().square()).sum();
+  const double E = (w * left).sum();
+  const Eigen::MatrixXd CA = C * (J.transpose() * w.matrix().asDiagonal() * J);
+  return {.variance = v * C(c, c) / E,
+          .degrees_of_freedom = E * E /
+                                ((w.square() * (1.0 - 2.0 * leverage.array())).sum() +
+                                 CA.cwiseProduct(CA.transpose()).sum())};
+}
+
+Eigen::VectorXd leverage_of(const LinearisedRun& run) {
+  return (run.columns() * run.covariance()).cwiseProduct(run.columns()).rowwise().sum();
+}
+
+// The direction of a reading's residuals that the field's size changes, and by how much; n x m.
+struct AlongField {
+  Eigen::MatrixXd direction;
+  Eigen::VectorXd size;
+};
+
+AlongField along_field(const LinearisedRun& run) {
+  AlongField along{.direction = run.along_field(), .size = run.along_field().rowwise().norm()};
+  for (Eigen::Index i = 0; i < along.size.size(); ++i) {
+    along.direction.row(i) /= std::max(along.size(i), std::numeric_limits<double>::min());
+  }
+  return along;
+}
+
+// The Jacobian and the residuals along that direction.
+struct AlongRows {
+  Eigen::MatrixXd columns;     // n x q
+  Eigen::VectorXd deviations;  // n
+};
+
+AlongRows rows_along(const LinearisedRun& run, const Eigen::MatrixXd& direction) {
+  const Eigen::Index n = run.readings();
+  AlongRows rows{.columns = Eigen::MatrixXd::Zero(n, run.columns().cols()),
+                 .deviations = Eigen::VectorXd::Zero(n)};
+  for (Eigen::Index k = 0; k < run.axes(); ++k) {
+    const auto of_axis = Eigen::seqN(k, n, run.axes());
+    rows.columns += direction.col(k).asDiagonal() * run.columns()(of_axis, Eigen::all);
+    rows.deviations += direction.col(k).cwiseProduct(run.residuals()(of_axis).matrix());
+  }
+  return rows;
+}
+
+bool can_be_looked_at(const LinearisedRun& run) {
+  const ReadingSet& set = run.set();
+  constexpr Eigen::Index fewest = 8;
+  return run.is_determined() && run.readings() >= fewest && set.seen.cols() == 0 &&
+         set.visible.empty() && !set.robust;
+}
+
+}  // namespace
+
+void add_field_noise(const LinearisedRun& run, Estimate& estimate) {
+  const std::vector<ScatterComponent>& known = estimate.statistics.components;
+  const bool seats_fitted = std::any_of(
+      known.begin(), known.end(), [](const auto& component) { return component.name == "seats"; });
+  if (!can_be_looked_at(run) || seats_fitted) {
+    return;
+  }
+  const Eigen::Index m = run.axes();
+  NoiseRatio all;
+  if (m > 1) {
+    const AlongRows rows = rows_along(run, along_field(run).direction);
+    const Eigen::MatrixXd M = rows.columns.transpose() * rows.columns;
+    const auto n = static_cast<double>(run.readings());
+    const PartOfNoise along{.squares = rows.deviations.squaredNorm(),
+                            .trace = n,
+                            .trace_of_square = n,
+                            .with_columns = M,
+                            .square_with_columns = M};
+    const Eigen::MatrixXd across = run.columns().transpose() * run.columns() - M;
+    const double used = run.degrees_of_freedom() + static_cast<double>(run.columns().cols());
+    all = ratio_of(along,
+                   {.squares = run.residuals().squaredNorm() - along.squares,
+                    .trace = used - n,
+                    .trace_of_square = used - n,
+                    .with_columns = across,
+                    .square_with_columns = across},
+                   run.covariance());
+  }
+  const Eigen::MatrixXd cosines = cosines_of(run, estimate);
+  double one_axis = 1.0;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    one_axis = std::min(one_axis, ratio_of_axis(run, k, cosines.col(k)).above);
+  }
+  // Few readings see little, so that the gate opens at less.
+  constexpr Eigen::Index few = 24;
+  const bool has_few = run.readings() < few;
+  const double above = has_few ? 0.10 : 0.05;
+  const double below = has_few ? 0.15 : 0.05;
+  const double above_of_axis = has_few ? 0.10 : 0.03;
+  if (!(all.above < above) && !(all.below < below) && !(one_axis < above_of_axis)) {
+    return;
+  }
+  const Eigen::VectorXd leverage = leverage_of(run);
+  WiderIntervals wider("field_noise", estimate);
+  const Eigen::Index p = run.set().coefficient_count();
+  for (Eigen::Index k = 0; k < m; ++k) {
+    for (Eigen::Index l = 1; l <= 3; ++l) {
+      const Sandwich one = sandwich_of(run, leverage, run.column_of(k, l));
+      if (one.variance > 0.0 && one.degrees_of_freedom > 0.0) {
+        wider.widen(p * k + l, one.variance, std::max(one.degrees_of_freedom, 1.0));
+      }
+    }
+    wider.component().sd(k) = run.sigma(k) * std::sqrt(std::max(all.ratio, 1.0 / all.ratio));
+  }
+  wider.put();
+  constexpr double beyond_chance = 0.005;
+  if (all.above < beyond_chance || one_axis * static_cast<double>(m) < beyond_chance) {
+    estimate.notes.push_back(
+        {NoteCode::field,
+         formatted("noise grows with the field: along it readings scatter {} times as much as "
+                   "across it; does its size, or the turntable's rate, jitter? the sensitivities' "
+                   "intervals count it",
+                   number_text(std::sqrt(std::max(all.ratio, 1.0)), 2))});
+  } else if (all.below < beyond_chance) {
+    estimate.notes.push_back(
+        {NoteCode::seats,
+         formatted("readings scatter {} times as much across the field as along it, as where the "
+                   "cube lies otherwise each time: clean its feet, table and fence; the "
+                   "sensitivities' intervals count it",
+                   number_text(std::sqrt(1.0 / std::max(all.ratio, 1e-6)), 2))});
+  }
+}
+
+void add_field_wander(const LinearisedRun& run, Estimate& estimate) {
+  if (!can_be_looked_at(run)) {
+    return;
+  }
+  const AlongField along = along_field(run);
+  const AlongRows rows = rows_along(run, along.direction);
+  constexpr double one_sided_5_percent = 1.645;
+  const double score = likeness_along(rows.deviations, rows.columns, run.covariance());
+  if (!(score > one_sided_5_percent)) {
+    return;
+  }
+  const Eigen::Index n = run.readings();
+  const double size = std::sqrt(along.size.squaredNorm() / static_cast<double>(n));
+  const CorrelatedFit fit =
+      fit_under_wander({.information = run.columns().transpose() * run.columns(),
+                        .squares = run.residuals().squaredNorm(),
+                        .along = rows.columns,
+                        .deviations = rows.deviations,
+                        .sizes = along.size / size,
+                        .places = Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)),
+                        .degrees_of_freedom = run.degrees_of_freedom()});
+  constexpr double slight = 0.1;
+  if (!(fit.correlation > slight)) {
+    return;
+  }
+  WiderIntervals wider("field_wander", estimate);
+  const Eigen::Index p = run.set().coefficient_count();
+  for (Eigen::Index k = 0; k < run.axes(); ++k) {
+    for (Eigen::Index l = 1; l <= 3; ++l) {
+      const Eigen::Index c = run.column_of(k, l);
+      // The estimate stays, and how far it is from that of the models counts.
+      wider.widen(p * k + l, fit.covariance(c, c) + fit.estimate(c) * fit.estimate(c),
+                  fit.degrees_of_freedom);
+    }
+  }
+  wider.component().sd = Eigen::VectorXd::Constant(1, fit.correlation);
+  wider.component().unit = "correlation";
+  wider.put();
+  constexpr double clear = 0.3;
+  constexpr double one_sided_1_percent = 2.326;
+  if (fit.correlation > clear && score > one_sided_1_percent) {
+    estimate.notes.push_back(
+        {NoteCode::field,
+         formatted("along the field consecutive readings are alike (correlation about {}): its "
+                   "size, or all gains together, wander; the sensitivities hold for the field of "
+                   "that hour, and their intervals count it",
+                   number_text(fit.correlation, 1))});
+  }
+}
+
+}  // namespace axiscal

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "recording_noise.hpp"
+
+namespace axiscal {
+
+std::optional<CorrelatedFit> noise_of_recording(const Linearised& at_solution,
+                                                const Eigen::MatrixX3d& along) {
+  constexpr double one_sided_10_percent = 1.282;
+  constexpr Eigen::Index fewest_left = 4;
+  if (at_solution.jacobian.rows() < at_solution.jacobian.cols() + fewest_left ||
+      !(lag_one_score(at_solution.jacobian, at_solution.residuals, along) > one_sided_10_percent)) {
+    return std::nullopt;
+  }
+  return fit_under_correlation(at_solution.jacobian, -at_solution.residuals, along);
+}
+
+}  // namespace axiscal

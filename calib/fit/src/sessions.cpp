@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/jackknife.hpp"
+#include "axiscal/calib/magnitude.hpp"
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+// The readings of some rows alone.
+ReadingSet part_of(const ReadingSet& set, const std::vector<Eigen::Index>& rows) {
+  ReadingSet part = set;
+  part.readings.clear();
+  part.rotation_sensor_from_table.clear();
+  part.field_then.clear();
+  for (const Eigen::Index i : rows) {
+    const auto at = static_cast<std::size_t>(i);
+    part.readings.push_back(set.readings[at]);
+    if (!set.rotation_sensor_from_table.empty()) {
+      part.rotation_sensor_from_table.push_back(set.rotation_sensor_from_table[at]);
+    }
+    if (!set.field_then.empty()) {
+      part.field_then.push_back(set.field_then[at]);
+    }
+  }
+  part.response = set.response(rows, Eigen::all);
+  part.weights = set.weights(rows, Eigen::all);
+  part.effects.columns = Eigen::MatrixXd(static_cast<Eigen::Index>(rows.size()), 0);
+  return part;
+}
+
+// Values with their standard uncertainties, and the mean that they have in common.
+struct CommonMean {
+  double mean = 0.0;
+  double u = 0.0;         // by the scatter of the values
+  double u_within = 0.0;  // by their uncertainties alone
+  double between = 0.0;   // standard deviation beyond these
+};
+
+CommonMean common_mean(const Eigen::VectorXd& x, const Eigen::VectorXd& u) {
+  const auto left = static_cast<double>(x.size() - 1);
+  const auto mean_at = [&](double tau2, double& excess) {
+    const Eigen::ArrayXd w = (u.array().square() + tau2).inverse();
+    const double mean = (w * x.array()).sum() / w.sum();
+    excess = (w * (x.array() - mean).square()).sum() - left;
+    return mean;
+  };
+  CommonMean result;
+  double excess = 0.0;
+  double low = 0.0;
+  result.mean = mean_at(0.0, excess);
+  if (excess > 0.0) {
+    double high = (x.array() - x.mean()).square().sum() + u.squaredNorm();
+    constexpr int halvings = 100;
+    for (int i = 0; i < halvings; ++i) {
+      const double middle = 0.5 * (low + high);
+      result.mean = mean_at(middle, excess);
+      (excess > 0.0 ? low : high) = middle;
+    }
+  }
+  const Eigen::ArrayXd w = (u.array().square() + low).inverse();
+  result.between = std::sqrt(low);
+  result.u = std::sqrt((w * (x.array() - result.mean).square()).sum() / (left * w.sum()));
+  result.u_within = 1.0 / std::sqrt(u.array().square().inverse().sum());
+  return result;
+}
+
+}  // namespace
+
+Estimate estimate_sessions(const ReadingSet& set,
+                           double F,
+                           MagnitudeShape shape,
+                           const Eigen::Matrix3d& noise,
+                           bool squares) {
+  std::map<int, std::vector<Eigen::Index>> rows;
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    rows[set.readings[static_cast<std::size_t>(i)].block].push_back(i);
+  }
+  Estimate all = estimate_magnitude(set, F, shape, noise, squares);
+  const auto is_session = [](const auto& one) {
+    constexpr std::size_t fewest = 20;
+    return one.second.size() >= fewest;
+  };
+  const bool are_sessions = rows.size() > 1 && std::all_of(rows.begin(), rows.end(), is_session);
+  if (!are_sessions || set.robust) {
+    return all;
+  }
+  std::vector<Estimate> sessions;
+  try {
+    for (const auto& [block, own] : rows) {
+      sessions.push_back(estimate_magnitude(part_of(set, own), F, shape, noise, squares));
+    }
+  } catch (const RefusedError& error) {
+    all.notes.push_back(
+        {NoteCode::conditions,
+         formatted("the sessions were fitted together, as one of them alone does not do ({}): how "
+                   "they differ is not in the intervals",
+                   error.what())});
+    return all;
+  }
+  const auto B = static_cast<Eigen::Index>(sessions.size());
+  FitStatistics& statistics = all.statistics;
+  fill_intervals(statistics);
+  const Eigen::Index m = set.axis_count();
+  Eigen::VectorXd u(4 * m);
+  Eigen::VectorXd intervals(4 * m);
+  ScatterComponent between{.name = "sessions",
+                           .sd = Eigen::VectorXd::Zero(m),
+                           .unit = {},
+                           .covariance = {},
+                           .degrees_of_freedom = static_cast<double>(B - 1)};
+  Eigen::VectorXd squares_of_session = Eigen::VectorXd::Zero(m);
+  double free = 0.0;
+  for (Estimate& session : sessions) {
+    fill_intervals(session.statistics);
+    squares_of_session +=
+        session.statistics.degrees_of_freedom(0) * session.statistics.residual_sd.cwiseAbs2();
+    free += session.statistics.degrees_of_freedom(0);
+  }
+  for (Eigen::Index at = 0; at < 4 * m; ++at) {
+    const Eigen::Index k = at / 4;
+    const Eigen::Index j = at % 4;
+    Eigen::VectorXd x(B);
+    Eigen::VectorXd own(B);
+    for (Eigen::Index s = 0; s < B; ++s) {
+      const Estimate& session = sessions[static_cast<std::size_t>(s)];
+      x(s) = j == 0 ? session.response.bias(k) : session.response.sensitivity(k, j - 1);
+      // As a standard deviation that the interval, by few degrees of freedom too, stands for.
+      own(s) = std::max(session.statistics.interval_95(at) / normal_quantile(0.975), 1e-300);
+    }
+    const CommonMean mean = common_mean(x, own);
+    (j == 0 ? all.response.bias(k) : all.response.sensitivity(k, j - 1)) = mean.mean;
+    u(at) = std::max(mean.u, mean.u_within);
+    intervals(at) = std::max(student_t_factor(0.95, static_cast<double>(B - 1)) * mean.u,
+                             normal_quantile(0.975) * mean.u_within);
+    if (j == 0) {
+      between.sd(k) = mean.between;
+    }
+  }
+  statistics.residual_sd = (squares_of_session / free).cwiseSqrt();
+  statistics.degrees_of_freedom.setConstant(free);
+  statistics.covariance = rescaled_covariance(statistics.covariance, u);
+  statistics.components.clear();
+  between.covariance = statistics.covariance;
+  for (Eigen::Index at = 0; at < 4 * m; ++at) {
+    if (u(at) > 0.0) {
+      statistics.interval_dof(at) = freedom_of_factor(intervals(at) / u(at), 0.95);
+    }
+  }
+  statistics.interval_95 = intervals;
+  statistics.components.push_back(std::move(between));
+  std::erase_if(all.notes, [](const CalibrationNote& note) {
+    return note.code == NoteCode::correlation || note.code == NoteCode::estimate_bias;
+  });
+  all.sessions = static_cast<int>(B);
+  all.notes.push_back(
+      {NoteCode::conditions,
+       formatted("{} sessions were fitted each alone; the coefficients are their means, and the "
+                 "intervals count how the sessions differ{}",
+                 B, B == 2 ? ", which two tell only roughly: take four" : "")});
+  return all;
+}
+
+}  // namespace axiscal

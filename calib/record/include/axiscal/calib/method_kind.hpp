@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "axiscal/calib/choices.hpp"
+
+namespace axiscal {
+
+/// What holds of a method by itself, whatever it is given: one row for each. Who asks what a method
+/// needs or does asks here.
+struct MethodKind {
+  Method method = Method::joint;
+  std::string_view name;
+  bool by_pose = false;           ///< needs to know how the instrument lay, or the field there
+  bool directions_known = false;  ///< the field's directions are given; else they are fitted
+  bool averages_pairs = false;    ///< regresses on averages of opposite readings
+  bool by_magnitude = false;      ///< only the field's magnitude is known
+  bool by_turns = false;          ///< a gyroscope's attitudes from rest to rest
+  bool fits_sensitivity = true;   ///< else biases alone
+  bool is_chosen = true;          ///< an experiment can choose it
+  std::string_view words{};       ///< what it regresses on
+};
+
+/// @return the row of a method.
+[[nodiscard]] const MethodKind& method_kind(Method method);
+
+/// @return the row of a record's method; where another software did it, of none: all is false.
+[[nodiscard]] const MethodKind& method_kind(std::optional<Method> method);
+
+}  // namespace axiscal

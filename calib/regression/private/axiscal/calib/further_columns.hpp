@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// Further columns beside those of a fit: whether they are needed, and what they make of it.
+struct FurtherColumns {
+  Eigen::VectorXd estimate;         ///< q, of the further columns
+  Eigen::VectorXd change;           ///< p, of the fit's own coefficients
+  Eigen::MatrixXd covariance;       ///< (p + q) x (p + q), unscaled
+  double residual_sd = 0.0;         ///< with them
+  double degrees_of_freedom = 0.0;  ///< n - p - q
+  double p_value = 1.0;             ///< that they fit as well by chance, F(q, n - p - q)
+};
+
+/// @param design     J, n x p.
+/// @param residuals  n, of the fit.
+/// @param columns    n x q.
+/// @param alike      how many consecutive residuals count as one; 1: they are independent.
+/// @param open_below  a column of which less is left beside the others is dependent.
+/// @return nothing where the columns depend on the fit's, or too few rows are left.
+[[nodiscard]] std::optional<FurtherColumns> fit_further_columns(const Eigen::MatrixXd& design,
+                                                                const Eigen::VectorXd& residuals,
+                                                                const Eigen::MatrixXd& columns,
+                                                                double alike = 1.0,
+                                                                double open_below = 1e-12);
+
+}  // namespace axiscal

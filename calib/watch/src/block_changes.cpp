@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "block_changes.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/uncertainty.hpp"
+
+namespace axiscal {
+namespace {
+
+// Fisher's method over some parameters.
+struct Fisher {
+  double sum = 0.0;
+  double count = 0.0;
+
+  void add(double p) {
+    sum -= 2.0 * std::log(std::max(p, 1e-300));
+    count += 1.0;
+  }
+  [[nodiscard]] double p() const {
+    return count > 0.0 ? chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * count) : 1.0;
+  }
+};
+
+BlockScatter pooled(const BlockScatter& one, const BlockScatter& other) {
+  const double free = one.degrees_of_freedom + other.degrees_of_freedom;
+  return {.mean_square = free > 0.0 ? (one.degrees_of_freedom * one.mean_square +
+                                       other.degrees_of_freedom * other.mean_square) /
+                                          free
+                                    : 0.0,
+          .degrees_of_freedom = free,
+          .blocks = 1.0 / (1.0 / one.blocks + 1.0 / other.blocks)};
+}
+
+}  // namespace
+
+BlockScatter scatter_of_blocks(const Calibration& record, const std::string& parameter) {
+  const CalibrationConditions& conditions = record.fit.conditions;
+  const std::vector<std::string>& axes = record.sensor.instrument.axes;
+  BlockScatter result{.blocks = std::max(static_cast<double>(conditions.blocks), 1.0)};
+  for (std::size_t k = 0; k < axes.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    const std::vector<std::string> names = parameter_names({axes[k]});
+    const auto at = std::find(names.begin(), names.end(), parameter);
+    const auto j = static_cast<Eigen::Index>(at - names.begin());
+    if (at == names.end()) {
+      continue;
+    }
+    if (j == 0 && row < conditions.block_mean_square.size()) {
+      result.mean_square = conditions.block_mean_square(row);
+      result.degrees_of_freedom = conditions.block_degrees_of_freedom;
+    } else if (j > 0 && row < conditions.sensitivity_mean_square.rows()) {
+      result.mean_square = conditions.sensitivity_mean_square(row, j - 1);
+      result.degrees_of_freedom = conditions.sensitivity_degrees_of_freedom;
+    }
+  }
+  return result;
+}
+
+Eigen::MatrixXd covariance_within_blocks(const Calibration& record) {
+  Eigen::MatrixXd C = parameter_covariance(record);
+  for (const ScatterComponent& component : record.fit.statistics->components) {
+    if (component.name == "blocks" || component.name == "block_sensitivities") {
+      C -= component.covariance;
+    }
+  }
+  return C;
+}
+
+std::optional<double> p_of_block_changes(const Calibration& old,
+                                         const Calibration& fresh,
+                                         std::vector<std::string>& notes) {
+  const auto states = [](const Calibration& record) {
+    return record.fit.statistics && record.fit.statistics->covariance.size() > 0 &&
+           record.fit.statistics->covariance.allFinite();
+  };
+  if (!states(old) || !states(fresh)) {
+    return std::nullopt;
+  }
+  const Eigen::MatrixXd C_old = covariance_within_blocks(old);
+  const Eigen::MatrixXd C_fresh = covariance_within_blocks(fresh);
+  Fisher biases;
+  Fisher mains;
+  Fisher crosses;
+  double fewest = 1e9;
+  const Eigen::Index m = old.sensor.instrument.axis_count();
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const std::vector<std::string> names =
+        parameter_names({old.sensor.instrument.axes[static_cast<std::size_t>(k)]});
+    Eigen::Index main = 0;
+    old.sensor.response.sensitivity.row(k).cwiseAbs().maxCoeff(&main);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const auto a = old.fit.statistics->position_of(names[i]);
+      const auto b = fresh.fit.statistics->position_of(names[i]);
+      if (!a || !b) {
+        continue;
+      }
+      const double d =
+          parameter_value(fresh.sensor, names[i]) - parameter_value(old.sensor, names[i]);
+      const double size = old.sensor.response.sensitivity.row(k).norm() *
+                          (i == 0 ? old.sensor.field.magnitude : 1.0);
+      const double within = C_old(*a, *a) + C_fresh(*b, *b) + std::pow(1e-12 * size, 2);
+      const double nu =
+          old.fit.statistics->degrees_of_freedom(k) + fresh.fit.statistics->degrees_of_freedom(k);
+      double p = student_t_two_sided_p(d / std::sqrt(within), nu);
+      const BlockScatter blocks =
+          pooled(scatter_of_blocks(old, names[i]), scatter_of_blocks(fresh, names[i]));
+      if (blocks.degrees_of_freedom > 0.0) {
+        fewest = std::min(fewest, blocks.degrees_of_freedom);
+        const double between = std::max(blocks.mean_square, 1e-300) / blocks.blocks;
+        p = std::max(p, student_t_two_sided_p(d / std::sqrt(between), blocks.degrees_of_freedom));
+      }
+      const auto component = static_cast<Eigen::Index>(i) - 1;
+      (i == 0 ? biases : component == main ? mains : crosses).add(p);
+    }
+  }
+  if (fewest > 1e8) {
+    return std::nullopt;
+  }
+  if (fewest < 2.0) {
+    notes.emplace_back(
+        "two blocks and a new one see almost no change: a record of four blocks sees one of five "
+        "times what blocks differ by");
+  }
+  constexpr double tests = 3.0;
+  return std::min(1.0, tests * std::min({biases.p(), mains.p(), crosses.p()}));
+}
+
+}  // namespace axiscal

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/reading_step.hpp"
+
+#include <cmath>
+
+#include "axiscal/core/random.hpp"
+#include "matchers.hpp"
+
+namespace axiscal {
+namespace {
+
+// Readings of noise 1 about a few values, as an instrument prints them.
+std::vector<double> readings_of(double step, double digits, std::uint32_t seed) {
+  RandomStream random(seed);
+  std::vector<double> readings;
+  for (int i = 0; i < 24; ++i) {
+    double value = 1000.0 * (i % 12) + random.normal();
+    if (step > 0.0) {
+      value = step * std::round(value / step);
+    }
+    readings.push_back(digits > 0.0 ? std::round(value / digits) * digits : value);
+  }
+  return readings;
+}
+
+TEST(ReadingStep, OfLastDigitsIsFound) {
+  EXPECT_EQ(step_of_readings({1.25, 2.5, 3.75, 5.0, 7.5, 11.25, 20.0, 26.25}, 0.0), 1.25);
+  // Few readings that happen to be even are no reason for a step of 2.
+  EXPECT_EQ(step_of_readings({2.0, 4.0, 8.0, 14.0}, 0.0, 0.1), 1.0);
+  EXPECT_EQ(step_of_readings({2.0, 4.0, 8.0, 14.0}, 0.5), 0.5) << "it was stated";
+}
+
+TEST(ReadingStep, OfCountsTimesAFactorIsFound) {
+  for (const double step : {1.3, std::sqrt(2.0), 4.7}) {
+    for (std::uint32_t seed = 1; seed <= 5; ++seed) {
+      const auto exact = step_of_readings(readings_of(step, 0.0, seed), 0.0, 1.0);
+      ASSERT_TRUE(exact);
+      EXPECT_NEAR(*exact, step, 1e-9);
+      const auto printed = step_of_readings(readings_of(step, 1e-4, seed), 0.0, 1.0);
+      ASSERT_TRUE(printed);
+      EXPECT_NEAR(*printed, step, 1e-4);
+    }
+  }
+}
+
+TEST(ReadingStep, OfContinuousReadingsIsNoMoreThanTheirLastDigit) {
+  for (std::uint32_t seed = 1; seed <= 20; ++seed) {
+    EXPECT_FALSE(step_of_readings(readings_of(0.0, 0.0, seed), 0.0, 1.0));
+    EXPECT_NEAR(step_of_readings(readings_of(0.0, 1e-3, seed), 0.0, 1.0).value_or(0.0), 1e-3,
+                1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace axiscal

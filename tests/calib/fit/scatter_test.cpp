@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the scatter of a run is counted as, against numbers that are worked out here.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/simulate.hpp"
+#include "axiscal/core/random.hpp"
+#include "axiscal/field/gravity_field.hpp"
+#include "matchers.hpp"
+#include "scenario.hpp"
+
+namespace axiscal {
+namespace {
+
+using testing::HasSubstr;
+
+bool has_component(const Calibration& calibration, const std::string& name) {
+  const auto& all = calibration.fit.statistics->components;
+  return std::any_of(all.begin(), all.end(), [&](const auto& one) { return one.name == name; });
+}
+
+std::string notes_of(const Calibration& calibration) {
+  std::string text;
+  for (const CalibrationNote& note : calibration.findings.notes) {
+    text += note.message + "\n";
+  }
+  return text;
+}
+
+// Four blocks of the design, with gains of x that are known.
+Observations run_with_gains(const SensorModel& truth, const std::array<double, 4>& gains) {
+  Observations run =
+      simulate(truth, make_run_sheet(standard_design(12), 4, 3), {.noise_sd = 1e-6, .seed = 3});
+  for (Eigen::Index i = 0; i < run.size(); ++i) {
+    const auto block = static_cast<std::size_t>(run.readings[static_cast<std::size_t>(i)].block);
+    double& x = run.response(i, 0);
+    x = truth.response.bias(0) + gains.at(block - 1) * (x - truth.response.bias(0));
+  }
+  return run;
+}
+
+TEST(BlockSensitivities, ScatterAsTheBlocksDo) {
+  const SensorModel truth = test::accelerometer_truth();
+  Experiment experiment = test::experiment_for(truth);
+  experiment.method = Method::joint;
+  const std::array gains = {1.001, 0.999, 1.0005, 0.9995};
+  const Calibration found = calibrate(experiment, run_with_gains(truth, gains));
+  const double S = truth.response.sensitivity(0, 0);
+  const double M = S * S * (2.0 * 1e-6 + 2.0 * 0.25e-6) / 3.0;
+  const CalibrationConditions& conditions = found.fit.conditions;
+  EXPECT_NEAR(conditions.sensitivity_mean_square(0, 0), M, 0.02 * M);
+  EXPECT_EQ(conditions.sensitivity_degrees_of_freedom, 3.0);
+  EXPECT_TRUE(has_component(found, "block_sensitivities"));
+  EXPECT_THAT(notes_of(found), HasSubstr("the sensitivities differ between blocks"));
+  EXPECT_NEAR(found.sensor.response.sensitivity(0, 0), S, 1e-5);
+  const double expected = student_t_factor(0.95, 3.0) * std::sqrt(M / 4.0);
+  EXPECT_NEAR(found.fit.statistics->interval_95(1), expected, 0.02 * expected);
+  // The other axes' are as sharp as their readings.
+  EXPECT_LT(found.fit.statistics->interval_95(6), 0.01 * expected);
+}
+
+TEST(BlockSensitivities, AskForAMountWhereTheAxesPointOtherwise) {
+  const SensorModel truth = test::accelerometer_truth();
+  Experiment experiment = test::experiment_for(truth);
+  experiment.method = Method::joint;
+  const Observations run =
+      simulate(truth, make_run_sheet(standard_design(12), 4, 5),
+               {.noise_sd = 1e-5, .world = world_of("remount_rad=1e-3"), .seed = 5});
+  EXPECT_EQ(run.readings.back().mount, run.readings.front().mount);
+  const Calibration found = calibrate(experiment, run);
+  EXPECT_THAT(notes_of(found), HasSubstr("mounted anew"));
+  EXPECT_GT(found.fit.statistics->interval_95(2), 10.0 * found.fit.statistics->interval_95(1));
+}
+
+// Readings that are taken again later shift by another bias, and the others do not notice.
+TEST(AFewReadingsTakenAgain, HaveABiasOfTheirOwn) {
+  const SensorModel truth = test::accelerometer_truth();
+  Experiment experiment = test::experiment_for(truth);
+  experiment.method = Method::joint;
+  Observations run =
+      simulate(truth, make_run_sheet(standard_design(12), 1, 2), {.noise_sd = 1e-5, .seed = 2});
+  const Calibration once = calibrate(experiment, run);
+  const Observations first = run;
+  run.response.conservativeResize(15, 3);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    Reading reading = first.readings[static_cast<std::size_t>(i)];
+    reading.run = static_cast<int>(13 + i);
+    reading.block = 2;
+    run.readings.push_back(reading);
+    run.response.row(12 + i) = first.response.row(i).array() + 5e-3;
+  }
+  const Calibration again = calibrate(experiment, run);
+  EXPECT_EQ(again.findings.status, CalibrationStatus::ok);
+  EXPECT_NEAR(again.sensor.response.bias(0), once.sensor.response.bias(0), 1e-5);
+  EXPECT_LT(again.fit.statistics->interval_95(0), 1.2 * once.fit.statistics->interval_95(0));
+  EXPECT_EQ(again.fit.conditions.blocks, 1);
+}
+
+Observations turned_by_hand(int sessions, Eigen::Index each, double shift, std::uint64_t seed) {
+  RandomStream random(seed);
+  Observations all;
+  all.response.resize(sessions * each, 3);
+  for (int session = 0; session < sessions; ++session) {
+    const Eigen::Vector3d bias = shift * random.normals<3>();
+    for (Eigen::Index i = 0; i < each; ++i) {
+      const Eigen::Vector3d u = random.normals<3>().normalized();
+      all.response.row(session * each + i) = (u + bias + 1e-3 * random.normals<3>()).transpose();
+      all.readings.push_back(
+          {.run = static_cast<int>(all.readings.size()) + 1, .block = session + 1});
+    }
+  }
+  all.has_block = true;
+  return all;
+}
+
+Experiment by_hand() {
+  Experiment experiment = test::experiment_for(test::accelerometer_truth());
+  experiment.method = Method::magnitude;
+  experiment.field = FieldSetup();
+  experiment.field.of = std::make_shared<const GravityField>();
+  experiment.field.magnitude = 1.0;
+  return experiment;
+}
+
+TEST(Sessions, AreBlocks) {
+  const Experiment experiment = by_hand();
+  const Calibration found = calibrate(experiment, turned_by_hand(4, 60, 3e-3, 4));
+  EXPECT_EQ(found.fit.conditions.blocks, 4);
+  EXPECT_TRUE(found.fit.conditions.intermediate);
+  EXPECT_TRUE(has_component(found, "sessions"));
+  // By the sessions' scatter, not by their noise: t(3) 3e-3 / sqrt(4) is 4.8e-3.
+  EXPECT_GT(found.fit.statistics->interval_95(0), 1e-3);
+  const Calibration alike = calibrate(experiment, turned_by_hand(4, 60, 0.0, 4));
+  EXPECT_LT(alike.fit.statistics->interval_95(0), 1e-3);
+}
+
+TEST(BentResponse, IsToldByMagnitudeAndFittedOnWish) {
+  Experiment experiment = by_hand();
+  Observations run = turned_by_hand(1, 200, 0.0, 6);
+  constexpr double k2 = 0.02;
+  run.response.col(0).array() += k2 * run.response.col(0).array().square();
+  const Calibration straight = calibrate(experiment, run);
+  const auto& warnings = straight.findings.warnings;
+  ASSERT_FALSE(warnings.empty());
+  EXPECT_EQ(warnings.front().code, WarningCode::nonlinearity);
+  EXPECT_GT(std::abs(straight.sensor.response.bias(0)), 1e-3);
+  experiment.squares = true;
+  const Calibration bent = calibrate(experiment, run);
+  EXPECT_TRUE(bent.findings.warnings.empty());
+  EXPECT_NEAR(bent.sensor.response.bias(0), 0.0, bent.fit.statistics->interval_95(0));
+  EXPECT_THAT(notes_of(bent), HasSubstr("squared terms were fitted"));
+}
+
+}  // namespace
+}  // namespace axiscal
