@@ -380,6 +380,7 @@ TEST(WorstAngleUncertainty, IsThatOfTheNoiseWhereTheCoefficientsAreExact) {
   calibration.sensor.response.sensitivity = Eigen::Matrix3d::Identity();
   calibration.fit.statistics->covariance.setZero();
   calibration.fit.statistics->components.clear();
+  calibration.fit.conditions = {};
   calibration.fit.statistics->residual_sd.setConstant(1e-4);
   calibration.fit.uncertainty.reset();
   const double k = calibration.fit.statistics->coverage_factor.maxCoeff();

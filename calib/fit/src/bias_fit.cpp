@@ -347,7 +347,11 @@ void add_noise_of_order(const ReadingSet& set,
       .blocks = {}};
   const int order = static_cast<int>(places.size()) - 1;
   constexpr Eigen::Index fewest_left = 4;
-  if (set.leaves_out() || set.robust || set.size() < order + 1 + fewest_left) {
+  const std::vector<ScatterComponent>& known = calibration.fit.statistics->components;
+  const bool has_branches = std::any_of(known.begin(), known.end(), [](const auto& component) {
+    return component.name == "hysteresis";  // which look alike about one polynomial
+  });
+  if (has_branches || set.leaves_out() || set.robust || set.size() < order + 1 + fewest_left) {
     return;
   }
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {

@@ -285,22 +285,16 @@ void test_squares(const ReadingSet& set,
 
 // Consecutive readings are alike: in the order of a recording that tells the noise.
 // @param to_parameters  of the nine unknowns, 12 x 9.
-// @return how far the unknowns are to be moved; 0 for a long recording, whose tenths count as well.
-EllipsoidParameters add_noise_of_order(const Fit& fit,
-                                       const Eigen::MatrixXd& to_parameters,
-                                       Estimate& estimate) {
+void add_noise_of_order(const Fit& fit, const Eigen::MatrixXd& to_parameters, Estimate& estimate) {
   const std::optional<CorrelatedFit> noise =
       fit.robust.size() > 0 ? std::nullopt
                             : noise_of_recording(fit.linear, fit.linear.jacobian.leftCols<3>());
   constexpr double slight = 0.1;
   if (!noise || !(noise->correlation > slight)) {
-    return EllipsoidParameters::Zero();
+    return;
   }
-  const bool is_long = is_long_recording(fit.linear.residuals.size());
-  Eigen::MatrixXd C = noise->covariance;
-  if (is_long) {
-    C += noise->estimate * noise->estimate.transpose();
-  }
+  // The estimate stays, and how far it is from that of the models counts.
+  const Eigen::MatrixXd C = noise->covariance + noise->estimate * noise->estimate.transpose();
   add_correlation((to_parameters * C * to_parameters.transpose()).diagonal().cwiseSqrt(),
                   noise->degrees_of_freedom, estimate.statistics);
   estimate.notes.push_back(
@@ -310,8 +304,6 @@ EllipsoidParameters add_noise_of_order(const Fit& fit,
                  fit.linear.residuals.size() < 60
                      ? ", but so few readings tell it only roughly (the recording is short)"
                      : "")});
-  return is_long ? EllipsoidParameters(EllipsoidParameters::Zero())
-                 : EllipsoidParameters(noise->estimate);
 }
 
 // What the numbers support as the cause: an axis that is dead, scatter, or too few orientations.
@@ -480,12 +472,7 @@ Estimate estimate_magnitude(const ReadingSet& set,
   } else {
     test_squares(set, cloud, fit, size, estimate);
   }
-  const EllipsoidParameters step = add_noise_of_order(fit, units.asDiagonal() * T, estimate);
-  if (!step.isZero(0.0)) {
-    const Ellipsoid moved = moved_ellipsoid(fit.at, step, shape);
-    estimate.response.bias = middle + size * moved.b;
-    estimate.response.sensitivity = size / F * moved.A.inverse();
-  }
+  add_noise_of_order(fit, units.asDiagonal() * T, estimate);
   return estimate;
 }
 

@@ -229,8 +229,11 @@ void add_run_scatter(const RunScatterSetup& setup, Estimate& estimate) {
     return;
   }
   const ReadingSet& set = setup.set;
-  const LinearisedRun run(set, estimate, setup.known_field);
   add_block_scatter(set, setup.process, estimate);
+  if (set.seen.cols() > 0) {
+    return;  // a transfer knows nothing across its fields
+  }
+  const LinearisedRun run(set, estimate, setup.known_field);
   // Gains that differ between blocks look like noise along the field, and like a slow change of it.
   const bool gains_differ = add_block_sensitivities(run, setup.mounts_known, estimate);
   if (!setup.averages_pairs && !gains_differ) {

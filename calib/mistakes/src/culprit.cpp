@@ -137,8 +137,8 @@ bool is_of_heavy_tails(const SuspectRun& run, const Correction& correction) {
   }
   const DeletionFit others(run.set(), run.plain().field, run.fitter().known_field());
   const double p = others.p_value_by_tails({*found}, Eigen::MatrixXd::Ones(1, 1)).value_or(0.0);
-  // Few readings show little of their tails.
-  const double level = run.is_judged_by_others() ? 0.001 : 0.0025;
+  // A tilt shows in fewer of a reading's numbers.
+  const double level = correction.code == WarningCode::tilted_seat ? 0.005 : 0.003;
   return static_cast<double>(run.n()) * p > level;
 }
 

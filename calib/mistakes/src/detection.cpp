@@ -24,7 +24,7 @@ constexpr double unequal_below = 0.01;
 constexpr double false_alarm_by_axis = 0.001;
 // Where each reading is judged by the others, that test and those of other mistakes share the
 // level.
-constexpr double false_alarm_of_deletion = 0.001;
+constexpr double false_alarm_of_deletion = 0.003;
 constexpr double false_alarm_of_others = 0.008;
 
 double equality_p_value(const HypothesisFit& fit) {

@@ -2,12 +2,14 @@
 #include "axiscal/calib/distributions.hpp"
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
+#include <boost/math/tools/toms748_solve.hpp>
 
 #include "axiscal/core/not_a_number.hpp"
 
@@ -47,12 +49,18 @@ double freedom_of_factor(double factor, double coverage) {
   if (factor <= student_t_factor(coverage, as_good_as_infinite)) {
     return std::numeric_limits<double>::infinity();
   }
-  constexpr int halvings = 60;
-  for (int i = 0; i < halvings; ++i) {
-    const double middle = 0.5 * (low + high);
-    (student_t_factor(coverage, 1.0 / middle) < factor ? low : high) = middle;
+  // The distribution function is much cheaper than its inverse.
+  const auto beyond = [&](double inverse) {
+    return student_t_two_sided_p(factor, 1.0 / inverse) - (1.0 - coverage);
+  };
+  if (!(beyond(high) > 0.0)) {
+    return fewest;
   }
-  return 2.0 / (low + high);
+  std::uintmax_t most_rounds = 60;
+  constexpr int digits = 48;
+  const auto [below, above] = boost::math::tools::toms748_solve(
+      beyond, low, high, boost::math::tools::eps_tolerance<double>(digits), most_rounds);
+  return 2.0 / (below + above);
 }
 
 double student_t_two_sided_p(double t, double degrees_of_freedom) {

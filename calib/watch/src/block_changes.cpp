@@ -12,17 +12,39 @@
 namespace axiscal {
 namespace {
 
-// Fisher's method over some parameters.
-struct Fisher {
-  double sum = 0.0;
+// Parameters that are looked at together: biases, main terms, cross terms. All in the variance that
+// the readings' noise makes of them.
+struct ParameterClass {
+  double sum = 0.0;  // of Fisher's method, against the noise
   double count = 0.0;
+  double squares = 0.0;  // of the differences, by 1 / blocks + 1 / new blocks
+  double scatter = 0.0;  // of the blocks' mean squares
+  double scatter_squared = 0.0;
+  double degrees_of_freedom = 0.0;  // of one of them
 
-  void add(double p) {
-    sum -= 2.0 * std::log(std::max(p, 1e-300));
+  void add(double p_by_noise) {
+    sum -= 2.0 * std::log(std::max(p_by_noise, 1e-300));
     count += 1.0;
   }
+  void add_blocks(double square, double mean_square, double freedom) {
+    squares += square;
+    scatter += mean_square;
+    scatter_squared += mean_square * mean_square;
+    degrees_of_freedom = freedom;
+  }
+  // The less likely to be a change of both.
   [[nodiscard]] double p() const {
-    return count > 0.0 ? chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * count) : 1.0;
+    if (!(count > 0.0)) {
+      return 1.0;
+    }
+    const double by_noise = chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * count);
+    if (!(degrees_of_freedom > 0.0) || !(scatter > 0.0)) {
+      return by_noise;
+    }
+    // Parameters may scatter differently: as many count as share in the sum (Satterthwaite).
+    const double alike = scatter * scatter / scatter_squared;
+    return std::max(by_noise, f_upper_p(std::max(squares / scatter, 1e-300), alike,
+                                        alike * degrees_of_freedom));
   }
 };
 
@@ -83,9 +105,9 @@ std::optional<double> p_of_block_changes(const Calibration& old,
   }
   const Eigen::MatrixXd C_old = covariance_within_blocks(old);
   const Eigen::MatrixXd C_fresh = covariance_within_blocks(fresh);
-  Fisher biases;
-  Fisher mains;
-  Fisher crosses;
+  ParameterClass biases;
+  ParameterClass mains;
+  ParameterClass crosses;
   double fewest = 1e9;
   const Eigen::Index m = old.sensor.instrument.axis_count();
   for (Eigen::Index k = 0; k < m; ++k) {
@@ -106,16 +128,17 @@ std::optional<double> p_of_block_changes(const Calibration& old,
       const double within = C_old(*a, *a) + C_fresh(*b, *b) + std::pow(1e-12 * size, 2);
       const double nu =
           old.fit.statistics->degrees_of_freedom(k) + fresh.fit.statistics->degrees_of_freedom(k);
-      double p = student_t_two_sided_p(d / std::sqrt(within), nu);
+      const auto component = static_cast<Eigen::Index>(i) - 1;
+      ParameterClass& all = i == 0 ? biases : component == main ? mains : crosses;
+      all.add(student_t_two_sided_p(d / std::sqrt(within), nu));
       const BlockScatter blocks =
           pooled(scatter_of_blocks(old, names[i]), scatter_of_blocks(fresh, names[i]));
       if (blocks.degrees_of_freedom > 0.0) {
         fewest = std::min(fewest, blocks.degrees_of_freedom);
-        const double between = std::max(blocks.mean_square, 1e-300) / blocks.blocks;
-        p = std::max(p, student_t_two_sided_p(d / std::sqrt(between), blocks.degrees_of_freedom));
+        const double unit = within * blocks.blocks;  // of one block, by the noise
+        all.add_blocks(d * d * blocks.blocks / unit, blocks.mean_square / unit,
+                       blocks.degrees_of_freedom);
       }
-      const auto component = static_cast<Eigen::Index>(i) - 1;
-      (i == 0 ? biases : component == main ? mains : crosses).add(p);
     }
   }
   if (fewest > 1e8) {

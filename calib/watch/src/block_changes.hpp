@@ -25,9 +25,9 @@ struct BlockScatter {
 [[nodiscard]] Eigen::MatrixXd covariance_within_blocks(const Calibration& record);
 
 /// How likely two records of one unit differ by as much as they do by chance, where at least one of
-/// them has several blocks: each parameter against the scatter of blocks and against that of
-/// readings, the less likely of both; biases, main terms and cross terms by Fisher's method, three
-/// tests (method.md, section 8).
+/// them has several blocks: biases, main terms and cross terms against the scatter of blocks and
+/// against that of readings, the less likely to be a change of both, three tests (method.md,
+/// section 8).
 ///
 /// @return nothing where neither record says how blocks differ.
 [[nodiscard]] std::optional<double> p_of_block_changes(const Calibration& old,

@@ -87,7 +87,9 @@ TEST_P(Coverage, IsAsStatedAndTheBoundIsReached) {
   // longer than they need be.
   EXPECT_GT(bias.coverage(), 0.937);
   EXPECT_LT(bias.coverage(), 0.99);
-  EXPECT_NEAR(sensitivity.coverage(), 0.95, 0.010);
+  // Of good runs some look as if noise depended on the field, or blocks differed, and count it.
+  EXPECT_GT(sensitivity.coverage(), 0.940);
+  EXPECT_LT(sensitivity.coverage(), 0.975);
   if (levelness.all > 0) {
     EXPECT_NEAR(levelness.coverage(), 0.95, 0.016);
   }

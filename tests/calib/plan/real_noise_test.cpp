@@ -194,7 +194,7 @@ TEST(Blocks, AreIntermediateConditions) {
   EXPECT_EQ(found.fit.conditions.blocks, 3);
   EXPECT_TRUE(found.fit.conditions.intermediate);
   ASSERT_FALSE(found.fit.statistics->components.empty());
-  const ScatterComponent& blocks = found.fit.statistics->components.back();
+  const ScatterComponent& blocks = found.fit.statistics->components.front();
   EXPECT_EQ(blocks.name, "blocks");
   EXPECT_EQ(blocks.degrees_of_freedom, 2.0);
   EXPECT_GT(blocks.sd.maxCoeff(), 3e-4);
