@@ -106,8 +106,8 @@ TEST(Culprit, GoodRunsHaveNone) {
   EXPECT_LE(alarms, 6);  // 1 %, and what chance allows
 }
 
-// One reading of many moved by 12 sigma, in any direction and at any noise of the axes: at 10,
-// where noise with heavy tails has readings too, 95 %.
+// One reading of many moved by 12 sigma, in any direction and at any noise of the axes:
+// noise with heavy tails has readings at 10.
 TEST(Culprit, IsFoundAmongManyAtAnyNoise) {
   RandomStream random(31);
   const Eigen::Vector3d unequal(1.0, 3.0, 10.0);
