@@ -82,6 +82,14 @@ for world in ar=0.5 ar=0.9 walk_sd=1e-4 drift=1e-3; do
 done
 for replicates in 4 8; do row "rounded to 1e-3 V, 12 x $replicates" --replicates $replicates --world round=1e-3; done
 row "Student's noise of 3 degrees of freedom, 12 x 2" --replicates 2 --world tails=3
+for replicates in 2 3 4; do row "sensitivities differ by 3e-4 between blocks, 12 x $replicates" --replicates $replicates --world gain=3e-4; done
+for replicates in 2 4; do row "mounted anew by 3e-4 rad, nobody wrote it down, 12 x $replicates" --replicates $replicates --world remount_rad=3e-4; done
+for design in 12 24; do
+  row "noise at full field 3 times that across, $design" --design $design --world ends=3
+  row "the field's size jitters by 2e-4, $design" --design $design --world jitter=2e-4
+  row "cube laid with 3e-4 rad, $design" --design $design --world seat_rad=3e-4
+done
+for replicates in 1 4; do row "the field's size wanders by 2e-4, 12 x $replicates" --replicates $replicates --world wander=2e-4; done
 for world in ar=0 ar=0.8 ar=0.99; do
   coverage "turned by hand, 6,000 samples at 50 Hz, noise 2e-3 V, $world" --truth "$folder/truth.json" --noise 2e-3 \
     --recording free --samples 6000 --rate 50 --world $world
@@ -100,6 +108,11 @@ echo "| --- | --- |"
 alarms "white, 12" --noise 1e-4
 alarms "white, 24" --noise 1e-4 --design 24
 alarms "white, 12 x 4" --noise 1e-4 --replicates 4
+for tails in 3 5; do
+  alarms "Student's noise of $tails degrees of freedom, 12" --noise 1e-4 --world tails=$tails
+  alarms "Student's noise of $tails degrees of freedom, 24" --noise 1e-4 --design 24 --world tails=$tails
+done
+alarms "cube laid with 1e-3 rad, 12" --noise 1e-4 --world seat_rad=1e-3
 alarms "noise 1 : 1 : 3, 12" --noise 1e-4,1e-4,3e-4
 alarms "K2 of 3 sigma in one axis, 12" --noise 1e-4 --world k2=3e-4:0:0
 alarms "K2 of 5 sigma in one axis, 12" --noise 1e-4 --world k2=5e-4:0:0

@@ -24,14 +24,12 @@
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/polar_fit.hpp"
 #include "axiscal/calib/reading_source.hpp"
-#include "axiscal/calib/rounding_scatter.hpp"
-#include "axiscal/calib/run_scatter.hpp"
 #include "axiscal/calib/saturated_axes.hpp"
 #include "axiscal/calib/settings.hpp"
-#include "axiscal/calib/soak_scatter.hpp"
 #include "axiscal/calib/temperature_fit.hpp"
 #include "axiscal/calib/transfer.hpp"
 #include "axiscal/calib/uncertainty_sources.hpp"
+#include "axiscal/calib/variance_model.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -251,17 +249,15 @@ class RunFit {
       if (!is_transfer) {
         test_levelness(judged_ ? *judged_ : fitted_, kind_.directions_known, estimate_);
         test_lack_of_fit_of_inputs(experiment_, fitted_, method_, estimate_);
-        add_soak_scatter(fitted_, estimate_);
+      }
+      ScatterSearch search(fitted_, judged_ ? *judged_ : fitted_, kind_);
+      search.mounts_known = calibration_.fit.conditions.mounts > 1;
+      search.stated_step = experiment_.stated.resolution;
+      search.process = experiment_.process ? &*experiment_.process : nullptr;
+      count_scatter(search, estimate_);
+      if (!is_transfer) {
         estimate_.curvature = test_curvature(experiment_, fitted_, method_, estimate_);
       }
-      add_rounding_scatter(fitted_, kind_.directions_known, experiment_.stated.resolution,
-                           estimate_);
-      add_run_scatter({.set = judged_ ? *judged_ : fitted_,
-                       .known_field = kind_.directions_known,
-                       .averages_pairs = kind_.averages_pairs,
-                       .mounts_known = calibration_.fit.conditions.mounts > 1,
-                       .process = experiment_.process ? &*experiment_.process : nullptr},
-                      estimate_);
       CalibrationConditions& conditions = calibration_.fit.conditions;
       conditions.blocks = static_cast<int>(std::max<std::size_t>(fitted_.effects.blocks.size(), 1));
       conditions.earlier = estimate_.earlier;

@@ -224,7 +224,7 @@ void add_field_noise(const LinearisedRun& run, Estimate& estimate) {
   }
 }
 
-void add_field_wander(const LinearisedRun& run, Estimate& estimate) {
+void add_field_wander(const LinearisedRun& run, bool gains_differ, Estimate& estimate) {
   if (!can_be_looked_at(run)) {
     return;
   }
@@ -264,7 +264,7 @@ void add_field_wander(const LinearisedRun& run, Estimate& estimate) {
   wider.put();
   constexpr double clear = 0.3;
   constexpr double one_sided_1_percent = 2.326;
-  if (fit.correlation > clear && score > one_sided_1_percent) {
+  if (fit.correlation > clear && score > one_sided_1_percent && !gains_differ) {
     estimate.notes.push_back(
         {NoteCode::field,
          formatted("along the field consecutive readings are alike (correlation about {}): its "

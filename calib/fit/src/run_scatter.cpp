@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/run_scatter.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -82,6 +80,8 @@ BlockSquare pooled(const BlockSquare& own, const BlockSquare& earlier) {
           .degrees_of_freedom = freedom};
 }
 
+}  // namespace
+
 // The mean square of the blocks' biases about their mean says how well that is known; it holds the
 // readings' scatter too.
 void add_block_scatter(const ReadingSet& set, const ProcessScatter* process, Estimate& estimate) {
@@ -136,6 +136,8 @@ void add_block_scatter(const ReadingSet& set, const ProcessScatter* process, Est
   }
 }
 
+namespace {
+
 // The readings in their order, without columns of the blocks: a shift between blocks is correlation
 // too. Nothing where readings have weights of their own, or the field is known by none of them.
 std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Estimate& estimate) {
@@ -184,7 +186,9 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
   return ordered;
 }
 
-void add_correlation(const ReadingSet& set, Estimate& estimate) {
+}  // namespace
+
+void add_serial_correlation(const ReadingSet& set, Estimate& estimate) {
   const bool has_soaks =
       std::any_of(estimate.statistics.components.begin(), estimate.statistics.components.end(),
                   [](const ScatterComponent& one) { return one.name == "soaks"; });
@@ -219,28 +223,6 @@ void add_correlation(const ReadingSet& set, Estimate& estimate) {
        formatted("consecutive readings are alike (correlation about {}); the biases are means over "
                  "models of such noise, and their intervals count it",
                  number_text(mean.correlation, 1))});
-}
-
-}  // namespace
-
-void add_run_scatter(const RunScatterSetup& setup, Estimate& estimate) {
-  fill_intervals(estimate.statistics);
-  if (!estimate.statistics.covariance.allFinite()) {
-    return;
-  }
-  const ReadingSet& set = setup.set;
-  add_block_scatter(set, setup.process, estimate);
-  if (set.seen.cols() > 0) {
-    return;  // a transfer knows nothing across its fields
-  }
-  const LinearisedRun run(set, estimate, setup.known_field);
-  // Gains that differ between blocks look like noise along the field, and like a slow change of it.
-  const bool gains_differ = add_block_sensitivities(run, setup.mounts_known, estimate);
-  if (!setup.averages_pairs && !gains_differ) {
-    add_field_noise(run, estimate);
-    add_field_wander(run, estimate);
-  }
-  add_correlation(set, estimate);
 }
 
 }  // namespace axiscal

@@ -2,12 +2,20 @@
 #pragma once
 
 #include "axiscal/calib/linearised_run.hpp"
+#include "axiscal/calib/process_scatter.hpp"
 
 namespace axiscal {
 
 // What the readings' own scatter does not hold, one small file each; all of them make intervals
 // longer where a run shows it, and say in the estimate's notes what was found (method.md, section
 // 4). The intervals are filled.
+
+/// Biases that differ from block to block.
+/// @param process  what earlier calibrations say of that; null: nothing.
+void add_block_scatter(const ReadingSet& set, const ProcessScatter* process, Estimate& estimate);
+
+/// Consecutive readings that are alike.
+void add_serial_correlation(const ReadingSet& set, Estimate& estimate);
 
 /// Sensitivities that differ from block to block.
 /// @param mounts_known  whether it is known which readings were taken in which mount.
@@ -18,7 +26,8 @@ bool add_block_sensitivities(const LinearisedRun& run, bool mounts_known, Estima
 /// that is laid otherwise each time.
 void add_field_noise(const LinearisedRun& run, Estimate& estimate);
 
-/// A field whose size, or gain that, wanders slowly over the run.
-void add_field_wander(const LinearisedRun& run, Estimate& estimate);
+/// A field whose size wanders slowly over the run, or all gains together.
+/// @param gains_differ  between blocks, which was said already and looks like it.
+void add_field_wander(const LinearisedRun& run, bool gains_differ, Estimate& estimate);
 
 }  // namespace axiscal

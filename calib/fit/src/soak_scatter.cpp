@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/soak_scatter.hpp"
+#include "soak_scatter.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -207,7 +207,10 @@ InSituCheck check_in_situ(const Calibration& calibration,
   InSituCheck check;
   std::vector<Pose> poses;
   const auto n = static_cast<double>(observations.size());
-  const double nu = calibration.fit.statistics->degrees_of_freedom.minCoeff();
+  // What a single reading may be off by is known as well as how blocks differ.
+  const std::optional<BlockOffset> blocks = offset_of_block(calibration);
+  const double of_readings = calibration.fit.statistics->degrees_of_freedom.minCoeff();
+  const double nu = blocks ? std::min(of_readings, blocks->degrees_of_freedom) : of_readings;
   const double factor = student_t_factor(1.0 - share_of_readings * alpha / n, nu);
   double sum = 0.0;
   double expected = 0.0;
