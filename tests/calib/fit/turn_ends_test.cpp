@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/turns.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/core/rotation.hpp"
@@ -98,6 +99,43 @@ TEST(TurnEnds, TheEarthTurnsAboutUpAsTheSiteSays) {
   take_out_earth(std::nullopt, turns, options);
   EXPECT_TRUE(turns[0].earth_rate_in_sensor.isZero(0.0));
   EXPECT_NEAR(std::sqrt(3.0) * options.earth_up_u, 7.292115e-5, 1e-12);
+}
+
+// Rests that are alike or drift: the biases of the middle of the log are where they are said to be.
+TEST(RestsOfALog, AreCountedAsTheirOrderSays) {
+  RandomStream random(9);
+  struct World {
+    double rho;
+    double drift;  // over the log, in the rests' scatter
+  };
+  for (const World& world : {World{0.0, 0.0}, World{0.6, 0.0}, World{0.9, 0.0}, World{0.0, 5.0}}) {
+    int held = 0;
+    int told = 0;
+    constexpr int logs = 200;
+    constexpr Eigen::Index n = 30;
+    for (int log = 0; log < logs; ++log) {
+      Eigen::MatrixX3d means(n, 3);
+      Eigen::MatrixX3d ups(n, 3);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        const Eigen::RowVector3d fresh = random.normals<3>().transpose();
+        means.row(i) = i == 0 ? fresh
+                              : Eigen::RowVector3d(world.rho * means.row(i - 1) +
+                                                   std::sqrt(1.0 - world.rho * world.rho) * fresh);
+        ups.row(i) = random.normals<3>().normalized().transpose();
+      }
+      means.colwise() += world.drift * Eigen::VectorXd::LinSpaced(n, -0.5, 0.5);
+      const RestFit fit = fit_rests(means, ups);
+      told += fit.remark.empty() ? 0 : 1;
+      const double t = student_t_factor(0.95, fit.degrees_of_freedom);
+      for (int k = 0; k < 3; ++k) {
+        held += std::abs(fit.bias(k)) <= t * std::sqrt(fit.bias_covariance(k, k)) ? 1 : 0;
+      }
+    }
+    const double share = static_cast<double>(held) / (3.0 * logs);
+    EXPECT_GE(share, 0.92) << world.rho << " " << world.drift;  // plain: 67 and 30 % of 0.6 and 0.9
+    const bool is_white = world.rho == 0.0 && world.drift == 0.0;
+    EXPECT_TRUE(is_white ? told < logs / 6 : told > logs / 2) << told;
+  }
 }
 
 }  // namespace
