@@ -17,6 +17,7 @@ namespace {
 struct ParameterClass {
   double sum = 0.0;  // of Fisher's method, against the noise
   double count = 0.0;
+  double by_one = 0.0;   // of Fisher's method, the less likely to be a change of both scatters
   double squares = 0.0;  // of the differences, by 1 / blocks + 1 / new blocks
   double scatter = 0.0;  // of the blocks' mean squares
   double scatter_squared = 0.0;
@@ -26,7 +27,9 @@ struct ParameterClass {
     sum -= 2.0 * std::log(std::max(p_by_noise, 1e-300));
     count += 1.0;
   }
-  void add_blocks(double square, double mean_square, double freedom) {
+  void add_blocks(double square, double mean_square, double freedom, double p_by_noise) {
+    const double t = std::sqrt(square / std::max(mean_square, 1e-300));
+    by_one -= 2.0 * std::log(std::max({student_t_two_sided_p(t, freedom), p_by_noise, 1e-300}));
     squares += square;
     scatter += mean_square;
     scatter_squared += mean_square * mean_square;
@@ -43,8 +46,11 @@ struct ParameterClass {
     }
     // Parameters may scatter differently: as many count as share in the sum (Satterthwaite).
     const double alike = scatter * scatter / scatter_squared;
-    return std::max(by_noise, f_upper_p(std::max(squares / scatter, 1e-300), alike,
-                                        alike * degrees_of_freedom));
+    const double together =
+        f_upper_p(std::max(squares / scatter, 1e-300), alike, alike * degrees_of_freedom);
+    // One by one they see what all of them do, together what one of them does far beyond the rest.
+    const double one_by_one = chi_squared_upper_p(std::max(by_one, 1e-12), 2.0 * count);
+    return std::max(by_noise, std::min(1.0, 2.0 * std::min(together, one_by_one)));
   }
 };
 
@@ -130,14 +136,15 @@ std::optional<double> p_of_block_changes(const Calibration& old,
           old.fit.statistics->degrees_of_freedom(k) + fresh.fit.statistics->degrees_of_freedom(k);
       const auto component = static_cast<Eigen::Index>(i) - 1;
       ParameterClass& all = i == 0 ? biases : component == main ? mains : crosses;
-      all.add(student_t_two_sided_p(d / std::sqrt(within), nu));
+      const double p_by_noise = student_t_two_sided_p(d / std::sqrt(within), nu);
+      all.add(p_by_noise);
       const BlockScatter blocks =
           pooled(scatter_of_blocks(old, names[i]), scatter_of_blocks(fresh, names[i]));
       if (blocks.degrees_of_freedom > 0.0) {
         fewest = std::min(fewest, blocks.degrees_of_freedom);
         const double unit = within * blocks.blocks;  // of one block, by the noise
         all.add_blocks(d * d * blocks.blocks / unit, blocks.mean_square / unit,
-                       blocks.degrees_of_freedom);
+                       blocks.degrees_of_freedom, p_by_noise);
       }
     }
   }
