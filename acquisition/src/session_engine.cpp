@@ -18,7 +18,6 @@
 #include "session_words.hpp"
 
 namespace axiscal {
-namespace {}  // namespace
 
 Session::Engine::Engine(SessionSetup setup, Journal& journal)
     : setup_(std::move(setup)),

@@ -59,8 +59,7 @@ class LinearisedRun {
   /// The field that each reading met, as its own axis saw it; n x 3.
   [[nodiscard]] Eigen::Matrix<double, Eigen::Dynamic, 3> field_met(Eigen::Index axis) const;
 
-  /// An axis's own columns that are the instrument's, weighted, without those of the run's effects;
-  /// and its residuals with those of the effects; of readings that have weight.
+  /// An axis's readings that have weight, and the columns of the instrument's coefficients alone.
   struct AxisRows {
     std::vector<Eigen::Index> readings;
     Eigen::MatrixXd design;    ///< not weighted, [1, f, ...]
