@@ -357,8 +357,7 @@ void add_noise_of_order(const ReadingSet& set,
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     ordered.designs.push_back(powers(set.temperature.d.col(k), order));
   }
-  constexpr double one_sided_10_percent = 1.282;
-  if (!(lag_one_score(ordered) > one_sided_10_percent)) {
+  if (!(lag_one_score(ordered) > alike_above)) {
     return;
   }
   FitStatistics& statistics = *calibration.fit.statistics;

@@ -5,13 +5,12 @@ namespace axiscal {
 
 std::optional<CorrelatedFit> noise_of_recording(const Linearised& at_solution,
                                                 const Eigen::MatrixX3d& along) {
-  constexpr double one_sided_10_percent = 1.282;
   constexpr Eigen::Index fewest_left = 4;
   // The tenths of more tell as much, and the models' grid of correlations ends.
   constexpr Eigen::Index most = 5000;
   const Eigen::Index n = at_solution.jacobian.rows();
   if (n < at_solution.jacobian.cols() + fewest_left || n > most ||
-      !(lag_one_score(at_solution.jacobian, at_solution.residuals, along) > one_sided_10_percent)) {
+      !(lag_one_score(at_solution.jacobian, at_solution.residuals, along) > alike_above)) {
     return std::nullopt;
   }
   return fit_under_correlation(at_solution.jacobian, -at_solution.residuals, along);

@@ -196,8 +196,7 @@ void add_serial_correlation(const ReadingSet& set, Estimate& estimate) {
     return;  // readings of a soak that lies off its curve are alike, and that counts already
   }
   const std::optional<OrderedReadings> ordered = ordered_readings(set, estimate);
-  constexpr double one_sided_10_percent = 1.282;
-  if (!ordered || !(lag_one_score(*ordered) > one_sided_10_percent)) {
+  if (!ordered || !(lag_one_score(*ordered) > alike_above)) {
     return;
   }
   const CorrelatedMean mean = mean_under_correlation(*ordered);

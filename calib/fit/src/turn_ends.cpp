@@ -156,8 +156,7 @@ void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
       .responses = means,
       .places = Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)),
       .blocks = {}};
-  constexpr double one_sided_10_percent = 1.282;
-  const bool alike = lag_one_score(ordered) > one_sided_10_percent;
+  const bool alike = lag_one_score(ordered) > alike_above;
   if (alike) {
     const CorrelatedMean mean = mean_under_correlation(ordered);
     fit.bias = mean.estimate;

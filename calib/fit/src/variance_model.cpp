@@ -58,27 +58,21 @@ void count_correlation(ScatterSearch& search, Estimate& estimate) {
   add_serial_correlation(search.judged, estimate);
 }
 
-constexpr std::array causes = {ScatterCause{"soaks", count_soaks},
-                               ScatterCause{"rounding", count_rounding},
-                               ScatterCause{"blocks", count_blocks},
-                               ScatterCause{"block_sensitivities", count_block_sensitivities},
-                               ScatterCause{"field_noise", count_field_noise},
-                               ScatterCause{"field_wander", count_field_wander},
-                               ScatterCause{"correlation", count_correlation}};
+// Each has a small file of its own: the columns or weights that show it, its test, its words, its
+// degrees of freedom.
+constexpr std::array causes = {
+    count_soaks,       count_rounding,     count_blocks,     count_block_sensitivities,
+    count_field_noise, count_field_wander, count_correlation};
 
 }  // namespace
-
-std::span<const ScatterCause> scatter_causes() {
-  return causes;
-}
 
 void count_scatter(ScatterSearch& search, Estimate& estimate) {
   fill_intervals(estimate.statistics);
   if (!estimate.statistics.covariance.allFinite()) {
     return;
   }
-  for (const ScatterCause& cause : causes) {
-    cause.count(search, estimate);
+  for (const auto count : causes) {
+    count(search, estimate);
   }
 }
 

@@ -19,12 +19,13 @@ Eigen::MatrixXd basis_of(const Eigen::MatrixXd& design) {
   return qr.householderQ() * Eigen::MatrixXd::Identity(design.rows(), design.cols());
 }
 
-// The mean of each row's neighbours: A x, with 1/2 beside the diagonal.
-Eigen::MatrixXd beside(const Eigen::MatrixXd& x) {
+// The mean of each row's neighbours: A x, with half of their weights beside the diagonal.
+// @param weights  n - 1, of each pair of neighbours.
+Eigen::MatrixXd beside(const Eigen::MatrixXd& x, const Eigen::VectorXd& weights) {
   const Eigen::Index n = x.rows();
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(n, x.cols());
-  all.topRows(n - 1) += 0.5 * x.bottomRows(n - 1);
-  all.bottomRows(n - 1) += 0.5 * x.topRows(n - 1);
+  all.topRows(n - 1) += 0.5 * weights.asDiagonal() * x.bottomRows(n - 1);
+  all.bottomRows(n - 1) += 0.5 * weights.asDiagonal() * x.topRows(n - 1);
   return all;
 }
 
@@ -188,19 +189,18 @@ std::vector<double> weights_of(const std::vector<Model>& models,
 }
 
 // The mean over models of one response's coefficients; what parts the models counts as well.
-void average(const std::vector<double>& weights,
-             const std::vector<const ModelFit*>& fits,
-             CorrelatedFit& mean) {
-  const Eigen::Index p = fits.front()->estimate.size();
-  mean.estimate = Eigen::VectorXd::Zero(p);
-  mean.covariance = Eigen::MatrixXd::Zero(p, p);
+CorrelatedFit average(const std::vector<double>& weights, const std::vector<ModelFit>& fits) {
+  const Eigen::Index p = fits.front().estimate.size();
+  CorrelatedFit mean{.estimate = Eigen::VectorXd::Zero(p),
+                     .covariance = Eigen::MatrixXd::Zero(p, p)};
   for (std::size_t g = 0; g < weights.size(); ++g) {
-    mean.estimate += weights[g] * fits[g]->estimate;
+    mean.estimate += weights[g] * fits[g].estimate;
   }
   for (std::size_t g = 0; g < weights.size(); ++g) {
-    const Eigen::VectorXd off = fits[g]->estimate - mean.estimate;
-    mean.covariance += weights[g] * (fits[g]->covariance + off * off.transpose());
+    const Eigen::VectorXd off = fits[g].estimate - mean.estimate;
+    mean.covariance += weights[g] * (fits[g].covariance + off * off.transpose());
   }
+  return mean;
 }
 
 double correlation_of(const std::vector<Model>& models, const std::vector<double>& weights) {
@@ -211,6 +211,21 @@ double correlation_of(const std::vector<Model>& models, const std::vector<double
   return sum;
 }
 
+// The same of the only response, weighted by its own likelihoods.
+CorrelatedFit mean_over(const std::vector<Model>& models,
+                        const std::vector<ModelFit>& fits,
+                        double degrees_of_freedom) {
+  std::vector<double> log_likelihood;
+  for (const ModelFit& fit : fits) {
+    log_likelihood.push_back(fit.log_likelihood);
+  }
+  const std::vector<double> weights = weights_of(models, log_likelihood);
+  CorrelatedFit mean = average(weights, fits);
+  mean.degrees_of_freedom = degrees_of_freedom;
+  mean.correlation = correlation_of(models, weights);
+  return mean;
+}
+
 // How many standard deviations sum c_i z_i z_(i+1) is above what it would be for white noise.
 // @param Q  n x p: the covariance of z is I - Q Q^T, in its variance.
 // @param c  n - 1 weights of neighbours.
@@ -218,9 +233,7 @@ double likeness_score(const Eigen::VectorXd& z,
                       const Eigen::MatrixXd& Q,
                       const Eigen::VectorXd& weights) {
   const Eigen::Index n = z.size();
-  Eigen::MatrixXd AQ = Eigen::MatrixXd::Zero(n, Q.cols());
-  AQ.topRows(n - 1) += 0.5 * weights.asDiagonal() * Q.bottomRows(n - 1);
-  AQ.bottomRows(n - 1) += 0.5 * weights.asDiagonal() * Q.topRows(n - 1);
+  const Eigen::MatrixXd AQ = beside(Q, weights);
   const Eigen::MatrixXd G = Q.transpose() * AQ;
   const Eigen::MatrixXd QQ = Q.transpose() * Q;
   const double d = static_cast<double>(n) - QQ.trace();
@@ -257,7 +270,7 @@ double lag_one_score(const OrderedReadings& readings) {
       continue;
     }
     // Q' = P A P with P = I - Q Q^T: its trace and that of its square, without any n x n.
-    const Eigen::MatrixXd AQ = beside(Q);
+    const Eigen::MatrixXd AQ = beside(Q, Eigen::VectorXd::Ones(n - 1));
     const Eigen::MatrixXd G = Q.transpose() * AQ;
     const double trace = -G.trace();
     const double trace_of_square =
@@ -296,12 +309,7 @@ CorrelatedMean mean_under_correlation(const OrderedReadings& readings) {
       .degrees_of_freedom = static_cast<double>(n - readings.designs.front().cols()),
       .correlation = correlation_of(models, weights)};
   for (Eigen::Index k = 0; k < m; ++k) {
-    std::vector<const ModelFit*> own;
-    for (const ModelFit& fit : fits[static_cast<std::size_t>(k)]) {
-      own.push_back(&fit);
-    }
-    CorrelatedFit all;
-    average(weights, own, all);
+    const CorrelatedFit all = average(weights, fits[static_cast<std::size_t>(k)]);
     mean.estimate(k) = all.estimate(0);
     mean.u(k) = std::sqrt(all.covariance(0, 0));
   }
@@ -334,23 +342,12 @@ CorrelatedFit fit_under_correlation(const Eigen::MatrixXd& design,
   }
   const Eigen::VectorXd places =
       Eigen::VectorXd::LinSpaced(rows, 0.0, static_cast<double>(rows - 1));
-  std::vector<Model> models = correlated_models(1.0);
+  const std::vector<Model> models = correlated_models(1.0);
   std::vector<ModelFit> fits;
-  std::vector<const ModelFit*> pointers;
-  std::vector<double> log_likelihood;
   for (const Model& model : models) {
     fits.push_back(fit_whitened(whiten<3>(model, places, directions, both)));
-    log_likelihood.push_back(fits.back().log_likelihood);
   }
-  for (const ModelFit& fit : fits) {
-    pointers.push_back(&fit);
-  }
-  const std::vector<double> weights = weights_of(models, log_likelihood);
-  CorrelatedFit result;
-  average(weights, pointers, result);
-  result.degrees_of_freedom = static_cast<double>(rows - design.cols());
-  result.correlation = correlation_of(models, weights);
-  return result;
+  return mean_over(models, fits, static_cast<double>(rows - design.cols()));
 }
 
 double likeness_along(const Eigen::VectorXd& z,
@@ -370,8 +367,6 @@ CorrelatedFit fit_under_wander(const WanderProblem& problem) {
   const double squares_across = problem.squares - problem.deviations.squaredNorm();
   const std::vector<Model> models = wandering_models();
   std::vector<ModelFit> fits;
-  std::vector<const ModelFit*> pointers;
-  std::vector<double> log_likelihood;
   for (const Model& model : models) {
     const Whitened whitened = whiten<1>(model, problem.places, problem.sizes, both);
     const auto W = whitened.x.leftCols(q);
@@ -383,23 +378,14 @@ CorrelatedFit fit_under_wander(const WanderProblem& problem) {
     const Eigen::VectorXd step = cholesky.solve(c);
     const double least = std::numeric_limits<double>::min();
     const double squares = std::max(squares_across + y.squaredNorm() - c.dot(step), least);
-    log_likelihood.push_back(-0.5 * whitened.log_determinant -
-                             cholesky.matrixLLT().diagonal().array().log().sum() -
-                             0.5 * problem.degrees_of_freedom * std::log(squares));
-    fits.push_back({.log_likelihood = log_likelihood.back(),
+    fits.push_back({.log_likelihood = -0.5 * whitened.log_determinant -
+                                      cholesky.matrixLLT().diagonal().array().log().sum() -
+                                      0.5 * problem.degrees_of_freedom * std::log(squares),
                     .estimate = step,
                     .covariance = squares / problem.degrees_of_freedom *
                                   cholesky.solve(Eigen::MatrixXd::Identity(q, q))});
   }
-  for (const ModelFit& fit : fits) {
-    pointers.push_back(&fit);
-  }
-  const std::vector<double> weights = weights_of(models, log_likelihood);
-  CorrelatedFit result;
-  average(weights, pointers, result);
-  result.degrees_of_freedom = problem.degrees_of_freedom;
-  result.correlation = correlation_of(models, weights);
-  return result;
+  return mean_over(models, fits, problem.degrees_of_freedom);
 }
 
 }  // namespace axiscal

@@ -45,10 +45,10 @@ struct Estimate {
   std::vector<std::size_t> unpaired;  // paired: readings without their opposite, left out
   bool unsettled = false;             // one-sided axes: which readings they see does not settle
   std::optional<CurvatureTest> curvature;
-  Eigen::VectorXd block_mean_square;        // m: of the blocks' biases about their mean; or empty
-  double block_degrees_of_freedom = 0.0;    // of each
-  Eigen::MatrixXd sensitivity_mean_square;  // m x 3: of the blocks' sensitivities; or empty
-  double sensitivity_degrees_of_freedom = 0.0;  // of each
+  Eigen::VectorXd block_mean_square;      // m: of the blocks' biases about their mean; or empty
+  double block_degrees_of_freedom = 0.0;  // of each
+  SensitivityMatrix sensitivity_mean_square = SensitivityMatrix(0, 3);  // of the blocks; m rows
+  double sensitivity_degrees_of_freedom = 0.0;                          // of each
   int sessions = 0;                    // that were fitted each alone; 0: all readings at once
   int earlier = 0;                     // earlier calibrations whose scatter of blocks counts
   std::vector<CalibrationNote> notes;  // remarks that ask for nothing

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <span>
-#include <string_view>
 
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/linearised_run.hpp"
@@ -37,19 +35,10 @@ class ScatterSearch {
   std::optional<LinearisedRun> run_;
 };
 
-/// A cause of scatter that the readings' own does not hold. Each has a small file of its own: the
-/// columns or weights that show it, its test, its words, its degrees of freedom.
-struct ScatterCause {
-  std::string_view name;  ///< of its component in a record
-  void (*count)(ScatterSearch& search, Estimate& estimate);
-};
-
-/// @return all causes that are looked for in turn once seats, mounts and stated inputs are weighed.
-[[nodiscard]] std::span<const ScatterCause> scatter_causes();
-
-/// Counts each of them in the coefficients' uncertainty: intervals become longer, never shorter,
-/// and the estimate's notes say what was found. Where consecutive readings are alike the biases
-/// become means over models of the noise.
+/// Counts the causes of scatter that the readings' own does not hold in the coefficients'
+/// uncertainty, in turn, once seats, mounts and stated inputs are weighed: intervals become longer,
+/// never shorter, and the estimate's notes say what was found. Where consecutive readings are alike
+/// the biases become means over models of the noise.
 ///
 /// @param estimate  of methods paired, joint and known.
 /// @par Source

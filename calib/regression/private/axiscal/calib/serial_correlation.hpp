@@ -15,6 +15,9 @@ struct OrderedReadings {
   std::vector<int> blocks;  ///< n, the readings of one block together; empty: there are none
 };
 
+/// Readings count as alike where a lag_one_score() is above this: one-sided 10 %.
+inline constexpr double alike_above = 1.282;
+
 /// How far the residuals of consecutive readings are more alike than those of independent ones.
 ///
 /// The sum over the responses of sum e_i e_(i+1) / sum e^2, each response's residuals first divided
