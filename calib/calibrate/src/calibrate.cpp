@@ -209,7 +209,8 @@ class RunFit {
     searched_ = experiment_.search_for_mistakes && !kind_.by_magnitude &&
                 can_be_searched(fitted_, estimate_);
     look_for_culprit();
-    const bool drifts = culprit_ && culprit_->correction.code == WarningCode::drift;
+    const bool drifts =
+        mistakes_.culprit && mistakes_.culprit->correction.code == WarningCode::drift;
     if (drifts && experiment_.drift == DriftSetup::automatic && !fitted_.effects.has_drift) {
       source_.set_effects({.blocks = true, .drift = true});
       fit_by_labels();
@@ -239,27 +240,22 @@ class RunFit {
                                           .stated_step = experiment_.stated.resolution,
                                           .one_sided = experiment_.instrument.one_sided});
     const bool is_transfer = fitted_.seen.cols() > 0;
-    std::vector<UncertaintySource> weighed =
-        weigh_shared_errors(experiment_, fitted_, method_, estimate_);
-    if (!source_.mount_turns().empty() &&
-        add_mount_scatter(source_.mount_turns(), mounts_expected_, estimate_)) {
-      calibration_.fit.conditions.mounts = static_cast<int>(source_.mount_turns().size());
-    }
+    ScatterSearch search(experiment_, fitted_, judged_ ? *judged_ : fitted_, method_);
     if (!kind_.by_magnitude) {
       if (!is_transfer) {
         test_levelness(judged_ ? *judged_ : fitted_, kind_.directions_known, estimate_);
         test_lack_of_fit_of_inputs(experiment_, fitted_, method_, estimate_);
       }
-      ScatterSearch search(fitted_, judged_ ? *judged_ : fitted_, kind_);
-      search.mounts_known = calibration_.fit.conditions.mounts > 1;
-      search.stated_step = experiment_.stated.resolution;
-      search.process = experiment_.process ? &*experiment_.process : nullptr;
+      search.mounts = source_.mount_turns();
+      search.mounts_expected = mounts_expected_;
       count_scatter(search, estimate_);
       if (!is_transfer) {
         estimate_.curvature = test_curvature(experiment_, fitted_, method_, estimate_);
       }
       CalibrationConditions& conditions = calibration_.fit.conditions;
       conditions.blocks = static_cast<int>(std::max<std::size_t>(fitted_.effects.blocks.size(), 1));
+      conditions.mounts =
+          search.mounts_known ? static_cast<int>(search.mounts.size()) : conditions.mounts;
       conditions.earlier = estimate_.earlier;
       conditions.intermediate =
           conditions.blocks > 1 || conditions.mounts > 1 || conditions.earlier > 0;
@@ -297,7 +293,7 @@ class RunFit {
     }
     add_intervals(calibration_);
     calibration_.fit.uncertainty =
-        make_budget(experiment_, fitted_, calibration_, estimate_.field, std::move(weighed));
+        make_budget(experiment_, fitted_, calibration_, estimate_.field, std::move(search.weighed));
     if (is_transfer) {
       forget_unseen(fitted_.seen, calibration_);
     }
@@ -337,8 +333,11 @@ class RunFit {
     }
     calibration_.findings.notes.insert(calibration_.findings.notes.end(), estimate_.notes.begin(),
                                        estimate_.notes.end());
+    if (!mistakes_.remark.empty()) {
+      calibration_.findings.notes.push_back({NoteCode::tails, mistakes_.remark});
+    }
     calibration_.findings.warnings =
-        find_warnings(calibration_, estimate_, unpaired_runs(), searched_, culprit_);
+        find_warnings(calibration_, estimate_, unpaired_runs(), searched_, mistakes_.culprit);
     say_what_length_means(experiment_, calibration_);
     warn_of_other_sensitivity(experiment_, calibration_);
     if (!looked_at_temperature_) {
@@ -347,14 +346,14 @@ class RunFit {
   }
 
   void judge() {
-    if (culprit_) {
-      calibration_.findings.suggestion = culprit_->correction;
+    if (mistakes_.culprit) {
+      calibration_.findings.suggestion = mistakes_.culprit->correction;
     }
     // What a mistake does to the coefficients, in parts of the full response.
     constexpr double largest_effect = 0.005;
     const std::vector<CalibrationWarning>& warnings = calibration_.findings.warnings;
     const bool refused =
-        (culprit_ && culprit_->effect > largest_effect) ||
+        (mistakes_.culprit && mistakes_.culprit->effect > largest_effect) ||
         std::any_of(warnings.begin(), warnings.end(), [](const CalibrationWarning& warning) {
           return warning_kind(warning.code).refuses;
         });
@@ -392,9 +391,9 @@ class RunFit {
     if (judged_ && kept_out_.size() > 0) {
       kept_out_ = *without_shared_errors(experiment_, fitted_, method_, estimate_, kept_out_);
     }
-    culprit_.reset();
+    mistakes_ = {};
     if (searched_) {
-      culprit_ =
+      mistakes_ =
           find_culprit(fitted_, estimate_, kind_.directions_known, judged_ ? &*judged_ : nullptr);
     }
   }
@@ -521,7 +520,7 @@ class RunFit {
   double mounts_expected_ = 0.0;      // as of MountStep
   bool searched_ = false;
   bool looked_at_temperature_ = false;  // and found no need of its terms
-  std::optional<Culprit> culprit_;
+  MistakeSearch mistakes_;
   Calibration calibration_;
 };
 

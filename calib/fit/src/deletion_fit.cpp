@@ -3,119 +3,135 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <limits>
 
 #include <Eigen/Cholesky>
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/heavy_tails.hpp"
-#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/linearised_run.hpp"
+#include "axiscal/calib/scaled_cholesky.hpp"
+#include "axiscal/calib/shared_fit.hpp"
 #include "axiscal/core/not_a_number.hpp"
 
 namespace axiscal {
 
-// The fit of the other readings.
+// The fit of the other readings, as change from the fit of all.
 struct DeletionFit::Others {
-  Eigen::VectorXd variance;            // m
-  Eigen::VectorXd degrees_of_freedom;  // m
-  Eigen::MatrixXd covariance;          // of all coefficients and directions
-  Eigen::VectorXd estimate;            // likewise, as change from the fit of all
+  // An axis's own coefficients at a step z of the shared: own - take_up z.
+  struct Axis {
+    Eigen::VectorXd own;
+    Eigen::MatrixXd inverse;  // of its own J^T J
+    Eigen::MatrixXd take_up;  // p x D
+
+    // What is left of rows of J once the shared have changed, in what is shared.
+    [[nodiscard]] Eigen::MatrixXd projected(const Eigen::MatrixXd& J) const {
+      return J.rightCols(take_up.cols()) - J.leftCols(own.size()) * take_up;
+    }
+  };
+
+  // What they say of rows of an axis's J.
+  [[nodiscard]] Eigen::VectorXd predicted(Eigen::Index k, const Eigen::MatrixXd& J) const {
+    const Axis& axis = axes[static_cast<std::size_t>(k)];
+    return J.leftCols(axis.own.size()) * axis.own + axis.projected(J) * shared.estimate;
+  }
+
+  // Its covariance.
+  [[nodiscard]] Eigen::MatrixXd covariance(Eigen::Index k, const Eigen::MatrixXd& J) const {
+    const Axis& axis = axes[static_cast<std::size_t>(k)];
+    const auto own = J.leftCols(axis.own.size());
+    const Eigen::MatrixXd P = axis.projected(J);
+    return shared.variance(k) * (own * axis.inverse * own.transpose()) +
+           P * shared.covariance * P.transpose();
+  }
+
+  [[nodiscard]] Eigen::VectorXd variances(Eigen::Index k, const Eigen::MatrixXd& J) const {
+    const Axis& axis = axes[static_cast<std::size_t>(k)];
+    const auto own = J.leftCols(axis.own.size());
+    const Eigen::MatrixXd P = axis.projected(J);
+    return shared.variance(k) * (own * axis.inverse).cwiseProduct(own).rowwise().sum() +
+           (P * shared.covariance).cwiseProduct(P).rowwise().sum();
+  }
+
+  std::vector<Axis> axes;
+  SharedFit shared;
 };
 
 DeletionFit::DeletionFit(const ReadingSet& set, const TableField& field, bool known_field)
     : set_(set), root_weights_(set.weights.cwiseSqrt()), own_(set.column_count()) {
-  const JointState state = JointFit(set, set.weights).at(field);
-  shared_ = known_field ? 0 : state.direction_count();
+  const LinearisedRun run(set, field, Eigen::VectorXd::Ones(set.axis_count()), known_field);
+  shared_ = run.shared();
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const JointAxis& joint = state.axes[static_cast<std::size_t>(k)];
     Axis& axis = axes_.emplace_back();
     axis.J.resize(set.size(), own_ + shared_);
-    axis.J << joint.root_weights.asDiagonal() * joint.X, joint.tangents.leftCols(shared_);
-    axis.y = joint.residuals;
-    axis.G = axis.J.transpose() * axis.J;
-    axis.b = axis.J.transpose() * axis.y;
-    axis.squares = axis.y.squaredNorm();
-    axis.readings = static_cast<double>(joint.design->observations());
+    axis.J << run.columns()(run.rows_of_axis(k), Eigen::seqN(run.column_of(k, 0), own_)),
+        run.columns()(run.rows_of_axis(k), Eigen::lastN(shared_));
+    axis.y = run.residuals()(run.rows_of_axis(k));
+    axis.sums = {.G = axis.J.transpose() * axis.J,
+                 .b = axis.J.transpose() * axis.y,
+                 .squares = axis.y.squaredNorm(),
+                 .readings = static_cast<double>((root_weights_.col(k).array() > 0.0).count())};
   }
 }
 
-std::vector<Eigen::Index> DeletionFit::places_of(Eigen::Index axis) const {
-  std::vector<Eigen::Index> places(static_cast<std::size_t>(own_ + shared_));
-  std::iota(places.begin(), places.begin() + own_, own_ * axis);
-  std::iota(places.begin() + own_, places.end(), own_ * set_.axis_count());
-  return places;
+DeletionFit::Sums DeletionFit::sums_without(const std::vector<std::size_t>& readings,
+                                            Eigen::Index k) const {
+  const Axis& axis = axes_[static_cast<std::size_t>(k)];
+  Sums left = axis.sums;
+  for (const std::size_t i : readings) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::RowVectorXd j = axis.J.row(row);
+    left.G -= j.transpose() * j;
+    left.b -= j.transpose() * axis.y(row);
+    left.squares -= axis.y(row) * axis.y(row);
+    left.readings -= root_weights_(row, k) > 0.0 ? 1.0 : 0.0;
+  }
+  return left;
 }
 
 std::optional<DeletionFit::Others> DeletionFit::without(
     const std::vector<std::size_t>& readings) const {
   const Eigen::Index m = set_.axis_count();
-  const Eigen::Index c = own_ * m + shared_;
-  std::vector<Axis> left;
-  for (const Axis& axis : axes_) {
-    Axis& one = left.emplace_back(Axis{.J = {},
-                                       .y = {},
-                                       .G = axis.G,
-                                       .b = axis.b,
-                                       .squares = axis.squares,
-                                       .readings = axis.readings});
-    for (const std::size_t i : readings) {
-      const auto row = static_cast<Eigen::Index>(i);
-      const Eigen::RowVectorXd j = axis.J.row(row);
-      one.G -= j.transpose() * j;
-      one.b -= j.transpose() * axis.y(row);
-      one.squares -= axis.y(row) * axis.y(row);
-      one.readings -=
-          set_.weights(row, static_cast<Eigen::Index>(left.size()) - 1) > 0.0 ? 1.0 : 0.0;
-    }
-  }
-  Others others{.variance = Eigen::VectorXd(m), .degrees_of_freedom = Eigen::VectorXd(m)};
+  constexpr double open_below = 1e-11;
+  Others others;
+  std::vector<ResponseSums> responses;
+  Eigen::VectorXd start(m);
+  Eigen::VectorXd smallest(m);
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(shared_);   // squares of the shared columns
+  Eigen::VectorXd left = Eigen::VectorXd::Zero(shared_);  // and of what is left of them
   for (Eigen::Index k = 0; k < m; ++k) {
-    const Axis& axis = left[static_cast<std::size_t>(k)];
-    others.variance(k) =
-        std::max(axis.squares / std::max(axis.readings - 4.0, 1.0), std::pow(set_.rounding(k), 2));
-  }
-  constexpr int most_rounds = 100;
-  constexpr double still = 1e-6;
-  for (int round = 0; round < most_rounds; ++round) {
-    Eigen::MatrixXd N = Eigen::MatrixXd::Zero(c, c);
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(c);
-    for (Eigen::Index k = 0; k < m; ++k) {
-      const std::vector<Eigen::Index> at = places_of(k);
-      N(at, at) += left[static_cast<std::size_t>(k)].G / others.variance(k);
-      right(at) += left[static_cast<std::size_t>(k)].b / others.variance(k);
-    }
-    const Eigen::VectorXd scale = N.diagonal().cwiseSqrt().cwiseInverse();
-    if (!scale.allFinite()) {
+    const Sums sums = sums_without(readings, k);
+    const ScaledCholesky own(sums.G.topLeftCorner(own_, own_));
+    if (!own.is_determined(open_below)) {
       return std::nullopt;
     }
-    const Eigen::LLT<Eigen::MatrixXd> cholesky(scale.asDiagonal() * N * scale.asDiagonal());
-    constexpr double open_below = 1e-11;
-    if (cholesky.info() != Eigen::Success || !(cholesky.rcond() > open_below)) {
-      return std::nullopt;
-    }
-    others.covariance = scale.asDiagonal() * cholesky.solve(Eigen::MatrixXd(scale.asDiagonal()));
-    others.estimate = others.covariance * right;
-    double change = 0.0;
-    for (Eigen::Index k = 0; k < m; ++k) {
-      const std::vector<Eigen::Index> at = places_of(k);
-      const Axis& axis = left[static_cast<std::size_t>(k)];
-      const Eigen::VectorXd z = others.estimate(at);
-      const Eigen::MatrixXd C = others.covariance(at, at);
-      others.degrees_of_freedom(k) =
-          axis.readings - C.cwiseProduct(axis.G).sum() / others.variance(k);
-      if (!(others.degrees_of_freedom(k) > 0.5)) {
-        return std::nullopt;
-      }
-      const double squares = axis.squares - 2.0 * z.dot(axis.b) + z.dot(axis.G * z);
-      const double next =
-          std::max(squares / others.degrees_of_freedom(k), std::pow(set_.rounding(k), 2));
-      change = std::max(change, std::abs(next / others.variance(k) - 1.0));
-      others.variance(k) = next;
-    }
-    if (change < still) {
-      break;
-    }
+    const Eigen::MatrixXd with_shared = sums.G.topRightCorner(own_, shared_);
+    const Eigen::VectorXd b = sums.b.head(own_);
+    Others::Axis& axis = others.axes.emplace_back();
+    axis.inverse = own.inverse();
+    axis.own = axis.inverse * b;
+    axis.take_up = axis.inverse * with_shared;
+    const ResponseSums& response = responses.emplace_back(ResponseSums{
+        .information =
+            sums.G.bottomRightCorner(shared_, shared_) - with_shared.transpose() * axis.take_up,
+        .gradient = sums.b.tail(shared_) - axis.take_up.transpose() * b,
+        .squares = std::max(sums.squares - b.dot(axis.own), 0.0),
+        .degrees_of_freedom = sums.readings - static_cast<double>(own_)});
+    smallest(k) = std::pow(set_.rounding(k), 2);
+    start(k) = std::max(response.squares / std::max(response.degrees_of_freedom, 1.0),
+                        std::max(smallest(k), std::numeric_limits<double>::min()));
+    all += sums.G.diagonal().tail(shared_) / start(k);
+    left += response.information.diagonal() / start(k);
   }
+  if (!(left.array() > open_below * all.array()).all()) {
+    return std::nullopt;
+  }
+  std::optional<SharedFit> shared = fit_shared(responses, start, smallest);
+  constexpr double fewest = 0.5;
+  if (!shared || !(shared->degrees_of_freedom.minCoeff() > fewest)) {
+    return std::nullopt;
+  }
+  others.shared = *std::move(shared);
   return others;
 }
 
@@ -139,11 +155,10 @@ DeletionFit::LeftOut DeletionFit::left_out(const std::vector<std::size_t>& readi
     left.seen = left.seen && root > 0.0;
     J.row(i) = axis.J.row(row) / root;
     left.error(i) = axis.y(row) / root;
-    left.own(i) = others.variance(k) / (root * root);
+    left.own(i) = others.shared.variance(k) / (root * root);
   }
-  const std::vector<Eigen::Index> at = places_of(k);
-  left.error -= J * others.estimate(at);
-  left.of_prediction = J * others.covariance(at, at) * J.transpose();
+  left.error -= others.predicted(k, J);
+  left.of_prediction = others.covariance(k, J);
   return left;
 }
 
@@ -166,7 +181,7 @@ std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readi
                               (Eigen::MatrixXd(left.own.asDiagonal()) + left.of_prediction) *
                               contrasts.transpose();
     const double f = std::max(e.dot(V.ldlt().solve(e)) / q, 1e-12);
-    sum -= 2.0 * std::log(std::max(f_upper_p(f, q, others->degrees_of_freedom(k)), 1e-300));
+    sum -= 2.0 * std::log(std::max(f_upper_p(f, q, others->shared.degrees_of_freedom(k)), 1e-300));
     axes += 1.0;
   }
   return axes > 0.0 ? std::optional(chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * axes))
@@ -192,16 +207,15 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
     const Eigen::VectorXd whitened = root.matrixL().solve(contrasts * own.error);
     deviations.insert(deviations.end(), whitened.begin(), whitened.end());
     const Axis& axis = axes_[static_cast<std::size_t>(k)];
-    const std::vector<Eigen::Index> at = places_of(k);
-    const Eigen::VectorXd left = axis.y - axis.J * others->estimate(at);
-    const Eigen::MatrixXd C = others->covariance(at, at) / others->variance(k);
-    const Eigen::VectorXd free = 1.0 - (axis.J * C).cwiseProduct(axis.J).rowwise().sum().array();
+    const double variance = others->shared.variance(k);
+    const Eigen::VectorXd left = axis.y - others->predicted(k, axis.J);
+    const Eigen::VectorXd free = 1.0 - others->variances(k, axis.J).array() / variance;
     for (Eigen::Index i = 0; i < left.size(); ++i) {
       constexpr double least_left = 1e-6;
       const bool is_other = std::find(readings.begin(), readings.end(),
                                       static_cast<std::size_t>(i)) == readings.end();
       if (is_other && root_weights_(i, k) > 0.0) {
-        tails.add(left(i) / std::sqrt(others->variance(k) * std::max(free(i), least_left)));
+        tails.add(left(i) / std::sqrt(variance * std::max(free(i), least_left)));
       }
     }
   }
@@ -234,7 +248,7 @@ std::optional<std::vector<DeletionFit::Prediction>> DeletionFit::predictions(
     Prediction& one =
         all.emplace_back(Prediction{.error = Eigen::VectorXd::Constant(m, not_a_number),
                                     .sd = Eigen::VectorXd::Constant(m, not_a_number),
-                                    .degrees_of_freedom = others->degrees_of_freedom});
+                                    .degrees_of_freedom = others->shared.degrees_of_freedom});
     for (Eigen::Index k = 0; k < m; ++k) {
       if (root_weights_(static_cast<Eigen::Index>(reading), k) > 0.0) {
         const LeftOut left = left_out({reading}, *others, k);

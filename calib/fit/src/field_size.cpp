@@ -5,11 +5,10 @@
 #include <cmath>
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/input_quantities.hpp"
-#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/method_kind.hpp"
 
 namespace axiscal {
@@ -65,22 +64,6 @@ double p_of(double ratio, double own_dof, const Noise& noise, bool noise_alone) 
   return left > 0.0 ? f_upper_p(std::max(ratio * rest / left, 1e-12), own_dof, rest) : 0.0;
 }
 
-// Columns of what a fit leaves: P x.
-class Leftover {
- public:
-  explicit Leftover(const Eigen::MatrixXd& jacobian) : qr_(jacobian) {
-    const Eigen::Index rank = qr_.rank();
-    basis_ = qr_.householderQ() * Eigen::MatrixXd::Identity(jacobian.rows(), rank);
-  }
-  [[nodiscard]] Eigen::MatrixXd of(const Eigen::MatrixXd& x) const {
-    return x - basis_ * (basis_.transpose() * x);
-  }
-
- private:
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;
-  Eigen::MatrixXd basis_;
-};
-
 }  // namespace
 
 std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
@@ -94,54 +77,41 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
   const bool known = method_kind(method).directions_known;
   const Eigen::Index n = set.size();
   const Eigen::Index m = set.axis_count();
-  const Eigen::VectorXd sigma = calibration.fit.statistics->residual_sd;
-  const JointFit joint(set, set.weights);
-  const JointState state = joint.at(field);
-  const Eigen::MatrixXd J = joint.jacobian(state, sigma);
-  const Leftover leftover(known ? Eigen::MatrixXd(J.leftCols(set.column_count() * m)) : J);
+  const LinearisedRun run(set, field, calibration.fit.statistics->residual_sd, known);
+  if (!run.is_determined()) {
+    return std::nullopt;
+  }
 
-  // Changes of the lengths with the readings, in units of each one's own scatter; axis after axis.
+  // Changes of the lengths with the readings, in units of each one's own scatter.
   const Eigen::Matrix3d inverse =
       Eigen::Matrix3d(calibration.sensor.response.sensitivity).inverse();
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n * m, n);  // transposed
   const std::vector<InputQuantity> inputs = input_quantities(experiment, set, known, field);
-  std::vector<Eigen::MatrixXd> shared;  // of each input, likewise
-  for (const InputQuantity& input : inputs) {
-    shared.emplace_back(n * m, input.parts);
-  }
   double squares = 0.0;
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(i);
     const Eigen::Vector3d met = set.rotation_sensor_from_table[at] * set.field_in_table(i, field);
     Eigen::Vector3d above;
     for (Eigen::Index k = 0; k < m; ++k) {
-      const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
-      const double scale = set.scale(i, k);
-      const double residual = axis.residuals(i) / axis.root_weights(i);
-      above(k) = residual / scale;
-      A(n * k + i, i) =
-          met.normalized().dot(inverse.col(k)) * sigma(k) / (scale * axis.root_weights(i));
-      for (std::size_t s = 0; s < inputs.size(); ++s) {
-        shared[s].row(n * k + i) = axis.root_weights(i) / sigma(k) * scale *
-                                   axis.estimate.segment<3>(1).transpose() *
-                                   inputs[s].change(i, field);
-      }
+      const Eigen::Index row = run.row_of(i, k);
+      const double noise = run.sigma(k) / (set.scale(i, k) * std::sqrt(set.weights(i, k)));
+      above(k) = run.residuals()(row) * noise;
+      A(row, i) = met.normalized().dot(inverse.col(k)) * noise;
     }
     squares += std::pow((met + inverse * above).norm() - met.norm(), 2);
   }
-  const Eigen::MatrixXd AP = leftover.of(A).transpose();  // n x n m, as P is symmetric
+  const Eigen::MatrixXd& J = run.columns();
+  const Eigen::MatrixXd AP =  // n x n m, as P is symmetric
+      A.transpose() - (A.transpose() * J) * run.covariance() * J.transpose();
   const Noise noise = noise_of(*calibration.fit.statistics);
-  const Eigen::VectorXd pure = noise.sd.cwiseQuotient(sigma);
+  const Eigen::VectorXd pure = noise.sd.cwiseQuotient(calibration.fit.statistics->residual_sd);
   Eigen::MatrixXd of_noise = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index k = 0; k < m; ++k) {
-    const auto part = AP.middleCols(n * k, n);
+    const Eigen::MatrixXd part = AP(Eigen::all, run.rows_of_axis(k));
     of_noise += pure(k) * pure(k) * part * part.transpose();
   }
-  Eigen::MatrixXd of_inputs = Eigen::MatrixXd::Zero(n, n);
-  for (const Eigen::MatrixXd& one : shared) {
-    const Eigen::MatrixXd lengths = AP * one;
-    of_inputs += lengths * lengths.transpose();
-  }
+  const Eigen::MatrixXd by_inputs = AP * change_of_readings(inputs, run, field);
+  const Eigen::MatrixXd of_inputs = by_inputs * by_inputs.transpose();
   const Eigen::MatrixXd V = of_noise + of_inputs;
   const double expected = V.trace();
   if (!(expected > 0.0)) {

@@ -9,10 +9,9 @@
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/input_quantities.hpp"
-#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/calib/response_system.hpp"
 #include "axiscal/calib/rounding_scatter.hpp"
 #include "axiscal/calib/variance_components.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -56,8 +55,7 @@ class GeneralizedFit {
         inputs_(inputs),
         known_field_(known_field),
         seats_(seats),
-        field_(start.field),
-        joint_(set_, set_.weights) {
+        field_(start.field) {
     const Eigen::Index m = set_.axis_count();
     variances_.resize(m + (seats ? 1 : 0));
     variances_.head(m) = first_scatter(start).cwiseAbs2();
@@ -78,23 +76,21 @@ class GeneralizedFit {
 
   // @return false where the readings do not determine it.
   bool solve() {
-    JointState state = joint_.at(field_);
-    const Eigen::Index p = set_.column_count();
     const Eigen::Index m = set_.axis_count();
-    start_from(state);
     constexpr int most_rounds = 30;
     for (int round = 0; round < most_rounds; ++round) {
-      const Eigen::Index directions = known_field_ ? 0 : state.direction_count();
-      fit_ = fit_variance_components(problem(state, directions), start());
+      const LinearisedRun run = about_field();
+      fit_ = fit_variance_components(problem(run), start());
       if (!fit_) {
         return false;
       }
       const Eigen::VectorXd before = variances_;
       variances_ = fit_->theta;
-      coefficients_ += fit_->estimate.head(p * m).reshaped(p, m);
-      const Eigen::VectorXd step = fit_->estimate.segment(p * m, directions);
-      if (directions > 0) {
-        field_ = field_.moved(state.tangents, step);
+      const Eigen::VectorXd solution = run.solution() + fit_->estimate.head(run.columns().cols());
+      take_coefficients(solution);
+      const Eigen::VectorXd step = solution.tail(run.shared());
+      if (run.shared() > 0) {
+        field_ = field_.moved(field_.tangents(), step);
       }
       const double change =
           ((variances_ - before).array() / before.array().max(smallest_.array() + 1e-300))
@@ -104,7 +100,6 @@ class GeneralizedFit {
       if (round > 1 && change < still && step.lpNorm<Eigen::Infinity>() < still) {
         break;
       }
-      state = joint_.at(field_);
     }
     for (Eigen::Index k = 0; k < m; ++k) {
       if (!(degrees_of_freedom(k) > 0.5)) {
@@ -117,15 +112,13 @@ class GeneralizedFit {
   // Columns f_k^2 at the fields that it began with. A bend swells the scatter of its axis: the axes
   // are weighed as they scatter with the columns, alike where they do not differ then.
   [[nodiscard]] std::optional<CurvatureTest> curvature() {
-    const JointState state = joint_.at(field_);
-    const Eigen::Index p = set_.column_count();
+    const LinearisedRun run = about_field();
     const Eigen::Index m = set_.axis_count();
-    start_from(state);
-    const Eigen::Index directions = known_field_ ? 0 : state.direction_count();
-    VarianceProblem straight = problem(state, directions);
+    take_coefficients(run.solution());
+    VarianceProblem straight = problem(run);
     VarianceProblem bent = straight;
     bent.W.resize(straight.W.rows(), straight.W.cols() + m);
-    bent.W << with_squares(state), straight.W;
+    bent.W << with_squares(run), straight.W;
     std::optional<WeightedFit> after = fit_at_variances(bent, variances_);
     if (!after) {
       return std::nullopt;
@@ -137,7 +130,7 @@ class GeneralizedFit {
       return std::nullopt;
     }
     double squares = before->squares;
-    double free = -static_cast<double>(p * m + directions);
+    double free = -static_cast<double>(run.columns().cols());
     for (Eigen::Index k = 0; k < m; ++k) {
       squares += layings_.squares(k) / variances_(k);
       free += readings_of(k);
@@ -206,7 +199,7 @@ class GeneralizedFit {
       Eigen::Vector3d field = Eigen::Vector3d::Zero();
       Eigen::Index first = 0;
       for (const InputQuantity& input : inputs) {
-        field += input.change(i, field_) * predicted.segment(first, input.parts);
+        field += input.change(i, 0, field_) * predicted.segment(first, input.parts);
         first += input.parts;
       }
       for (Eigen::Index k = 0; k < m; ++k) {
@@ -230,12 +223,14 @@ class GeneralizedFit {
   }
 
  private:
-  // The coefficients of each axis alone.
-  void start_from(const JointState& state) {
-    coefficients_.resize(set_.column_count(), set_.axis_count());
-    for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
-      coefficients_.col(k) = state.axes[static_cast<std::size_t>(k)].estimate;
-    }
+  [[nodiscard]] LinearisedRun about_field() const {
+    return {set_, field_, Eigen::VectorXd::Ones(set_.axis_count()), known_field_};
+  }
+
+  void take_coefficients(const Eigen::VectorXd& solution) {
+    const Eigen::Index p = set_.column_count();
+    const Eigen::Index m = set_.axis_count();
+    coefficients_ = solution.head(p * m).reshaped(p, m);
   }
 
   // How many readings an axis has, those of a laying one by one.
@@ -277,16 +272,12 @@ class GeneralizedFit {
   }
 
   // The squared field along each axis, weighted; n m x m.
-  [[nodiscard]] Eigen::MatrixXd with_squares(const JointState& state) const {
-    const Eigen::Index m = set_.axis_count();
-    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(set_.size() * m, m);
-    for (Eigen::Index i = 0; i < set_.size(); ++i) {
-      for (Eigen::Index k = 0; k < m; ++k) {
-        const Eigen::Vector3d along = coefficients_.col(k).segment<3>(1).normalized();
-        const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
-        const double met = axis.X.row(i).segment<3>(1).dot(along.transpose());
-        columns(m * i + k, k) = axis.root_weights(i) * met * met;
-      }
+  [[nodiscard]] Eigen::MatrixXd with_squares(const LinearisedRun& run) const {
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(run.columns().rows(), run.axes());
+    for (Eigen::Index k = 0; k < run.axes(); ++k) {
+      const Eigen::VectorXd met = run.field_met(k) * run.sensitivity(k).normalized().transpose();
+      columns(run.rows_of_axis(k), k) =
+          set_.weights.col(k).cwiseSqrt().cwiseProduct(met.cwiseAbs2());
     }
     return columns;
   }
@@ -309,36 +300,26 @@ class GeneralizedFit {
     return from;
   }
 
-  [[nodiscard]] VarianceProblem problem(const JointState& state, Eigen::Index directions) const {
-    const Eigen::Index n = set_.size();
-    const Eigen::Index m = set_.axis_count();
-    const Eigen::Index p = set_.column_count();
+  [[nodiscard]] VarianceProblem problem(const LinearisedRun& run) const {
+    const Eigen::Index m = run.axes();
+    const Eigen::Index fitted = run.columns().cols();
     VarianceProblem problem{.rows = m,
-                            .W = Eigen::MatrixXd::Zero(n * m, p * m + directions + errors()),
-                            .y = Eigen::VectorXd(n * m),
+                            .W = Eigen::MatrixXd(run.columns().rows(), fitted + errors()),
+                            .y = run.residuals(),
                             .prior = errors(),
                             .pure_squares = Eigen::VectorXd::Zero(variances_.size()),
                             .pure_degrees_of_freedom = Eigen::VectorXd::Zero(variances_.size()),
                             .smallest = smallest_};
+    problem.W << run.columns(), change_of_readings(inputs_, run, field_);
     problem.pure_squares.head(m) = layings_.squares;
     problem.pure_degrees_of_freedom.head(m) = layings_.degrees_of_freedom;
     problem.roots.resize(static_cast<std::size_t>(variances_.size()));
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const Eigen::VectorXd root = set_.weights.row(i).cwiseSqrt();
+    for (Eigen::Index i = 0; i < run.readings(); ++i) {
+      Eigen::MatrixXd by_field(m, 3);
       for (Eigen::Index k = 0; k < m; ++k) {
-        const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
-        const Eigen::Index row = m * i + k;
-        problem.W.block(row, p * k, 1, p) = root(k) * axis.X.row(i);
-        problem.W.block(row, p * m, 1, directions) = axis.tangents.row(i).head(directions);
-        problem.y(row) = root(k) * (set_.response(i, k) - axis.X.row(i).dot(coefficients_.col(k)));
-        problem.roots[static_cast<std::size_t>(k)].emplace_back((root(k) > 0.0 ? 1.0 : 0.0) *
-                                                                Eigen::VectorXd::Unit(m, k));
-      }
-      const Eigen::MatrixXd by_field = changes_with_field(i, root);
-      Eigen::Index at = p * m + directions;
-      for (const InputQuantity& input : inputs_) {
-        problem.W.block(m * i, at, m, input.parts) = by_field * input.change(i, field_);
-        at += input.parts;
+        by_field.row(k) = run.change_with_field(i, k);
+        problem.roots[static_cast<std::size_t>(k)].emplace_back(
+            (set_.weights(i, k) > 0.0 ? 1.0 : 0.0) * Eigen::VectorXd::Unit(m, k));
       }
       if (seats_) {
         problem.roots.back().emplace_back(
@@ -349,23 +330,12 @@ class GeneralizedFit {
     return problem;
   }
 
-  // How a laying's readings change with the field in the sensor, weighted; m x 3.
-  [[nodiscard]] Eigen::MatrixXd changes_with_field(Eigen::Index i,
-                                                   const Eigen::VectorXd& root) const {
-    Eigen::MatrixXd changes(set_.axis_count(), 3);
-    for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
-      changes.row(k) = root(k) * set_.scale(i, k) * coefficients_.col(k).segment<3>(1).transpose();
-    }
-    return changes;
-  }
-
   const ReadingSet& set_;
   const Layings& layings_;
   const std::vector<InputQuantity>& inputs_;
   bool known_field_;
   bool seats_;
   TableField field_;
-  JointFit joint_;
   Eigen::VectorXd variances_;  // sigma_k^2, and tau^2
   Eigen::VectorXd smallest_;
   Eigen::MatrixXd coefficients_;  // p x m

@@ -33,33 +33,33 @@ std::vector<InputQuantity> input_quantities(const Experiment& experiment,
   }
   const auto& covariance = experiment.positioner.description().normal_covariance;
   if (covariance && !covariance->isZero(0.0)) {
-    inputs.push_back(
-        {.name = "positioner",
-         .u = not_a_number,
-         .parts = covariance->cols(),
-         .change = [&set, &positioner = experiment.positioner,
-                    &mount = experiment.rotation_sensor_from_positioner,
-                    root = covariance_root(*covariance)](Eigen::Index i, const TableField& f) {
-           const DesignPoint& point = *set.readings[static_cast<std::size_t>(i)].point;
-           return Eigen::Matrix3Xd(
-               mount *
-               change_with_normals(positioner.rotation_table_from_positioner(point), point,
-                                   set.field_in_table(i, f)) *
-               root);
-         }});
+    inputs.push_back({.name = "positioner",
+                      .u = not_a_number,
+                      .parts = covariance->cols(),
+                      .change = [&set, &positioner = experiment.positioner,
+                                 &mount = experiment.rotation_sensor_from_positioner,
+                                 root = covariance_root(*covariance)](
+                                    Eigen::Index i, Eigen::Index k, const TableField& f) {
+                        const DesignPoint& point = *set.readings[static_cast<std::size_t>(i)].point;
+                        return Eigen::Matrix3Xd(
+                            mount *
+                            change_with_normals(positioner.rotation_table_from_positioner(point),
+                                                point, set.seen_in_table(k, i, f)) *
+                            root);
+                      }});
   }
   const auto add_turns = [&](const char* name, double u, const Eigen::Matrix<double, 3, 2>& axes) {
-    inputs.push_back({.name = name,
-                      .u = u,
-                      .unit = "rad",
-                      .parts = axes.cols(),
-                      .change = [&set, u, axes](Eigen::Index i, const TableField& f) {
-                        const Eigen::Vector3d met = set.field_in_table(i, f);
-                        // w cross f = -(f cross w).
-                        return Eigen::Matrix3Xd(
-                            set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
-                            (-u * cross_matrix(met) * axes));
-                      }});
+    inputs.push_back(
+        {.name = name,
+         .u = u,
+         .unit = "rad",
+         .parts = axes.cols(),
+         .change = [&set, u, axes](Eigen::Index i, Eigen::Index k, const TableField& f) {
+           const Eigen::Vector3d met = set.seen_in_table(k, i, f);
+           // w cross f = -(f cross w).
+           return Eigen::Matrix3Xd(set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+                                   (-u * cross_matrix(met) * axes));
+         }});
   };
   if (known_field && experiment.stated.slope_u > 0.0) {
     // A slope turns the field about the table's x and y.
@@ -76,22 +76,32 @@ InputQuantity mount_quantity(double u_rad, const ReadingSet& set) {
           .u = u_rad,
           .unit = "rad",
           .parts = 3,
-          .change = [&set, u_rad](Eigen::Index i, const TableField& f) {
+          .change = [&set, u_rad](Eigen::Index i, Eigen::Index k, const TableField& f) {
             const Eigen::Vector3d met =
                 set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
-                set.field_in_table(i, f);
+                set.seen_in_table(k, i, f);
             return Eigen::Matrix3Xd(-u_rad * cross_matrix(met));
           }};
 }
 
-Eigen::MatrixXd change_of_readings(const InputQuantity& input,
-                                   const SensitivityMatrix& sensitivity,
-                                   Eigen::Index readings,
+Eigen::MatrixXd change_of_readings(const std::vector<InputQuantity>& inputs,
+                                   const LinearisedRun& run,
                                    const TableField& field) {
-  Eigen::MatrixXd changes(readings * sensitivity.rows(), input.parts);
-  for (Eigen::Index i = 0; i < readings; ++i) {
-    changes(Eigen::seqN(i, sensitivity.rows(), readings), Eigen::all) =
-        sensitivity * input.change(i, field);
+  Eigen::Index count = 0;
+  for (const InputQuantity& input : inputs) {
+    count += input.parts;
+  }
+  Eigen::MatrixXd changes(run.columns().rows(), count);
+  for (Eigen::Index i = 0; i < run.readings(); ++i) {
+    for (Eigen::Index k = 0; k < run.axes(); ++k) {
+      const Eigen::RowVector3d by_field = run.change_with_field(i, k);
+      Eigen::Index first = 0;
+      for (const InputQuantity& input : inputs) {
+        changes.block(run.row_of(i, k), first, 1, input.parts) =
+            by_field * input.change(i, k, field);
+        first += input.parts;
+      }
+    }
   }
   return changes;
 }

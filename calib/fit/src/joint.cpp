@@ -59,8 +59,8 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Joi
         "robust regression needs at least two readings more than coefficients; add readings or "
         "fit without robust weights");
   }
-  const Eigen::MatrixXd leverage = leverage_of(
-      describe_joint(set, given, plain, Eigen::MatrixXd::Ones(set.size(), set.axis_count())));
+  const Eigen::MatrixXd leverage =
+      leverage_of(describe_joint(set, plain, Eigen::MatrixXd::Ones(set.size(), set.axis_count())));
   JointState state = plain.state;
   Eigen::VectorXd sigma = plain.sigma;
   const Eigen::MatrixXd robust = reweight_until_still(
@@ -83,7 +83,7 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Joi
     axis.estimate = state.axes[static_cast<std::size_t>(k)].estimate;
     axis.residuals = axis.root_weights.cwiseProduct(set.response.col(k) - axis.X * axis.estimate);
   }
-  return describe_joint(set, given, solution, robust);
+  return describe_joint(set, solution, robust);
 }
 
 // (S, f) and (-S, -f) fit alike: a given direction decides, else the sign expected of S.
@@ -146,10 +146,10 @@ Estimate estimate_joint(const ReadingSet& set) {
         "the field and all sensitivities may as well have the opposite sign, as nothing says where "
         "the field points";
   }
-  require_direction(set, fit, solution);
+  require_direction(set, solution);
   require_degrees_of_freedom(set, solution);
   Estimate estimate = set.robust ? robust_estimate(set, fit, solution)
-                                 : describe_joint(set, fit, solution, Eigen::MatrixXd());
+                                 : describe_joint(set, solution, Eigen::MatrixXd());
   estimate.ambiguity = std::move(best.ambiguity);
   if (!set.field.is_sum() && !set.leaves_out()) {
     estimate.levelness = levelness_of(set, find_opposite_pairs(set).pairs, estimate,

@@ -5,6 +5,7 @@
 #include <Eigen/SVD>
 
 #include "axis_regression.hpp"
+#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "joint_solution.hpp"
@@ -53,7 +54,6 @@ void describe_direction(const ReadingSet& set, const JointSolution& solution, Es
 }  // namespace
 
 Estimate describe_joint(const ReadingSet& set,
-                        const JointFit& fit,
                         const JointSolution& solution,
                         const Eigen::MatrixXd& robust_weights) {
   const Eigen::Index m = set.axis_count();
@@ -65,7 +65,8 @@ Estimate describe_joint(const ReadingSet& set,
   FitStatistics& statistics = estimate.statistics;
   statistics.degrees_of_freedom = solution.shares.degrees_of_freedom;
   statistics.residual_sd = Eigen::VectorXd::Constant(m, not_a_number);
-  statistics.condition_number = condition_of(fit.jacobian(state, solution.sigma));
+  statistics.condition_number =
+      condition_of(LinearisedRun(set, state, solution.sigma, false).columns());
   estimate.field = state.field;
   const Eigen::Index p = set.coefficient_count();
   for (Eigen::Index k = 0; k < m; ++k) {

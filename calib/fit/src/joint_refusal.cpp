@@ -5,6 +5,7 @@
 
 #include "axiscal/calib/design_advice.hpp"
 #include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/response_system.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
@@ -47,8 +48,9 @@ Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
 
 }  // namespace
 
-void require_direction(const ReadingSet& set, const JointFit& fit, const JointSolution& solution) {
-  const Eigen::MatrixXd J = fit.jacobian(solution.state, solution.sigma);
+void require_direction(const ReadingSet& set, const JointSolution& solution) {
+  const LinearisedRun run(set, solution.state, solution.sigma, false);
+  const Eigen::MatrixXd& J = run.columns();
   const Eigen::Index parameters = J.cols();
   std::vector<Eigen::Index> open;
   if (J.rows() >= parameters) {
@@ -59,7 +61,7 @@ void require_direction(const ReadingSet& set, const JointFit& fit, const JointSo
   } else {
     open = undetermined_columns(J);
   }
-  std::vector<std::string> names = names_of_open(open, fit.names_of_columns(solution.state));
+  std::vector<std::string> names = names_of_open(open, run.names());
   const std::string points = points_to_add(
       J,
       [&](const DesignPoint& point, double level) {

@@ -44,12 +44,13 @@ JointSolution solve_joint(const ReadingSet& set, const JointFit& fit, const Tabl
   }
   constexpr int most_rounds = 30;  // it takes three or four
   for (int round = 0; round < most_rounds; ++round) {
-    const Reweighting next = fit.reweighted(solution.state, solution.sigma, smallest);
-    if (!(next.degrees_of_freedom.minCoeff() >= fewest_degrees_of_freedom)) {
+    const std::optional<Reweighting> next =
+        fit.reweighted(solution.state, solution.sigma, smallest);
+    if (!next || !(next->degrees_of_freedom.minCoeff() >= fewest_degrees_of_freedom)) {
       return equal;
     }
-    const double change = (next.sigma.array() / solution.sigma.array()).log().abs().maxCoeff();
-    solution.sigma = next.sigma;
+    const double change = (next->sigma.array() / solution.sigma.array()).log().abs().maxCoeff();
+    solution.sigma = next->sigma;
     // The directions go all their way before the noise is asked again: one step only, of readings
     // that hardly determine them, could go round in circles.
     solution.state = fit.converged(std::move(solution.state), solution.sigma);

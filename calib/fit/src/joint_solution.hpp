@@ -30,7 +30,7 @@ struct BestSolution {
 
 /// Refuses readings that do not determine coefficients and directions together.
 /// @throws RankDeficientError  naming what is open, and points that would close it.
-void require_direction(const ReadingSet& set, const JointFit& fit, const JointSolution& solution);
+void require_direction(const ReadingSet& set, const JointSolution& solution);
 
 /// Without a degree of freedom to spare for each axis there is neither an uncertainty nor a check,
 /// and the direction may be anything that noise makes of it.
@@ -40,7 +40,6 @@ void require_degrees_of_freedom(const ReadingSet& set, const JointSolution& solu
 /// Leverages, standard errors and covariance at the solution, by the given weights.
 /// @param robust_weights  n x m; empty unless robust.
 [[nodiscard]] Estimate describe_joint(const ReadingSet& set,
-                                      const JointFit& fit,
                                       const JointSolution& solution,
                                       const Eigen::MatrixXd& robust_weights);
 

@@ -130,7 +130,7 @@ void test_lack_of_fit_of_inputs(const Experiment& experiment,
       Eigen::Index first = 0;
       for (const InputQuantity& input : inputs) {
         errors.block(i, first, 1, input.parts) =
-            set.scale(i, k) * S * input.change(i, estimate.field);
+            set.scale(i, k) * S * input.change(i, k, estimate.field);
         first += input.parts;
       }
     }

@@ -6,62 +6,94 @@
 #include <limits>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/scaled_cholesky.hpp"
 
 namespace axiscal {
 namespace {
 
-// (J^T J)^-1 by columns of length 1; empty where they depend on each other.
+// (J^T J)^-1; empty where the columns depend on each other.
 Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& J) {
-  const Eigen::VectorXd length = J.colwise().norm();
-  if (!(length.minCoeff() > 0.0)) {
-    return {};
+  const ScaledCholesky cholesky(J.transpose() * J);
+  constexpr double dependent = 1e-12;
+  return cholesky.is_determined(dependent) ? cholesky.inverse() : Eigen::MatrixXd();
+}
+
+Eigen::VectorXd scatter_of(const ReadingSet& set, const Estimate& estimate) {
+  Eigen::VectorXd sigma = estimate.statistics.residual_sd;
+  for (Eigen::Index k = 0; k < sigma.size(); ++k) {
+    sigma(k) = std::max({sigma(k), set.rounding(k), std::numeric_limits<double>::min()});
   }
-  const Eigen::VectorXd scale = length.cwiseInverse();
-  const Eigen::MatrixXd N = scale.asDiagonal() * (J.transpose() * J) * scale.asDiagonal();
-  const Eigen::LLT<Eigen::MatrixXd> cholesky(N);
-  constexpr double dependent = 1e-12;  // of the squares of what is left of a column
-  if (cholesky.info() != Eigen::Success ||
-      cholesky.matrixLLT().diagonal().cwiseAbs2().minCoeff() < dependent) {
-    return {};
-  }
-  return scale.asDiagonal() * cholesky.solve(Eigen::MatrixXd::Identity(N.rows(), N.cols())) *
-         scale.asDiagonal();
+  return sigma;
 }
 
 }  // namespace
 
-LinearisedRun::LinearisedRun(const ReadingSet& set, const Estimate& estimate, bool known_field)
-    : set_(set), sigma_(estimate.statistics.residual_sd) {
+LinearisedRun::LinearisedRun(const ReadingSet& set,
+                             const JointState& state,
+                             Eigen::VectorXd sigma,
+                             bool known_field)
+    : set_(set), sigma_(std::move(sigma)), sensitivity_(set.axis_count(), 3) {
   const Eigen::Index n = set.size();
   const Eigen::Index m = set.axis_count();
   const Eigen::Index p = set.column_count();
-  const JointState state = JointFit(set, set.weights).at(estimate.field);
-  const Eigen::Index D = known_field || !estimate.field.has_vectors() ? 0 : state.direction_count();
+  const Eigen::Index D = known_field || !state.field.has_vectors() ? 0 : state.direction_count();
   J_ = Eigen::MatrixXd::Zero(n * m, p * m + D);
   r_.resize(n * m);
+  x_ = Eigen::VectorXd::Zero(p * m + D);
   along_.resize(n, m);
+  for (std::size_t s = 0; D > 0 && s < state.field.size(); ++s) {
+    directions_.push_back(state.tangents[s].cols());
+  }
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
-    sigma_(k) = std::max({sigma_(k), set.rounding(k), std::numeric_limits<double>::min()});
-    const auto rows = Eigen::seqN(k, n, m);
+    const auto rows = rows_of_axis(k);
     const Eigen::VectorXd root = axis.root_weights / sigma_(k);
     J_(rows, Eigen::seqN(p * k, p)) = root.asDiagonal() * axis.X;
     J_(rows, Eigen::seqN(p * m, D)) = axis.tangents.leftCols(D) / sigma_(k);
     r_(rows) = axis.residuals / sigma_(k);
-    along_.col(k) = root.cwiseProduct(axis.X.middleCols<3>(1) *
-                                      estimate.response.sensitivity.row(k).transpose());
+    x_.segment(p * k, p) = axis.estimate;
+    sensitivity_.row(k) = axis.estimate.segment<3>(1).transpose();
+    along_.col(k) = root.cwiseProduct(axis.X.middleCols<3>(1) * sensitivity_.row(k).transpose());
     rows_ += static_cast<double>((root.array() > 0.0).count());
     designs_.push_back(axis.X);
   }
   C_ = inverse_information(J_);
   if (C_.size() > 0) {
-    r_ -= J_ * (C_ * (J_.transpose() * r_));  // by the axes' own scatter, at one step
+    const Eigen::VectorXd step = taken_up(r_);  // by the axes' own scatter
+    r_ -= J_ * step;
+    x_ += step;
   }
+}
+
+LinearisedRun::LinearisedRun(const ReadingSet& set,
+                             const TableField& field,
+                             Eigen::VectorXd sigma,
+                             bool known_field)
+    : LinearisedRun(set, JointFit(set, set.weights).at(field), std::move(sigma), known_field) {}
+
+LinearisedRun::LinearisedRun(const ReadingSet& set, const Estimate& estimate, bool known_field)
+    : LinearisedRun(set, estimate.field, scatter_of(set, estimate), known_field) {}
+
+std::vector<std::string> LinearisedRun::names() const {
+  std::vector<std::string> names;
+  for (Eigen::Index k = 0; k < axes(); ++k) {
+    const std::vector<std::string> own = set_.names_of_axis(k);
+    names.insert(names.end(), own.begin(), own.end());
+  }
+  for (std::size_t s = 0; s < directions_.size(); ++s) {
+    const std::string what =
+        set_.field.has_free_length(s) ? "direction and size of " : "direction of ";
+    names.insert(names.end(), static_cast<std::size_t>(directions_[s]),
+                 what + set_.field.name_of(s));
+  }
+  return names;
+}
+
+Eigen::RowVector3d LinearisedRun::change_with_field(Eigen::Index reading, Eigen::Index axis) const {
+  return std::sqrt(set_.weights(reading, axis)) / sigma_(axis) * set_.scale(reading, axis) *
+         sensitivity_.row(axis);
 }
 
 Eigen::Matrix<double, Eigen::Dynamic, 3> LinearisedRun::field_met(Eigen::Index axis) const {
@@ -69,15 +101,12 @@ Eigen::Matrix<double, Eigen::Dynamic, 3> LinearisedRun::field_met(Eigen::Index a
 }
 
 Eigen::MatrixXd LinearisedRun::own_columns(Eigen::Index axis) const {
-  const Eigen::Index p = set_.column_count();
-  const Eigen::Index shared = J_.cols() - p * axes();
-  const auto rows = Eigen::seqN(axis, readings(), axes());
   const Eigen::VectorXd scale =
       sigma_(axis) * set_.weights.col(axis).cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
   const Eigen::Index c = set_.coefficient_count();
-  Eigen::MatrixXd own(readings(), c + shared);
+  Eigen::MatrixXd own(readings(), c + shared());
   own << designs_[static_cast<std::size_t>(axis)].leftCols(c),
-      scale.asDiagonal() * J_(rows, Eigen::lastN(shared));
+      scale.asDiagonal() * J_(rows_of_axis(axis), Eigen::lastN(shared()));
   return own;
 }
 

@@ -41,10 +41,9 @@ Eigen::MatrixXd mount_columns(const LinearisedRun& run,
         set.rotation_sensor_from_table[at] * set.field_in_table(i, estimate.field);
     for (Eigen::Index k = 0; k < m; ++k) {
       // S d x f = -S [f]x d
-      const Eigen::RowVector3d change = -std::sqrt(set.weights(i, k)) / run.sigma(k) *
-                                        estimate.response.sensitivity.row(k) * cross_matrix(field);
+      const Eigen::RowVector3d change = -run.change_with_field(i, k) * cross_matrix(field);
       for (Eigen::Index c = 0; c < C.cols(); ++c) {
-        columns.block<1, 3>(m * i + k, 3 * c) = C(place, c) * change;
+        columns.block<1, 3>(run.row_of(i, k), 3 * c) = C(place, c) * change;
       }
     }
   }

@@ -5,11 +5,13 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <optional>
 
 #include <Eigen/Geometry>
 
-#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -107,74 +109,46 @@ class BudgetMaker {
       return;
     }
     const Eigen::Vector3d longer = part.magnitude_u / part.magnitude * field_.vector(which);
-    const Eigen::VectorXd change = taken_up([&](Eigen::Index k, Eigen::Index i) -> Eigen::Vector3d {
-      return set_.sees(k, i, which) ? Eigen::Vector3d(set_.field_change(i, field_, which) * longer)
-                                    : Eigen::Vector3d::Zero();
-    });
+    Eigen::VectorXd changes = Eigen::VectorXd::Zero(set_.size() * set_.axis_count());
+    for (Eigen::Index i = 0; i < set_.size(); ++i) {
+      const Eigen::Vector3d more = set_.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+                                   (set_.field_change(i, field_, which) * longer);
+      for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+        if (set_.sees(k, i, which)) {
+          changes(run().row_of(i, k)) = run().change_with_field(i, k) * more;
+        }
+      }
+    }
+    const Eigen::VectorXd change = taken_up(changes);
     add("magnitude of " + part.kind, "normal", part.magnitude_u, calibration_.sensor.field.unit,
         change * change.transpose());
   }
 
-  // What the coefficients take up of a field that differs from what it was taken to be. Where the
-  // directions are fitted, they take up their part of it first.
-  // @param change_of_field  that an axis sees at a reading, frame table.
-  template <typename Change>
-  [[nodiscard]] Eigen::VectorXd taken_up(const Change& change_of_field) const {
-    const JointFit fit(set_, set_.weights);
-    const JointState state = fit.at(field_);
-    const Eigen::Index p = set_.coefficient_count();
-    const Eigen::Index m = set_.axis_count();
-    const bool open = !method_kind(calibration_.fit.method).directions_known &&
-                      (statistics_.residual_sd.array() > 0.0).all();
-    Eigen::VectorXd all(parameters());
-    Eigen::VectorXd turn = Eigen::VectorXd::Zero(state.direction_count());
-    for (Eigen::Index k = 0; k < m; ++k) {
-      const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
-      Eigen::VectorXd change(set_.size());
-      for (Eigen::Index i = 0; i < set_.size(); ++i) {
-        change(i) =
-            set_.scale(i, k) * calibration_.sensor.response.sensitivity.row(k).dot(
-                                   (set_.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
-                                    change_of_field(k, i))
-                                       .transpose());
-      }
-      const Eigen::VectorXd own = axis.design->estimate(change);
-      all.segment(p * k, p) = own.head(p);
-      if (open) {
-        turn += axis.projected.transpose() * axis.root_weights.cwiseProduct(change - axis.X * own) /
-                std::pow(statistics_.residual_sd(k), 2);
-      }
+  // The readings about the fit. Where nothing scatters no direction takes anything up.
+  [[nodiscard]] const LinearisedRun& run() {
+    if (!run_) {
+      const bool known = method_kind(calibration_.fit.method).directions_known ||
+                         !(statistics_.residual_sd.array() > 0.0).all();
+      run_.emplace(set_, field_,
+                   known ? Eigen::VectorXd(Eigen::VectorXd::Ones(set_.axis_count()))
+                         : statistics_.residual_sd,
+                   known);
     }
-    if (open) {
-      turn = fit.shares(state, statistics_.residual_sd).covariance * turn;
-      for (Eigen::Index k = 0; k < m; ++k) {
-        all.segment(p * k, p) -= state.axes[static_cast<std::size_t>(k)].take_up.topRows(p) * turn;
-      }
-    }
-    return all;
+    return *run_;
+  }
+
+  // What the coefficients take up of changes of the readings. Where the directions are fitted, they
+  // take up their part of them first.
+  [[nodiscard]] Eigen::MatrixXd taken_up(const Eigen::MatrixXd& changes) {
+    return run().taken_up(changes)(set_.places_of_coefficients(), Eigen::all);
   }
 
   void add_given_directions() {
-    const StatedUncertainties& stated = experiment_.stated;
-    const auto add_turns = [&](const char* name, double u, const Eigen::MatrixXd& axes) {
-      Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(parameters(), parameters());
-      for (Eigen::Index j = 0; j < axes.cols(); ++j) {
-        const Eigen::Vector3d axis = axes.col(j);
-        const Eigen::VectorXd change =
-            u * taken_up([&](Eigen::Index k, Eigen::Index i) -> Eigen::Vector3d {
-              return axis.cross(set_.seen_in_table(k, i, field_));
-            });
-        covariance += change * change.transpose();
+    for (const InputQuantity& input : input_quantities(experiment_, set_, true, field_)) {
+      if (input.name != "positioner") {
+        const Eigen::MatrixXd changes = taken_up(change_of_readings({input}, run(), field_));
+        add(input.name, input.distribution, input.u, input.unit, changes * changes.transpose());
       }
-      add(name, "normal", u, "rad", std::move(covariance));
-    };
-    if (stated.slope_u > 0.0) {
-      // A slope turns the field about the table's x and y.
-      add_turns("levelness", stated.slope_u, Eigen::MatrixXd::Identity(3, 2));
-    }
-    if (stated.direction_u_rad > 0.0) {
-      const Eigen::Matrix<double, 3, 2> across = tangents_of(field_.vector(0));
-      add_turns("field direction", stated.direction_u_rad, across);
     }
   }
 
@@ -239,6 +213,7 @@ class BudgetMaker {
   const Calibration& calibration_;
   const TableField& field_;
   const FitStatistics& statistics_;
+  std::optional<LinearisedRun> run_;
   UncertaintyBudget budget_;
 };
 

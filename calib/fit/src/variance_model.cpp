@@ -2,7 +2,10 @@
 #include "axiscal/calib/variance_model.hpp"
 
 #include <array>
+#include <optional>
 
+#include "axiscal/calib/generalized_fit.hpp"
+#include "axiscal/calib/mount_turns.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/rounding_scatter.hpp"
 #include "scatter_components.hpp"
@@ -10,6 +13,16 @@
 
 namespace axiscal {
 namespace {
+
+void count_inputs_and_seats(ScatterSearch& search, Estimate& estimate) {
+  search.weighed =
+      weigh_shared_errors(search.experiment, search.fitted, search.method.method, estimate);
+}
+
+void count_mounts(ScatterSearch& search, Estimate& estimate) {
+  search.mounts_known = search.mounts.size() > 1 &&
+                        add_mount_scatter(search.mounts, search.mounts_expected, estimate);
+}
 
 bool is_transfer(const ScatterSearch& search) {
   return search.fitted.seen.cols() > 0;  // which knows nothing across its fields
@@ -22,11 +35,13 @@ void count_soaks(ScatterSearch& search, Estimate& estimate) {
 }
 
 void count_rounding(ScatterSearch& search, Estimate& estimate) {
-  add_rounding_scatter(search.fitted, search.method.directions_known, search.stated_step, estimate);
+  add_rounding_scatter(search.fitted, search.method.directions_known,
+                       search.experiment.stated.resolution, estimate);
 }
 
 void count_blocks(ScatterSearch& search, Estimate& estimate) {
-  add_block_scatter(search.judged, search.process, estimate);
+  const std::optional<ProcessScatter>& earlier = search.experiment.process;
+  add_block_scatter(search.judged, earlier ? &*earlier : nullptr, estimate);
 }
 
 void count_block_sensitivities(ScatterSearch& search, Estimate& estimate) {
@@ -58,8 +73,10 @@ void count_correlation(ScatterSearch& search, Estimate& estimate) {
   add_serial_correlation(search.judged, estimate);
 }
 
-// Each has a small file of its own: the columns or weights that show it, its test, its words, its
-// degrees of freedom.
+// Each cause has a small file of its own: the columns or weights that show it, its test, its words,
+// its degrees of freedom. These change the fit itself;
+constexpr std::array fitted_causes = {count_inputs_and_seats, count_mounts};
+// these are looked for in what it leaves.
 constexpr std::array causes = {
     count_soaks,       count_rounding,     count_blocks,     count_block_sensitivities,
     count_field_noise, count_field_wander, count_correlation};
@@ -67,6 +84,9 @@ constexpr std::array causes = {
 }  // namespace
 
 void count_scatter(ScatterSearch& search, Estimate& estimate) {
+  for (const auto count : fitted_causes) {
+    count(search, estimate);
+  }
   fill_intervals(estimate.statistics);
   if (!estimate.statistics.covariance.allFinite()) {
     return;

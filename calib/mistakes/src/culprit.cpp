@@ -123,9 +123,9 @@ double effect_of(const SuspectRun& run, const Explanation& explanation) {
   return effect;
 }
 
-// Whether a single reading that stands out may well be of noise with heavy tails, by what the
-// others show of it.
-bool is_of_heavy_tails(const SuspectRun& run, const Correction& correction) {
+// How likely noise as the other readings show it, with its tails, makes one reading of all stand
+// out so far; 0 where a correction is about something else.
+double p_by_tails(const SuspectRun& run, const Correction& correction) {
   const bool is_single =
       correction.runs.size() == 1 &&
       (correction.code == WarningCode::outlier || correction.code == WarningCode::tilted_seat);
@@ -133,27 +133,33 @@ bool is_of_heavy_tails(const SuspectRun& run, const Correction& correction) {
     return is_single && run.run_of(i) == correction.runs.front();
   });
   if (found == run.order().end()) {
-    return false;
+    return 0.0;
   }
   const DeletionFit others(run.set(), run.plain().field, run.fitter().known_field());
-  const double p = others.p_value_by_tails({*found}, Eigen::MatrixXd::Ones(1, 1)).value_or(0.0);
-  // A tilt shows in fewer of a reading's numbers.
-  const double level = correction.code == WarningCode::tilted_seat ? 0.005 : 0.003;
-  return static_cast<double>(run.n()) * p > level;
+  return static_cast<double>(run.n()) *
+         others.p_value_by_tails({*found}, Eigen::MatrixXd::Ones(1, 1)).value_or(0.0);
 }
 
-std::optional<Culprit> culprit_of(const SuspectRun& run, std::vector<Explanation> explanations) {
+MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explanations) {
   // Whatever made the run look bad, a fit that is not clearly better explains nothing, be it as
   // likely as one that does: it may ask for no parameter that the data would have to pay for.
   std::erase_if(explanations, [&](const Explanation& explanation) {
     return !is_clearly_better(run, explanation.fit);
   });
   if (explanations.empty()) {
-    return std::nullopt;
+    return {};
   }
   const Explanation& best = explanations.front();
-  if (is_of_heavy_tails(run, best.correction)) {
-    return std::nullopt;
+  constexpr double may_be_wrong = 0.005;
+  constexpr double is_wrong = 0.001;
+  const double by_tails = p_by_tails(run, best.correction);
+  if (by_tails > is_wrong) {
+    return {.culprit = {},
+            .remark = by_tails < may_be_wrong
+                          ? formatted("{} stands out: either it is wrong, or the noise has heavy "
+                                      "tails; take it again to know",
+                                      name_of_runs(best.correction.runs))
+                          : std::string()};
   }
   Culprit result;
   std::set<std::vector<int>> seen_outliers;
@@ -185,7 +191,7 @@ std::optional<Culprit> culprit_of(const SuspectRun& run, std::vector<Explanation
   result.correction = best.correction;
   result.correction.message = result.warnings.front().message;
   result.effect = effect_of(run, best);
-  return result;
+  return {.culprit = std::move(result), .remark = {}};
 }
 
 }  // namespace
@@ -197,18 +203,18 @@ bool can_be_searched(const ReadingSet& set, const Estimate& estimate) {
          set.seen.cols() == 0 && set.also_in_table.empty() && set.size() >= 6;
 }
 
-std::optional<Culprit> find_culprit(const ReadingSet& set,
-                                    const Estimate& estimate,
-                                    bool known_field,
-                                    const ReadingSet* without_shared_errors) {
+MistakeSearch find_culprit(const ReadingSet& set,
+                           const Estimate& estimate,
+                           bool known_field,
+                           const ReadingSet* without_shared_errors) {
   if (without_shared_errors != nullptr) {
     SuspectRun run(*without_shared_errors, estimate, known_field && !estimate.levelness);
     if (!run.plain().fitted || !looks_bad(run)) {
-      return std::nullopt;
+      return {};
     }
     run.delete_each();
     if (!is_bad(run)) {
-      return std::nullopt;
+      return {};
     }
   }
   // A direction that was stated wrongly is no mistake of a reading: where opposite readings show it
@@ -216,11 +222,11 @@ std::optional<Culprit> find_culprit(const ReadingSet& set,
   SuspectRun run(set, estimate, known_field && !estimate.levelness);
   const HypothesisFit& plain = run.plain();
   if (!plain.fitted || plain.dof() < 2.0 * static_cast<double>(run.m()) || !looks_bad(run)) {
-    return std::nullopt;
+    return {};
   }
   run.delete_each();
   if (!is_bad(run)) {
-    return std::nullopt;
+    return {};
   }
   return culprit_of(run, explain(run));
 }

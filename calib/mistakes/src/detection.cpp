@@ -245,10 +245,10 @@ bool is_bad(SuspectRun& run) {
   const double equality = run.stated_ratio() ? 1.0 : equality_p_value(run.plain());
   const auto readings = static_cast<double>(run.n());
   double smallest = 1.0;
-  const Consider consider = [&](const HypothesisFit& with, double tests, bool of_few) {
+  const Consider consider = [&](const HypothesisFit& with, const Considered& how) {
     if (with.fitted) {
-      smallest =
-          std::min(smallest, tests * allowance(run, with, equality, of_few) * nested_p(run, with));
+      smallest = std::min(smallest, how.tests * allowance(run, with, equality, how.of_few) *
+                                        std::max(nested_p(run, with), how.at_least));
     }
   };
   run.delete_pairs();
@@ -258,8 +258,8 @@ bool is_bad(SuspectRun& run) {
   if (many) {  // what the others say of each judges it at any noise of the axes
     smallest = pairs * pair_p(run);
   } else {
-    consider(run.without(run.by_deletion().front()), readings, true);
-    consider(run.best_pair(), pairs, true);
+    consider(run.without(run.by_deletion().front()), {.tests = readings, .of_few = true});
+    consider(run.best_pair(), {.tests = pairs, .of_few = true});
   }
   for (const MistakeKind& kind : mistake_kinds()) {
     if (kind.detect != nullptr) {

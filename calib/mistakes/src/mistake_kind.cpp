@@ -26,6 +26,32 @@ double likelihood(const HypothesisFit& fit,
   return value - std::log(alternatives);
 }
 
+// What a fit leaves of readings across the field that each met.
+struct Leftover {
+  double squares = 0.0;
+  double degrees_of_freedom = 0.0;
+};
+
+Leftover across_field(const SuspectRun& run, const HypothesisFit& fit) {
+  const ReadingSet& set = run.set();
+  Leftover left{.squares = fit.total(), .degrees_of_freedom = fit.dof()};
+  for (std::size_t i = 0; i < run.count(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::VectorXd response = fit.coefficients.middleRows<3>(1).transpose() *
+                                     set.met_of_field(i) * fit.field.vector(set.tilt_of(i));
+    const Eigen::VectorXd along = set.weights.row(row)
+                                      .transpose()
+                                      .cwiseSqrt()
+                                      .cwiseProduct(response)
+                                      .cwiseQuotient(run.fitter().scale())
+                                      .normalized();
+    left.squares -= std::pow(fit.residuals.row(row) * along, 2);
+    const Eigen::MatrixXd basis = fit.basis(Eigen::seqN(row, run.m(), run.n()), Eigen::all);
+    left.degrees_of_freedom -= along.squaredNorm() - (along.transpose() * basis).squaredNorm();
+  }
+  return left;
+}
+
 }  // namespace
 
 std::span<const MistakeKind> mistake_kinds() {
@@ -67,6 +93,17 @@ double nested_f_p(double total, double dof, double drop, double q) {
     return 1.0;
   }
   return left > 0.0 ? f_upper_p((drop / q) / (left / (dof - q)), q, dof - q) : 0.0;
+}
+
+double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with) {
+  constexpr Eigen::Index fewest_axes = 3;  // fewer do not tell what is along the field
+  if (!with.fitted || run.m() < fewest_axes) {
+    return 0.0;
+  }
+  const Leftover before = across_field(run, run.plain());
+  const Leftover after = across_field(run, with);
+  return nested_f_p(before.squares, before.degrees_of_freedom, before.squares - after.squares,
+                    run.plain().dof() - with.dof());
 }
 
 Correction about(const SuspectRun& run,

@@ -53,9 +53,13 @@ struct MistakeAdvice {
   std::string_view many;  // where several; empty: the same
 };
 
-/// Takes a hypothesis that a run may be better described by: its fit, how many like it are tried,
-/// and whether it is about a few readings.
-using Consider = std::function<void(const HypothesisFit& with, double tests, bool of_few)>;
+/// A hypothesis that a run may be better described by.
+struct Considered {
+  double tests = 1.0;     ///< how many like it are tried
+  bool of_few = false;    ///< whether it is about a few readings
+  double at_least = 0.0;  ///< what else says that it fits as well by chance
+};
+using Consider = std::function<void(const HypothesisFit& with, const Considered& how)>;
 
 /// A kind of mistake: how it is detected, how it explains a reading or the run, and what to do
 /// about it. What none of its kind can be detected by but readings that are left out, as a wrong
@@ -90,6 +94,10 @@ struct MistakeKind {
 ///
 /// A hypothesis that frees no parameter, such as another pose, is not nested: no F test judges it.
 [[nodiscard]] double nested_f_p(double total, double dof, double drop, double q);
+
+/// The same by what readings say across the field they met alone: where the cube lies anew each
+/// time they scatter there and not along it, and that is what a turn has to be held against.
+[[nodiscard]] double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with);
 
 /// @return a correction of that code about these readings.
 [[nodiscard]] Correction about(const SuspectRun& run,

@@ -17,7 +17,7 @@
 #include "axiscal/calib/design_advice.hpp"
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/input_quantities.hpp"
-#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
@@ -33,7 +33,7 @@
 namespace axiscal {
 namespace {
 
-// One replicate, by axis: row n k + i of a change is that of reading i of axis k.
+// One replicate, its readings as the rows of a LinearisedRun.
 struct LinearMap {
   Eigen::MatrixXd coefficients_from_readings;  // 4m x n m
   Eigen::MatrixXd columns;                     // n m x c: of a fit to all readings, b and S first
@@ -77,20 +77,14 @@ ReadingSet reading_set(const ForecastSetup& setup) {
   return set;
 }
 
-// The pseudo-inverse of X for each of m axes.
-Eigen::MatrixXd for_each_axis(const Eigen::MatrixXd& one, Eigen::Index m) {
-  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(4 * m, one.cols() * m);
-  for (Eigen::Index k = 0; k < m; ++k) {
-    all.block(4 * k, one.cols() * k, 4, one.cols()) = one;
-  }
-  return all;
-}
-
-LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
+LinearMap linear_map(const ForecastSetup& setup,
+                     const LinearisedRun& run,
+                     const TableField& field) {
+  const ReadingSet& set = run.set();
   const Eigen::Index m = set.axis_count();
   const Eigen::Vector3d in_table = field_in_table(setup);
-  const TableField field = set.field.with_all(in_table);
   const RowsForPoint row_for = rows_of_points(set, field);
+  const std::vector<Eigen::Index> open = undetermined_columns(run.columns());
   LinearMap map;
   if (method_kind(setup.method).averages_pairs) {
     const PairedDesign paired = paired_design(set, in_table);
@@ -102,45 +96,33 @@ LinearMap linear_map(const ForecastSetup& setup, const ReadingSet& set) {
     }
     require_determined(set, paired.design, row_for, true);
     const Eigen::VectorXd root = paired.weights.cwiseSqrt();
-    const Eigen::MatrixXd weighted = root.asDiagonal() * paired.design;
-    const Eigen::MatrixXd averages = root.asDiagonal() * paired.averaging;
-    map.coefficients_from_readings = for_each_axis(pseudo_inverse(weighted) * averages, m);
+    const Eigen::MatrixXd from_readings =
+        pseudo_inverse(root.asDiagonal() * paired.design) * root.asDiagonal() * paired.averaging;
+    map.coefficients_from_readings = Eigen::MatrixXd::Zero(4 * m, set.size() * m);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      map.coefficients_from_readings(Eigen::seqN(4 * k, 4), run.rows_of_axis(k)) = from_readings;
+    }
     map.degrees_of_freedom =
         Eigen::VectorXd::Constant(m, static_cast<double>(paired.design.rows()));
     // The fit by generalised least squares uses all readings too.
-    const JointFit fit(set, set.weights);
-    const Eigen::MatrixXd J = fit.jacobian(fit.at(field), Eigen::VectorXd::Ones(m));
-    if (undetermined_columns(J).empty()) {
-      map.columns = J;
+    if (open.empty()) {
+      map.columns = run.columns();
     }
     return map;
   }
-  map.degrees_of_freedom = Eigen::VectorXd::Constant(m, static_cast<double>(set.size()));
   require_determined(set, field_design(set, field), row_for);
-  if (method_kind(setup.method).directions_known) {
-    const Eigen::MatrixXd X = field_design(set, field);
-    map.coefficients_from_readings = for_each_axis(pseudo_inverse(X), m);
-    map.columns = Eigen::MatrixXd::Zero(set.size() * m, 4 * m);
-    for (Eigen::Index k = 0; k < m; ++k) {
-      map.columns.block(set.size() * k, 4 * k, set.size(), 4) = X;
-    }
-    return map;
-  }
-  const JointFit fit(set, set.weights);
-  const JointState state = fit.at(field);
-  const Eigen::VectorXd sigma = Eigen::VectorXd::Ones(m);
-  const Eigen::MatrixXd J = fit.jacobian(state, sigma);
-  map.columns = J;
-  if (const std::vector<Eigen::Index> open = undetermined_columns(J); !open.empty()) {
-    std::vector<std::string> names = names_of_open(open, fit.names_of_columns(state));
+  if (!open.empty()) {
+    std::vector<std::string> names = names_of_open(open, run.names());
     const std::string list = joined(names);
     throw RankDeficientError(formatted("the design does not determine {} together; take each face "
                                        "turned round as well, or the method known on a level table",
                                        list),
                              std::move(names), {settings::method});
   }
-  map.coefficients_from_readings = pseudo_inverse(J).topRows(4 * m);
-  map.parameters = 4.0 + 2.0 / static_cast<double>(m);
+  map.degrees_of_freedom = Eigen::VectorXd::Constant(m, static_cast<double>(set.size()));
+  map.columns = run.columns();
+  map.coefficients_from_readings = pseudo_inverse(map.columns).topRows(4 * m);
+  map.parameters = static_cast<double>(map.columns.cols()) / static_cast<double>(m);
   return map;
 }
 
@@ -163,21 +145,20 @@ Positioner with_uncertain_normals(const ForecastSetup& setup) {
 
 // What each input that is not exactly known changes of the readings, by its name.
 std::map<std::string, SharedErrors> errors_of_inputs(const ForecastSetup& setup,
-                                                     const ReadingSet& set,
+                                                     const LinearisedRun& run,
                                                      const TableField& field) {
   Experiment experiment;
   experiment.positioner = with_uncertain_normals(setup);
   experiment.rotation_sensor_from_positioner = setup.mount.rotation_sensor_from_positioner;
   experiment.stated.slope_u = setup.level_u_rad;
   std::vector<InputQuantity> inputs =
-      input_quantities(experiment, set, method_kind(setup.method).directions_known, field);
+      input_quantities(experiment, run.set(), method_kind(setup.method).directions_known, field);
   if (setup.mount.repeatability_rad > 0.0) {
-    inputs.push_back(mount_quantity(setup.mount.repeatability_rad, set));
+    inputs.push_back(mount_quantity(setup.mount.repeatability_rad, run.set()));
   }
   std::map<std::string, SharedErrors> errors;
   for (const InputQuantity& input : inputs) {
-    errors[input.name] =
-        change_of_readings(input, setup.nominal.response.sensitivity, set.size(), field);
+    errors[input.name] = change_of_readings({input}, run, field);
   }
   return errors;
 }
@@ -206,7 +187,7 @@ Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
     const Eigen::Matrix3d& R = set.rotation_sensor_from_table[at];
     const Eigen::VectorXd along = parts_along(setup.nominal, R * field);
     for (Eigen::Index k = 0; k < m; ++k) {
-      const Eigen::Index row = n * k + i;
+      const Eigen::Index row = m * i + k;
       const double response = S.row(k).dot(R * field);
       sizes(row, i) = response;
       gains(row, k) = response;
@@ -309,9 +290,11 @@ struct ForecastParts {
 
 ForecastParts parts_of(const ForecastSetup& setup) {
   const ReadingSet set = reading_set(setup);
-  std::map<std::string, SharedErrors> errors =
-      errors_of_inputs(setup, set, set.field.with_all(field_in_table(setup)));
-  return {.map = linear_map(setup, set),
+  const TableField field = set.field.with_all(field_in_table(setup));
+  const LinearisedRun run(set, field, Eigen::VectorXd::Ones(set.axis_count()),
+                          method_kind(setup.method).directions_known);
+  std::map<std::string, SharedErrors> errors = errors_of_inputs(setup, run, field);
+  return {.map = linear_map(setup, run, field),
           .positioner = std::move(errors["positioner"]),
           .level = std::move(errors["levelness"]),
           .mount = std::move(errors["mount"])};

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/gauss_newton.hpp"
 
-#include <Eigen/Cholesky>
-
 #include "axiscal/calib/minimum_norm.hpp"
+#include "axiscal/calib/scaled_cholesky.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 
 namespace axiscal {
@@ -36,17 +35,11 @@ std::optional<Eigen::VectorXd> step_by_normal_equations(const Linearised& linear
   const Eigen::Index p = linear.jacobian.cols();
   Eigen::MatrixXd N = Eigen::MatrixXd::Zero(p, p);
   N.selfadjointView<Eigen::Lower>().rankUpdate(linear.jacobian.transpose());
-  const Eigen::VectorXd per_length = N.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
-  N = per_length.asDiagonal() * N * per_length.asDiagonal();
-  N.diagonal().array() += damping;
-  const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> cholesky(N);
-  if (cholesky.info() != Eigen::Success ||
-      !(cholesky.matrixLLT().diagonal().array() > smallest_pivot).all()) {
+  const ScaledCholesky cholesky(N.selfadjointView<Eigen::Lower>(), damping);
+  if (!cholesky.is_determined(smallest_pivot * smallest_pivot)) {
     return std::nullopt;
   }
-  const Eigen::VectorXd gradient = linear.jacobian.transpose() * linear.residuals;
-  return Eigen::VectorXd(
-      -per_length.cwiseProduct(cholesky.solve(per_length.cwiseProduct(gradient))));
+  return Eigen::VectorXd(-cholesky.solve(linear.jacobian.transpose() * linear.residuals));
 }
 
 Eigen::VectorXd damped_step(const Linearised& linear, double damping, bool by_qr) {

@@ -10,6 +10,7 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/scaled_cholesky.hpp"
 
 namespace axiscal {
 namespace {
@@ -100,22 +101,13 @@ Round evaluate(const VarianceProblem& problem, const Eigen::VectorXd& theta) {
     normal.noalias() += W.transpose() * U;
     right.noalias() += U.transpose() * problem.y.segment(first, m);
   }
-  // Columns are in units of their own; the condition is to be judged without them.
-  const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt();
-  if (!(scale.array() > 0.0).all()) {
-    return round;
-  }
-  const Eigen::MatrixXd scaled =
-      scale.cwiseInverse().asDiagonal() * normal * scale.cwiseInverse().asDiagonal();
-  const Eigen::LLT<Eigen::MatrixXd> cholesky(scaled);
+  const ScaledCholesky cholesky(normal);
   constexpr double open_below = 1e-13;
-  if (cholesky.info() != Eigen::Success || !(cholesky.rcond() > open_below)) {
+  if (!cholesky.is_determined(open_below)) {
     return round;
   }
   round.determined = true;
-  round.covariance = scale.cwiseInverse().asDiagonal() *
-                     cholesky.solve(Eigen::MatrixXd::Identity(c, c)) *
-                     scale.cwiseInverse().asDiagonal();
+  round.covariance = cholesky.inverse();
   round.estimate = round.covariance * right;
   round.B.assign(problem.roots.size(), Eigen::MatrixXd::Zero(c, c));
   add_units(problem, inverses, round);

@@ -16,6 +16,7 @@ namespace axiscal {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 bool has_component(const Calibration& calibration, const std::string& name) {
   const auto& all = calibration.fit.statistics->components;
@@ -97,6 +98,59 @@ TEST(AFewReadingsTakenAgain, HaveABiasOfTheirOwn) {
   EXPECT_NEAR(again.sensor.response.bias(0), once.sensor.response.bias(0), 1e-5);
   EXPECT_LT(again.fit.statistics->interval_95(0), 1.2 * once.fit.statistics->interval_95(0));
   EXPECT_EQ(again.fit.conditions.blocks, 1);
+}
+
+// What a single reading off by so many sigma is said to be.
+TEST(AReadingThatStandsOut, IsNotedBeforeItIsWarnedOf) {
+  const SensorModel truth = test::accelerometer_truth();
+  Experiment experiment = test::experiment_for(truth);
+  experiment.method = Method::joint;
+  const Observations good =
+      simulate(truth, make_run_sheet(standard_design(24), 1, 2), {.noise_sd = 1e-5, .seed = 11});
+  int noted = 0;
+  int warned = 0;
+  for (double off = 0.0; off <= 30.0; off += 0.5) {
+    Observations run = good;
+    run.response(7, 0) += off * 1e-5;
+    run.response(7, 1) += off * 1e-5;
+    const Calibration found = calibrate(experiment, run);
+    const bool note = notes_of(found).find("heavy tails") != std::string::npos;
+    const bool warning = !found.findings.warnings.empty();
+    EXPECT_FALSE(note && warning) << off;
+    EXPECT_FALSE(note && warned > 0) << off;
+    EXPECT_TRUE(warning || warned == 0) << off;
+    EXPECT_FALSE(off < 4.0 && (note || warning)) << off;
+    noted += note ? 1 : 0;
+    warned += warning ? 1 : 0;
+  }
+  EXPECT_GE(noted, 1);
+  EXPECT_GE(warned, 20);
+}
+
+// A disturbance that comes and goes hides in the coefficients where the order is the same.
+TEST(PointsInOneOrder, AreNoted) {
+  const SensorModel truth = test::accelerometer_truth();
+  Experiment experiment = test::experiment_for(truth);
+  experiment.method = Method::joint;
+  const auto note_of = [&](int blocks, bool shuffled) {
+    std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(12), 1, 3);
+    std::vector<RunSheetRow> all;
+    for (int block = 1; block <= blocks; ++block) {
+      for (RunSheetRow row :
+           shuffled ? make_run_sheet(standard_design(12), 1, static_cast<std::uint64_t>(3 + block))
+                    : sheet) {
+        row.block = block;
+        row.run = static_cast<int>(all.size()) + 1;
+        all.push_back(row);
+      }
+    }
+    const Observations run =
+        simulate(truth, all, {.noise_sd = 1e-5, .world = world_of("periodic=3e-5"), .seed = 3});
+    return notes_of(calibrate(experiment, run));
+  };
+  EXPECT_THAT(note_of(4, false), HasSubstr("in the same order in each block"));
+  EXPECT_THAT(note_of(4, true), Not(HasSubstr("in the same order")));
+  EXPECT_THAT(note_of(1, true), Not(HasSubstr("own order")));
 }
 
 Observations turned_by_hand(int sessions, Eigen::Index each, double shift, std::uint64_t seed) {

@@ -18,7 +18,7 @@ TEST(FindCulprit, FindsNothingInAGoodRun) {
   const ReadingSet set = good_run(3);
   const Estimate estimate = estimate_joint(set);
   ASSERT_TRUE(can_be_searched(set, estimate));
-  EXPECT_FALSE(find_culprit(set, estimate, false).has_value());
+  EXPECT_FALSE(find_culprit(set, estimate, false).culprit.has_value());
 }
 
 TEST(FindCulprit, NamesAWrongPose) {
@@ -26,7 +26,7 @@ TEST(FindCulprit, NamesAWrongPose) {
   const DesignPoint other = set.readings[9].point->turned_round();
   set.readings[9].point = other;
   set.rotation_sensor_from_table[9] = set.orientation(other);
-  const std::optional<Culprit> culprit = find_culprit(set, estimate_joint(set), false);
+  const std::optional<Culprit> culprit = find_culprit(set, estimate_joint(set), false).culprit;
   ASSERT_TRUE(culprit.has_value());
   EXPECT_EQ(culprit->correction.code, WarningCode::wrong_pose);
   EXPECT_EQ(culprit->correction.runs, std::vector<int>{10});
@@ -38,7 +38,7 @@ TEST(FindCulprit, NamesADrift) {
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     set.response.row(i).array() += 4e-4 * static_cast<double>(i);
   }
-  const std::optional<Culprit> culprit = find_culprit(set, estimate_joint(set), false);
+  const std::optional<Culprit> culprit = find_culprit(set, estimate_joint(set), false).culprit;
   ASSERT_TRUE(culprit.has_value());
   EXPECT_EQ(culprit->correction.code, WarningCode::drift);
   EXPECT_GT(culprit->effect, 0.0);
@@ -58,9 +58,10 @@ TEST(MistakeKind, DetectsItsOwn) {
   const MistakeKind kind = table_moved_kind();
   EXPECT_LT(kind.quick_p(run, run.plain()), 1e-6);
   double least = run.plain().total();
-  kind.detect(run, [&](const HypothesisFit& with, double tests, bool of_few) {
-    EXPECT_GT(tests, 1.0);
-    EXPECT_TRUE(of_few);
+  kind.detect(run, [&](const HypothesisFit& with, const Considered& how) {
+    EXPECT_GT(how.tests, 1.0);
+    EXPECT_TRUE(how.of_few);
+    EXPECT_LE(how.at_least, 1.0);
     least = with.fitted ? std::min(least, with.total()) : least;
   });
   EXPECT_LT(least, 0.05 * run.plain().total());

@@ -37,7 +37,7 @@ double quick_p_of_drift(const SuspectRun& run, const HypothesisFit& fit) {
 }
 
 void detect_drift(const SuspectRun& run, const Consider& consider) {
-  consider(fit_drift(run), 1.0, false);
+  consider(fit_drift(run), {});
 }
 
 void explain_by_drift(const SuspectRun& run, Explanations& found) {

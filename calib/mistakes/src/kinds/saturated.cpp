@@ -82,7 +82,7 @@ double quick_p_of_ends(const SuspectRun& run, const HypothesisFit& fit) {
 void detect_ends(const SuspectRun& run, const Consider& consider) {
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     for (const bool top : {true, false}) {
-      consider(fit_saturated(run, k, top), count_of_ends(run), false);
+      consider(fit_saturated(run, k, top), {.tests = count_of_ends(run)});
     }
   }
 }

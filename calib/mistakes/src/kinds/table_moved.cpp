@@ -110,7 +110,10 @@ double quick_p_of_cuts(const SuspectRun& run, const HypothesisFit& fit) {
 void detect_cuts(const SuspectRun& run, const Consider& consider) {
   constexpr double independent = 0.3;  // neighbouring cuts say nearly the same
   for (const std::size_t cut : cuts_of(run)) {
-    consider(fit_table_moved(run, cut), independent * static_cast<double>(run.n() - 1), true);
+    const HypothesisFit moved = fit_table_moved(run, cut);
+    consider(moved, {.tests = independent * static_cast<double>(run.n() - 1),
+                     .of_few = true,
+                     .at_least = nested_p_across_field(run, moved)});
   }
 }
 

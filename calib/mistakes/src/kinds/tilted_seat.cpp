@@ -37,7 +37,7 @@ void detect_tilt(const SuspectRun& run, const Consider& consider) {
   constexpr std::size_t most_tried = 3;
   if (!run.is_judged_by_others()) {
     for (const std::size_t i : first_of(run.by_deletion(), most_tried)) {
-      consider(fit_tilted(run, i), static_cast<double>(run.n()), true);
+      consider(fit_tilted(run, i), {.tests = static_cast<double>(run.n()), .of_few = true});
     }
   }
 }

@@ -17,8 +17,8 @@ namespace axiscal {
 class DeletionFit {
  public:
   /// @param set          with design points; must outlive it.
-  /// @param fields       in the table, as fitted or given.
-  /// @param known_field  whether they are given.
+  /// @param field        in the table, as fitted or given.
+  /// @param known_field  whether it is given.
   DeletionFit(const ReadingSet& set, const TableField& field, bool known_field);
 
   /// How unlikely contrasts of some readings are by the others: for each axis F(q, nu_k) with the
@@ -49,18 +49,21 @@ class DeletionFit {
       const std::vector<std::size_t>& readings) const;
 
  private:
-  struct Axis {
-    Eigen::MatrixXd J;  // n x c, weighted; the columns of other axes are left out
-    Eigen::VectorXd y;  // n: weighted residuals
-    Eigen::MatrixXd G;  // J^T J
-    Eigen::VectorXd b;  // J^T y
+  // Sums over an axis's readings: J^T J, J^T y, y^T y.
+  struct Sums {
+    Eigen::MatrixXd G;
+    Eigen::VectorXd b;
     double squares = 0.0;
     double readings = 0.0;
   };
+  struct Axis {
+    Eigen::MatrixXd J;  // n x c, weighted; the columns of other axes are left out
+    Eigen::VectorXd y;  // n: weighted residuals
+    Sums sums;
+  };
   struct Others;
 
-  // Where the columns of an axis's J stand among all.
-  [[nodiscard]] std::vector<Eigen::Index> places_of(Eigen::Index axis) const;
+  [[nodiscard]] Sums sums_without(const std::vector<std::size_t>& readings, Eigen::Index k) const;
   [[nodiscard]] std::optional<Others> without(const std::vector<std::size_t>& readings) const;
 
   // Readings of an axis as the others see them: not weighted.

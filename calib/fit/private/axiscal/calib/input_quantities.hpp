@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/reading_set.hpp"
 
 namespace axiscal {
@@ -33,8 +34,8 @@ struct InputQuantity {
   std::string unit;  ///< what u is in
   std::string distribution = "normal";
   Eigen::Index parts = 0;  ///< q independent errors of standard deviation 1
-  /// How the field in the sensor changes with them, 3 x q, at one reading.
-  std::function<Eigen::Matrix3Xd(Eigen::Index, const TableField&)> change;
+  /// How the field in the sensor changes with them, 3 x q, at one reading, as an axis sees it.
+  std::function<Eigen::Matrix3Xd(Eigen::Index, Eigen::Index, const TableField&)> change;
 };
 
 /// The cube's face normals by their covariance; and, where the field is given, the table's slope
@@ -51,11 +52,10 @@ struct InputQuantity {
 /// @param set  must outlive the result.
 [[nodiscard]] InputQuantity mount_quantity(double u_rad, const ReadingSet& set);
 
-/// How readings change with an input's errors; row n k + i is that of reading i of axis k.
-/// @param sensitivity  m x 3.
-[[nodiscard]] Eigen::MatrixXd change_of_readings(const InputQuantity& input,
-                                                 const SensitivityMatrix& sensitivity,
-                                                 Eigen::Index readings,
+/// How a run's readings change with inputs' errors: columns beside those of the run, one for each
+/// error, in their sigma.
+[[nodiscard]] Eigen::MatrixXd change_of_readings(const std::vector<InputQuantity>& inputs,
+                                                 const LinearisedRun& run,
                                                  const TableField& field);
 
 }  // namespace axiscal

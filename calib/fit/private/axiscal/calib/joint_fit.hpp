@@ -3,7 +3,6 @@
 
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -50,11 +49,9 @@ struct DirectionShares {
       degrees_of_freedom;  // per axis: readings less p, less its share in the directions
 };
 
-/// The axes' noise where the readings say all there is to know of it, and the step of the
-/// directions that goes with it.
+/// The axes' noise where the readings say all there is to know of it.
 struct Reweighting {
   Eigen::VectorXd sigma;               ///< m standard deviations
-  Eigen::VectorXd step;                ///< what the tangents are to be changed by [rad], D
   Eigen::VectorXd degrees_of_freedom;  ///< m, at sigma
 };
 
@@ -72,17 +69,14 @@ class JointFit {
   [[nodiscard]] JointState at(const TableField& field) const;
 
   /// The fixed point sigma_k^2 = RSS_k / nu_k of a linearised problem, in which the residuals of
-  /// each axis are linear in the step: the likelihood of what the coefficients leave (REML), by
-  /// Newton's method in the logarithms of the variances.
+  /// each axis are linear in the step, as fit_shared() has it.
   ///
   /// @param sigma     m standard deviations to begin with.
   /// @param smallest  m, below which none is taken: what rounding leaves.
-  /// @par Source
-  /// Patterson & Thompson, Biometrika 58 (1971) 545-554; Searle, Casella & McCulloch, Variance
-  /// Components (1992), sec. 6.6.
-  [[nodiscard]] Reweighting reweighted(const JointState& state,
-                                       const Eigen::VectorXd& sigma,
-                                       const Eigen::VectorXd& smallest) const;
+  /// @return nothing where the readings do not determine the directions.
+  [[nodiscard]] std::optional<Reweighting> reweighted(const JointState& state,
+                                                      const Eigen::VectorXd& sigma,
+                                                      const Eigen::VectorXd& smallest) const;
 
   /// Gauss-Newton in the tangents, b and S projected out.
   /// @param sigma  standard deviation of each axis.
@@ -91,13 +85,6 @@ class JointFit {
                                      int most_rounds = 50) const;
 
   [[nodiscard]] DirectionShares shares(const JointState& state, const Eigen::VectorXd& sigma) const;
-
-  /// The whole Jacobian: p columns for each axis, then the tangents; each axis in its sigma.
-  [[nodiscard]] Eigen::MatrixXd jacobian(const JointState& state,
-                                         const Eigen::VectorXd& sigma) const;
-
-  /// What each of its columns is of.
-  [[nodiscard]] std::vector<std::string> names_of_columns(const JointState& state) const;
 
  private:
   // All residuals below each other, each axis in units of its sigma; and the sum of their squares.

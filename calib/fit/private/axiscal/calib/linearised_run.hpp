@@ -1,24 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/calib/reading_set.hpp"
 
 namespace axiscal {
 
-/// A run's readings about its fit, linear in all that was fitted: r = J x + e, the residuals of all
-/// axes, each in its residual_sd. Rows go reading by reading, m for each; columns axis by axis (the
+/// A run's readings about a fit, linear in all that is fitted: r = J x + e, the residuals of all
+/// axes, each in its sigma. Rows go reading by reading, m for each; columns axis by axis (the
 /// coefficients and the run's effects), then what all axes share, the field's directions. Every
-/// look at what the residuals hold beyond white noise (method.md, section 4) is a look at this.
+/// look at what the residuals hold beyond white noise (method.md, section 4), at single readings
+/// (section 5) and at errors that readings share is a look at this.
 class LinearisedRun {
  public:
-  /// @param set          must outlive it.
+  /// @param set    must outlive it, as for the others.
+  /// @param state  coefficients fitted for given fields.
+  /// @param sigma  m: what each axis takes as 1.
   /// @param known_field  whether the field's directions were given, not fitted.
+  LinearisedRun(const ReadingSet& set,
+                const JointState& state,
+                Eigen::VectorXd sigma,
+                bool known_field);
+
+  /// The same about the best coefficients for a field.
+  LinearisedRun(const ReadingSet& set,
+                const TableField& field,
+                Eigen::VectorXd sigma,
+                bool known_field);
+
+  /// The same about an estimate: sigma is its residual_sd, at least the axis's rounding.
   LinearisedRun(const ReadingSet& set, const Estimate& estimate, bool known_field);
 
   [[nodiscard]] const ReadingSet& set() const { return set_; }
@@ -31,6 +47,12 @@ class LinearisedRun {
   /// @return r, n m entries, square to J.
   [[nodiscard]] const Eigen::VectorXd& residuals() const { return r_; }
 
+  /// @return where they are so: each axis's coefficients, and a step of the field's tangents; q.
+  [[nodiscard]] const Eigen::VectorXd& solution() const { return x_; }
+
+  /// @return what each column is of; neighbours may share a name.
+  [[nodiscard]] std::vector<std::string> names() const;
+
   /// @return (J^T J)^-1, q x q; empty where J has not full rank.
   [[nodiscard]] const Eigen::MatrixXd& covariance() const { return C_; }
 
@@ -40,8 +62,36 @@ class LinearisedRun {
   /// @return residuals of weight less columns.
   [[nodiscard]] double degrees_of_freedom() const { return rows_ - static_cast<double>(J_.cols()); }
 
-  /// @return what an axis takes as 1: its residual_sd, at least its rounding.
+  /// @return what an axis takes as 1.
   [[nodiscard]] double sigma(Eigen::Index axis) const { return sigma_(axis); }
+
+  /// @return the row of a reading of an axis.
+  [[nodiscard]] Eigen::Index row_of(Eigen::Index reading, Eigen::Index axis) const {
+    return axes() * reading + axis;
+  }
+
+  /// @return the rows of an axis.
+  [[nodiscard]] auto rows_of_axis(Eigen::Index axis) const {
+    return Eigen::seqN(axis, readings(), axes());
+  }
+
+  /// @return the first column of what all axes share, and how many those are.
+  [[nodiscard]] Eigen::Index first_shared() const { return set_.column_count() * axes(); }
+  [[nodiscard]] Eigen::Index shared() const { return J_.cols() - first_shared(); }
+
+  /// @return what changes of the readings make of all that is fitted; q x c.
+  /// @param changes  n m x c, as residuals() has them.
+  [[nodiscard]] Eigen::MatrixXd taken_up(const Eigen::MatrixXd& changes) const {
+    return C_ * (J_.transpose() * changes);
+  }
+
+  /// @return an axis's sensitivity as the columns have it.
+  [[nodiscard]] Eigen::RowVector3d sensitivity(Eigen::Index axis) const {
+    return sensitivity_.row(axis);
+  }
+
+  /// How a reading of an axis changes with the field in the sensor, in its sigma.
+  [[nodiscard]] Eigen::RowVector3d change_with_field(Eigen::Index reading, Eigen::Index axis) const;
 
   /// @return the column of coefficient j of an axis.
   [[nodiscard]] Eigen::Index column_of(Eigen::Index axis, Eigen::Index j) const {
@@ -71,9 +121,12 @@ class LinearisedRun {
  private:
   const ReadingSet& set_;
   Eigen::VectorXd sigma_;
+  SensitivityMatrix sensitivity_;
+  std::vector<Eigen::Index> directions_;  // of each of the fields that are fitted
   std::vector<Eigen::MatrixXd> designs_;  // of each axis, not weighted
   Eigen::MatrixXd J_;
   Eigen::VectorXd r_;
+  Eigen::VectorXd x_;
   Eigen::MatrixXd C_;
   Eigen::MatrixXd along_;
   double rows_ = 0.0;  // of weight

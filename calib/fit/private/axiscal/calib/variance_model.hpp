@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <optional>
+#include <vector>
+
+#include <Eigen/Core>
 
 #include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/method_kind.hpp"
-#include "axiscal/calib/process_scatter.hpp"
 
 namespace axiscal {
 
@@ -15,17 +19,20 @@ namespace axiscal {
 class ScatterSearch {
  public:
   /// @param set    the readings of the fit, with the run's effects.
-  /// @param alone  the same without errors that readings share; both must outlive this.
-  ScatterSearch(const ReadingSet& set, const ReadingSet& alone, const MethodKind& kind)
-      : fitted(set), judged(alone), method(kind) {}
+  /// @param alone  the same without errors that readings share; all must outlive this.
+  ScatterSearch(const Experiment& of, const ReadingSet& set, const ReadingSet& alone, Method by)
+      : experiment(of), fitted(set), judged(alone), method(method_kind(by)) {}
 
+  const Experiment& experiment;
   const ReadingSet& fitted;
   const ReadingSet& judged;
   const MethodKind& method;
-  bool mounts_known = false;                ///< which readings were taken in which mount
-  double stated_step = 0.0;                 ///< of the readings; 0: as they show it
-  const ProcessScatter* process = nullptr;  ///< of earlier calibrations; null: none
-  bool gains_differ = false;                ///< between blocks, as one of the causes found
+  std::map<int, Eigen::Matrix3d> mounts;  ///< how the instrument is turned in each that was fitted
+  double mounts_expected = 0.0;           ///< of their turns by noise, as MountStep has it
+
+  std::vector<UncertaintySource> weighed;  ///< what each uncertain input leaves in the coefficients
+  bool mounts_known = false;               ///< what comes of the mounts is counted
+  bool gains_differ = false;               ///< between blocks, as one of the causes found
 
   [[nodiscard]] const LinearisedRun& run(const Estimate& estimate) {
     return run_ ? *run_ : run_.emplace(judged, estimate, method.directions_known);
@@ -36,13 +43,14 @@ class ScatterSearch {
 };
 
 /// Counts the causes of scatter that the readings' own does not hold in the coefficients'
-/// uncertainty, in turn, once seats, mounts and stated inputs are weighed: intervals become longer,
-/// never shorter, and the estimate's notes say what was found. Where consecutive readings are alike
-/// the biases become means over models of the noise.
+/// uncertainty, in turn: inputs and seats, which the coefficients are fitted with anew, mounts,
+/// soaks, rounding, blocks, the field's size, consecutive readings that are alike. Intervals become
+/// longer, never shorter, and the estimate's notes say what was found. Where readings are alike the
+/// biases become means over models of the noise.
 ///
 /// @param estimate  of methods paired, joint and known.
 /// @par Source
-/// method.md, section 4.1.
+/// method.md, sections 4 and 4.1.
 void count_scatter(ScatterSearch& search, Estimate& estimate);
 
 }  // namespace axiscal

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "axiscal/calib/calibration.hpp"
@@ -17,6 +18,12 @@ struct Culprit {
   double effect = 0.0;  // what the mistake does to the coefficients, in parts of the full response
 };
 
+/// What a search for mistakes says of a run.
+struct MistakeSearch {
+  std::optional<Culprit> culprit;  // nothing for a good run
+  std::string remark;              // of a reading that may be wrong, or of noise with heavy tails
+};
+
 /// Whether a run can be searched: labelled readings of one field, all used, enough of them.
 [[nodiscard]] bool can_be_searched(const ReadingSet& set, const Estimate& estimate);
 
@@ -30,11 +37,9 @@ struct Culprit {
 /// @param known_field  whether the field's direction is given.
 /// @param without_shared_errors  the set as it is without errors that its readings share, which are
 ///                     no mistakes: the run must look bad like this too. Null: there are none.
-/// @return nothing for a good run.
-[[nodiscard]] std::optional<Culprit> find_culprit(
-    const ReadingSet& set,
-    const Estimate& estimate,
-    bool known_field,
-    const ReadingSet* without_shared_errors = nullptr);
+[[nodiscard]] MistakeSearch find_culprit(const ReadingSet& set,
+                                         const Estimate& estimate,
+                                         bool known_field,
+                                         const ReadingSet* without_shared_errors = nullptr);
 
 }  // namespace axiscal

@@ -26,6 +26,7 @@ enum class NoteCode {
   field,          ///< its magnitude, unit and uncertainty
   pose,           ///< method bias: what is not known of the pose
   weights,        ///< readings that the robust regression gives none
+  tails,          ///< a reading that is wrong, or noise with heavy tails
   corrected,      ///< a mistake that was mended as suggested
   estimate_bias,  ///< method magnitude: what its estimate is off by itself
   turns,          ///< method turns: attitude errors, turns left out, g-sensitivity

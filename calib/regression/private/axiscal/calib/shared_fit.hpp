@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// One of several responses with D coefficients in common, as sums over its readings: P and y are
+/// its columns of those and its readings, both less what its own coefficients take up.
+struct ResponseSums {
+  Eigen::MatrixXd information;      ///< P^T P, D x D
+  Eigen::VectorXd gradient;         ///< P^T y, D
+  double squares = 0.0;             ///< y^T y
+  double degrees_of_freedom = 0.0;  ///< readings less own coefficients
+};
+
+/// The coefficients in common, where each response has a variance of its own.
+struct SharedFit {
+  Eigen::VectorXd variance;            ///< m
+  Eigen::VectorXd degrees_of_freedom;  ///< m: nu, less each one's share in what is in common
+  Eigen::VectorXd estimate;            ///< D
+  Eigen::MatrixXd covariance;          ///< D x D
+};
+
+/// Responses' variances by restricted likelihood (REML): with u = ln sigma^2 and N the degrees of
+/// freedom, sum_k (N_k u_k + RSS_k e^-u_k) + ln det sum_k P_k^T P_k e^-u_k is least where
+/// sigma_k^2 = RSS_k / nu_k; by Newton's method in u.
+///
+/// @param start     m variances to begin with.
+/// @param smallest  m, below which none is taken: what rounding leaves.
+/// @return nothing where the readings do not determine what is in common.
+/// @par Source
+/// Patterson & Thompson, Biometrika 58 (1971) 545-554; Searle, Casella & McCulloch, Variance
+/// Components (1992), sec. 6.6.
+[[nodiscard]] std::optional<SharedFit> fit_shared(const std::vector<ResponseSums>& responses,
+                                                  const Eigen::VectorXd& start,
+                                                  const Eigen::VectorXd& smallest);
+
+}  // namespace axiscal
