@@ -151,7 +151,8 @@ MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explana
   }
   const Explanation& best = explanations.front();
   constexpr double may_be_wrong = 0.005;
-  constexpr double is_wrong = 0.001;
+  // A tilt shows in fewer of a reading's numbers.
+  const double is_wrong = best.correction.code == WarningCode::tilted_seat ? 0.003 : 0.001;
   const double by_tails = p_by_tails(run, best.correction);
   if (by_tails > is_wrong) {
     return {.culprit = {},
