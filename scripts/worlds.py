@@ -54,12 +54,14 @@ class Run:
     """One unit on the table: what each trouble is told, in units of SIGMA."""
 
     def __init__(self, rng, blocks=1, points=STANDARD_12, repeats=1, fixed=False, gain=0, gain_axis=0, mount=0, seat=0,
-                 jitter=0, wander=0, wander_rho=0.9, at_field=1, at_axis=None, block=0, ar_=0, tails=0, step=0, extra=0, periodic=0, period=4.0):
+                 jitter=0, wander=0, wander_rho=0.9, at_field=1, at_axis=None, block=0, ar_=0, tails=0, step=0, extra=0, periodic=0, period=4.0,
+                 soak_b=0, soak_s=0, square=0, soaks=0):
         S = np.eye(3) + 0.02 * rng.normal(size=(3, 3))
         b = 0.02 * rng.normal(size=3)
         slope = 3e-3 * rng.normal(size=2)
         f_table = np.array([*slope, np.sqrt(1 - slope @ slope)])
         rows, fields, block_of = [], [], []
+        blocks = soaks or blocks
         for j in range(blocks + (1 if extra else 0)):
             plan = [p for _ in range(repeats) for p in points]
             if not fixed:
@@ -78,6 +80,12 @@ class Run:
         noise = ar(rng, ar_, (n, 3))
         if tails:
             noise = rng.standard_t(tails, size=(n, 3)) * np.sqrt((tails - 2) / tails)
+        # Soaks at temperatures of -1 to 1: a linear bias and scale, in sigma of its ends.
+        self.temperature = np.linspace(-1, 1, soaks)[block_of] if soaks else None
+        if soaks:
+            u = np.linspace(-1, 1, soaks)[:, None]
+            shifts += SIGMA * (30 * rng.normal(size=3) * u + square * u**2 + soak_b * rng.normal(size=(soaks, 3)))
+            gains = gains + SIGMA * (20 * rng.normal(size=3) * u + soak_s * rng.normal(size=(soaks, 3)))
         v = np.empty((n, 3))
         for i, (rest, fence) in enumerate(rows):
             seated = turn(SIGMA * seat * rng.normal(size=3)) @ f_table
@@ -132,6 +140,8 @@ for t in (3, 5):
 WORLDS["seats 10 12"] = on_table(seat=10)
 WORLDS["ar .5 12x4"] = on_table(blocks=4, ar_=0.5)
 WORLDS["ar .8 12x4"] = on_table(blocks=4, ar_=0.8)
+for name, what in (("", {}), (" b 2", dict(soak_b=2)), (" S 2", dict(soak_s=4)), (" square 1.6", dict(square=1.6))):
+    WORLDS[f"soaks 5{name}"] = on_table(soaks=5, options=["--temperature-order", "1", "--temperature-reference", "0"], **what)
 
 
 def directions(rng, n, speed=0.3):
@@ -270,14 +280,16 @@ def simulate(axiscal, world, units, seed, folder):
     runs = []
     path = os.path.join(folder, "runs.csv")
     with open(path, "w") as file:
-        head = "serial,run,block," + ("rest,fence," if world["kind"] == "table" else "")
+        soaks = world["what"].get("soaks", 0)
+        head = "serial,run,block," + ("temperature," if soaks else "") + ("rest,fence," if world["kind"] == "table" else "")
         file.write(head + "x,y,z\n")
         for unit in range(units):
             run = MAKERS[world["kind"]](rng, **world["what"])
             runs.append(run)
             for i, v in enumerate(run.v):
                 pose = ",".join(run.rows[i]) + "," if run.rows else ""
-                file.write(f"U{unit},{i + 1},{run.block[i]},{pose}" + ",".join(repr(float(x)) for x in v) + "\n")
+                warm = f"{run.temperature[i]}," if soaks else ""
+                file.write(f"U{unit},{i + 1},{run.block[i]},{warm}{pose}" + ",".join(repr(float(x)) for x in v) + "\n")
     command = [axiscal, "calibrate", path, "--instrument", INSTRUMENT[world["kind"]], "--method", world["method"],
                *world["options"], "-o", os.path.join(folder, "{serial}.json")]
     done = subprocess.run(command, capture_output=True, text=True)
