@@ -144,13 +144,10 @@ Action generate(const CLI::App& app, const std::vector<std::string>& arguments) 
   return show(text);
 }
 
-// The place of the subcommand of that name.
-std::size_t find_subcommand(std::span<const Subcommand> subcommands, const std::string& name) {
+[[noreturn]] void refuse_subcommand(std::span<const Subcommand> subcommands,
+                                    const std::string& name) {
   std::vector<std::string_view> names;
   for (const Subcommand& subcommand : subcommands) {
-    if (subcommand.name == name) {
-      return names.size();
-    }
     names.emplace_back(subcommand.name);
   }
   throw UsageError(formatted("unknown subcommand '{}'{}", name, did_you_mean(name, names)));
@@ -166,25 +163,28 @@ Action parse_command_line(const std::vector<std::string>& arguments,
   app.get_formatter()->column_width(28);
   app.footer("axiscal SUBCOMMAND --help tells more of each; --help-all names all options.");
 
-  std::vector<CLI::App*> parsers;
-  std::vector<Action> actions;
+  const bool generates = !arguments.empty() && arguments.front() == "--generate";
+  CLI::App* named = nullptr;
+  Action action;
   for (const Subcommand& subcommand : subcommands) {
     CLI::App* parser = app.add_subcommand(subcommand.name, subcommand.help);
     parser->footer(subcommand.footer);
-    OptionSet options(*parser, arguments);
-    actions.push_back(subcommand.define(options));
-    parsers.push_back(parser);
+    const bool is_named = !arguments.empty() && arguments.front() == subcommand.name;
+    if (is_named || generates) {  // the options of all would take longer than most runs
+      OptionSet options(*parser, arguments);
+      action = subcommand.define(options);
+    }
+    named = is_named ? parser : named;
   }
 
   if (arguments.empty()) {
     throw UsageError("a subcommand is missing\n\n" + app.help());
   }
-  if (arguments.front() == "--generate") {
+  if (generates) {
     return generate(app, arguments);
   }
-  CLI::App* named = nullptr;
-  if (!arguments.front().starts_with("-")) {
-    named = parsers[find_subcommand(subcommands, arguments.front())];
+  if (named == nullptr && !arguments.front().starts_with("-")) {
+    refuse_subcommand(subcommands, arguments.front());
   }
   if (std::find(arguments.begin(), arguments.end(), "--help-all") != arguments.end()) {
     return show(named != nullptr ? help_of(*named, true) : app.help());
@@ -201,9 +201,10 @@ Action parse_command_line(const std::vector<std::string>& arguments,
   } catch (const CLI::ParseError& error) {
     throw UsageError(error.what());
   }
-  const auto chosen = std::find_if(parsers.begin(), parsers.end(),
-                                   [](const CLI::App* parser) { return parser->parsed(); });
-  return actions[static_cast<std::size_t>(chosen - parsers.begin())];
+  if (named == nullptr) {
+    throw UsageError("the subcommand stands before its options\n\n" + app.help());
+  }
+  return action;
 }
 
 }  // namespace axiscal::cli

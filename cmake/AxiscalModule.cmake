@@ -58,19 +58,82 @@ function(axiscal_compile_fast target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
-# axiscal_use_library(TARGET LIBRARY HEADER DEFINITION)
+# axiscal_link(TARGET LIBRARY PATH)
 #
-# Links a library that has no CMake package and that only this target's sources see, by its name, and
-# defines DEFINITION; says so and goes on where it is not installed.
+# Links a library that only this target's sources see, by its name. Where AXISCAL_STATIC_SMALL_LIBRARIES
+# has its archive linked, a program has one library less to load.
+function(axiscal_link target library path)
+  string(REGEX REPLACE "[.]so$" ".a" archive "${path}")
+  if(library IN_LIST AXISCAL_SMALL_LIBRARIES AND EXISTS "${archive}")
+    get_filename_component(library "${archive}" NAME)
+    target_link_libraries(${target} PRIVATE "-l:${library}")
+  else()
+    target_link_libraries(${target} PRIVATE ${library})
+  endif()
+endfunction()
+
+# axiscal_use_library(TARGET LIBRARY HEADER DEFINITION [LATE])
+#
+# Links a library that has no CMake package and that only this target's sources see, and defines
+# DEFINITION; says so and goes on where it is not installed. With LATE the sources load it when they first
+# call it, as core/private/axiscal/core/late_library.hpp says.
 function(axiscal_use_library target library header definition)
   find_path(${definition}_INCLUDE_DIR ${header})
   find_library(${definition}_LIBRARY ${library})
   mark_as_advanced(${definition}_INCLUDE_DIR ${definition}_LIBRARY)
-  if(${definition}_INCLUDE_DIR AND ${definition}_LIBRARY)
-    target_compile_definitions(${target} PRIVATE ${definition})
-    target_link_libraries(${target} PRIVATE ${library})
-  else()
+  if(NOT ${definition}_INCLUDE_DIR OR NOT ${definition}_LIBRARY)
     message(STATUS "${target}: ${library} is not there; built without it")
+    return()
+  endif()
+  target_compile_definitions(${target} PRIVATE ${definition})
+  if("LATE" IN_LIST ARGN AND AXISCAL_LATE_LIBRARIES)
+    axiscal_load_late(${target} "${${definition}_LIBRARY}" ${definition})
+  else()
+    axiscal_link(${target} ${library} "${${definition}_LIBRARY}")
+  endif()
+endfunction()
+
+# axiscal_load_late(TARGET PATH DEFINITION)
+#
+# Defines DEFINITION_FILE, a library's soname, and DEFINITION_PACKAGE, what installs it.
+function(axiscal_load_late target path definition)
+  if(NOT DEFINED ${definition}_SONAME)
+    execute_process(COMMAND "${CMAKE_OBJDUMP}" -p "${path}" OUTPUT_VARIABLE said ERROR_QUIET)
+    string(REGEX MATCH "SONAME +([^ \n]+)" soname "${said}")
+    set(${definition}_SONAME "${CMAKE_MATCH_1}" CACHE INTERNAL "")
+    file(REAL_PATH "${path}" real)
+    execute_process(COMMAND dpkg-query -S "${real}" OUTPUT_VARIABLE said ERROR_QUIET)
+    string(REGEX MATCH "^[^:,]+" package "${said}")
+    set(${definition}_PACKAGE "${package}" CACHE INTERNAL "")
+  endif()
+  target_compile_definitions(
+    ${target} PRIVATE AXISCAL_LATE_LIBRARIES ${definition}_FILE="${${definition}_SONAME}"
+                      ${definition}_PACKAGE="${${definition}_PACKAGE}")
+  target_link_libraries(${target} PRIVATE ${CMAKE_DL_LIBS})
+  set_property(GLOBAL APPEND PROPERTY AXISCAL_LATE_PACKAGES ${${definition}_PACKAGE})
+endfunction()
+
+# axiscal_add_late_module(TARGET MODULE DEFINITION SOURCE... )
+#
+# Compiles sources of TARGET that need a library of C++ again, as a MODULE that is loaded when it is first
+# asked for; DEFINITION is its file's name, for TARGET.
+function(axiscal_add_late_module target module definition)
+  add_library(${module} MODULE ${ARGN})
+  set_target_properties(
+    ${module} PROPERTIES PREFIX "" CXX_VISIBILITY_PRESET hidden UNITY_BUILD OFF
+                         LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/modules")
+  target_compile_options(${module} PRIVATE ${AXISCAL_WARNINGS})
+  axiscal_harden(${module})
+  include(GNUInstallDirs)
+  file(RELATIVE_PATH from_program "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_LIBDIR}/axiscal")
+  target_compile_definitions(
+    ${target} PRIVATE AXISCAL_LATE_LIBRARIES ${definition}="${module}.so"
+                      AXISCAL_MODULES_FROM_PROGRAM="${from_program}"
+                      AXISCAL_MODULES_INSTALLED="${CMAKE_INSTALL_FULL_LIBDIR}/axiscal")
+  target_link_libraries(${target} PRIVATE ${CMAKE_DL_LIBS})
+  add_dependencies(${target} ${module})
+  if(AXISCAL_INSTALL)
+    install(TARGETS ${module} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/axiscal)
   endif()
 endfunction()
 

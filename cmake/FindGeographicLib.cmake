@@ -9,6 +9,10 @@ find_path(GeographicLib_INCLUDE_DIR GeographicLib/NormalGravity.hpp
           HINTS ${PC_GeographicLib_INCLUDE_DIRS})
 find_library(GeographicLib_LIBRARY NAMES GeographicLib Geographic
              HINTS ${PC_GeographicLib_LIBRARY_DIRS})
+string(REGEX REPLACE "[.]so$" ".a" GeographicLib_ARCHIVE "${GeographicLib_LIBRARY}")
+if(GeographicLib IN_LIST AXISCAL_SMALL_LIBRARIES AND EXISTS "${GeographicLib_ARCHIVE}")
+  set(GeographicLib_LIBRARY "${GeographicLib_ARCHIVE}")
+endif()
 set(GeographicLib_VERSION ${PC_GeographicLib_VERSION})
 
 include(FindPackageHandleStandardArgs)

@@ -18,6 +18,8 @@
 #include <boost/beast/core/tcp_stream.hpp>
 
 #ifdef AXISCAL_OPENSSL
+#include "late_openssl.hpp"
+//
 #include <boost/asio/ssl/context.hpp>
 #include <boost/beast/ssl/ssl_stream.hpp>
 #endif

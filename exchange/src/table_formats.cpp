@@ -14,6 +14,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
+#include "axiscal/core/late_library.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "consumer.hpp"
 #include "formats.hpp"
@@ -31,6 +32,36 @@
 
 namespace axiscal {
 namespace {
+
+#ifdef AXISCAL_MATIO
+AXISCAL_LATE_LIBRARY(libmatio, AXISCAL_MATIO)
+AXISCAL_LATE(libmatio, Mat_Close)
+AXISCAL_LATE(libmatio, Mat_CreateVer)
+AXISCAL_LATE(libmatio, Mat_VarCreate)
+AXISCAL_LATE(libmatio, Mat_VarFree)
+AXISCAL_LATE(libmatio, Mat_VarWrite)
+#endif
+
+#ifdef AXISCAL_LIBARCHIVE
+AXISCAL_LATE_LIBRARY(libarchive, AXISCAL_LIBARCHIVE)
+AXISCAL_LATE(libarchive, archive_entry_free)
+AXISCAL_LATE(libarchive, archive_entry_new)
+AXISCAL_LATE(libarchive, archive_entry_set_filetype)
+AXISCAL_LATE(libarchive, archive_entry_set_mtime)
+AXISCAL_LATE(libarchive, archive_entry_set_pathname)
+AXISCAL_LATE(libarchive, archive_entry_set_perm)
+AXISCAL_LATE(libarchive, archive_entry_set_size)
+AXISCAL_LATE(libarchive, archive_error_string)
+AXISCAL_LATE(libarchive, archive_write_close)
+AXISCAL_LATE(libarchive, archive_write_data)
+AXISCAL_LATE(libarchive, archive_write_free)
+AXISCAL_LATE(libarchive, archive_write_header)
+AXISCAL_LATE(libarchive, archive_write_new)
+AXISCAL_LATE(libarchive, archive_write_open)
+AXISCAL_LATE(libarchive, archive_write_set_bytes_in_last_block)
+AXISCAL_LATE(libarchive, archive_write_set_format_zip)
+AXISCAL_LATE(libarchive, archive_write_zip_set_compression_store)
+#endif
 
 struct Coefficient {
   std::string name;

@@ -18,6 +18,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
+#include "axiscal/core/late_library.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
@@ -28,6 +29,22 @@
 
 namespace axiscal {
 namespace {
+
+AXISCAL_LATE_LIBRARY(libxlsxwriter, AXISCAL_XLSXWRITER)
+AXISCAL_LATE(libxlsxwriter, format_set_bg_color)
+AXISCAL_LATE(libxlsxwriter, format_set_bold)
+AXISCAL_LATE(libxlsxwriter, lxw_strerror)
+AXISCAL_LATE(libxlsxwriter, workbook_add_format)
+AXISCAL_LATE(libxlsxwriter, workbook_add_worksheet)
+AXISCAL_LATE(libxlsxwriter, workbook_close)
+AXISCAL_LATE(libxlsxwriter, workbook_new)
+AXISCAL_LATE(libxlsxwriter, workbook_set_properties)
+AXISCAL_LATE(libxlsxwriter, worksheet_freeze_panes)
+AXISCAL_LATE(libxlsxwriter, worksheet_set_column)
+AXISCAL_LATE(libxlsxwriter, worksheet_write_formula_num)
+AXISCAL_LATE(libxlsxwriter, worksheet_write_formula_str)
+AXISCAL_LATE(libxlsxwriter, worksheet_write_number)
+AXISCAL_LATE(libxlsxwriter, worksheet_write_string)
 
 constexpr int example_rows = 12;
 constexpr double yaw_above_deg = 85.0;

@@ -12,31 +12,78 @@
 #include <hwy/targets.h>
 
 #if HWY_ONCE
+#include <atomic>
+#include <cstdint>
+
 namespace axiscal {
+namespace {
+
+// What this processor and its system run, of what Highway's targets ask for.
+std::int64_t supported_targets() {
+  std::int64_t targets = HWY_STATIC_TARGET;
+#if HWY_ARCH_X86 && (defined(__GNUC__) || defined(__clang__))
+  const bool sse4 = __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("pclmul") &&
+                    __builtin_cpu_supports("aes");
+  const bool avx2 = sse4 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+                    __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+  const bool avx3 = avx2 && __builtin_cpu_supports("avx512f") &&
+                    __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
+                    __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd");
+  targets |= (sse4 ? HWY_SSE4 : 0) | (avx2 ? HWY_AVX2 : 0) | (avx3 ? HWY_AVX3 : 0);
+#endif
+  return targets & HWY_TARGETS;
+}
+
+// The best first: Highway's lowest bit.
+std::vector<std::int64_t> usable_targets() {
+  std::vector<std::int64_t> targets;
+  for (std::int64_t left = supported_targets(); left != 0; left &= left - 1) {
+    targets.push_back(left & -left);
+  }
+  return targets;
+}
+
+std::size_t place_of(std::int64_t target) {
+  constexpr int first = HWY_HIGHEST_TARGET_BIT + 1 - HWY_MAX_DYNAMIC_TARGETS;
+  for (int place = 0; place < HWY_MAX_DYNAMIC_TARGETS; ++place) {
+    if (target == std::int64_t{1} << (first + place)) {
+      return static_cast<std::size_t>(place);
+    }
+  }
+  return HWY_MAX_DYNAMIC_TARGETS;  // what the table falls back to
+}
+
+std::atomic<std::int64_t>& chosen_target() {
+  static std::atomic<std::int64_t> target = usable_targets().front();
+  return target;
+}
+
+}  // namespace
+
+std::size_t chosen_kernel() {
+  return place_of(chosen_target().load(std::memory_order_relaxed));
+}
 
 std::vector<std::string> instruction_sets() {
   std::vector<std::string> names;
-  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+  for (const std::int64_t target : usable_targets()) {
     names.emplace_back(hwy::TargetName(target));
   }
   return names;
 }
 
 std::string instruction_set() {
-  return instruction_sets().front();
+  return hwy::TargetName(chosen_target());
 }
 
 bool use_instruction_set(std::string_view name) {
-  hwy::SetSupportedTargetsForTest(0);
-  std::int64_t mask = 0;
-  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    if (name == hwy::TargetName(target)) {
-      mask = target;
+  for (const std::int64_t target : usable_targets()) {
+    if (name.empty() || name == hwy::TargetName(target)) {
+      chosen_target() = target;
+      return true;
     }
   }
-  hwy::SetSupportedTargetsForTest(mask);
-  hwy::GetChosenTarget().Update(mask != 0 ? mask : hwy::SupportedTargets());
-  return mask != 0 || name.empty();
+  return false;
 }
 
 }  // namespace axiscal

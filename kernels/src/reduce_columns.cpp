@@ -229,14 +229,14 @@ void add_angles_plain(const ColumnReduction& reduction,
 }
 
 #ifdef AXISCAL_HIGHWAY
-HWY_EXPORT(ReduceComponents);
-HWY_EXPORT(ReduceWithAngles);
-HWY_EXPORT(ReduceRows);
+AXISCAL_KERNEL(ReduceComponents);
+AXISCAL_KERNEL(ReduceWithAngles);
+AXISCAL_KERNEL(ReduceRows);
 
 void reduce_columns(const ColumnReduction& reduction,
                     const ReadColumns& readings,
                     const WrittenColumns& field) {
-  const std::size_t done = HWY_DYNAMIC_DISPATCH(ReduceComponents)(reduction, readings, field);
+  const std::size_t done = AXISCAL_CALL(ReduceComponents)(reduction, readings, field);
   reduce_columns_plain(reduction, rest_of(readings, done), rest_of(field, done));
 }
 
@@ -244,8 +244,7 @@ void reduce_columns(const ColumnReduction& reduction,
                     const ReadColumns& readings,
                     const WrittenColumns& field,
                     const AngleColumns& angles) {
-  const std::size_t done =
-      HWY_DYNAMIC_DISPATCH(ReduceWithAngles)(reduction, readings, field, angles);
+  const std::size_t done = AXISCAL_CALL(ReduceWithAngles)(reduction, readings, field, angles);
   const WrittenColumns rest = rest_of(field, done);
   reduce_columns_plain(reduction, rest_of(readings, done), rest);
   add_angles_plain(reduction, as_read(rest),
@@ -255,8 +254,8 @@ void reduce_columns(const ColumnReduction& reduction,
 void reduce_rows(const ColumnReduction& reduction,
                  std::span<const double> readings,
                  std::span<double> field) {
-  const std::size_t done = HWY_DYNAMIC_DISPATCH(ReduceRows)(reduction, readings.data(),
-                                                            readings.size() / 3, field.data());
+  const std::size_t done =
+      AXISCAL_CALL(ReduceRows)(reduction, readings.data(), readings.size() / 3, field.data());
   reduce_rows_from(reduction, readings, field, done);
 }
 #else

@@ -8,7 +8,6 @@
 //
 #include <hwy/foreach_target.h>
 //
-#include <hwy/aligned_allocator.h>
 #include <hwy/highway.h>
 //
 #include <hwy/contrib/math/math-inl.h>
@@ -123,9 +122,9 @@ class TrialLanes {
   TrialLanes(const RegressionTrials& trials, std::size_t first)
       : trials_(trials), first_(first), n_(trials.at.readings) {
     const std::size_t width = hn::Lanes(lanes_);
-    readings_ = hwy::AllocateAligned<double>((n_ + 1) * width);
+    readings_ = aligned_values((n_ + 1) * width);
     const std::size_t sums = trials.responses * parameters * 4 * width;
-    sums_ = hwy::AllocateAligned<double>(sums);
+    sums_ = aligned_values(sums);
     std::fill_n(sums_.get(), sums, 0.0);
     for (std::size_t k = 0; k < trials.responses; ++k) {
       for (std::size_t i = 0; i < n_; ++i) {
@@ -229,9 +228,9 @@ class TrialLanes {
   const RegressionTrials& trials_;
   std::size_t first_;
   std::size_t n_;
-  std::vector<double> means_;                     // X b of each response
-  hwy::AlignedFreeUniquePtr<double[]> readings_;  // what one response says
-  hwy::AlignedFreeUniquePtr<double[]> sums_;
+  std::vector<double> means_;  // X b of each response
+  AlignedValues readings_;     // what one response says
+  AlignedValues sums_;
 };
 
 std::vector<RegressionTrialSums> RunTrials(const RegressionTrials& trials,
@@ -384,18 +383,18 @@ std::vector<RegressionTrialSums> run_regression_trials_plain(const RegressionTri
 }
 
 #ifdef AXISCAL_HIGHWAY
-HWY_EXPORT(FillNormals);
-HWY_EXPORT(RunTrials);
+AXISCAL_KERNEL(FillNormals);
+AXISCAL_KERNEL(RunTrials);
 
 void fill_normals(std::uint64_t seed, std::uint64_t block, std::span<double> values) {
-  HWY_DYNAMIC_DISPATCH(FillNormals)(seed, block, values);
+  AXISCAL_CALL(FillNormals)(seed, block, values);
 }
 
 std::vector<RegressionTrialSums> run_regression_trials(const RegressionTrials& trials,
                                                        std::uint64_t seed,
                                                        std::uint64_t block,
                                                        std::size_t count) {
-  return trials.at.parameters == 4 ? HWY_DYNAMIC_DISPATCH(RunTrials)(trials, seed, block, count)
+  return trials.at.parameters == 4 ? AXISCAL_CALL(RunTrials)(trials, seed, block, count)
                                    : run_regression_trials_plain(trials, seed, block, count);
 }
 #else

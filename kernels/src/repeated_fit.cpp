@@ -130,14 +130,14 @@ void fit_repeatedly_plain(const RepeatedDesign& design,
 }
 
 #ifdef AXISCAL_HIGHWAY
-HWY_EXPORT(FitFour);
+AXISCAL_KERNEL(FitFour);
 
 void fit_repeatedly(const RepeatedDesign& design,
                     std::span<const double> responses,
                     std::span<double> estimates,
                     std::span<double> rss) {
   const std::size_t done =
-      design.parameters == 4 ? HWY_DYNAMIC_DISPATCH(FitFour)(design, responses, estimates, rss) : 0;
+      design.parameters == 4 ? AXISCAL_CALL(FitFour)(design, responses, estimates, rss) : 0;
   fit_from(design, responses, estimates, rss, done);
 }
 #else

@@ -63,14 +63,14 @@ double sum_of_squared_second_differences_plain(std::span<const double> x,
 }
 
 #ifdef AXISCAL_HIGHWAY
-HWY_EXPORT(SumSquares);
+AXISCAL_KERNEL(SumSquares);
 
 double sum_of_squared_second_differences(std::span<const double> x,
                                          std::size_t m,
                                          std::size_t first,
                                          std::size_t count) {
   std::size_t done = 0;
-  const double sum = HWY_DYNAMIC_DISPATCH(SumSquares)(x.data() + first, m, count, done);
+  const double sum = AXISCAL_CALL(SumSquares)(x.data() + first, m, count, done);
   return sum + sum_of_squared_second_differences_plain(x, m, first + done, count - done);
 }
 #else

@@ -159,7 +159,7 @@ void joined_sliding_variance_plain(std::span<const std::span<const double>> colu
 }
 
 #ifdef AXISCAL_HIGHWAY
-HWY_EXPORT(SlideVariance);
+AXISCAL_KERNEL(SlideVariance);
 
 void joined_sliding_variance(std::span<const std::span<const double>> columns,
                              std::size_t window,
@@ -167,7 +167,7 @@ void joined_sliding_variance(std::span<const std::span<const double>> columns,
   if (joined.empty()) {
     return;
   }
-  const std::size_t done = HWY_DYNAMIC_DISPATCH(SlideVariance)(columns, window, joined);
+  const std::size_t done = AXISCAL_CALL(SlideVariance)(columns, window, joined);
   std::span<double> rest = joined.subspan(done);
   std::fill(rest.begin(), rest.end(), 0.0);
   for (const std::span<const double> column : columns) {

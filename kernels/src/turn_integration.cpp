@@ -167,10 +167,10 @@ std::vector<IntegratedTurn> PackedTurns::integrate_plain(std::span<const double,
 }
 
 #ifdef AXISCAL_HIGHWAY
-HWY_EXPORT(IntegrateGroup);
+AXISCAL_KERNEL(IntegrateGroup);
 
 std::vector<IntegratedTurn> PackedTurns::integrate(std::span<const double, 9> B) const {
-  return integrated_by(HWY_DYNAMIC_DISPATCH(IntegrateGroup), B);
+  return integrated_by(AXISCAL_CALL(IntegrateGroup), B);
 }
 #else
 std::vector<IntegratedTurn> PackedTurns::integrate(std::span<const double, 9> B) const {

@@ -18,6 +18,8 @@
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/version.hpp"
 #include "html.hpp"
+#elif defined(AXISCAL_PDF_ARCHIVE_MODULE)
+#include "axiscal/core/late_module.hpp"
 #endif
 
 namespace axiscal {
@@ -117,6 +119,18 @@ std::string archived_pdf(const std::string& content,
   }
 }
 
+#elif defined(AXISCAL_PDF_ARCHIVE_MODULE)
+
+std::string archived_pdf(const std::string& pdf,
+                         const std::string& title,
+                         const PdfAttachment& attachment) {
+  static const auto archive = reinterpret_cast<decltype(&axiscal_archive_pdf)>(
+      module_symbol(AXISCAL_PDF_ARCHIVE_MODULE, "axiscal_archive_pdf"));
+  std::string archived;
+  archive(pdf, title, attachment, archived);
+  return archived;
+}
+
 #else
 
 std::string archived_pdf(const std::string& pdf,
@@ -128,3 +142,12 @@ std::string archived_pdf(const std::string& pdf,
 #endif
 
 }  // namespace axiscal
+
+#ifdef AXISCAL_QPDF
+void axiscal_archive_pdf(const std::string& pdf,
+                         const std::string& title,
+                         const axiscal::PdfAttachment& attachment,
+                         std::string& archived) {
+  archived = axiscal::archived_pdf(pdf, title, attachment);
+}
+#endif

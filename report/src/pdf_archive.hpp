@@ -22,3 +22,10 @@ std::string archived_pdf(const std::string& pdf,
                          const PdfAttachment& attachment);
 
 }  // namespace axiscal
+
+/// What the module with qpdf in it exports.
+extern "C" __attribute__((visibility("default"))) void axiscal_archive_pdf(
+    const std::string& pdf,
+    const std::string& title,
+    const axiscal::PdfAttachment& attachment,
+    std::string& archived);

@@ -39,6 +39,7 @@ axiscal simulate --truth truth.json --noise 1e-4 -o run.csv
 axiscal calibrate run.csv --instrument accelerometer --field gravity --unit V -o cal.json >/dev/null
 axiscal export cal.json --format c-header | grep -q axiscal_accelerometer_inverse
 axiscal report cal.json run.csv -o report.html && grep -q "</html>" report.html
+axiscal export cal.json --format xlsx -o coefficients.xlsx && test -s coefficients.xlsx
 axiscal --version
 TRY
 

@@ -19,9 +19,28 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
+#include "axiscal/core/late_library.hpp"
 
 namespace axiscal {
 namespace {
+
+#ifdef AXISCAL_LIBARCHIVE
+AXISCAL_LATE_LIBRARY(libarchive, AXISCAL_LIBARCHIVE)
+AXISCAL_LATE(libarchive, archive_error_string)
+AXISCAL_LATE(libarchive, archive_read_data)
+AXISCAL_LATE(libarchive, archive_read_free)
+AXISCAL_LATE(libarchive, archive_read_new)
+AXISCAL_LATE(libarchive, archive_read_next_header)
+AXISCAL_LATE(libarchive, archive_read_open)
+AXISCAL_LATE(libarchive, archive_read_support_filter_bzip2)
+AXISCAL_LATE(libarchive, archive_read_support_filter_compress)
+AXISCAL_LATE(libarchive, archive_read_support_filter_lz4)
+AXISCAL_LATE(libarchive, archive_read_support_filter_lzip)
+AXISCAL_LATE(libarchive, archive_read_support_filter_xz)
+AXISCAL_LATE(libarchive, archive_read_support_filter_zstd)
+AXISCAL_LATE(libarchive, archive_read_support_format_raw)
+AXISCAL_LATE(libarchive, archive_set_error)
+#endif
 
 std::string compression_of(std::string_view start) {
   using namespace std::string_view_literals;

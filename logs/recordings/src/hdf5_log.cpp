@@ -3,6 +3,7 @@
 // records; those of as many rows are one table. The library is not safe with damaged files:
 // other_process.hpp.
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/late_library.hpp"
 #include "log_source.hpp"
 
 #ifdef AXISCAL_HDF5
@@ -17,6 +18,31 @@ namespace axiscal {
 
 #ifdef AXISCAL_HDF5
 namespace {
+
+AXISCAL_LATE_LIBRARY(libhdf5, AXISCAL_HDF5)
+AXISCAL_LATE(libhdf5, H5Dclose)
+AXISCAL_LATE(libhdf5, H5Dget_space)
+AXISCAL_LATE(libhdf5, H5Dget_type)
+AXISCAL_LATE(libhdf5, H5Dopen2)
+AXISCAL_LATE(libhdf5, H5Dread)
+AXISCAL_LATE(libhdf5, H5Eset_auto2)
+AXISCAL_LATE(libhdf5, H5Fclose)
+AXISCAL_LATE(libhdf5, H5Fopen)
+AXISCAL_LATE(libhdf5, H5Ovisit1)
+AXISCAL_LATE(libhdf5, H5Sclose)
+AXISCAL_LATE(libhdf5, H5Sget_simple_extent_dims)
+AXISCAL_LATE(libhdf5, H5Sget_simple_extent_ndims)
+AXISCAL_LATE(libhdf5, H5Tclose)
+AXISCAL_LATE(libhdf5, H5Tcreate)
+AXISCAL_LATE(libhdf5, H5Tget_class)
+AXISCAL_LATE(libhdf5, H5Tget_member_name)
+AXISCAL_LATE(libhdf5, H5Tget_member_type)
+AXISCAL_LATE(libhdf5, H5Tget_nmembers)
+AXISCAL_LATE(libhdf5, H5Tinsert)
+AXISCAL_LATE(libhdf5, H5check_version)
+AXISCAL_LATE(libhdf5, H5free_memory)
+AXISCAL_LATE(libhdf5, H5open)
+AXISCAL_LATE_VARIABLE(libhdf5, H5T_NATIVE_DOUBLE_g)
 
 constexpr std::size_t most_numbers = std::size_t{1} << 30U;
 
@@ -72,8 +98,8 @@ void add_numbers(hid_t dataset,
 }
 
 void add_dataset(hid_t dataset, const std::string& name, SeriesTables& tables) {
-  const Handle space(H5Dget_space(dataset), &H5Sclose);
-  const Handle type(H5Dget_type(dataset), &H5Tclose);
+  const Handle space(H5Dget_space(dataset), H5Sclose);
+  const Handle type(H5Dget_type(dataset), H5Tclose);
   const int dimensions = H5Sget_simple_extent_ndims(space);
   std::array<hsize_t, 2> sizes = {1, 1};
   if (dimensions < 1 || dimensions > 2 ||
@@ -92,14 +118,14 @@ void add_dataset(hid_t dataset, const std::string& name, SeriesTables& tables) {
   }
   const int members = H5Tget_nmembers(type);
   for (unsigned m = 0; m < static_cast<unsigned>(std::max(members, 0)); ++m) {
-    const Handle member(H5Tget_member_type(type, m), &H5Tclose);
+    const Handle member(H5Tget_member_type(type, m), H5Tclose);
     char* const member_name = H5Tget_member_name(type, m);
     if (member_name == nullptr) {
       continue;
     }
     const std::string own(member_name);
     if (is_number(member)) {
-      const Handle wanted(H5Tcreate(H5T_COMPOUND, sizeof(double)), &H5Tclose);
+      const Handle wanted(H5Tcreate(H5T_COMPOUND, sizeof(double)), H5Tclose);
       H5Tinsert(wanted, member_name, 0, H5T_NATIVE_DOUBLE);
       add_numbers(dataset, wanted, own, rows, 1, tables);
     }
@@ -109,7 +135,7 @@ void add_dataset(hid_t dataset, const std::string& name, SeriesTables& tables) {
 
 herr_t visit(hid_t place, const char* name, const H5O_info_t* info, void* to) {
   if (info->type == H5O_TYPE_DATASET) {
-    const Handle dataset(H5Dopen2(place, name, H5P_DEFAULT), &H5Dclose);
+    const Handle dataset(H5Dopen2(place, name, H5P_DEFAULT), H5Dclose);
     if (dataset >= 0) {
       add_dataset(dataset, name, *static_cast<SeriesTables*>(to));
     }
@@ -119,7 +145,7 @@ herr_t visit(hid_t place, const char* name, const H5O_info_t* info, void* to) {
 
 SeriesTables read_hdf5(const std::string& path) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), &H5Fclose);
+  const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (file < 0) {
     throw Error("the HDF5 file is damaged");
   }

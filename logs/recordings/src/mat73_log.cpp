@@ -9,6 +9,7 @@
 #include <matio.h>
 
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/late_library.hpp"
 #include "other_process.hpp"
 #endif
 
@@ -16,6 +17,16 @@ namespace axiscal {
 
 #ifdef AXISCAL_MATIO
 namespace {
+
+AXISCAL_LATE_LIBRARY(libmatio, AXISCAL_MATIO)
+AXISCAL_LATE(libmatio, Mat_Close)
+AXISCAL_LATE(libmatio, Mat_GetDir)
+AXISCAL_LATE(libmatio, Mat_Open)
+AXISCAL_LATE(libmatio, Mat_VarFree)
+AXISCAL_LATE(libmatio, Mat_VarGetNumberOfFields)
+AXISCAL_LATE(libmatio, Mat_VarGetStructFieldByIndex)
+AXISCAL_LATE(libmatio, Mat_VarGetStructFieldnames)
+AXISCAL_LATE(libmatio, Mat_VarRead)
 
 struct CloseFile {
   void operator()(mat_t* file) const { Mat_Close(file); }

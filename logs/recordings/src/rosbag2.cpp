@@ -3,6 +3,7 @@
 // from Iron on message_definitions.
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/late_library.hpp"
 #include "series_decoder.hpp"
 
 #ifdef AXISCAL_SQLITE
@@ -19,6 +20,21 @@ namespace axiscal {
 
 #ifdef AXISCAL_SQLITE
 namespace {
+
+AXISCAL_LATE_LIBRARY(libsqlite, AXISCAL_SQLITE)
+AXISCAL_LATE(libsqlite, sqlite3_close_v2)
+AXISCAL_LATE(libsqlite, sqlite3_column_blob)
+AXISCAL_LATE(libsqlite, sqlite3_column_bytes)
+AXISCAL_LATE(libsqlite, sqlite3_column_int64)
+AXISCAL_LATE(libsqlite, sqlite3_column_text)
+AXISCAL_LATE(libsqlite, sqlite3_db_config)
+AXISCAL_LATE(libsqlite, sqlite3_errmsg)
+AXISCAL_LATE(libsqlite, sqlite3_exec)
+AXISCAL_LATE(libsqlite, sqlite3_finalize)
+AXISCAL_LATE(libsqlite, sqlite3_limit)
+AXISCAL_LATE(libsqlite, sqlite3_open_v2)
+AXISCAL_LATE(libsqlite, sqlite3_prepare_v2)
+AXISCAL_LATE(libsqlite, sqlite3_step)
 
 struct CloseDatabase {
   void operator()(sqlite3* database) const { sqlite3_close_v2(database); }

@@ -2,6 +2,7 @@
 // Zip archives: NumPy's .npz, spreadsheets, and the tables that phones' programs pack together.
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/late_library.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "opened.hpp"
 #include "series_tables.hpp"
@@ -16,6 +17,16 @@ namespace axiscal {
 
 #ifdef AXISCAL_LIBARCHIVE
 namespace {
+
+AXISCAL_LATE_LIBRARY(libarchive, AXISCAL_LIBARCHIVE)
+AXISCAL_LATE(libarchive, archive_entry_filetype)
+AXISCAL_LATE(libarchive, archive_entry_pathname)
+AXISCAL_LATE(libarchive, archive_read_data)
+AXISCAL_LATE(libarchive, archive_read_free)
+AXISCAL_LATE(libarchive, archive_read_new)
+AXISCAL_LATE(libarchive, archive_read_next_header)
+AXISCAL_LATE(libarchive, archive_read_open_filename)
+AXISCAL_LATE(libarchive, archive_read_support_format_zip)
 
 struct FreeArchive {
   void operator()(archive* a) const { archive_read_free(a); }
