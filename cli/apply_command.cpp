@@ -28,7 +28,7 @@ struct ApplyCommand {
   std::optional<std::string> noise, resolution, temperature_u;
   TableOptions table;
   std::optional<std::string> field_magnitude_u, level;
-  std::optional<std::string> frame, body, joint, alarm;
+  std::optional<std::string> frame, body, joint, alarm, decimals;
   bool uncertainty = false;
   bool expanded = false;
   bool follow = false;
@@ -83,6 +83,8 @@ void add_options(OptionSet& options, ApplyCommand& command) {
   options.add("--temperature-u", command.temperature_u, "U",
               "of the temperature output, for --uncertainty; the record's");
   add_table_options(options, command.table);
+  options.add("--decimals", command.decimals, "N",
+              "of every result, 0 to 15: faster; as many as read back to the same number");
   options.add_flag("--follow", command.follow, "write each row at once");
   options.add_flag("--strict", command.strict, "stop at a row that cannot be reduced");
   options.add_flag("--force", command.force, "use a refused record");
@@ -346,6 +348,13 @@ int run(const ApplyCommand& command) {
   ReductionCsvOptions options;
   options.strict = command.strict;
   options.every_row = command.follow;
+  if (command.decimals) {
+    options.decimals = whole_number_of("--decimals", *command.decimals, 0);
+    constexpr int most = 15;
+    if (*options.decimals > most) {
+      throw UsageError("--decimals: must be 15 or less");
+    }
+  }
   if (attitude_reducer) {
     options.attitude = &*attitude_reducer;
     options.attitude_columns = columns_in(csv, *attitude);

@@ -61,12 +61,14 @@ endfunction()
 # axiscal_link(TARGET LIBRARY PATH)
 #
 # Links a library that only this target's sources see, by its name. Where AXISCAL_STATIC_SMALL_LIBRARIES
-# has its archive linked, a program has one library less to load.
+# has its archive linked, a program of this build has one library less to load.
 function(axiscal_link target library path)
   string(REGEX REPLACE "[.]so$" ".a" archive "${path}")
   if(library IN_LIST AXISCAL_SMALL_LIBRARIES AND EXISTS "${archive}")
     get_filename_component(library "${archive}" NAME)
-    target_link_libraries(${target} PRIVATE "-l:${library}")
+    get_filename_component(name "${path}" NAME_WE)
+    string(REGEX REPLACE "^lib" "" name "${name}")
+    target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:-l:${library}> $<INSTALL_INTERFACE:${name}>)
   else()
     target_link_libraries(${target} PRIVATE ${library})
   endif()
@@ -86,28 +88,44 @@ function(axiscal_use_library target library header definition)
     return()
   endif()
   target_compile_definitions(${target} PRIVATE ${definition})
-  if("LATE" IN_LIST ARGN AND AXISCAL_LATE_LIBRARIES)
-    axiscal_load_late(${target} "${${definition}_LIBRARY}" ${definition})
+  if("LATE" IN_LIST ARGN)
+    axiscal_load_late(${target} ${library} "${${definition}_LIBRARY}" ${definition})
   else()
     axiscal_link(${target} ${library} "${${definition}_LIBRARY}")
   endif()
 endfunction()
 
-# axiscal_load_late(TARGET PATH DEFINITION)
+# axiscal_load_late(TARGET LIBRARY PATH DEFINITION)
 #
-# Defines DEFINITION_FILE, a library's soname, and DEFINITION_PACKAGE, what installs it.
-function(axiscal_load_late target path definition)
-  if(NOT DEFINED ${definition}_SONAME)
+# Defines DEFINITION_FILE, a library's soname, and DEFINITION_PACKAGE, what installs it; links the library
+# where it has no soname, or nothing is to be loaded late.
+function(axiscal_load_late target library path definition)
+  if(NOT AXISCAL_LATE_LIBRARIES OR NOT EXISTS "${path}")
+    axiscal_link(${target} ${library} "${path}")
+    return()
+  endif()
+  file(REAL_PATH "${path}" real)
+  if(NOT "${${definition}_LATE}" STREQUAL "${real}")
     execute_process(COMMAND "${CMAKE_OBJDUMP}" -p "${path}" OUTPUT_VARIABLE said ERROR_QUIET)
-    string(REGEX MATCH "SONAME +([^ \n]+)" soname "${said}")
-    set(${definition}_SONAME "${CMAKE_MATCH_1}" CACHE INTERNAL "")
-    file(REAL_PATH "${path}" real)
+    set(soname "")
+    if(said MATCHES "SONAME +([^ \n]+)")
+      set(soname "${CMAKE_MATCH_1}")
+    endif()
+    set(package "")
     execute_process(COMMAND dpkg-query -S "${real}" OUTPUT_VARIABLE said ERROR_QUIET)
-    string(REGEX MATCH "^[^:,]+" package "${said}")
+    if(said MATCHES "^([^:,]+)")
+      set(package "${CMAKE_MATCH_1}")
+    endif()
+    set(${definition}_LATE "${real}" CACHE INTERNAL "")
+    set(${definition}_SONAME "${soname}" CACHE INTERNAL "")
     set(${definition}_PACKAGE "${package}" CACHE INTERNAL "")
   endif()
+  if("${${definition}_SONAME}" STREQUAL "")
+    axiscal_link(${target} ${library} "${path}")
+    return()
+  endif()
   target_compile_definitions(
-    ${target} PRIVATE AXISCAL_LATE_LIBRARIES ${definition}_FILE="${${definition}_SONAME}"
+    ${target} PRIVATE ${definition}_LATE ${definition}_FILE="${${definition}_SONAME}"
                       ${definition}_PACKAGE="${${definition}_PACKAGE}")
   target_link_libraries(${target} PRIVATE ${CMAKE_DL_LIBS})
   set_property(GLOBAL APPEND PROPERTY AXISCAL_LATE_PACKAGES ${${definition}_PACKAGE})
@@ -127,7 +145,7 @@ function(axiscal_add_late_module target module definition)
   include(GNUInstallDirs)
   file(RELATIVE_PATH from_program "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_LIBDIR}/axiscal")
   target_compile_definitions(
-    ${target} PRIVATE AXISCAL_LATE_LIBRARIES ${definition}="${module}.so"
+    ${target} PRIVATE ${definition}="${module}.so"
                       AXISCAL_MODULES_FROM_PROGRAM="${from_program}"
                       AXISCAL_MODULES_INSTALLED="${CMAKE_INSTALL_FULL_LIBDIR}/axiscal")
   target_link_libraries(${target} PRIVATE ${CMAKE_DL_LIBS})

@@ -22,6 +22,7 @@ namespace axiscal {
 #ifdef AXISCAL_IIO
 namespace {
 
+#ifdef AXISCAL_IIO_LATE
 AXISCAL_LATE_LIBRARY(libiio, AXISCAL_IIO)
 AXISCAL_LATE(libiio, iio_buffer_destroy)
 AXISCAL_LATE(libiio, iio_buffer_end)
@@ -54,6 +55,7 @@ AXISCAL_LATE(libiio, iio_device_get_name)
 AXISCAL_LATE(libiio, iio_scan_context_destroy)
 AXISCAL_LATE(libiio, iio_scan_context_get_info_list)
 AXISCAL_LATE(libiio, iio_strerror)
+#endif
 
 constexpr unsigned answer_within_ms = 2000;
 constexpr double retry_after_s = 1.0;
@@ -350,7 +352,12 @@ std::unique_ptr<Source> open_iio_source(const SourceAddress& address) {
 
 std::vector<FoundSource> find_iio_devices() {
   std::vector<FoundSource> found;
-  iio_scan_context* const scan = iio_create_scan_context(nullptr, 0);
+  iio_scan_context* scan = nullptr;
+  try {
+    scan = iio_create_scan_context(nullptr, 0);
+  } catch (const RefusedError&) {
+    return found;  // without the library there is no device of it
+  }
   if (scan == nullptr) {
     return found;
   }

@@ -6,7 +6,6 @@
 #include <openssl/bio.h>
 #include <openssl/conf.h>
 #include <openssl/dh.h>
-#include <openssl/engine.h>
 #include <openssl/err.h>
 #include <openssl/pem.h>
 #include <openssl/rsa.h>
@@ -15,7 +14,7 @@
 
 #include "axiscal/core/late_library.hpp"
 
-#ifdef AXISCAL_LATE_LIBRARIES
+#if defined(AXISCAL_OPENSSL_LATE) && defined(AXISCAL_CRYPTO_LATE)
 #define AXISCAL_LATE_GLOBAL(LIBRARY, FUNCTION)                                \
   [[maybe_unused]] static const ::axiscal::LateFunction<decltype(::FUNCTION)> \
       axiscal_late_##FUNCTION{LIBRARY, #FUNCTION};
@@ -72,15 +71,33 @@ AXISCAL_LATE_GLOBAL(axiscal_libssl, SSL_write)
 AXISCAL_LATE_GLOBAL(axiscal_libssl, TLS_client_method)
 AXISCAL_LATE_GLOBAL(axiscal_libssl, TLS_method)
 AXISCAL_LATE_GLOBAL(axiscal_libssl, TLS_server_method)
+#if !defined(OPENSSL_NO_TLS1_1_METHOD)
 AXISCAL_LATE_GLOBAL(axiscal_libssl, TLSv1_1_client_method)
+#endif
+#if !defined(OPENSSL_NO_TLS1_1_METHOD)
 AXISCAL_LATE_GLOBAL(axiscal_libssl, TLSv1_1_method)
+#endif
+#if !defined(OPENSSL_NO_TLS1_1_METHOD)
 AXISCAL_LATE_GLOBAL(axiscal_libssl, TLSv1_1_server_method)
+#endif
+#if !defined(OPENSSL_NO_TLS1_2_METHOD)
 AXISCAL_LATE_GLOBAL(axiscal_libssl, TLSv1_2_client_method)
+#endif
+#if !defined(OPENSSL_NO_TLS1_2_METHOD)
 AXISCAL_LATE_GLOBAL(axiscal_libssl, TLSv1_2_method)
+#endif
+#if !defined(OPENSSL_NO_TLS1_2_METHOD)
 AXISCAL_LATE_GLOBAL(axiscal_libssl, TLSv1_2_server_method)
+#endif
+#if !defined(OPENSSL_NO_TLS1_METHOD)
 AXISCAL_LATE_GLOBAL(axiscal_libssl, TLSv1_client_method)
+#endif
+#if !defined(OPENSSL_NO_TLS1_METHOD)
 AXISCAL_LATE_GLOBAL(axiscal_libssl, TLSv1_method)
+#endif
+#if !defined(OPENSSL_NO_TLS1_METHOD)
 AXISCAL_LATE_GLOBAL(axiscal_libssl, TLSv1_server_method)
+#endif
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, BIO_ctrl)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, BIO_ctrl_pending)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, BIO_free)
@@ -89,15 +106,12 @@ AXISCAL_LATE_GLOBAL(axiscal_libcrypto, BIO_new_file)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, BIO_new_mem_buf)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, BIO_read)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, BIO_write)
-AXISCAL_LATE_GLOBAL(axiscal_libcrypto, CONF_modules_unload)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, DH_free)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, ERR_clear_error)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, ERR_get_error)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, ERR_peek_error)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, ERR_peek_last_error)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, ERR_reason_error_string)
-AXISCAL_LATE_GLOBAL(axiscal_libcrypto, ERR_remove_state)
-AXISCAL_LATE_GLOBAL(axiscal_libcrypto, ERR_remove_thread_state)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, EVP_PKEY_free)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, PEM_read_bio_DHparams)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, PEM_read_bio_PrivateKey)
@@ -111,6 +125,9 @@ AXISCAL_LATE_GLOBAL(axiscal_libcrypto, X509_free)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, d2i_PrivateKey_bio)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, d2i_RSAPrivateKey_bio)
 #pragma GCC diagnostic pop
+
+// Older ones of Asio call it as a program ends, which is no time to load a library.
+[[maybe_unused]] static inline void axiscal_late_CONF_modules_unload(int /*all*/) {}
 
 #define SSL_CTX_clear_options axiscal_late_SSL_CTX_clear_options
 #define SSL_CTX_ctrl axiscal_late_SSL_CTX_ctrl
@@ -159,15 +176,33 @@ AXISCAL_LATE_GLOBAL(axiscal_libcrypto, d2i_RSAPrivateKey_bio)
 #define TLS_client_method axiscal_late_TLS_client_method
 #define TLS_method axiscal_late_TLS_method
 #define TLS_server_method axiscal_late_TLS_server_method
+#if !defined(OPENSSL_NO_TLS1_1_METHOD)
 #define TLSv1_1_client_method axiscal_late_TLSv1_1_client_method
+#endif
+#if !defined(OPENSSL_NO_TLS1_1_METHOD)
 #define TLSv1_1_method axiscal_late_TLSv1_1_method
+#endif
+#if !defined(OPENSSL_NO_TLS1_1_METHOD)
 #define TLSv1_1_server_method axiscal_late_TLSv1_1_server_method
+#endif
+#if !defined(OPENSSL_NO_TLS1_2_METHOD)
 #define TLSv1_2_client_method axiscal_late_TLSv1_2_client_method
+#endif
+#if !defined(OPENSSL_NO_TLS1_2_METHOD)
 #define TLSv1_2_method axiscal_late_TLSv1_2_method
+#endif
+#if !defined(OPENSSL_NO_TLS1_2_METHOD)
 #define TLSv1_2_server_method axiscal_late_TLSv1_2_server_method
+#endif
+#if !defined(OPENSSL_NO_TLS1_METHOD)
 #define TLSv1_client_method axiscal_late_TLSv1_client_method
+#endif
+#if !defined(OPENSSL_NO_TLS1_METHOD)
 #define TLSv1_method axiscal_late_TLSv1_method
+#endif
+#if !defined(OPENSSL_NO_TLS1_METHOD)
 #define TLSv1_server_method axiscal_late_TLSv1_server_method
+#endif
 #define BIO_ctrl axiscal_late_BIO_ctrl
 #define BIO_ctrl_pending axiscal_late_BIO_ctrl_pending
 #define BIO_free axiscal_late_BIO_free
@@ -183,8 +218,6 @@ AXISCAL_LATE_GLOBAL(axiscal_libcrypto, d2i_RSAPrivateKey_bio)
 #define ERR_peek_error axiscal_late_ERR_peek_error
 #define ERR_peek_last_error axiscal_late_ERR_peek_last_error
 #define ERR_reason_error_string axiscal_late_ERR_reason_error_string
-#define ERR_remove_state axiscal_late_ERR_remove_state
-#define ERR_remove_thread_state axiscal_late_ERR_remove_thread_state
 #define EVP_PKEY_free axiscal_late_EVP_PKEY_free
 #define PEM_read_bio_DHparams axiscal_late_PEM_read_bio_DHparams
 #define PEM_read_bio_PrivateKey axiscal_late_PEM_read_bio_PrivateKey

@@ -20,6 +20,7 @@ namespace axiscal {
 #ifdef AXISCAL_MQTT
 namespace {
 
+#ifdef AXISCAL_MQTT_LATE
 AXISCAL_LATE_LIBRARY(libmosquitto, AXISCAL_MQTT)
 AXISCAL_LATE(libmosquitto, mosquitto_connack_string)
 AXISCAL_LATE(libmosquitto, mosquitto_connect)
@@ -32,6 +33,7 @@ AXISCAL_LATE(libmosquitto, mosquitto_new)
 AXISCAL_LATE(libmosquitto, mosquitto_strerror)
 AXISCAL_LATE(libmosquitto, mosquitto_subscribe)
 AXISCAL_LATE(libmosquitto, mosquitto_username_pw_set)
+#endif
 
 constexpr int keep_alive_s = 10;
 constexpr double connect_again_after_s = 1.0;

@@ -11,9 +11,11 @@ namespace axiscal {
 #ifdef AXISCAL_QRENCODE
 namespace {
 
+#ifdef AXISCAL_QRENCODE_LATE
 AXISCAL_LATE_LIBRARY(libqrencode, AXISCAL_QRENCODE)
 AXISCAL_LATE(libqrencode, QRcode_encodeString)
 AXISCAL_LATE(libqrencode, QRcode_free)
+#endif
 
 }  // namespace
 #endif
@@ -21,8 +23,12 @@ AXISCAL_LATE(libqrencode, QRcode_free)
 std::string qr_code(const std::string& text) {
   std::string drawn;
 #ifdef AXISCAL_QRENCODE
-  const std::unique_ptr<QRcode, void (*)(QRcode*)> code(
-      QRcode_encodeString(text.c_str(), 0, QR_ECLEVEL_M, QR_MODE_8, 1), QRcode_free);
+  std::unique_ptr<QRcode, void (*)(QRcode*)> code(nullptr, nullptr);
+  try {
+    code = {QRcode_encodeString(text.c_str(), 0, QR_ECLEVEL_M, QR_MODE_8, 1), QRcode_free};
+  } catch (const RefusedError&) {
+    return drawn;  // the address beside it says as much
+  }
   if (!code) {
     return drawn;
   }

@@ -24,6 +24,7 @@ namespace axiscal {
 #ifdef AXISCAL_OPENSSL
 namespace {
 
+#ifdef AXISCAL_CRYPTO_LATE
 AXISCAL_LATE_LIBRARY(libcrypto, AXISCAL_CRYPTO)
 AXISCAL_LATE(libcrypto, BIO_ctrl)
 AXISCAL_LATE(libcrypto, BIO_free)
@@ -57,6 +58,7 @@ AXISCAL_LATE(libcrypto, X509_set_issuer_name)
 AXISCAL_LATE(libcrypto, X509_set_pubkey)
 AXISCAL_LATE(libcrypto, X509_set_version)
 AXISCAL_LATE(libcrypto, X509_sign)
+#endif
 
 [[noreturn]] void fail() {
   std::array<char, 256> why{};

@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/read_double.hpp"
@@ -58,6 +59,34 @@ std::optional<std::vector<double>> parse_numbers(std::string_view text) {
 
 char* write_number(char* first, double value) noexcept {
   return std::to_chars(first, first + number_text_size, value + 0.0).ptr;  // -0 + 0 is 0
+}
+
+char* write_decimals(char* first, double value, int decimals) noexcept {
+  static constexpr std::array powers = {1.0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                        1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+  constexpr double exact_below = 9e15;
+  const double units = std::round(value * powers[static_cast<std::size_t>(decimals)]);
+  if (!(std::abs(units) < exact_below)) {
+    return write_number(first, value);
+  }
+  if (units < 0.0) {
+    *first++ = '-';
+  }
+  // One digit before the point at least.
+  std::array<char, number_text_size> digits{};
+  auto left = static_cast<std::uint64_t>(std::abs(units));
+  int count = 0;
+  do {
+    digits[static_cast<std::size_t>(count++)] = static_cast<char>('0' + left % 10);
+    left /= 10;
+  } while (left > 0 || count <= decimals);
+  while (count > 0) {
+    *first++ = digits[static_cast<std::size_t>(--count)];
+    if (count == decimals && decimals > 0) {
+      *first++ = '.';
+    }
+  }
+  return first;
 }
 
 std::string number_text(double value) {

@@ -33,7 +33,7 @@
 namespace axiscal {
 namespace {
 
-#ifdef AXISCAL_MATIO
+#ifdef AXISCAL_MATIO_LATE
 AXISCAL_LATE_LIBRARY(libmatio, AXISCAL_MATIO)
 AXISCAL_LATE(libmatio, Mat_Close)
 AXISCAL_LATE(libmatio, Mat_CreateVer)
@@ -42,7 +42,7 @@ AXISCAL_LATE(libmatio, Mat_VarFree)
 AXISCAL_LATE(libmatio, Mat_VarWrite)
 #endif
 
-#ifdef AXISCAL_LIBARCHIVE
+#ifdef AXISCAL_LIBARCHIVE_LATE
 AXISCAL_LATE_LIBRARY(libarchive, AXISCAL_LIBARCHIVE)
 AXISCAL_LATE(libarchive, archive_entry_free)
 AXISCAL_LATE(libarchive, archive_entry_new)

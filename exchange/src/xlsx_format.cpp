@@ -30,6 +30,7 @@
 namespace axiscal {
 namespace {
 
+#ifdef AXISCAL_XLSXWRITER_LATE
 AXISCAL_LATE_LIBRARY(libxlsxwriter, AXISCAL_XLSXWRITER)
 AXISCAL_LATE(libxlsxwriter, format_set_bg_color)
 AXISCAL_LATE(libxlsxwriter, format_set_bold)
@@ -45,6 +46,7 @@ AXISCAL_LATE(libxlsxwriter, worksheet_write_formula_num)
 AXISCAL_LATE(libxlsxwriter, worksheet_write_formula_str)
 AXISCAL_LATE(libxlsxwriter, worksheet_write_number)
 AXISCAL_LATE(libxlsxwriter, worksheet_write_string)
+#endif
 
 constexpr int example_rows = 12;
 constexpr double yaw_above_deg = 85.0;

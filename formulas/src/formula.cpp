@@ -23,6 +23,7 @@ namespace axiscal {
 
 namespace {
 
+#ifdef AXISCAL_MUPARSER_LATE
 AXISCAL_LATE_LIBRARY(libmuparser, AXISCAL_MUPARSER)
 AXISCAL_LATE(libmuparser, mupCreate)
 AXISCAL_LATE(libmuparser, mupDefineConst)
@@ -35,6 +36,7 @@ AXISCAL_LATE(libmuparser, mupGetExprVar)
 AXISCAL_LATE(libmuparser, mupGetExprVarNum)
 AXISCAL_LATE(libmuparser, mupRelease)
 AXISCAL_LATE(libmuparser, mupSetExpr)
+#endif
 
 double hypotenuse(double a, double b) {
   return std::hypot(a, b);
@@ -56,6 +58,11 @@ struct Formula::Parsed {
 
 Formula::Formula(const std::string& text, std::vector<std::string> names)
     : text_(text), parsed_(std::make_shared<Parsed>()) {
+  constexpr std::size_t longest = 1900;  // muParser's messages, which hold it, have 2048
+  if (text.size() > longest) {
+    throw DomainError(formatted("the formula '{}...': has {} characters; at most {} are read",
+                                text.substr(0, 40), text.size(), longest));
+  }
   parsed_->values.resize(names.size());
   void* const parser = parsed_->parser.get();
   const auto must = [&] {

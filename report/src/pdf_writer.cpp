@@ -16,6 +16,7 @@
 namespace axiscal {
 namespace {
 
+#ifdef AXISCAL_CAIRO_LATE
 AXISCAL_LATE_LIBRARY(libcairo, AXISCAL_CAIRO)
 AXISCAL_LATE(libcairo, cairo_create)
 AXISCAL_LATE(libcairo, cairo_destroy)
@@ -41,7 +42,9 @@ AXISCAL_LATE(libcairo, cairo_surface_destroy)
 AXISCAL_LATE(libcairo, cairo_surface_finish)
 AXISCAL_LATE(libcairo, cairo_surface_status)
 AXISCAL_LATE(libcairo, cairo_translate)
+#endif
 
+#ifdef AXISCAL_PANGO_LATE
 AXISCAL_LATE_LIBRARY(libpango, AXISCAL_PANGO)
 AXISCAL_LATE(libpango, pango_font_description_free)
 AXISCAL_LATE(libpango, pango_font_description_new)
@@ -55,13 +58,18 @@ AXISCAL_LATE(libpango, pango_layout_set_font_description)
 AXISCAL_LATE(libpango, pango_layout_set_text)
 AXISCAL_LATE(libpango, pango_layout_set_width)
 AXISCAL_LATE(libpango, pango_layout_set_wrap)
+#endif
 
+#ifdef AXISCAL_PANGOCAIRO_LATE
 AXISCAL_LATE_LIBRARY(libpangocairo, AXISCAL_PANGOCAIRO)
 AXISCAL_LATE(libpangocairo, pango_cairo_create_layout)
 AXISCAL_LATE(libpangocairo, pango_cairo_show_layout_line)
+#endif
 
+#ifdef AXISCAL_GOBJECT_LATE
 AXISCAL_LATE_LIBRARY(libgobject, AXISCAL_GOBJECT)
 AXISCAL_LATE(libgobject, g_object_unref)
+#endif
 
 // Points of 1/72 inch.
 constexpr double page_width = 595.28;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/core/number_text.hpp"
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <string>
 #include <vector>
@@ -50,6 +52,40 @@ TEST(NumberText, IsTheShortestThatReadsBack) {
 }
 
 // What stands in where a standard library has no from_chars for double says what it would.
+std::string decimals_of(double value, int decimals) {
+  std::array<char, number_text_size> text{};
+  return {text.data(), write_decimals(text.data(), value, decimals)};
+}
+
+TEST(WriteDecimals, WritesSoMany) {
+  EXPECT_EQ(decimals_of(0.0, 0), "0");
+  EXPECT_EQ(decimals_of(-0.0, 2), "0.00");
+  EXPECT_EQ(decimals_of(-0.004, 2), "0.00");
+  EXPECT_EQ(decimals_of(0.05, 3), "0.050");
+  EXPECT_EQ(decimals_of(-12.3456789, 4), "-12.3457");
+  EXPECT_EQ(decimals_of(7.0, 15), "7.000000000000000");
+  EXPECT_EQ(decimals_of(1e14, 1), "100000000000000.0");
+  EXPECT_EQ(decimals_of(1e300, 3), "1e+300");
+  EXPECT_EQ(decimals_of(-std::numeric_limits<double>::max(), 15),
+            number_text(-std::numeric_limits<double>::max()));
+}
+
+// Against the C library, which rounds exactly.
+TEST(WriteDecimals, RoundsAsThePrinterDoes) {
+  RandomStream random(4);
+  for (int i = 0; i < 20000; ++i) {
+    const double value = random.normal() * std::pow(10.0, i % 9 - 4);
+    const int decimals = i % 7;
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
+    const std::string expected =
+        std::string(text.data()).find_first_not_of("-0.") == std::string::npos && text[0] == '-'
+            ? text.data() + 1
+            : text.data();
+    EXPECT_EQ(decimals_of(value, decimals), expected) << value;
+  }
+}
+
 TEST(ReadDouble, ByTheCLibraryIsWhatFromCharsGives) {
   std::vector<std::string> texts = {"0",
                                     "-0",

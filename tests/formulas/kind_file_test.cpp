@@ -74,6 +74,7 @@ TEST(KindFile, SaysWhatIsWrongWithAFormula) {
   EXPECT_THAT(complaint("x +"), HasSubstr("bad.json"));
   EXPECT_THAT(complaint("x + q"), HasSubstr("q"));
   EXPECT_THAT(complaint("foo(x)"), HasSubstr("foo"));
+  EXPECT_THAT(complaint(std::string(5000, 'q')), HasSubstr("has 5000 characters"));
   const std::string taken =
       folder.write("taken.json",
                    R"js({"format": "axiscal-instrument-kind", "version": 1, "name": "optical"})js");

@@ -17,8 +17,8 @@ namespace {
 // Text that is handed over in large blocks.
 class BlockWriter {
  public:
-  explicit BlockWriter(const std::function<void(std::string_view)>& sink)
-      : sink_(sink), buffer_(1U << 18U) {}
+  BlockWriter(const std::function<void(std::string_view)>& sink, std::optional<int> decimals)
+      : sink_(sink), decimals_(decimals), buffer_(1U << 18U) {}
 
   void put(char c) {
     reserve(1);
@@ -36,8 +36,10 @@ class BlockWriter {
     reserve(number_text_size + 1);
     buffer_[used_++] = ',';
     if (!std::isnan(number)) {
-      used_ =
-          static_cast<std::size_t>(write_number(buffer_.data() + used_, number) - buffer_.data());
+      char* const from = buffer_.data() + used_;
+      char* const end =
+          decimals_ ? write_decimals(from, number, *decimals_) : write_number(from, number);
+      used_ = static_cast<std::size_t>(end - buffer_.data());
     }
   }
 
@@ -59,6 +61,7 @@ class BlockWriter {
   }
 
   const std::function<void(std::string_view)>& sink_;
+  std::optional<int> decimals_;
   std::vector<char> buffer_;
   std::size_t used_ = 0;
 };
@@ -226,7 +229,7 @@ class CsvReduction {
       : csv_(csv),
         reducer_(reducer),
         options_(options),
-        out_(sink),
+        out_(sink, options.decimals),
         results_(result_names(axes, reducer, options)),
         row_(csv, axes, reducer, options.temperature_column) {
     if (options.attitude != nullptr) {

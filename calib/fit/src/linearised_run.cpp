@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/scaled_cholesky.hpp"
 
@@ -75,6 +76,16 @@ LinearisedRun::LinearisedRun(const ReadingSet& set,
 
 LinearisedRun::LinearisedRun(const ReadingSet& set, const Estimate& estimate, bool known_field)
     : LinearisedRun(set, estimate.field, scatter_of(set, estimate), known_field) {}
+
+Eigen::MatrixXd LinearisedRun::taken_up(const Eigen::MatrixXd& changes) const {
+  if (C_.size() > 0) {
+    return C_ * (J_.transpose() * changes);
+  }
+  // What depends on something else nearly takes up the least that will do.
+  const Eigen::VectorXd per_length =
+      J_.colwise().norm().cwiseMax(std::numeric_limits<double>::min()).cwiseInverse();
+  return per_length.asDiagonal() * (pseudo_inverse(J_ * per_length.asDiagonal()) * changes);
+}
 
 std::vector<std::string> LinearisedRun::names() const {
   std::vector<std::string> names;

@@ -69,32 +69,48 @@ ReadingSet reading_set(const ForecastSetup& setup) {
                 .positioner = setup.positioner,
                 .rotation_sensor_from_positioner = setup.mount.rotation_sensor_from_positioner});
   set.readings = observations.readings;
-  set.response = observations.response;
+  // As the nominal response has them in the dark too: one-sided axes are forecast as if they saw
+  // it.
+  set.response.resize(observations.size(), observations.response.cols());
   set.weights = Eigen::MatrixXd::Ones(set.size(), set.axis_count());
-  for (const Reading& reading : set.readings) {
-    set.rotation_sensor_from_table.push_back(set.orientation(*reading.point));
+  const Eigen::Vector3d in_table = field_in_table(setup);
+  for (std::size_t i = 0; i < set.readings.size(); ++i) {
+    const Reading& reading = set.readings[i];
+    const Eigen::Matrix3d rotation = set.orientation(*reading.point);
+    set.rotation_sensor_from_table.push_back(rotation);
+    const Eigen::VectorXd met =
+        setup.nominal.response.sensitivity * (rotation * (reading.level.of_all() * in_table));
+    set.response.row(static_cast<Eigen::Index>(i)) =
+        (setup.nominal.response.bias + met).transpose();
   }
   return set;
 }
 
-LinearMap linear_map(const ForecastSetup& setup,
-                     const LinearisedRun& run,
-                     const TableField& field) {
+// @throws RefusedError, RankDeficientError  with the points to add, where the design alone does not
+//                                           determine the coefficients.
+void check_design(const ForecastSetup& setup, const ReadingSet& set, const TableField& field) {
+  const RowsForPoint row_for = rows_of_points(set, field);
+  if (!method_kind(setup.method).averages_pairs) {
+    require_determined(set, field_design(set, field), row_for);
+    return;
+  }
+  const PairedDesign paired = paired_design(set, field_in_table(setup));
+  if (paired.design.rows() == 0) {
+    throw RefusedError(
+        "method paired: no point has its opposite (same rest face, opposite fence face); use "
+        "method joint",
+        {settings::method});
+  }
+  require_determined(set, paired.design, row_for, true);
+}
+
+LinearMap linear_map(const ForecastSetup& setup, const LinearisedRun& run) {
   const ReadingSet& set = run.set();
   const Eigen::Index m = set.axis_count();
-  const Eigen::Vector3d in_table = field_in_table(setup);
-  const RowsForPoint row_for = rows_of_points(set, field);
   const std::vector<Eigen::Index> open = undetermined_columns(run.columns());
   LinearMap map;
   if (method_kind(setup.method).averages_pairs) {
-    const PairedDesign paired = paired_design(set, in_table);
-    if (paired.design.rows() == 0) {
-      throw RefusedError(
-          "method paired: no point has its opposite (same rest face, opposite fence face); use "
-          "method joint",
-          {settings::method});
-    }
-    require_determined(set, paired.design, row_for, true);
+    const PairedDesign paired = paired_design(set, field_in_table(setup));
     const Eigen::VectorXd root = paired.weights.cwiseSqrt();
     const Eigen::MatrixXd from_readings =
         pseudo_inverse(root.asDiagonal() * paired.design) * root.asDiagonal() * paired.averaging;
@@ -110,7 +126,6 @@ LinearMap linear_map(const ForecastSetup& setup,
     }
     return map;
   }
-  require_determined(set, field_design(set, field), row_for);
   if (!open.empty()) {
     std::vector<std::string> names = names_of_open(open, run.names());
     const std::string list = joined(names);
@@ -291,10 +306,11 @@ struct ForecastParts {
 ForecastParts parts_of(const ForecastSetup& setup) {
   const ReadingSet set = reading_set(setup);
   const TableField field = set.field.with_all(field_in_table(setup));
+  check_design(setup, set, field);
   const LinearisedRun run(set, field, Eigen::VectorXd::Ones(set.axis_count()),
                           method_kind(setup.method).directions_known);
   std::map<std::string, SharedErrors> errors = errors_of_inputs(setup, run, field);
-  return {.map = linear_map(setup, run, field),
+  return {.map = linear_map(setup, run),
           .positioner = std::move(errors["positioner"]),
           .level = std::move(errors["levelness"]),
           .mount = std::move(errors["mount"])};

@@ -37,6 +37,27 @@ double student_t_factor(double coverage, double degrees_of_freedom) {
   return boost::math::quantile(boost::math::complement(distribution, 0.5 * (1.0 - coverage)));
 }
 
+namespace {
+
+// 1 / nu of which a factor is, by the first terms of t's series about the normal distribution's z.
+double guessed_inverse(double factor, double coverage) {
+  const double z =
+      boost::math::quantile(boost::math::complement(boost::math::normal(), 0.5 * (1.0 - coverage)));
+  const double z2 = z * z;
+  const double a = z * (z2 + 1.0) / 4.0;
+  const double b = z * ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0;
+  const double c = z * (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / 384.0;
+  double inverse = (factor - z) / a;
+  constexpr int rounds = 4;
+  for (int round = 0; round < rounds; ++round) {
+    const double value = z + inverse * (a + inverse * (b + inverse * c));
+    inverse -= (value - factor) / (a + inverse * (2.0 * b + inverse * 3.0 * c));
+  }
+  return inverse;
+}
+
+}  // namespace
+
 double freedom_of_factor(double factor, double coverage) {
   if (std::isnan(factor)) {
     return not_a_number;
@@ -46,20 +67,31 @@ double freedom_of_factor(double factor, double coverage) {
   constexpr double fewest = 0.05;
   double low = 1.0 / as_good_as_infinite;
   double high = 1.0 / fewest;
-  if (factor <= student_t_factor(coverage, as_good_as_infinite)) {
-    return std::numeric_limits<double>::infinity();
-  }
   // The distribution function is much cheaper than its inverse.
   const auto beyond = [&](double inverse) {
     return student_t_two_sided_p(factor, 1.0 / inverse) - (1.0 - coverage);
   };
-  if (!(beyond(high) > 0.0)) {
+  // Between the two values about a guess, where they are on either side.
+  const double guess = guessed_inverse(factor, coverage);
+  const auto narrowed = [&](double& end, double to, double sign) {
+    const double value = to > low && to < high ? beyond(to) : 0.0;
+    end = sign * value > 0.0 ? to : end;
+    return sign * value > 0.0 ? value : beyond(end);
+  };
+  constexpr double about = 0.02;
+  const double at_low = narrowed(low, guess * (1.0 - about), -1.0);
+  const double at_high = narrowed(high, guess * (1.0 + about), 1.0);
+  if (!(at_low < 0.0)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  if (!(at_high > 0.0)) {
     return fewest;
   }
   std::uintmax_t most_rounds = 60;
   constexpr int digits = 48;
   const auto [below, above] = boost::math::tools::toms748_solve(
-      beyond, low, high, boost::math::tools::eps_tolerance<double>(digits), most_rounds);
+      beyond, low, high, at_low, at_high, boost::math::tools::eps_tolerance<double>(digits),
+      most_rounds);
   return 2.0 / (below + above);
 }
 

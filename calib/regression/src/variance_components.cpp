@@ -15,14 +15,19 @@
 namespace axiscal {
 namespace {
 
-// All that one round needs, at given variances.
-struct Round {
+// Generalised least squares at given variances.
+struct Solved {
   bool determined = false;
-  Eigen::MatrixXd A;
-  Eigen::VectorXd g;
   double squares = 0.0;  // y^T P y
   Eigen::VectorXd estimate;
   Eigen::MatrixXd covariance;
+  std::vector<Eigen::MatrixXd> inverses;  // V^-1 of each unit
+};
+
+// All that one round needs beside it.
+struct Round : Solved {
+  Eigen::MatrixXd A;
+  Eigen::VectorXd g;
   std::vector<Eigen::MatrixXd> B;  // sum over units of U^T Q U, U = V^-1 W
 };
 
@@ -43,9 +48,8 @@ void invert_unit(const VarianceProblem& problem,
 }
 
 // What the units add to A and g, and the matrices B, at an estimate.
-void add_units(const VarianceProblem& problem,
-               const std::vector<Eigen::MatrixXd>& inverses,
-               Round& round) {
+void add_units(const VarianceProblem& problem, Round& round) {
+  const std::vector<Eigen::MatrixXd>& inverses = round.inverses;
   const Eigen::Index m = problem.rows;
   const std::size_t count = problem.roots.size();
   Eigen::MatrixXd U;
@@ -61,7 +65,6 @@ void add_units(const VarianceProblem& problem,
     UC.noalias() = U * round.covariance;
     UCU.noalias() = UC * U.transpose();
     const Eigen::VectorXd left = inverses[i] * (problem.y.segment(first, m) - W * round.estimate);
-    round.squares += problem.y.segment(first, m).dot(left);
     for (std::size_t q = 0; q < count; ++q) {
       const Eigen::MatrixXd& K = problem.roots[q][i];
       VK[q].noalias() = inverses[i] * K;
@@ -82,35 +85,52 @@ void add_units(const VarianceProblem& problem,
   }
 }
 
-Round evaluate(const VarianceProblem& problem, const Eigen::VectorXd& theta) {
+Solved solve_at(const VarianceProblem& problem, const Eigen::VectorXd& theta) {
   const Eigen::Index m = problem.rows;
   const Eigen::Index c = problem.W.cols();
   const std::size_t units = problem.roots.front().size();
-  const auto count = static_cast<Eigen::Index>(problem.roots.size());
-  Round round{.A = Eigen::MatrixXd::Zero(count, count), .g = Eigen::VectorXd::Zero(count)};
-  std::vector<Eigen::MatrixXd> inverses(units);
+  Solved solved;
+  solved.inverses.resize(units);
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(c, c);
   normal.diagonal().tail(problem.prior).setOnes();
   Eigen::VectorXd right = Eigen::VectorXd::Zero(c);
   Eigen::MatrixXd U;
   for (std::size_t i = 0; i < units; ++i) {
     const auto first = m * static_cast<Eigen::Index>(i);
-    invert_unit(problem, i, theta, inverses[i]);
+    invert_unit(problem, i, theta, solved.inverses[i]);
     const auto W = problem.W.middleRows(first, m);
-    U.noalias() = inverses[i] * W;
+    U.noalias() = solved.inverses[i] * W;
     normal.noalias() += W.transpose() * U;
     right.noalias() += U.transpose() * problem.y.segment(first, m);
   }
   const ScaledCholesky cholesky(normal);
   constexpr double open_below = 1e-13;
   if (!cholesky.is_determined(open_below)) {
+    return solved;
+  }
+  solved.determined = true;
+  solved.covariance = cholesky.inverse();
+  solved.estimate = solved.covariance * right;
+  const Eigen::VectorXd left = problem.y - problem.W * solved.estimate;
+  for (std::size_t i = 0; i < units; ++i) {
+    const auto first = m * static_cast<Eigen::Index>(i);
+    solved.squares += problem.y.segment(first, m).dot(solved.inverses[i] * left.segment(first, m));
+  }
+  return solved;
+}
+
+Round evaluate(const VarianceProblem& problem, const Eigen::VectorXd& theta) {
+  const Eigen::Index c = problem.W.cols();
+  const auto count = static_cast<Eigen::Index>(problem.roots.size());
+  Round round{solve_at(problem, theta),
+              Eigen::MatrixXd::Zero(count, count),
+              Eigen::VectorXd::Zero(count),
+              {}};
+  if (!round.determined) {
     return round;
   }
-  round.determined = true;
-  round.covariance = cholesky.inverse();
-  round.estimate = round.covariance * right;
   round.B.assign(problem.roots.size(), Eigen::MatrixXd::Zero(c, c));
-  add_units(problem, inverses, round);
+  add_units(problem, round);
   std::vector<Eigen::MatrixXd> CB;
   for (const Eigen::MatrixXd& B : round.B) {
     CB.emplace_back(round.covariance * B);
@@ -265,11 +285,11 @@ std::optional<VarianceFit> fit_variance_components(const VarianceProblem& proble
 
 std::optional<WeightedFit> fit_at_variances(const VarianceProblem& problem,
                                             const Eigen::VectorXd& theta) {
-  Round round = evaluate(problem, theta);
-  if (!round.determined) {
+  Solved solved = solve_at(problem, theta);
+  if (!solved.determined) {
     return std::nullopt;
   }
-  return WeightedFit{.estimate = std::move(round.estimate), .squares = round.squares};
+  return WeightedFit{.estimate = std::move(solved.estimate), .squares = solved.squares};
 }
 
 double equal_variances_p(const Eigen::VectorXd& variances,

@@ -24,7 +24,7 @@
 namespace axiscal {
 namespace {
 
-#ifdef AXISCAL_LIBARCHIVE
+#ifdef AXISCAL_LIBARCHIVE_LATE
 AXISCAL_LATE_LIBRARY(libarchive, AXISCAL_LIBARCHIVE)
 AXISCAL_LATE(libarchive, archive_error_string)
 AXISCAL_LATE(libarchive, archive_read_data)

@@ -19,6 +19,7 @@ namespace axiscal {
 #ifdef AXISCAL_HDF5
 namespace {
 
+#ifdef AXISCAL_HDF5_LATE
 AXISCAL_LATE_LIBRARY(libhdf5, AXISCAL_HDF5)
 AXISCAL_LATE(libhdf5, H5Dclose)
 AXISCAL_LATE(libhdf5, H5Dget_space)
@@ -43,6 +44,7 @@ AXISCAL_LATE(libhdf5, H5check_version)
 AXISCAL_LATE(libhdf5, H5free_memory)
 AXISCAL_LATE(libhdf5, H5open)
 AXISCAL_LATE_VARIABLE(libhdf5, H5T_NATIVE_DOUBLE_g)
+#endif
 
 constexpr std::size_t most_numbers = std::size_t{1} << 30U;
 

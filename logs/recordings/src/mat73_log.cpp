@@ -18,6 +18,7 @@ namespace axiscal {
 #ifdef AXISCAL_MATIO
 namespace {
 
+#ifdef AXISCAL_MATIO_LATE
 AXISCAL_LATE_LIBRARY(libmatio, AXISCAL_MATIO)
 AXISCAL_LATE(libmatio, Mat_Close)
 AXISCAL_LATE(libmatio, Mat_GetDir)
@@ -27,6 +28,7 @@ AXISCAL_LATE(libmatio, Mat_VarGetNumberOfFields)
 AXISCAL_LATE(libmatio, Mat_VarGetStructFieldByIndex)
 AXISCAL_LATE(libmatio, Mat_VarGetStructFieldnames)
 AXISCAL_LATE(libmatio, Mat_VarRead)
+#endif
 
 struct CloseFile {
   void operator()(mat_t* file) const { Mat_Close(file); }

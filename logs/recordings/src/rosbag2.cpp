@@ -21,6 +21,7 @@ namespace axiscal {
 #ifdef AXISCAL_SQLITE
 namespace {
 
+#ifdef AXISCAL_SQLITE_LATE
 AXISCAL_LATE_LIBRARY(libsqlite, AXISCAL_SQLITE)
 AXISCAL_LATE(libsqlite, sqlite3_close_v2)
 AXISCAL_LATE(libsqlite, sqlite3_column_blob)
@@ -35,6 +36,7 @@ AXISCAL_LATE(libsqlite, sqlite3_limit)
 AXISCAL_LATE(libsqlite, sqlite3_open_v2)
 AXISCAL_LATE(libsqlite, sqlite3_prepare_v2)
 AXISCAL_LATE(libsqlite, sqlite3_step)
+#endif
 
 struct CloseDatabase {
   void operator()(sqlite3* database) const { sqlite3_close_v2(database); }

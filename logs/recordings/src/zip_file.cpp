@@ -18,6 +18,7 @@ namespace axiscal {
 #ifdef AXISCAL_LIBARCHIVE
 namespace {
 
+#ifdef AXISCAL_LIBARCHIVE_LATE
 AXISCAL_LATE_LIBRARY(libarchive, AXISCAL_LIBARCHIVE)
 AXISCAL_LATE(libarchive, archive_entry_filetype)
 AXISCAL_LATE(libarchive, archive_entry_pathname)
@@ -27,6 +28,7 @@ AXISCAL_LATE(libarchive, archive_read_new)
 AXISCAL_LATE(libarchive, archive_read_next_header)
 AXISCAL_LATE(libarchive, archive_read_open_filename)
 AXISCAL_LATE(libarchive, archive_read_support_format_zip)
+#endif
 
 struct FreeArchive {
   void operator()(archive* a) const { archive_read_free(a); }

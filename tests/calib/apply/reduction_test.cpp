@@ -221,6 +221,18 @@ TEST(ReduceCsv, CopiesCellsAndAppendsResults) {
   EXPECT_EQ(cells[12], "") << "no flag";
 }
 
+TEST(ReduceCsv, WritesSoManyDecimals) {
+  const SensorModel truth = accelerometer_truth();
+  const Eigen::VectorXd v = truth.response.at({0.6, 0.0, 0.8});
+  char row[200];
+  std::snprintf(row, sizeof row, "%.17g,%.17g,%.17g\n", v(0), v(1), v(2));
+  ReductionCsvOptions options;
+  options.decimals = 3;
+  const Reduced reduced = reduce(truth, "x,y,z\n" + std::string(row), options);
+  EXPECT_TRUE(reduced.text.find(",0.600,0.000,0.800,0.000,36.870,") != std::string::npos)
+      << reduced.text;
+}
+
 TEST(ReduceCsv, KeepsThePlaceOfRowsThatCannotBeReduced) {
   const SensorModel truth = accelerometer_truth();
   const std::string text =

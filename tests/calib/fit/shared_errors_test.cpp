@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "axiscal/calib/generalized_fit.hpp"
+#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/uncertainty_sources.hpp"
 #include "axiscal/core/rotation.hpp"
@@ -58,6 +59,30 @@ TEST(WeighSharedErrors, IsGeneralizedLeastSquares) {
   const Eigen::MatrixXd P = W - W * X * C * X.transpose() * W;
   const Eigen::VectorXd Py = P * set.response.col(0);
   EXPECT_NEAR(Py.squaredNorm(), P.trace(), 1e-3 * P.trace());
+}
+
+// Six faces with one fence each leave the field's direction open beside b and S: what the columns
+// span is taken up all the same, by the smallest change that does it.
+TEST(LinearisedRun, TakesUpWhatItsColumnsSpan) {
+  const LinearResponse truth{.bias = Eigen::VectorXd::Constant(1, 0.1),
+                             .sensitivity = Eigen::RowVector3d(0.3, -0.2, 2.0)};
+  const TableField field = test::gravity_in_table(Eigen::Vector3d::UnitZ());
+  std::vector<DesignEntry> six;
+  for (const DesignEntry& entry : standard_design(12)) {
+    if (six.empty() || six.back().point.rest() != entry.point.rest()) {
+      six.push_back(entry);
+    }
+  }
+  for (const bool all : {true, false}) {
+    ReadingSet set = test::labelled_set(truth, field, all ? standard_design(12) : six, 1e-4, 3);
+    set.field = field;
+    const LinearisedRun run(set, field, Eigen::VectorXd::Ones(1), false);
+    EXPECT_EQ(run.covariance().size() > 0, all);
+    const Eigen::MatrixXd& J = run.columns();
+    Eigen::MatrixXd changes(J.rows(), 2);
+    changes << J * Eigen::VectorXd::LinSpaced(J.cols(), -1.0, 2.0), J.col(J.cols() - 1);
+    EXPECT_MATRIX_NEAR(J * run.taken_up(changes), changes, 1e-9);
+  }
 }
 
 TEST(MakeBudget, ScalesWithTheFieldAndTurnsWithTheMount) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#ifdef AXISCAL_LATE_LIBRARIES
-
 #include <atomic>
 #include <dlfcn.h>
 #include <string>
@@ -33,7 +31,7 @@ struct LateLibrary {
 };
 
 /// A function of it. Declared by AXISCAL_LATE in the namespace that calls it, under its own name,
-/// it is what a call finds there.
+/// it is what a call finds there; without the declaration the library has to be linked.
 template <typename Function>
 class LateFunction {
  public:
@@ -83,9 +81,3 @@ class LateVariable {
   _Pragma("GCC diagnostic pop")
 #define AXISCAL_LATE_VARIABLE(LIBRARY, VARIABLE) \
   const ::axiscal::LateVariable<decltype(::VARIABLE)> VARIABLE{LIBRARY, #VARIABLE};
-#else
-// Linked as any library.
-#define AXISCAL_LATE_LIBRARY(NAME, DEFINITION)
-#define AXISCAL_LATE(LIBRARY, FUNCTION)
-#define AXISCAL_LATE_VARIABLE(LIBRARY, VARIABLE)
-#endif

@@ -22,6 +22,9 @@ namespace axiscal {
   for (const std::filesystem::path& folder :
        {program / "../modules", program / AXISCAL_MODULES_FROM_PROGRAM,
         std::filesystem::path(AXISCAL_MODULES_INSTALLED)}) {
+    if (folder.is_relative()) {
+      continue;  // nobody knows where the program is, and the working folder is anybody's
+    }
     void* const library = ::dlopen((folder / module).c_str(), RTLD_NOW | RTLD_LOCAL);
     void* const found = library != nullptr ? ::dlsym(library, name) : nullptr;
     if (found != nullptr) {

@@ -66,9 +66,10 @@ struct ReductionCsvOptions {
   const ReadingPropagation* uncertainty = nullptr;
   const ReadingPropagation* attitude_uncertainty = nullptr;
   std::optional<JointColumns> joint;  ///< adds `joint_deg`, with uncertainties `u_joint_deg`
-  bool expanded = false;   ///< with `uncertainty`: the expanded one and its coverage factor too
-  bool strict = false;     ///< a row that cannot be reduced is an error
-  bool every_row = false;  ///< hand over each row at once instead of large blocks
+  bool expanded = false;  ///< with `uncertainty`: the expanded one and its coverage factor too
+  bool strict = false;    ///< a row that cannot be reduced is an error
+  std::optional<int> decimals;  ///< of every result, 0 to 15; else as many as read back to it
+  bool every_row = false;       ///< hand over each row at once instead of large blocks
 };
 
 struct ReductionCsvSummary {

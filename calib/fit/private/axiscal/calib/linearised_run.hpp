@@ -81,9 +81,7 @@ class LinearisedRun {
 
   /// @return what changes of the readings make of all that is fitted; q x c.
   /// @param changes  n m x c, as residuals() has them.
-  [[nodiscard]] Eigen::MatrixXd taken_up(const Eigen::MatrixXd& changes) const {
-    return C_ * (J_.transpose() * changes);
-  }
+  [[nodiscard]] Eigen::MatrixXd taken_up(const Eigen::MatrixXd& changes) const;
 
   /// @return an axis's sensitivity as the columns have it.
   [[nodiscard]] Eigen::RowVector3d sensitivity(Eigen::Index axis) const {
