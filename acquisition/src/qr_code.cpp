@@ -8,14 +8,13 @@
 #endif
 
 namespace axiscal {
-#ifdef AXISCAL_QRENCODE
-namespace {
 
 #ifdef AXISCAL_QRENCODE_LATE
+namespace {
+
 AXISCAL_LATE_LIBRARY(libqrencode, AXISCAL_QRENCODE)
 AXISCAL_LATE(libqrencode, QRcode_encodeString)
 AXISCAL_LATE(libqrencode, QRcode_free)
-#endif
 
 }  // namespace
 #endif
