@@ -14,6 +14,7 @@ using axiscal::Calibration;
 using axiscal::Experiment;
 using axiscal::Method;
 using axiscal::Observations;
+using axiscal::SensorModel;
 
 SensorModel truth() {
   SensorModel truth;
@@ -68,7 +69,7 @@ BENCHMARK(core_fit_12x4x3_with_statistics);
 void calibrate(benchmark::State& state, Method method, int replicates) {
   Experiment experiment;
   experiment.instrument.kind = "accelerometer";
-  experiment.field.of = make_field("gravity");
+  experiment.field.of = axiscal::make_field("gravity");
   experiment.method = method;
   if (method == Method::known) {
     experiment.table.slope = {0.003, -0.002};
@@ -87,7 +88,7 @@ BENCHMARK_CAPTURE(calibrate, joint_12x10, Method::joint, 10);
 void write_record(benchmark::State& state) {
   Experiment experiment;
   experiment.instrument.kind = "accelerometer";
-  experiment.field.of = make_field("gravity");
+  experiment.field.of = axiscal::make_field("gravity");
   const Calibration calibration = axiscal::calibrate(experiment, readings(1));
   for (auto _ : state) {
     benchmark::DoNotOptimize(axiscal::calibration_json(calibration).size());
