@@ -346,6 +346,12 @@ int run(const ApplyCommand& command) {
   OutputFile output(command.output,
                     command.follow ? OutputFile::Mode::direct : OutputFile::Mode::replace_whole);
   ReductionCsvOptions options;
+  if (command.output.ends_with(".npy")) {
+    options.form = ReductionForm::npy;
+    if (command.follow || command.decimals) {
+      throw UsageError("-o FILE.npy: does not go with --follow or --decimals");
+    }
+  }
   options.strict = command.strict;
   options.every_row = command.follow;
   if (command.decimals) {
@@ -391,9 +397,19 @@ int run(const ApplyCommand& command) {
   } else if (command.alarm) {
     throw UsageError("--alarm: goes with --joint");
   }
+  const std::vector<ReadingColumn> columns = columns_in(csv, calibration);
+  const auto header = [&](std::size_t rows) {
+    return reduction_npy_header(columns, reducer, options, rows);
+  };
+  if (options.form == ReductionForm::npy) {
+    output.write(header(0));
+  }
   const ReductionCsvSummary summary =
-      reduce_csv(csv, columns_in(csv, calibration), reducer, options,
-                 [&output](std::string_view text) { output.write(text); });
+      reduce_csv(csv, columns, reducer, options,
+                 [&output](std::string_view rows) { output.write(rows); });
+  if (options.form == ReductionForm::npy) {
+    output.rewrite_start(header(summary.rows));
+  }
   output.commit();
   if (!gives_field(calibration)) {
     print_remark("note",

@@ -88,6 +88,16 @@ CsvReader::CsvReader(Source source,
   }
 }
 
+CsvReader::CsvReader(const CsvReader& of, Lines lines)
+    : path_(of.path_),
+      quotes_(Quotes::end_with_line),
+      buffer_(std::move(lines.text)),
+      filled_(buffer_.size()),
+      at_end_(true),
+      next_line_(lines.first_line),
+      header_(of.header_),
+      header_text_(of.header_text_) {}
+
 void CsvReader::rename(std::vector<std::string> header) {
   if (header.size() != header_.size()) {
     throw DomainError(
@@ -133,18 +143,49 @@ bool CsvReader::find_line_end(std::size_t from, std::size_t& end) {
     if (searched > longest_row) {
       throw DataError(path_, next_line_, "a row of more than 1 MiB: is this a text file?");
     }
-    if (begin_ > 0) {
-      std::memmove(buffer_.data(), buffer_.data() + begin_, filled_ - begin_);
-      filled_ -= begin_;
-      begin_ = 0;
-    }
-    if (filled_ == buffer_.size()) {
-      buffer_.resize(2 * buffer_.size());
-    }
-    const std::size_t count = source_(buffer_.data() + filled_, buffer_.size() - filled_);
-    filled_ += count;
-    at_end_ = count == 0;
+    read_more();
   }
+}
+
+// What is not consumed moves to the front of the buffer, which grows where it is full.
+void CsvReader::read_more() {
+  if (begin_ > 0) {
+    std::memmove(buffer_.data(), buffer_.data() + begin_, filled_ - begin_);
+    filled_ -= begin_;
+    begin_ = 0;
+  }
+  if (filled_ == buffer_.size()) {
+    buffer_.resize(2 * buffer_.size());
+  }
+  const std::size_t count = source_(buffer_.data() + filled_, buffer_.size() - filled_);
+  filled_ += count;
+  at_end_ = count == 0;
+}
+
+std::optional<CsvReader::Lines> CsvReader::take_lines() {
+  begin_ += std::exchange(consumed_, 0);
+  std::size_t end = 0;
+  if (!find_line_end(0, end)) {
+    return std::nullopt;
+  }
+  while (!at_end_ && filled_ - begin_ < block_size) {
+    read_more();
+  }
+  const char* const from = buffer_.data() + begin_;
+  std::string_view lines(from, filled_ - begin_);
+  const std::size_t quote = lines.find('"');
+  if (quote != std::string_view::npos || !at_end_) {
+    lines = lines.substr(0, quote);
+    lines = lines.substr(0, lines.rfind('\n') + 1);
+  }
+  constexpr std::size_t worth_it = block_size / 4;
+  if (lines.empty() || (quote != std::string_view::npos && lines.size() < worth_it)) {
+    return std::nullopt;
+  }
+  Lines taken{.text = std::vector<char>(lines.begin(), lines.end()), .first_line = next_line_};
+  next_line_ += static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n'));
+  consumed_ = lines.size();
+  return taken;
 }
 
 // Sets text_ to the next line that is neither empty nor a comment.

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -23,6 +25,10 @@ void append_scalar(std::string& out, const Json& value) {
   if (value.is_number_float()) {
     const double number = value.get<double>();
     out += std::isfinite(number) ? number_text(number) : "null";
+  } else if (value.is_number_unsigned()) {
+    out += formatted("{}", value.get<std::uint64_t>());
+  } else if (value.is_number_integer()) {
+    out += formatted("{}", value.get<std::int64_t>());
   } else {
     out += value.dump(-1, ' ', false, Json::error_handler_t::replace);
   }
@@ -89,10 +95,14 @@ JsonValue JsonValue::at(std::string_view key) const {
   return *value;
 }
 
-std::vector<JsonValue> JsonValue::elements() const {
+void JsonValue::require_list() const {
   if (!value_->is_array()) {
     fail("must be a list");
   }
+}
+
+std::vector<JsonValue> JsonValue::elements() const {
+  require_list();
   std::vector<JsonValue> values;
   values.reserve(value_->size());
   for (std::size_t i = 0; i < value_->size(); ++i) {
@@ -101,9 +111,12 @@ std::vector<JsonValue> JsonValue::elements() const {
   return values;
 }
 
-std::vector<JsonValue> JsonValue::rows() const {
+void JsonValue::for_each_row(const std::function<void(const JsonValue&)>& take) const {
   if (!value_->is_object()) {
-    return elements();
+    for (const JsonValue& element : elements()) {
+      take(element);
+    }
+    return;
   }
   std::optional<std::size_t> count;
   for (const auto& [name, column] : value_->items()) {
@@ -116,19 +129,14 @@ std::vector<JsonValue> JsonValue::rows() const {
     }
     count = column.size();
   }
-  auto turned = std::make_shared<Json>(Json::array());
   for (std::size_t i = 0; i < count.value_or(0); ++i) {
-    Json& row = turned->emplace_back(Json::object());
+    auto row = std::make_shared<Json>(Json::object());
     for (const auto& [name, column] : value_->items()) {
-      row[name] = column[i];
+      row->push_back({name, column[i]});
     }
+    const Json* const value = row.get();
+    take({std::move(row), value, path_, formatted("{}/{}", pointer_, i)});
   }
-  std::vector<JsonValue> values;
-  values.reserve(turned->size());
-  for (std::size_t i = 0; i < turned->size(); ++i) {
-    values.emplace_back(turned, &(*turned)[i], path_, formatted("{}/{}", pointer_, i));
-  }
-  return values;
 }
 
 double JsonValue::number() const {
@@ -202,15 +210,21 @@ std::string JsonValue::text_or(std::string_view key, const std::string& otherwis
 }
 
 Eigen::VectorXd JsonValue::numbers(std::optional<Eigen::Index> size, bool null_is_nan) const {
-  const std::vector<JsonValue> values = elements();
-  const auto count = static_cast<Eigen::Index>(values.size());
+  require_list();
+  const auto count = static_cast<Eigen::Index>(value_->size());
   if (size && *size != count) {
     fail(formatted("must have {} numbers, not {}", *size, count));
   }
   Eigen::VectorXd numbers(count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const JsonValue& value = values[static_cast<std::size_t>(i)];
-    numbers(i) = null_is_nan ? value.number_or_nan() : value.number();
+    const Json& entry = (*value_)[static_cast<std::size_t>(i)];
+    if (entry.is_null() && null_is_nan) {
+      numbers(i) = not_a_number;
+    } else if (entry.is_number() && std::isfinite(entry.get<double>())) {
+      numbers(i) = entry.get<double>();
+    } else {
+      numbers(i) = child(entry, std::to_string(i)).number();  // which says what is wrong with it
+    }
   }
   return numbers;
 }
@@ -302,6 +316,28 @@ JsonValue parse_json(std::string_view text, std::string path) {
   }
 }
 
+namespace {
+
+// NOLINTNEXTLINE(misc-no-recursion): as append()
+void put_nulls(Json& value) {
+  if (value.is_structured()) {
+    for (Json& child : value) {
+      put_nulls(child);
+    }
+  } else if (value.is_number_float() && !std::isfinite(value.get<double>())) {
+    value = nullptr;
+  }
+}
+
+}  // namespace
+
+JsonValue as_read_back(Json value, std::string path) {
+  put_nulls(value);
+  auto document = std::make_shared<const Json>(std::move(value));
+  const Json* root = document.get();
+  return {std::move(document), root, std::move(path), ""};
+}
+
 std::string json_text(const Json& value) {
   std::string out;
   append(out, value, 0);
@@ -309,20 +345,19 @@ std::string json_text(const Json& value) {
   return out;
 }
 
-Json columns_of(const Json& rows) {
-  Json columns = Json::object();
-  for (const Json& row : rows) {
-    for (const auto& [name, value] : row.items()) {
-      columns[name] = Json::array();
+void append_row(Json row, std::size_t number, Json& columns) {
+  for (auto& [name, value] : row.items()) {
+    Json& column = columns[name];
+    if (column.is_null()) {
+      column = Json(number, nullptr);
     }
+    column.push_back(std::move(value));
   }
   for (auto& [name, column] : columns.items()) {
-    for (const Json& row : rows) {
-      const auto found = row.find(name);
-      column.push_back(found == row.end() ? Json() : *found);
+    if (column.size() == number) {
+      column.push_back(nullptr);
     }
   }
-  return columns;
 }
 
 Json json_from(const Eigen::Ref<const Eigen::VectorXd>& vector) {

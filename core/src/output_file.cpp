@@ -241,6 +241,12 @@ void OutputFile::fail(std::string_view action) const {
   throw OutputError(formatted("{}: {} ({})", name, action, std::strerror(reason)));
 }
 
+void OutputFile::rewrite_start(std::string_view text) {
+  if (::pwrite(descriptor_, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size())) {
+    fail("what stands at its start cannot be written once all is known; is it a file?");
+  }
+}
+
 void OutputFile::write(std::string_view text) {
   while (!text.empty()) {
     const ssize_t count = ::write(descriptor_, text.data(), text.size());

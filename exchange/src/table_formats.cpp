@@ -13,6 +13,7 @@
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/npy_header.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/late_library.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -168,26 +169,11 @@ void add_variable(mat_t* file, matvar_t* variable) {
 #endif
 
 #ifdef AXISCAL_LIBARCHIVE
-// NumPy's format 1.0: magic, version, length of the header, header, data.
-std::string npy(const std::string& type, const std::string& shape, bool by_columns) {
-  std::string header = formatted("{{'descr': '{}', 'fortran_order': {}, 'shape': {}, }}", type,
-                                 by_columns ? "True" : "False", shape);
-  constexpr std::size_t before = 10;
-  header.append(64 - (before + header.size() + 1) % 64, ' ');
-  header += '\n';
-  std::string text = "\x93NUMPY";
-  text += '\x01';
-  text += '\0';
-  text += static_cast<char>(header.size() % 256);
-  text += static_cast<char>(header.size() / 256);
-  return text + header;
-}
-
 std::string npy_of(const Eigen::MatrixXd& values) {
   const std::string rows = std::to_string(values.rows());
   std::string text = values.cols() == 1
-                         ? npy("<f8", formatted("({},)", rows), false)
-                         : npy("<f8", formatted("({}, {})", rows, values.cols()), true);
+                         ? npy_header("'<f8'", formatted("({},)", rows))
+                         : npy_header("'<f8'", formatted("({}, {})", rows, values.cols()), true);
   const std::size_t start = text.size();
   const std::size_t bytes = static_cast<std::size_t>(values.size()) * sizeof(double);
   text.resize(start + bytes);
@@ -197,7 +183,7 @@ std::string npy_of(const Eigen::MatrixXd& values) {
 
 std::string npy_of(const std::string& value) {
   const std::string text = value.empty() ? std::string(1, '\0') : value;
-  return npy("|S" + std::to_string(text.size()), "()", false) + text;
+  return npy_header(formatted("'|S{}'", text.size()), "()") + text;
 }
 
 void add_entry(archive* zip, const std::string& name, const std::string& content) {

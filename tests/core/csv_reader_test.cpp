@@ -46,6 +46,43 @@ TEST(CsvReader, ReadsWhateverTheSizeOfThePieces) {
   }
 }
 
+TEST(CsvReader, HandsOverLinesUnlessQuotesAreNear) {
+  std::string text = "a,b\n";
+  for (int i = 0; i < 60000; ++i) {
+    text += std::to_string(i) + ",x\r\n";
+  }
+  const std::string plain = text;
+  text += "60000,\"two\nlines\"\n# end\n60001,\"\"";
+  CsvReader whole(source_of(text, 1000), "t.csv");
+  CsvReader csv(source_of(text, 1000), "t.csv");
+  std::size_t taken = 0;
+  int read = 0;
+  for (;;) {
+    if (std::optional<CsvReader::Lines> lines = csv.take_lines()) {
+      ++taken;
+      EXPECT_LE(lines->text.size(), 1U << 18U);
+      CsvReader part(csv, *std::move(lines));
+      EXPECT_EQ(part.header(), csv.header());
+      while (part.next() == CsvReader::Row::good) {
+        ASSERT_EQ(whole.next(), CsvReader::Row::good);
+        EXPECT_EQ(part.text(), whole.text());
+        EXPECT_EQ(part.line(), whole.line());
+        ++read;
+      }
+    } else if (csv.next() == CsvReader::Row::good) {
+      ASSERT_EQ(whole.next(), CsvReader::Row::good);
+      EXPECT_EQ(csv.text(), whole.text());
+      EXPECT_EQ(csv.line(), whole.line());
+      ++read;
+    } else {
+      break;
+    }
+  }
+  EXPECT_EQ(read, 60002);
+  EXPECT_GE(taken, plain.size() >> 18U);
+  EXPECT_EQ(whole.next(), CsvReader::Row::end);
+}
+
 TEST(CsvReader, CountsLinesOverCommentsAndQuotedLineEnds) {
   CsvReader csv(source_of("a,b\n\n\"1\n1\",2\n#c\n3,4\n"), "t.csv");
   EXPECT_EQ(csv.line(), 1U);

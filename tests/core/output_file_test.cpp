@@ -23,6 +23,17 @@ namespace {
 using test::read_file;
 using test::ScratchFolder;
 
+TEST(OutputFile, WritesItsStartAnew) {
+  const ScratchFolder folder;
+  const std::string path = folder.path("a.bin");
+  OutputFile file(path);
+  file.write("??? rows\n1\n2\n");
+  file.rewrite_start("002");
+  file.write("end");
+  file.commit();
+  EXPECT_EQ(read_file(path), "002 rows\n1\n2\nend");
+}
+
 TEST(OutputFile, LeavesTheOldFileUntilCommitted) {
   const ScratchFolder folder;
   const std::string path = folder.write("a.txt", "old");

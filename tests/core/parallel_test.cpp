@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/core/parallel.hpp"
 
+#include <algorithm>
 #include <atomic>
+#include <functional>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -40,6 +43,39 @@ TEST(ForEachInParallel, ThrowsTheErrorOfTheLowestNumber) {
       EXPECT_STREQ(error.what(), "5");
     }
     EXPECT_LT(done, 20);
+  }
+}
+
+std::function<std::optional<std::function<int()>>()> numbers_to(int count, int failing = -1) {
+  return [=, at = 0]() mutable -> std::optional<std::function<int()>> {
+    if (at == count) {
+      return std::nullopt;
+    }
+    return [=, number = at++] {
+      if (number == failing) {
+        throw std::runtime_error("failed");
+      }
+      return number;
+    };
+  };
+}
+
+TEST(ForEachInOrder, HandsOverWhatIsMadeInItsOrder) {
+  for (const std::size_t threads : {0U, 1U, 2U, 7U}) {
+    std::vector<int> taken;
+    for_each_in_order<int>(
+        numbers_to(100), [&](int number) { taken.push_back(number); }, threads);
+    ASSERT_EQ(taken.size(), 100U);
+    EXPECT_TRUE(std::is_sorted(taken.begin(), taken.end())) << threads;
+  }
+}
+
+TEST(ForEachInOrder, ThrowsBehindWhatCameBefore) {
+  for (const std::size_t threads : {1U, 3U}) {
+    std::vector<int> taken;
+    const auto take = [&](int number) { taken.push_back(number); };
+    EXPECT_THROW(for_each_in_order<int>(numbers_to(100, 7), take, threads), std::runtime_error);
+    EXPECT_EQ(taken.size(), 7U);
   }
 }
 

@@ -1,45 +1,74 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/reduction_csv.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <memory>
 #include <optional>
+#include <utility>
 
 #include "axiscal/calib/body.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/npy_header.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/parallel.hpp"
 #include "axiscal/core/units.hpp"
 
 namespace axiscal {
 namespace {
 
-// Text that is handed over in large blocks.
-class BlockWriter {
+// Rows that are handed over in large blocks.
+class RowWriter {
  public:
-  BlockWriter(const std::function<void(std::string_view)>& sink, std::optional<int> decimals)
-      : sink_(sink), decimals_(decimals), buffer_(1U << 18U) {}
+  RowWriter(const std::function<void(std::string_view)>& sink,
+            ReductionForm form,
+            std::optional<int> decimals)
+      : sink_(sink), form_(form), decimals_(decimals), buffer_(1U << 18U) {}
 
-  void put(char c) {
-    reserve(1);
-    buffer_[used_++] = c;
-  }
-
+  // Text, which binary rows have none of.
   void put(std::string_view text) {
-    reserve(text.size());
-    std::memcpy(buffer_.data() + used_, text.data(), text.size());
-    used_ += text.size();
+    if (form_ == ReductionForm::csv) {
+      append(text);
+    }
   }
 
   // A comma and the number; NaN is an empty cell.
   void put_cell(double number) {
     reserve(number_text_size + 1);
+    if (form_ == ReductionForm::npy) {
+      std::memcpy(buffer_.data() + used_, &number, sizeof number);
+      used_ += sizeof number;
+      return;
+    }
     buffer_[used_++] = ',';
     if (!std::isnan(number)) {
       char* const from = buffer_.data() + used_;
       char* const end =
           decimals_ ? write_decimals(from, number, *decimals_) : write_number(from, number);
       used_ = static_cast<std::size_t>(end - buffer_.data());
+    }
+  }
+
+  // A comma and the words of the flag's bits.
+  void put_flag(unsigned flag) {
+    if (form_ == ReductionForm::npy) {
+      reserve(1);
+      buffer_[used_++] = static_cast<char>(flag);
+      return;
+    }
+    append(",");
+    constexpr std::array words = {"clamped", "extrapolated", "moved", "saturated", "unreadable"};
+    bool first = true;
+    for (std::size_t bit = 0; bit < words.size(); ++bit) {
+      if ((flag >> bit & 1U) != 0) {
+        append(first ? "" : " ");
+        append(words[bit]);
+        first = false;
+      }
     }
   }
 
@@ -51,6 +80,12 @@ class BlockWriter {
   }
 
  private:
+  void append(std::string_view text) {
+    reserve(text.size());
+    std::memcpy(buffer_.data() + used_, text.data(), text.size());
+    used_ += text.size();
+  }
+
   void reserve(std::size_t size) {
     if (used_ + size > buffer_.size()) {
       hand_over();
@@ -61,6 +96,7 @@ class BlockWriter {
   }
 
   const std::function<void(std::string_view)>& sink_;
+  ReductionForm form_;
   std::optional<int> decimals_;
   std::vector<char> buffer_;
   std::size_t used_ = 0;
@@ -219,9 +255,10 @@ class RowReader {
   bool saturated_ = false;
 };
 
-class CsvReduction {
+// The rows of a reader, one after the other.
+class RowReduction {
  public:
-  CsvReduction(CsvReader& csv,
+  RowReduction(CsvReader& csv,
                const std::vector<ReadingColumn>& axes,
                const Reducer& reducer,
                const ReductionCsvOptions& options,
@@ -229,7 +266,7 @@ class CsvReduction {
       : csv_(csv),
         reducer_(reducer),
         options_(options),
-        out_(sink, options.decimals),
+        out_(sink, options.form, options.decimals),
         results_(result_names(axes, reducer, options)),
         row_(csv, axes, reducer, options.temperature_column) {
     if (options.attitude != nullptr) {
@@ -250,14 +287,22 @@ class CsvReduction {
     }
   }
 
-  ReductionCsvSummary run() {
+  void put_header() {
     out_.put(csv_.header_text());
     for (const std::string& name : results_) {
-      out_.put(',');
+      out_.put(",");
       out_.put(csv_cell(name));
     }
     end_row();
-    for (CsvReader::Row row = csv_.next(); row != CsvReader::Row::end; row = csv_.next()) {
+    out_.hand_over();
+  }
+
+  ReductionCsvSummary reduce(std::size_t most_rows) {
+    while (summary_.rows < most_rows) {
+      const CsvReader::Row row = csv_.next();
+      if (row == CsvReader::Row::end) {
+        break;
+      }
       ++summary_.rows;
       if (row == CsvReader::Row::defective) {
         refuse(csv_.defect());
@@ -275,7 +320,7 @@ class CsvReduction {
 
  private:
   void end_row() {
-    out_.put('\n');
+    out_.put("\n");
     if (options_.every_row) {
       out_.hand_over();
     }
@@ -289,23 +334,21 @@ class CsvReduction {
     } else {
       bool first = true;
       for (const std::string_view cell : csv_.cells()) {
-        if (!first) {
-          out_.put(',');
-        }
+        out_.put(first ? "" : ",");
         first = false;
         out_.put(csv_cell(std::string(cell)));
       }
     }
     for (std::size_t i = csv_.cell_count(); i < csv_.header().size(); ++i) {
-      out_.put(',');
+      out_.put(",");
     }
   }
 
-  void put_empty_results(std::string_view flag) {
-    for (std::size_t i = 0; i < results_.size(); ++i) {
-      out_.put(',');
+  void put_empty_results(unsigned flag) {
+    for (std::size_t i = 0; i + 1 < results_.size(); ++i) {
+      out_.put_cell(not_a_number);
     }
-    out_.put(flag);
+    out_.put_flag(flag);
   }
 
   void put_unreadable() {
@@ -313,12 +356,12 @@ class CsvReduction {
     if (summary_.first_unreadable_line == 0) {
       summary_.first_unreadable_line = csv_.line();
     }
-    put_empty_results("unreadable");
+    put_empty_results(reduction_flag::unreadable);
   }
 
   void put_saturated() {
     ++summary_.saturated;
-    put_empty_results("saturated");
+    put_empty_results(reduction_flag::saturated);
   }
 
   void refuse(std::string_view what) const {
@@ -564,13 +607,9 @@ class CsvReduction {
   }
 
   void put_flag(bool clamped, bool extrapolated, bool moved = false) {
-    out_.put(clamped && extrapolated ? ",clamped extrapolated"
-             : clamped               ? ",clamped"
-             : extrapolated          ? ",extrapolated"
-                                     : ",");
-    if (moved) {
-      out_.put(clamped || extrapolated ? " moved" : "moved");
-    }
+    out_.put_flag((clamped ? reduction_flag::clamped : 0U) |
+                  (extrapolated ? reduction_flag::extrapolated : 0U) |
+                  (moved ? reduction_flag::moved : 0U));
     summary_.clamped += clamped ? 1U : 0U;
     summary_.extrapolated += extrapolated ? 1U : 0U;
   }
@@ -578,13 +617,26 @@ class CsvReduction {
   CsvReader& csv_;
   const Reducer& reducer_;
   const ReductionCsvOptions& options_;
-  BlockWriter out_;
+  RowWriter out_;
   std::vector<std::string> results_;
   RowReader row_;
   std::optional<RowReader> attitude_row_;
   std::optional<RowReader> joint_row_;
   ReductionCsvSummary summary_;
 };
+
+void add(const ReductionCsvSummary& more, ReductionCsvSummary& summary) {
+  summary.rows += more.rows;
+  summary.unreadable += more.unreadable;
+  if (summary.first_unreadable_line == 0) {
+    summary.first_unreadable_line = more.first_unreadable_line;
+  }
+  summary.clamped += more.clamped;
+  summary.far_from_field += more.far_from_field;
+  summary.extrapolated += more.extrapolated;
+  summary.saturated += more.saturated;
+  summary.moved += more.moved;
+}
 
 }  // namespace
 
@@ -636,7 +688,57 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
                                const Reducer& reducer,
                                const ReductionCsvOptions& options,
                                const std::function<void(std::string_view)>& sink) {
-  return CsvReduction(csv, axes, reducer, options, sink).run();
+  constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
+  RowReduction whole(csv, axes, reducer, options, sink);
+  whole.put_header();
+  if (options.every_row) {
+    return whole.reduce(all);
+  }
+  struct Piece {
+    std::string rows;
+    ReductionCsvSummary summary;
+  };
+  const auto reduced = [&](CsvReader& from, std::size_t most_rows) {
+    Piece piece;
+    const std::function<void(std::string_view)> keep = [&](std::string_view rows) {
+      piece.rows.append(rows);
+    };
+    piece.summary = RowReduction(from, axes, reducer, options, keep).reduce(most_rows);
+    return piece;
+  };
+  const auto next = [&]() -> std::optional<std::function<Piece()>> {
+    if (std::optional<CsvReader::Lines> lines = csv.take_lines()) {
+      const auto from = std::make_shared<CsvReader>(csv, *std::move(lines));
+      return [&reduced, from] { return reduced(*from, all); };
+    }
+    // Rows with quotes end where their reader finds that they do.
+    constexpr std::size_t some = 1000;
+    const auto piece = std::make_shared<Piece>(reduced(csv, some));
+    return piece->summary.rows > 0 ? std::optional([piece] { return std::move(*piece); })
+                                   : std::nullopt;
+  };
+  ReductionCsvSummary summary;
+  for_each_in_order<Piece>(next, [&](const Piece& piece) {
+    sink(piece.rows);
+    add(piece.summary, summary);
+  });
+  return summary;
+}
+
+std::string reduction_npy_header(const std::vector<ReadingColumn>& axes,
+                                 const Reducer& reducer,
+                                 const ReductionCsvOptions& options,
+                                 std::size_t rows) {
+  std::string columns;
+  for (std::string name : result_names(axes, reducer, options)) {
+    for (std::size_t at = name.find_first_of("'\\"); at != std::string::npos;
+         at = name.find_first_of("'\\", at + 2)) {
+      name.insert(at, 1, '\\');
+    }
+    columns += formatted("{}('{}', '{}')", columns.empty() ? "" : ", ", name,
+                         name == "flag" ? "|u1" : "<f8");
+  }
+  return npy_header('[' + columns + ']', formatted("({},)", rows));
 }
 
 }  // namespace axiscal

@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/reweighting.hpp"
@@ -69,21 +70,33 @@ double r_squared_about_mean(const Eigen::VectorXd& response,
   return 1.0 - weighted_residuals.squaredNorm() / total;
 }
 
-AxisRegression regress_axis(const Eigen::MatrixXd& design,
-                            const Eigen::VectorXd& response,
-                            const Eigen::VectorXd& weights,
-                            const std::vector<std::string>& names,
-                            bool robust,
-                            double rounding) {
-  const LeastSquaresDesign factored(design, weights, names);
-  AxisRegression axis{
-      .fit = factored.fit(response),
-      .variance_inflation = variance_inflation(design, weights, factored.unscaled_covariance()),
-      .condition_number = factored.condition_number(),
-      .weights = weights,
-      .robust_weights = {}};
-  if (robust) {
-    make_robust(axis, factored, design, response, names, rounding);
+AxisRegression AxisRegressor::fit(const Eigen::MatrixXd& design,
+                                  const Eigen::VectorXd& response,
+                                  const Eigen::VectorXd& weights,
+                                  const std::vector<std::string>& names,
+                                  double rounding) {
+  const bool is_last = last_ && last_->columns.rows() == design.rows() &&
+                       last_->columns.cols() == design.cols() && last_->columns == design &&
+                       last_->weights == weights;
+  if (!is_last) {
+    LeastSquaresDesign factored(design, weights, names);
+    last_.emplace(Factored{
+        .columns = design,
+        .weights = weights,
+        .design = std::move(factored),
+        .variance_inflation = {},
+    });
+    last_->variance_inflation =
+        variance_inflation(design, weights, last_->design.unscaled_covariance());
+    last_->condition_number = last_->design.condition_number();
+  }
+  AxisRegression axis{.fit = last_->design.fit(response),
+                      .variance_inflation = last_->variance_inflation,
+                      .condition_number = last_->condition_number,
+                      .weights = weights,
+                      .robust_weights = {}};
+  if (robust_) {
+    make_robust(axis, last_->design, design, response, names, rounding);
   }
   return axis;
 }

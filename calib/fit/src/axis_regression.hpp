@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -25,15 +26,32 @@ struct RegressionRows {
   std::vector<int> group;           // rows of one number are replicates
 };
 
-/// Fits one axis; bisquare on request.
-/// @param names     of the axis's parameters, for errors.
-/// @param rounding  residuals below this count as zero.
-[[nodiscard]] AxisRegression regress_axis(const Eigen::MatrixXd& design,
-                                          const Eigen::VectorXd& response,
-                                          const Eigen::VectorXd& weights,
-                                          const std::vector<std::string>& names,
-                                          bool robust,
-                                          double rounding);
+/// Fits axis after axis: those of the same columns and weights share one factorisation.
+class AxisRegressor {
+ public:
+  /// @param robust  whether by bisquare.
+  explicit AxisRegressor(bool robust) : robust_(robust) {}
+
+  /// @param names     of the axis's parameters, for errors.
+  /// @param rounding  residuals below this count as zero.
+  [[nodiscard]] AxisRegression fit(const Eigen::MatrixXd& design,
+                                   const Eigen::VectorXd& response,
+                                   const Eigen::VectorXd& weights,
+                                   const std::vector<std::string>& names,
+                                   double rounding);
+
+ private:
+  struct Factored {
+    Eigen::MatrixXd columns;
+    Eigen::VectorXd weights;
+    LeastSquaresDesign design;
+    Eigen::VectorXd variance_inflation;
+    double condition_number = 1.0;
+  };
+
+  bool robust_;
+  std::optional<Factored> last_;
+};
 
 /// 1 - RSS / total sum of squares about the weighted mean.
 [[nodiscard]] double r_squared_about_mean(const Eigen::VectorXd& response,

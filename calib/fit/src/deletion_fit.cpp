@@ -58,10 +58,14 @@ struct DeletionFit::Others {
 };
 
 DeletionFit::DeletionFit(const ReadingSet& set, const TableField& field, bool known_field)
-    : set_(set), root_weights_(set.weights.cwiseSqrt()), own_(set.column_count()) {
+    : set_(set),
+      root_weights_(set.weights.cwiseSqrt()),
+      smallest_(set.axis_count()),
+      own_(set.column_count()) {
   const LinearisedRun run(set, field, Eigen::VectorXd::Ones(set.axis_count()), known_field);
   shared_ = run.shared();
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    smallest_(k) = std::pow(set.rounding(k), 2);
     Axis& axis = axes_.emplace_back();
     axis.J.resize(set.size(), own_ + shared_);
     axis.J << run.columns()(run.rows_of_axis(k), Eigen::seqN(run.column_of(k, 0), own_)),
@@ -80,9 +84,9 @@ DeletionFit::Sums DeletionFit::sums_without(const std::vector<std::size_t>& read
   Sums left = axis.sums;
   for (const std::size_t i : readings) {
     const auto row = static_cast<Eigen::Index>(i);
-    const Eigen::RowVectorXd j = axis.J.row(row);
-    left.G -= j.transpose() * j;
-    left.b -= j.transpose() * axis.y(row);
+    const auto j = axis.J.row(row);
+    left.G.noalias() -= j.transpose().lazyProduct(j);
+    left.b.noalias() -= j.transpose() * axis.y(row);
     left.squares -= axis.y(row) * axis.y(row);
     left.readings -= root_weights_(row, k) > 0.0 ? 1.0 : 0.0;
   }
@@ -96,7 +100,6 @@ std::optional<DeletionFit::Others> DeletionFit::without(
   Others others;
   std::vector<ResponseSums> responses;
   Eigen::VectorXd start(m);
-  Eigen::VectorXd smallest(m);
   Eigen::VectorXd all = Eigen::VectorXd::Zero(shared_);   // squares of the shared columns
   Eigen::VectorXd left = Eigen::VectorXd::Zero(shared_);  // and of what is left of them
   for (Eigen::Index k = 0; k < m; ++k) {
@@ -117,16 +120,15 @@ std::optional<DeletionFit::Others> DeletionFit::without(
         .gradient = sums.b.tail(shared_) - axis.take_up.transpose() * b,
         .squares = std::max(sums.squares - b.dot(axis.own), 0.0),
         .degrees_of_freedom = sums.readings - static_cast<double>(own_)});
-    smallest(k) = std::pow(set_.rounding(k), 2);
     start(k) = std::max(response.squares / std::max(response.degrees_of_freedom, 1.0),
-                        std::max(smallest(k), std::numeric_limits<double>::min()));
+                        std::max(smallest_(k), std::numeric_limits<double>::min()));
     all += sums.G.diagonal().tail(shared_) / start(k);
     left += response.information.diagonal() / start(k);
   }
   if (!(left.array() > open_below * all.array()).all()) {
     return std::nullopt;
   }
-  std::optional<SharedFit> shared = fit_shared(responses, start, smallest);
+  std::optional<SharedFit> shared = fit_shared(responses, start, smallest_);
   constexpr double fewest = 0.5;
   if (!shared || !(shared->degrees_of_freedom.minCoeff() > fewest)) {
     return std::nullopt;
@@ -136,29 +138,33 @@ std::optional<DeletionFit::Others> DeletionFit::without(
 }
 
 struct DeletionFit::LeftOut {
-  bool seen = true;               // whether the axis uses them all
-  Eigen::VectorXd error;          // d: reading less prediction
-  Eigen::VectorXd own;            // d: their own variances
-  Eigen::MatrixXd of_prediction;  // d x d: the prediction's covariance
+  bool seen = true;            // whether the axis uses all the readings
+  Eigen::VectorXd error;       // q: contrast less prediction
+  Eigen::MatrixXd covariance;  // q x q: the readings' own and the prediction's
 };
 
 DeletionFit::LeftOut DeletionFit::left_out(const std::vector<std::size_t>& readings,
+                                           const Eigen::MatrixXd& contrasts,
                                            const Others& others,
                                            Eigen::Index k) const {
   const Axis& axis = axes_[static_cast<std::size_t>(k)];
   const auto d = static_cast<Eigen::Index>(readings.size());
   Eigen::MatrixXd J(d, axis.J.cols());
-  LeftOut left{.seen = true, .error = Eigen::VectorXd(d), .own = Eigen::VectorXd(d)};
+  Eigen::VectorXd y(d);
+  Eigen::VectorXd own(d);
+  LeftOut left;
   for (Eigen::Index i = 0; i < d; ++i) {
     const auto row = static_cast<Eigen::Index>(readings[static_cast<std::size_t>(i)]);
     const double root = root_weights_(row, k);
     left.seen = left.seen && root > 0.0;
     J.row(i) = axis.J.row(row) / root;
-    left.error(i) = axis.y(row) / root;
-    left.own(i) = others.shared.variance(k) / (root * root);
+    y(i) = axis.y(row) / root;
+    own(i) = others.shared.variance(k) / (root * root);
   }
-  left.error -= others.predicted(k, J);
-  left.of_prediction = others.covariance(k, J);
+  const Eigen::MatrixXd seen = contrasts * J;
+  left.error = contrasts * y - others.predicted(k, seen);
+  left.covariance = contrasts * own.asDiagonal() * contrasts.transpose();
+  left.covariance += others.covariance(k, seen);
   return left;
 }
 
@@ -172,15 +178,12 @@ std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readi
   double sum = 0.0;
   double axes = 0.0;
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
-    const LeftOut left = left_out(readings, *others, k);
+    const LeftOut left = left_out(readings, contrasts, *others, k);
     if (!left.seen) {
       continue;
     }
-    const Eigen::VectorXd e = contrasts * left.error;
-    const Eigen::MatrixXd V = contrasts *
-                              (Eigen::MatrixXd(left.own.asDiagonal()) + left.of_prediction) *
-                              contrasts.transpose();
-    const double f = std::max(e.dot(V.ldlt().solve(e)) / q, 1e-12);
+    const double f =
+        std::max(left.error.dot(left.covariance.ldlt().solve(left.error)) / q, 1e-12);
     sum -= 2.0 * std::log(std::max(f_upper_p(f, q, others->shared.degrees_of_freedom(k)), 1e-300));
     axes += 1.0;
   }
@@ -194,17 +197,19 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
   if (!others) {
     return std::nullopt;
   }
+  std::vector<bool> is_other(set_.readings.size(), true);
+  for (const std::size_t i : readings) {
+    is_other[i] = false;
+  }
   NoiseTails tails;
   std::vector<double> deviations;  // of the contrasts, square to each other, of variance 1
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
-    const LeftOut own = left_out(readings, *others, k);
+    const LeftOut own = left_out(readings, contrasts, *others, k);
     if (!own.seen) {
       continue;
     }
-    const Eigen::LLT<Eigen::MatrixXd> root(
-        contrasts * (Eigen::MatrixXd(own.own.asDiagonal()) + own.of_prediction) *
-        contrasts.transpose());
-    const Eigen::VectorXd whitened = root.matrixL().solve(contrasts * own.error);
+    const Eigen::LLT<Eigen::MatrixXd> root(own.covariance);
+    const Eigen::VectorXd whitened = root.matrixL().solve(own.error);
     deviations.insert(deviations.end(), whitened.begin(), whitened.end());
     const Axis& axis = axes_[static_cast<std::size_t>(k)];
     const double variance = others->shared.variance(k);
@@ -212,9 +217,7 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
     const Eigen::VectorXd free = 1.0 - others->variances(k, axis.J).array() / variance;
     for (Eigen::Index i = 0; i < left.size(); ++i) {
       constexpr double least_left = 1e-6;
-      const bool is_other = std::find(readings.begin(), readings.end(),
-                                      static_cast<std::size_t>(i)) == readings.end();
-      if (is_other && root_weights_(i, k) > 0.0) {
+      if (is_other[static_cast<std::size_t>(i)] && root_weights_(i, k) > 0.0) {
         tails.add(left(i) / std::sqrt(variance * std::max(free(i), least_left)));
       }
     }
@@ -251,9 +254,9 @@ std::optional<std::vector<DeletionFit::Prediction>> DeletionFit::predictions(
                                     .degrees_of_freedom = others->shared.degrees_of_freedom});
     for (Eigen::Index k = 0; k < m; ++k) {
       if (root_weights_(static_cast<Eigen::Index>(reading), k) > 0.0) {
-        const LeftOut left = left_out({reading}, *others, k);
+        const LeftOut left = left_out({reading}, Eigen::MatrixXd::Ones(1, 1), *others, k);
         one.error(k) = left.error(0);
-        one.sd(k) = std::sqrt(left.own(0) + left.of_prediction(0, 0));
+        one.sd(k) = std::sqrt(left.covariance(0, 0));
       }
     }
   }

@@ -74,6 +74,17 @@ class GeneralizedFit {
     }
   }
 
+  // Whether seats may be seen at all, by one look at the readings without them. What is seen at
+  // last (sees_seats()) is 1.6 standard errors, of which those with seats are the larger ones.
+  [[nodiscard]] bool may_see_seats() const {
+    constexpr double clearly_less = 1.0;
+    const Eigen::Index m = set_.axis_count();
+    Eigen::VectorXd without = variances_;
+    without(m) = 0.0;
+    return component_score(problem(about_field()), without, m).value_or(clearly_less) >=
+           clearly_less;
+  }
+
   // @return false where the readings do not determine it.
   bool solve() {
     const Eigen::Index m = set_.axis_count();
@@ -313,18 +324,20 @@ class GeneralizedFit {
     problem.W << run.columns(), change_of_readings(inputs_, run, field_);
     problem.pure_squares.head(m) = layings_.squares;
     problem.pure_degrees_of_freedom.head(m) = layings_.degrees_of_freedom;
-    problem.roots.resize(static_cast<std::size_t>(variances_.size()));
-    for (Eigen::Index i = 0; i < run.readings(); ++i) {
-      Eigen::MatrixXd by_field(m, 3);
-      for (Eigen::Index k = 0; k < m; ++k) {
-        by_field.row(k) = run.change_with_field(i, k);
-        problem.roots[static_cast<std::size_t>(k)].emplace_back(
-            (set_.weights(i, k) > 0.0 ? 1.0 : 0.0) * Eigen::VectorXd::Unit(m, k));
-      }
-      if (seats_) {
-        problem.roots.back().emplace_back(
-            by_field * set_.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
-            cross_matrix(set_.field_in_table(i, field_)));
+    for (Eigen::Index k = 0; k < m; ++k) {
+      Eigen::MatrixXd& own = problem.roots.emplace_back(
+          Eigen::MatrixXd::Zero(run.columns().rows(), 1));
+      own(run.rows_of_axis(k), 0) = (set_.weights.col(k).array() > 0.0).cast<double>();
+    }
+    if (seats_) {
+      Eigen::MatrixXd& turns = problem.roots.emplace_back(run.columns().rows(), 3);
+      for (Eigen::Index i = 0; i < run.readings(); ++i) {
+        const Eigen::Matrix3d by_turn =
+            set_.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+            cross_matrix(set_.field_in_table(i, field_));
+        for (Eigen::Index k = 0; k < m; ++k) {
+          turns.row(run.row_of(i, k)) = run.change_with_field(i, k) * by_turn;
+        }
       }
     }
     return problem;
@@ -458,7 +471,9 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
       continue;
     }
     GeneralizedFit fit(layings, inputs, known, seats, estimate);
-    if (!fit.solve() || (seats && !fit.sees_seats())) {
+    const bool may_be_nothing = seats && experiment.seats != SeatSetup::fit;
+    if ((may_be_nothing && !fit.may_see_seats()) || !fit.solve() ||
+        (seats && !fit.sees_seats())) {
       continue;
     }
     fit.put(estimate);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <Eigen/SVD>
 
@@ -69,8 +70,12 @@ Estimate describe_joint(const ReadingSet& set,
       condition_of(LinearisedRun(set, state, solution.sigma, false).columns());
   estimate.field = state.field;
   const Eigen::Index p = set.coefficient_count();
+  std::optional<LeastSquaresDesign> design;
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+    if (k == 0 || axis.design != state.axes[static_cast<std::size_t>(k) - 1].design) {
+      design.emplace(*axis.design, axis.X);
+    }
     const double nu = statistics.degrees_of_freedom(k);
     const double s = solution.sigma(k);
     if (nu > 0.0) {
@@ -81,7 +86,7 @@ Estimate describe_joint(const ReadingSet& set,
         r_squared_about_mean(set.response.col(k), set.weights.col(k), axis.residuals);
 
     const double s2 = statistics.residual_sd(k) * statistics.residual_sd(k);
-    const Eigen::MatrixXd own = axis.design->unscaled_covariance() +
+    const Eigen::MatrixXd own = design->unscaled_covariance() +
                                 axis.take_up * (C / (s * s)) * axis.take_up.transpose();
     for (Eigen::Index l = 0; l < m; ++l) {
       const JointAxis& other = state.axes[static_cast<std::size_t>(l)];
@@ -89,12 +94,12 @@ Estimate describe_joint(const ReadingSet& set,
           axis.take_up.topRows(p) * C * other.take_up.topRows(p).transpose();
     }
     statistics.covariance.block(p * k, p * k, p, p) +=
-        s2 * axis.design->unscaled_covariance().topLeftCorner(p, p);
+        s2 * design->unscaled_covariance().topLeftCorner(p, p);
     statistics.variance_inflation.row(k) =
         variance_inflation(axis.X, set.weights.col(k), own).segment<3>(1);
 
     const Eigen::VectorXd leverage =
-        axis.design->leverage() +
+        design->leverage() +
         (axis.projected * C).cwiseProduct(axis.projected).rowwise().sum() / (s * s);
     const double parameters = static_cast<double>(axis.design->observations()) - nu;
     put_diagnostics(statistics, k, leverage,

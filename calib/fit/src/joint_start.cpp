@@ -103,7 +103,7 @@ Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen
     }
     const Eigen::VectorXd weights = set.weights.col(k)(used);
     const Eigen::VectorXd response = set.response.col(k)(used);
-    const Eigen::VectorXd x = LeastSquaresDesign(Z, weights).estimate(response);
+    const Eigen::VectorXd x = FactoredDesign(Z, weights).estimate(response);
     for (Eigen::Index p = 0; p < parts; ++p) {
       M.block<3, 3>(3 * axes, 3 * p) = x.segment<9>(1 + 9 * p).reshaped(3, 3);
     }

@@ -171,11 +171,12 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
   Estimate estimate;
   // Each round gains 6 digits or more (method.md, section 4); the last one changes nothing.
   for (int round = 0; round < 8; ++round) {
+    AxisRegressor regressor(set.robust);
     std::vector<AxisRegression> axes;
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
       const AxisData data = axis_data(set, pooled, k, field);
-      axes.push_back(regress_axis(data.design, data.response, data.weights, set.names_of_axis(k),
-                                  set.robust, set.rounding(k)));
+      axes.push_back(regressor.fit(data.design, data.response, data.weights, set.names_of_axis(k),
+                                   set.rounding(k)));
     }
     estimate = summarize(set, axes, rows_of(pooled, set));
     estimate.field = field;

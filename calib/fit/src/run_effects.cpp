@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <iterator>
 #include <map>
 
 #include "axiscal/calib/scaled_qr.hpp"
@@ -120,9 +119,10 @@ RunEffects run_effects(const std::vector<Reading>& readings,
     }
     effects.columns.resize(n, effects.shift_of_block.cols());
     for (Eigen::Index i = 0; i < n; ++i) {
-      const auto found = seen.find(readings[static_cast<std::size_t>(i)].block);
-      if (found != seen.end()) {
-        effects.columns.row(i) = effects.shift_of_block.row(std::distance(seen.begin(), found));
+      const int number = readings[static_cast<std::size_t>(i)].block;
+      const auto found = std::lower_bound(effects.blocks.begin(), effects.blocks.end(), number);
+      if (found != effects.blocks.end() && *found == number) {
+        effects.columns.row(i) = effects.shift_of_block.row(found - effects.blocks.begin());
       } else {
         effects.columns.row(i).setZero();
       }

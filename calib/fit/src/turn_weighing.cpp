@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include <Eigen/Eigenvalues>
+
 #include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/calib/variance_components.hpp"
@@ -114,7 +116,7 @@ class TurnWeighing {
   TurnWeighing(const TurnSystem& system, const RestFit& rests, const TurnFitOptions& options)
       : system_(system), rests_(rests), units_(units_of(system.turns)) {
     for (const auto& [first, count] : units_) {
-      problem_.rows = std::max(problem_.rows, 3 * count);
+      rows_ = std::max(rows_, 3 * count);
     }
     if (options.whole_budget) {
       if (system.turns.front().errors_before.cols() > 0) {
@@ -147,13 +149,13 @@ class TurnWeighing {
 
  private:
   [[nodiscard]] Eigen::Index first_row(std::size_t unit) const {
-    return problem_.rows * static_cast<Eigen::Index>(unit);
+    return rows_ * static_cast<Eigen::Index>(unit);
   }
 
   // The rows of all turns that say something, unit below unit.
   [[nodiscard]] Eigen::MatrixXd by_units(const Eigen::MatrixXd& by_turns) const {
-    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(
-        problem_.rows * static_cast<Eigen::Index>(units_.size()), by_turns.cols());
+    Eigen::MatrixXd rows =
+        Eigen::MatrixXd::Zero(rows_ * static_cast<Eigen::Index>(units_.size()), by_turns.cols());
     for (std::size_t u = 0; u < units_.size(); ++u) {
       for (Eigen::Index t = 0; t < units_[u].second; ++t) {
         const Eigen::Index i = units_[u].first + t;
@@ -194,32 +196,60 @@ class TurnWeighing {
     problem_.y = -by_units(system_.residuals);
   }
 
-  // Errors of the turns, and of the rests, which are before one turn and after another.
+  // The same of rows whose errors have nothing in common.
+  [[nodiscard]] Eigen::MatrixXd apart(Eigen::MatrixXd by_units) const {
+    for (std::size_t u = 0; u < units_.size(); ++u) {
+      by_units.middleRows(first_row(u), rows_) =
+          (to_apart_[u] * by_units.middleRows(first_row(u), rows_)).eval();
+    }
+    return by_units;
+  }
+
+  // Errors of the turns, D, and of the rests, K, which are before one turn and after another. In
+  // the eigenvectors of D^-1 K K^T D^-1 both covariances of a unit are diagonal, whatever their
+  // size: its rows are units of their own.
   void put_scatter(bool by_rests) {
-    const Eigen::Index turns = problem_.rows / 3;
+    const Eigen::Index turns = rows_ / 3;
     const Eigen::Index informative = (problem_.W.rowwise().squaredNorm().array() > 0.0).count();
     constexpr Eigen::Index fewest = 18;  // degrees of freedom that tell two variances
     by_rests = by_rests && informative - (to_parameters_.cols() - problem_.prior) >= fewest;
-    problem_.roots.resize(by_rests ? 2 : 1);
-    for (const auto& [first, count] : units_) {
-      Eigen::MatrixXd own = Eigen::MatrixXd::Zero(problem_.rows, problem_.rows);
-      Eigen::MatrixXd at_rests = Eigen::MatrixXd::Zero(problem_.rows, 3 * (turns + 1));
-      for (Eigen::Index t = 0; t < count; ++t) {
-        const auto i = static_cast<std::size_t>(first + t);
+    problem_.rows = 1;
+    problem_.roots.assign(by_rests ? 2 : 1, Eigen::MatrixXd::Zero(problem_.y.size(), 1));
+    for (std::size_t u = 0; u < units_.size(); ++u) {
+      std::vector<Eigen::Index> said;  // rows that say something
+      Eigen::VectorXd per_own = Eigen::VectorXd::Zero(rows_);  // D^-1
+      Eigen::MatrixXd at_rests = Eigen::MatrixXd::Zero(rows_, 3 * (turns + 1));
+      for (Eigen::Index t = 0; t < units_[u].second; ++t) {
+        const auto i = static_cast<std::size_t>(units_[u].first + t);
         const Eigen::Matrix3d rows = informative_rows(system_.turns[i]);
         const Eigen::Vector3d says = rows.rowwise().norm();
-        own.block<3, 3>(3 * t, 3 * t) = says.asDiagonal();
+        for (Eigen::Index k = 0; k < 3; ++k) {
+          if (says(k) > 0.0) {
+            per_own(3 * t + k) = 1.0 / says(k);
+            said.push_back(3 * t + k);
+          }
+        }
         at_rests.block<3, 3>(3 * t, 3 * t) = rows;
         at_rests.block<3, 3>(3 * t, 3 * (t + 1)) = -rows * system_.rotations[i];
       }
-      problem_.roots[0].push_back(std::move(own));
+      const auto count = static_cast<Eigen::Index>(said.size());
+      const Eigen::MatrixXd relative = (per_own.asDiagonal() * at_rests)(said, Eigen::all);
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(relative * relative.transpose());
+      Eigen::MatrixXd& to_apart = to_apart_.emplace_back(Eigen::MatrixXd::Zero(rows_, rows_));
+      to_apart.topRows(count)(Eigen::all, said) = eigen.eigenvectors().transpose();
+      to_apart *= per_own.asDiagonal();
+      problem_.roots[0].middleRows(first_row(u), count).setOnes();
       if (by_rests) {
-        problem_.roots[1].push_back(std::move(at_rests));
+        problem_.roots[1].middleRows(first_row(u), count) =
+            eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
       }
     }
+    problem_.W = apart(std::move(problem_.W));
+    const Eigen::VectorXd y = problem_.y;
+    problem_.y = apart(y);
     // A little is the turns' own in any case: V has an inverse.
     const double mean_square =
-        problem_.y.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(informative, 1));
+        y.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(informative, 1));
     problem_.smallest = Eigen::VectorXd::Zero(by_rests ? 2 : 1);
     problem_.smallest(0) = 1e-6 * mean_square;
   }
@@ -306,7 +336,7 @@ class TurnWeighing {
     }
     if (system_.sampling.size() > 0) {
       VarianceProblem sampled = problem_;
-      sampled.y = by_units(system_.sampling);
+      sampled.y = apart(by_units(system_.sampling));
       if (const auto moved = fit_at_variances(sampled, fit.theta)) {
         const Eigen::VectorXd change = to_parameters_ * moved->estimate;
         add("sampling",
@@ -321,6 +351,8 @@ class TurnWeighing {
   const RestFit& rests_;
   std::vector<std::pair<Eigen::Index, Eigen::Index>> units_;
   std::vector<SharedErrors> shared_;
+  Eigen::Index rows_ = 0;  // of a unit, of which the last ones may say nothing
+  std::vector<Eigen::MatrixXd> to_apart_;
   VarianceProblem problem_;
   Eigen::Index bias_columns_ = 0;
   Eigen::MatrixXd to_parameters_;  // 12 x unknowns

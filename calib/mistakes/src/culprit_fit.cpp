@@ -80,6 +80,22 @@ Eigen::MatrixXd HypothesisFitter::roots_of_weights(const ReadingSet& set,
   return root;
 }
 
+HypothesisFit HypothesisFitter::rescaled(const ReadingSet& set,
+                                         const HypothesisFit& fit,
+                                         const Eigen::VectorXd& own) const {
+  if (!known_field_) {
+    return HypothesisFitter(fit.field, false, own).fit(set);
+  }
+  // Axes that share no direction do not weigh on each other.
+  HypothesisFit again = fit;
+  for (Eigen::Index k = 0; k < own.size(); ++k) {
+    const double factor = scale_(k) / own(k);
+    again.residuals.col(k) *= factor;
+    again.rss(k) *= factor * factor;
+  }
+  return again;
+}
+
 // What is said of a fit that has settled.
 // @param A, inverse  the weighted system, and the root of its covariance.
 // @param added       what the added columns came to.
@@ -131,7 +147,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
   Eigen::VectorXd zeta;
   Eigen::MatrixXd inverse;
   double previous = -1.0;
-  bool has_coefficients = false;
+  bool has_coefficients = known_field_ && !added;  // then the one step is exact from anywhere
   for (int round = 0; round < most_rounds; ++round) {
     const Eigen::MatrixXd base = field_design(set, result.field);
     std::vector<Eigen::MatrixXd> X;

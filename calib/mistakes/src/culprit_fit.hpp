@@ -55,6 +55,13 @@ class HypothesisFitter {
                                   const std::vector<std::size_t>& without = {},
                                   const AddedColumns& added = {}) const;
 
+  /// The fit of all readings of a set once more, with the axes in other scales.
+  /// @param fit  of all of them.
+  /// @param own  m: the scales that they are to have.
+  [[nodiscard]] HypothesisFit rescaled(const ReadingSet& set,
+                                       const HypothesisFit& fit,
+                                       const Eigen::VectorXd& own) const;
+
   [[nodiscard]] const Eigen::VectorXd& scale() const { return scale_; }
   [[nodiscard]] bool known_field() const { return known_field_; }
   void start_at(TableField field) { field_ = std::move(field); }

@@ -117,17 +117,19 @@ double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
 // a noisy axis, by the field's direction, hides what a quiet one shows.
 HypothesisFit weighed_fit(const SuspectRun& run) {
   HypothesisFit fit = run.plain();
-  Eigen::VectorXd scale = run.fitter().scale();
+  HypothesisFitter fitter = run.fitter();
   constexpr double may_be_equal = 0.5;
   constexpr int rounds = 2;
   for (int round = 0; round < rounds && equality_p_value(fit) < may_be_equal; ++round) {
-    scale.array() *= (fit.rss.array() / fit.degrees_of_freedom.array().max(0.5)).sqrt();
-    HypothesisFit next =
-        HypothesisFitter(fit.field, run.fitter().known_field(), scale).fit(run.set());
+    const Eigen::VectorXd scale =
+        fitter.scale().array() *
+        (fit.rss.array() / fit.degrees_of_freedom.array().max(0.5)).sqrt();
+    HypothesisFit next = fitter.rescaled(run.set(), fit, scale);
     if (!next.fitted) {
       break;
     }
     fit = std::move(next);
+    fitter = HypothesisFitter(fit.field, fitter.known_field(), scale);
   }
   return fit;
 }
@@ -232,13 +234,15 @@ bool looks_bad(const SuspectRun& run) {
   if (suspicious(run.plain()) || deletion_p(run) < false_alarm_of_deletion) {
     return true;
   }
+  constexpr double may_be_equal = 0.5;
+  if (!(equality_p_value(run.plain()) < may_be_equal)) {
+    return false;
+  }
   const Eigen::VectorXd own =
       (run.plain().rss.array() / run.plain().degrees_of_freedom.array().max(0.5)).sqrt() *
       run.fitter().scale().array();
-  const HypothesisFitter scaled(run.plain().field, run.fitter().known_field(), own);
-  const HypothesisFit again = scaled.fit(run.set());
-  return again.fitted && equality_p_value(run.plain()) < 0.5 &&
-         classes * single_p(run, again) < worth_a_look;
+  const HypothesisFit again = run.fitter().rescaled(run.set(), run.plain(), own);
+  return again.fitted && classes * single_p(run, again) < worth_a_look;
 }
 
 bool is_bad(SuspectRun& run) {

@@ -549,6 +549,18 @@ std::string verdict_json(const Verdict& verdict) {
   return json_text(json);
 }
 
+namespace {
+
+Calibration calibration_from(const JsonValue& json) {
+  json.require_format("axiscal-calibration", 2);
+  Calibration calibration;
+  JsonMembers io(json);
+  members(io, calibration);
+  return calibration;
+}
+
+}  // namespace
+
 std::string calibration_json(const Calibration& calibration) {
   const bool newer = calibration.sensor.temperature &&
                      calibration.sensor.temperature->has_own_sensors();  // 0.1 would misread it
@@ -560,7 +572,7 @@ std::string calibration_json(const Calibration& calibration) {
   // Nothing is stored that could not be read again.
   constexpr std::string_view name = "the record";
   try {
-    static_cast<void>(parse_calibration(text, std::string(name)));
+    static_cast<void>(calibration_from(as_read_back(std::move(json), std::string(name))));
   } catch (const DataError& error) {
     throw DomainError(std::string("it would make a record that cannot be read back: ") +
                       (error.what() + name.size() + 2));
@@ -569,12 +581,7 @@ std::string calibration_json(const Calibration& calibration) {
 }
 
 Calibration parse_calibration(std::string_view text, const std::string& path) {
-  const JsonValue json = parse_json(text, path);
-  json.require_format("axiscal-calibration", 2);
-  Calibration calibration;
-  JsonMembers io(json);
-  members(io, calibration);
-  return calibration;
+  return calibration_from(parse_json(text, path));
 }
 
 void write(const Calibration& calibration, const std::string& path) {

@@ -110,6 +110,9 @@ double f_upper_p(double f, double numerator, double denominator) {
   if (std::isinf(f)) {
     return 0.0;
   }
+  if (numerator == 2.0) {
+    return std::exp(-0.5 * denominator * std::log1p(2.0 * f / denominator));
+  }
   const FisherF distribution(numerator, denominator);
   return boost::math::cdf(boost::math::complement(distribution, f));
 }
@@ -124,6 +127,16 @@ double f_quantile(double probability, double numerator, double denominator) {
 double chi_squared_upper_p(double x, double degrees_of_freedom) {
   if (!(x >= 0.0) || !(degrees_of_freedom > 0.0)) {
     return not_a_number;
+  }
+  constexpr double few_terms = 40.0;
+  if (degrees_of_freedom <= few_terms && std::fmod(degrees_of_freedom, 2.0) == 0.0) {
+    double term = std::exp(-0.5 * x);  // those of Poisson's distribution
+    double sum = term;
+    for (double j = 1.0; j < 0.5 * degrees_of_freedom; j += 1.0) {
+      term *= 0.5 * x / j;
+      sum += term;
+    }
+    return sum;
   }
   const ChiSquared distribution(degrees_of_freedom);
   return boost::math::cdf(boost::math::complement(distribution, x));

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <Eigen/SVD>
 
@@ -70,10 +71,9 @@ std::vector<Eigen::Index> undetermined_columns(const Eigen::Ref<const Eigen::Mat
   return open_columns(Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(design * scale.asDiagonal()));
 }
 
-LeastSquaresDesign::LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
-                                       const Eigen::Ref<const Eigen::VectorXd>& weights,
-                                       const std::vector<std::string>& names)
-    : design_(design) {
+FactoredDesign::FactoredDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
+                               const Eigen::Ref<const Eigen::VectorXd>& weights,
+                               const std::vector<std::string>& names) {
   const Eigen::Index n = design.rows();
   const Eigen::Index p = design.cols();
   if (weights.size() != 0 && weights.size() != n) {
@@ -102,14 +102,36 @@ LeastSquaresDesign::LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& 
     throw RankDeficientError("the design does not determine " + list, std::move(open_names));
   }
 
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(p, p);
+  qr_.matrixQR().topRows(p).triangularView<Eigen::Upper>().solveInPlace(inverse);
+  root_ = qr_.colsPermutation() * inverse;
+  // Of columns of length 1 the Frobenius norms of A and of its pseudo-inverse bound the condition
+  // number, up to p times above it: most designs need not ask for more.
+  const Eigen::VectorXd lengths = scaled_.colwise().norm();
+  const double bound = std::sqrt(static_cast<double>(p)) * (lengths.asDiagonal() * root_).norm();
+  refines_ = !(bound <= refinement_above) && condition_number() > refinement_above;
+}
+
+double FactoredDesign::condition_number() const {
+  const Eigen::Index p = scaled_.cols();
   const Eigen::MatrixXd R =
       qr_.matrixQR().topRows(p).template triangularView<Eigen::Upper>().toDenseMatrix();
   const Eigen::VectorXd lengths = R.colwise().norm();
   const Eigen::VectorXd singular =
       Eigen::JacobiSVD<Eigen::MatrixXd>(R * lengths.cwiseInverse().asDiagonal()).singularValues();
-  condition_number_ = singular(0) / singular(p - 1);
+  return singular(0) / singular(p - 1);
+}
 
-  const Eigen::MatrixXd Q = qr_.householderQ() * Eigen::MatrixXd::Identity(n, p);
+LeastSquaresDesign::LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
+                                       const Eigen::Ref<const Eigen::VectorXd>& weights,
+                                       const std::vector<std::string>& names)
+    : LeastSquaresDesign(FactoredDesign(design, weights, names), design) {}
+
+LeastSquaresDesign::LeastSquaresDesign(FactoredDesign factored,
+                                       const Eigen::Ref<const Eigen::MatrixXd>& design)
+    : FactoredDesign(std::move(factored)), design_(design) {
+  const Eigen::MatrixXd Q =
+      qr_.householderQ() * Eigen::MatrixXd::Identity(design.rows(), design.cols());
   leverage_ = Q.rowwise().squaredNorm();
   spans_constant_ =
       (root_weights_ - Q * (Q.transpose() * root_weights_)).norm() <= 1e-10 * root_weights_.norm();
@@ -119,11 +141,8 @@ LeastSquaresDesign::LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& 
 void LeastSquaresDesign::find_unscaled_covariance() {
   const Eigen::Index n = scaled_.rows();
   const Eigen::Index p = scaled_.cols();
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(p, p);
-  qr_.matrixQR().topRows(p).triangularView<Eigen::Upper>().solveInPlace(inverse);
-  const Eigen::MatrixXd root = qr_.colsPermutation() * inverse;
-  Eigen::MatrixXd covariance = root * root.transpose();
-  if (condition_number_ > refinement_above) {
+  Eigen::MatrixXd covariance = root_ * root_.transpose();
+  if (refines_) {
     // Column j of (A^T A)^-1 is the x of: r + A x = 0, A^T r = -e_j.
     for (Eigen::Index j = 0; j < p; ++j) {
       const Eigen::VectorXd x = covariance.col(j);
@@ -136,11 +155,11 @@ void LeastSquaresDesign::find_unscaled_covariance() {
   unscaled_covariance_ = scale_.asDiagonal() * covariance * scale_.asDiagonal();
 }
 
-LeastSquaresDesign::Solution LeastSquaresDesign::solve(const Eigen::VectorXd& weighted_y) const {
+FactoredDesign::Solution FactoredDesign::solve(const Eigen::VectorXd& weighted_y) const {
   Solution solution;
   solution.x = qr_.solve(weighted_y);
   solution.residuals = weighted_y - scaled_ * solution.x;
-  if (condition_number_ > refinement_above) {
+  if (refines_) {
     return refined(weighted_y, Eigen::VectorXd::Zero(scaled_.cols()), std::move(solution));
   }
   return solution;
@@ -148,9 +167,9 @@ LeastSquaresDesign::Solution LeastSquaresDesign::solve(const Eigen::VectorXd& we
 
 // Solves r + A x = b, A^T r = c. The unknown x is kept in double-double, so that r becomes as small
 // as the data allow; corrections come from the QR of A.
-LeastSquaresDesign::Solution LeastSquaresDesign::refined(const Eigen::VectorXd& b,
-                                                         const Eigen::VectorXd& c,
-                                                         Solution start) const {
+FactoredDesign::Solution FactoredDesign::refined(const Eigen::VectorXd& b,
+                                                 const Eigen::VectorXd& c,
+                                                 Solution start) const {
   const Eigen::Index n = scaled_.rows();
   const Eigen::Index p = scaled_.cols();
   const auto R =  // a view of the factor, not a value
@@ -203,7 +222,7 @@ LeastSquaresDesign::Solution LeastSquaresDesign::refined(const Eigen::VectorXd& 
   return {.x = std::move(x), .residuals = std::move(r)};
 }
 
-Eigen::VectorXd LeastSquaresDesign::estimate(const Eigen::Ref<const Eigen::VectorXd>& y) const {
+Eigen::VectorXd FactoredDesign::estimate(const Eigen::Ref<const Eigen::VectorXd>& y) const {
   return scale_.asDiagonal() * solve(root_weights_.cwiseProduct(y)).x;
 }
 

@@ -21,136 +21,190 @@ struct Solved {
   double squares = 0.0;  // y^T P y
   Eigen::VectorXd estimate;
   Eigen::MatrixXd covariance;
-  std::vector<Eigen::MatrixXd> inverses;  // V^-1 of each unit
+  Eigen::MatrixXd inverses;  // n m x m: V^-1 of each unit
+  Eigen::MatrixXd U;         // n m x c: V^-1 W
+  Eigen::VectorXd left;      // n m: V^-1 (y - W b)
 };
 
 // All that one round needs beside it.
 struct Round : Solved {
   Eigen::MatrixXd A;
   Eigen::VectorXd g;
-  std::vector<Eigen::MatrixXd> B;  // sum over units of U^T Q U, U = V^-1 W
+  std::vector<Eigen::MatrixXd> B;  // sum over units of U^T Q U
 };
 
-// The inverse of a unit's covariance; rows that are left out are on their own.
-void invert_unit(const VarianceProblem& problem,
-                 std::size_t unit,
-                 const Eigen::VectorXd& theta,
-                 Eigen::MatrixXd& inverse) {
-  Eigen::MatrixXd V = Eigen::MatrixXd::Zero(problem.rows, problem.rows);
-  for (std::size_t q = 0; q < problem.roots.size(); ++q) {
-    const Eigen::MatrixXd& K = problem.roots[q][unit];
-    V.noalias() += theta(static_cast<Eigen::Index>(q)) * K * K.transpose();
+// A unit's matrices of at most so many rows and columns: few need no memory of their own.
+template <int Most>
+using UnitMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Most, Most>;
+constexpr int few = 6;
+
+// Few rows are multiplied where they are; what makes many fast costs few most of the time.
+template <int Most, typename Left, typename Right, typename Result>
+void set_product(const Left& left, const Right& right, Result& result) {
+  if constexpr (Most == Eigen::Dynamic) {
+    result.noalias() = left * right;
+  } else {
+    result.noalias() = left.lazyProduct(right);
   }
-  for (Eigen::Index k = 0; k < problem.rows; ++k) {
-    V(k, k) = V(k, k) > 0.0 ? V(k, k) : 1.0;
-  }
-  inverse = V.inverse();
 }
 
-// What the units add to A and g, and the matrices B, at an estimate.
-void add_units(const VarianceProblem& problem, Round& round) {
-  const std::vector<Eigen::MatrixXd>& inverses = round.inverses;
-  const Eigen::Index m = problem.rows;
-  const std::size_t count = problem.roots.size();
-  Eigen::MatrixXd U;
-  Eigen::MatrixXd UC;
-  Eigen::MatrixXd UCU;
-  Eigen::MatrixXd KU;
-  std::vector<Eigen::MatrixXd> VK(count);
-  std::vector<Eigen::MatrixXd> MK(count);
-  for (std::size_t i = 0; i < inverses.size(); ++i) {
-    const auto first = m * static_cast<Eigen::Index>(i);
-    const auto W = problem.W.middleRows(first, m);
-    U.noalias() = inverses[i] * W;
-    UC.noalias() = U * round.covariance;
-    UCU.noalias() = UC * U.transpose();
-    const Eigen::VectorXd left = inverses[i] * (problem.y.segment(first, m) - W * round.estimate);
-    for (std::size_t q = 0; q < count; ++q) {
-      const Eigen::MatrixXd& K = problem.roots[q][i];
-      VK[q].noalias() = inverses[i] * K;
-      MK[q].noalias() = UCU * K;
-      KU.noalias() = K.transpose() * U;
-      round.B[q].noalias() += KU.transpose() * KU;
-      round.g(static_cast<Eigen::Index>(q)) += (K.transpose() * left).squaredNorm();
-    }
-    // tr(V^-1 Q V^-1 R) - 2 tr(V^-1 Q U C U^T R), by the roots of Q and R.
-    for (std::size_t q = 0; q < count; ++q) {
-      for (std::size_t r = q; r < count; ++r) {
-        const Eigen::MatrixXd X = problem.roots[r][i].transpose() * VK[q];
-        const Eigen::MatrixXd Y = problem.roots[r][i].transpose() * MK[q];
-        round.A(static_cast<Eigen::Index>(q), static_cast<Eigen::Index>(r)) +=
-            X.squaredNorm() - 2.0 * X.cwiseProduct(Y).sum();
+// Two or three rows in closed form.
+template <int Most>
+UnitMatrix<Most> inverse_of(const UnitMatrix<Most>& V) {
+  switch (V.rows()) {
+    case 2:
+      return Eigen::Matrix2d(V).inverse();
+    case 3:
+      return Eigen::Matrix3d(V).inverse();
+    default:
+      return V.inverse();
+  }
+}
+
+// A problem's likelihood at any variances.
+class Likelihood {
+ public:
+  // @param problem  must outlive it.
+  explicit Likelihood(const VarianceProblem& problem)
+      : problem_(problem),
+        small_(problem.rows <= few && std::all_of(problem.roots.begin(), problem.roots.end(),
+                                                  [](const auto& K) { return K.cols() <= few; })) {
+    for (const Eigen::MatrixXd& K : problem.roots) {
+      Eigen::MatrixXd& Q = Q_.emplace_back(K.rows(), problem.rows);
+      for (Eigen::Index first = 0; first < K.rows(); first += problem.rows) {
+        const auto of_unit = K.middleRows(first, problem.rows);
+        Q.middleRows(first, problem.rows).noalias() = of_unit * of_unit.transpose();
       }
     }
   }
-}
 
-Solved solve_at(const VarianceProblem& problem, const Eigen::VectorXd& theta) {
-  const Eigen::Index m = problem.rows;
-  const Eigen::Index c = problem.W.cols();
-  const std::size_t units = problem.roots.front().size();
-  Solved solved;
-  solved.inverses.resize(units);
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(c, c);
-  normal.diagonal().tail(problem.prior).setOnes();
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(c);
-  Eigen::MatrixXd U;
-  for (std::size_t i = 0; i < units; ++i) {
-    const auto first = m * static_cast<Eigen::Index>(i);
-    invert_unit(problem, i, theta, solved.inverses[i]);
-    const auto W = problem.W.middleRows(first, m);
-    U.noalias() = solved.inverses[i] * W;
-    normal.noalias() += W.transpose() * U;
-    right.noalias() += U.transpose() * problem.y.segment(first, m);
-  }
-  const ScaledCholesky cholesky(normal);
-  constexpr double open_below = 1e-13;
-  if (!cholesky.is_determined(open_below)) {
+  [[nodiscard]] Solved solve_at(const Eigen::VectorXd& theta) const {
+    const Eigen::Index m = problem_.rows;
+    Solved solved{.inverses = Eigen::MatrixXd(problem_.y.size(), m),
+                  .U = Eigen::MatrixXd(problem_.y.size(), problem_.W.cols())};
+    if (small_) {
+      weigh_units<few>(theta, solved);
+    } else {
+      weigh_units<Eigen::Dynamic>(theta, solved);
+    }
+    Eigen::MatrixXd normal = problem_.W.transpose() * solved.U;
+    normal.diagonal().tail(problem_.prior).array() += 1.0;
+    const ScaledCholesky cholesky(normal);
+    constexpr double open_below = 1e-13;
+    if (!cholesky.is_determined(open_below)) {
+      return solved;
+    }
+    solved.determined = true;
+    solved.covariance = cholesky.inverse();
+    solved.estimate = solved.covariance * (solved.U.transpose() * problem_.y);
+    const Eigen::VectorXd left = problem_.y - problem_.W * solved.estimate;
+    solved.left.resize(left.size());
+    for (Eigen::Index first = 0; first < left.size(); first += m) {
+      solved.left.segment(first, m).noalias() =
+          solved.inverses.middleRows(first, m) * left.segment(first, m);
+    }
+    solved.squares = problem_.y.dot(solved.left);
     return solved;
   }
-  solved.determined = true;
-  solved.covariance = cholesky.inverse();
-  solved.estimate = solved.covariance * right;
-  const Eigen::VectorXd left = problem.y - problem.W * solved.estimate;
-  for (std::size_t i = 0; i < units; ++i) {
-    const auto first = m * static_cast<Eigen::Index>(i);
-    solved.squares += problem.y.segment(first, m).dot(solved.inverses[i] * left.segment(first, m));
-  }
-  return solved;
-}
 
-Round evaluate(const VarianceProblem& problem, const Eigen::VectorXd& theta) {
-  const Eigen::Index c = problem.W.cols();
-  const auto count = static_cast<Eigen::Index>(problem.roots.size());
-  Round round{solve_at(problem, theta),
-              Eigen::MatrixXd::Zero(count, count),
-              Eigen::VectorXd::Zero(count),
-              {}};
-  if (!round.determined) {
+  [[nodiscard]] Round round_at(const Eigen::VectorXd& theta) const {
+    const auto count = static_cast<Eigen::Index>(problem_.roots.size());
+    Round round{solve_at(theta),
+                Eigen::MatrixXd::Zero(count, count),
+                Eigen::VectorXd::Zero(count),
+                {}};
+    if (!round.determined) {
+      return round;
+    }
+    const Eigen::Index units = problem_.y.size() / problem_.rows;
+    std::vector<Eigen::MatrixXd> KU;
+    for (const Eigen::MatrixXd& K : problem_.roots) {
+      KU.emplace_back(units * K.cols(), problem_.W.cols());
+    }
+    if (small_) {
+      add_units<few>(round, KU);
+    } else {
+      add_units<Eigen::Dynamic>(round, KU);
+    }
+    std::vector<Eigen::MatrixXd> CB;
+    for (const Eigen::MatrixXd& rows : KU) {
+      const Eigen::MatrixXd& B = round.B.emplace_back(rows.transpose() * rows);
+      CB.emplace_back(round.covariance * B);
+    }
+    for (Eigen::Index q = 0; q < count; ++q) {
+      for (Eigen::Index r = q; r < count; ++r) {
+        round.A(q, r) += CB[static_cast<std::size_t>(q)]
+                             .transpose()
+                             .cwiseProduct(CB[static_cast<std::size_t>(r)])
+                             .sum();
+        round.A(r, q) = round.A(q, r);
+      }
+    }
+    for (Eigen::Index q = 0; q < problem_.pure_squares.size(); ++q) {
+      const double weight = theta(q) > 0.0 ? 1.0 / (theta(q) * theta(q)) : 0.0;
+      round.A(q, q) += weight * problem_.pure_degrees_of_freedom(q);
+      round.g(q) += weight * problem_.pure_squares(q);
+    }
     return round;
   }
-  round.B.assign(problem.roots.size(), Eigen::MatrixXd::Zero(c, c));
-  add_units(problem, round);
-  std::vector<Eigen::MatrixXd> CB;
-  for (const Eigen::MatrixXd& B : round.B) {
-    CB.emplace_back(round.covariance * B);
-  }
-  for (Eigen::Index q = 0; q < count; ++q) {
-    for (Eigen::Index r = q; r < count; ++r) {
-      round.A(q, r) += CB[static_cast<std::size_t>(q)]
-                           .transpose()
-                           .cwiseProduct(CB[static_cast<std::size_t>(r)])
-                           .sum();
-      round.A(r, q) = round.A(q, r);
+
+ private:
+  // The inverse of each unit's covariance, and what it makes of W; rows that are left out are on
+  // their own.
+  template <int Most>
+  void weigh_units(const Eigen::VectorXd& theta, Solved& solved) const {
+    const Eigen::Index m = problem_.rows;
+    for (Eigen::Index first = 0; first < problem_.y.size(); first += m) {
+      UnitMatrix<Most> V = UnitMatrix<Most>::Zero(m, m);
+      for (std::size_t q = 0; q < Q_.size(); ++q) {
+        V += theta(static_cast<Eigen::Index>(q)) * Q_[q].middleRows(first, m);
+      }
+      for (Eigen::Index k = 0; k < m; ++k) {
+        V(k, k) = V(k, k) > 0.0 ? V(k, k) : 1.0;
+      }
+      const UnitMatrix<Most> inverse = inverse_of<Most>(V);
+      solved.inverses.middleRows(first, m) = inverse;
+      auto U = solved.U.middleRows(first, m);
+      set_product<Most>(inverse, problem_.W.middleRows(first, m), U);
     }
   }
-  for (Eigen::Index q = 0; q < problem.pure_squares.size(); ++q) {
-    const double weight = 1.0 / (theta(q) * theta(q));
-    round.A(q, q) += weight * problem.pure_degrees_of_freedom(q);
-    round.g(q) += weight * problem.pure_squares(q);
+
+  // What the units add to A and g, and the rows K^T U of all of them.
+  template <int Most>
+  void add_units(Round& round, std::vector<Eigen::MatrixXd>& KU) const {
+    const Eigen::Index m = problem_.rows;
+    const std::size_t count = Q_.size();
+    const Eigen::MatrixXd UC = round.U * round.covariance;
+    UnitMatrix<Most> UCU(m, m);
+    std::vector<UnitMatrix<Most>> VQ(count, UCU);
+    std::vector<UnitMatrix<Most>> MQ(count, UCU);
+    for (Eigen::Index first = 0; first < problem_.y.size(); first += m) {
+      const auto U = round.U.middleRows(first, m);
+      const auto left = round.left.segment(first, m);
+      set_product<Most>(UC.middleRows(first, m), U.transpose(), UCU);
+      for (std::size_t q = 0; q < count; ++q) {
+        const auto Q = Q_[q].middleRows(first, m);
+        const auto K = problem_.roots[q].middleRows(first, m);
+        set_product<Most>(round.inverses.middleRows(first, m), Q, VQ[q]);
+        set_product<Most>(UCU, Q, MQ[q]);
+        auto own = KU[q].middleRows(first / m * K.cols(), K.cols());
+        set_product<Most>(K.transpose(), U, own);
+        round.g(static_cast<Eigen::Index>(q)) += left.dot(Q * left);
+      }
+      // tr(V^-1 Q V^-1 R) - 2 tr(V^-1 Q U C U^T R).
+      for (std::size_t q = 0; q < count; ++q) {
+        for (std::size_t r = q; r < count; ++r) {
+          round.A(static_cast<Eigen::Index>(q), static_cast<Eigen::Index>(r)) +=
+              VQ[q].cwiseProduct((VQ[r] - 2.0 * MQ[r]).transpose()).sum();
+        }
+      }
+    }
   }
-  return round;
-}
+
+  const VarianceProblem& problem_;
+  bool small_;
+  std::vector<Eigen::MatrixXd> Q_;  // q, n m x m: K K^T of each unit
+};
 
 // A theta = g over the components that are open; what would fall below its smallest is set to that
 // and the others are solved again.
@@ -233,10 +287,11 @@ std::optional<VarianceFit> fit_variance_components(const VarianceProblem& proble
   constexpr double still = 1e-9;
   const Eigen::VectorXd smallest =
       problem.smallest.size() > 0 ? problem.smallest : Eigen::VectorXd::Zero(start.size());
+  const Likelihood likelihood(problem);
   Eigen::VectorXd theta = start.cwiseMax(smallest);
   std::vector<Eigen::Index> open;
   for (int number = 0; number < most_rounds; ++number) {
-    const Round round = evaluate(problem, theta);
+    const Round round = likelihood.round_at(theta);
     if (!round.determined) {
       return std::nullopt;
     }
@@ -283,9 +338,25 @@ std::optional<VarianceFit> fit_variance_components(const VarianceProblem& proble
   return std::nullopt;
 }
 
+std::optional<double> component_score(const VarianceProblem& problem,
+                                      const Eigen::VectorXd& theta,
+                                      Eigen::Index component) {
+  const Round round = Likelihood(problem).round_at(theta);
+  if (!round.determined) {
+    return std::nullopt;
+  }
+  const ScaledCholesky information(round.A);
+  constexpr double open_below = 1e-13;
+  if (!information.is_determined(open_below)) {
+    return std::nullopt;
+  }
+  const Eigen::MatrixXd inverse = information.inverse();
+  return inverse.row(component).dot(round.g) / std::sqrt(2.0 * inverse(component, component));
+}
+
 std::optional<WeightedFit> fit_at_variances(const VarianceProblem& problem,
                                             const Eigen::VectorXd& theta) {
-  Solved solved = solve_at(problem, theta);
+  Solved solved = Likelihood(problem).solve_at(theta);
   if (!solved.determined) {
     return std::nullopt;
   }

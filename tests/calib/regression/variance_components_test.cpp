@@ -17,7 +17,7 @@ VarianceProblem problem_of(Eigen::Index units, double sigma, double tau, RandomS
   VarianceProblem problem{.rows = 2,
                           .W = Eigen::MatrixXd(2 * units, 3),
                           .y = Eigen::VectorXd(2 * units),
-                          .roots = {{}, {}, {}}};
+                          .roots = std::vector<Eigen::MatrixXd>(3, Eigen::MatrixXd(2 * units, 1))};
   for (Eigen::Index i = 0; i < units; ++i) {
     const Eigen::Vector2d along = random.normals<2>();
     const Eigen::Vector2d noise = sigma * random.normals<2>();
@@ -26,9 +26,9 @@ VarianceProblem problem_of(Eigen::Index units, double sigma, double tau, RandomS
       problem.W.row(2 * i + k) << 1.0, random.normal(), random.normal();
       problem.y(2 * i + k) = (k == 0 ? 1.0 : 2.0) * noise(k) + turn * along(k);
     }
-    problem.roots[0].emplace_back(Eigen::Vector2d(1.0, 0.0));
-    problem.roots[1].emplace_back(Eigen::Vector2d(0.0, 1.0));
-    problem.roots[2].emplace_back(along);
+    problem.roots[0].middleRows<2>(2 * i) << 1.0, 0.0;
+    problem.roots[1].middleRows<2>(2 * i) << 0.0, 1.0;
+    problem.roots[2].middleRows<2>(2 * i) = along;
   }
   return problem;
 }
@@ -38,10 +38,9 @@ double misfit(const VarianceProblem& problem, const Eigen::VectorXd& theta) {
   const Eigen::Index n = problem.y.size();
   Eigen::MatrixXd V = Eigen::MatrixXd::Zero(n, n);
   for (std::size_t q = 0; q < 3; ++q) {
-    for (std::size_t i = 0; i < problem.roots[q].size(); ++i) {
-      const auto at = static_cast<Eigen::Index>(2 * i);
-      V.block<2, 2>(at, at) += theta(static_cast<Eigen::Index>(q)) * problem.roots[q][i] *
-                               problem.roots[q][i].transpose();
+    for (Eigen::Index at = 0; at < n; at += 2) {
+      const Eigen::MatrixXd K = problem.roots[q].middleRows<2>(at);
+      V.block<2, 2>(at, at) += theta(static_cast<Eigen::Index>(q)) * K * K.transpose();
     }
   }
   const Eigen::MatrixXd inverse = V.inverse();

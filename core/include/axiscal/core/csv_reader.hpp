@@ -30,6 +30,12 @@ class CsvReader {
   /// not: one stray quote would hold back all that follows.
   enum class Quotes { span_lines, end_with_line };
 
+  /// Whole lines, as they stand in the file.
+  struct Lines {
+    std::vector<char> text;
+    std::size_t first_line = 0;  ///< its number
+  };
+
   /// A row longer than this is an error: whatever it is, it is not text of readings.
   static constexpr std::size_t longest_row = 1U << 20U;
 
@@ -50,6 +56,9 @@ class CsvReader {
             std::string path,
             std::vector<std::string> header,
             Quotes quotes = Quotes::span_lines);
+
+  /// Reads lines that another reader took, with the columns of that one.
+  CsvReader(const CsvReader& of, Lines lines);
 
   /// Calls the columns otherwise than the file does.
   /// @throws DomainError  for another number of names than columns.
@@ -76,6 +85,12 @@ class CsvReader {
   /// @throws DataError  if reading fails or a line is longer than longest_row.
   Row next();
 
+  /// Takes as many of the next lines as a buffer holds, to be read elsewhere. There are no quotes in
+  /// them: each line is a row of its own.
+  /// @return nothing where a quote is in one of the next lines, or at the end.
+  /// @throws DataError  as next().
+  [[nodiscard]] std::optional<Lines> take_lines();
+
   /// @return the cells of a good row, unquoted; valid until next().
   [[nodiscard]] std::span<const std::string_view> cells() const { return cells_; }
 
@@ -95,6 +110,7 @@ class CsvReader {
 
  private:
   bool find_line_end(std::size_t from, std::size_t& end);
+  void read_more();
   bool next_content_line();
   bool split_plain();
   bool split_quoted();

@@ -33,6 +33,10 @@ class OutputFile {
   /// @throws OutputError  if the disk is full or the like; ClosedPipe if nobody reads any more.
   void write(std::string_view text);
 
+  /// Puts other bytes where the file starts, as long as those that were written there.
+  /// @throws OutputError  where that cannot be: in a pipe.
+  void rewrite_start(std::string_view text);
+
   /// Puts the file into its place; nothing can be written after it.
   /// @throws OutputError          as write().
   /// @throws InputOverwriteError  as forbid_replacing_input().

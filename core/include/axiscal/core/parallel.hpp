@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <deque>
 #include <functional>
+#include <future>
+#include <optional>
+#include <thread>
+#include <utility>
 
 namespace axiscal {
 
@@ -17,5 +23,39 @@ namespace axiscal {
 void for_each_in_parallel(std::size_t count,
                           const std::function<void(std::size_t)>& work,
                           std::size_t threads = 0);
+
+/// Makes pieces of what goes on and on, on the machine's cores, and hands them over in their order.
+/// A few are under way at a time: memory stays what it is.
+///
+/// @param next     gives the work for the next piece, or nothing at the end; called in order, by the
+///                 caller's thread.
+/// @param take     takes the pieces, in order, by the caller's thread.
+/// @param threads  how many; 0: as many as there are cores. With one all is done in the caller's.
+/// @throws what the work of the first piece that fails throws, after all threads have ended.
+template <typename Piece>
+void for_each_in_order(const std::function<std::optional<std::function<Piece()>>()>& next,
+                       const std::function<void(Piece)>& take,
+                       std::size_t threads = 0) {
+  const std::size_t cores = threads > 0 ? threads : std::thread::hardware_concurrency();
+  std::deque<std::future<Piece>> under_way;
+  const auto hand_over = [&] {
+    Piece piece = under_way.front().get();
+    under_way.pop_front();
+    take(std::move(piece));
+  };
+  while (std::optional<std::function<Piece()>> work = next()) {
+    if (cores <= 1) {
+      take((*work)());
+      continue;
+    }
+    under_way.push_back(std::async(std::launch::async, *std::move(work)));
+    if (under_way.size() > cores) {
+      hand_over();
+    }
+  }
+  while (!under_way.empty()) {
+    hand_over();
+  }
+}
 
 }  // namespace axiscal

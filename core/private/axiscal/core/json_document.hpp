@@ -35,8 +35,8 @@ class JsonValue {
       std::string_view key) const;                        ///< absent or null: none
   [[nodiscard]] std::vector<JsonValue> elements() const;  ///< an array's
   /// Rows: an array's elements, or of an object of arrays, all of one length, an object for each
-  /// position, as columns_of() took them apart.
-  [[nodiscard]] std::vector<JsonValue> rows() const;
+  /// position, as append_row() took them apart.
+  void for_each_row(const std::function<void(const JsonValue&)>& take) const;
   [[nodiscard]] double number() const;
   [[nodiscard]] double number_or_nan() const;  ///< null is NaN
   [[nodiscard]] int integer() const;
@@ -72,6 +72,7 @@ class JsonValue {
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
+  void require_list() const;
   [[nodiscard]] JsonValue child(const Json& value, std::string_view name) const;
   [[nodiscard]] Eigen::VectorXd numbers(std::optional<Eigen::Index> size, bool null_is_nan) const;
   [[nodiscard]] Eigen::MatrixXd grid(Eigen::Index rows,
@@ -87,13 +88,18 @@ class JsonValue {
 /// @throws DataError  `PATH:LINE: ...` if the text is no JSON.
 [[nodiscard]] JsonValue parse_json(std::string_view text, std::string path);
 
+/// @return what reading json_text() of the value back gives, without its text.
+[[nodiscard]] JsonValue as_read_back(Json value, std::string path);
+
 /// @return the value as text to read: members on lines of their own, arrays of numbers on one,
 ///         doubles as the shortest text that reads back, NaN as null; ends with a line feed.
 [[nodiscard]] std::string json_text(const Json& value);
 
-/// @param rows  an array of objects.
-/// @return an object of arrays: of each member its values, row by row; null where a row has none.
-[[nodiscard]] Json columns_of(const Json& rows);
+/// Takes rows apart into an object of arrays: of each member its values, null where a row has none.
+/// @param row      an object.
+/// @param number   how many rows there were before it.
+/// @param columns  an object.
+void append_row(Json row, std::size_t number, Json& columns);
 
 [[nodiscard]] Json json_from(const Eigen::Ref<const Eigen::VectorXd>& vector);
 [[nodiscard]] Json json_from_matrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix);

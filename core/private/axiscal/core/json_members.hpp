@@ -234,15 +234,21 @@ class JsonMembers {
   void table(const char* key, std::vector<Struct>& all, const Members& members) {
     if (!reads()) {
       constexpr std::size_t most_rows = 200;
-      list(key, all, members);
-      if (all.size() > most_rows) {
-        (*to_)[key] = columns_of((*to_)[key]);
+      if (all.size() <= most_rows) {
+        list(key, all, members);
+        return;
+      }
+      Json& columns = (*to_)[key] = Json::object();
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        Json row;
+        write_object(row, [&](JsonMembers& io) { members(io, all[i]); });
+        append_row(std::move(row), i, columns);
       }
     } else if (const std::optional<JsonValue> values = from_->find(key)) {
-      for (const JsonValue& value : values->rows()) {
+      values->for_each_row([&](const JsonValue& value) {
         Struct& one = all.emplace_back();
         read_object(value, [&](JsonMembers& io) { members(io, one); });
-      }
+      });
     }
   }
 

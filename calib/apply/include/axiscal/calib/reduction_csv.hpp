@@ -55,7 +55,14 @@ struct JointColumns {
   double alarm_rad = 0.0;
 };
 
+/// How reduced readings are written.
+enum class ReductionForm {
+  csv,  ///< the table's cells with the results behind them
+  npy,  ///< the results alone, as rows of NumPy's binary format: 8 bytes each, 1 for the flag
+};
+
 struct ReductionCsvOptions {
+  ReductionForm form = ReductionForm::csv;
   /// An accelerometer's, for headings and second fields; null without one.
   const Reducer* attitude = nullptr;
   std::vector<ReadingColumn> attitude_columns;
@@ -72,6 +79,15 @@ struct ReductionCsvOptions {
   bool every_row = false;       ///< hand over each row at once instead of large blocks
 };
 
+/// The bits of the flag in binary rows.
+namespace reduction_flag {
+constexpr unsigned clamped = 1;
+constexpr unsigned extrapolated = 2;
+constexpr unsigned moved = 4;
+constexpr unsigned saturated = 8;
+constexpr unsigned unreadable = 16;
+}  // namespace reduction_flag
+
 struct ReductionCsvSummary {
   std::size_t rows = 0;
   std::size_t unreadable = 0;             ///< rows that could not be reduced
@@ -83,7 +99,8 @@ struct ReductionCsvSummary {
   std::size_t moved = 0;                  ///< rows in which a joint moved beyond the alarm
 };
 
-/// Reduces a table row by row (formats.md, Reduced readings), in constant memory.
+/// Reduces a table row by row (formats.md, Reduced readings), in constant memory, on the machine's
+/// cores: what it writes is the same on any number of them.
 ///
 /// Each row's cells are copied as they are, and the results appended: `field_x,field_y,field_z,
 /// residual`, what the kind of instrument derives, and `flag`. With fewer than three axes instead:
@@ -103,5 +120,12 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
                                const Reducer& reducer,
                                const ReductionCsvOptions& options,
                                const std::function<void(std::string_view)>& sink);
+
+/// What stands before binary rows in a file of NumPy's: their columns by name; as long for any
+/// number of rows.
+[[nodiscard]] std::string reduction_npy_header(const std::vector<ReadingColumn>& axes,
+                                               const Reducer& reducer,
+                                               const ReductionCsvOptions& options,
+                                               std::size_t rows);
 
 }  // namespace axiscal

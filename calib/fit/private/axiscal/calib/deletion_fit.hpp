@@ -66,14 +66,16 @@ class DeletionFit {
   [[nodiscard]] Sums sums_without(const std::vector<std::size_t>& readings, Eigen::Index k) const;
   [[nodiscard]] std::optional<Others> without(const std::vector<std::size_t>& readings) const;
 
-  // Readings of an axis as the others see them: not weighted.
+  // Contrasts of an axis's readings as the others see them: not weighted.
   struct LeftOut;
   [[nodiscard]] LeftOut left_out(const std::vector<std::size_t>& readings,
+                                 const Eigen::MatrixXd& contrasts,
                                  const Others& others,
                                  Eigen::Index axis) const;
 
   const ReadingSet& set_;
   Eigen::MatrixXd root_weights_;
+  Eigen::VectorXd smallest_;  // m variances: each axis's rounding
   Eigen::Index own_ = 0;     // p columns of each axis
   Eigen::Index shared_ = 0;  // D directions
   std::vector<Axis> axes_;

@@ -17,7 +17,7 @@ namespace axiscal {
 /// and a third for a part of unknown magnitude, along it.
 struct JointAxis {
   Eigen::MatrixXd X;  // n x p, not weighted
-  std::shared_ptr<const LeastSquaresDesign> design;
+  std::shared_ptr<const FactoredDesign> design;
   Eigen::VectorXd root_weights;
   Eigen::VectorXd estimate;   // b, S, second fields, temperature; p
   Eigen::VectorXd residuals;  // weighted

@@ -31,13 +31,13 @@ struct LeastSquaresFit {
 /// solution, its residuals and the covariance are refined by Bjorck's augmented system with
 /// residuals in double-double, so that nearly all digits that the data determine are right.
 ///
-/// This core knows nothing of instruments.
+/// This core knows nothing of instruments. This much of it gives estimates alone; statistics are
+/// LeastSquaresDesign's.
 ///
 /// @par Source
 /// Golub & Van Loan, Matrix Computations, 4th ed. (2013), secs. 5.3, 5.4; A. Bjorck, "Iterative
-/// refinement of linear least squares solutions I", BIT 7 (1967) 257-278; Belsley, Kuh & Welsch,
-/// Regression Diagnostics (1980) for leverage, studentised residuals and Cook's distance.
-class LeastSquaresDesign {
+/// refinement of linear least squares solutions I", BIT 7 (1967) 257-278.
+class FactoredDesign {
  public:
   /// Condition number above which solutions are refined.
   static constexpr double refinement_above = 100.0;
@@ -49,33 +49,21 @@ class LeastSquaresDesign {
   /// negative.
   /// @throws RankDeficientError  if the columns are dependent to working precision; it names the
   ///                             parameters that the design leaves undetermined.
-  explicit LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
-                              const Eigen::Ref<const Eigen::VectorXd>& weights = Eigen::VectorXd(),
-                              const std::vector<std::string>& names = {});
-
-  /// Fits one response.
-  ///
-  /// @param observations  y, n entries in one unit.
-  /// @throws DomainError  if the size disagrees or an entry is not finite.
-  [[nodiscard]] LeastSquaresFit fit(const Eigen::Ref<const Eigen::VectorXd>& observations) const;
+  explicit FactoredDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
+                          const Eigen::Ref<const Eigen::VectorXd>& weights = Eigen::VectorXd(),
+                          const std::vector<std::string>& names = {});
 
   /// @return the estimate alone, without statistics.
   [[nodiscard]] Eigen::VectorXd estimate(const Eigen::Ref<const Eigen::VectorXd>& y) const;
 
-  /// @return (X^T W X)^-1, p x p.
-  [[nodiscard]] const Eigen::MatrixXd& unscaled_covariance() const { return unscaled_covariance_; }
-
-  /// @return diagonal of the hat matrix, n entries.
-  [[nodiscard]] const Eigen::VectorXd& leverage() const { return leverage_; }
-
   /// @return ratio of the largest to the smallest singular value of W^1/2 X with columns of
-  /// length 1.
-  [[nodiscard]] double condition_number() const { return condition_number_; }
+  /// length 1, found when it is asked for.
+  [[nodiscard]] double condition_number() const;
 
   /// @return n without the rows of weight 0.
   [[nodiscard]] Eigen::Index observations() const { return observations_; }
 
- private:
+ protected:
   struct Solution {
     Eigen::VectorXd x;          // coefficients of the scaled columns
     Eigen::VectorXd residuals;  // weighted
@@ -84,17 +72,49 @@ class LeastSquaresDesign {
   [[nodiscard]] Solution refined(const Eigen::VectorXd& b,
                                  const Eigen::VectorXd& c,
                                  Solution start) const;
-  void find_unscaled_covariance();
 
-  Eigen::MatrixXd design_;
   Eigen::VectorXd root_weights_;
   Eigen::MatrixXd scaled_;  // W^1/2 X with columns scaled by powers of two
   Eigen::VectorXd scale_;   // those powers
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;
+  Eigen::MatrixXd root_;  // P R^-1 of the scaled columns
+  bool refines_ = false;  // whether the condition number is above refinement_above
+  Eigen::Index observations_ = 0;
+};
+
+/// The same with all statistics of a response's fit.
+///
+/// @par Source
+/// Belsley, Kuh & Welsch, Regression Diagnostics (1980) for leverage, studentised residuals and
+/// Cook's distance.
+class LeastSquaresDesign : public FactoredDesign {
+ public:
+  /// As FactoredDesign.
+  explicit LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
+                              const Eigen::Ref<const Eigen::VectorXd>& weights = Eigen::VectorXd(),
+                              const std::vector<std::string>& names = {});
+
+  /// @param design  X of what was factored.
+  LeastSquaresDesign(FactoredDesign factored, const Eigen::Ref<const Eigen::MatrixXd>& design);
+
+  /// Fits one response.
+  ///
+  /// @param observations  y, n entries in one unit.
+  /// @throws DomainError  if the size disagrees or an entry is not finite.
+  [[nodiscard]] LeastSquaresFit fit(const Eigen::Ref<const Eigen::VectorXd>& observations) const;
+
+  /// @return (X^T W X)^-1, p x p.
+  [[nodiscard]] const Eigen::MatrixXd& unscaled_covariance() const { return unscaled_covariance_; }
+
+  /// @return diagonal of the hat matrix, n entries.
+  [[nodiscard]] const Eigen::VectorXd& leverage() const { return leverage_; }
+
+ private:
+  void find_unscaled_covariance();
+
+  Eigen::MatrixXd design_;
   Eigen::MatrixXd unscaled_covariance_;
   Eigen::VectorXd leverage_;
-  double condition_number_ = 1.0;
-  Eigen::Index observations_ = 0;
   bool spans_constant_ = false;
 };
 

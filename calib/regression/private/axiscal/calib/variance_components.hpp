@@ -16,7 +16,7 @@ struct VarianceProblem {
   Eigen::MatrixXd W;       ///< n m x c; rows of zeros are left out
   Eigen::VectorXd y;       ///< n m
   Eigen::Index prior = 0;  ///< the last of the columns are errors of mean 0 and variance 1
-  std::vector<std::vector<Eigen::MatrixXd>> roots;  ///< q of n: K_qi, m rows, Q_qi = K K^T
+  std::vector<Eigen::MatrixXd> roots;  ///< q, n m rows: K_qi below each other, Q_qi = K_qi K_qi^T
   /// Sums of squares that say theta_q alone, with their degrees of freedom; q entries, or none.
   Eigen::VectorXd pure_squares;
   Eigen::VectorXd pure_degrees_of_freedom;
@@ -56,6 +56,15 @@ struct VarianceFit {
 /// Biometrics Bulletin 2 (1946) 110-114.
 [[nodiscard]] std::optional<VarianceFit> fit_variance_components(const VarianceProblem& problem,
                                                                  const Eigen::VectorXd& start);
+
+/// How many of its standard errors a component is above 0, by one step of the scoring from where it
+/// is 0 (its score test); what is far below of what would be seen need not be fitted.
+///
+/// @param theta  q variances; that of the component is 0.
+/// @return nothing where the columns are not determined.
+[[nodiscard]] std::optional<double> component_score(const VarianceProblem& problem,
+                                                    const Eigen::VectorXd& theta,
+                                                    Eigen::Index component);
 
 /// How likely variances differ so much by chance, each known with its degrees of freedom.
 /// @return 1 where one has too few to tell.
