@@ -5,9 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include <GeographicLib/GravityModel.hpp>
-#include <GeographicLib/NormalGravity.hpp>
-
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_members.hpp"
@@ -26,27 +23,6 @@ constexpr double normal_gravity_u = 4e-4;
 constexpr double gravity_model_u = 2e-4;
 
 }  // namespace
-
-Eigen::Vector3d gravity_in_enu(const Site& site, const std::string& model) {
-  check_site(site);
-  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
-  if (model == "wgs84") {
-    GeographicLib::NormalGravity::WGS84().Gravity(site.latitude_deg, site.height_m, gravity.y(),
-                                                  gravity.z());
-    return Eigen::Vector3d::Zero() - gravity;
-  }
-  try {
-    const GeographicLib::GravityModel installed(model);
-    installed.Gravity(site.latitude_deg, site.longitude_deg, site.height_m, gravity.x(),
-                      gravity.y(), gravity.z());
-  } catch (const GeographicLib::GeographicErr& error) {
-    throw DataError(
-        model, formatted("no such gravity model: looked in {} ({}); install it for GeographicLib, "
-                         "set GEOGRAPHICLIB_GRAVITY_PATH, or use wgs84, which is built in",
-                         GeographicLib::GravityModel::DefaultGravityPath(), error.what()));
-  }
-  return Eigen::Vector3d::Zero() - gravity;
-}
 
 GravityField::GravityField(const Site& site, const std::string& model)
     : GravityField(gravity_in_enu(site, model).norm(),

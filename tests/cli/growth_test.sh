@@ -30,10 +30,10 @@ instructions() {
 }
 start=$(instructions "$program" --version)
 for one in 0 1; do
-  run 42 "$one"
+  run 21 "$one"
   few=$(($(instructions "${calibrate[@]}") - start))
-  run 336 "$one"
+  run 168 "$one"
   many=$(($(instructions "${calibrate[@]}") - start))
-  echo "growth: 504 and 4,032 readings, $([ "$one" = 1 ] && echo one block || echo blocks of 12): $few and $many instructions"
+  echo "growth: 252 and 2,016 readings, $([ "$one" = 1 ] && echo one block || echo blocks of 12): $few and $many instructions"
   [ "$many" -le $((9 * few)) ] || fail "more than nine times"
 done

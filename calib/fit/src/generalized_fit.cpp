@@ -89,9 +89,12 @@ class GeneralizedFit {
   bool solve() {
     const Eigen::Index m = set_.axis_count();
     constexpr int most_rounds = 30;
+    constexpr double still = 1e-9;
+    // The first rounds need not find the variances to the last digit: the next one moves them.
+    double still_in_round = 1e-3;
     for (int round = 0; round < most_rounds; ++round) {
       const LinearisedRun run = about_field();
-      fit_ = fit_variance_components(problem(run), start());
+      fit_ = fit_variance_components(problem(run), start(), still_in_round);
       if (!fit_) {
         return false;
       }
@@ -107,10 +110,10 @@ class GeneralizedFit {
           ((variances_ - before).array() / before.array().max(smallest_.array() + 1e-300))
               .abs()
               .maxCoeff();
-      constexpr double still = 1e-9;
-      if (round > 1 && change < still && step.lpNorm<Eigen::Infinity>() < still) {
+      if (still_in_round <= still && change < still && step.lpNorm<Eigen::Infinity>() < still) {
         break;
       }
+      still_in_round = std::max(1e-3 * still_in_round, still);
     }
     for (Eigen::Index k = 0; k < m; ++k) {
       if (!(degrees_of_freedom(k) > 0.5)) {
@@ -134,9 +137,10 @@ class GeneralizedFit {
     if (!after) {
       return std::nullopt;
     }
-    weigh_alike_if_equal(bent, *after);
+    if (weigh_alike_if_equal(bent, *after)) {
+      after = fit_at_variances(bent, variances_);
+    }
     const std::optional<WeightedFit> before = fit_at_variances(straight, variances_);
-    after = fit_at_variances(bent, variances_);
     if (!before || !after) {
       return std::nullopt;
     }
@@ -251,8 +255,8 @@ class GeneralizedFit {
   }
 
   // One variance for all axes, or in the stated ratio, where what a fit leaves of them does not
-  // contradict that.
-  void weigh_alike_if_equal(const VarianceProblem& problem, const WeightedFit& fit) {
+  // contradict that; returns whether it is so.
+  bool weigh_alike_if_equal(const VarianceProblem& problem, const WeightedFit& fit) {
     const Eigen::Index m = set_.axis_count();
     const Eigen::VectorXd left = problem.y - problem.W * fit.estimate;
     const Eigen::VectorXd ratio = set_.noise_ratio.size() > 0
@@ -273,9 +277,11 @@ class GeneralizedFit {
     constexpr double contradicted = 0.1;
     const bool alike = set_.noise_ratio.size() > 0 ||
                        equal_variances_p(squares.cwiseQuotient(free), free) > contradicted;
-    if (free.minCoeff() > 1.0 && alike) {
-      variances_.head(m) = squares.sum() / free.sum() * ratio;
+    if (!(free.minCoeff() > 1.0) || !alike) {
+      return false;
     }
+    variances_.head(m) = squares.sum() / free.sum() * ratio;
+    return true;
   }
 
   [[nodiscard]] double degrees_of_freedom(Eigen::Index axis) const {

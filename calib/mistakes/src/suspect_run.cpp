@@ -137,10 +137,16 @@ std::vector<Eigen::Index> SuspectRun::rows_of(const std::vector<std::size_t>& re
 double SuspectRun::drop_without(const HypothesisFit& fit,
                                 const std::vector<std::size_t>& readings) const {
   const std::vector<Eigen::Index> rows = rows_of(readings);
-  const Eigen::MatrixXd Q = fit.basis(rows, Eigen::seqN(0, fit.basis.cols()));
-  const Eigen::VectorXd e = fit.residuals.reshaped()(rows);
   const auto size = static_cast<Eigen::Index>(rows.size());
-  const Eigen::MatrixXd M = Eigen::MatrixXd::Identity(size, size) - Q * Q.transpose();
+  Eigen::MatrixXd Q(fit.basis.cols(), size);  // transposed
+  Eigen::VectorXd e(size);
+  for (Eigen::Index j = 0; j < size; ++j) {
+    const Eigen::Index row = rows[static_cast<std::size_t>(j)];
+    Q.col(j) = fit.basis.row(row).transpose();
+    e(j) = fit.residuals.reshaped()(row);
+  }
+  const Eigen::MatrixXd M =
+      Eigen::MatrixXd::Identity(size, size) - Q.transpose().lazyProduct(Q);
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(M);
   // A reading that alone determines something has no residual to tell by.
   return ldlt.vectorD().minCoeff() > 1e-9 ? e.dot(ldlt.solve(e)) : 0.0;

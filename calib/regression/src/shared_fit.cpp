@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -106,12 +107,36 @@ struct AtVariances {
 
 }  // namespace
 
+namespace {
+
+// With nothing in common each has its mean square.
+SharedFit apart(const std::vector<ResponseSums>& responses, const Eigen::VectorXd& smallest) {
+  const auto m = static_cast<Eigen::Index>(responses.size());
+  SharedFit fit{.variance = Eigen::VectorXd(m),
+                .degrees_of_freedom = Eigen::VectorXd(m),
+                .estimate = Eigen::VectorXd(0),
+                .covariance = Eigen::MatrixXd(0, 0)};
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const ResponseSums& own = responses[static_cast<std::size_t>(k)];
+    fit.degrees_of_freedom(k) = own.degrees_of_freedom;
+    fit.variance(k) = std::max(own.squares / own.degrees_of_freedom, smallest(k));
+  }
+  return fit;
+}
+
+}  // namespace
+
 std::optional<SharedFit> fit_shared(const std::vector<ResponseSums>& responses,
                                     const Eigen::VectorXd& start,
                                     const Eigen::VectorXd& smallest) {
   double readings = 0.0;
+  double fewest = std::numeric_limits<double>::infinity();
   for (const ResponseSums& response : responses) {
     readings += response.degrees_of_freedom;
+    fewest = std::min(fewest, response.degrees_of_freedom);
+  }
+  if (responses.front().information.cols() == 0 && fewest > 0.0) {
+    return apart(responses, smallest);
   }
   const Eigen::VectorXd lowest = smallest.array().log();
   AtVariances best(responses, start.array().log().max(lowest.array()).matrix());

@@ -282,9 +282,9 @@ double VarianceFit::component_degrees_of_freedom(Eigen::Index component) const {
 }
 
 std::optional<VarianceFit> fit_variance_components(const VarianceProblem& problem,
-                                                   const Eigen::VectorXd& start) {
+                                                   const Eigen::VectorXd& start,
+                                                   double still) {
   constexpr int most_rounds = 200;
-  constexpr double still = 1e-9;
   const Eigen::VectorXd smallest =
       problem.smallest.size() > 0 ? problem.smallest : Eigen::VectorXd::Zero(start.size());
   const Likelihood likelihood(problem);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <utility>
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/distributions.hpp"
@@ -17,6 +18,7 @@
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/parallel.hpp"
 #include "axiscal/core/timestamp.hpp"
 
 namespace axiscal {
@@ -26,6 +28,7 @@ constexpr double seconds_per_year = 365.2425 * 86400.0;
 
 struct Entry {
   std::string path;
+  std::string failure;  // why it is no record; empty else
   double time_s = 0.0;
   Calibration calibration;
 };
@@ -202,25 +205,48 @@ std::vector<Calibration> read_records(const std::string& folder) {
   return records;
 }
 
+namespace {
+
+// What a history needs of a record; or why it is none.
+Entry entry_of(const std::string& path) {
+  Entry entry{.path = path};
+  try {
+    entry.calibration = read_calibration(path);
+  } catch (const DataError& failure) {
+    entry.failure = failure.what();
+    return entry;
+  }
+  const std::optional<double> time = parse_timestamp(entry.calibration.provenance.created);
+  if (!time) {
+    throw DataError(path, "/created", "the history needs the date at which a record was made");
+  }
+  entry.time_s = *time;
+  // Of single readings it needs nothing.
+  entry.calibration.fit.residuals.clear();
+  entry.calibration.fit.residuals.shrink_to_fit();
+  if (entry.calibration.fit.statistics) {
+    entry.calibration.fit.statistics->rows.clear();
+    entry.calibration.fit.statistics->rows.shrink_to_fit();
+  }
+  return entry;
+}
+
+}  // namespace
+
 std::vector<UnitHistory> read_history(const std::string& folder,
                                       const std::optional<Limits>& limits,
                                       std::vector<std::string>* passed_over) {
+  const std::vector<std::string> paths = records_in(folder);
+  std::vector<Entry> all(paths.size());
+  for_each_in_parallel(paths.size(), [&](std::size_t i) { all[i] = entry_of(paths[i]); });
   std::map<std::pair<std::string, std::string>, std::vector<Entry>> units;
-  for (const std::string& path : records_in(folder)) {
-    Entry entry{.path = path};
-    try {
-      entry.calibration = read_calibration(path);
-    } catch (const DataError& failure) {
+  for (Entry& entry : all) {
+    if (!entry.failure.empty()) {
       if (passed_over != nullptr) {
-        passed_over->emplace_back(failure.what());
+        passed_over->push_back(std::move(entry.failure));
       }
       continue;  // another kind of file
     }
-    const std::optional<double> time = parse_timestamp(entry.calibration.provenance.created);
-    if (!time) {
-      throw DataError(path, "/created", "the history needs the date at which a record was made");
-    }
-    entry.time_s = *time;
     const Instrument& instrument = entry.calibration.sensor.instrument;
     units[{instrument.serial, joined(instrument.axes)}].push_back(std::move(entry));
   }

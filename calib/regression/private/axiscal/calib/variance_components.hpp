@@ -50,12 +50,14 @@ struct VarianceFit {
 /// A theta = g, A_qr = tr(P Q_q P Q_r), g_q = y^T P Q_q P y; the work is linear in n.
 ///
 /// @param start  q variances, positive.
+/// @param still  relative change of the variances that ends it.
 /// @return nothing where the columns are not determined, or it does not settle.
 /// @par Source
 /// Searle, Casella & McCulloch, Variance Components (1992), secs. 6.6, 11.1; Satterthwaite,
 /// Biometrics Bulletin 2 (1946) 110-114.
 [[nodiscard]] std::optional<VarianceFit> fit_variance_components(const VarianceProblem& problem,
-                                                                 const Eigen::VectorXd& start);
+                                                                 const Eigen::VectorXd& start,
+                                                                 double still = 1e-9);
 
 /// How many of its standard errors a component is above 0, by one step of the scoring from where it
 /// is 0 (its score test); what is far below of what would be seen need not be fitted.

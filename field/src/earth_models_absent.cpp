@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// A library without GeographicLib: gravity of 1 g and fields that are given need none.
+#include "axiscal/core/error.hpp"
+#include "axiscal/field/gravity_field.hpp"
+#include "axiscal/field/settings.hpp"
+#include "earth_models.hpp"
+
+namespace axiscal {
+
+std::shared_ptr<const GeomagneticModel::Coefficients> geomagnetic_coefficients(
+    const std::string& /*model*/) {
+  throw SetupError(
+      "the Earth's magnetic field by a model is not in this build: build it with GeographicLib, or "
+      "give the field's magnitude and direction",
+      {settings::field_magnitude});
+}
+
+Eigen::Vector3d gravity_in_enu(const Site& site, const std::string& /*model*/) {
+  check_site(site);
+  throw SetupError(
+      "gravity of a site is not in this build: build it with GeographicLib, or give the field's "
+      "magnitude",
+      {settings::field_magnitude});
+}
+
+}  // namespace axiscal
