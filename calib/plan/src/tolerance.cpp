@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <vector>
 
 #include <Eigen/LU>
 #include <Eigen/SVD>
@@ -12,6 +14,7 @@
 #include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/parallel.hpp"
 #include "axiscal/core/rotation.hpp"
 
 namespace axiscal {
@@ -122,6 +125,7 @@ Experiment experiment_of(const ToleranceStudy& study, Method method) {
   experiment.field = setup_of(study.nominal.field, true);
   experiment.method = method;
   experiment.positioner = Positioner(study.drawing, study.surface);  // as drawn
+  experiment.search_for_mistakes = false;  // what is off is the cube, not a reading
   return experiment;
 }
 
@@ -133,22 +137,28 @@ ToleranceEffect effect_of(const ToleranceStudy& study, Method method) {
   const std::vector<RunSheetRow> sheet = make_run_sheet(study.design, 1, study.seed);
   const LinearResponse& truth = study.nominal.response;
   const double F = study.nominal.field.magnitude;
-  Sums sums;
-  std::vector<double> worst;
-  for (int trial = 0; trial < study.trials; ++trial) {
+  std::vector<std::optional<LinearResponse>> responses(static_cast<std::size_t>(study.trials));
+  for_each_in_parallel(responses.size(), [&](std::size_t trial) {
     // Every method has the same cubes.
     RandomStream random(study.seed, static_cast<std::uint32_t>(trial) + 16);
-    LinearResponse response;
     try {
       const Positioner cube =
           random_positioner(study.drawing, study.surface, study.tolerances, random);
-      response = calibrate(experiment, simulate(study.nominal, sheet,
-                                                {.slope = study.slope, .positioner = cube}))
-                     .sensor.response;
+      responses[trial] = calibrate(experiment, simulate(study.nominal, sheet,
+                                                        {.slope = study.slope, .positioner = cube}))
+                             .sensor.response;
     } catch (const Error&) {
-      ++effect.unusable;  // no cube, or one that cannot lie at a point
+      responses[trial].reset();  // no cube, or one that cannot lie at a point
+    }
+  });
+  Sums sums;
+  std::vector<double> worst;
+  for (const std::optional<LinearResponse>& found : responses) {
+    if (!found) {
+      ++effect.unusable;
       continue;
     }
+    const LinearResponse& response = *found;
     RelativeErrors relative(truth.bias.size(), 4);
     for (Eigen::Index k = 0; k < truth.bias.size(); ++k) {
       const double length = truth.sensitivity.row(k).norm();

@@ -113,7 +113,7 @@ TEST(Culprit, IsFoundAmongManyAtAnyNoise) {
   RandomStream random(31);
   const Eigen::Vector3d unequal(1.0, 3.0, 10.0);
   for (const int replicates : {2, 8}) {
-    const int trials = replicates == 2 ? 60 : 24;
+    const int trials = replicates == 2 ? 40 : 16;
     int caught = 0;
     int noted = 0;
     int alarms = 0;
