@@ -14,7 +14,7 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t block_rows = 16384;
+constexpr std::size_t block_rows = 4096;
 
 std::string counted(std::size_t count, const char* one, const char* many) {
   return formatted("{} {}", count, count == 1 ? one : many);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/reduction_csv.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -21,13 +22,24 @@
 namespace axiscal {
 namespace {
 
-// Rows that are handed over in large blocks.
+using Sink = std::function<void(std::string_view)>;
+
+// Rows in a buffer that grows, or that is handed over where it is full.
 class RowWriter {
  public:
-  RowWriter(const std::function<void(std::string_view)>& sink,
+  // @param buffer  to write to; what it holds counts for nothing.
+  // @param sink    may be empty.
+  RowWriter(std::vector<char>& buffer,
+            const Sink& sink,
             ReductionForm form,
             std::optional<int> decimals)
-      : sink_(sink), form_(form), decimals_(decimals), buffer_(1U << 18U) {}
+      : buffer_(buffer), sink_(sink), form_(form), decimals_(decimals) {
+    constexpr std::size_t least = 1U << 18U;
+    buffer_.resize(std::max(buffer_.size(), least));
+  }
+
+  // What is there and not handed over.
+  [[nodiscard]] std::string_view rows() const { return {buffer_.data(), used_}; }
 
   // Text, which binary rows have none of.
   void put(std::string_view text) {
@@ -88,17 +100,17 @@ class RowWriter {
 
   void reserve(std::size_t size) {
     if (used_ + size > buffer_.size()) {
-      hand_over();
-      if (size > buffer_.size()) {
-        buffer_.resize(size);
+      if (sink_) {
+        hand_over();
       }
+      buffer_.resize(std::max(buffer_.size(), 2 * (used_ + size)));
     }
   }
 
-  const std::function<void(std::string_view)>& sink_;
+  std::vector<char>& buffer_;
+  const Sink& sink_;
   ReductionForm form_;
   std::optional<int> decimals_;
-  std::vector<char> buffer_;
   std::size_t used_ = 0;
 };
 
@@ -262,11 +274,12 @@ class RowReduction {
                const std::vector<ReadingColumn>& axes,
                const Reducer& reducer,
                const ReductionCsvOptions& options,
-               const std::function<void(std::string_view)>& sink)
+               std::vector<char>& buffer,
+               const Sink& sink = {})
       : csv_(csv),
         reducer_(reducer),
         options_(options),
-        out_(sink, options.form, options.decimals),
+        out_(buffer, sink, options.form, options.decimals),
         results_(result_names(axes, reducer, options)),
         row_(csv, axes, reducer, options.temperature_column) {
     if (options.attitude != nullptr) {
@@ -294,8 +307,9 @@ class RowReduction {
       out_.put(csv_cell(name));
     }
     end_row();
-    out_.hand_over();
   }
+
+  [[nodiscard]] std::string_view rows() const { return out_.rows(); }
 
   ReductionCsvSummary reduce(std::size_t most_rows) {
     while (summary_.rows < most_rows) {
@@ -314,7 +328,6 @@ class RowReduction {
       }
       end_row();
     }
-    out_.hand_over();
     return summary_;
   }
 
@@ -687,40 +700,53 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
                                const std::vector<ReadingColumn>& axes,
                                const Reducer& reducer,
                                const ReductionCsvOptions& options,
-                               const std::function<void(std::string_view)>& sink) {
+                               const Sink& sink) {
   constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
-  RowReduction whole(csv, axes, reducer, options, sink);
+  std::vector<char> buffer;
+  RowReduction whole(csv, axes, reducer, options, buffer, sink);
   whole.put_header();
   if (options.every_row) {
     return whole.reduce(all);
   }
+  sink(whole.rows());
   struct Piece {
-    std::string rows;
+    std::vector<char> buffer;
+    std::string_view rows;  // in it
     ReductionCsvSummary summary;
   };
-  const auto reduced = [&](CsvReader& from, std::size_t most_rows) {
-    Piece piece;
-    const std::function<void(std::string_view)> keep = [&](std::string_view rows) {
-      piece.rows.append(rows);
-    };
-    piece.summary = RowReduction(from, axes, reducer, options, keep).reduce(most_rows);
+  std::vector<std::vector<char>> spare;  // buffers that have grown to what a piece needs
+  const auto reduced = [&](CsvReader& from, std::size_t most_rows, std::vector<char> to) {
+    Piece piece{.buffer = std::move(to)};
+    RowReduction rows(from, axes, reducer, options, piece.buffer);
+    piece.summary = rows.reduce(most_rows);
+    piece.rows = rows.rows();
     return piece;
+  };
+  const auto spare_buffer = [&] {
+    std::vector<char> found;
+    if (!spare.empty()) {
+      found = std::move(spare.back());
+      spare.pop_back();
+    }
+    return found;
   };
   const auto next = [&]() -> std::optional<std::function<Piece()>> {
     if (std::optional<CsvReader::Lines> lines = csv.take_lines()) {
       const auto from = std::make_shared<CsvReader>(csv, *std::move(lines));
-      return [&reduced, from] { return reduced(*from, all); };
+      const auto to = std::make_shared<std::vector<char>>(spare_buffer());
+      return [&reduced, from, to] { return reduced(*from, all, std::move(*to)); };
     }
     // Rows with quotes end where their reader finds that they do.
     constexpr std::size_t some = 1000;
-    const auto piece = std::make_shared<Piece>(reduced(csv, some));
+    const auto piece = std::make_shared<Piece>(reduced(csv, some, spare_buffer()));
     return piece->summary.rows > 0 ? std::optional([piece] { return std::move(*piece); })
                                    : std::nullopt;
   };
   ReductionCsvSummary summary;
-  for_each_in_order<Piece>(next, [&](const Piece& piece) {
+  for_each_in_order<Piece>(next, [&](Piece piece) {
     sink(piece.rows);
     add(piece.summary, summary);
+    spare.push_back(std::move(piece.buffer));
   });
   return summary;
 }

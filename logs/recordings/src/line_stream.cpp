@@ -39,66 +39,19 @@ bool LineStream::next(std::string_view& line) {
     if (filled_ - begin_ > longest_line) {
       throw DataError(bytes_.path(), line_ + 1, "a row of more than 1 MiB: is this a text file?");
     }
-    searched -= begin_;
-    read_more();
-  }
-}
-
-bool LineStream::next(std::size_t count, std::vector<std::string_view>& lines) {
-  lines.clear();
-  std::vector<std::size_t> ends;  // behind begin_, which moves
-  ends.reserve(count);
-  std::size_t from = 0;
-  std::size_t searched = 0;
-  constexpr std::size_t most_bytes = 2U << 20U;
-  while (ends.size() < count && from < most_bytes) {
-    const std::size_t available = filled_ - begin_;
-    const char* const start = buffer_.data() + begin_;
-    if (const void* newline =
-            searched < available ? std::memchr(start + searched, '\n', available - searched) : nullptr) {
-      ends.push_back(static_cast<std::size_t>(static_cast<const char*>(newline) - start));
-      from = searched = ends.back() + 1;
-      continue;
+    if (begin_ > 0) {
+      std::memmove(buffer_.data(), buffer_.data() + begin_, filled_ - begin_);
+      searched -= begin_;
+      filled_ -= begin_;
+      begin_ = 0;
     }
-    searched = available;
-    if (at_end_) {
-      if (from < available) {
-        ends.push_back(available);
-      }
-      break;
+    if (filled_ == buffer_.size()) {
+      buffer_.resize(2 * buffer_.size());
     }
-    if (available - from > longest_line) {
-      throw DataError(bytes_.path(), line_ + ends.size() + 1,
-                      "a row of more than 1 MiB: is this a text file?");
-    }
-    read_more();
+    const std::size_t count = bytes_.read(buffer_.data() + filled_, buffer_.size() - filled_);
+    filled_ += count;
+    at_end_ = count == 0;
   }
-  from = 0;
-  for (const std::size_t end : ends) {
-    std::string_view& line = lines.emplace_back(buffer_.data() + begin_ + from, end - from);
-    if (line.ends_with('\r')) {
-      line.remove_suffix(1);
-    }
-    from = std::min(end + 1, filled_ - begin_);
-  }
-  begin_ += from;
-  line_ += lines.size();
-  return !lines.empty();
-}
-
-// What is not consumed moves to the front of the buffer, which grows where it is full.
-void LineStream::read_more() {
-  if (begin_ > 0) {
-    std::memmove(buffer_.data(), buffer_.data() + begin_, filled_ - begin_);
-    filled_ -= begin_;
-    begin_ = 0;
-  }
-  if (filled_ == buffer_.size()) {
-    buffer_.resize(2 * buffer_.size());
-  }
-  const std::size_t count = bytes_.read(buffer_.data() + filled_, buffer_.size() - filled_);
-  filled_ += count;
-  at_end_ = count == 0;
 }
 
 std::vector<std::string_view> first_lines(std::string_view start, bool is_whole, std::size_t most) {

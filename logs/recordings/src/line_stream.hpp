@@ -24,17 +24,12 @@ class LineStream {
   /// @throws DataError  for a line of more than 1 MiB.
   bool next(std::string_view& line);
 
-  /// The same of up to so many lines; none only at the end.
-  bool next(std::size_t count, std::vector<std::string_view>& lines);
-
   /// @return where the line last read stands, counted from 1.
   [[nodiscard]] std::size_t line() const { return line_; }
 
   [[nodiscard]] const std::string& path() const { return bytes_.path(); }
 
  private:
-  void read_more();
-
   ByteSource bytes_;
   std::vector<char> buffer_;
   std::size_t begin_ = 0;

@@ -5,14 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <thread>
 #include <utility>
-#include <vector>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "axiscal/core/parallel.hpp"
 #include "axiscal/logs/text_row.hpp"
 #include "line_stream.hpp"
 #include "log_source.hpp"
@@ -90,8 +87,11 @@ class TextLog : public LogFile::Source {
       column.resize(most);
     }
     std::size_t rows = 0;
-    while (rows < most && lines_.next(most - rows, batch_)) {
-      rows += parse_batch(block, rows);
+    std::string_view line;
+    while (rows < most && lines_.next(line)) {
+      if (is_row(line) && parse(line, block, rows)) {
+        ++rows;
+      }
     }
     for (std::vector<double>& column : block) {
       column.resize(rows);
@@ -139,109 +139,41 @@ class TextLog : public LogFile::Source {
                              [](bool is_clock) { return is_clock; });
   }
 
-  // Consecutive lines of the batch, and what came of them.
-  struct Part {
-    std::size_t first = 0;
-    std::size_t end = 0;
-    std::size_t rows = 0;
-    LogDefects defects;
-  };
-
-  // Parses the batch on all cores, where its lines have nothing to do with each other.
-  // @return how many rows it gave, from this one on.
-  std::size_t parse_batch(LogBlock& block, std::size_t row) {
-    constexpr std::size_t worth_a_thread = 2048;
-    const std::size_t cores = std::max(1U, std::thread::hardware_concurrency());
-    const std::size_t count =
-        is_plain_ ? std::clamp<std::size_t>(batch_.size() / worth_a_thread, 1, cores) : 1;
-    std::vector<Part> parts(count);
-    for (std::size_t p = 0; p < count; ++p) {
-      parts[p].first = p * batch_.size() / count;
-      parts[p].end = (p + 1) * batch_.size() / count;
-    }
-    for_each_in_parallel(count, [&](std::size_t p) { parse_part(block, row, parts[p]); });
-    std::size_t rows = 0;
-    for (const Part& part : parts) {
-      for (std::vector<double>& column : block) {
-        const auto from = column.begin() + static_cast<std::ptrdiff_t>(row + part.first);
-        if (part.first != rows) {  // lines before it were no rows
-          std::copy_n(from, part.rows, column.begin() + static_cast<std::ptrdiff_t>(row + rows));
-        }
-      }
-      rows += part.rows;
-      add(part.defects);
-    }
-    return rows;
-  }
-
-  // A line's row goes where it would be if all lines before it gave one.
-  void parse_part(LogBlock& block, std::size_t row, Part& part) {
-    const std::size_t before = lines_.line() - batch_.size();
-    for (std::size_t i = part.first; i < part.end; ++i) {
-      const Line line{.text = batch_[i], .number = before + i + 1};
-      if (is_row(line) && parse(line, block, row + part.first + part.rows, part.defects)) {
-        ++part.rows;
-      }
-    }
-  }
-
-  void add(const LogDefects& more) {
-    if (defects.ragged_rows == 0) {
-      defects.first_ragged_line = more.first_ragged_line;
-    }
-    if (defects.missing_numbers == 0) {
-      defects.first_missing_line = more.first_missing_line;
-    }
-    defects.ragged_rows += more.ragged_rows;
-    defects.missing_numbers += more.missing_numbers;
-  }
-
-  struct Line {
-    std::string_view text;
-    std::size_t number = 0;
-  };
-
-  bool is_row(const Line& at) const {
-    const std::string_view line = at.text;
-    return at.number >= layout_.first_row_line && !line.empty() && line.front() != '#' &&
+  bool is_row(std::string_view line) const {
+    return lines_.line() >= layout_.first_row_line && !line.empty() && line.front() != '#' &&
            line.front() != '%' && !line.starts_with("//") &&
            line.find_first_not_of(" \t\r") != std::string_view::npos;
   }
 
   // @return whether the row has as many cells as the table has columns.
-  bool parse(Line line, LogBlock& block, std::size_t row, LogDefects& found) {
-    line.text = without_checksum(line.text);
-    if (layout_.has_header && line.text == header_) {
+  bool parse(std::string_view line, LogBlock& block, std::size_t row) {
+    line = without_checksum(line);
+    if (layout_.has_header && line == header_) {
       return false;  // a logger that was started again
     }
-    const bool good = is_plain_ && line.text.find('"') == std::string_view::npos
-                          ? parse_quickly(line, block, row, found)
-                          : parse_slowly(line, block, row, found);
+    const bool good = is_plain_ && line.find('"') == std::string_view::npos
+                          ? parse_quickly(line, block, row)
+                          : parse_slowly(line, block, row);
     if (!good) {
-      if (found.ragged_rows++ == 0) {
-        found.first_ragged_line = line.number;
+      if (defects.ragged_rows++ == 0) {
+        defects.first_ragged_line = lines_.line();
       }
     }
     return good;
   }
 
-  void put(LogBlock& block,
-           std::size_t column,
-           std::size_t row,
-           double value,
-           const Line& line,
-           LogDefects& found) const {
+  void put(LogBlock& block, std::size_t column, std::size_t row, double value) {
     if (place_[column] >= 0) {
       block[static_cast<std::size_t>(place_[column])][row] = value;
-      if (!std::isfinite(value) && found.missing_numbers++ == 0) {
-        found.first_missing_line = line.number;
+      if (!std::isfinite(value) && defects.missing_numbers++ == 0) {
+        defects.first_missing_line = lines_.line();
       }
     }
   }
 
-  bool parse_quickly(const Line& line, LogBlock& block, std::size_t row, LogDefects& found_defects) const {
-    const char* at = line.text.data();
-    const char* const end = at + line.text.size();
+  bool parse_quickly(std::string_view line, LogBlock& block, std::size_t row) {
+    const char* at = line.data();
+    const char* const end = at + line.size();
     for (std::size_t column = 0; column < columns.size(); ++column) {
       const char* cell_end = end;
       if (place_[column] >= 0) {
@@ -264,7 +196,7 @@ class TextLog : public LogFile::Source {
           cell_end = found != nullptr ? static_cast<const char*>(found) : end;
           value = cell_number(trimmed({at, static_cast<std::size_t>(cell_end - at)}), false);
         }
-        put(block, column, row, value, line, found_defects);
+        put(block, column, row, value);
       } else {
         const void* const found =
             std::memchr(at, layout_.delimiter, static_cast<std::size_t>(end - at));
@@ -291,8 +223,8 @@ class TextLog : public LogFile::Source {
     return time_s + days_s_;
   }
 
-  bool parse_slowly(const Line& line, LogBlock& block, std::size_t row, LogDefects& found) {
-    const std::vector<std::string_view> cells = layout_.cells_of_row(line.text);
+  bool parse_slowly(std::string_view line, LogBlock& block, std::size_t row) {
+    const std::vector<std::string_view> cells = layout_.cells_of_row(line);
     if (cells.size() != columns.size()) {
       return false;
     }
@@ -300,15 +232,13 @@ class TextLog : public LogFile::Source {
       if (place_[column] >= 0) {
         put(block, column, row,
             layout_.is_clock[column] ? past_midnight(clock_seconds(cells[column]))
-                                     : cell_number(cells[column], layout_.decimal_comma),
-            line, found);
+                                     : cell_number(cells[column], layout_.decimal_comma));
       }
     }
     return true;
   }
 
   LineStream lines_;
-  std::vector<std::string_view> batch_;
   std::string header_;  // its line
   TextLayout layout_;
   double days_s_ = 0.0, last_of_day_s_ = 0.0;
