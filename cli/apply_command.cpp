@@ -404,9 +404,8 @@ int run(const ApplyCommand& command) {
   if (options.form == ReductionForm::npy) {
     output.write(header(0));
   }
-  const ReductionCsvSummary summary =
-      reduce_csv(csv, columns, reducer, options,
-                 [&output](std::string_view rows) { output.write(rows); });
+  const ReductionCsvSummary summary = reduce_csv(
+      csv, columns, reducer, options, [&output](std::string_view rows) { output.write(rows); });
   if (options.form == ReductionForm::npy) {
     output.rewrite_start(header(summary.rows));
   }

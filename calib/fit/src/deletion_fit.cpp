@@ -182,8 +182,7 @@ std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readi
     if (!left.seen) {
       continue;
     }
-    const double f =
-        std::max(left.error.dot(left.covariance.ldlt().solve(left.error)) / q, 1e-12);
+    const double f = std::max(left.error.dot(left.covariance.ldlt().solve(left.error)) / q, 1e-12);
     sum -= 2.0 * std::log(std::max(f_upper_p(f, q, others->shared.degrees_of_freedom(k)), 1e-300));
     axes += 1.0;
   }

@@ -77,7 +77,7 @@ class GeneralizedFit {
   // Whether seats may be seen at all, by one look at the readings without them. What is seen at
   // last (sees_seats()) is 1.6 standard errors, of which those with seats are the larger ones.
   [[nodiscard]] bool may_see_seats() const {
-    constexpr double clearly_less = 1.0;
+    constexpr double clearly_less = 0.5;
     const Eigen::Index m = set_.axis_count();
     Eigen::VectorXd without = variances_;
     without(m) = 0.0;
@@ -331,8 +331,8 @@ class GeneralizedFit {
     problem.pure_squares.head(m) = layings_.squares;
     problem.pure_degrees_of_freedom.head(m) = layings_.degrees_of_freedom;
     for (Eigen::Index k = 0; k < m; ++k) {
-      Eigen::MatrixXd& own = problem.roots.emplace_back(
-          Eigen::MatrixXd::Zero(run.columns().rows(), 1));
+      Eigen::MatrixXd& own =
+          problem.roots.emplace_back(Eigen::MatrixXd::Zero(run.columns().rows(), 1));
       own(run.rows_of_axis(k), 0) = (set_.weights.col(k).array() > 0.0).cast<double>();
     }
     if (seats_) {
@@ -478,8 +478,7 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
     }
     GeneralizedFit fit(layings, inputs, known, seats, estimate);
     const bool may_be_nothing = seats && experiment.seats != SeatSetup::fit;
-    if ((may_be_nothing && !fit.may_see_seats()) || !fit.solve() ||
-        (seats && !fit.sees_seats())) {
+    if ((may_be_nothing && !fit.may_see_seats()) || !fit.solve() || (seats && !fit.sees_seats())) {
       continue;
     }
     fit.put(estimate);

@@ -86,8 +86,8 @@ Estimate describe_joint(const ReadingSet& set,
         r_squared_about_mean(set.response.col(k), set.weights.col(k), axis.residuals);
 
     const double s2 = statistics.residual_sd(k) * statistics.residual_sd(k);
-    const Eigen::MatrixXd own = design->unscaled_covariance() +
-                                axis.take_up * (C / (s * s)) * axis.take_up.transpose();
+    const Eigen::MatrixXd own =
+        design->unscaled_covariance() + axis.take_up * (C / (s * s)) * axis.take_up.transpose();
     for (Eigen::Index l = 0; l < m; ++l) {
       const JointAxis& other = state.axes[static_cast<std::size_t>(l)];
       statistics.covariance.block(p * k, p * l, p, p) =

@@ -216,7 +216,7 @@ class TurnWeighing {
     problem_.rows = 1;
     problem_.roots.assign(by_rests ? 2 : 1, Eigen::MatrixXd::Zero(problem_.y.size(), 1));
     for (std::size_t u = 0; u < units_.size(); ++u) {
-      std::vector<Eigen::Index> said;  // rows that say something
+      std::vector<Eigen::Index> said;                          // rows that say something
       Eigen::VectorXd per_own = Eigen::VectorXd::Zero(rows_);  // D^-1
       Eigen::MatrixXd at_rests = Eigen::MatrixXd::Zero(rows_, 3 * (turns + 1));
       for (Eigen::Index t = 0; t < units_[u].second; ++t) {

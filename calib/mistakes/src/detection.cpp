@@ -122,8 +122,7 @@ HypothesisFit weighed_fit(const SuspectRun& run) {
   constexpr int rounds = 2;
   for (int round = 0; round < rounds && equality_p_value(fit) < may_be_equal; ++round) {
     const Eigen::VectorXd scale =
-        fitter.scale().array() *
-        (fit.rss.array() / fit.degrees_of_freedom.array().max(0.5)).sqrt();
+        fitter.scale().array() * (fit.rss.array() / fit.degrees_of_freedom.array().max(0.5)).sqrt();
     HypothesisFit next = fitter.rescaled(run.set(), fit, scale);
     if (!next.fitted) {
       break;

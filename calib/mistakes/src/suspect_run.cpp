@@ -145,8 +145,7 @@ double SuspectRun::drop_without(const HypothesisFit& fit,
     Q.col(j) = fit.basis.row(row).transpose();
     e(j) = fit.residuals.reshaped()(row);
   }
-  const Eigen::MatrixXd M =
-      Eigen::MatrixXd::Identity(size, size) - Q.transpose().lazyProduct(Q);
+  const Eigen::MatrixXd M = Eigen::MatrixXd::Identity(size, size) - Q.transpose().lazyProduct(Q);
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(M);
   // A reading that alone determines something has no residual to tell by.
   return ldlt.vectorD().minCoeff() > 1e-9 ? e.dot(ldlt.solve(e)) : 0.0;

@@ -67,7 +67,8 @@ class Likelihood {
   // @param problem  must outlive it.
   explicit Likelihood(const VarianceProblem& problem)
       : problem_(problem),
-        small_(problem.rows <= few && std::all_of(problem.roots.begin(), problem.roots.end(),
+        small_(problem.rows <= few && std::all_of(problem.roots.begin(),
+                                                  problem.roots.end(),
                                                   [](const auto& K) { return K.cols() <= few; })) {
     for (const Eigen::MatrixXd& K : problem.roots) {
       Eigen::MatrixXd& Q = Q_.emplace_back(K.rows(), problem.rows);
@@ -109,10 +110,8 @@ class Likelihood {
 
   [[nodiscard]] Round round_at(const Eigen::VectorXd& theta) const {
     const auto count = static_cast<Eigen::Index>(problem_.roots.size());
-    Round round{solve_at(theta),
-                Eigen::MatrixXd::Zero(count, count),
-                Eigen::VectorXd::Zero(count),
-                {}};
+    Round round{
+        solve_at(theta), Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count), {}};
     if (!round.determined) {
       return round;
     }

@@ -325,12 +325,12 @@ TEST(ReduceCsv, GivesTheSameAsRowByRow) {
   std::string text = "t,x,y,z\r\n";
   for (int i = 0; i < 40000; ++i) {
     const std::string number = std::to_string(1e-5 * i);
-    text += i % 9973 == 11       ? "\"open,0.1,0.2,2.5\n"
-            : i % 7919 == 5000   ? "short,0.1\n"
-            : i % 3001 == 2      ? "# a comment\n\n"
-            : i / 1000 == 33     ? "\"two\nlines\"," + number + ",0.2,2.5\n"
-            : i % 2500 == 2499   ? "clamped,9," + number + ",-0.3\n"
-                                 : "plain," + number + ",0.2,2.5\r\n";
+    text += i % 9973 == 11     ? "\"open,0.1,0.2,2.5\n"
+            : i % 7919 == 5000 ? "short,0.1\n"
+            : i % 3001 == 2    ? "# a comment\n\n"
+            : i / 1000 == 33   ? "\"two\nlines\"," + number + ",0.2,2.5\n"
+            : i % 2500 == 2499 ? "clamped,9," + number + ",-0.3\n"
+                               : "plain," + number + ",0.2,2.5\r\n";
   }
   const Reduced by_rows = reduce(truth, text, {.every_row = true});
   const Reduced by_blocks = reduce(truth, text);
@@ -385,7 +385,8 @@ TEST(ReduceCsv, WritesBinaryRows) {
   EXPECT_EQ(header(0).size() % 64, 0U);
   EXPECT_EQ(header(0).size(), header(1000000000000).size());
   EXPECT_THAT(header(3), testing::HasSubstr("('pitch_deg', '<f8')"));
-  EXPECT_THAT(header(3), testing::HasSubstr("('flag', '|u1')], 'fortran_order': False, 'shape': (3,)"));
+  EXPECT_THAT(header(3),
+              testing::HasSubstr("('flag', '|u1')], 'fortran_order': False, 'shape': (3,)"));
 }
 
 TEST(ReduceCsv, HandsOverEachRowOnRequest) {

@@ -85,8 +85,8 @@ class CsvReader {
   /// @throws DataError  if reading fails or a line is longer than longest_row.
   Row next();
 
-  /// Takes as many of the next lines as a buffer holds, to be read elsewhere. There are no quotes in
-  /// them: each line is a row of its own.
+  /// Takes as many of the next lines as a buffer holds, to be read elsewhere. There are no quotes
+  /// in them: each line is a row of its own.
   /// @return nothing where a quote is in one of the next lines, or at the end.
   /// @throws DataError  as next().
   [[nodiscard]] std::optional<Lines> take_lines();

@@ -76,8 +76,8 @@ class DeletionFit {
   const ReadingSet& set_;
   Eigen::MatrixXd root_weights_;
   Eigen::VectorXd smallest_;  // m variances: each axis's rounding
-  Eigen::Index own_ = 0;     // p columns of each axis
-  Eigen::Index shared_ = 0;  // D directions
+  Eigen::Index own_ = 0;      // p columns of each axis
+  Eigen::Index shared_ = 0;   // D directions
   std::vector<Axis> axes_;
 };
 
