@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/distributions.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -27,14 +28,42 @@ using StudentT = boost::math::students_t_distribution<double, Quiet>;
 using FisherF = boost::math::fisher_f_distribution<double, Quiet>;
 using ChiSquared = boost::math::chi_squared_distribution<double, Quiet>;
 
+// The last answers of a function of two numbers: all parameters of an axis ask the same.
+class LastAnswers {
+ public:
+  template <typename Function>
+  double operator()(double first, double second, const Function& function) {
+    for (const Answer& answer : answers_) {
+      if (answer.first == first && answer.second == second) {
+        return answer.value;
+      }
+    }
+    Answer& oldest = answers_[next_++ % answers_.size()];
+    oldest = {.first = first, .second = second, .value = function()};
+    return oldest.value;
+  }
+
+ private:
+  struct Answer {
+    double first = not_a_number;
+    double second = not_a_number;
+    double value = not_a_number;
+  };
+  std::array<Answer, 4> answers_{};
+  std::size_t next_ = 0;
+};
+
 }  // namespace
 
 double student_t_factor(double coverage, double degrees_of_freedom) {
   if (!(degrees_of_freedom > 0.0) || !(coverage > 0.0 && coverage < 1.0)) {
     return not_a_number;
   }
-  const StudentT distribution(degrees_of_freedom);
-  return boost::math::quantile(boost::math::complement(distribution, 0.5 * (1.0 - coverage)));
+  thread_local LastAnswers answers;
+  return answers(coverage, degrees_of_freedom, [&] {
+    const StudentT distribution(degrees_of_freedom);
+    return boost::math::quantile(boost::math::complement(distribution, 0.5 * (1.0 - coverage)));
+  });
 }
 
 namespace {
@@ -56,12 +85,7 @@ double guessed_inverse(double factor, double coverage) {
   return inverse;
 }
 
-}  // namespace
-
-double freedom_of_factor(double factor, double coverage) {
-  if (std::isnan(factor)) {
-    return not_a_number;
-  }
+double found_freedom_of_factor(double factor, double coverage) {
   // In 1 / nu, in which t is nearly linear.
   constexpr double as_good_as_infinite = 1e6;
   constexpr double fewest = 0.05;
@@ -93,6 +117,16 @@ double freedom_of_factor(double factor, double coverage) {
       beyond, low, high, at_low, at_high, boost::math::tools::eps_tolerance<double>(digits),
       most_rounds);
   return 2.0 / (below + above);
+}
+
+}  // namespace
+
+double freedom_of_factor(double factor, double coverage) {
+  if (std::isnan(factor)) {
+    return not_a_number;
+  }
+  thread_local LastAnswers answers;
+  return answers(factor, coverage, [&] { return found_freedom_of_factor(factor, coverage); });
 }
 
 double student_t_two_sided_p(double t, double degrees_of_freedom) {

@@ -17,6 +17,11 @@ TEST(Distributions, AgreeWithTables) {
   EXPECT_NEAR(student_t_two_sided_p(-4.303, 2.0), 0.05, 1e-5);
   EXPECT_NEAR(f_upper_p(3.326, 5.0, 10.0), 0.05, 1e-4);
   EXPECT_NEAR(chi_squared_upper_p(7.815, 3.0), 0.05, 1e-5);
+  // In closed form: two degrees of freedom above, an even number of them.
+  EXPECT_NEAR(f_upper_p(4.7374, 2.0, 7.0), 0.05, 1e-5);
+  EXPECT_NEAR(chi_squared_upper_p(9.4877, 4.0), 0.05, 1e-6);
+  EXPECT_NEAR(chi_squared_upper_p(200.0, 6.0) / (5101.0 * std::exp(-100.0)), 1.0, 1e-12);
+  EXPECT_EQ(chi_squared_upper_p(4000.0, 6.0), 0.0);
   // With 1 and 2 degrees of freedom t has closed forms.
   EXPECT_NEAR(student_t_two_sided_p(1.0, 1.0), 0.5, 1e-15);
   EXPECT_NEAR(student_t_factor(0.95, 2.0), 0.95 * std::sqrt(2.0 / (1.0 - 0.95 * 0.95)), 1e-14);

@@ -103,6 +103,15 @@ TEST(LeastSquaresDesign, AgreesWithTheTextbookOnABenignProblem) {
   }
 }
 
+TEST(FactoredDesign, EstimatesAsWithStatistics) {
+  const Problem problem = random_problem(15, 4, 21);
+  const FactoredDesign factored(problem.X, problem.weights);
+  const LeastSquaresDesign design(problem.X, problem.weights);
+  EXPECT_EQ(factored.estimate(problem.y), design.fit(problem.y).estimate);
+  EXPECT_EQ(factored.condition_number(), design.condition_number());
+  EXPECT_EQ(factored.observations(), design.observations());
+}
+
 // By definition: leave one out, fit the rest, divide the prediction's error by its standard error.
 TEST(LeastSquaresDesign, StudentisesAsByDeletion) {
   const Problem problem = random_problem(12, 3, 22);

@@ -117,6 +117,42 @@ TEST(VarianceComponents, TakesColumnsWithAPriorAsErrors) {
   EXPECT_MATRIX_NEAR(fit->estimate.head(2), C * (X.transpose() * inverse * problem.y), 1e-9);
 }
 
+// The step and its standard error by the whole matrices: A theta = g, A_qr = tr(P Q_q P Q_r).
+TEST(VarianceComponents, ScoreIsOneStepFromNothing) {
+  RandomStream random(11);
+  const VarianceProblem problem = problem_of(20, 1.0, 3.0, random);
+  const Eigen::Vector3d theta(1.0, 4.0, 0.0);
+  const Eigen::Index n = problem.y.size();
+  std::vector<Eigen::MatrixXd> Q;
+  Eigen::MatrixXd V = Eigen::MatrixXd::Zero(n, n);
+  for (std::size_t q = 0; q < 3; ++q) {
+    Eigen::MatrixXd& own = Q.emplace_back(Eigen::MatrixXd::Zero(n, n));
+    for (Eigen::Index at = 0; at < n; at += 2) {
+      const Eigen::MatrixXd K = problem.roots[q].middleRows<2>(at);
+      own.block<2, 2>(at, at) = K * K.transpose();
+    }
+    V += theta(static_cast<Eigen::Index>(q)) * own;
+  }
+  const Eigen::MatrixXd inverse = V.inverse();
+  const Eigen::MatrixXd P =
+      inverse - inverse * problem.W * (problem.W.transpose() * inverse * problem.W).inverse() *
+                    problem.W.transpose() * inverse;
+  Eigen::Matrix3d A;
+  Eigen::Vector3d g;
+  for (Eigen::Index q = 0; q < 3; ++q) {
+    const Eigen::MatrixXd PQ = P * Q[static_cast<std::size_t>(q)];
+    g(q) = problem.y.dot(PQ * P * problem.y);
+    for (Eigen::Index r = 0; r < 3; ++r) {
+      A(q, r) = (PQ * P * Q[static_cast<std::size_t>(r)]).trace();
+    }
+  }
+  const Eigen::Matrix3d C = A.inverse();
+  const std::optional<double> score = component_score(problem, theta, 2);
+  ASSERT_TRUE(score);
+  EXPECT_NEAR(*score, (C * g)(2) / std::sqrt(2.0 * C(2, 2)), 1e-9);
+  EXPECT_GT(*score, 1.0);
+}
+
 TEST(VarianceComponents, RefusesColumnsThatAreNotDetermined) {
   RandomStream random(10);
   VarianceProblem problem = problem_of(20, 1.0, 1.0, random);
