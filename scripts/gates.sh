@@ -12,7 +12,7 @@ if /usr/bin/python3 -c 'import numpy' 2>/dev/null; then
   cmake --preset dev -DAXISCAL_BUILD_BENCH=ON >/dev/null
   cmake --build --preset dev --target axiscal_bench
   for try in 1 2 3; do
-    bench/gate.py build/dev --loosen 0.34 && break
+    /usr/bin/python3 bench/gate.py build/dev --loosen 0.34 && break
     [ "$try" -lt 3 ] || { echo "gates.sh: slower than its peers, three times"; exit 1; }
   done
 else

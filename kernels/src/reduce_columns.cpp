@@ -67,25 +67,18 @@ HWY_INLINE Double ArcTangent(Double y, Double x) {
   return hn::CopySign(angle, y);
 }
 
-template <bool with_angles, bool streamed>
+template <bool with_angles>
 void ReduceRange(const ColumnReduction& reduction,
                  const ReadColumns& v,
                  const WrittenColumns& f,
                  const AngleColumns& angles,
-                 std::size_t begin,
-                 std::size_t end) {
+                 std::size_t rows) {
   const Lanes lanes;
   const Affine affine(reduction);
   const Double per_magnitude = hn::Set(lanes, 1.0 / reduction.magnitude);
   const Double one = hn::Set(lanes, 1.0);
-  const auto put = [&](Double value, double* to) HWY_ATTR {
-    if constexpr (streamed) {
-      hn::Stream(value, lanes, to);
-    } else {
-      hn::StoreU(value, lanes, to);
-    }
-  };
-  for (std::size_t i = begin; i < end; i += hn::Lanes(lanes)) {
+  const auto put = [&](Double value, double* to) HWY_ATTR { hn::StoreU(value, lanes, to); };
+  for (std::size_t i = 0; i < rows; i += hn::Lanes(lanes)) {
     const Double x = hn::Sub(hn::LoadU(lanes, v[0].data() + i), affine.bias[0]);
     const Double y = hn::Sub(hn::LoadU(lanes, v[1].data() + i), affine.bias[1]);
     const Double z = hn::Sub(hn::LoadU(lanes, v[2].data() + i), affine.bias[2]);
@@ -114,6 +107,40 @@ bool AreAligned(const WrittenColumns& f, const AngleColumns& angles, bool with_a
          (!with_angles || (aligned(angles.pitch_rad.data()) && aligned(angles.roll_rad.data())));
 }
 
+// By way of a few rows that stay near: each column is then written by whole cache lines, one after
+// the other. Five columns written by turns would each wait for the other half of its line.
+template <bool with_angles>
+void ReduceAndStream(const ColumnReduction& reduction,
+                     const ReadColumns& v,
+                     const WrittenColumns& f,
+                     const AngleColumns& angles,
+                     std::size_t rows) {
+  constexpr std::size_t few = 64;
+  alignas(64) double near[5][few];
+  const WrittenColumns near_f = {std::span(near[0]), std::span(near[1]), std::span(near[2])};
+  const AngleColumns near_angles{.pitch_rad = std::span(near[3]), .roll_rad = std::span(near[4])};
+  const Lanes lanes;
+  for (std::size_t first = 0; first < rows; first += few) {
+    const std::size_t count = std::min(few, rows - first);
+    ReduceRange<with_angles>(reduction,
+                             {v[0].subspan(first), v[1].subspan(first), v[2].subspan(first)},
+                             near_f, near_angles, count);
+    const auto stream = [&](const double* from, double* to) HWY_ATTR {
+      for (std::size_t i = 0; i < count; i += hn::Lanes(lanes)) {
+        hn::Stream(hn::Load(lanes, from + i), lanes, to + first + i);
+      }
+    };
+    for (std::size_t j = 0; j < 3; ++j) {
+      stream(near[j], f[j].data());
+    }
+    if constexpr (with_angles) {
+      stream(near[3], angles.pitch_rad.data());
+      stream(near[4], angles.roll_rad.data());
+    }
+  }
+  hwy::FlushStream();
+}
+
 // @return how many rows were done, from the first.
 template <bool with_angles>
 std::size_t Reduce(const ColumnReduction& reduction,
@@ -123,10 +150,9 @@ std::size_t Reduce(const ColumnReduction& reduction,
   const std::size_t whole = v[0].size() / hn::Lanes(Lanes()) * hn::Lanes(Lanes());
   const bool in_place = v[0].data() == f[0].data();
   if (whole >= streams_from && !in_place && AreAligned(f, angles, with_angles)) {
-    ReduceRange<with_angles, true>(reduction, v, f, angles, 0, whole);
-    hwy::FlushStream();
+    ReduceAndStream<with_angles>(reduction, v, f, angles, whole);
   } else {
-    ReduceRange<with_angles, false>(reduction, v, f, angles, 0, whole);
+    ReduceRange<with_angles>(reduction, v, f, angles, whole);
   }
   return whole;
 }
