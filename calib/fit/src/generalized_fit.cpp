@@ -75,7 +75,7 @@ class GeneralizedFit {
   }
 
   // Whether seats may be seen at all, by one look at the readings without them. What is seen at
-  // last (sees_seats()) is 1.6 standard errors, of which those with seats are the larger ones.
+  // last is 1.6 standard errors, of which those with seats are the larger ones.
   [[nodiscard]] bool may_see_seats() const {
     constexpr double clearly_less = 0.5;
     const Eigen::Index m = set_.axis_count();
@@ -85,8 +85,10 @@ class GeneralizedFit {
            clearly_less;
   }
 
-  // @return false where the readings do not determine it.
-  bool solve() {
+  // @param seats_at_least  degrees of freedom of the seats' variance; less in the first round, which
+  //                        the others hardly change, is not gone on with.
+  // @return false where the readings do not determine it, or its seats are less.
+  bool solve(double seats_at_least = 0.0) {
     const Eigen::Index m = set_.axis_count();
     constexpr int most_rounds = 30;
     constexpr double still = 1e-9;
@@ -100,6 +102,9 @@ class GeneralizedFit {
       }
       const Eigen::VectorXd before = variances_;
       variances_ = fit_->theta;
+      if (seats_at_least > 0.0 && !sees_seats(seats_at_least)) {
+        return false;
+      }
       const Eigen::VectorXd solution = run.solution() + fit_->estimate.head(run.columns().cols());
       take_coefficients(solution);
       const Eigen::VectorXd step = solution.tail(run.shared());
@@ -167,12 +172,10 @@ class GeneralizedFit {
     return seats_ ? std::sqrt(variances_(set_.axis_count())) : 0.0;
   }
 
-  // Whether their variance is more than 1.6 times its standard error: less is as likely chance, and
-  // would take from the noise what is its own.
-  [[nodiscard]] bool sees_seats() const {
-    constexpr double fewest_degrees_of_freedom = 5.0;  // 2 (theta / u)^2
+  // Whether their variance has so many degrees of freedom, 2 (theta / u)^2.
+  [[nodiscard]] bool sees_seats(double degrees_of_freedom) const {
     return seat_sd() > 0.0 &&
-           fit_->component_degrees_of_freedom(set_.axis_count()) > fewest_degrees_of_freedom;
+           fit_->component_degrees_of_freedom(set_.axis_count()) > degrees_of_freedom;
   }
 
   void put(Estimate& estimate) const {
@@ -478,7 +481,12 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
     }
     GeneralizedFit fit(layings, inputs, known, seats, estimate);
     const bool may_be_nothing = seats && experiment.seats != SeatSetup::fit;
-    if ((may_be_nothing && !fit.may_see_seats()) || !fit.solve() || (seats && !fit.sees_seats())) {
+    // Their variance must be more than 1.6 times its standard error: less is as likely chance, and
+    // would take from the noise what is its own.
+    constexpr double enough = 5.0;
+    constexpr double nearly_enough = 0.9 * enough;
+    if ((may_be_nothing && !fit.may_see_seats()) ||
+        !fit.solve(may_be_nothing ? nearly_enough : 0.0) || (seats && !fit.sees_seats(enough))) {
       continue;
     }
     fit.put(estimate);
