@@ -40,7 +40,8 @@ void add_options(OptionSet& options, ApplyCommand& command) {
   options.add("record", command.record, "RECORD", "calibration record (JSON)", Need::required);
   options.add("readings", command.readings, "FILE", "raw readings (CSV); - is stdin",
               Need::required);
-  options.add_output(command.output);
+  options.add_output(command.output,
+                     "where to write; - is stdout; FILE.npy has the results alone, for NumPy");
   options.add("--field-magnitude", command.field_magnitude, "F",
               "of the field where the readings were taken; the record's");
   options.add("--field-unit", command.field_unit, "UNIT",

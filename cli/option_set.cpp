@@ -55,8 +55,8 @@ void OptionSet::add_flag(const char* name, bool& value, const char* help) {
   finished(*app_->add_flag(name, value, help), nullptr);
 }
 
-void OptionSet::add_output(std::string& path) {
-  add("-o,--output", path, "FILE", "where to write; - is stdout");
+void OptionSet::add_output(std::string& path, const char* help) {
+  add("-o,--output", path, "FILE", help);
 }
 
 }  // namespace axiscal::cli

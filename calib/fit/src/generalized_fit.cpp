@@ -85,7 +85,8 @@ class GeneralizedFit {
            clearly_less;
   }
 
-  // @param seats_at_least  degrees of freedom of the seats' variance; less in the first round, which
+  // @param seats_at_least  degrees of freedom of the seats' variance; less in the first round,
+  // which
   //                        the others hardly change, is not gone on with.
   // @return false where the readings do not determine it, or its seats are less.
   bool solve(double seats_at_least = 0.0) {

@@ -134,9 +134,9 @@ TEST(VarianceComponents, ScoreIsOneStepFromNothing) {
     V += theta(static_cast<Eigen::Index>(q)) * own;
   }
   const Eigen::MatrixXd inverse = V.inverse();
-  const Eigen::MatrixXd P =
-      inverse - inverse * problem.W * (problem.W.transpose() * inverse * problem.W).inverse() *
-                    problem.W.transpose() * inverse;
+  const Eigen::MatrixXd P = inverse - inverse * problem.W *
+                                          (problem.W.transpose() * inverse * problem.W).inverse() *
+                                          problem.W.transpose() * inverse;
   Eigen::Matrix3d A;
   Eigen::Vector3d g;
   for (Eigen::Index q = 0; q < 3; ++q) {
