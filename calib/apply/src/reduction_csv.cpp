@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <thread>
 #include <utility>
 
 #include "axiscal/calib/body.hpp"
@@ -743,11 +744,14 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
                                    : std::nullopt;
   };
   ReductionCsvSummary summary;
-  for_each_in_order<Piece>(next, [&](Piece piece) {
+  const auto take = [&](Piece piece) {
     sink(piece.rows);
     add(piece.summary, summary);
     spare.push_back(std::move(piece.buffer));
-  });
+  };
+  constexpr unsigned most_cores = 8;  // each holds about a megabyte
+  for_each_in_order<Piece>(next, take,
+                           std::clamp(std::thread::hardware_concurrency(), 1U, most_cores));
   return summary;
 }
 
