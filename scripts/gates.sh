@@ -9,7 +9,7 @@ scripts/hostile.sh build/dev/cli/axiscal
 # Small sizes, goals loosened by a third; what the machine's noise takes from one try it may not take from all.
 if /usr/bin/python3 -c 'import numpy' 2>/dev/null; then
   . scripts/jobs.sh
-  cmake --preset dev -DAXISCAL_BUILD_BENCH=ON >/dev/null
+  configure_dev -DAXISCAL_BUILD_BENCH=ON >/dev/null
   cmake --build --preset dev --target axiscal_bench
   for try in 1 2 3; do
     /usr/bin/python3 bench/gate.py build/dev --loosen 0.34 && break

@@ -7,9 +7,6 @@ cd "$(dirname "$0")/.."
 
 scripts/dependencies.sh
 . scripts/jobs.sh
-# A compiler that we have not seen may warn of something new; that is no failure of a user's build.
-strict=(--compile-no-warning-as-error)
-[ -z "${CI:-}" ] || strict=()
-cmake --preset dev "${strict[@]}"
+configure_dev
 cmake --build --preset dev
 ctest --preset dev
