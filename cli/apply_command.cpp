@@ -343,9 +343,6 @@ int run(const ApplyCommand& command) {
                         .unit = calibration.sensor.instrument.unit});
   }
   CsvReader& csv = *table.csv;
-  // Output that goes on for ever is written to directly: it would never be put into its place.
-  OutputFile output(command.output,
-                    command.follow ? OutputFile::Mode::direct : OutputFile::Mode::replace_whole);
   ReductionCsvOptions options;
   if (command.output.ends_with(".npy")) {
     options.form = ReductionForm::npy;
@@ -398,6 +395,10 @@ int run(const ApplyCommand& command) {
   } else if (command.alarm) {
     throw UsageError("--alarm: goes with --joint");
   }
+  // Output that goes on for ever is written to directly: it would never be put into its place. That
+  // empties the file: nothing on the command line may be wrong any more.
+  OutputFile output(command.output,
+                    command.follow ? OutputFile::Mode::direct : OutputFile::Mode::replace_whole);
   const std::vector<ReadingColumn> columns = columns_in(csv, calibration);
   const auto header = [&](std::size_t rows) {
     return reduction_npy_header(columns, reducer, options, rows);

@@ -29,9 +29,9 @@ using Sink = std::function<void(std::string_view)>;
 class RowWriter {
  public:
   // @param buffer  to write to; what it holds counts for nothing.
-  // @param sink    may be empty.
+  // @param sink    null: it grows.
   RowWriter(std::vector<char>& buffer,
-            const Sink& sink,
+            const Sink* sink,
             ReductionForm form,
             std::optional<int> decimals)
       : buffer_(buffer), sink_(sink), form_(form), decimals_(decimals) {
@@ -73,21 +73,28 @@ class RowWriter {
       buffer_[used_++] = static_cast<char>(flag);
       return;
     }
-    append(",");
-    constexpr std::array words = {"clamped", "extrapolated", "moved", "saturated", "unreadable"};
-    bool first = true;
-    for (std::size_t bit = 0; bit < words.size(); ++bit) {
-      if ((flag >> bit & 1U) != 0) {
-        append(first ? "" : " ");
-        append(words[bit]);
-        first = false;
+    using namespace reduction_flag;
+    constexpr std::array<std::pair<unsigned, std::string_view>, 5> words = {{
+        {clamped, "clamped"},
+        {extrapolated, "extrapolated"},
+        {moved, "moved"},
+        {saturated, "saturated"},
+        {unreadable, "unreadable"},
+    }};
+    std::string_view before = ",";
+    for (const auto& [bit, word] : words) {
+      if ((flag & bit) != 0) {
+        append(before);
+        append(word);
+        before = " ";
       }
     }
+    append(flag == 0 ? before : "");
   }
 
   void hand_over() {
     if (used_ > 0) {
-      sink_({buffer_.data(), used_});
+      (*sink_)({buffer_.data(), used_});
       used_ = 0;
     }
   }
@@ -101,7 +108,7 @@ class RowWriter {
 
   void reserve(std::size_t size) {
     if (used_ + size > buffer_.size()) {
-      if (sink_) {
+      if (sink_ != nullptr) {
         hand_over();
       }
       buffer_.resize(std::max(buffer_.size(), 2 * (used_ + size)));
@@ -109,7 +116,7 @@ class RowWriter {
   }
 
   std::vector<char>& buffer_;
-  const Sink& sink_;
+  const Sink* sink_;
   ReductionForm form_;
   std::optional<int> decimals_;
   std::size_t used_ = 0;
@@ -276,7 +283,7 @@ class RowReduction {
                const Reducer& reducer,
                const ReductionCsvOptions& options,
                std::vector<char>& buffer,
-               const Sink& sink = {})
+               const Sink* sink = nullptr)
       : csv_(csv),
         reducer_(reducer),
         options_(options),
@@ -704,7 +711,7 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
                                const Sink& sink) {
   constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
   std::vector<char> buffer;
-  RowReduction whole(csv, axes, reducer, options, buffer, sink);
+  RowReduction whole(csv, axes, reducer, options, buffer, &sink);
   whole.put_header();
   if (options.every_row) {
     return whole.reduce(all);

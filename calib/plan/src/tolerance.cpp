@@ -147,8 +147,7 @@ ToleranceEffect effect_of(const ToleranceStudy& study, Method method) {
       responses[trial] = calibrate(experiment, simulate(study.nominal, sheet,
                                                         {.slope = study.slope, .positioner = cube}))
                              .sensor.response;
-    } catch (const Error&) {
-      responses[trial].reset();  // no cube, or one that cannot lie at a point
+    } catch (const Error&) {  // no cube, or one that cannot lie at a point
     }
   });
   Sums sums;
