@@ -80,20 +80,26 @@ Eigen::MatrixXd HypothesisFitter::roots_of_weights(const ReadingSet& set,
   return root;
 }
 
-HypothesisFit HypothesisFitter::rescaled(const ReadingSet& set,
-                                         const HypothesisFit& fit,
-                                         const Eigen::VectorXd& own) const {
+HypothesisFitter HypothesisFitter::by_scatter_of(const HypothesisFit& fit) const {
+  const Eigen::VectorXd own =
+      scale_.array() * (fit.rss.array() / fit.degrees_of_freedom.array().max(0.5)).sqrt();
+  return {fit.field, known_field_, own};
+}
+
+HypothesisFit HypothesisFitter::again(const ReadingSet& set,
+                                      const HypothesisFit& fit,
+                                      const HypothesisFitter& whose) const {
   if (!known_field_) {
-    return HypothesisFitter(fit.field, false, own).fit(set);
+    return this->fit(set);
   }
   // Axes that share no direction do not weigh on each other.
-  HypothesisFit again = fit;
-  for (Eigen::Index k = 0; k < own.size(); ++k) {
-    const double factor = scale_(k) / own(k);
-    again.residuals.col(k) *= factor;
-    again.rss(k) *= factor * factor;
+  HypothesisFit scaled = fit;
+  for (Eigen::Index k = 0; k < scale_.size(); ++k) {
+    const double factor = whose.scale_(k) / scale_(k);
+    scaled.residuals.col(k) *= factor;
+    scaled.rss(k) *= factor * factor;
   }
-  return again;
+  return scaled;
 }
 
 // What is said of a fit that has settled.

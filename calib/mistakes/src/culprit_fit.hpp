@@ -55,12 +55,15 @@ class HypothesisFitter {
                                   const std::vector<std::size_t>& without = {},
                                   const AddedColumns& added = {}) const;
 
-  /// The fit of all readings of a set once more, with the axes in other scales.
-  /// @param fit  of all of them.
-  /// @param own  m: the scales that they are to have.
-  [[nodiscard]] HypothesisFit rescaled(const ReadingSet& set,
-                                       const HypothesisFit& fit,
-                                       const Eigen::VectorXd& own) const;
+  /// @return the same from a fit of this one's on, with each axis in the scale of its own scatter.
+  [[nodiscard]] HypothesisFitter by_scatter_of(const HypothesisFit& fit) const;
+
+  /// The fit of all readings of a set once more, in this one's scales.
+  /// @param fit   of all of them.
+  /// @param whose what made it.
+  [[nodiscard]] HypothesisFit again(const ReadingSet& set,
+                                    const HypothesisFit& fit,
+                                    const HypothesisFitter& whose) const;
 
   [[nodiscard]] const Eigen::VectorXd& scale() const { return scale_; }
   [[nodiscard]] bool known_field() const { return known_field_; }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "axiscal/calib/deletion_fit.hpp"
@@ -21,6 +22,8 @@ constexpr double classes = 6.0;
 constexpr double worth_a_look = 0.04;  // probability in the quick tests, before any refit
 // Below this probability of the axes' scatters their noise clearly differs.
 constexpr double unequal_below = 0.01;
+// And above this nothing says so.
+constexpr double may_be_equal = 0.5;
 constexpr double false_alarm_by_axis = 0.001;
 // Where each reading is judged by the others, that test and those of other mistakes share the
 // level.
@@ -118,17 +121,15 @@ double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
 HypothesisFit weighed_fit(const SuspectRun& run) {
   HypothesisFit fit = run.plain();
   HypothesisFitter fitter = run.fitter();
-  constexpr double may_be_equal = 0.5;
   constexpr int rounds = 2;
   for (int round = 0; round < rounds && equality_p_value(fit) < may_be_equal; ++round) {
-    const Eigen::VectorXd scale =
-        fitter.scale().array() * (fit.rss.array() / fit.degrees_of_freedom.array().max(0.5)).sqrt();
-    HypothesisFit next = fitter.rescaled(run.set(), fit, scale);
+    HypothesisFitter own = fitter.by_scatter_of(fit);
+    HypothesisFit next = own.again(run.set(), fit, fitter);
     if (!next.fitted) {
       break;
     }
     fit = std::move(next);
-    fitter = HypothesisFitter(fit.field, fitter.known_field(), scale);
+    fitter = std::move(own);
   }
   return fit;
 }
@@ -233,14 +234,11 @@ bool looks_bad(const SuspectRun& run) {
   if (suspicious(run.plain()) || deletion_p(run) < false_alarm_of_deletion) {
     return true;
   }
-  constexpr double may_be_equal = 0.5;
   if (!(equality_p_value(run.plain()) < may_be_equal)) {
     return false;
   }
-  const Eigen::VectorXd own =
-      (run.plain().rss.array() / run.plain().degrees_of_freedom.array().max(0.5)).sqrt() *
-      run.fitter().scale().array();
-  const HypothesisFit again = run.fitter().rescaled(run.set(), run.plain(), own);
+  const HypothesisFit again =
+      run.fitter().by_scatter_of(run.plain()).again(run.set(), run.plain(), run.fitter());
   return again.fitted && classes * single_p(run, again) < worth_a_look;
 }
 

@@ -105,10 +105,6 @@ struct AtVariances {
   std::vector<Eigen::VectorXd> gradients;    // P_k^T (y_k - P_k z) / sigma_k^2
 };
 
-}  // namespace
-
-namespace {
-
 // With nothing in common each has its mean square.
 SharedFit apart(const std::vector<ResponseSums>& responses, const Eigen::VectorXd& smallest) {
   const auto m = static_cast<Eigen::Index>(responses.size());

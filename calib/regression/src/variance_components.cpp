@@ -48,10 +48,12 @@ void set_product(const Left& left, const Right& right, Result& result) {
   }
 }
 
-// Two or three rows in closed form.
+// Up to three rows in closed form.
 template <int Most>
 UnitMatrix<Most> inverse_of(const UnitMatrix<Most>& V) {
   switch (V.rows()) {
+    case 1:
+      return V.cwiseInverse();
     case 2:
       return Eigen::Matrix2d(V).inverse();
     case 3:
