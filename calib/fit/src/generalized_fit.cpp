@@ -85,9 +85,8 @@ class GeneralizedFit {
            clearly_less;
   }
 
-  // @param seats_at_least  degrees of freedom of the seats' variance; less in the first round,
-  // which
-  //                        the others hardly change, is not gone on with.
+  // @param seats_at_least  degrees of freedom of the seats' variance: with less in the first round,
+  //                        which the others hardly change, it is not gone on.
   // @return false where the readings do not determine it, or its seats are less.
   bool solve(double seats_at_least = 0.0) {
     const Eigen::Index m = set_.axis_count();

@@ -27,8 +27,7 @@ void for_each_in_parallel(std::size_t count,
 /// Makes pieces of what goes on and on, on the machine's cores, and hands them over in their order.
 /// A few are under way at a time: memory stays what it is.
 ///
-/// @param next     gives the work for the next piece, or nothing at the end; called in order, by
-/// the
+/// @param next     gives the work for the next piece, or nothing at the end; in order, by the
 ///                 caller's thread.
 /// @param take     takes the pieces, in order, by the caller's thread.
 /// @param threads  how many; 0: as many as there are cores. With one all is done in the caller's.
