@@ -2,6 +2,7 @@
 #include "axiscal/core/json_document.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -21,10 +22,18 @@ bool is_scalar_array(const Json& value) {
                       [](const Json& element) { return element.is_structured(); });
 }
 
+void append_number(std::string& out, double number) {
+  if (!std::isfinite(number)) {
+    out += "null";
+    return;
+  }
+  std::array<char, number_text_size> text;
+  out.append(text.data(), write_number(text.data(), number));
+}
+
 void append_scalar(std::string& out, const Json& value) {
   if (value.is_number_float()) {
-    const double number = value.get<double>();
-    out += std::isfinite(number) ? number_text(number) : "null";
+    append_number(out, value.get<double>());
   } else if (value.is_number_unsigned()) {
     out += formatted("{}", value.get<std::uint64_t>());
   } else if (value.is_number_integer()) {
@@ -34,8 +43,33 @@ void append_scalar(std::string& out, const Json& value) {
   }
 }
 
+// What a column of a table is among JSON values: its cells as text, each ended by a line feed.
+enum class ColumnOf : std::uint8_t { scalars, lists };
+
+void append_column(std::string& out, const Json::binary_t& column, std::size_t indent) {
+  const bool lists = column.subtype() == static_cast<std::uint8_t>(ColumnOf::lists);
+  const std::string between = lists ? ",\n" + std::string(indent + 2, ' ') : ", ";
+  out += '[';
+  out += lists ? std::string_view(between).substr(1) : "";
+  for (auto cell = column.begin(); cell != column.end();) {
+    const auto end = std::find(cell, column.end(), '\n');
+    out.append(cell, end);
+    cell = end + 1;
+    out += cell != column.end() ? std::string_view(between) : "";
+  }
+  if (lists) {
+    out += '\n';
+    out.append(indent, ' ');
+  }
+  out += ']';
+}
+
 // NOLINTNEXTLINE(misc-no-recursion): the records that we write are a few levels deep
 void append(std::string& out, const Json& value, std::size_t indent) {
+  if (value.is_binary()) {
+    append_column(out, value.get_binary(), indent);
+    return;
+  }
   if (!value.is_structured()) {
     append_scalar(out, value);
     return;
@@ -68,31 +102,75 @@ void append(std::string& out, const Json& value, std::size_t indent) {
 
 }  // namespace
 
-JsonValue JsonValue::child(const Json& value, std::string_view name) const {
+namespace {
+
+std::string escaped(std::string_view name) {
   std::string step;
   for (const char c : name) {
     step += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
   }
-  return {document_, &value, path_, formatted("{}/{}", pointer_, step)};
+  return step;
+}
+
+// The way to a value that is somewhere in another, step by step: a file may be of any depth.
+std::string way_to(const Json& value, const Json& root) {
+  struct Level {
+    const Json* parent;
+    Json::const_iterator child;
+  };
+  std::vector<Level> levels;
+  const Json* at = &root;
+  while (at != &value) {
+    if (at->is_structured()) {
+      levels.push_back({at, at->begin()});
+    } else if (!levels.empty()) {
+      ++levels.back().child;
+    }
+    while (!levels.empty() && levels.back().child == levels.back().parent->end()) {
+      levels.pop_back();
+      if (!levels.empty()) {
+        ++levels.back().child;
+      }
+    }
+    if (levels.empty()) {
+      return "";
+    }
+    at = &*levels.back().child;
+  }
+  std::string way;
+  for (const Level& level : levels) {
+    way += "/" + (level.parent->is_object() ? escaped(level.child.key())
+                                            : formatted("{}", level.child - level.parent->begin()));
+  }
+  return way;
+}
+
+}  // namespace
+
+JsonValue::JsonValue(Json document, std::string path)
+    : file_(std::make_shared<const File>(File{std::move(document), std::move(path)})),
+      value_(&file_->root) {}
+
+std::string JsonValue::pointer() const {
+  return way_to(*value_, file_->root) + (row_ ? formatted("/{}", *row_) : "");
 }
 
 std::optional<JsonValue> JsonValue::find(std::string_view key) const {
-  if (!value_->is_object()) {
-    fail("must be an object");
-  }
-  const auto found = value_->find(std::string(key));
-  if (found == value_->end() || found->is_null()) {
+  require_object();
+  const auto found = value_->find(key);
+  if (found == value_->end()) {
     return std::nullopt;
   }
-  return child(*found, key);
+  const Json& value = row_ ? (*found)[*row_] : *found;
+  return value.is_null() ? std::nullopt : std::optional(child(value));
 }
 
 JsonValue JsonValue::at(std::string_view key) const {
   std::optional<JsonValue> value = find(key);
   if (!value) {
-    child(*value_, key).fail("is missing");
+    throw DataError(path(), pointer() + "/" + escaped(key), "is missing");
   }
-  return *value;
+  return *std::move(value);
 }
 
 void JsonValue::require_list() const {
@@ -101,12 +179,18 @@ void JsonValue::require_list() const {
   }
 }
 
+void JsonValue::require_object() const {
+  if (!value_->is_object()) {
+    fail("must be an object");
+  }
+}
+
 std::vector<JsonValue> JsonValue::elements() const {
   require_list();
   std::vector<JsonValue> values;
   values.reserve(value_->size());
-  for (std::size_t i = 0; i < value_->size(); ++i) {
-    values.push_back(child((*value_)[i], std::to_string(i)));
+  for (const Json& value : *value_) {
+    values.push_back(child(value));
   }
   return values;
 }
@@ -119,23 +203,16 @@ void JsonValue::for_each_row(const std::function<void(const JsonValue&)>& take) 
     return;
   }
   std::optional<std::size_t> count;
-  for (const auto& [name, column] : value_->items()) {
-    if (!column.is_array()) {
-      child(column, name).fail("must be a list");
-    }
+  for (const Json& column : *value_) {
+    child(column).require_list();
     if (count && *count != column.size()) {
-      child(column, name)
-          .fail(formatted("has {} entries, and the first column {}", column.size(), *count));
+      child(column).fail(
+          formatted("has {} entries, and the first column {}", column.size(), *count));
     }
     count = column.size();
   }
   for (std::size_t i = 0; i < count.value_or(0); ++i) {
-    auto row = std::make_shared<Json>(Json::object());
-    for (const auto& [name, column] : value_->items()) {
-      row->push_back({name, column[i]});
-    }
-    const Json* const value = row.get();
-    take({std::move(row), value, path_, formatted("{}/{}", pointer_, i)});
+    take({file_, *value_, i});
   }
 }
 
@@ -194,9 +271,7 @@ std::vector<std::string> JsonValue::texts() const {
 }
 
 std::vector<std::string> JsonValue::keys() const {
-  if (!value_->is_object()) {
-    fail("must be an object");
-  }
+  require_object();
   std::vector<std::string> names;
   for (const auto& item : value_->items()) {
     names.push_back(item.key());
@@ -223,7 +298,7 @@ Eigen::VectorXd JsonValue::numbers(std::optional<Eigen::Index> size, bool null_i
     } else if (entry.is_number() && std::isfinite(entry.get<double>())) {
       numbers(i) = entry.get<double>();
     } else {
-      numbers(i) = child(entry, std::to_string(i)).number();  // which says what is wrong with it
+      numbers(i) = child(entry).number();  // which says what is wrong with it
     }
   }
   return numbers;
@@ -258,12 +333,10 @@ Eigen::MatrixXd JsonValue::matrix_or_nan(Eigen::Index rows, Eigen::Index columns
 }
 
 void JsonValue::allow_keys(std::span<const std::string_view> keys) const {
-  if (!value_->is_object()) {
-    fail("must be an object");
-  }
+  require_object();
   for (const auto& item : value_->items()) {
     if (std::find(keys.begin(), keys.end(), item.key()) == keys.end()) {
-      child(item.value(), item.key()).fail("unknown key" + did_you_mean(item.key(), keys));
+      child(item.value()).fail("unknown key" + did_you_mean(item.key(), keys));
     }
   }
 }
@@ -287,13 +360,13 @@ void JsonValue::check(const std::function<void()>& check_value) const {
     check_value();
   } catch (const DomainError& error) {
     // As fail(), with the settings that would mend it.
-    throw DataError(path_, (pointer_.empty() ? "/" : pointer_) + ": " + error.what(),
-                    error.settings());
+    const std::string where = pointer();
+    throw DataError(path(), (where.empty() ? "/" : where) + ": " + error.what(), error.settings());
   }
 }
 
 void JsonValue::fail(std::string_view what) const {
-  throw DataError(path_, pointer_, what);
+  throw DataError(path(), pointer(), what);
 }
 
 JsonValue parse_json(std::string_view text, std::string path) {
@@ -301,9 +374,7 @@ JsonValue parse_json(std::string_view text, std::string path) {
     text.remove_prefix(3);
   }
   try {
-    auto document = std::make_shared<const Json>(Json::parse(text.begin(), text.end()));
-    const Json* root = document.get();
-    return {std::move(document), root, std::move(path), ""};
+    return {Json::parse(text.begin(), text.end()), path};
   } catch (const Json::parse_error& error) {
     const std::string_view before = text.substr(0, error.byte == 0 ? 0 : error.byte - 1);
     const auto line = 1 + static_cast<std::size_t>(std::count(before.begin(), before.end(), '\n'));
@@ -326,6 +397,8 @@ void put_nulls(Json& value) {
     }
   } else if (value.is_number_float() && !std::isfinite(value.get<double>())) {
     value = nullptr;
+  } else if (value.is_binary()) {
+    value = Json::array();
   }
 }
 
@@ -333,9 +406,7 @@ void put_nulls(Json& value) {
 
 JsonValue as_read_back(Json value, std::string path) {
   put_nulls(value);
-  auto document = std::make_shared<const Json>(std::move(value));
-  const Json* root = document.get();
-  return {std::move(document), root, std::move(path), ""};
+  return {std::move(value), std::move(path)};
 }
 
 std::string json_text(const Json& value) {
@@ -345,19 +416,68 @@ std::string json_text(const Json& value) {
   return out;
 }
 
-void append_row(Json row, std::size_t number, Json& columns) {
-  for (auto& [name, value] : row.items()) {
-    Json& column = columns[name];
-    if (column.is_null()) {
-      column = Json(number, nullptr);
+void JsonColumns::begin_row() {
+  ++rows_;
+  at_ = 0;
+}
+
+std::string& JsonColumns::next_cell(std::string_view key, bool is_list) {
+  const auto named = [&](const Column& column) { return column.name == key; };
+  if (at_ >= columns_.size() || !named(columns_[at_])) {
+    const auto found = std::find_if(columns_.begin(), columns_.end(), named);
+    at_ = static_cast<std::size_t>(found - columns_.begin());
+    if (found == columns_.end()) {
+      columns_.push_back({.name = std::string(key), .cells = {}});
     }
-    column.push_back(std::move(value));
   }
-  for (auto& [name, column] : columns.items()) {
-    if (column.size() == number) {
-      column.push_back(nullptr);
+  Column& column = columns_[at_++];
+  for (; column.count + 1 < rows_; ++column.count) {
+    column.cells += "null\n";
+  }
+  ++column.count;
+  column.holds_lists = column.holds_lists || is_list;
+  return column.cells;
+}
+
+void JsonColumns::put_number(std::string_view key, double number) {
+  std::string& cells = next_cell(key, false);
+  append_number(cells, number);
+  cells += '\n';
+}
+
+void JsonColumns::put_numbers(std::string_view key,
+                              const Eigen::Ref<const Eigen::VectorXd>& numbers) {
+  std::string& cells = next_cell(key, true);
+  cells += '[';
+  for (Eigen::Index i = 0; i < numbers.size(); ++i) {
+    cells += i == 0 ? "" : ", ";
+    append_number(cells, numbers(i));
+  }
+  cells += "]\n";
+}
+
+void JsonColumns::put_value(std::string_view key, const Json& value) {
+  std::string& cells = next_cell(key, value.is_structured());
+  if (value.is_structured() && !is_scalar_array(value)) {
+    cells += value.dump(-1, ' ', false, Json::error_handler_t::replace);
+  } else {
+    append(cells, value, 0);
+  }
+  cells += '\n';
+}
+
+Json JsonColumns::take() {
+  Json columns = Json::object();
+  for (Column& column : columns_) {
+    for (; column.count < rows_; ++column.count) {
+      column.cells += "null\n";
     }
+    const auto of = column.holds_lists ? ColumnOf::lists : ColumnOf::scalars;
+    columns[column.name] =
+        Json::binary({column.cells.begin(), column.cells.end()}, static_cast<std::uint8_t>(of));
+    column = {};
   }
+  return columns;
 }
 
 Json json_from(const Eigen::Ref<const Eigen::VectorXd>& vector) {

@@ -126,8 +126,8 @@ void span_members(JsonMembers& io, std::vector<TemperatureSpan>& spans, Eigen::I
 void temperature_member(JsonMembers& io, std::optional<SensorTemperature>& temperature) {
   if (!io.reads()) {
     if (temperature) {
-      io.to()["temperature"] =
-          temperature->has_own() ? Json(temperature->of_axes()) : Json(temperature->mean());
+      io.put("temperature",
+             temperature->has_own() ? Json(temperature->of_axes()) : Json(temperature->mean()));
     }
   } else if (const auto found = io.from().find("temperature")) {
     if (!found->is_array()) {
@@ -263,7 +263,7 @@ void members(JsonMembers& io, ReadingResidual& residual, Eigen::Index m) {
   io.value("run", residual.run);
   point_members(io, residual.point);
   if (!io.reads() && residual.level) {
-    io.to()["level"] = level_json(*residual.level);
+    io.put("level", level_json(*residual.level));
   } else if (const auto level = io.reads() ? io.from().find("level") : std::nullopt) {
     residual.level = level_of(*level);
   }

@@ -103,8 +103,8 @@ void members(JsonMembers& io, ScatterComponent& component, Eigen::Index paramete
 void point_members(JsonMembers& io, std::optional<DesignPoint>& point) {
   if (!io.reads()) {
     if (point) {
-      io.to()["rest"] = face_name(point->rest());
-      io.to()["fence"] = face_name(point->fence());
+      io.put("rest", face_name(point->rest()));
+      io.put("fence", face_name(point->fence()));
     }
     return;
   }

@@ -21,21 +21,15 @@ using Json = nlohmann::ordered_json;
 /// All accessors throw DataError `PATH: /json/pointer: ...` when the value is not what they want.
 class JsonValue {
  public:
-  JsonValue(std::shared_ptr<const Json> document,
-            const Json* value,
-            std::string path,
-            std::string pointer)
-      : document_(std::move(document)),
-        value_(value),
-        path_(std::move(path)),
-        pointer_(std::move(pointer)) {}
+  /// The whole of a file.
+  JsonValue(Json document, std::string path);
 
   [[nodiscard]] JsonValue at(std::string_view key) const;  ///< a needed member
   [[nodiscard]] std::optional<JsonValue> find(
       std::string_view key) const;                        ///< absent or null: none
   [[nodiscard]] std::vector<JsonValue> elements() const;  ///< an array's
   /// Rows: an array's elements, or of an object of arrays, all of one length, an object for each
-  /// position, as append_row() took them apart.
+  /// position, as JsonColumns took them apart.
   void for_each_row(const std::function<void(const JsonValue&)>& take) const;
   [[nodiscard]] double number() const;
   [[nodiscard]] double number_or_nan() const;  ///< null is NaN
@@ -44,7 +38,7 @@ class JsonValue {
   [[nodiscard]] bool boolean() const;
   [[nodiscard]] std::string text() const;
   [[nodiscard]] bool is_array() const { return value_->is_array(); }
-  [[nodiscard]] bool is_object() const { return value_->is_object(); }
+  [[nodiscard]] bool is_object() const { return value_->is_object(); }  ///< a row is one
   [[nodiscard]] bool is_text() const { return value_->is_string(); }
   [[nodiscard]] Eigen::VectorXd vector(std::optional<Eigen::Index> size = {}) const;  ///< finite
   [[nodiscard]] Eigen::VectorXd vector_or_nan(std::optional<Eigen::Index> size = {}) const;
@@ -69,37 +63,71 @@ class JsonValue {
   [[nodiscard]] std::string dump() const { return value_->dump(); }
 
   [[noreturn]] void fail(std::string_view what) const;
-  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] const std::string& path() const { return file_->path; }
 
  private:
+  struct File {
+    Json root;
+    std::string path;
+  };
+
+  JsonValue(std::shared_ptr<const File> file, const Json& value, std::optional<std::size_t> row)
+      : file_(std::move(file)), value_(&value), row_(row) {}
+
   void require_list() const;
-  [[nodiscard]] JsonValue child(const Json& value, std::string_view name) const;
+  void require_object() const;
+
+  // Where it is in its file (RFC 6901), looked for only when something is wrong with it.
+  [[nodiscard]] std::string pointer() const;
+  [[nodiscard]] JsonValue child(const Json& value) const { return {file_, value, std::nullopt}; }
   [[nodiscard]] Eigen::VectorXd numbers(std::optional<Eigen::Index> size, bool null_is_nan) const;
   [[nodiscard]] Eigen::MatrixXd grid(Eigen::Index rows,
                                      Eigen::Index columns,
                                      bool null_is_nan) const;
 
-  std::shared_ptr<const Json> document_;
+  std::shared_ptr<const File> file_;
   const Json* value_;
-  std::string path_;
-  std::string pointer_;
+  std::optional<std::size_t> row_;  // of the columns that the value is
 };
 
 /// @throws DataError  `PATH:LINE: ...` if the text is no JSON.
 [[nodiscard]] JsonValue parse_json(std::string_view text, std::string path);
 
-/// @return what reading json_text() of the value back gives, without its text.
+/// @return what reading json_text() of the value back gives, without its text; JsonColumns, which
+///         hold nothing but what was written as a number, a word or a list of those, are empty.
 [[nodiscard]] JsonValue as_read_back(Json value, std::string path);
 
 /// @return the value as text to read: members on lines of their own, arrays of numbers on one,
 ///         doubles as the shortest text that reads back, NaN as null; ends with a line feed.
 [[nodiscard]] std::string json_text(const Json& value);
 
-/// Takes rows apart into an object of arrays: of each member its values, null where a row has none.
-/// @param row      an object.
-/// @param number   how many rows there were before it.
-/// @param columns  an object.
-void append_row(Json row, std::size_t number, Json& columns);
+/// Rows taken apart into columns: of each member its values, null where a row has none. They are
+/// kept as the text that they become in the file.
+class JsonColumns {
+ public:
+  /// What follows is of the next row.
+  void begin_row();
+
+  void put_number(std::string_view key, double number);  ///< null where it is not finite
+  void put_numbers(std::string_view key, const Eigen::Ref<const Eigen::VectorXd>& numbers);
+  void put_value(std::string_view key, const Json& value);
+
+  /// @return an object of arrays, for json_text().
+  [[nodiscard]] Json take();
+
+ private:
+  struct Column {
+    std::string name;
+    std::string cells;  // each ends with a line feed, of which JSON on one line has none itself
+    std::size_t count = 0;
+    bool holds_lists = false;
+  };
+  std::string& next_cell(std::string_view key, bool is_list);
+
+  std::vector<Column> columns_;
+  std::size_t rows_ = 0;
+  std::size_t at_ = 0;  // where the next member's column probably is: rows are alike
+};
 
 [[nodiscard]] Json json_from(const Eigen::Ref<const Eigen::VectorXd>& vector);
 [[nodiscard]] Json json_from_matrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix);

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -24,13 +25,32 @@ namespace axiscal {
 class JsonMembers {
  public:
   explicit JsonMembers(Json& to) : to_(&to) {}
+  explicit JsonMembers(JsonColumns& to) : columns_(&to) {}
   explicit JsonMembers(const JsonValue& from) : from_(&from) {}
 
   [[nodiscard]] bool reads() const { return from_ != nullptr; }
 
-  /// For what is more than one member: the object itself.
+  /// For what is more than one member: the object itself; a row of a table has none to write to.
   [[nodiscard]] Json& to() { return *to_; }
   [[nodiscard]] const JsonValue& from() const { return *from_; }
+
+  /// Writes a member whatever is read.
+  template <typename Value>
+  void put(const char* key, const Value& value) {
+    if constexpr (std::is_base_of_v<Eigen::EigenBase<Value>, Value>) {
+      if (columns_ != nullptr) {
+        columns_->put_numbers(key, value);
+      } else {
+        (*to_)[key] = json_from(value);
+      }
+    } else if (columns_ == nullptr) {
+      (*to_)[key] = value;
+    } else if constexpr (std::is_same_v<Value, double>) {
+      columns_->put_number(key, value);
+    } else {
+      columns_->put_value(key, value);
+    }
+  }
 
   /// @return whether a member is in the file, or where it is written whether it is there to write.
   [[nodiscard]] bool has(const char* key, bool there) const {
@@ -43,7 +63,7 @@ class JsonMembers {
     if (reads()) {
       take(from_->at(key), value);
     } else {
-      (*to_)[key] = value;
+      put(key, value);
     }
   }
 
@@ -51,7 +71,7 @@ class JsonMembers {
   template <typename Value>
   void value(const char* key, Value& value) {
     if (!reads()) {
-      (*to_)[key] = value;
+      put(key, value);
     } else if (const std::optional<JsonValue> found = from_->find(key)) {
       take(*found, value);
     }
@@ -136,7 +156,7 @@ class JsonMembers {
   template <typename Vector>
   void vector(const char* key, Vector& vector, Eigen::Index size) {
     if (!reads()) {
-      (*to_)[key] = json_from(vector);
+      put(key, vector);
       return;
     }
     const std::optional<JsonValue> value = from_->find(key);
@@ -146,7 +166,7 @@ class JsonMembers {
   template <typename Vector>
   void need_vector(const char* key, Vector& vector, Eigen::Index size) {
     if (!reads()) {
-      (*to_)[key] = json_from(vector);
+      put(key, vector);
       return;
     }
     vector = from_->at(key).vector(size);
@@ -238,12 +258,13 @@ class JsonMembers {
         list(key, all, members);
         return;
       }
-      Json& columns = (*to_)[key] = Json::object();
-      for (std::size_t i = 0; i < all.size(); ++i) {
-        Json row;
-        write_object(row, [&](JsonMembers& io) { members(io, all[i]); });
-        append_row(std::move(row), i, columns);
+      JsonColumns columns;
+      JsonMembers io(columns);
+      for (Struct& one : all) {
+        columns.begin_row();
+        members(io, one);
       }
+      (*to_)[key] = columns.take();
     } else if (const std::optional<JsonValue> values = from_->find(key)) {
       values->for_each_row([&](const JsonValue& value) {
         Struct& one = all.emplace_back();
@@ -319,6 +340,7 @@ class JsonMembers {
   }
 
   Json* to_ = nullptr;
+  JsonColumns* columns_ = nullptr;  // instead, of a row of a table
   const JsonValue* from_ = nullptr;
 };
 
