@@ -137,7 +137,7 @@ bool add_block_sensitivities(const LinearisedRun& run, bool mounts_known, Estima
   const auto B = static_cast<double>(fits.S.size());
   // The field's directions are fitted to all of them.
   fits.free.array() -=
-      static_cast<double>(run.columns().cols() - set.column_count() * m) / static_cast<double>(m);
+      static_cast<double>(run.column_count() - set.column_count() * m) / static_cast<double>(m);
   Eigen::VectorXd s2 = fits.squares.cwiseQuotient(fits.free);
   for (Eigen::Index k = 0; k < m; ++k) {
     s2(k) = std::max(s2(k), std::pow(set.rounding(k), 2));

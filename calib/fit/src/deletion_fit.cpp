@@ -9,120 +9,90 @@
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/heavy_tails.hpp"
-#include "axiscal/calib/linearised_run.hpp"
-#include "axiscal/calib/scaled_cholesky.hpp"
 #include "axiscal/calib/shared_fit.hpp"
 #include "axiscal/core/not_a_number.hpp"
 
 namespace axiscal {
 
-// The fit of the other readings, as change from the fit of all.
+// The fit of the other readings, by what it leaves of those that are left out.
 struct DeletionFit::Others {
-  // An axis's own coefficients at a step z of the shared: own - take_up z.
   struct Axis {
-    Eigen::VectorXd own;
-    Eigen::MatrixXd inverse;  // of its own J^T J
-    Eigen::MatrixXd take_up;  // p x D
-
-    // What is left of rows of J once the shared have changed, in what is shared.
-    [[nodiscard]] Eigen::MatrixXd projected(const Eigen::MatrixXd& J) const {
-      return J.rightCols(take_up.cols()) - J.leftCols(own.size()) * take_up;
-    }
+    Eigen::MatrixXd Q;       // d x p: basis of its own columns at the readings
+    Eigen::MatrixXd M;       // p x p
+    Eigen::VectorXd error;   // d: of the readings, by others' coefficients where nothing is shared
+    Eigen::MatrixXd shared;  // d x D: the same of what is shared
   };
 
-  // What they say of rows of an axis's J.
-  [[nodiscard]] Eigen::VectorXd predicted(Eigen::Index k, const Eigen::MatrixXd& J) const {
+  // Of an axis's readings: their errors by the others' fit.
+  [[nodiscard]] Eigen::VectorXd errors(Eigen::Index k) const {
     const Axis& axis = axes[static_cast<std::size_t>(k)];
-    return J.leftCols(axis.own.size()) * axis.own + axis.projected(J) * shared.estimate;
-  }
-
-  // Its covariance.
-  [[nodiscard]] Eigen::MatrixXd covariance(Eigen::Index k, const Eigen::MatrixXd& J) const {
-    const Axis& axis = axes[static_cast<std::size_t>(k)];
-    const auto own = J.leftCols(axis.own.size());
-    const Eigen::MatrixXd P = axis.projected(J);
-    return shared.variance(k) * (own * axis.inverse * own.transpose()) +
-           P * shared.covariance * P.transpose();
-  }
-
-  [[nodiscard]] Eigen::VectorXd variances(Eigen::Index k, const Eigen::MatrixXd& J) const {
-    const Axis& axis = axes[static_cast<std::size_t>(k)];
-    const auto own = J.leftCols(axis.own.size());
-    const Eigen::MatrixXd P = axis.projected(J);
-    return shared.variance(k) * (own * axis.inverse).cwiseProduct(own).rowwise().sum() +
-           (P * shared.covariance).cwiseProduct(P).rowwise().sum();
+    return axis.error - axis.shared * fit.estimate;
   }
 
   std::vector<Axis> axes;
-  SharedFit shared;
+  SharedFit fit;
 };
 
 DeletionFit::DeletionFit(const ReadingSet& set, const TableField& field, bool known_field)
     : set_(set),
-      root_weights_(set.weights.cwiseSqrt()),
-      smallest_(set.axis_count()),
-      own_(set.column_count()) {
-  const LinearisedRun run(set, field, Eigen::VectorXd::Ones(set.axis_count()), known_field);
-  shared_ = run.shared();
+      state_(JointFit(set, set.weights).at(field, known_field || !field.has_vectors())),
+      smallest_(set.axis_count()) {
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     smallest_(k) = std::pow(set.rounding(k), 2);
-    Axis& axis = axes_.emplace_back();
-    axis.J.resize(set.size(), own_ + shared_);
-    axis.J << run.columns()(run.rows_of_axis(k), Eigen::seqN(run.column_of(k, 0), own_)),
-        run.columns()(run.rows_of_axis(k), Eigen::lastN(shared_));
-    axis.y = run.residuals()(run.rows_of_axis(k));
-    axis.sums = {.G = axis.J.transpose() * axis.J,
-                 .b = axis.J.transpose() * axis.y,
-                 .squares = axis.y.squaredNorm(),
-                 .readings = static_cast<double>((root_weights_.col(k).array() > 0.0).count())};
+    const JointAxis& axis = axis_of(k);
+    sums_.push_back(
+        {.information = axis.projected.transpose() * axis.projected,
+         .gradient = axis.projected.transpose() * axis.residuals,
+         .squares = axis.residuals.squaredNorm(),
+         .degrees_of_freedom = static_cast<double>(axis.design->observations() - axis.X.cols())});
   }
-}
-
-DeletionFit::Sums DeletionFit::sums_without(const std::vector<std::size_t>& readings,
-                                            Eigen::Index k) const {
-  const Axis& axis = axes_[static_cast<std::size_t>(k)];
-  Sums left = axis.sums;
-  for (const std::size_t i : readings) {
-    const auto row = static_cast<Eigen::Index>(i);
-    const auto j = axis.J.row(row);
-    left.G.noalias() -= j.transpose().lazyProduct(j);
-    left.b.noalias() -= j.transpose() * axis.y(row);
-    left.squares -= axis.y(row) * axis.y(row);
-    left.readings -= root_weights_(row, k) > 0.0 ? 1.0 : 0.0;
-  }
-  return left;
 }
 
 std::optional<DeletionFit::Others> DeletionFit::without(
     const std::vector<std::size_t>& readings) const {
   const Eigen::Index m = set_.axis_count();
+  const Eigen::Index D = state_.direction_count();
   constexpr double open_below = 1e-11;
   Others others;
   std::vector<ResponseSums> responses;
   Eigen::VectorXd start(m);
-  Eigen::VectorXd all = Eigen::VectorXd::Zero(shared_);   // squares of the shared columns
-  Eigen::VectorXd left = Eigen::VectorXd::Zero(shared_);  // and of what is left of them
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(D);   // squares of the shared columns
+  Eigen::VectorXd left = Eigen::VectorXd::Zero(D);  // and of what is left of them
   for (Eigen::Index k = 0; k < m; ++k) {
-    const Sums sums = sums_without(readings, k);
-    const ScaledCholesky own(sums.G.topLeftCorner(own_, own_));
-    if (!own.is_determined(open_below)) {
-      return std::nullopt;
-    }
-    const Eigen::MatrixXd with_shared = sums.G.topRightCorner(own_, shared_);
-    const Eigen::VectorXd b = sums.b.head(own_);
+    const JointAxis& own = axis_of(k);
     Others::Axis& axis = others.axes.emplace_back();
-    axis.inverse = own.inverse();
-    axis.own = axis.inverse * b;
-    axis.take_up = axis.inverse * with_shared;
-    const ResponseSums& response = responses.emplace_back(ResponseSums{
-        .information =
-            sums.G.bottomRightCorner(shared_, shared_) - with_shared.transpose() * axis.take_up,
-        .gradient = sums.b.tail(shared_) - axis.take_up.transpose() * b,
-        .squares = std::max(sums.squares - b.dot(axis.own), 0.0),
-        .degrees_of_freedom = sums.readings - static_cast<double>(own_)});
+    if (k > 0 && own.design == axis_of(k - 1).design) {
+      const Others::Axis& before = others.axes[static_cast<std::size_t>(k) - 1];
+      axis.Q = before.Q;
+      axis.M = before.M;
+    } else {
+      axis.Q = own.design->basis()(readings, Eigen::all);
+      const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(axis.Q.cols(), axis.Q.cols());
+      const Eigen::LLT<Eigen::MatrixXd> cholesky(identity - axis.Q.transpose() * axis.Q);
+      if (cholesky.info() != Eigen::Success ||
+          !(cholesky.matrixLLT().diagonal().array().square() > open_below).all()) {
+        return std::nullopt;
+      }
+      axis.M = cholesky.solve(identity);
+    }
+    const Eigen::VectorXd e = own.residuals(readings);
+    const Eigen::MatrixXd P = own.projected(readings, Eigen::all);
+    axis.error = e + axis.Q * (axis.M * (axis.Q.transpose() * e));
+    axis.shared = P + axis.Q * (axis.M * (axis.Q.transpose() * P));
+    ResponseSums& response = responses.emplace_back(sums_[static_cast<std::size_t>(k)]);
+    response.information -= P.transpose() * axis.shared;
+    response.gradient -= P.transpose() * axis.error;
+    response.squares = std::max(response.squares - e.dot(axis.error), 0.0);
+    for (const std::size_t i : readings) {
+      response.degrees_of_freedom -=
+          own.root_weights(static_cast<Eigen::Index>(i)) > 0.0 ? 1.0 : 0.0;
+    }
     start(k) = std::max(response.squares / std::max(response.degrees_of_freedom, 1.0),
                         std::max(smallest_(k), std::numeric_limits<double>::min()));
-    all += sums.G.diagonal().tail(shared_) / start(k);
+    all += (own.tangents.colwise().squaredNorm() -
+            own.tangents(readings, Eigen::all).colwise().squaredNorm())
+               .transpose() /
+           start(k);
     left += response.information.diagonal() / start(k);
   }
   if (!(left.array() > open_below * all.array()).all()) {
@@ -133,7 +103,7 @@ std::optional<DeletionFit::Others> DeletionFit::without(
   if (!shared || !(shared->degrees_of_freedom.minCoeff() > fewest)) {
     return std::nullopt;
   }
-  others.shared = *std::move(shared);
+  others.fit = *std::move(shared);
   return others;
 }
 
@@ -147,24 +117,20 @@ DeletionFit::LeftOut DeletionFit::left_out(const std::vector<std::size_t>& readi
                                            const Eigen::MatrixXd& contrasts,
                                            const Others& others,
                                            Eigen::Index k) const {
-  const Axis& axis = axes_[static_cast<std::size_t>(k)];
-  const auto d = static_cast<Eigen::Index>(readings.size());
-  Eigen::MatrixXd J(d, axis.J.cols());
-  Eigen::VectorXd y(d);
-  Eigen::VectorXd own(d);
-  LeftOut left;
-  for (Eigen::Index i = 0; i < d; ++i) {
-    const auto row = static_cast<Eigen::Index>(readings[static_cast<std::size_t>(i)]);
-    const double root = root_weights_(row, k);
-    left.seen = left.seen && root > 0.0;
-    J.row(i) = axis.J.row(row) / root;
-    y(i) = axis.y(row) / root;
-    own(i) = others.shared.variance(k) / (root * root);
+  const Eigen::VectorXd root = axis_of(k).root_weights(readings);
+  if (!(root.array() > 0.0).all()) {
+    return {.seen = false, .error = {}, .covariance = {}};
   }
-  const Eigen::MatrixXd seen = contrasts * J;
-  left.error = contrasts * y - others.predicted(k, seen);
-  left.covariance = contrasts * own.asDiagonal() * contrasts.transpose();
-  left.covariance += others.covariance(k, seen);
+  const Others::Axis& axis = others.axes[static_cast<std::size_t>(k)];
+  const Eigen::MatrixXd C = contrasts * root.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd CQ = C * axis.Q;
+  LeftOut left{
+      .error = C * others.errors(k),
+      .covariance = others.fit.variance(k) * (C * C.transpose() + CQ * axis.M * CQ.transpose())};
+  if (axis.shared.cols() > 0) {
+    const Eigen::MatrixXd CP = C * axis.shared;
+    left.covariance += CP * others.fit.covariance * CP.transpose();
+  }
   return left;
 }
 
@@ -183,7 +149,7 @@ std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readi
       continue;
     }
     const double f = std::max(left.error.dot(left.covariance.ldlt().solve(left.error)) / q, 1e-12);
-    sum -= 2.0 * std::log(std::max(f_upper_p(f, q, others->shared.degrees_of_freedom(k)), 1e-300));
+    sum -= 2.0 * std::log(std::max(f_upper_p(f, q, others->fit.degrees_of_freedom(k)), 1e-300));
     axes += 1.0;
   }
   return axes > 0.0 ? std::optional(chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * axes))
@@ -210,13 +176,21 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
     const Eigen::LLT<Eigen::MatrixXd> root(own.covariance);
     const Eigen::VectorXd whitened = root.matrixL().solve(own.error);
     deviations.insert(deviations.end(), whitened.begin(), whitened.end());
-    const Axis& axis = axes_[static_cast<std::size_t>(k)];
-    const double variance = others->shared.variance(k);
-    const Eigen::VectorXd left = axis.y - others->predicted(k, axis.J);
-    const Eigen::VectorXd free = 1.0 - others->variances(k, axis.J).array() / variance;
+    // What the others' fit leaves of themselves, and the variance of what it says of them.
+    const JointAxis& axis = axis_of(k);
+    const Others::Axis& gone = others->axes[static_cast<std::size_t>(k)];
+    const double variance = others->fit.variance(k);
+    const Eigen::MatrixXd& Q = axis.design->basis();
+    const Eigen::VectorXd left = axis.residuals - axis.projected * others->fit.estimate +
+                                 Q * (gone.Q.transpose() * others->errors(k));
+    const Eigen::MatrixXd P = axis.projected + Q * (gone.Q.transpose() * gone.shared);
+    const Eigen::VectorXd of_own = (Q * gone.M).cwiseProduct(Q).rowwise().sum();
+    const Eigen::VectorXd of_shared =
+        (P * others->fit.covariance).cwiseProduct(P).rowwise().sum() / variance;
+    const Eigen::VectorXd free = 1.0 - (of_own + of_shared).array();
     for (Eigen::Index i = 0; i < left.size(); ++i) {
       constexpr double least_left = 1e-6;
-      if (is_other[static_cast<std::size_t>(i)] && root_weights_(i, k) > 0.0) {
+      if (is_other[static_cast<std::size_t>(i)] && axis.root_weights(i) > 0.0) {
         tails.add(left(i) / std::sqrt(variance * std::max(free(i), least_left)));
       }
     }
@@ -245,17 +219,23 @@ std::optional<std::vector<DeletionFit::Prediction>> DeletionFit::predictions(
     return std::nullopt;
   }
   const Eigen::Index m = set_.axis_count();
-  std::vector<Prediction> all;
-  for (const std::size_t reading : readings) {
-    Prediction& one =
-        all.emplace_back(Prediction{.error = Eigen::VectorXd::Constant(m, not_a_number),
-                                    .sd = Eigen::VectorXd::Constant(m, not_a_number),
-                                    .degrees_of_freedom = others->shared.degrees_of_freedom});
-    for (Eigen::Index k = 0; k < m; ++k) {
-      if (root_weights_(static_cast<Eigen::Index>(reading), k) > 0.0) {
-        const LeftOut left = left_out({reading}, Eigen::MatrixXd::Ones(1, 1), *others, k);
-        one.error(k) = left.error(0);
-        one.sd(k) = std::sqrt(left.covariance(0, 0));
+  std::vector<Prediction> all(readings.size(),
+                              Prediction{.error = Eigen::VectorXd::Constant(m, not_a_number),
+                                         .sd = Eigen::VectorXd::Constant(m, not_a_number),
+                                         .degrees_of_freedom = others->fit.degrees_of_freedom});
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Others::Axis& axis = others->axes[static_cast<std::size_t>(k)];
+    const Eigen::VectorXd errors = others->errors(k);
+    const Eigen::VectorXd variances =
+        others->fit.variance(k) *
+            (1.0 + (axis.Q * axis.M).cwiseProduct(axis.Q).rowwise().sum().array()).matrix() +
+        (axis.shared * others->fit.covariance).cwiseProduct(axis.shared).rowwise().sum();
+    for (std::size_t i = 0; i < readings.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      const double root = axis_of(k).root_weights(static_cast<Eigen::Index>(readings[i]));
+      if (root > 0.0) {
+        all[i].error(k) = errors(row) / root;
+        all[i].sd(k) = std::sqrt(variances(row)) / root;
       }
     }
   }

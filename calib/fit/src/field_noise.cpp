@@ -55,9 +55,8 @@ NoiseRatio ratio_of(const PartOfNoise& one, const PartOfNoise& other, const Eige
 
 // Of an axis's residuals, each with a weight in 0 .. 1 for the one part.
 NoiseRatio ratio_of_axis(const LinearisedRun& run, Eigen::Index k, const Eigen::VectorXd& cosines) {
-  const auto rows = Eigen::seqN(k, run.readings(), run.axes());
-  const Eigen::MatrixXd J = run.columns()(rows, Eigen::all);
-  const Eigen::VectorXd r2 = run.residuals()(rows).cwiseAbs2();
+  const Eigen::MatrixXd J = run.columns_of_axis(k);
+  const Eigen::VectorXd r2 = run.residuals()(run.rows_of_axis(k)).cwiseAbs2();
   const auto part_of = [&](const Eigen::VectorXd& weights) {
     return PartOfNoise{.squares = weights.dot(r2),
                        .trace = weights.sum(),
@@ -67,7 +66,8 @@ NoiseRatio ratio_of_axis(const LinearisedRun& run, Eigen::Index k, const Eigen::
   };
   const Eigen::VectorXd used = (run.set().weights.col(k).array() > 0.0).cast<double>();
   const Eigen::VectorXd along = cosines.cwiseAbs2().cwiseProduct(used);
-  return ratio_of(part_of(along), part_of(used - along), run.covariance());
+  const std::vector<Eigen::Index> places = run.places_of_axis(k);
+  return ratio_of(part_of(along), part_of(used - along), run.covariance()(places, places));
 }
 
 // How each axis lies to the field, reading by reading; n x m.
@@ -90,24 +90,39 @@ struct Sandwich {
   double degrees_of_freedom = 0.0;
 };
 
-Sandwich sandwich_of(const LinearisedRun& run, const Eigen::VectorXd& leverage, Eigen::Index c) {
-  const Eigen::MatrixXd& J = run.columns();
+Sandwich sandwich_of(const LinearisedRun& run, const Eigen::MatrixXd& leverage, Eigen::Index c) {
   const Eigen::MatrixXd& C = run.covariance();
-  const Eigen::VectorXd g = J * C.col(c);
   constexpr double least_left = 1e-6;
-  const Eigen::ArrayXd left = (1.0 - leverage.array()).max(least_left);
-  const Eigen::ArrayXd w = g.array().square() / left.square();
-  const double v = (w * run.residuals().array().square()).sum();
-  const double E = (w * left).sum();
-  const Eigen::MatrixXd CA = C * (J.transpose() * w.matrix().asDiagonal() * J);
+  double v = 0.0;
+  double E = 0.0;
+  double freedom = 0.0;
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(C.rows(), C.cols());
+  for (Eigen::Index k = 0; k < run.axes(); ++k) {
+    const std::vector<Eigen::Index> places = run.places_of_axis(k);
+    const Eigen::MatrixXd J = run.columns_of_axis(k);
+    const Eigen::VectorXd g = J * C(places, c);
+    const Eigen::ArrayXd h = leverage.col(k);
+    const Eigen::ArrayXd left = (1.0 - h).max(least_left);
+    const Eigen::ArrayXd w = g.array().square() / left.square();
+    v += (w * run.residuals()(run.rows_of_axis(k)).array().square()).sum();
+    E += (w * left).sum();
+    freedom += (w.square() * (1.0 - 2.0 * h)).sum();
+    A(places, places) += J.transpose() * w.matrix().asDiagonal() * J;
+  }
+  const Eigen::MatrixXd CA = C * A;
   return {.variance = v * C(c, c) / E,
-          .degrees_of_freedom = E * E /
-                                ((w.square() * (1.0 - 2.0 * leverage.array())).sum() +
-                                 CA.cwiseProduct(CA.transpose()).sum())};
+          .degrees_of_freedom = E * E / (freedom + CA.cwiseProduct(CA.transpose()).sum())};
 }
 
-Eigen::VectorXd leverage_of(const LinearisedRun& run) {
-  return (run.columns() * run.covariance()).cwiseProduct(run.columns()).rowwise().sum();
+// n x m.
+Eigen::MatrixXd leverage_of(const LinearisedRun& run) {
+  Eigen::MatrixXd leverage(run.readings(), run.axes());
+  for (Eigen::Index k = 0; k < run.axes(); ++k) {
+    const std::vector<Eigen::Index> places = run.places_of_axis(k);
+    const Eigen::MatrixXd J = run.columns_of_axis(k);
+    leverage.col(k) = (J * run.covariance()(places, places)).cwiseProduct(J).rowwise().sum();
+  }
+  return leverage;
 }
 
 // The direction of a reading's residuals that the field's size changes, and by how much; n x m.
@@ -132,12 +147,12 @@ struct AlongRows {
 
 AlongRows rows_along(const LinearisedRun& run, const Eigen::MatrixXd& direction) {
   const Eigen::Index n = run.readings();
-  AlongRows rows{.columns = Eigen::MatrixXd::Zero(n, run.columns().cols()),
+  AlongRows rows{.columns = Eigen::MatrixXd::Zero(n, run.column_count()),
                  .deviations = Eigen::VectorXd::Zero(n)};
   for (Eigen::Index k = 0; k < run.axes(); ++k) {
-    const auto of_axis = Eigen::seqN(k, n, run.axes());
-    rows.columns += direction.col(k).asDiagonal() * run.columns()(of_axis, Eigen::all);
-    rows.deviations += direction.col(k).cwiseProduct(run.residuals()(of_axis).matrix());
+    rows.columns(Eigen::all, run.places_of_axis(k)) +=
+        direction.col(k).asDiagonal() * run.columns_of_axis(k);
+    rows.deviations += direction.col(k).cwiseProduct(run.residuals()(run.rows_of_axis(k)).matrix());
   }
   return rows;
 }
@@ -169,8 +184,8 @@ void add_field_noise(const LinearisedRun& run, Estimate& estimate) {
                             .trace_of_square = n,
                             .with_columns = M,
                             .square_with_columns = M};
-    const Eigen::MatrixXd across = run.columns().transpose() * run.columns() - M;
-    const double used = run.degrees_of_freedom() + static_cast<double>(run.columns().cols());
+    const Eigen::MatrixXd across = run.information() - M;
+    const double used = run.degrees_of_freedom() + static_cast<double>(run.column_count());
     all = ratio_of(along,
                    {.squares = run.residuals().squaredNorm() - along.squares,
                     .trace = used - n,
@@ -193,7 +208,7 @@ void add_field_noise(const LinearisedRun& run, Estimate& estimate) {
   if (!(all.above < above) && !(all.below < below) && !(one_axis < above_of_axis)) {
     return;
   }
-  const Eigen::VectorXd leverage = leverage_of(run);
+  const Eigen::MatrixXd leverage = leverage_of(run);
   WiderIntervals wider("field_noise", estimate);
   const Eigen::Index p = run.set().coefficient_count();
   for (Eigen::Index k = 0; k < m; ++k) {
@@ -238,7 +253,7 @@ void add_field_wander(const LinearisedRun& run, bool gains_differ, Estimate& est
   const Eigen::Index n = run.readings();
   const double size = std::sqrt(along.size.squaredNorm() / static_cast<double>(n));
   const CorrelatedFit fit =
-      fit_under_wander({.information = run.columns().transpose() * run.columns(),
+      fit_under_wander({.information = run.information(),
                         .squares = run.residuals().squaredNorm(),
                         .along = rows.columns,
                         .deviations = rows.deviations,

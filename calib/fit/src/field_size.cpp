@@ -85,7 +85,7 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
   // Changes of the lengths with the readings, in units of each one's own scatter.
   const Eigen::Matrix3d inverse =
       Eigen::Matrix3d(calibration.sensor.response.sensitivity).inverse();
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n * m, n);  // transposed
+  Eigen::MatrixXd A(n, m);  // of each reading by its own numbers alone
   const std::vector<InputQuantity> inputs = input_quantities(experiment, set, known, field);
   double squares = 0.0;
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -96,21 +96,29 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
       const Eigen::Index row = run.row_of(i, k);
       const double noise = run.sigma(k) / (set.scale(i, k) * std::sqrt(set.weights(i, k)));
       above(k) = run.residuals()(row) * noise;
-      A(row, i) = met.normalized().dot(inverse.col(k)) * noise;
+      A(i, k) = met.normalized().dot(inverse.col(k)) * noise;
     }
     squares += std::pow((met + inverse * above).norm() - met.norm(), 2);
   }
-  const Eigen::MatrixXd& J = run.columns();
-  const Eigen::MatrixXd AP =  // n x n m, as P is symmetric
-      A.transpose() - (A.transpose() * J) * run.covariance() * J.transpose();
+  // A P, P what the fit leaves of readings: A less A J C J^T, axis by axis.
+  Eigen::MatrixXd AJ = Eigen::MatrixXd::Zero(n, run.column_count());
+  for (Eigen::Index k = 0; k < m; ++k) {
+    AJ(Eigen::all, run.places_of_axis(k)) += A.col(k).asDiagonal() * run.columns_of_axis(k);
+  }
+  const Eigen::MatrixXd AJC = AJ * run.covariance();
   const Noise noise = noise_of(*calibration.fit.statistics);
   const Eigen::VectorXd pure = noise.sd.cwiseQuotient(calibration.fit.statistics->residual_sd);
+  const Eigen::MatrixXd changes = change_of_readings(inputs, run, field);
   Eigen::MatrixXd of_noise = Eigen::MatrixXd::Zero(n, n);
+  Eigen::MatrixXd by_inputs = Eigen::MatrixXd::Zero(n, changes.cols());
   for (Eigen::Index k = 0; k < m; ++k) {
-    const Eigen::MatrixXd part = AP(Eigen::all, run.rows_of_axis(k));
-    of_noise += pure(k) * pure(k) * part * part.transpose();
+    Eigen::MatrixXd AP =
+        -AJC(Eigen::all, run.places_of_axis(k)) * run.columns_of_axis(k).transpose();
+    AP.diagonal() += A.col(k);
+    of_noise += pure(k) * pure(k) * AP * AP.transpose();
+    const Eigen::MatrixXd of_axis = changes(run.rows_of_axis(k), Eigen::all);
+    by_inputs += AP * of_axis;
   }
-  const Eigen::MatrixXd by_inputs = AP * change_of_readings(inputs, run, field);
   const Eigen::MatrixXd of_inputs = by_inputs * by_inputs.transpose();
   const Eigen::MatrixXd V = of_noise + of_inputs;
   const double expected = V.trace();

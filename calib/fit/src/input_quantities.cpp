@@ -91,7 +91,7 @@ Eigen::MatrixXd change_of_readings(const std::vector<InputQuantity>& inputs,
   for (const InputQuantity& input : inputs) {
     count += input.parts;
   }
-  Eigen::MatrixXd changes(run.columns().rows(), count);
+  Eigen::MatrixXd changes(run.row_count(), count);
   for (Eigen::Index i = 0; i < run.readings(); ++i) {
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
       const Eigen::RowVector3d by_field = run.change_with_field(i, k);

@@ -10,10 +10,13 @@
 #include "axiscal/calib/shared_fit.hpp"
 
 namespace axiscal {
-JointState JointFit::at(const TableField& field) const {
+
+JointState JointFit::at(const TableField& field, bool directions_given) const {
   JointState state{.field = field, .tangents = {}, .axes = {}};
   const AxisDesigns designs(set_, field);
-  state.tangents = field.tangents();
+  if (!directions_given) {
+    state.tangents = field.tangents();
+  }
   const Eigen::Index directions = state.direction_count();
   FieldChanges field_changes;
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
@@ -28,17 +31,21 @@ JointState JointFit::at(const TableField& field) const {
     axis.root_weights = weights_.col(k).cwiseSqrt();
     axis.estimate = axis.design->estimate(set_.response.col(k));
     axis.residuals = axis.root_weights.cwiseProduct(set_.response.col(k) - axis.X * axis.estimate);
-    if (k == 0 || !set_.visible.empty()) {  // else what one axis sees all see
-      field_changes = changes_with_directions(set_, field, state.tangents, k);
-    }
-    const Eigen::MatrixXd change =
-        response_changes(set_, k, axis.estimate.segment<3>(1).transpose(), field_changes);
     axis.take_up.resize(axis.X.cols(), directions);
-    for (Eigen::Index j = 0; j < directions; ++j) {
-      axis.take_up.col(j) = axis.design->estimate(change.col(j));
+    axis.tangents.resize(axis.X.rows(), directions);
+    axis.projected.resize(axis.X.rows(), directions);
+    if (directions > 0) {
+      if (k == 0 || !set_.visible.empty()) {  // else what one axis sees all see
+        field_changes = changes_with_directions(set_, field, state.tangents, k);
+      }
+      const Eigen::MatrixXd change =
+          response_changes(set_, k, axis.estimate.segment<3>(1).transpose(), field_changes);
+      for (Eigen::Index j = 0; j < directions; ++j) {
+        axis.take_up.col(j) = axis.design->estimate(change.col(j));
+      }
+      axis.tangents = axis.root_weights.asDiagonal() * change;
+      axis.projected = axis.root_weights.asDiagonal() * (change - axis.X * axis.take_up);
     }
-    axis.tangents = axis.root_weights.asDiagonal() * change;
-    axis.projected = axis.root_weights.asDiagonal() * (change - axis.X * axis.take_up);
     state.axes.push_back(std::move(axis));
   }
   return state;

@@ -14,13 +14,6 @@
 namespace axiscal {
 namespace {
 
-// (J^T J)^-1; empty where the columns depend on each other.
-Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& J) {
-  const ScaledCholesky cholesky(J.transpose() * J);
-  constexpr double dependent = 1e-12;
-  return cholesky.is_determined(dependent) ? cholesky.inverse() : Eigen::MatrixXd();
-}
-
 Eigen::VectorXd scatter_of(const ReadingSet& set, const Estimate& estimate) {
   Eigen::VectorXd sigma = estimate.statistics.residual_sd;
   for (Eigen::Index k = 0; k < sigma.size(); ++k) {
@@ -32,59 +25,154 @@ Eigen::VectorXd scatter_of(const ReadingSet& set, const Estimate& estimate) {
 }  // namespace
 
 LinearisedRun::LinearisedRun(const ReadingSet& set,
-                             const JointState& state,
+                             JointState state,
                              Eigen::VectorXd sigma,
                              bool known_field)
-    : set_(set), sigma_(std::move(sigma)), sensitivity_(set.axis_count(), 3) {
-  const Eigen::Index n = set.size();
+    : set_(set),
+      state_(std::move(state)),
+      sigma_(std::move(sigma)),
+      sensitivity_(set.axis_count(), 3),
+      r_(set.size() * set.axis_count()),
+      along_(set.size(), set.axis_count()) {
   const Eigen::Index m = set.axis_count();
   const Eigen::Index p = set.column_count();
-  const Eigen::Index D = known_field || !state.field.has_vectors() ? 0 : state.direction_count();
-  J_ = Eigen::MatrixXd::Zero(n * m, p * m + D);
-  r_.resize(n * m);
-  x_ = Eigen::VectorXd::Zero(p * m + D);
-  along_.resize(n, m);
-  for (std::size_t s = 0; D > 0 && s < state.field.size(); ++s) {
-    directions_.push_back(state.tangents[s].cols());
+  const Eigen::Index D = known_field || !state_.field.has_vectors() ? 0 : state_.direction_count();
+  if (D == 0) {
+    state_.tangents.clear();
   }
+  x_ = Eigen::VectorXd::Zero(p * m + D);
   for (Eigen::Index k = 0; k < m; ++k) {
-    const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
-    const auto rows = rows_of_axis(k);
-    const Eigen::VectorXd root = axis.root_weights / sigma_(k);
-    J_(rows, Eigen::seqN(p * k, p)) = root.asDiagonal() * axis.X;
-    J_(rows, Eigen::seqN(p * m, D)) = axis.tangents.leftCols(D) / sigma_(k);
-    r_(rows) = axis.residuals / sigma_(k);
+    const JointAxis& axis = axis_of(k);
+    r_(rows_of_axis(k)) = axis.residuals / sigma_(k);
     x_.segment(p * k, p) = axis.estimate;
     sensitivity_.row(k) = axis.estimate.segment<3>(1).transpose();
-    along_.col(k) = root.cwiseProduct(axis.X.middleCols<3>(1) * sensitivity_.row(k).transpose());
-    rows_ += static_cast<double>((root.array() > 0.0).count());
-    designs_.push_back(axis.X);
+    along_.col(k) =
+        axis.root_weights.cwiseProduct(axis.X.middleCols<3>(1) * sensitivity_.row(k).transpose()) /
+        sigma_(k);
+    rows_ += static_cast<double>(axis.design->observations());
   }
-  C_ = inverse_information(J_);
-  if (C_.size() > 0) {
-    const Eigen::VectorXd step = taken_up(r_);  // by the axes' own scatter
-    r_ -= J_ * step;
-    x_ += step;
+  find_covariance();
+  if (C_.size() == 0 || D == 0) {
+    return;  // each axis is at its best without the others
   }
+  const Eigen::VectorXd step = taken_up(r_);  // by the axes' own scatter
+  for (Eigen::Index k = 0; k < m; ++k) {
+    r_(rows_of_axis(k)) -= columns_of_axis(k) * step(places_of_axis(k));
+  }
+  x_ += step;
 }
 
 LinearisedRun::LinearisedRun(const ReadingSet& set,
                              const TableField& field,
                              Eigen::VectorXd sigma,
                              bool known_field)
-    : LinearisedRun(set, JointFit(set, set.weights).at(field), std::move(sigma), known_field) {}
+    : LinearisedRun(set,
+                    JointFit(set, set.weights).at(field, known_field || !field.has_vectors()),
+                    std::move(sigma),
+                    known_field) {}
 
 LinearisedRun::LinearisedRun(const ReadingSet& set, const Estimate& estimate, bool known_field)
     : LinearisedRun(set, estimate.field, scatter_of(set, estimate), known_field) {}
 
+// By blocks: with T_k the root of an axis's own and U_k what takes up a step of the shared, that
+// step has the covariance Z and the coefficients sigma_k^2 T_k T_k^T + U_k Z U_k^T.
+void LinearisedRun::find_covariance() {
+  const Eigen::Index m = axes();
+  const Eigen::Index p = set_.column_count();
+  const Eigen::Index D = shared();
+  constexpr double dependent = 1e-12;  // of a column's square
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(D, D);
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(D);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const JointAxis& axis = axis_of(k);
+    if (!(std::pow(axis.design->smallest_pivot(), 2) > dependent)) {
+      return;
+    }
+    const double weight = 1.0 / (sigma_(k) * sigma_(k));
+    if (D > 0) {
+      information += weight * (axis.projected.transpose() * axis.projected);
+      squares += weight * axis.tangents.colwise().squaredNorm().transpose();
+    }
+  }
+  Eigen::MatrixXd Z(D, D);
+  if (D > 0) {
+    const ScaledCholesky cholesky(information);
+    if (!cholesky.is_determined(dependent) ||
+        !(information.diagonal().array() > dependent * squares.array()).all()) {
+      return;
+    }
+    Z = cholesky.inverse();
+  }
+  C_ = Eigen::MatrixXd::Zero(x_.size(), x_.size());
+  C_.bottomRightCorner(D, D) = Z;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Eigen::MatrixXd T = axis_of(k).design->root_of_covariance();
+    auto own = C_.block(p * k, p * k, p, p);
+    own = sigma_(k) * sigma_(k) * (T * T.transpose());
+    if (D == 0) {
+      continue;
+    }
+    const Eigen::MatrixXd UZ = axis_of(k).take_up * Z;
+    C_.block(p * k, p * m, p, D) = -UZ;
+    C_.block(p * m, p * k, D, p) = -UZ.transpose();
+    for (Eigen::Index l = 0; l < m; ++l) {
+      C_.block(p * k, p * l, p, p) += UZ * axis_of(l).take_up.transpose();
+    }
+  }
+}
+
+Eigen::MatrixXd LinearisedRun::columns_of_axis(Eigen::Index axis) const {
+  const JointAxis& own = axis_of(axis);
+  const Eigen::Index p = own.X.cols();
+  Eigen::MatrixXd J(readings(), p + shared());
+  J.leftCols(p) = (own.root_weights / sigma_(axis)).asDiagonal() * own.X;
+  J.rightCols(shared()) = own.tangents.leftCols(shared()) / sigma_(axis);
+  return J;
+}
+
+std::vector<Eigen::Index> LinearisedRun::places_of_axis(Eigen::Index axis) const {
+  std::vector<Eigen::Index> places;
+  for (Eigen::Index j = 0; j < set_.column_count(); ++j) {
+    places.push_back(column_of(axis, j));
+  }
+  for (Eigen::Index d = 0; d < shared(); ++d) {
+    places.push_back(first_shared() + d);
+  }
+  return places;
+}
+
+Eigen::MatrixXd LinearisedRun::columns() const {
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(row_count(), column_count());
+  for (Eigen::Index k = 0; k < axes(); ++k) {
+    J(rows_of_axis(k), places_of_axis(k)) = columns_of_axis(k);
+  }
+  return J;
+}
+
+Eigen::MatrixXd LinearisedRun::information() const {
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(column_count(), column_count());
+  for (Eigen::Index k = 0; k < axes(); ++k) {
+    const std::vector<Eigen::Index> places = places_of_axis(k);
+    const Eigen::MatrixXd J = columns_of_axis(k);
+    sum(places, places) += J.transpose() * J;
+  }
+  return sum;
+}
+
 Eigen::MatrixXd LinearisedRun::taken_up(const Eigen::MatrixXd& changes) const {
   if (C_.size() > 0) {
-    return C_ * (J_.transpose() * changes);
+    Eigen::MatrixXd gradient = Eigen::MatrixXd::Zero(column_count(), changes.cols());
+    for (Eigen::Index k = 0; k < axes(); ++k) {
+      const Eigen::MatrixXd of_axis = changes(rows_of_axis(k), Eigen::all);
+      gradient(places_of_axis(k), Eigen::all) += columns_of_axis(k).transpose() * of_axis;
+    }
+    return C_ * gradient;
   }
   // What depends on something else nearly takes up the least that will do.
+  const Eigen::MatrixXd J = columns();
   const Eigen::VectorXd per_length =
-      J_.colwise().norm().cwiseMax(std::numeric_limits<double>::min()).cwiseInverse();
-  return per_length.asDiagonal() * (pseudo_inverse(J_ * per_length.asDiagonal()) * changes);
+      J.colwise().norm().cwiseMax(std::numeric_limits<double>::min()).cwiseInverse();
+  return per_length.asDiagonal() * (pseudo_inverse(J * per_length.asDiagonal()) * changes);
 }
 
 std::vector<std::string> LinearisedRun::names() const {
@@ -93,10 +181,10 @@ std::vector<std::string> LinearisedRun::names() const {
     const std::vector<std::string> own = set_.names_of_axis(k);
     names.insert(names.end(), own.begin(), own.end());
   }
-  for (std::size_t s = 0; s < directions_.size(); ++s) {
+  for (std::size_t s = 0; s < state_.tangents.size(); ++s) {
     const std::string what =
         set_.field.has_free_length(s) ? "direction and size of " : "direction of ";
-    names.insert(names.end(), static_cast<std::size_t>(directions_[s]),
+    names.insert(names.end(), static_cast<std::size_t>(state_.tangents[s].cols()),
                  what + set_.field.name_of(s));
   }
   return names;
@@ -108,7 +196,7 @@ Eigen::RowVector3d LinearisedRun::change_with_field(Eigen::Index reading, Eigen:
 }
 
 Eigen::Matrix<double, Eigen::Dynamic, 3> LinearisedRun::field_met(Eigen::Index axis) const {
-  return designs_[static_cast<std::size_t>(axis)].middleCols<3>(1);
+  return axis_of(axis).X.middleCols<3>(1);
 }
 
 Eigen::MatrixXd LinearisedRun::own_columns(Eigen::Index axis) const {
@@ -116,8 +204,8 @@ Eigen::MatrixXd LinearisedRun::own_columns(Eigen::Index axis) const {
       sigma_(axis) * set_.weights.col(axis).cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
   const Eigen::Index c = set_.coefficient_count();
   Eigen::MatrixXd own(readings(), c + shared());
-  own << designs_[static_cast<std::size_t>(axis)].leftCols(c),
-      scale.asDiagonal() * J_(rows_of_axis(axis), Eigen::lastN(shared()));
+  own << axis_of(axis).X.leftCols(c),
+      scale.asDiagonal() * (axis_of(axis).tangents.leftCols(shared()) / sigma_(axis));
   return own;
 }
 
@@ -128,8 +216,7 @@ LinearisedRun::AxisRows LinearisedRun::rows_of(Eigen::Index axis) const {
       rows.readings.push_back(i);
     }
   }
-  rows.design = designs_[static_cast<std::size_t>(axis)](rows.readings,
-                                                         Eigen::seqN(0, set_.coefficient_count()));
+  rows.design = axis_of(axis).X(rows.readings, Eigen::seqN(0, set_.coefficient_count()));
   rows.response = set_.response(rows.readings, axis);
   rows.weights = set_.weights(rows.readings, axis);
   return rows;

@@ -152,14 +152,19 @@ std::vector<double> ReadingSet::readings_of_axis(Eigen::Index k) const {
 
 Eigen::MatrixXd field_design(const ReadingSet& set, const TableField& field) {
   Eigen::MatrixXd design(set.size(), set.base_column_count());
+  design.col(0).setOnes();
   for (Eigen::Index i = 0; i < set.size(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
     if (!field.has_vectors()) {
-      design(i, 0) = 1.0;
-      design.row(i).tail<3>() = *set.readings[static_cast<std::size_t>(i)].field_in_sensor;
+      design.row(i).tail<3>() = *set.readings[at].field_in_sensor;
       continue;
     }
-    design.row(i) = set.design_row(set.rotation_sensor_from_table[static_cast<std::size_t>(i)],
-                                   set.field_in_table(i, field));
+    const Eigen::Matrix3d& rotation = set.rotation_sensor_from_table[at];
+    design.row(i).segment<3>(1) = rotation * set.field_in_table(i, field);
+    for (std::size_t a = 0; a < set.also_in_table.size(); ++a) {
+      design.row(i).segment<3>(4 + 3 * static_cast<Eigen::Index>(a)) =
+          rotation * set.also_in_table[a];
+    }
   }
   return design;
 }

@@ -11,19 +11,24 @@ FieldChanges changes_with_directions(const ReadingSet& set,
   for (const TableField::Tangents& own : tangents) {
     directions += own.cols();
   }
-  FieldChanges changes;
+  FieldChanges changes(3 * set.size(), directions);
+  std::vector<Eigen::Matrix3Xd> steps;
+  for (std::size_t s = 0; s < field.size(); ++s) {
+    steps.emplace_back(field.step_unit(s) * tangents[s]);
+  }
   for (Eigen::Index i = 0; i < set.size(); ++i) {
-    Eigen::Matrix3Xd& all = changes.emplace_back(3, directions);
+    auto all = changes.middleRows<3>(3 * i);
     Eigen::Index first = 0;
     for (std::size_t s = 0; s < field.size(); ++s) {
-      if (set.sees(axis, i, s)) {
-        all.middleCols(first, tangents[s].cols()) =
-            set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
-            set.field_change(i, field, s) * (field.step_unit(s) * tangents[s]);
-      } else {
-        all.middleCols(first, tangents[s].cols()).setZero();
-      }
+      auto own = all.middleCols(first, tangents[s].cols());
       first += tangents[s].cols();
+      if (set.sees(axis, i, s)) {
+        const Eigen::Matrix3d met = set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
+                                    set.field_change(i, field, s);
+        own.noalias() = met.lazyProduct(steps[s]);
+      } else {
+        own.setZero();
+      }
     }
   }
   return changes;
@@ -33,9 +38,10 @@ Eigen::MatrixXd response_changes(const ReadingSet& set,
                                  Eigen::Index axis,
                                  const Eigen::RowVector3d& S,
                                  const FieldChanges& changes) {
-  Eigen::MatrixXd rows(set.size(), changes.empty() ? 0 : changes.front().cols());
+  Eigen::MatrixXd rows(set.size(), changes.cols());
   for (Eigen::Index i = 0; i < set.size(); ++i) {
-    rows.row(i) = set.scale(i, axis) * S * changes[static_cast<std::size_t>(i)];
+    const Eigen::RowVector3d by_field = set.scale(i, axis) * S;
+    rows.row(i).noalias() = by_field.lazyProduct(changes.middleRows<3>(3 * i));
   }
   return rows;
 }

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <optional>
 
-#include "axiscal/calib/minimum_norm.hpp"
+#include <Eigen/QR>
+
 #include "axiscal/calib/response_system.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 
@@ -67,7 +68,163 @@ double turn_fields(const std::vector<TableField::Tangents>& tangents,
   return turned;
 }
 
+// The own columns of each axis, which those of like weights factor once.
+class OwnColumns {
+ public:
+  // @param root  n x m: what each reading of an axis is multiplied by.
+  OwnColumns(const ReadingSet& set,
+             const TableField& field,
+             const Eigen::MatrixXd& root,
+             double open_below)
+      : scale_(set.axis_count()) {
+    const Eigen::MatrixXd base = field_design(set, field);
+    for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+      scale_(k) = root.col(k).maxCoeff();
+      const bool alike =
+          k > 0 && set.temperature.order == 0 && set.weights.col(k) == set.weights.col(k - 1);
+      if (!alike) {
+        Factored& one = factored_.emplace_back(Factored{.X = set.all_columns(base, k)});
+        const Eigen::MatrixXd weighted = (root.col(k) / scale_(k)).asDiagonal() * one.X;
+        const ScaledQr qr(weighted, open_below);
+        if (!qr.has_full_rank()) {
+          return;
+        }
+        one.T = qr.root_of_covariance();
+        one.Q = weighted * one.T;
+      }
+      of_axis_.push_back(factored_.size() - 1);
+    }
+  }
+
+  [[nodiscard]] bool determined() const {
+    return of_axis_.size() == static_cast<std::size_t>(scale_.size());
+  }
+
+  // The columns of an axis, not weighted; and a basis of them weighted.
+  [[nodiscard]] const Eigen::MatrixXd& columns(Eigen::Index k) const { return of(k).X; }
+  [[nodiscard]] const Eigen::MatrixXd& basis(Eigen::Index k) const { return of(k).Q; }
+
+  // What weighted readings of an axis make of its coefficients.
+  [[nodiscard]] Eigen::VectorXd coefficients(Eigen::Index k, const Eigen::VectorXd& y) const {
+    return of(k).T * (of(k).Q.transpose() * y) / scale_(k);
+  }
+
+  // What is left of columns of an axis.
+  [[nodiscard]] Eigen::MatrixXd left_of(Eigen::Index k, const Eigen::MatrixXd& Z) const {
+    return Z - of(k).Q * (of(k).Q.transpose() * Z);
+  }
+
+  [[nodiscard]] std::vector<Eigen::MatrixXd> bases() const {
+    std::vector<Eigen::MatrixXd> all;
+    for (const std::size_t which : of_axis_) {
+      all.push_back(factored_[which].Q);
+    }
+    return all;
+  }
+
+ private:
+  struct Factored {
+    Eigen::MatrixXd X;  // n x p
+    Eigen::MatrixXd T;  // p x p
+    Eigen::MatrixXd Q;  // n x p
+  };
+
+  [[nodiscard]] const Factored& of(Eigen::Index k) const {
+    return factored_[of_axis_[static_cast<std::size_t>(k)]];
+  }
+
+  Eigen::VectorXd scale_;  // m: the largest weight's root
+  std::vector<Factored> factored_;
+  std::vector<std::size_t> of_axis_;
+};
+
+// What is shared, beside the axes' own columns: P z = b, P being less what the own take up.
+struct SharedStep {
+  bool determined = false;
+  Eigen::VectorXd z;
+  Eigen::MatrixXd root;  // T with T T^T the covariance of z and P T orthonormal
+};
+
+// @param lengths  of the columns before the own took up their part: a column that is shorter than
+//                 `open_below` of it is open.
+SharedStep solve_shared(const Eigen::MatrixXd& P,
+                        const Eigen::VectorXd& lengths,
+                        const Eigen::VectorXd& b,
+                        double open_below) {
+  const Eigen::Index s = P.cols();
+  if (s == 0) {
+    return {.determined = true, .z = Eigen::VectorXd(0), .root = Eigen::MatrixXd(0, 0)};
+  }
+  if (P.rows() < s) {
+    return {};
+  }
+  const Eigen::VectorXd per_length = lengths.cwiseMax(1e-300).cwiseInverse();
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(P * per_length.asDiagonal());
+  const auto R = qr.matrixQR().topRows(s).triangularView<Eigen::Upper>();
+  if (!(qr.matrixQR().diagonal().array().abs() > open_below).all()) {
+    return {};
+  }
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(s, s);
+  R.solveInPlace(inverse);
+  SharedStep step{.determined = true,
+                  .root = per_length.asDiagonal() * (qr.colsPermutation() * inverse)};
+  step.z = step.root * ((P * step.root).transpose() * b);
+  return step;
+}
+
 }  // namespace
+
+Eigen::Index HatBasis::cols() const {
+  return width() * axes() + shared_.cols();
+}
+
+double HatBasis::hat(Eigen::Index axis,
+                     Eigen::Index reading,
+                     Eigen::Index other_axis,
+                     Eigen::Index other_reading) const {
+  const Eigen::Index n = readings();
+  const double by_shared =
+      shared_.row(n * axis + reading).dot(shared_.row(n * other_axis + other_reading));
+  return axis != other_axis
+             ? by_shared
+             : by_shared + own_of(axis).row(reading).dot(own_of(axis).row(other_reading));
+}
+
+Eigen::MatrixXd HatBasis::leverage() const {
+  Eigen::MatrixXd leverage = shared_.rowwise().squaredNorm().reshaped(readings(), axes());
+  for (Eigen::Index k = 0; k < axes(); ++k) {
+    leverage.col(k) += own_of(k).rowwise().squaredNorm();
+  }
+  return leverage;
+}
+
+Eigen::MatrixXd HatBasis::products_with(const Eigen::MatrixXd& Z) const {
+  Eigen::MatrixXd products(cols(), Z.cols());
+  for (Eigen::Index k = 0; k < axes(); ++k) {
+    products.middleRows(width() * k, width()) =
+        own_of(k).transpose() * Z.middleRows(readings() * k, readings());
+  }
+  products.bottomRows(shared_.cols()) = shared_.transpose() * Z;
+  return products;
+}
+
+void HatBasis::add_product(Eigen::Index axis,
+                           Eigen::Index reading,
+                           const Eigen::RowVectorXd& z,
+                           Eigen::MatrixXd& products) const {
+  products.middleRows(width() * axis, width()) += own_of(axis).row(reading).transpose() * z;
+  products.bottomRows(shared_.cols()) += shared_.row(readings() * axis + reading).transpose() * z;
+}
+
+Eigen::MatrixXd HatBasis::left_of(const Eigen::MatrixXd& Z) const {
+  const Eigen::MatrixXd products = products_with(Z);
+  Eigen::MatrixXd left = Z - shared_ * products.bottomRows(shared_.cols());
+  for (Eigen::Index k = 0; k < axes(); ++k) {
+    left.middleRows(readings() * k, readings()) -=
+        own_of(k) * products.middleRows(width() * k, width());
+  }
+  return left;
+}
 
 // In the axes' scale; n x m.
 Eigen::MatrixXd HypothesisFitter::roots_of_weights(const ReadingSet& set,
@@ -103,29 +260,18 @@ HypothesisFit HypothesisFitter::again(const ReadingSet& set,
 }
 
 // What is said of a fit that has settled.
-// @param A, inverse  the weighted system, and the root of its covariance.
-// @param added       what the added columns came to.
 void HypothesisFitter::describe(const ReadingSet& set,
                                 const Eigen::MatrixXd& root,
-                                const Eigen::MatrixXd& A,
-                                const Eigen::MatrixXd& inverse,
-                                const Eigen::VectorXd& added,
                                 HypothesisFit& result) const {
-  const Eigen::Index n = set.size();
   const Eigen::Index m = set.axis_count();
   result.fitted = true;
-  result.added = added;
-  result.information.resize(added.size());
-  for (Eigen::Index j = 0; j < added.size(); ++j) {
-    result.information(j) = 1.0 / inverse.row(inverse.rows() - added.size() + j).squaredNorm();
-  }
   result.rss.resize(m);
   result.degrees_of_freedom.resize(m);
-  result.basis = A * inverse;
+  const Eigen::MatrixXd leverage = result.basis.leverage();
   for (Eigen::Index k = 0; k < m; ++k) {
     const auto used = static_cast<double>((root.col(k).array() > 0.0).count());
     const double least = std::pow(set.rounding(k) / scale_(k), 2);
-    result.degrees_of_freedom(k) = used - result.basis.middleRows(n * k, n).squaredNorm();
+    result.degrees_of_freedom(k) = used - leverage.col(k).sum();
     result.rss(k) = std::max(result.residuals.col(k).squaredNorm(),
                              least * std::max(result.degrees_of_freedom(k), 0.0));
   }
@@ -149,78 +295,72 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
   result.field = field_;
   result.coefficients = Eigen::MatrixXd::Zero(p, m);
   const bool free_field = !known_field_;
-  Eigen::MatrixXd A;
-  Eigen::VectorXd zeta;
-  Eigen::MatrixXd inverse;
   double previous = -1.0;
-  bool has_coefficients = known_field_ && !added;  // then the one step is exact from anywhere
+  bool has_coefficients = false;
   for (int round = 0; round < most_rounds; ++round) {
-    const Eigen::MatrixXd base = field_design(set, result.field);
-    std::vector<Eigen::MatrixXd> X;
-    std::vector<Eigen::MatrixXd> own;
-    for (Eigen::Index k = 0; k < m; ++k) {
-      const auto w = root.col(k);
-      X.push_back(set.all_columns(base, k));
-      own.emplace_back(w.asDiagonal() * X.back());
-      if (!has_coefficients) {
-        result.coefficients.col(k) =
-            minimum_norm_solution(own.back(), w.cwiseProduct(set.response.col(k)));
-      }
+    constexpr double open_below = 1e-7;
+    const OwnColumns own(set, result.field, root, open_below);
+    if (!own.determined()) {
+      return result;
     }
-    has_coefficients = true;
+    for (Eigen::Index k = 0; k < m && !has_coefficients; ++k) {
+      result.coefficients.col(k) =
+          own.coefficients(k, root.col(k).cwiseProduct(set.response.col(k)));
+    }
     const Eigen::MatrixXd Z =
         added ? added(result.field, result.coefficients) : Eigen::MatrixXd(n * m, 0);
     const Eigen::Index q = Z.cols();
-    const std::vector<TableField::Tangents> tangents = result.field.tangents();
+    const std::vector<TableField::Tangents> tangents =
+        free_field ? result.field.tangents() : std::vector<TableField::Tangents>();
     const FieldChanges changes =
-        free_field ? changes_with_directions(set, result.field, tangents)
-                   : FieldChanges(static_cast<std::size_t>(n), Eigen::Matrix3Xd(3, 0));
-    const Eigen::Index D = changes.front().cols();
-    std::vector<Eigen::MatrixXd> shared;
+        free_field ? changes_with_directions(set, result.field, tangents) : FieldChanges(3 * n, 0);
+    const Eigen::Index D = changes.cols();
+    Eigen::MatrixXd shared(n * m, D + q);
+    Eigen::MatrixXd P(n * m, D + q);
     Eigen::VectorXd b(n * m);
+    Eigen::VectorXd left(n * m);
     for (Eigen::Index k = 0; k < m; ++k) {
       const auto w = root.col(k);
       const Eigen::VectorXd of_axis = result.coefficients.col(k);
-      Eigen::MatrixXd& columns = shared.emplace_back(n, D + q);
+      auto columns = shared.middleRows(n * k, n);
       columns << response_changes(set, k, of_axis.segment<3>(1).transpose(), changes),
           Z.middleRows(n * k, n);
       columns = w.asDiagonal() * columns;
-      b.segment(n * k, n) =
-          w.cwiseProduct(set.response.col(k) - X[static_cast<std::size_t>(k)] * of_axis);
+      P.middleRows(n * k, n) = own.left_of(k, columns);
+      b.segment(n * k, n) = w.cwiseProduct(set.response.col(k) - own.columns(k) * of_axis);
+      left.segment(n * k, n) = own.left_of(k, b.segment(n * k, n));
     }
-    A = stacked_by_axis(own, shared);
-    constexpr double open_below = 1e-7;
-    const ScaledQr qr(A, open_below);
-    if (!qr.has_full_rank()) {
-      return result;  // not determined
+    const SharedStep step = solve_shared(P, shared.colwise().norm().transpose(), left, open_below);
+    if (!step.determined) {
+      return result;
     }
-    const Eigen::VectorXd step = qr.solve(b);
-    const Eigen::VectorXd left = b - A * step;
-    result.coefficients += step.head(p * m).reshaped(p, m);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      result.coefficients.col(k) +=
+          own.coefficients(k, b.segment(n * k, n) - shared.middleRows(n * k, n) * step.z);
+    }
+    left -= P * step.z;
     double turned = 0.0;
     if (free_field) {
-      turned = turn_fields(tangents, step.segment(p * m, D), result.field);
+      turned = turn_fields(tangents, step.z.head(D), result.field);
     }
     // Coefficients follow the fields exactly; a linear step for both would go astray far from them.
     has_coefficients = turned < 0.02;
     if (over_temperature) {
       turned = std::max(turned, fold_scales(result.coefficients, *over_temperature));
     }
-    zeta = step.tail(q);
     result.residuals = left.reshaped(n, m);
     const double now = left.squaredNorm();
     const bool still = turned < 1e-9 || (round > 2 && std::abs(now - previous) <= 1e-10 * now);
     previous = now;
     if (still) {
-      inverse = qr.root_of_covariance();
-      break;
-    }
-    if (round + 1 == most_rounds) {
-      return result;  // does not settle
+      result.added = step.z.tail(q);
+      result.information = step.root.bottomRows(q).rowwise().squaredNorm().cwiseInverse();
+      result.basis = HatBasis(own.bases(), P * step.root);
+      describe(set, root, result);
+      return result;
     }
   }
-  describe(set, root, A, inverse, zeta, result);
-  return result;
+  return result;  // does not settle
 }
 
 }  // namespace axiscal

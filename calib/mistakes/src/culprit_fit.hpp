@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -9,6 +10,53 @@
 #include "axiscal/calib/joint_fit.hpp"
 
 namespace axiscal {
+
+/// Orthonormal columns B that span those of a fit, with B B^T the hat matrix: each axis's own,
+/// which no other has, then the shared. Rows go axis by axis.
+class HatBasis {
+ public:
+  HatBasis() = default;
+
+  /// @param own     of each axis n x p.
+  /// @param shared  (n m) x s.
+  HatBasis(std::vector<Eigen::MatrixXd> own, Eigen::MatrixXd shared)
+      : own_(std::move(own)), shared_(std::move(shared)) {}
+
+  /// @return how many columns there are.
+  [[nodiscard]] Eigen::Index cols() const;
+
+  /// @return the entry of two rows in the hat matrix.
+  [[nodiscard]] double hat(Eigen::Index axis,
+                           Eigen::Index reading,
+                           Eigen::Index other_axis,
+                           Eigen::Index other_reading) const;
+
+  /// @return its diagonal; n x m.
+  [[nodiscard]] Eigen::MatrixXd leverage() const;
+
+  /// @return B^T Z; cols() x c.
+  [[nodiscard]] Eigen::MatrixXd products_with(const Eigen::MatrixXd& Z) const;
+
+  /// Adds to such products those of one row of Z.
+  void add_product(Eigen::Index axis,
+                   Eigen::Index reading,
+                   const Eigen::RowVectorXd& z,
+                   Eigen::MatrixXd& products) const;
+
+  /// @return what B leaves of columns, (1 - B B^T) Z.
+  [[nodiscard]] Eigen::MatrixXd left_of(const Eigen::MatrixXd& Z) const;
+
+ private:
+  [[nodiscard]] const Eigen::MatrixXd& own_of(Eigen::Index axis) const {
+    return own_[static_cast<std::size_t>(axis)];
+  }
+  [[nodiscard]] Eigen::Index axes() const { return static_cast<Eigen::Index>(own_.size()); }
+  [[nodiscard]] Eigen::Index readings() const { return own_.front().rows(); }
+  [[nodiscard]] Eigen::Index width() const { return own_.front().cols(); }
+
+  std::vector<Eigen::MatrixXd> own_;
+  Eigen::MatrixXd shared_;
+};
 
 /// What a hypothesis about the readings leaves: sums of squares and what they are judged by.
 struct HypothesisFit {
@@ -20,12 +68,12 @@ struct HypothesisFit {
   Eigen::VectorXd information;         // on each added parameter, at unit noise
   Eigen::VectorXd added;               // their estimates
   Eigen::MatrixXd residuals;           // n x m, weighted
-  Eigen::MatrixXd basis;  // (n m) x parameters, orthonormal: basis basis^T is the hat matrix
+  HatBasis basis;
 
   /// Frees what is kept for each reading; the sums, the fields and the coefficients stay.
   void forget_readings() {
     residuals.resize(0, 0);
-    basis.resize(0, 0);
+    basis = {};
   }
 
   [[nodiscard]] double total() const { return rss.sum(); }
@@ -72,12 +120,7 @@ class HypothesisFitter {
  private:
   [[nodiscard]] Eigen::MatrixXd roots_of_weights(const ReadingSet& set,
                                                  const std::vector<std::size_t>& without) const;
-  void describe(const ReadingSet& set,
-                const Eigen::MatrixXd& root,
-                const Eigen::MatrixXd& A,
-                const Eigen::MatrixXd& inverse,
-                const Eigen::VectorXd& added,
-                HypothesisFit& result) const;
+  void describe(const ReadingSet& set, const Eigen::MatrixXd& root, HypothesisFit& result) const;
 
   TableField field_;
   bool known_field_;

@@ -137,7 +137,7 @@ HypothesisFit weighed_fit(const SuspectRun& run) {
 // How unlikely each reading is by the scatter of each axis: of what the fit of all leaves of it, as
 // if the others had been fitted alone. Exact but for the weights by axis, which are those of all.
 Eigen::VectorXd roughly_by_others(const SuspectRun& run, const HypothesisFit& fit) {
-  const Eigen::MatrixXd leverage = fit.basis.rowwise().squaredNorm().reshaped(run.n(), run.m());
+  const Eigen::MatrixXd leverage = fit.basis.leverage();
   Eigen::VectorXd sums = Eigen::VectorXd::Zero(run.n());
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     const double nu = fit.degrees_of_freedom(k);

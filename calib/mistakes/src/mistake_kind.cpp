@@ -46,8 +46,12 @@ Leftover across_field(const SuspectRun& run, const HypothesisFit& fit) {
                                       .cwiseQuotient(run.fitter().scale())
                                       .normalized();
     left.squares -= std::pow(fit.residuals.row(row) * along, 2);
-    const Eigen::MatrixXd basis = fit.basis(Eigen::seqN(row, run.m(), run.n()), Eigen::all);
-    left.degrees_of_freedom -= along.squaredNorm() - (along.transpose() * basis).squaredNorm();
+    left.degrees_of_freedom -= along.squaredNorm();
+    for (Eigen::Index k = 0; k < run.m(); ++k) {
+      for (Eigen::Index l = 0; l < run.m(); ++l) {
+        left.degrees_of_freedom += along(k) * along(l) * fit.basis.hat(k, row, l, row);
+      }
+    }
   }
   return left;
 }

@@ -133,22 +133,40 @@ std::vector<Eigen::Index> SuspectRun::rows_of(const std::vector<std::size_t>& re
   return rows;
 }
 
+namespace {
+
+// e^T (1 - H)^-1 e over the readings that are left out.
+// @tparam Most  rows that there are at most: few need no memory of their own.
+template <int Most>
+double drop_of_rows(const HypothesisFit& fit,
+                    const std::vector<std::size_t>& readings,
+                    Eigen::Index m) {
+  const auto d = static_cast<Eigen::Index>(readings.size());
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Most, Most> M(d * m, d * m);
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, Most, 1> e(d * m);
+  for (Eigen::Index a = 0; a < d * m; ++a) {
+    const auto i = static_cast<Eigen::Index>(readings[static_cast<std::size_t>(a / m)]);
+    e(a) = fit.residuals(i, a % m);
+    for (Eigen::Index b = 0; b <= a; ++b) {
+      const auto j = static_cast<Eigen::Index>(readings[static_cast<std::size_t>(b / m)]);
+      M(a, b) = (a == b ? 1.0 : 0.0) - fit.basis.hat(a % m, i, b % m, j);
+      M(b, a) = M(a, b);
+    }
+  }
+  const Eigen::LDLT<decltype(M)> ldlt(M);
+  // A reading that alone determines something has no residual to tell by.
+  return ldlt.vectorD().minCoeff() > 1e-9 ? e.dot(ldlt.solve(e)) : 0.0;
+}
+
+}  // namespace
+
 // What leaving readings out takes from the sum of squares, to first order.
 double SuspectRun::drop_without(const HypothesisFit& fit,
                                 const std::vector<std::size_t>& readings) const {
-  const std::vector<Eigen::Index> rows = rows_of(readings);
-  const auto size = static_cast<Eigen::Index>(rows.size());
-  Eigen::MatrixXd Q(fit.basis.cols(), size);  // transposed
-  Eigen::VectorXd e(size);
-  for (Eigen::Index j = 0; j < size; ++j) {
-    const Eigen::Index row = rows[static_cast<std::size_t>(j)];
-    Q.col(j) = fit.basis.row(row).transpose();
-    e(j) = fit.residuals.reshaped()(row);
-  }
-  const Eigen::MatrixXd M = Eigen::MatrixXd::Identity(size, size) - Q.transpose().lazyProduct(Q);
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(M);
-  // A reading that alone determines something has no residual to tell by.
-  return ldlt.vectorD().minCoeff() > 1e-9 ? e.dot(ldlt.solve(e)) : 0.0;
+  constexpr int few = 6;
+  return static_cast<Eigen::Index>(readings.size()) * m() <= few
+             ? drop_of_rows<few>(fit, readings, m())
+             : drop_of_rows<Eigen::Dynamic>(fit, readings, m());
 }
 
 // What added columns take from it.
@@ -159,7 +177,7 @@ double SuspectRun::drop_with(const HypothesisFit& fit, const Eigen::MatrixXd& co
         (set_.weights.col(k).cwiseSqrt() / fitter_.scale()(k)).asDiagonal() *
         Z.middleRows(n() * k, n());
   }
-  const Eigen::MatrixXd P = Z - fit.basis * (fit.basis.transpose() * Z);
+  const Eigen::MatrixXd P = fit.basis.left_of(Z);
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(P.transpose() * P);
   const Eigen::VectorXd c = P.transpose() * fit.residuals.reshaped().matrix();
   const double size = Z.colwise().squaredNorm().maxCoeff();

@@ -110,6 +110,14 @@ FactoredDesign::FactoredDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
   const Eigen::VectorXd lengths = scaled_.colwise().norm();
   const double bound = std::sqrt(static_cast<double>(p)) * (lengths.asDiagonal() * root_).norm();
   refines_ = !(bound <= refinement_above) && condition_number() > refinement_above;
+  // The short way loses as many digits of being square as the condition number has.
+  basis_ = refines_ ? Eigen::MatrixXd(qr_.householderQ() * Eigen::MatrixXd::Identity(n, p))
+                    : Eigen::MatrixXd(scaled_ * root_);
+}
+
+double FactoredDesign::smallest_pivot() const {
+  const Eigen::Index last = scaled_.cols() - 1;
+  return std::abs(qr_.matrixQR()(last, last)) / std::abs(qr_.matrixQR()(0, 0));
 }
 
 double FactoredDesign::condition_number() const {
@@ -130,11 +138,9 @@ LeastSquaresDesign::LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& 
 LeastSquaresDesign::LeastSquaresDesign(FactoredDesign factored,
                                        const Eigen::Ref<const Eigen::MatrixXd>& design)
     : FactoredDesign(std::move(factored)), design_(design) {
-  const Eigen::MatrixXd Q =
-      qr_.householderQ() * Eigen::MatrixXd::Identity(design.rows(), design.cols());
-  leverage_ = Q.rowwise().squaredNorm();
-  spans_constant_ =
-      (root_weights_ - Q * (Q.transpose() * root_weights_)).norm() <= 1e-10 * root_weights_.norm();
+  leverage_ = basis_.rowwise().squaredNorm();
+  spans_constant_ = (root_weights_ - basis_ * (basis_.transpose() * root_weights_)).norm() <=
+                    1e-10 * root_weights_.norm();
   find_unscaled_covariance();
 }
 
@@ -223,7 +229,13 @@ FactoredDesign::Solution FactoredDesign::refined(const Eigen::VectorXd& b,
 }
 
 Eigen::VectorXd FactoredDesign::estimate(const Eigen::Ref<const Eigen::VectorXd>& y) const {
-  return scale_.asDiagonal() * solve(root_weights_.cwiseProduct(y)).x;
+  const Eigen::VectorXd weighted_y = root_weights_.cwiseProduct(y);
+  if (refines_) {
+    return scale_.asDiagonal() * solve(weighted_y).x;
+  }
+  Eigen::VectorXd x = root_ * (basis_.transpose() * weighted_y);
+  x += root_ * (basis_.transpose() * (weighted_y - scaled_ * x));  // the last digits
+  return scale_.asDiagonal() * x;
 }
 
 LeastSquaresFit LeastSquaresDesign::fit(

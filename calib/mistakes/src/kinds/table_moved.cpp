@@ -51,7 +51,7 @@ Eigen::MatrixXd table_columns(const SuspectRun& run,
 std::vector<double> drops_with_table_moved(const SuspectRun& run, const HypothesisFit& fit) {
   std::vector<double> drops(run.count(), 0.0);
   const Eigen::VectorXd residuals = fit.residuals.reshaped();
-  const Eigen::VectorXd along = fit.basis.transpose() * residuals;
+  const Eigen::VectorXd along = fit.basis.products_with(residuals);
   Eigen::MatrixXd in_basis = Eigen::MatrixXd::Zero(fit.basis.cols(), 2);
   Eigen::Matrix2d ZtZ = Eigen::Matrix2d::Zero();
   Eigen::Vector2d Zte = Eigen::Vector2d::Zero();
@@ -62,7 +62,7 @@ std::vector<double> drops_with_table_moved(const SuspectRun& run, const Hypothes
     for (Eigen::Index k = 0; k < run.m(); ++k) {
       const Eigen::RowVector2d z =
           std::sqrt(run.set().weights(row, k)) / run.fitter().scale()(k) * Z.row(k);
-      in_basis += fit.basis.row(run.n() * k + row).transpose() * z;
+      fit.basis.add_product(k, row, z, in_basis);
       ZtZ += z.transpose() * z;
       Zte += z.transpose() * residuals(run.n() * k + row);
     }

@@ -7,13 +7,20 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/calib/reading_set.hpp"
+#include "axiscal/calib/shared_fit.hpp"
 
 namespace axiscal {
 
 /// Readings against what the others predict of them, each axis by the scatter that the others have
-/// on it (method.md, section 5). All is linear in the readings: what is left out is taken off sums
-/// that were made once.
+/// on it (method.md, section 5). All is linear in the readings, so that one fit of all of them
+/// tells every other: with Q the basis of an axis's own columns, Q_d at the readings that are left
+/// out and M = (1 - Q_d^T Q_d)^-1, a fit of the others has of those the errors y_d + Q_d M Q_d^T
+/// y_d.
+///
+/// @par Source
+/// Cook & Weisberg, Residuals and Influence in Regression (1982), sec. 3.6.
 class DeletionFit {
  public:
   /// @param set          with design points; must outlive it.
@@ -49,36 +56,24 @@ class DeletionFit {
       const std::vector<std::size_t>& readings) const;
 
  private:
-  // Sums over an axis's readings: J^T J, J^T y, y^T y.
-  struct Sums {
-    Eigen::MatrixXd G;
-    Eigen::VectorXd b;
-    double squares = 0.0;
-    double readings = 0.0;
-  };
-  struct Axis {
-    Eigen::MatrixXd J;  // n x c, weighted; the columns of other axes are left out
-    Eigen::VectorXd y;  // n: weighted residuals
-    Sums sums;
-  };
   struct Others;
+  struct LeftOut;
 
-  [[nodiscard]] Sums sums_without(const std::vector<std::size_t>& readings, Eigen::Index k) const;
+  [[nodiscard]] const JointAxis& axis_of(Eigen::Index axis) const {
+    return state_.axes[static_cast<std::size_t>(axis)];
+  }
   [[nodiscard]] std::optional<Others> without(const std::vector<std::size_t>& readings) const;
 
   // Contrasts of an axis's readings as the others see them: not weighted.
-  struct LeftOut;
   [[nodiscard]] LeftOut left_out(const std::vector<std::size_t>& readings,
                                  const Eigen::MatrixXd& contrasts,
                                  const Others& others,
                                  Eigen::Index axis) const;
 
   const ReadingSet& set_;
-  Eigen::MatrixXd root_weights_;
-  Eigen::VectorXd smallest_;  // m variances: each axis's rounding
-  Eigen::Index own_ = 0;      // p columns of each axis
-  Eigen::Index shared_ = 0;   // D directions
-  std::vector<Axis> axes_;
+  JointState state_;
+  Eigen::VectorXd smallest_;        // m variances: each axis's rounding
+  std::vector<ResponseSums> sums_;  // of each axis, all readings
 };
 
 }  // namespace axiscal

@@ -39,7 +39,7 @@ struct JointState {
     }
     return first;
   }
-  [[nodiscard]] Eigen::Index direction_count() const { return first_direction(field.size()); }
+  [[nodiscard]] Eigen::Index direction_count() const { return first_direction(tangents.size()); }
 };
 
 /// What the fitted directions cost.
@@ -66,7 +66,8 @@ class JointFit {
   JointFit(const ReadingSet& set, const Eigen::MatrixXd& weights) : set_(set), weights_(weights) {}
 
   /// b and S fitted for given fields.
-  [[nodiscard]] JointState at(const TableField& field) const;
+  /// @param directions_given  then the state has none: nothing is to be said of a step of them.
+  [[nodiscard]] JointState at(const TableField& field, bool directions_given = false) const;
 
   /// The fixed point sigma_k^2 = RSS_k / nu_k of a linearised problem, in which the residuals of
   /// each axis are linear in the step, as fit_shared() has it.

@@ -14,19 +14,17 @@ namespace axiscal {
 
 /// A run's readings about a fit, linear in all that is fitted: r = J x + e, the residuals of all
 /// axes, each in its sigma. Rows go reading by reading, m for each; columns axis by axis (the
-/// coefficients and the run's effects), then what all axes share, the field's directions. Every
-/// look at what the residuals hold beyond white noise (method.md, section 4), at single readings
-/// (section 5) and at errors that readings share is a look at this.
+/// coefficients and the run's effects), then what all axes share, the field's directions. J is kept
+/// by axis: an axis has no other's columns. Every look at what the residuals hold beyond white
+/// noise (method.md, section 4), at single readings (section 5) and at errors that readings share
+/// is a look at this.
 class LinearisedRun {
  public:
   /// @param set    must outlive it, as for the others.
   /// @param state  coefficients fitted for given fields.
   /// @param sigma  m: what each axis takes as 1.
   /// @param known_field  whether the field's directions were given, not fitted.
-  LinearisedRun(const ReadingSet& set,
-                const JointState& state,
-                Eigen::VectorXd sigma,
-                bool known_field);
+  LinearisedRun(const ReadingSet& set, JointState state, Eigen::VectorXd sigma, bool known_field);
 
   /// The same about the best coefficients for a field.
   LinearisedRun(const ReadingSet& set,
@@ -41,8 +39,18 @@ class LinearisedRun {
   [[nodiscard]] Eigen::Index readings() const { return set_.size(); }
   [[nodiscard]] Eigen::Index axes() const { return set_.axis_count(); }
 
-  /// @return J, (n m) x q.
-  [[nodiscard]] const Eigen::MatrixXd& columns() const { return J_; }
+  /// @return J, (n m) x q, put together anew each time.
+  [[nodiscard]] Eigen::MatrixXd columns() const;
+  [[nodiscard]] Eigen::Index column_count() const { return x_.size(); }
+  [[nodiscard]] Eigen::Index row_count() const { return r_.size(); }
+
+  /// @return the rows of an axis in the columns that it has, its own and the shared, n x (p + D);
+  ///         and which of all columns those are.
+  [[nodiscard]] Eigen::MatrixXd columns_of_axis(Eigen::Index axis) const;
+  [[nodiscard]] std::vector<Eigen::Index> places_of_axis(Eigen::Index axis) const;
+
+  /// @return J^T J, q x q.
+  [[nodiscard]] Eigen::MatrixXd information() const;
 
   /// @return r, n m entries, square to J.
   [[nodiscard]] const Eigen::VectorXd& residuals() const { return r_; }
@@ -60,7 +68,7 @@ class LinearisedRun {
   [[nodiscard]] bool is_determined() const { return C_.size() > 0 && degrees_of_freedom() > 0.0; }
 
   /// @return residuals of weight less columns.
-  [[nodiscard]] double degrees_of_freedom() const { return rows_ - static_cast<double>(J_.cols()); }
+  [[nodiscard]] double degrees_of_freedom() const { return rows_ - static_cast<double>(x_.size()); }
 
   /// @return what an axis takes as 1.
   [[nodiscard]] double sigma(Eigen::Index axis) const { return sigma_(axis); }
@@ -77,7 +85,7 @@ class LinearisedRun {
 
   /// @return the first column of what all axes share, and how many those are.
   [[nodiscard]] Eigen::Index first_shared() const { return set_.column_count() * axes(); }
-  [[nodiscard]] Eigen::Index shared() const { return J_.cols() - first_shared(); }
+  [[nodiscard]] Eigen::Index shared() const { return x_.size() - first_shared(); }
 
   /// @return what changes of the readings make of all that is fitted; q x c.
   /// @param changes  n m x c, as residuals() has them.
@@ -117,12 +125,15 @@ class LinearisedRun {
   [[nodiscard]] AxisRows rows_of(Eigen::Index axis) const;
 
  private:
+  [[nodiscard]] const JointAxis& axis_of(Eigen::Index axis) const {
+    return state_.axes[static_cast<std::size_t>(axis)];
+  }
+  void find_covariance();
+
   const ReadingSet& set_;
+  JointState state_;
   Eigen::VectorXd sigma_;
   SensitivityMatrix sensitivity_;
-  std::vector<Eigen::Index> directions_;  // of each of the fields that are fitted
-  std::vector<Eigen::MatrixXd> designs_;  // of each axis, not weighted
-  Eigen::MatrixXd J_;
   Eigen::VectorXd r_;
   Eigen::VectorXd x_;
   Eigen::MatrixXd C_;

@@ -13,8 +13,8 @@ namespace axiscal {
 // after axis; columns each axis's own p coefficients, then what the axes share: the directions of
 // the fields, and the errors of inputs or the columns of a hypothesis.
 
-/// How the field in the sensor changes with q unknowns; for each reading 3 x q.
-using FieldChanges = std::vector<Eigen::Matrix3Xd>;
+/// How the field in the sensor changes with q unknowns: three rows for each reading, (3 n) x q.
+using FieldChanges = Eigen::MatrixXd;
 
 /// @param axis  that sees the field; where axes see different parts of it what one does not see
 ///              changes nothing.

@@ -60,6 +60,15 @@ class FactoredDesign {
   /// length 1, found when it is asked for.
   [[nodiscard]] double condition_number() const;
 
+  /// @return Q, n x p: orthonormal columns that span those of W^1/2 X.
+  [[nodiscard]] const Eigen::MatrixXd& basis() const { return basis_; }
+
+  /// @return T, p x p, with W^1/2 X T = Q, and so T T^T = (X^T W X)^-1 before any refinement.
+  [[nodiscard]] Eigen::MatrixXd root_of_covariance() const { return scale_.asDiagonal() * root_; }
+
+  /// @return the smallest pivot of columns of like length as a part of the largest.
+  [[nodiscard]] double smallest_pivot() const;
+
   /// @return n without the rows of weight 0.
   [[nodiscard]] Eigen::Index observations() const { return observations_; }
 
@@ -77,8 +86,9 @@ class FactoredDesign {
   Eigen::MatrixXd scaled_;  // W^1/2 X with columns scaled by powers of two
   Eigen::VectorXd scale_;   // those powers
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;
-  Eigen::MatrixXd root_;  // P R^-1 of the scaled columns
-  bool refines_ = false;  // whether the condition number is above refinement_above
+  Eigen::MatrixXd root_;   // P R^-1 of the scaled columns
+  Eigen::MatrixXd basis_;  // Q
+  bool refines_ = false;   // whether the condition number is above refinement_above
   Eigen::Index observations_ = 0;
 };
 
