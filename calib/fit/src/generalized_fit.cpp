@@ -13,6 +13,8 @@
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/rounding_scatter.hpp"
+#include "axiscal/calib/scaled_cholesky.hpp"
+#include "axiscal/calib/shared_fit.hpp"
 #include "axiscal/calib/variance_components.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -105,7 +107,7 @@ class GeneralizedFit {
       if (seats_at_least > 0.0 && !sees_seats(seats_at_least)) {
         return false;
       }
-      const Eigen::VectorXd solution = run.solution() + fit_->estimate.head(run.columns().cols());
+      const Eigen::VectorXd solution = run.solution() + fit_->estimate.head(run.column_count());
       take_coefficients(solution);
       const Eigen::VectorXd step = solution.tail(run.shared());
       if (run.shared() > 0) {
@@ -132,39 +134,16 @@ class GeneralizedFit {
   // are weighed as they scatter with the columns, alike where they do not differ then.
   [[nodiscard]] std::optional<CurvatureTest> curvature() {
     const LinearisedRun run = about_field();
-    const Eigen::Index m = set_.axis_count();
     take_coefficients(run.solution());
+    if (!seats_) {
+      const std::vector<BentAxis> axes = bent_axes(run);
+      return curvature_by(run, [&](bool bent) { return fit_axes(axes, bent); });
+    }
     VarianceProblem straight = problem(run);
     VarianceProblem bent = straight;
-    bent.W.resize(straight.W.rows(), straight.W.cols() + m);
+    bent.W.resize(straight.W.rows(), straight.W.cols() + run.axes());
     bent.W << with_squares(run), straight.W;
-    std::optional<WeightedFit> after = fit_at_variances(bent, variances_);
-    if (!after) {
-      return std::nullopt;
-    }
-    if (weigh_alike_if_equal(bent, *after)) {
-      after = fit_at_variances(bent, variances_);
-    }
-    const std::optional<WeightedFit> before = fit_at_variances(straight, variances_);
-    if (!before || !after) {
-      return std::nullopt;
-    }
-    double squares = before->squares;
-    double free = -static_cast<double>(run.columns().cols());
-    for (Eigen::Index k = 0; k < m; ++k) {
-      squares += layings_.squares(k) / variances_(k);
-      free += readings_of(k);
-    }
-    const auto more = static_cast<double>(m);
-    const double drop = std::max(before->squares - after->squares, 1e-12);
-    if (!(free - more >= 1.0)) {
-      return std::nullopt;
-    }
-    const double left = std::max(squares - drop, 1e-300);
-    const double F = field_.magnitude();
-    return CurvatureTest{
-        .p_value = f_upper_p((drop / more) / (left / (free - more)), more, free - more),
-        .bends = F * F * after->estimate.head(m)};
+    return curvature_by(run, [&](bool with) { return fit_problem(with ? bent : straight); });
   }
 
   // The turn of the cube each time it is laid, about each axis [rad]; 0 where none was seen.
@@ -257,19 +236,143 @@ class GeneralizedFit {
            layings_.degrees_of_freedom(axis);
   }
 
+  // What a fit with the columns f_k^2, or without, comes to.
+  struct Bend {
+    Eigen::VectorXd estimate;         // m, of the columns
+    double squares = 0.0;             // weighted, those of errors that are shared among them
+    Eigen::VectorXd squares_of_axis;  // m, not weighted
+  };
+
+  // @param fit  at the variances as they are then; called with whether the columns are in it.
+  template <typename Fit>
+  [[nodiscard]] std::optional<CurvatureTest> curvature_by(const LinearisedRun& run,
+                                                          const Fit& fit) {
+    std::optional<Bend> after = fit(true);
+    if (after && weigh_alike_if_equal(after->squares_of_axis)) {
+      after = fit(true);
+    }
+    const std::optional<Bend> before = after ? fit(false) : std::nullopt;
+    if (!before || !after) {
+      return std::nullopt;
+    }
+    double squares = before->squares;
+    double free = -static_cast<double>(run.column_count());
+    for (Eigen::Index k = 0; k < run.axes(); ++k) {
+      squares += layings_.squares(k) / variances_(k);
+      free += readings_of(k);
+    }
+    const auto more = static_cast<double>(run.axes());
+    const double drop = std::max(before->squares - after->squares, 1e-12);
+    if (!(free - more >= 1.0)) {
+      return std::nullopt;
+    }
+    const double left = std::max(squares - drop, 1e-300);
+    const double F = field_.magnitude();
+    return CurvatureTest{
+        .p_value = f_upper_p((drop / more) / (left / (free - more)), more, free - more),
+        .bends = F * F * after->estimate};
+  }
+
+  [[nodiscard]] std::optional<Bend> fit_problem(const VarianceProblem& problem) const {
+    const Eigen::Index m = set_.axis_count();
+    const std::optional<WeightedFit> fit = fit_at_variances(problem, variances_);
+    if (!fit) {
+      return std::nullopt;
+    }
+    Bend bend{.estimate = fit->estimate.head(m),
+              .squares = fit->squares,
+              .squares_of_axis = Eigen::VectorXd::Zero(m)};
+    const Eigen::VectorXd left = problem.y - problem.W * fit->estimate;
+    for (Eigen::Index row = 0; row < left.size(); ++row) {
+      bend.squares_of_axis(row % m) += left(row) * left(row);
+    }
+    return bend;
+  }
+
+  // An axis's readings as sums, less what its own coefficients take up: the directions, the errors
+  // of inputs, and last its own column f_k^2.
+  struct BentAxis {
+    ResponseSums sums;
+    Eigen::VectorXd lengths;  // squared, of the columns as they are
+  };
+
+  [[nodiscard]] std::vector<BentAxis> bent_axes(const LinearisedRun& run) const {
+    const Eigen::MatrixXd of_errors = change_of_readings(inputs_, run, field_);
+    std::vector<BentAxis> axes;
+    for (Eigen::Index k = 0; k < run.axes(); ++k) {
+      const auto rows = run.rows_of_axis(k);
+      Eigen::MatrixXd columns(run.readings(), run.shared() + errors() + 1);
+      columns << run.columns_of_axis(k).rightCols(run.shared()), of_errors(rows, Eigen::all),
+          squares_of(run, k);
+      const Eigen::MatrixXd P = run.left_by_own(k, columns);
+      const Eigen::VectorXd y = run.residuals()(rows);
+      axes.push_back({.sums = {.information = P.transpose() * P,
+                               .gradient = P.transpose() * y,
+                               .squares = y.squaredNorm()},
+                      .lengths = columns.colwise().squaredNorm().transpose()});
+    }
+    return axes;
+  }
+
+  // Nothing is shared but by columns: each axis by its sums.
+  [[nodiscard]] std::optional<Bend> fit_axes(const std::vector<BentAxis>& axes, bool bent) const {
+    const auto m = static_cast<Eigen::Index>(axes.size());
+    const Eigen::Index shared = axes.front().sums.gradient.size() - 1;
+    const Eigen::Index size = shared + (bent ? m : 0);
+    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
+    Eigen::VectorXd lengths = Eigen::VectorXd::Zero(size);
+    normal.diagonal().segment(shared - errors(), errors()).setOnes();
+    Bend bend{.estimate = Eigen::VectorXd::Zero(m), .squares_of_axis = Eigen::VectorXd(m)};
+    std::vector<std::vector<Eigen::Index>> places;  // of an axis's columns among all
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const BentAxis& axis = axes[static_cast<std::size_t>(k)];
+      std::vector<Eigen::Index>& own = places.emplace_back(static_cast<std::size_t>(shared));
+      std::iota(own.begin(), own.end(), Eigen::Index{0});
+      if (bent) {
+        own.push_back(shared + k);
+      }
+      const auto count = static_cast<Eigen::Index>(own.size());
+      normal(own, own) += axis.sums.information.topLeftCorner(count, count) / variances_(k);
+      right(own) += axis.sums.gradient.head(count) / variances_(k);
+      lengths(own) += axis.lengths.head(count) / variances_(k);
+      bend.squares += axis.sums.squares / variances_(k);
+    }
+    constexpr double open_below = 1e-13;
+    Eigen::VectorXd estimate(size);
+    if (size > 0) {
+      const ScaledCholesky cholesky(normal);
+      if (!cholesky.is_determined(open_below) ||
+          !(normal.diagonal().array() > open_below * lengths.array()).all()) {
+        return std::nullopt;
+      }
+      estimate = cholesky.solve(right);
+    }
+    bend.squares -= estimate.dot(right);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const ResponseSums& sums = axes[static_cast<std::size_t>(k)].sums;
+      const Eigen::VectorXd own = estimate(places[static_cast<std::size_t>(k)]);
+      const Eigen::Index count = own.size();
+      bend.squares_of_axis(k) =
+          std::max(sums.squares - 2.0 * own.dot(sums.gradient.head(count)) +
+                       own.dot(sums.information.topLeftCorner(count, count) * own),
+                   0.0);
+    }
+    if (bent) {
+      bend.estimate = estimate.tail(m);
+    }
+    return bend;
+  }
+
   // One variance for all axes, or in the stated ratio, where what a fit leaves of them does not
   // contradict that; returns whether it is so.
-  bool weigh_alike_if_equal(const VarianceProblem& problem, const WeightedFit& fit) {
+  // @param left  m sums of squares.
+  bool weigh_alike_if_equal(const Eigen::VectorXd& left) {
     const Eigen::Index m = set_.axis_count();
-    const Eigen::VectorXd left = problem.y - problem.W * fit.estimate;
     const Eigen::VectorXd ratio = set_.noise_ratio.size() > 0
                                       ? Eigen::VectorXd(set_.noise_ratio.cwiseAbs2())
                                       : Eigen::VectorXd(Eigen::VectorXd::Ones(m));
-    Eigen::VectorXd squares = layings_.squares;
-    for (Eigen::Index row = 0; row < left.size(); ++row) {
-      squares(row % m) += left(row) * left(row);
-    }
-    squares = squares.cwiseQuotient(ratio);
+    const Eigen::VectorXd squares = (layings_.squares + left).cwiseQuotient(ratio);
     // Of each axis's own columns, the square's among them, and its part of the directions.
     const double taken = static_cast<double>(set_.column_count()) + 1.0 +
                          (known_field_ ? 0.0 : 2.0 / static_cast<double>(m));
@@ -291,13 +394,17 @@ class GeneralizedFit {
     return fit_->information(axis, axis) * variances_(axis) * variances_(axis);
   }
 
-  // The squared field along each axis, weighted; n m x m.
+  // The squared field along an axis, weighted.
+  [[nodiscard]] Eigen::VectorXd squares_of(const LinearisedRun& run, Eigen::Index k) const {
+    const Eigen::VectorXd met = run.field_met(k) * run.sensitivity(k).normalized().transpose();
+    return set_.weights.col(k).cwiseSqrt().cwiseProduct(met.cwiseAbs2());
+  }
+
+  // That of all axes; n m x m.
   [[nodiscard]] Eigen::MatrixXd with_squares(const LinearisedRun& run) const {
-    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(run.columns().rows(), run.axes());
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(run.row_count(), run.axes());
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
-      const Eigen::VectorXd met = run.field_met(k) * run.sensitivity(k).normalized().transpose();
-      columns(run.rows_of_axis(k), k) =
-          set_.weights.col(k).cwiseSqrt().cwiseProduct(met.cwiseAbs2());
+      columns(run.rows_of_axis(k), k) = squares_of(run, k);
     }
     return columns;
   }
@@ -322,9 +429,9 @@ class GeneralizedFit {
 
   [[nodiscard]] VarianceProblem problem(const LinearisedRun& run) const {
     const Eigen::Index m = run.axes();
-    const Eigen::Index fitted = run.columns().cols();
+    const Eigen::Index fitted = run.column_count();
     VarianceProblem problem{.rows = m,
-                            .W = Eigen::MatrixXd(run.columns().rows(), fitted + errors()),
+                            .W = Eigen::MatrixXd(run.row_count(), fitted + errors()),
                             .y = run.residuals(),
                             .prior = errors(),
                             .pure_squares = Eigen::VectorXd::Zero(variances_.size()),
@@ -335,11 +442,11 @@ class GeneralizedFit {
     problem.pure_degrees_of_freedom.head(m) = layings_.degrees_of_freedom;
     for (Eigen::Index k = 0; k < m; ++k) {
       Eigen::MatrixXd& own =
-          problem.roots.emplace_back(Eigen::MatrixXd::Zero(run.columns().rows(), 1));
+          problem.roots.emplace_back(Eigen::MatrixXd::Zero(run.row_count(), 1));
       own(run.rows_of_axis(k), 0) = (set_.weights.col(k).array() > 0.0).cast<double>();
     }
     if (seats_) {
-      Eigen::MatrixXd& turns = problem.roots.emplace_back(run.columns().rows(), 3);
+      Eigen::MatrixXd& turns = problem.roots.emplace_back(run.row_count(), 3);
       for (Eigen::Index i = 0; i < run.readings(); ++i) {
         const Eigen::Matrix3d by_turn =
             set_.rotation_sensor_from_table[static_cast<std::size_t>(i)] *

@@ -130,6 +130,12 @@ Eigen::MatrixXd LinearisedRun::columns_of_axis(Eigen::Index axis) const {
   return J;
 }
 
+Eigen::MatrixXd LinearisedRun::left_by_own(Eigen::Index axis,
+                                           const Eigen::MatrixXd& columns) const {
+  const Eigen::MatrixXd& Q = axis_of(axis).design->basis();
+  return columns - Q * (Q.transpose() * columns);
+}
+
 std::vector<Eigen::Index> LinearisedRun::places_of_axis(Eigen::Index axis) const {
   std::vector<Eigen::Index> places;
   for (Eigen::Index j = 0; j < set_.column_count(); ++j) {

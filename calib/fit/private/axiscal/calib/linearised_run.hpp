@@ -49,6 +49,10 @@ class LinearisedRun {
   [[nodiscard]] Eigen::MatrixXd columns_of_axis(Eigen::Index axis) const;
   [[nodiscard]] std::vector<Eigen::Index> places_of_axis(Eigen::Index axis) const;
 
+  /// @return what an axis's own columns leave of columns of its rows, n x c.
+  [[nodiscard]] Eigen::MatrixXd left_by_own(Eigen::Index axis,
+                                            const Eigen::MatrixXd& columns) const;
+
   /// @return J^T J, q x q.
   [[nodiscard]] Eigen::MatrixXd information() const;
 
