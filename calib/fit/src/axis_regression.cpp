@@ -26,7 +26,7 @@ void make_robust(AxisRegression& axis,
                  const LeastSquaresDesign& plain,
                  const Eigen::MatrixXd& design,
                  const Eigen::VectorXd& response,
-                 const std::vector<std::string>& names,
+                 const DesignNames& names,
                  double rounding) {
   const auto p = static_cast<double>(design.cols());
   if (axis.fit.degrees_of_freedom < 2.0) {
@@ -45,7 +45,9 @@ void make_robust(AxisRegression& axis,
       },
       [&](const Eigen::MatrixXd& robust) {
         axis.fit =
-            LeastSquaresDesign(design, axis.weights.cwiseProduct(robust), names).fit(response);
+            LeastSquaresDesign(FactoredDesign(design, axis.weights.cwiseProduct(robust), names),
+                               design)
+                .fit(response);
       });
   axis.fit.degrees_of_freedom = static_cast<double>(plain.observations()) - p;
   axis.fit.residual_sd = bisquare.scale * std::sqrt(bisquare.variance_factor);
@@ -73,13 +75,13 @@ double r_squared_about_mean(const Eigen::VectorXd& response,
 AxisRegression AxisRegressor::fit(const Eigen::MatrixXd& design,
                                   const Eigen::VectorXd& response,
                                   const Eigen::VectorXd& weights,
-                                  const std::vector<std::string>& names,
+                                  const DesignNames& names,
                                   double rounding) {
   const bool is_last = last_ && last_->columns.rows() == design.rows() &&
                        last_->columns.cols() == design.cols() && last_->columns == design &&
                        last_->weights == weights;
   if (!is_last) {
-    LeastSquaresDesign factored(design, weights, names);
+    LeastSquaresDesign factored(FactoredDesign(design, weights, names), design);
     last_.emplace(Factored{
         .columns = design,
         .weights = weights,

@@ -37,7 +37,7 @@ class AxisRegressor {
   [[nodiscard]] AxisRegression fit(const Eigen::MatrixXd& design,
                                    const Eigen::VectorXd& response,
                                    const Eigen::VectorXd& weights,
-                                   const std::vector<std::string>& names,
+                                   const DesignNames& names,
                                    double rounding);
 
  private:

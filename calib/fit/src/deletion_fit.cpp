@@ -16,9 +16,12 @@ namespace axiscal {
 
 // The fit of the other readings, by what it leaves of those that are left out.
 struct DeletionFit::Others {
+  struct Own {
+    Eigen::MatrixXd Q;  // d x p: basis of an axis's own columns at the readings
+    Eigen::MatrixXd M;  // p x p
+  };
   struct Axis {
-    Eigen::MatrixXd Q;       // d x p: basis of its own columns at the readings
-    Eigen::MatrixXd M;       // p x p
+    std::size_t own = 0;     // which of those
     Eigen::VectorXd error;   // d: of the readings, by others' coefficients where nothing is shared
     Eigen::MatrixXd shared;  // d x D: the same of what is shared
   };
@@ -29,6 +32,11 @@ struct DeletionFit::Others {
     return axis.error - axis.shared * fit.estimate;
   }
 
+  [[nodiscard]] const Own& own_of(Eigen::Index k) const {
+    return owns[axes[static_cast<std::size_t>(k)].own];
+  }
+
+  std::vector<Own> owns;  // axes of one design share them
   std::vector<Axis> axes;
   SharedFit fit;
 };
@@ -61,24 +69,26 @@ std::optional<DeletionFit::Others> DeletionFit::without(
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& own = axis_of(k);
     Others::Axis& axis = others.axes.emplace_back();
-    if (k > 0 && own.design == axis_of(k - 1).design) {
-      const Others::Axis& before = others.axes[static_cast<std::size_t>(k) - 1];
-      axis.Q = before.Q;
-      axis.M = before.M;
-    } else {
-      axis.Q = own.design->basis()(readings, Eigen::all);
-      const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(axis.Q.cols(), axis.Q.cols());
-      const Eigen::LLT<Eigen::MatrixXd> cholesky(identity - axis.Q.transpose() * axis.Q);
+    if (k == 0 || own.design != axis_of(k - 1).design) {
+      Others::Own& at = others.owns.emplace_back();
+      at.Q = own.design->basis()(readings, Eigen::all);
+      const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(at.Q.cols(), at.Q.cols());
+      const Eigen::LLT<Eigen::MatrixXd> cholesky(identity - at.Q.transpose() * at.Q);
       if (cholesky.info() != Eigen::Success ||
           !(cholesky.matrixLLT().diagonal().array().square() > open_below).all()) {
         return std::nullopt;
       }
-      axis.M = cholesky.solve(identity);
+      at.M = cholesky.solve(identity);
     }
+    axis.own = others.owns.size() - 1;
+    const auto& [Q, M] = others.owns.back();
     const Eigen::VectorXd e = own.residuals(readings);
     const Eigen::MatrixXd P = own.projected(readings, Eigen::all);
-    axis.error = e + axis.Q * (axis.M * (axis.Q.transpose() * e));
-    axis.shared = P + axis.Q * (axis.M * (axis.Q.transpose() * P));
+    axis.error = e + Q * (M * (Q.transpose() * e));
+    axis.shared = P;
+    if (D > 0) {
+      axis.shared += Q * (M * (Q.transpose() * P));
+    }
     ResponseSums& response = responses.emplace_back(sums_[static_cast<std::size_t>(k)]);
     response.information -= P.transpose() * axis.shared;
     response.gradient -= P.transpose() * axis.error;
@@ -123,10 +133,11 @@ DeletionFit::LeftOut DeletionFit::left_out(const std::vector<std::size_t>& readi
   }
   const Others::Axis& axis = others.axes[static_cast<std::size_t>(k)];
   const Eigen::MatrixXd C = contrasts * root.cwiseInverse().asDiagonal();
-  const Eigen::MatrixXd CQ = C * axis.Q;
+  const auto& [Q, M] = others.own_of(k);
+  const Eigen::MatrixXd CQ = C * Q;
   LeftOut left{
       .error = C * others.errors(k),
-      .covariance = others.fit.variance(k) * (C * C.transpose() + CQ * axis.M * CQ.transpose())};
+      .covariance = others.fit.variance(k) * (C * C.transpose() + CQ * M * CQ.transpose())};
   if (axis.shared.cols() > 0) {
     const Eigen::MatrixXd CP = C * axis.shared;
     left.covariance += CP * others.fit.covariance * CP.transpose();
@@ -169,22 +180,23 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
   NoiseTails tails;
   std::vector<double> deviations;  // of the contrasts, square to each other, of variance 1
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
-    const LeftOut own = left_out(readings, contrasts, *others, k);
-    if (!own.seen) {
+    const LeftOut left_of_all = left_out(readings, contrasts, *others, k);
+    if (!left_of_all.seen) {
       continue;
     }
-    const Eigen::LLT<Eigen::MatrixXd> root(own.covariance);
-    const Eigen::VectorXd whitened = root.matrixL().solve(own.error);
+    const Eigen::LLT<Eigen::MatrixXd> root(left_of_all.covariance);
+    const Eigen::VectorXd whitened = root.matrixL().solve(left_of_all.error);
     deviations.insert(deviations.end(), whitened.begin(), whitened.end());
     // What the others' fit leaves of themselves, and the variance of what it says of them.
     const JointAxis& axis = axis_of(k);
     const Others::Axis& gone = others->axes[static_cast<std::size_t>(k)];
+    const Others::Own& own = others->own_of(k);
     const double variance = others->fit.variance(k);
     const Eigen::MatrixXd& Q = axis.design->basis();
     const Eigen::VectorXd left = axis.residuals - axis.projected * others->fit.estimate +
-                                 Q * (gone.Q.transpose() * others->errors(k));
-    const Eigen::MatrixXd P = axis.projected + Q * (gone.Q.transpose() * gone.shared);
-    const Eigen::VectorXd of_own = (Q * gone.M).cwiseProduct(Q).rowwise().sum();
+                                 Q * (own.Q.transpose() * others->errors(k));
+    const Eigen::MatrixXd P = axis.projected + Q * (own.Q.transpose() * gone.shared);
+    const Eigen::VectorXd of_own = (Q * own.M).cwiseProduct(Q).rowwise().sum();
     const Eigen::VectorXd of_shared =
         (P * others->fit.covariance).cwiseProduct(P).rowwise().sum() / variance;
     const Eigen::VectorXd free = 1.0 - (of_own + of_shared).array();
@@ -225,10 +237,11 @@ std::optional<std::vector<DeletionFit::Prediction>> DeletionFit::predictions(
                                          .degrees_of_freedom = others->fit.degrees_of_freedom});
   for (Eigen::Index k = 0; k < m; ++k) {
     const Others::Axis& axis = others->axes[static_cast<std::size_t>(k)];
+    const Others::Own& own = others->own_of(k);
     const Eigen::VectorXd errors = others->errors(k);
     const Eigen::VectorXd variances =
         others->fit.variance(k) *
-            (1.0 + (axis.Q * axis.M).cwiseProduct(axis.Q).rowwise().sum().array()).matrix() +
+            (1.0 + (own.Q * own.M).cwiseProduct(own.Q).rowwise().sum().array()).matrix() +
         (axis.shared * others->fit.covariance).cwiseProduct(axis.shared).rowwise().sum();
     for (std::size_t i = 0; i < readings.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/design_advice.hpp"
 
+#include <optional>
+
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
@@ -62,16 +64,23 @@ std::string points_to_add(const Eigen::MatrixXd& design,
 OpenParameters open_parameters(const ReadingSet& set, const Eigen::MatrixXd& design) {
   OpenParameters open_ones{.names = {}, .seen = design};
   std::vector<std::string>& names = open_ones.names;
+  std::optional<std::vector<Eigen::Index>> of_all;  // open where every row counts
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     // Averages of readings are a design of fewer rows, which every axis uses.
     const bool own_rows = design.rows() == set.size() && (set.weights.col(k).array() == 0.0).any();
+    if (!own_rows && !of_all) {
+      of_all = undetermined_columns(design);
+    }
+    if (!own_rows && of_all->empty()) {
+      continue;
+    }
     Eigen::MatrixXd used = design;
     for (Eigen::Index i = 0; own_rows && i < set.size(); ++i) {
       if (set.weights(i, k) == 0.0) {
         used.row(i).setZero();
       }
     }
-    const std::vector<Eigen::Index> open = undetermined_columns(used);
+    const std::vector<Eigen::Index> open = own_rows ? undetermined_columns(used) : *of_all;
     if (open.empty()) {
       continue;
     }

@@ -26,8 +26,8 @@ JointState JointFit::at(const TableField& field, bool directions_given) const {
                         set_.temperature.order == 0 && set_.visible.empty();
     axis.X = set_.all_columns(designs.of(k), k);
     axis.design = shared ? state.axes.back().design
-                         : std::make_shared<const FactoredDesign>(axis.X, weights_.col(k),
-                                                                  set_.names_of_axis(k));
+                         : std::make_shared<const FactoredDesign>(
+                               axis.X, weights_.col(k), [&] { return set_.names_of_axis(k); });
     axis.root_weights = weights_.col(k).cwiseSqrt();
     axis.estimate = axis.design->estimate(set_.response.col(k));
     axis.residuals = axis.root_weights.cwiseProduct(set_.response.col(k) - axis.X * axis.estimate);

@@ -6,8 +6,6 @@
 #include <map>
 #include <tuple>
 
-#include <Eigen/QR>
-
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/not_a_number.hpp"
 
@@ -101,7 +99,7 @@ PlaneFit fit_plane(const std::vector<FaceDifferences>& faces, double smallest_pi
   for (const FaceDifferences& face : faces) {
     fit.rows += face.d.size();
   }
-  Eigen::MatrixXd G(fit.rows, 2);
+  Eigen::MatrixX2d G(fit.rows, 2);
   Eigen::VectorXd d(fit.rows);
   Eigen::Index at = 0;
   for (const FaceDifferences& face : faces) {
@@ -112,17 +110,27 @@ PlaneFit fit_plane(const std::vector<FaceDifferences>& faces, double smallest_pi
   if (fit.rows < 2) {
     return fit;
   }
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(G);
-  qr.setThreshold(smallest_pivot);
-  if (qr.rank() < 2) {
+  // G P = Q R of two columns, the longer one first.
+  const Eigen::Index first = G.col(1).squaredNorm() > G.col(0).squaredNorm() ? 1 : 0;
+  const Eigen::Index second = 1 - first;
+  const double length = G.col(first).norm();
+  if (!(length > 0.0)) {
+    return fit;
+  }
+  const Eigen::VectorXd along = G.col(first) / length;
+  const double common = along.dot(G.col(second));
+  const Eigen::VectorXd left = G.col(second) - common * along;
+  const double height = left.norm();
+  if (!(height > smallest_pivot * length)) {
     return fit;
   }
   fit.determined = true;
-  fit.f = qr.solve(d);
+  fit.f(second) = left.dot(d) / (height * height);
+  fit.f(first) = (along.dot(d) - common * fit.f(second)) / length;
   fit.rss = (d - G * fit.f).squaredNorm();
-  Eigen::Matrix2d inverse = Eigen::Matrix2d::Identity();
-  qr.matrixQR().topRows<2>().triangularView<Eigen::Upper>().solveInPlace(inverse);
-  const Eigen::Matrix2d root = qr.colsPermutation() * inverse;
+  Eigen::Matrix2d root;  // P R^-1
+  root.row(first) << 1.0 / length, -common / (length * height);
+  root.row(second) << 0.0, 1.0 / height;
   fit.unscaled_covariance = root * root.transpose();
   return fit;
 }

@@ -13,12 +13,21 @@ namespace {
 constexpr double by_chance = 0.001;  // above this probability a step is none
 constexpr double steps_tried = 20.0;
 
+// The nearest whole number; std::round is a call where the processor may lack the instruction.
+double nearest(double value) {
+  constexpr double all_are_whole = 4503599627370496.0;  // 2^52
+  if (!(std::abs(value) < all_are_whole)) {
+    return value;
+  }
+  return static_cast<double>(static_cast<std::int64_t>(value < 0.0 ? value - 0.5 : value + 0.5));
+}
+
 // Whether readings differ by whole steps.
 bool are_multiples(const std::vector<double>& readings, double step) {
   return std::all_of(readings.begin(), readings.end(), [&](double reading) {
     const double steps = (reading - readings.front()) / step;
     constexpr double whole = 1e-3;
-    return std::abs(steps - std::round(steps)) <= whole;
+    return std::abs(steps - nearest(steps)) <= whole;
   });
 }
 
@@ -32,7 +41,7 @@ std::optional<int> decimals_of(const std::vector<double>& values) {
       const double scaled = value * power;
       constexpr double rounding = 4.0 * std::numeric_limits<double>::epsilon();
       return std::abs(scaled) < largest_whole &&
-             std::abs(scaled - std::round(scaled)) <= rounding * std::abs(scaled);
+             std::abs(scaled - nearest(scaled)) <= rounding * std::abs(scaled);
     });
     if (all) {
       return d;
@@ -70,7 +79,7 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
     // From near to far, so that the step is known well enough to count ever more of them.
     for (std::size_t i = 1; i < distinct.size() && fits; ++i) {
       const double difference = distinct[i] - distinct.front();
-      const double count = std::round(difference / step);
+      const double count = nearest(difference / step);
       products += count * difference;
       squares += count * count;
       fits = count > 0.0;
@@ -79,7 +88,7 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
     fits = fits && step >= 10.0 * tolerance &&
            std::all_of(distinct.begin(), distinct.end(), [&](double value) {
              const double difference = value - distinct.front();
-             return std::abs(difference - step * std::round(difference / step)) <= 2.0 * tolerance;
+             return std::abs(difference - step * nearest(difference / step)) <= 2.0 * tolerance;
            });
     const auto others = static_cast<double>(distinct.size()) - 2.0;
     if (fits && steps_tried * std::pow(4.0 * tolerance / step, others) < by_chance) {

@@ -210,7 +210,7 @@ Eigen::MatrixXd HatBasis::products_with(const Eigen::MatrixXd& Z) const {
 
 void HatBasis::add_product(Eigen::Index axis,
                            Eigen::Index reading,
-                           const Eigen::RowVectorXd& z,
+                           const Eigen::Ref<const Eigen::RowVectorXd>& z,
                            Eigen::MatrixXd& products) const {
   products.middleRows(width() * axis, width()) += own_of(axis).row(reading).transpose() * z;
   products.bottomRows(shared_.cols()) += shared_.row(readings() * axis + reading).transpose() * z;
@@ -340,8 +340,12 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     }
     left -= P * step.z;
     double turned = 0.0;
+    bool is_linear = false;  // what a step leaves out is nothing beside the residuals
     if (free_field) {
       turned = turn_fields(tangents, step.z.head(D), result.field);
+      constexpr double nothing = 1e-6;
+      is_linear = q == 0 && !over_temperature &&
+                  turned * (shared.leftCols(D) * step.z.head(D)).norm() < nothing * left.norm();
     }
     // Coefficients follow the fields exactly; a linear step for both would go astray far from them.
     has_coefficients = turned < 0.02;
@@ -350,7 +354,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     }
     result.residuals = left.reshaped(n, m);
     const double now = left.squaredNorm();
-    const bool still = turned < 1e-9 || (round > 2 && std::abs(now - previous) <= 1e-10 * now);
+    const bool still = turned < 1e-9 || is_linear || (round > 2 && std::abs(now - previous) <= 1e-10 * now);
     previous = now;
     if (still) {
       result.added = step.z.tail(q);

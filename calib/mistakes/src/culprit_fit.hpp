@@ -40,7 +40,7 @@ class HatBasis {
   /// Adds to such products those of one row of Z.
   void add_product(Eigen::Index axis,
                    Eigen::Index reading,
-                   const Eigen::RowVectorXd& z,
+                   const Eigen::Ref<const Eigen::RowVectorXd>& z,
                    Eigen::MatrixXd& products) const;
 
   /// @return what B leaves of columns, (1 - B B^T) Z.

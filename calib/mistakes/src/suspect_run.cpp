@@ -184,6 +184,24 @@ double SuspectRun::drop_with(const HypothesisFit& fit, const Eigen::MatrixXd& co
   return ldlt.vectorD().minCoeff() > 1e-9 * size ? c.dot(ldlt.solve(c)) : 0.0;
 }
 
+// The same with one column; the residuals are square to the basis.
+double SuspectRun::drop_with_shift(const HypothesisFit& fit,
+                                   Eigen::Index axis,
+                                   const std::vector<std::size_t>& readings) const {
+  Eigen::MatrixXd in_basis = Eigen::MatrixXd::Zero(fit.basis.cols(), 1);
+  double squares = 0.0;
+  double product = 0.0;
+  for (const std::size_t i : readings) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const double z = std::sqrt(set_.weights(row, axis)) / fitter_.scale()(axis);
+    fit.basis.add_product(axis, row, Eigen::Matrix<double, 1, 1>(z), in_basis);
+    squares += z * z;
+    product += z * fit.residuals(row, axis);
+  }
+  const double left = squares - in_basis.squaredNorm();
+  return left > 1e-9 * squares ? product * product / left : 0.0;
+}
+
 // A value for each of these readings, or for one of its axes, that may be anything.
 HypothesisFit SuspectRun::arbitrary(const std::vector<std::size_t>& readings,
                                     std::optional<Eigen::Index> axis) const {

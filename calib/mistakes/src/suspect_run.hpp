@@ -79,6 +79,11 @@ class SuspectRun {
                                     const std::vector<std::size_t>& readings) const;
   [[nodiscard]] double drop_with(const HypothesisFit& fit, const Eigen::MatrixXd& columns) const;
 
+  /// What a shift of some readings of an axis takes from it.
+  [[nodiscard]] double drop_with_shift(const HypothesisFit& fit,
+                                       Eigen::Index axis,
+                                       const std::vector<std::size_t>& readings) const;
+
   /// A value for each of some readings, or for one axis of the first, that may be anything.
   [[nodiscard]] HypothesisFit arbitrary(const std::vector<std::size_t>& readings,
                                         std::optional<Eigen::Index> axis = {}) const;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
@@ -137,6 +138,40 @@ double student_t_two_sided_p(double t, double degrees_of_freedom) {
   return 2.0 * boost::math::cdf(boost::math::complement(distribution, std::abs(t)));
 }
 
+namespace {
+
+// I_x(a, b) where a and b are halves of whole numbers, as a sum that ends: from I_x(a_0, b_0) of
+// the least ones up in b, where terms are added, then in a, where they are taken off and cost as
+// many digits as the result is below 1.
+// Source: Abramowitz & Stegun, Handbook of Mathematical Functions (1964), 26.5.16, 26.6.4-26.6.8.
+double incomplete_beta(double x, double twice_a, double twice_b) {
+  const double y = 1.0 - x;
+  const bool half_a = std::fmod(twice_a, 2.0) == 1.0;
+  const bool half_b = std::fmod(twice_b, 2.0) == 1.0;
+  double a = half_a ? 0.5 : 1.0;
+  double b = half_b ? 0.5 : 1.0;
+  constexpr double two_over_pi = 2.0 * std::numbers::inv_pi;
+  // Both are 1/2; b is 1; a is 1.
+  double value = half_a && half_b ? two_over_pi * std::atan2(std::sqrt(x), std::sqrt(y))
+                 : half_b         ? 1.0 - std::sqrt(y)
+                 : half_a         ? std::sqrt(x)
+                                  : x;
+  // x^a y^b / B(a, b), which becomes the next by a factor.
+  double power = (half_a ? std::sqrt(x) : x) * (half_b ? std::sqrt(y) : y) *
+                 (half_a && half_b ? std::numbers::inv_pi : half_a || half_b ? 0.5 : 1.0);
+  for (; b < 0.5 * twice_b; b += 1.0) {
+    value += power / b;
+    power *= y * (a + b) / b;
+  }
+  for (; a < 0.5 * twice_a; a += 1.0) {
+    value -= power / a;
+    power *= x * (a + b) / a;
+  }
+  return value;
+}
+
+}  // namespace
+
 double f_upper_p(double f, double numerator, double denominator) {
   if (!(f >= 0.0) || !(numerator > 0.0) || !(denominator > 0.0)) {
     return not_a_number;
@@ -146,6 +181,16 @@ double f_upper_p(double f, double numerator, double denominator) {
   }
   if (numerator == 2.0) {
     return std::exp(-0.5 * denominator * std::log1p(2.0 * f / denominator));
+  }
+  constexpr double few_terms = 60.0;
+  if (numerator + denominator <= few_terms && std::floor(numerator) == numerator &&
+      std::floor(denominator) == denominator) {
+    constexpr double loses_no_digits = 0.01;
+    const double p =
+        incomplete_beta(denominator / (denominator + numerator * f), denominator, numerator);
+    if (p > loses_no_digits) {
+      return p;
+    }
   }
   const FisherF distribution(numerator, denominator);
   return boost::math::cdf(boost::math::complement(distribution, f));

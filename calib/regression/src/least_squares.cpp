@@ -73,7 +73,7 @@ std::vector<Eigen::Index> undetermined_columns(const Eigen::Ref<const Eigen::Mat
 
 FactoredDesign::FactoredDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
                                const Eigen::Ref<const Eigen::VectorXd>& weights,
-                               const std::vector<std::string>& names) {
+                               const DesignNames& names) {
   const Eigen::Index n = design.rows();
   const Eigen::Index p = design.cols();
   if (weights.size() != 0 && weights.size() != n) {
@@ -93,10 +93,11 @@ FactoredDesign::FactoredDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
   qr_.compute(scaled_);
   const std::vector<Eigen::Index> open = open_columns(qr_);
   if (!open.empty()) {
+    const std::vector<std::string> all_names = names ? names() : std::vector<std::string>();
     std::vector<std::string> open_names;
     open_names.reserve(open.size());
     for (const Eigen::Index j : open) {
-      open_names.push_back(name_of(j, names));
+      open_names.push_back(name_of(j, all_names));
     }
     const std::string list = joined(open_names);
     throw RankDeficientError("the design does not determine " + list, std::move(open_names));
@@ -133,7 +134,7 @@ double FactoredDesign::condition_number() const {
 LeastSquaresDesign::LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
                                        const Eigen::Ref<const Eigen::VectorXd>& weights,
                                        const std::vector<std::string>& names)
-    : LeastSquaresDesign(FactoredDesign(design, weights, names), design) {}
+    : LeastSquaresDesign(FactoredDesign(design, weights, [&] { return names; }), design) {}
 
 LeastSquaresDesign::LeastSquaresDesign(FactoredDesign factored,
                                        const Eigen::Ref<const Eigen::MatrixXd>& design)

@@ -19,6 +19,14 @@ TEST(Distributions, AgreeWithTables) {
   EXPECT_NEAR(chi_squared_upper_p(7.815, 3.0), 0.05, 1e-5);
   // In closed form: two degrees of freedom above, an even number of them.
   EXPECT_NEAR(f_upper_p(4.7374, 2.0, 7.0), 0.05, 1e-5);
+  // By sums that end, of whole degrees of freedom of either kind (scipy.stats.f.sf), and beside them.
+  EXPECT_NEAR(f_upper_p(1.5, 1.0, 6.0), 0.266569703380069, 1e-13);
+  EXPECT_NEAR(f_upper_p(0.8, 3.0, 21.0), 0.5077377599626438, 1e-13);
+  EXPECT_NEAR(f_upper_p(2.0, 4.0, 7.0), 0.19902192835837115, 1e-13);
+  EXPECT_NEAR(f_upper_p(1.2, 5.0, 4.0), 0.44229039814613197, 1e-13);
+  EXPECT_NEAR(f_upper_p(0.02, 1.0, 3.0), 0.8964997142840404, 1e-13);
+  EXPECT_NEAR(f_upper_p(30.0, 3.0, 9.0) / 5.125271709427028e-05, 1.0, 1e-12);
+  EXPECT_NEAR(f_upper_p(1.1, 1.0, 80.0), 0.2974243171780877, 1e-13);
   EXPECT_NEAR(chi_squared_upper_p(9.4877, 4.0), 0.05, 1e-6);
   EXPECT_NEAR(chi_squared_upper_p(200.0, 6.0) / (5101.0 * std::exp(-100.0)), 1.0, 1e-12);
   EXPECT_EQ(chi_squared_upper_p(4000.0, 6.0), 0.0);

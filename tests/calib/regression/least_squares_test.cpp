@@ -107,7 +107,12 @@ TEST(FactoredDesign, EstimatesAsWithStatistics) {
   const Problem problem = random_problem(15, 4, 21);
   const FactoredDesign factored(problem.X, problem.weights);
   const LeastSquaresDesign design(problem.X, problem.weights);
-  EXPECT_EQ(factored.estimate(problem.y), design.fit(problem.y).estimate);
+  EXPECT_MATRIX_NEAR(factored.estimate(problem.y), design.fit(problem.y).estimate, 1e-14);
+  const Eigen::MatrixXd weighted =
+      problem.weights.cwiseSqrt().asDiagonal() * problem.X * factored.root_of_covariance();
+  EXPECT_MATRIX_NEAR(factored.basis(), weighted, 1e-14);
+  EXPECT_MATRIX_NEAR(factored.basis().transpose() * factored.basis(),
+                     Eigen::MatrixXd(Eigen::MatrixXd::Identity(4, 4)), 1e-14);
   EXPECT_EQ(factored.condition_number(), design.condition_number());
   EXPECT_EQ(factored.observations(), design.observations());
 }

@@ -19,12 +19,13 @@ constexpr std::array saturated_advice = {
                          "same."}};
 
 // The readings at one end of an axis's range.
+// @param base  field_design() of the fit.
 std::vector<std::size_t> extremes(const SuspectRun& run,
                                   Eigen::Index axis,
                                   bool top,
-                                  const HypothesisFit& fit) {
+                                  const HypothesisFit& fit,
+                                  const Eigen::MatrixXd& base) {
   std::vector<double> sensed;
-  const Eigen::MatrixXd base = field_design(run.set(), fit.field);
   for (Eigen::Index i = 0; i < run.n(); ++i) {
     sensed.push_back((top ? 1.0 : -1.0) *
                      base.row(i).segment<3>(1).dot(fit.coefficients.col(axis).segment<3>(1)));
@@ -39,20 +40,21 @@ std::vector<std::size_t> extremes(const SuspectRun& run,
   return found;
 }
 
+std::vector<std::size_t> extremes(const SuspectRun& run, Eigen::Index axis, bool top) {
+  return extremes(run, axis, top, run.plain(), field_design(run.set(), run.plain().field));
+}
+
 // A shift of them, as a column.
-Eigen::MatrixXd extreme_columns(const SuspectRun& run,
-                                Eigen::Index axis,
-                                bool top,
-                                const HypothesisFit& fit) {
+Eigen::MatrixXd extreme_columns(const SuspectRun& run, Eigen::Index axis, bool top) {
   Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), 1);
-  for (const std::size_t i : extremes(run, axis, top, fit)) {
+  for (const std::size_t i : extremes(run, axis, top)) {
     Z(run.n() * axis + static_cast<Eigen::Index>(i), 0) = 1.0;
   }
   return Z;
 }
 
 HypothesisFit fit_saturated(const SuspectRun& run, Eigen::Index axis, bool top) {
-  const Eigen::MatrixXd Z = extreme_columns(run, axis, top, run.plain());
+  const Eigen::MatrixXd Z = extreme_columns(run, axis, top);
   HypothesisFit fit = run.fitter().fit(run.set(), {}, [&](const auto&, const auto&) { return Z; });
   // Readings at an end share a digit, and with it an error of half a step; those at the other end
   // may have the opposite one.
@@ -70,10 +72,12 @@ double count_of_ends(const SuspectRun& run) {
 }
 
 double quick_p_of_ends(const SuspectRun& run, const HypothesisFit& fit) {
+  const Eigen::MatrixXd base = field_design(run.set(), fit.field);
   double shifted = 0.0;
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     for (const bool top : {true, false}) {
-      shifted = std::max(shifted, run.drop_with(fit, extreme_columns(run, k, top, fit)));
+      shifted =
+          std::max(shifted, run.drop_with_shift(fit, k, extremes(run, k, top, fit, base)));
     }
   }
   return count_of_ends(run) * nested_f_p(fit.total(), fit.dof(), shifted, 1.0);
@@ -90,7 +94,7 @@ void detect_ends(const SuspectRun& run, const Consider& consider) {
 void explain_by_saturation(const SuspectRun& run, Explanations& found) {
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     for (const bool top : {true, false}) {
-      const std::vector<std::size_t> readings = extremes(run, k, top, run.plain());
+      const std::vector<std::size_t> readings = extremes(run, k, top);
       Correction correction = about(run, WarningCode::saturated, readings);
       found.add(fit_saturated(run, k, top), {drift_range * run.full_response(k)},
                 count_of_ends(run), std::move(correction),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,6 +24,9 @@ struct LeastSquaresFit {
   Eigen::VectorXd cooks_distance;  ///< NaN where not defined
 };
 
+/// The names of a design's parameters, made where somebody asks for them.
+using DesignNames = std::function<std::vector<std::string>()>;
+
 /// The design of a linear regression `y = X b + e`, factored once for any number of responses.
 ///
 /// The errors e are independent with variances sigma^2 / w_i. W^1/2 X P = Q R by Householder QR
@@ -44,14 +48,15 @@ class FactoredDesign {
 
   /// @param design   X, n x p with n >= p; any units.
   /// @param weights  n weights, not negative; empty: all 1. A weight 0 leaves the row out.
-  /// @param names    of the parameters, for the error; empty: "parameter 1", ...
+  /// @param names    of the parameters, asked for where there is an error to name them in; none:
+  ///                 "parameter 1", ...
   /// @throws DomainError         if sizes disagree, or an entry is not finite, or a weight
   /// negative.
   /// @throws RankDeficientError  if the columns are dependent to working precision; it names the
   ///                             parameters that the design leaves undetermined.
   explicit FactoredDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
                           const Eigen::Ref<const Eigen::VectorXd>& weights = Eigen::VectorXd(),
-                          const std::vector<std::string>& names = {});
+                          const DesignNames& names = {});
 
   /// @return the estimate alone, without statistics.
   [[nodiscard]] Eigen::VectorXd estimate(const Eigen::Ref<const Eigen::VectorXd>& y) const;
@@ -100,6 +105,7 @@ class FactoredDesign {
 class LeastSquaresDesign : public FactoredDesign {
  public:
   /// As FactoredDesign.
+  /// @param names  of the parameters, for the error.
   explicit LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
                               const Eigen::Ref<const Eigen::VectorXd>& weights = Eigen::VectorXd(),
                               const std::vector<std::string>& names = {});
