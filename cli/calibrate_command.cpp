@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/companion.hpp"
@@ -232,19 +235,58 @@ Suggestions suggestions_of(const CalibrateCommand& command) {
   return command.accept_suggestion ? Suggestions::accept : Suggestions::name;
 }
 
-// One unit of a batch.
+// What is told of one unit of a batch.
 struct Unit {
   std::string serial;
   std::string result;  // "pass", "fail", "ok", "warning", "refused", "error"
   std::string reason;
-  std::optional<Calibration> calibration;
+  std::vector<double> cells;  // of the table: each parameter and its uncertainty
+  std::string record;         // to be stored; empty where it is not
 };
+
+// Several units, made one after another.
+struct UnitsAtOnce {
+  std::vector<Unit> units;
+  std::vector<std::string> parameters;  // of the first that has some
+};
+
+void describe_unit(const CalibrateCommand& command,
+                   const Calibration& calibration,
+                   Unit& unit,
+                   std::vector<std::string>& parameters) {
+  const bool refused = calibration.findings.status == CalibrationStatus::refused;
+  unit.result = status_name(calibration.findings.status);
+  if (refused ||
+      (!calibration.findings.verdict && calibration.findings.status != CalibrationStatus::ok)) {
+    unit.reason = calibration.findings.warnings.front().message;
+  } else if (calibration.findings.verdict) {
+    unit.result = calibration.findings.verdict->passed ? "pass" : "fail";
+    unit.reason = reason_of(*calibration.findings.verdict);
+  }
+  if (command.table) {
+    for (const ParameterUncertainty& parameter : parameter_uncertainties(calibration)) {
+      unit.cells.insert(unit.cells.end(), {parameter.value, parameter.uncertainty.u});
+    }
+    if (parameters.empty()) {
+      parameters = calibration.fit.statistics->parameter_names;
+    }
+  }
+  if (command.output && (!refused || command.force)) {
+    try {
+      unit.record = calibration_json(calibration);
+    } catch (const DomainError& error) {  // a record that nobody could read again
+      unit.result = "error";
+      unit.reason = error.what();
+    }
+  }
+}
 
 Unit calibrate_unit(const CalibrateCommand& command,
                     const Experiment& experiment,
                     const Run& run,
                     const std::optional<Limits>& limits,
-                    const std::vector<Calibration>& earlier) {
+                    const std::vector<Calibration>& earlier,
+                    std::vector<std::string>& parameters) {
   Unit unit{.serial = run.serial};
   try {
     Experiment own = experiment;
@@ -252,16 +294,7 @@ Unit calibrate_unit(const CalibrateCommand& command,
     own.process = process_of(command, earlier, own, run);
     std::vector<Calibration> calibrations = calibrate_run(own, run, suggestions_of(command));
     apply_limits(limits, calibrations);
-    unit.calibration = std::move(calibrations.front());
-    const Calibration& calibration = *unit.calibration;
-    unit.result = status_name(calibration.findings.status);
-    if (calibration.findings.status == CalibrationStatus::refused ||
-        (!calibration.findings.verdict && calibration.findings.status != CalibrationStatus::ok)) {
-      unit.reason = calibration.findings.warnings.front().message;
-    } else if (calibration.findings.verdict) {
-      unit.result = calibration.findings.verdict->passed ? "pass" : "fail";
-      unit.reason = reason_of(*calibration.findings.verdict);
-    }
+    describe_unit(command, calibrations.front(), unit, parameters);
   } catch (const RefusedError& error) {
     unit.result = "error";
     unit.reason = with_options(error);
@@ -270,13 +303,7 @@ Unit calibrate_unit(const CalibrateCommand& command,
 }
 
 // The batch as a table: a row for each unit.
-std::string table_of(const std::vector<Unit>& units) {
-  const auto first = std::find_if(units.begin(), units.end(),
-                                  [](const Unit& unit) { return unit.calibration.has_value(); });
-  std::vector<std::string> parameters;
-  if (first != units.end()) {
-    parameters = first->calibration->fit.statistics->parameter_names;
-  }
+std::string table_of(const std::vector<Unit>& units, const std::vector<std::string>& parameters) {
   std::string text = "serial,result,reason";
   for (const std::string& parameter : parameters) {
     text += formatted(",{},{}", csv_cell(parameter), csv_cell("u_" + parameter));
@@ -284,14 +311,8 @@ std::string table_of(const std::vector<Unit>& units) {
   text += "\n";
   for (const Unit& unit : units) {
     text += formatted("{},{},{}", csv_cell(unit.serial), unit.result, csv_cell(unit.reason));
-    std::vector<ParameterUncertainty> values;
-    if (unit.calibration) {
-      values = parameter_uncertainties(*unit.calibration);
-    }
-    for (std::size_t p = 0; p < parameters.size(); ++p) {
-      const bool there = p < values.size();
-      text += formatted(",{},{}", there ? number_text(values[p].value) : "",
-                        there ? number_text(values[p].uncertainty.u) : "");
+    for (std::size_t cell = 0; cell < 2 * parameters.size(); ++cell) {
+      text += "," + (cell < unit.cells.size() ? number_text(unit.cells[cell]) : "");
     }
     text += "\n";
   }
@@ -300,7 +321,7 @@ std::string table_of(const std::vector<Unit>& units) {
 
 // Each unit's record and the table need files of their own, none of them an input: seen before the
 // work.
-void check_outputs(const CalibrateCommand& command, const std::vector<Run>& units) {
+void check_outputs(const CalibrateCommand& command, const UnitsOfRun& units) {
   if (command.output && units.size() > 1 &&
       command.output->find(serial_place) == std::string::npos) {
     throw UsageError(formatted(
@@ -318,10 +339,8 @@ void check_outputs(const CalibrateCommand& command, const std::vector<Run>& unit
   if (command.table) {
     add(*command.table);
   }
-  for (const Run& unit : units) {
-    if (command.output) {
-      add(output_for(*command.output, "", unit.serial));
-    }
+  for (std::size_t i = 0; i < units.size() && command.output; ++i) {
+    add(output_for(*command.output, "", units.serial(i)));
   }
 }
 
@@ -342,33 +361,51 @@ int run_batch(const CalibrateCommand& command,
         "several units go to files with {serial} or to --table, not with -o -, --json or --align");
   }
   std::vector<Unit> units;
+  std::vector<std::string> parameters;
   std::string text;
   std::size_t good = 0;
-  const std::vector<Run> runs = split_by_serial(run, experiment.instrument.serial);
-  check_outputs(command, runs);
-  units.resize(runs.size());
-  for_each_in_parallel(runs.size(), [&](std::size_t i) {
-    units[i] = calibrate_unit(command, experiment, runs[i], limits, earlier);
-  });
-  for (Unit& unit : units) {
-    if (unit.calibration) {
-      try {
-        static_cast<void>(store(command, {*unit.calibration}));
-      } catch (const DomainError& error) {  // a record that nobody could read again
-        unit.result = "error";
-        unit.reason = error.what();
-      }
+  const UnitsOfRun all(run, experiment.instrument.serial);
+  check_outputs(command, all);
+  // Records are stored as they come, in their order: all of thousands would fill the memory.
+  constexpr std::size_t at_once = 16;
+  std::size_t begin = 0;
+  const auto next = [&]() -> std::optional<std::function<UnitsAtOnce()>> {
+    if (begin == all.size()) {
+      return std::nullopt;
     }
-    good += unit.result == "pass" || unit.result == "ok" || unit.result == "warning" ? 1U : 0U;
-    text += formatted("{}: {}{}\n", unit.serial.empty() ? std::string("(no serial)") : unit.serial,
-                      unit.result, unit.reason.empty() ? "" : ": " + unit.reason);
-  }
+    const std::size_t first = begin;
+    begin = std::min(first + at_once, all.size());
+    return [&, first, last = begin] {
+      UnitsAtOnce piece;
+      for (std::size_t i = first; i < last; ++i) {
+        piece.units.push_back(
+            calibrate_unit(command, experiment, all[i], limits, earlier, piece.parameters));
+      }
+      return piece;
+    };
+  };
+  for_each_in_order<UnitsAtOnce>(next, [&](UnitsAtOnce piece) {
+    if (parameters.empty()) {
+      parameters = std::move(piece.parameters);
+    }
+    for (Unit& unit : piece.units) {
+      if (!unit.record.empty()) {
+        write_whole_file(output_for(*command.output, "", unit.serial), unit.record);
+        unit.record = {};
+      }
+      good += unit.result == "pass" || unit.result == "ok" || unit.result == "warning" ? 1U : 0U;
+      text +=
+          formatted("{}: {}{}\n", unit.serial.empty() ? std::string("(no serial)") : unit.serial,
+                    unit.result, unit.reason.empty() ? "" : ": " + unit.reason);
+      units.push_back(std::move(unit));
+    }
+  });
   text += formatted("yield: {} of {} units ({:.1f} %)\n", good, units.size(),
                     100.0 * static_cast<double>(good) / static_cast<double>(units.size()));
   if (command.table && *command.table != "-") {
-    write_whole_file(*command.table, table_of(units));
+    write_whole_file(*command.table, table_of(units, parameters));
   }
-  print_result_text(command.table == "-" ? table_of(units) : text);
+  print_result_text(command.table == "-" ? table_of(units, parameters) : text);
   return good == units.size() ? 0 : 1;
 }
 

@@ -200,7 +200,7 @@ int run_history(const CheckCommand& command) {
   for (const UnitHistory& unit : units) {
     text += history_text(unit) + "\n";
   }
-  return report(command, history_json(units), text, outside);
+  return report(command, command.json ? history_json(units) : "", text, outside);
 }
 
 double alpha_of(const CheckCommand& command) {

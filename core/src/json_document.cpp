@@ -64,6 +64,18 @@ void append_column(std::string& out, const Json::binary_t& column, std::size_t i
   out += ']';
 }
 
+// NOLINTNEXTLINE(misc-no-recursion): as append()
+std::size_t size_of_columns(const Json& value) {
+  if (value.is_binary()) {
+    return value.get_binary().size();
+  }
+  std::size_t sum = 0;
+  for (const Json& child : value.is_object() ? value : Json()) {
+    sum += size_of_columns(child);
+  }
+  return sum;
+}
+
 // NOLINTNEXTLINE(misc-no-recursion): the records that we write are a few levels deep
 void append(std::string& out, const Json& value, std::size_t indent) {
   if (value.is_binary()) {
@@ -389,6 +401,152 @@ JsonValue parse_json(std::string_view text, std::string path) {
 
 namespace {
 
+// Goes over a JSON text without reading its values. Whoever finds the end too early gives up.
+class JsonSkimmer {
+ public:
+  JsonSkimmer(std::string_view text, std::span<const std::string_view> members)
+      : text_(text), members_(members) {}
+
+  // @return nothing where the text is not whole.
+  [[nodiscard]] std::optional<std::string> without_members() {
+    skip_space();
+    const bool whole = at() == '{' && take_object("");
+    skip_space();
+    return whole && place_ == text_.size() ? std::optional(std::move(kept_)) : std::nullopt;
+  }
+
+ private:
+  [[nodiscard]] char at() const { return place_ < text_.size() ? text_[place_] : '\0'; }
+
+  void skip_space() {
+    while (place_ < text_.size() && std::string_view(" \t\r\n").find(at()) != text_.npos) {
+      ++place_;
+    }
+  }
+
+  // From one quote to behind the other.
+  bool skip_string() {
+    for (++place_; place_ < text_.size(); ++place_) {
+      if (at() == '\\') {
+        ++place_;
+      } else if (at() == '"') {
+        ++place_;
+        return true;
+      }
+    }
+    return false;
+  }
+
+  bool skip_value() {
+    if (at() == '"') {
+      return skip_string();
+    }
+    std::size_t depth = 0;
+    do {
+      while (place_ < text_.size() && !is_mark(text_[place_]) &&
+             (depth > 0 || text_[place_] != ',')) {
+        ++place_;
+      }
+      switch (at()) {
+        case '"':
+          if (!skip_string()) {
+            return false;
+          }
+          break;
+        case '{':
+        case '[':
+          ++depth;
+          ++place_;
+          break;
+        case '}':
+        case ']':
+          if (depth == 0) {
+            return true;  // of a number or a word, what holds it
+          }
+          --depth;
+          ++place_;
+          break;
+        default:
+          return depth == 0 && at() == ',';
+      }
+    } while (depth > 0);
+    return true;
+  }
+
+  static bool is_mark(char c) { return c == '"' || c == '{' || c == '}' || c == '[' || c == ']'; }
+
+  // NOLINTNEXTLINE(misc-no-recursion): as deep as the members that are cut out
+  bool take_object(const std::string& pointer) {
+    ++place_;
+    kept_ += '{';
+    bool first = true;
+    for (;;) {
+      skip_space();
+      if (at() == '}') {
+        ++place_;
+        kept_ += '}';
+        return true;
+      }
+      const std::size_t begin = place_;
+      if (at() != '"' || !skip_string()) {
+        return false;
+      }
+      const std::string name =
+          pointer + "/" + std::string(text_.substr(begin + 1, place_ - begin - 2));
+      skip_space();
+      if (at() != ':') {
+        return false;
+      }
+      ++place_;
+      skip_space();
+      const auto is_cut = [&](std::string_view member) { return member == name; };
+      const auto is_within = [&](std::string_view member) {
+        return member.starts_with(name) && member.substr(name.size()).starts_with("/");
+      };
+      const std::size_t before = kept_.size();
+      kept_ += first ? "" : ",";
+      bool whole = true;
+      if (at() == '{' && std::any_of(members_.begin(), members_.end(), is_within)) {
+        kept_ += text_.substr(begin, place_ - begin);
+        whole = take_object(name);
+        first = false;
+      } else {
+        whole = skip_value();
+        if (std::any_of(members_.begin(), members_.end(), is_cut)) {
+          kept_.resize(before);
+        } else {
+          kept_ += text_.substr(begin, place_ - begin);
+          first = false;
+        }
+      }
+      skip_space();
+      if (!whole || (at() != ',' && at() != '}')) {
+        return false;
+      }
+      if (at() == ',') {
+        ++place_;
+        skip_space();
+        if (at() == '}') {
+          return false;
+        }
+      }
+    }
+  }
+
+  std::string_view text_;
+  std::span<const std::string_view> members_;
+  std::size_t place_ = 0;
+  std::string kept_;
+};
+
+}  // namespace
+
+std::string without_members(std::string_view text, std::span<const std::string_view> members) {
+  return JsonSkimmer(text, members).without_members().value_or(std::string(text));
+}
+
+namespace {
+
 // NOLINTNEXTLINE(misc-no-recursion): as append()
 void put_nulls(Json& value) {
   if (value.is_structured()) {
@@ -411,6 +569,11 @@ JsonValue as_read_back(Json value, std::string path) {
 
 std::string json_text(const Json& value) {
   std::string out;
+  // Columns are most of what is long.
+  constexpr std::size_t others = std::size_t{1} << 16U;
+  if (const std::size_t columns = size_of_columns(value); columns > others) {
+    out.reserve(columns + columns / 4 + others);
+  }
   append(out, value, 0);
   out += '\n';
   return out;
@@ -468,6 +631,7 @@ void JsonColumns::put_value(std::string_view key, const Json& value) {
 
 Json JsonColumns::take() {
   Json columns = Json::object();
+  columns.get_ref<Json::object_t&>().reserve(columns_.size());  // which copies when it grows
   for (Column& column : columns_) {
     for (; column.count < rows_; ++column.count) {
       column.cells += "null\n";

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "axiscal/calib/bias_fit.hpp"
@@ -116,14 +118,19 @@ void compare_polar_fit(const ReadingSet& set, const TableField& field, Calibrati
   }
 }
 
-Observations without_left_out(const Experiment& experiment, const Observations& observations) {
-  Observations used;
-  for (const Reading& reading : observations.readings) {
+// The readings of the fit alone; nothing where those are all.
+std::optional<Observations> without_left_out(const Experiment& experiment,
+                                             const Observations& observations) {
+  const auto is_out = [&](const Reading& reading) {
     const std::vector<int>& out = experiment.leave_out;
-    if (!reading.confirm && std::find(out.begin(), out.end(), reading.run) == out.end()) {
-      used.readings.push_back(reading);
-    }
+    return reading.confirm || std::find(out.begin(), out.end(), reading.run) != out.end();
+  };
+  const std::vector<Reading>& all = observations.readings;
+  if (std::none_of(all.begin(), all.end(), is_out)) {
+    return std::nullopt;
   }
+  Observations used;
+  std::remove_copy_if(all.begin(), all.end(), std::back_inserter(used.readings), is_out);
   used.has_fence = observations.has_fence;
   return used;
 }
@@ -134,14 +141,14 @@ class RunFit {
   RunFit(const Experiment& experiment, const Observations& observations)
       : experiment_(experiment),
         observations_(observations),
-        used_(without_left_out(experiment, observations)),
-        method_(choose_method(experiment, used_)),
+        without_left_out_(without_left_out(experiment, observations)),
+        method_(choose_method(experiment, used())),
         kind_(method_kind(method_)),
         weighting_(experiment.weighting.value_or(observations.samples ? Weighting::samples
                                                                       : Weighting::none)),
         by_field_(kind_.directions_known && brings_field(observations)),
-        source_(checked(experiment, used_, method_), observations, weighting_, by_field_) {
-    check_method(experiment, observations, used_, method_, by_field_);
+        source_(checked(experiment, used(), method_), observations, weighting_, by_field_) {
+    check_method(experiment, observations, used(), method_, by_field_);
     parts_ = resolve_field(experiment, source_.mean_time_s());
     check_unit(experiment.instrument, parts_.front());
     if (field_moves(experiment) && !by_field_ && !parts_.front().in_table) {
@@ -169,7 +176,7 @@ class RunFit {
     calibration_.provenance.slot = experiment_.slot;
     calibration_.fit.level_by_block = experiment_.level_by == LevelBy::block;
     calibration_.fit.left_out = experiment_.leave_out;
-    note_choice_of_method(experiment_, used_, method_, calibration_);
+    note_choice_of_method(experiment_, used(), method_, calibration_);
     if (kind_.directions_known && !by_field_) {
       check_known_magnitude(calibration_.sensor.field);
     }
@@ -249,6 +256,7 @@ class RunFit {
       search.mounts = source_.mount_turns();
       search.mounts_expected = mounts_expected_;
       count_scatter(search, estimate_);
+      search.forget_run();
       if (!is_transfer) {
         estimate_.curvature = test_curvature(experiment_, fitted_, method_, estimate_);
       }
@@ -363,6 +371,11 @@ class RunFit {
   }
 
  private:
+  // The readings of the fit.
+  [[nodiscard]] const Observations& used() const {
+    return without_left_out_ ? *without_left_out_ : observations_;
+  }
+
   // What must be so before the readings are looked at by axis and weight.
   static const Experiment& checked(const Experiment& experiment,
                                    const Observations& used,
@@ -504,7 +517,7 @@ class RunFit {
 
   const Experiment& experiment_;
   const Observations& observations_;
-  Observations used_;  // the readings of the fit alone
+  std::optional<Observations> without_left_out_;  // where some are
   Method method_;
   const MethodKind& kind_;
   Weighting weighting_;

@@ -34,9 +34,11 @@ std::vector<Calibration> calibrate_one(Experiment experiment,
                      "the positioner's mounts are not used, as no slot is stated: the instrument's "
                      "frame is taken as the cube's"});
   }
-  return {suggestions == Suggestions::accept
-              ? calibrate_with_suggestions(experiment, run.observations)
-              : calibrate(experiment, run.observations)};
+  std::vector<Calibration> one;  // a list would copy it
+  one.push_back(suggestions == Suggestions::accept
+                    ? calibrate_with_suggestions(experiment, run.observations)
+                    : calibrate(experiment, run.observations));
+  return one;
 }
 
 // A slot that is called as columns of another kind of instrument would be calibrated as this one.

@@ -44,10 +44,9 @@ void make_robust(AxisRegression& axis,
         return bisquare.weights;
       },
       [&](const Eigen::MatrixXd& robust) {
-        axis.fit =
-            LeastSquaresDesign(FactoredDesign(design, axis.weights.cwiseProduct(robust), names),
-                               design)
-                .fit(response);
+        axis.fit = LeastSquaresDesign(
+                       FactoredDesign(design, axis.weights.cwiseProduct(robust), names), design)
+                       .fit(response);
       });
   axis.fit.degrees_of_freedom = static_cast<double>(plain.observations()) - p;
   axis.fit.residual_sd = bisquare.scale * std::sqrt(bisquare.variance_factor);
@@ -247,6 +246,8 @@ RegressionRows rows_of_readings(const ReadingSet& set) {
   using Key = std::tuple<std::optional<DesignPoint>, FieldLevel, int, std::vector<double>>;
   std::map<Key, int> numbers;
   RegressionRows rows;
+  rows.group.reserve(set.readings.size());
+  rows.rows.reserve(set.readings.size());
   const bool continuous = set.temperature.order > 0 && set.temperature.soak.empty();
   for (std::size_t i = 0; i < set.readings.size(); ++i) {
     const Reading& reading = set.readings[i];

@@ -52,7 +52,7 @@ DeletionFit::DeletionFit(const ReadingSet& set, const TableField& field, bool kn
         {.information = axis.projected.transpose() * axis.projected,
          .gradient = axis.projected.transpose() * axis.residuals,
          .squares = axis.residuals.squaredNorm(),
-         .degrees_of_freedom = static_cast<double>(axis.design->observations() - axis.X.cols())});
+         .degrees_of_freedom = static_cast<double>(axis.design->observations() - axis.X().cols())});
   }
 }
 

@@ -52,7 +52,7 @@ class GeneralizedFit {
                  bool known_field,
                  bool seats,
                  const Estimate& start)
-      : set_(layings.set),
+      : set_(layings.set()),
         layings_(layings),
         inputs_(inputs),
         known_field_(known_field),
@@ -441,8 +441,7 @@ class GeneralizedFit {
     problem.pure_squares.head(m) = layings_.squares;
     problem.pure_degrees_of_freedom.head(m) = layings_.degrees_of_freedom;
     for (Eigen::Index k = 0; k < m; ++k) {
-      Eigen::MatrixXd& own =
-          problem.roots.emplace_back(Eigen::MatrixXd::Zero(run.row_count(), 1));
+      Eigen::MatrixXd& own = problem.roots.emplace_back(Eigen::MatrixXd::Zero(run.row_count(), 1));
       own(run.rows_of_axis(k), 0) = (set_.weights.col(k).array() > 0.0).cast<double>();
     }
     if (seats_) {
@@ -484,7 +483,7 @@ bool looks_for_seats(const Experiment& experiment,
   }
   // What steps of the readings leave is nobody's noise, and parts no seats from it.
   return experiment.seats == SeatSetup::fit ||
-         (layings.set.size() >= fewest && layings.set.size() <= most &&
+         (layings.set().size() >= fewest && layings.set().size() <= most &&
           !is_coarsely_rounded(set, experiment.stated.resolution, estimate.statistics.residual_sd));
 }
 
@@ -526,10 +525,10 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
       return std::nullopt;  // rounding bends as it likes
     }
   }
-  const Layings layings = layings_of(without_unpaired(set, estimate));
+  const Layings layings = layings_of(set, estimate);
   const bool known = method_kind(method).directions_known;
   const std::vector<InputQuantity> inputs =
-      input_quantities(experiment, layings.set, known, estimate.field);
+      input_quantities(experiment, layings.set(), known, estimate.field);
   const bool seats = seats_of(statistics) != nullptr;
   return GeneralizedFit(layings, inputs, known, seats, estimate).curvature();
 }
@@ -547,9 +546,9 @@ std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
   if (own.empty()) {
     return std::nullopt;
   }
-  const Layings layings = layings_of(without_unpaired(set, estimate));
+  const Layings layings = layings_of(set, estimate);
   const std::vector<InputQuantity> inputs =
-      input_quantities(experiment, layings.set, known, estimate.field);
+      input_quantities(experiment, layings.set(), known, estimate.field);
   GeneralizedFit fit(layings, inputs, known, false, estimate);
   if (!fit.solve()) {
     return std::nullopt;
@@ -567,9 +566,9 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
   if (!can_weigh(set, estimate)) {
     return {};
   }
-  const Layings layings = layings_of(without_unpaired(set, estimate));
+  const Layings layings = layings_of(set, estimate);
   const std::vector<InputQuantity> inputs =
-      input_quantities(experiment, layings.set, known, estimate.field);
+      input_quantities(experiment, layings.set(), known, estimate.field);
   const bool has_normals = !inputs.empty() && inputs.front().name == "positioner";
   if (experiment.robust) {
     if (has_normals) {

@@ -33,7 +33,7 @@ RobustRound robust_round(const ReadingSet& set,
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
     const Eigen::VectorXd residuals =
-        set.weights.col(k).cwiseSqrt().cwiseProduct(set.response.col(k) - axis.X * axis.estimate);
+        set.weights.col(k).cwiseSqrt().cwiseProduct(set.response.col(k) - axis.X() * axis.estimate);
     const BisquareWeights bisquare = bisquare_weights(
         residuals, leverage.col(k),
         static_cast<double>(axis.design->observations()) - degrees_of_freedom(k), set.rounding(k));
@@ -81,7 +81,7 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Joi
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     JointAxis& axis = solution.state.axes[static_cast<std::size_t>(k)];
     axis.estimate = state.axes[static_cast<std::size_t>(k)].estimate;
-    axis.residuals = axis.root_weights.cwiseProduct(set.response.col(k) - axis.X * axis.estimate);
+    axis.residuals = axis.root_weights.cwiseProduct(set.response.col(k) - axis.X() * axis.estimate);
   }
   return describe_joint(set, solution, robust);
 }

@@ -74,7 +74,7 @@ Estimate describe_joint(const ReadingSet& set,
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
     if (k == 0 || axis.design != state.axes[static_cast<std::size_t>(k) - 1].design) {
-      design.emplace(*axis.design, axis.X);
+      design.emplace(*axis.design, axis.X());
     }
     const double nu = statistics.degrees_of_freedom(k);
     const double s = solution.sigma(k);
@@ -96,7 +96,7 @@ Estimate describe_joint(const ReadingSet& set,
     statistics.covariance.block(p * k, p * k, p, p) +=
         s2 * design->unscaled_covariance().topLeftCorner(p, p);
     statistics.variance_inflation.row(k) =
-        variance_inflation(axis.X, set.weights.col(k), own).segment<3>(1);
+        variance_inflation(axis.X(), set.weights.col(k), own).segment<3>(1);
 
     const Eigen::VectorXd leverage =
         design->leverage() +

@@ -24,16 +24,19 @@ JointState JointFit::at(const TableField& field, bool directions_given) const {
     // Axes of the same weights share one factorisation.
     const bool shared = k > 0 && weights_.col(k) == weights_.col(k - 1) &&
                         set_.temperature.order == 0 && set_.visible.empty();
-    axis.X = set_.all_columns(designs.of(k), k);
+    axis.columns =
+        shared ? state.axes.back().columns
+               : std::make_shared<const Eigen::MatrixXd>(set_.all_columns(designs.of(k), k));
     axis.design = shared ? state.axes.back().design
                          : std::make_shared<const FactoredDesign>(
-                               axis.X, weights_.col(k), [&] { return set_.names_of_axis(k); });
+                               axis.X(), weights_.col(k), [&] { return set_.names_of_axis(k); });
     axis.root_weights = weights_.col(k).cwiseSqrt();
     axis.estimate = axis.design->estimate(set_.response.col(k));
-    axis.residuals = axis.root_weights.cwiseProduct(set_.response.col(k) - axis.X * axis.estimate);
-    axis.take_up.resize(axis.X.cols(), directions);
-    axis.tangents.resize(axis.X.rows(), directions);
-    axis.projected.resize(axis.X.rows(), directions);
+    axis.residuals =
+        axis.root_weights.cwiseProduct(set_.response.col(k) - axis.X() * axis.estimate);
+    axis.take_up.resize(axis.X().cols(), directions);
+    axis.tangents.resize(axis.X().rows(), directions);
+    axis.projected.resize(axis.X().rows(), directions);
     if (directions > 0) {
       if (k == 0 || !set_.visible.empty()) {  // else what one axis sees all see
         field_changes = changes_with_directions(set_, field, state.tangents, k);
@@ -44,7 +47,7 @@ JointState JointFit::at(const TableField& field, bool directions_given) const {
         axis.take_up.col(j) = axis.design->estimate(change.col(j));
       }
       axis.tangents = axis.root_weights.asDiagonal() * change;
-      axis.projected = axis.root_weights.asDiagonal() * (change - axis.X * axis.take_up);
+      axis.projected = axis.root_weights.asDiagonal() * (change - axis.X() * axis.take_up);
     }
     state.axes.push_back(std::move(axis));
   }
@@ -131,7 +134,7 @@ std::optional<Reweighting> JointFit::reweighted(const JointState& state,
         {.information = P.transpose() * P,
          .gradient = P.transpose() * axis.residuals,
          .squares = axis.residuals.squaredNorm(),
-         .degrees_of_freedom = static_cast<double>(axis.design->observations() - axis.X.cols())});
+         .degrees_of_freedom = static_cast<double>(axis.design->observations() - axis.X().cols())});
   }
   const std::optional<SharedFit> fit = fit_shared(sums, sigma.cwiseAbs2(), smallest.cwiseAbs2());
   if (!fit) {
@@ -150,7 +153,7 @@ DirectionShares JointFit::shares(const JointState& state, const Eigen::VectorXd&
     const Eigen::MatrixXd part = T.middleRows(k * set_.size(), set_.size()) * root;
     shares.degrees_of_freedom(k) =
         static_cast<double>(state.axes[static_cast<std::size_t>(k)].design->observations()) -
-        static_cast<double>(state.axes.front().X.cols()) - part.squaredNorm();
+        static_cast<double>(state.axes.front().X().cols()) - part.squaredNorm();
   }
   return shares;
 }

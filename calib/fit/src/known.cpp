@@ -24,8 +24,9 @@ Estimate estimate_known(const ReadingSet& set, const TableField& field) {
   AxisRegressor regressor(set.robust);
   std::vector<AxisRegression> axes;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    axes.push_back(regressor.fit(set.all_columns(designs.of(k), k), set.response.col(k),
-                                 set.weights.col(k), [&set, k] { return set.names_of_axis(k); }, set.rounding(k)));
+    axes.push_back(regressor.fit(
+        set.all_columns(designs.of(k), k), set.response.col(k), set.weights.col(k),
+        [&set, k] { return set.names_of_axis(k); }, set.rounding(k)));
   }
   Estimate estimate = summarize(set, axes, rows_of_readings(set));
   estimate.mean_field = design.middleCols<3>(1).rowwise().norm().mean();

@@ -43,13 +43,13 @@ PoseMeans means_of_axis(const ReadingSet& set,
                   .errors = Eigen::MatrixXd::Zero(poses, errors.cols())};
   // Effects of the run are no part of a pose: what the fit says of them is taken off.
   const Eigen::Index effects = set.effects.columns.cols();
-  const Eigen::VectorXd of_effects = axis.X.rightCols(effects) * axis.estimate.tail(effects);
+  const Eigen::VectorXd of_effects = axis.X().rightCols(effects) * axis.estimate.tail(effects);
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     const double w = set.weights(i, k);
     const Eigen::Index pose = group[static_cast<std::size_t>(i)];
     means.weights(pose) += w;
     means.response(pose) += w * (set.response(i, k) - of_effects(i));
-    means.design.row(pose).head(p) += w * axis.X.row(i).head(p);
+    means.design.row(pose).head(p) += w * axis.X().row(i).head(p);
     means.errors.row(pose) += w * errors.row(i);
     if (w > 0.0) {
       means.design.row(pose).tail(tangents.cols()) += std::sqrt(w) * tangents.row(i);

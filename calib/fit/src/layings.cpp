@@ -2,15 +2,20 @@
 #include "layings.hpp"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace axiscal {
 
-Layings layings_of(const ReadingSet& set) {
-  const Eigen::Index m = set.axis_count();
-  Layings layings{.set = set,
+Layings layings_of(const ReadingSet& given, const Estimate& estimate) {
+  const Eigen::Index m = given.axis_count();
+  Layings layings{.given = given,
+                  .own = estimate.unpaired.empty()
+                             ? std::nullopt
+                             : std::optional(without_unpaired(given, estimate)),
                   .squares = Eigen::VectorXd::Zero(m),
                   .degrees_of_freedom = Eigen::VectorXd::Zero(m)};
+  const ReadingSet& set = layings.set();
   if (set.temperature.order > 0) {
     return layings;
   }
@@ -29,7 +34,7 @@ Layings layings_of(const ReadingSet& set) {
   if (firsts.size() == set.readings.size()) {
     return layings;
   }
-  ReadingSet& means = layings.set;
+  ReadingSet means = set;
   const auto count = static_cast<Eigen::Index>(firsts.size());
   means.readings.clear();
   means.rotation_sensor_from_table.clear();
@@ -62,6 +67,7 @@ Layings layings_of(const ReadingSet& set) {
       means.effects.columns.row(s) = set.effects.columns.middleRows(first, rows).colwise().mean();
     }
   }
+  layings.own = std::move(means);
   return layings;
 }
 

@@ -1,21 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+
 #include <Eigen/Core>
 
+#include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/reading_set.hpp"
 
 namespace axiscal {
 
 /// Readings of which each is the mean of one laying, with what the laying's own scatter says.
 struct Layings {
-  ReadingSet set;
+  [[nodiscard]] const ReadingSet& set() const { return own ? *own : given; }
+
+  const ReadingSet& given;             // must outlive it
+  std::optional<ReadingSet> own;       // where they are others than those
   Eigen::VectorXd squares;             // m: sums of squares within layings
   Eigen::VectorXd degrees_of_freedom;  // m
 };
 
-/// Consecutive readings at one design point, level and block are one laying. Over temperature each
-/// reading stands for itself.
-[[nodiscard]] Layings layings_of(const ReadingSet& set);
+/// Readings that the estimate left unpaired do not count. Consecutive readings at one design point,
+/// level and block are one laying. Over temperature each reading stands for itself.
+[[nodiscard]] Layings layings_of(const ReadingSet& given, const Estimate& estimate);
 
 }  // namespace axiscal

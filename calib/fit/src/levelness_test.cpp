@@ -63,10 +63,11 @@ void test_levelness(const ReadingSet& set, bool known_field, Estimate& estimate)
     return;
   }
   Levelness& levelness = *estimate.levelness;
-  const ReadingSet used = without_unpaired(set, estimate);
+  const std::optional<ReadingSet> paired =
+      estimate.unpaired.empty() ? std::nullopt : std::optional(without_unpaired(set, estimate));
   const OppositePairs opposites = find_opposite_pairs(set);
   const std::vector<FaceContrasts> faces = contrasts_by_face(opposites.pairs);
-  const DeletionFit others(used, estimate.field, known_field);
+  const DeletionFit others(paired ? *paired : set, estimate.field, known_field);
   double smallest = 2.0;
   const FaceContrasts* suspect = nullptr;
   for (const FaceContrasts& face : faces) {

@@ -46,9 +46,9 @@ LinearisedRun::LinearisedRun(const ReadingSet& set,
     r_(rows_of_axis(k)) = axis.residuals / sigma_(k);
     x_.segment(p * k, p) = axis.estimate;
     sensitivity_.row(k) = axis.estimate.segment<3>(1).transpose();
-    along_.col(k) =
-        axis.root_weights.cwiseProduct(axis.X.middleCols<3>(1) * sensitivity_.row(k).transpose()) /
-        sigma_(k);
+    along_.col(k) = axis.root_weights.cwiseProduct(axis.X().middleCols<3>(1) *
+                                                   sensitivity_.row(k).transpose()) /
+                    sigma_(k);
     rows_ += static_cast<double>(axis.design->observations());
   }
   find_covariance();
@@ -123,9 +123,9 @@ void LinearisedRun::find_covariance() {
 
 Eigen::MatrixXd LinearisedRun::columns_of_axis(Eigen::Index axis) const {
   const JointAxis& own = axis_of(axis);
-  const Eigen::Index p = own.X.cols();
+  const Eigen::Index p = own.X().cols();
   Eigen::MatrixXd J(readings(), p + shared());
-  J.leftCols(p) = (own.root_weights / sigma_(axis)).asDiagonal() * own.X;
+  J.leftCols(p) = (own.root_weights / sigma_(axis)).asDiagonal() * own.X();
   J.rightCols(shared()) = own.tangents.leftCols(shared()) / sigma_(axis);
   return J;
 }
@@ -202,7 +202,7 @@ Eigen::RowVector3d LinearisedRun::change_with_field(Eigen::Index reading, Eigen:
 }
 
 Eigen::Matrix<double, Eigen::Dynamic, 3> LinearisedRun::field_met(Eigen::Index axis) const {
-  return axis_of(axis).X.middleCols<3>(1);
+  return axis_of(axis).X().middleCols<3>(1);
 }
 
 Eigen::MatrixXd LinearisedRun::own_columns(Eigen::Index axis) const {
@@ -210,7 +210,7 @@ Eigen::MatrixXd LinearisedRun::own_columns(Eigen::Index axis) const {
       sigma_(axis) * set_.weights.col(axis).cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
   const Eigen::Index c = set_.coefficient_count();
   Eigen::MatrixXd own(readings(), c + shared());
-  own << axis_of(axis).X.leftCols(c),
+  own << axis_of(axis).X().leftCols(c),
       scale.asDiagonal() * (axis_of(axis).tangents.leftCols(shared()) / sigma_(axis));
   return own;
 }
@@ -222,7 +222,7 @@ LinearisedRun::AxisRows LinearisedRun::rows_of(Eigen::Index axis) const {
       rows.readings.push_back(i);
     }
   }
-  rows.design = axis_of(axis).X(rows.readings, Eigen::seqN(0, set_.coefficient_count()));
+  rows.design = axis_of(axis).X()(rows.readings, Eigen::seqN(0, set_.coefficient_count()));
   rows.response = set_.response(rows.readings, axis);
   rows.weights = set_.weights(rows.readings, axis);
   return rows;

@@ -175,8 +175,9 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
     std::vector<AxisRegression> axes;
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
       const AxisData data = axis_data(set, pooled, k, field);
-      axes.push_back(regressor.fit(data.design, data.response, data.weights, [&set, k] { return set.names_of_axis(k); },
-                                   set.rounding(k)));
+      axes.push_back(regressor.fit(
+          data.design, data.response, data.weights, [&set, k] { return set.names_of_axis(k); },
+          set.rounding(k)));
     }
     estimate = summarize(set, axes, rows_of(pooled, set));
     estimate.field = field;

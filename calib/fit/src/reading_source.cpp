@@ -208,6 +208,8 @@ void ReadingSource::put_readings(const std::vector<std::size_t>& rows, ReadingSe
   const auto n = static_cast<Eigen::Index>(rows.size());
   set.response.resize(n, observations_.response.cols());
   set.weights.resize(n, observations_.response.cols());
+  set.readings.reserve(rows.size());
+  set.rotation_sensor_from_table.reserve(by_field_ ? 0 : rows.size());
   for (Eigen::Index i = 0; i < n; ++i) {
     const std::size_t row = rows[static_cast<std::size_t>(i)];
     const auto from = static_cast<Eigen::Index>(row);

@@ -86,9 +86,10 @@ Estimate estimate_transfer(const ReadingSet& given,
                                  set.axes.front() + ".sensitivity");
   names.front() = all_names.front();
   names.insert(names.end(), all_names.begin() + 4, all_names.end());
-  AxisRegression axis =
-      AxisRegressor(set.robust)
-          .fit(columns, set.response.col(0), set.weights.col(0), [&] { return names; }, set.rounding(0));
+  AxisRegression axis = AxisRegressor(set.robust)
+                            .fit(
+                                columns, set.response.col(0), set.weights.col(0),
+                                [&] { return names; }, set.rounding(0));
   std::optional<CurvatureTest> curvature;
   if (seen.cols() == 1) {
     curvature = curvature_along(set, columns, columns.col(1), axis.fit);

@@ -354,7 +354,8 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     }
     result.residuals = left.reshaped(n, m);
     const double now = left.squaredNorm();
-    const bool still = turned < 1e-9 || is_linear || (round > 2 && std::abs(now - previous) <= 1e-10 * now);
+    const bool still =
+        turned < 1e-9 || is_linear || (round > 2 && std::abs(now - previous) <= 1e-10 * now);
     previous = now;
     if (still) {
       result.added = step.z.tail(q);

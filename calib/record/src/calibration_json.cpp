@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/calibration_json.hpp"
 
+#include <array>
 #include <limits>
 
 #include "axiscal/calib/uncertainty.hpp"
@@ -565,6 +566,8 @@ std::string calibration_json(const Calibration& calibration) {
   const bool newer = calibration.sensor.temperature &&
                      calibration.sensor.temperature->has_own_sensors();  // 0.1 would misread it
   Json json = {{"format", "axiscal-calibration"}, {"version", newer ? 2 : 1}};
+  constexpr std::size_t most_members = 64;
+  json.get_ref<Json::object_t&>().reserve(most_members);  // which copies when it grows
   JsonMembers io(json);
   Calibration written = calibration;
   members(io, written);
@@ -590,6 +593,39 @@ void write(const Calibration& calibration, const std::string& path) {
 
 Calibration read_calibration(const std::string& path) {
   return parse_calibration(read_whole_file(path), path);
+}
+
+Calibration read_fitted_parameters(const std::string& path) {
+  // Large, or written beside what it follows from.
+  static constexpr std::array<std::string_view, 23> others = {"/inputs",
+                                                              "/experiment",
+                                                              "/coefficients/polar",
+                                                              "/polar_fit",
+                                                              "/quantities",
+                                                              "/statistics/rows",
+                                                              "/statistics/components",
+                                                              "/statistics/standard_error",
+                                                              "/statistics/interval_95",
+                                                              "/statistics/variance_inflation",
+                                                              "/statistics/lack_of_fit",
+                                                              "/uncertainty/parameters",
+                                                              "/conditions",
+                                                              "/orientations",
+                                                              "/field_size",
+                                                              "/levelness",
+                                                              "/verdict",
+                                                              "/corrections",
+                                                              "/suggestion",
+                                                              "/confirmation",
+                                                              "/residuals",
+                                                              "/warnings",
+                                                              "/notes"};
+  const std::string text = read_whole_file(path);
+  try {
+    return parse_calibration(without_members(text, others), path);
+  } catch (const DataError&) {
+    return parse_calibration(text, path);  // which says where in the file
+  }
 }
 
 }  // namespace axiscal

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "axiscal/core/error.hpp"
 
@@ -19,11 +20,11 @@ int numbered_on(std::int64_t number) {
 
 }  // namespace
 
-Observations concatenate(const std::vector<Observations>& parts) {
+Observations concatenate(std::vector<Observations> parts) {
   if (parts.empty()) {
     throw DomainError("concatenate: no observations");
   }
-  Observations all = parts.front();
+  Observations all = std::move(parts.front());
   for (std::size_t k = 1; k < parts.size(); ++k) {
     const Observations& part = parts[k];
     if (part.response.cols() != all.response.cols()) {
@@ -82,6 +83,7 @@ Observations select_rows(const Observations& observations, const std::vector<std
   some.has_block = observations.has_block;
   some.has_level = observations.has_level;
   some.has_fence = observations.has_fence;
+  some.readings.reserve(rows.size());
   for (const std::size_t row : rows) {
     some.readings.push_back(observations.readings[row]);
   }

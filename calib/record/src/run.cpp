@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <string_view>
 #include <unordered_map>
 #include <utility>
 
@@ -107,7 +108,11 @@ Run join_runs(std::vector<Run> files, Units units) {
     note_ignored_columns(file, run.notes);
     run.inputs.insert(run.inputs.end(), file.inputs.begin(), file.inputs.end());
     run.axes = file.axes;
-    run.serials.insert(run.serials.end(), file.serials.begin(), file.serials.end());
+    if (run.serials.empty()) {
+      run.serials = std::move(file.serials);
+    } else {
+      run.serials.insert(run.serials.end(), file.serials.begin(), file.serials.end());
+    }
     parts.push_back(std::move(file.observations));
   }
   if (!without_serial.empty()) {
@@ -117,7 +122,7 @@ Run join_runs(std::vector<Run> files, Units units) {
     }
     run.serials.clear();  // all are of the one unit
   }
-  run.observations = concatenate(parts);
+  run.observations = concatenate(std::move(parts));
   return run;
 }
 
@@ -126,35 +131,46 @@ bool has_several_units(const Run& run) {
                      [&](const std::string& serial) { return serial != run.serials.front(); });
 }
 
-std::vector<Run> split_by_serial(const Run& run, const std::string& stated_serial) {
+UnitsOfRun::UnitsOfRun(const Run& run, const std::string& stated_serial) : run_(run) {
   if (run.serials.empty()) {
-    Run only = run;
-    only.serial = stated_serial.empty() ? run.serial : stated_serial;
-    return {only};
+    units_.push_back({.serial = stated_serial.empty() ? run.serial : stated_serial, .rows = {}});
+    return;
   }
   // Thousands of units in one file: each row is looked at once.
-  std::vector<std::string> serials;  // in the order of the file
-  std::unordered_map<std::string, std::vector<std::size_t>> rows;
+  std::unordered_map<std::string_view, std::size_t> places;
   for (std::size_t i = 0; i < run.serials.size(); ++i) {
-    std::vector<std::size_t>& own = rows[run.serials[i]];
-    if (own.empty()) {
-      serials.push_back(run.serials[i]);
+    const auto [found, is_new] = places.emplace(run.serials[i], units_.size());
+    if (is_new) {
+      units_.push_back({.serial = run.serials[i], .rows = {}});
     }
-    own.push_back(i);
+    units_[found->second].rows.push_back(i);
   }
-  std::vector<Run> units;
-  for (const std::string& serial : serials) {
-    const std::vector<std::size_t>& own = rows.at(serial);
-    units.push_back({.observations = select_rows(run.observations, own),
-                     .inputs = run.inputs,
-                     .notes = run.notes,
-                     .axes = run.axes,
-                     .serial = serial,
-                     .serials = std::vector<std::string>(own.size(), serial),
-                     .slots = run.slots,
-                     .axes_of_slots = run.axes_of_slots});
+}
+
+Run UnitsOfRun::operator[](std::size_t unit) const {
+  const auto& [serial, rows] = units_[unit];
+  if (run_.serials.empty()) {
+    Run only = run_;
+    only.serial = serial;
+    return only;
   }
-  return units;
+  return {.observations = select_rows(run_.observations, rows),
+          .inputs = run_.inputs,
+          .notes = run_.notes,
+          .axes = run_.axes,
+          .serial = serial,
+          .serials = std::vector<std::string>(rows.size(), serial),
+          .slots = run_.slots,
+          .axes_of_slots = run_.axes_of_slots};
+}
+
+std::vector<Run> split_by_serial(const Run& run, const std::string& stated_serial) {
+  const UnitsOfRun units(run, stated_serial);
+  std::vector<Run> all;
+  for (std::size_t i = 0; i < units.size(); ++i) {
+    all.push_back(units[i]);
+  }
+  return all;
 }
 
 }  // namespace axiscal

@@ -158,7 +158,9 @@ double incomplete_beta(double x, double twice_a, double twice_b) {
                                   : x;
   // x^a y^b / B(a, b), which becomes the next by a factor.
   double power = (half_a ? std::sqrt(x) : x) * (half_b ? std::sqrt(y) : y) *
-                 (half_a && half_b ? std::numbers::inv_pi : half_a || half_b ? 0.5 : 1.0);
+                 (half_a && half_b   ? std::numbers::inv_pi
+                  : half_a || half_b ? 0.5
+                                     : 1.0);
   for (; b < 0.5 * twice_b; b += 1.0) {
     value += power / b;
     power *= y * (a + b) / b;

@@ -211,7 +211,7 @@ namespace {
 Entry entry_of(const std::string& path) {
   Entry entry{.path = path};
   try {
-    entry.calibration = read_calibration(path);
+    entry.calibration = read_fitted_parameters(path);
   } catch (const DataError& failure) {
     entry.failure = failure.what();
     return entry;
@@ -221,13 +221,6 @@ Entry entry_of(const std::string& path) {
     throw DataError(path, "/created", "the history needs the date at which a record was made");
   }
   entry.time_s = *time;
-  // Of single readings it needs nothing.
-  entry.calibration.fit.residuals.clear();
-  entry.calibration.fit.residuals.shrink_to_fit();
-  if (entry.calibration.fit.statistics) {
-    entry.calibration.fit.statistics->rows.clear();
-    entry.calibration.fit.statistics->rows.shrink_to_fit();
-  }
   return entry;
 }
 

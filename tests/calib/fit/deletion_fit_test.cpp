@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/deletion_fit.hpp"
 
+#include <cmath>
+#include <vector>
+
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
@@ -47,6 +50,44 @@ TEST(DeletionFit, IsThePredictionOfTheOthersWhereTheFieldIsKnown) {
     EXPECT_NEAR(fit.p_value({i}, Eigen::MatrixXd::Ones(1, 1)).value(), expected, 1e-4 * expected);
   }
   EXPECT_LT(p_by_hand(set, 5), 1e-2);
+}
+
+// Readings that are left out together, of weights that differ by axis: each is predicted by the
+// weighted regression of the others, as above.
+TEST(DeletionFit, PredictsReadingsThatAreLeftOutTogether) {
+  const TableField field = test::gravity_in_table(test::sloping_gravity);
+  ReadingSet set = test::labelled_set(test::some_response(), field, standard_design(24), 1e-3, 8);
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+      set.weights(i, k) = 0.5 + 0.25 * static_cast<double>((i + 2 * k) % 4);
+    }
+  }
+  set.weights(3, 1) = 0.0;
+  const std::vector<std::size_t> gone = {2, 3, 11};
+  const auto predictions = DeletionFit(set, field, true).predictions(gone);
+  ASSERT_TRUE(predictions.has_value());
+  const Eigen::MatrixXd X = test::rows_of(set, test::sloping_gravity);
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    Eigen::VectorXd w = set.weights.col(k);
+    w(std::vector<Eigen::Index>{2, 3, 11}).setZero();
+    const Eigen::MatrixXd C = (X.transpose() * w.asDiagonal() * X).inverse();
+    const Eigen::VectorXd b = C * (X.transpose() * w.cwiseProduct(set.response.col(k)));
+    const double nu = static_cast<double>((w.array() > 0.0).count()) - 4.0;
+    const double s2 = w.dot((set.response.col(k) - X * b).cwiseAbs2()) / nu;
+    for (std::size_t j = 0; j < gone.size(); ++j) {
+      const auto i = static_cast<Eigen::Index>(gone[j]);
+      const DeletionFit::Prediction& one = (*predictions)[j];
+      EXPECT_EQ(one.degrees_of_freedom(k), nu);
+      if (!(set.weights(i, k) > 0.0)) {
+        EXPECT_TRUE(std::isnan(one.error(k)) && std::isnan(one.sd(k)));
+        continue;
+      }
+      const double variance =
+          s2 * (1.0 / set.weights(i, k) + (X.row(i) * C * X.row(i).transpose())(0));
+      EXPECT_NEAR(one.error(k), set.response(i, k) - X.row(i).dot(b), 1e-12);
+      EXPECT_NEAR(one.sd(k), std::sqrt(variance), 1e-12);
+    }
+  }
 }
 
 TEST(DeletionFit, HasNoAnswerWhereTheOthersDetermineNothing) {

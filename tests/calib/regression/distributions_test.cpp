@@ -19,7 +19,8 @@ TEST(Distributions, AgreeWithTables) {
   EXPECT_NEAR(chi_squared_upper_p(7.815, 3.0), 0.05, 1e-5);
   // In closed form: two degrees of freedom above, an even number of them.
   EXPECT_NEAR(f_upper_p(4.7374, 2.0, 7.0), 0.05, 1e-5);
-  // By sums that end, of whole degrees of freedom of either kind (scipy.stats.f.sf), and beside them.
+  // By sums that end, of whole degrees of freedom of either kind (scipy.stats.f.sf), and beside
+  // them.
   EXPECT_NEAR(f_upper_p(1.5, 1.0, 6.0), 0.266569703380069, 1e-13);
   EXPECT_NEAR(f_upper_p(0.8, 3.0, 21.0), 0.5077377599626438, 1e-13);
   EXPECT_NEAR(f_upper_p(2.0, 4.0, 7.0), 0.19902192835837115, 1e-13);

@@ -76,8 +76,7 @@ double quick_p_of_ends(const SuspectRun& run, const HypothesisFit& fit) {
   double shifted = 0.0;
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     for (const bool top : {true, false}) {
-      shifted =
-          std::max(shifted, run.drop_with_shift(fit, k, extremes(run, k, top, fit, base)));
+      shifted = std::max(shifted, run.drop_with_shift(fit, k, extremes(run, k, top, fit, base)));
     }
   }
   return count_of_ends(run) * nested_f_p(fit.total(), fit.dof(), shifted, 1.0);

@@ -93,6 +93,15 @@ class JsonValue {
 /// @throws DataError  `PATH:LINE: ...` if the text is no JSON.
 [[nodiscard]] JsonValue parse_json(std::string_view text, std::string path);
 
+/// Cuts members out of a file's text before it is parsed, several times as fast as the parser reads
+/// them. What is cut out is not looked at.
+///
+/// @param members  by their pointers: "/residuals", "/statistics/rows".
+/// @return the text, white space between members aside; all of it where it is no object, or ends
+///         early: the parser says what is wrong.
+[[nodiscard]] std::string without_members(std::string_view text,
+                                          std::span<const std::string_view> members);
+
 /// @return what reading json_text() of the value back gives, without its text; JsonColumns, which
 ///         hold nothing but what was written as a number, a word or a list of those, are empty.
 [[nodiscard]] JsonValue as_read_back(Json value, std::string path);

@@ -16,7 +16,10 @@ namespace axiscal {
 /// projected. There are D directions in all: two tangents for each levelness or part of the field,
 /// and a third for a part of unknown magnitude, along it.
 struct JointAxis {
-  Eigen::MatrixXd X;  // n x p, not weighted
+  [[nodiscard]] const Eigen::MatrixXd& X() const { return *columns; }
+
+  // Axes that weigh alike share these.
+  std::shared_ptr<const Eigen::MatrixXd> columns;  // X, n x p, not weighted
   std::shared_ptr<const FactoredDesign> design;
   Eigen::VectorXd root_weights;
   Eigen::VectorXd estimate;   // b, S, second fields, temperature; p

@@ -38,6 +38,9 @@ class ScatterSearch {
     return run_ ? *run_ : run_.emplace(judged, estimate, method.directions_known);
   }
 
+  /// Frees it.
+  void forget_run() { run_.reset(); }
+
  private:
   std::optional<LinearisedRun> run_;
 };

@@ -56,7 +56,7 @@ struct Observations {
 /// @param parts  at least one; all with the same number of axes.
 /// @throws DomainError  if there are none, their numbers of axes differ, or only some of them state
 ///                      samples.
-[[nodiscard]] Observations concatenate(const std::vector<Observations>& parts);
+[[nodiscard]] Observations concatenate(std::vector<Observations> parts);
 
 /// @return the readings of some rows, in that order.
 [[nodiscard]] Observations select_rows(const Observations& observations,

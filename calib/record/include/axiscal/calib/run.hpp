@@ -84,8 +84,29 @@ enum class Units { one, several };
 /// @return whether the readings are of more than one unit under test.
 [[nodiscard]] bool has_several_units(const Run& run);
 
-/// @return the readings of each unit, in the order in which they first come; without a column
-///         `serial` all are of one unit, of the serial that was stated.
+/// The units of a run in the order in which they first come; without a column `serial` all readings
+/// are of one unit, of the serial that was stated. Each is made when it is asked for: thousands
+/// take no more memory than their run.
+class UnitsOfRun {
+ public:
+  /// @param run  must outlive this.
+  UnitsOfRun(const Run& run, const std::string& stated_serial);
+
+  [[nodiscard]] std::size_t size() const { return units_.size(); }
+  [[nodiscard]] const std::string& serial(std::size_t unit) const { return units_[unit].serial; }
+  [[nodiscard]] Run operator[](std::size_t unit) const;
+
+ private:
+  struct Unit {
+    std::string serial;
+    std::vector<std::size_t> rows;
+  };
+
+  const Run& run_;
+  std::vector<Unit> units_;
+};
+
+/// @return all of them at once.
 [[nodiscard]] std::vector<Run> split_by_serial(const Run& run, const std::string& stated_serial);
 
 }  // namespace axiscal

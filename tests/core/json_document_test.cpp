@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/core/json_document.hpp"
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "axiscal/core/error.hpp"
+#include "matchers.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr std::array<std::string_view, 2> cut = {"/rows", "/fit/text"};
+
+TEST(WithoutMembers, CutsThemOutWithTheirCommas) {
+  EXPECT_EQ(
+      without_members(R"({"rows": [1, {"a": "]"}], "x": 1, "fit": {"n": 2, "text": "a\"}"}})", cut),
+      R"({"x": 1,"fit": {"n": 2}})");
+  EXPECT_EQ(without_members(R"({"x": -1.5e3, "rows": null})", cut), R"({"x": -1.5e3})");
+  EXPECT_EQ(without_members(R"({"rows": {}})", cut), "{}");
+  EXPECT_EQ(without_members("{ }\n", cut), "{}");
+  // Not where another object has a member of that name.
+  EXPECT_EQ(without_members(R"({"fit": 1, "of": {"rows": [2]}})", cut),
+            R"({"fit": 1,"of": {"rows": [2]}})");
+}
+
+TEST(WithoutMembers, LeavesToTheParserWhatIsWrong) {
+  for (const std::string_view text :
+       {R"({"rows": [1, 2)", R"({"rows": [1] "x": 1})", R"({"x" 1})", R"({"rows": [1],})", "[1]",
+        "", "{", R"({"x": "ab)", R"({"x": 1}})", R"({"x": 1,)", R"({"fit": {"text": 1)"}) {
+    EXPECT_EQ(without_members(text, cut), text);
+  }
+}
+
+TEST(JsonColumns, ComeBackAsRows) {
+  JsonColumns columns;
+  columns.begin_row();
+  columns.put_number("a", 1.5);
+  columns.put_value("word", "x \"y\"\n");
+  columns.begin_row();
+  columns.put_numbers("list", Eigen::Vector2d(0.1, std::nan("")));
+  columns.put_number("a", std::numeric_limits<double>::infinity());
+  columns.begin_row();
+  columns.put_value("object", Json{{"k", {1, 2}}});
+  columns.put_value("word", "z");
+  const std::string text = json_text(Json{{"table", columns.take()}});
+  EXPECT_EQ(text, R"({
+  "table": {
+    "a": [1.5, null, null],
+    "word": ["x \"y\"\n", null, "z"],
+    "list": [
+      null,
+      [0.1, null],
+      null
+    ],
+    "object": [
+      null,
+      null,
+      {"k":[1,2]}
+    ]
+  }
+}
+)");
+  std::vector<std::string> found;
+  parse_json(text, "f").at("table").for_each_row([&](const JsonValue& row) {
+    EXPECT_TRUE(row.is_object());
+    found.push_back(row.text_or("word", "-") + (row.find("a") ? "a" : "") +
+                    (row.find("list") ? "l" : "") + (row.find("object") ? "o" : ""));
+  });
+  EXPECT_EQ(found, (std::vector<std::string>{"x \"y\"\na", "-l", "zo"}));
+}
+
+TEST(JsonValue, SaysWhereItIs) {
+  const JsonValue json =
+      parse_json(R"({"a": [{"b~/": [1, "x"]}], "t": {"n": [1, "y"]}})", "f.json");
+  const auto complaint = [](const auto& call) { return test::complaint_of<DataError>(call); };
+  const JsonValue first = json.at("a").elements()[0];
+  EXPECT_EQ(complaint([&] { static_cast<void>(first.at("b~/").vector()); }),
+            "f.json: /a/0/b~0~1/1: must be a number");
+  EXPECT_EQ(complaint([&] { static_cast<void>(first.at("c")); }), "f.json: /a/0/c: is missing");
+  EXPECT_EQ(complaint([&] { static_cast<void>(json.number()); }), "f.json: /: must be a number");
+  const auto take = [](const JsonValue& row) { static_cast<void>(row.at("n").number()); };
+  EXPECT_EQ(complaint([&] { json.at("t").for_each_row(take); }),
+            "f.json: /t/n/1: must be a number");
+}
+
+}  // namespace
+}  // namespace axiscal
