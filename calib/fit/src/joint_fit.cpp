@@ -43,9 +43,7 @@ JointState JointFit::at(const TableField& field, bool directions_given) const {
       }
       const Eigen::MatrixXd change =
           response_changes(set_, k, axis.estimate.segment<3>(1).transpose(), field_changes);
-      for (Eigen::Index j = 0; j < directions; ++j) {
-        axis.take_up.col(j) = axis.design->estimate(change.col(j));
-      }
+      axis.take_up = axis.design->estimates(change);
       axis.tangents = axis.root_weights.asDiagonal() * change;
       axis.projected = axis.root_weights.asDiagonal() * (change - axis.X() * axis.take_up);
     }

@@ -230,13 +230,21 @@ FactoredDesign::Solution FactoredDesign::refined(const Eigen::VectorXd& b,
 }
 
 Eigen::VectorXd FactoredDesign::estimate(const Eigen::Ref<const Eigen::VectorXd>& y) const {
-  const Eigen::VectorXd weighted_y = root_weights_.cwiseProduct(y);
+  return estimates(y);
+}
+
+Eigen::MatrixXd FactoredDesign::estimates(const Eigen::Ref<const Eigen::MatrixXd>& Y) const {
+  const Eigen::MatrixXd weighted_Y = root_weights_.asDiagonal() * Y;
+  Eigen::MatrixXd X(scaled_.cols(), Y.cols());
   if (refines_) {
-    return scale_.asDiagonal() * solve(weighted_y).x;
+    for (Eigen::Index j = 0; j < Y.cols(); ++j) {
+      X.col(j) = solve(weighted_Y.col(j)).x;
+    }
+    return scale_.asDiagonal() * X;
   }
-  Eigen::VectorXd x = root_ * (basis_.transpose() * weighted_y);
-  x += root_ * (basis_.transpose() * (weighted_y - scaled_ * x));  // the last digits
-  return scale_.asDiagonal() * x;
+  X.noalias() = root_ * (basis_.transpose() * weighted_Y);
+  X += root_ * (basis_.transpose() * (weighted_Y - scaled_ * X));  // the last digits
+  return scale_.asDiagonal() * X;
 }
 
 LeastSquaresFit LeastSquaresDesign::fit(

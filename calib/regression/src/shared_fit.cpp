@@ -14,76 +14,91 @@
 namespace axiscal {
 namespace {
 
+// Few coefficients need no memory of their own.
+template <int Most>
+using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Most, Most>;
+template <int Most>
+using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, Most, 1>;
+constexpr int few_in_common = 6;
+
 // Of variances at which the sum of the P_k^T P_k has no root the misfit is not a number, and so
 // never less than another.
+// @tparam Most  coefficients, and responses, that there are at most.
+template <int Most>
 struct AtVariances {
-  AtVariances(const std::vector<ResponseSums>& responses, const Eigen::VectorXd& at)
-      : log_variance(at) {
+  using Matrix = SmallMatrix<Most>;
+  using Vector = SmallVector<Most>;
+
+  AtVariances(const std::vector<ResponseSums>& responses, const Vector& at) : log_variance(at) {
     const auto m = static_cast<Eigen::Index>(responses.size());
     const Eigen::Index columns = responses.front().information.cols();
-    const Eigen::VectorXd weight = (-log_variance.array()).exp();
-    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(columns, columns);
-    Eigen::VectorXd c = Eigen::VectorXd::Zero(columns);
+    const Vector weight = (-log_variance.array()).exp();
+    Matrix A = Matrix::Zero(columns, columns);
+    Vector c = Vector::Zero(columns);
     for (Eigen::Index k = 0; k < m; ++k) {
       const ResponseSums& own = responses[static_cast<std::size_t>(k)];
-      information.emplace_back(weight(k) * own.information);
-      A += information.back();
+      A += weight(k) * own.information;
       c += weight(k) * own.gradient;
     }
     covariance = A;
     if (columns > 0) {
-      const ScaledCholesky cholesky(A);
+      const ScaledCholeskyOf<Matrix> cholesky(A);
       constexpr double open_below = 1e-13;
       determined = cholesky.is_determined(open_below);
       covariance = cholesky.inverse();
       misfit = determined ? cholesky.log_determinant() : not_a_number;
     }
-    estimate = covariance * c;
+    estimate.noalias() = covariance.lazyProduct(c);
     degrees_of_freedom.resize(m);
     squares.resize(m);
     for (Eigen::Index k = 0; k < m; ++k) {
       const ResponseSums& own = responses[static_cast<std::size_t>(k)];
-      const Eigen::VectorXd to_estimate = own.information * estimate;
-      gradients.emplace_back(weight(k) * (own.gradient - to_estimate));
+      const Vector to_estimate = own.information.lazyProduct(estimate);
       squares(k) =
           weight(k) *
           std::max(own.squares - 2.0 * estimate.dot(own.gradient) + estimate.dot(to_estimate), 0.0);
       degrees_of_freedom(k) =
-          own.degrees_of_freedom -
-          covariance.cwiseProduct(information[static_cast<std::size_t>(k)]).sum();
+          own.degrees_of_freedom - weight(k) * covariance.cwiseProduct(own.information).sum();
       misfit += own.degrees_of_freedom * log_variance(k) + squares(k);
     }
   }
 
   // Towards the least misfit among variances that are not below the lowest.
-  [[nodiscard]] Eigen::VectorXd newton_step(const Eigen::VectorXd& lowest) const {
+  [[nodiscard]] Vector newton_step(const std::vector<ResponseSums>& responses,
+                                   const Eigen::VectorXd& lowest) const {
     const auto m = log_variance.size();
-    const Eigen::VectorXd gradient = degrees_of_freedom - squares;
+    const Vector gradient = degrees_of_freedom - squares;
+    const Vector weight = (-log_variance.array()).exp();
     std::vector<Eigen::Index> open;
+    std::vector<Vector> gradients;  // P_k^T (y_k - P_k z) / sigma_k^2
     for (Eigen::Index k = 0; k < m; ++k) {
+      const ResponseSums& own = responses[static_cast<std::size_t>(k)];
+      gradients.emplace_back(weight(k) * (own.gradient - own.information.lazyProduct(estimate)));
       if (log_variance(k) > lowest(k) || gradient(k) < 0.0) {
         open.push_back(k);
       }
     }
     const auto count = static_cast<Eigen::Index>(open.size());
-    Eigen::MatrixXd H(count, count);
-    Eigen::VectorXd g(count);
+    Matrix H(count, count);
+    Vector g(count);
     for (Eigen::Index a = 0; a < count; ++a) {
-      const auto k = static_cast<std::size_t>(open[static_cast<std::size_t>(a)]);
-      const auto own = static_cast<Eigen::Index>(k);
-      const Eigen::MatrixXd CA = covariance * information[k];
-      const Eigen::MatrixXd CAC = CA * covariance;
-      const Eigen::VectorXd Cg = covariance * gradients[k];
-      g(a) = gradient(own);
+      const Eigen::Index k = open[static_cast<std::size_t>(a)];
+      const Matrix CA =
+          weight(k) * covariance.lazyProduct(responses[static_cast<std::size_t>(k)].information);
+      const Matrix CAC = CA.lazyProduct(covariance);
+      const Vector Cg = covariance.lazyProduct(gradients[static_cast<std::size_t>(k)]);
+      g(a) = gradient(k);
       for (Eigen::Index b = 0; b < count; ++b) {
-        const auto l = static_cast<std::size_t>(open[static_cast<std::size_t>(b)]);
-        H(a, b) = -CAC.cwiseProduct(information[l]).sum() - 2.0 * Cg.dot(gradients[l]);
+        const Eigen::Index l = open[static_cast<std::size_t>(b)];
+        H(a, b) = -weight(l) *
+                      CAC.cwiseProduct(responses[static_cast<std::size_t>(l)].information).sum() -
+                  2.0 * Cg.dot(gradients[static_cast<std::size_t>(l)]);
       }
-      H(a, a) += CA.trace() + squares(own);
+      H(a, a) += CA.trace() + squares(k);
     }
-    const Eigen::LLT<Eigen::MatrixXd> cholesky(H);
-    const Eigen::VectorXd newton = cholesky.solve(g);
-    Eigen::VectorXd step = Eigen::VectorXd::Zero(m);
+    const Eigen::LLT<Matrix> cholesky(H);
+    const Vector newton = cholesky.solve(g);
+    Vector step = Vector::Zero(m);
     for (Eigen::Index a = 0; a < count; ++a) {
       const Eigen::Index k = open[static_cast<std::size_t>(a)];
       // Where the likelihood is not convex: what sigma_k^2 = RSS_k / nu_k asks for, at least by its
@@ -95,14 +110,12 @@ struct AtVariances {
   }
 
   bool determined = true;
-  Eigen::VectorXd log_variance;              // u, m
-  double misfit = 0.0;                       // -2 ln of the likelihood, but for a constant
-  Eigen::VectorXd degrees_of_freedom;        // nu, m
-  Eigen::VectorXd squares;                   // RSS_k / sigma_k^2, m
-  Eigen::VectorXd estimate;                  // z, D
-  Eigen::MatrixXd covariance;                // how well z is known
-  std::vector<Eigen::MatrixXd> information;  // P_k^T P_k / sigma_k^2
-  std::vector<Eigen::VectorXd> gradients;    // P_k^T (y_k - P_k z) / sigma_k^2
+  Vector log_variance;        // u, m
+  double misfit = 0.0;        // -2 ln of the likelihood, but for a constant
+  Vector degrees_of_freedom;  // nu, m
+  Vector squares;             // RSS_k / sigma_k^2, m
+  Vector estimate;            // z, D
+  Matrix covariance;          // how well z is known
 };
 
 // With nothing in common each has its mean square.
@@ -120,6 +133,40 @@ SharedFit apart(const std::vector<ResponseSums>& responses, const Eigen::VectorX
   return fit;
 }
 
+template <int Most>
+std::optional<SharedFit> fit_together(const std::vector<ResponseSums>& responses,
+                                      const Eigen::VectorXd& start,
+                                      const Eigen::VectorXd& smallest,
+                                      double readings) {
+  const Eigen::VectorXd lowest = smallest.array().log();
+  AtVariances<Most> best(responses, start.array().log().max(lowest.array()).matrix());
+  if (!best.determined) {
+    return std::nullopt;
+  }
+  constexpr int most_rounds = 100;
+  for (int round = 0; round < most_rounds; ++round) {
+    SmallVector<Most> step = best.newton_step(responses, lowest);
+    bool better = false;
+    for (int halving = 0; halving < 30 && !better; ++halving) {
+      AtVariances<Most> next(responses, (best.log_variance + step).cwiseMax(lowest));
+      // Rounding of the likelihood must not stop the last steps.
+      better = next.misfit <= best.misfit + 1e-13 * (readings + std::abs(best.misfit));
+      if (better) {
+        best = std::move(next);
+      } else {
+        step *= 0.5;
+      }
+    }
+    if (!better || step.cwiseAbs().maxCoeff() < 1e-13) {
+      break;
+    }
+  }
+  return SharedFit{.variance = best.log_variance.array().exp(),
+                   .degrees_of_freedom = best.degrees_of_freedom,
+                   .estimate = best.estimate,
+                   .covariance = best.covariance};
+}
+
 }  // namespace
 
 std::optional<SharedFit> fit_shared(const std::vector<ResponseSums>& responses,
@@ -134,33 +181,10 @@ std::optional<SharedFit> fit_shared(const std::vector<ResponseSums>& responses,
   if (responses.front().information.cols() == 0 && fewest > 0.0) {
     return apart(responses, smallest);
   }
-  const Eigen::VectorXd lowest = smallest.array().log();
-  AtVariances best(responses, start.array().log().max(lowest.array()).matrix());
-  if (!best.determined) {
-    return std::nullopt;
-  }
-  constexpr int most_rounds = 100;
-  for (int round = 0; round < most_rounds; ++round) {
-    Eigen::VectorXd step = best.newton_step(lowest);
-    bool better = false;
-    for (int halving = 0; halving < 30 && !better; ++halving) {
-      AtVariances next(responses, (best.log_variance + step).cwiseMax(lowest));
-      // Rounding of the likelihood must not stop the last steps.
-      better = next.misfit <= best.misfit + 1e-13 * (readings + std::abs(best.misfit));
-      if (better) {
-        best = std::move(next);
-      } else {
-        step *= 0.5;
-      }
-    }
-    if (!better || step.cwiseAbs().maxCoeff() < 1e-13) {
-      break;
-    }
-  }
-  return SharedFit{.variance = best.log_variance.array().exp(),
-                   .degrees_of_freedom = std::move(best.degrees_of_freedom),
-                   .estimate = std::move(best.estimate),
-                   .covariance = std::move(best.covariance)};
+  const auto most =
+      std::max(static_cast<Eigen::Index>(responses.size()), responses.front().information.cols());
+  return most <= few_in_common ? fit_together<few_in_common>(responses, start, smallest, readings)
+                               : fit_together<Eigen::Dynamic>(responses, start, smallest, readings);
 }
 
 }  // namespace axiscal

@@ -61,6 +61,9 @@ class FactoredDesign {
   /// @return the estimate alone, without statistics.
   [[nodiscard]] Eigen::VectorXd estimate(const Eigen::Ref<const Eigen::VectorXd>& y) const;
 
+  /// @return those of several responses, p x r.
+  [[nodiscard]] Eigen::MatrixXd estimates(const Eigen::Ref<const Eigen::MatrixXd>& Y) const;
+
   /// @return ratio of the largest to the smallest singular value of W^1/2 X with columns of
   /// length 1, found when it is asked for.
   [[nodiscard]] double condition_number() const;

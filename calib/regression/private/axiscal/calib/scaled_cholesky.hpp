@@ -8,25 +8,52 @@ namespace axiscal {
 
 /// The Cholesky factor of normal equations N, p x p, judged and solved with columns of length 1: a
 /// diagonal of ones, whatever the units.
-class ScaledCholesky {
+///
+/// @tparam Matrix  dynamic, or of at most so many rows: few need no memory of their own.
+template <typename Matrix>
+class ScaledCholeskyOf {
  public:
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, Matrix::MaxRowsAtCompileTime, 1>;
+
   /// @param damping  added to each of the ones.
-  explicit ScaledCholesky(const Eigen::MatrixXd& normal, double damping = 0.0);
+  explicit ScaledCholeskyOf(const Matrix& normal, double damping = 0.0)
+      : per_length_(normal.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse()) {
+    Matrix scaled = per_length_.asDiagonal() * normal * per_length_.asDiagonal();
+    scaled.diagonal().array() += damping;
+    cholesky_.compute(scaled);
+  }
 
   /// @param open_below  the part of a column's square that must be left beside the columns before
   ///                    it.
   /// @return whether all columns have it, and N is positive definite and finite.
-  [[nodiscard]] bool is_determined(double open_below) const;
+  [[nodiscard]] bool is_determined(double open_below) const {
+    return cholesky_.info() == Eigen::Success &&
+           (cholesky_.matrixLLT().diagonal().array().square() > open_below).all();
+  }
 
   /// The following need a positive definite N.
 
-  [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& right) const;
-  [[nodiscard]] Eigen::MatrixXd inverse() const;
-  [[nodiscard]] double log_determinant() const;
+  [[nodiscard]] Vector solve(const Vector& right) const {
+    return per_length_.cwiseProduct(cholesky_.solve(per_length_.cwiseProduct(right)));
+  }
+
+  [[nodiscard]] Matrix inverse() const {
+    return per_length_.asDiagonal() *
+           cholesky_.solve(Matrix::Identity(per_length_.size(), per_length_.size())) *
+           per_length_.asDiagonal();
+  }
+
+  [[nodiscard]] double log_determinant() const {
+    return 2.0 *
+           (cholesky_.matrixLLT().diagonal().array().log().sum() - per_length_.array().log().sum());
+  }
 
  private:
-  Eigen::VectorXd per_length_;  // p
-  Eigen::LLT<Eigen::MatrixXd> cholesky_;
+  Vector per_length_;  // p
+  Eigen::LLT<Matrix> cholesky_;
 };
+
+extern template class ScaledCholeskyOf<Eigen::MatrixXd>;
+using ScaledCholesky = ScaledCholeskyOf<Eigen::MatrixXd>;
 
 }  // namespace axiscal
