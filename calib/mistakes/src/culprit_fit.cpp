@@ -100,9 +100,8 @@ class OwnColumns {
     return of_axis_.size() == static_cast<std::size_t>(scale_.size());
   }
 
-  // The columns of an axis, not weighted; and a basis of them weighted.
+  // The columns of an axis, not weighted.
   [[nodiscard]] const Eigen::MatrixXd& columns(Eigen::Index k) const { return of(k).X; }
-  [[nodiscard]] const Eigen::MatrixXd& basis(Eigen::Index k) const { return of(k).Q; }
 
   // What weighted readings of an axis make of its coefficients.
   [[nodiscard]] Eigen::VectorXd coefficients(Eigen::Index k, const Eigen::VectorXd& y) const {
