@@ -295,6 +295,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
   result.coefficients = Eigen::MatrixXd::Zero(p, m);
   const bool free_field = !known_field_;
   double previous = -1.0;
+  double turned_before = 0.0;
   bool has_coefficients = false;
   for (int round = 0; round < most_rounds; ++round) {
     constexpr double open_below = 1e-7;
@@ -339,12 +340,14 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     }
     left -= P * step.z;
     double turned = 0.0;
-    bool is_linear = false;  // what a step leaves out is nothing beside the residuals
+    bool is_linear = false;  // what the next step would change is nothing beside the residuals
     if (free_field) {
       turned = turn_fields(tangents, step.z.head(D), result.field);
       constexpr double nothing = 1e-6;
-      is_linear = q == 0 && !over_temperature &&
+      constexpr double quickly = 0.01;  // as where the directions are well determined
+      is_linear = q == 0 && !over_temperature && turned < quickly * turned_before &&
                   turned * (shared.leftCols(D) * step.z.head(D)).norm() < nothing * left.norm();
+      turned_before = turned;
     }
     // Coefficients follow the fields exactly; a linear step for both would go astray far from them.
     has_coefficients = turned < 0.02;

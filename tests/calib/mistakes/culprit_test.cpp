@@ -2,8 +2,10 @@
 // The culprit search in small; bench/culprit_rates.cpp does the same in full (docs/accuracy.md).
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/run.hpp"
 #include "matchers.hpp"
 #include "mistakes.hpp"
+#include "program.hpp"
 #include "scenario.hpp"
 
 namespace axiscal::test {
@@ -216,6 +218,33 @@ TEST(Culprit, WholeRunsShowAgainstNominalValues) {
   swapped.response.col(0).swap(swapped.response.col(1));
   EXPECT_EQ(calibrate(experiment_for(truth), swapped).findings.warnings.front().code,
             WarningCode::axis_swapped);
+}
+
+// Six points hardly determine the table's slope: steps towards it are short long before the end,
+// and a search that stopped at one called the explanation ten times as good as it is.
+TEST(FindCulprit, FitsToTheEndWhereTheFieldIsHardlyDetermined) {
+  const ScratchFolder folder;
+  const axiscal::Run run = read_run(folder.write("run.csv",
+                                                 "run,block,rest,fence,x,y,z\n"
+                                                 "1,1,+Z,+X,0.02455,-0.06924,-2.51778\n"
+                                                 "2,1,-Y,+Z,0.02885,2.44412,0.01827\n"
+                                                 "3,1,-Z,+X,-0.01654,0.00203,2.52517\n"
+                                                 "4,1,-X,+Y,2.51047,-0.02454,0.00235\n"
+                                                 "5,1,+X,+Y,-2.48716,-0.05583,0.00777\n"
+                                                 "6,1,+Y,+Z,-0.00434,-2.51458,-0.02261\n"
+                                                 "7,2,+Z,+X,0.02586,-0.06963,-2.51512\n"
+                                                 "8,2,+X,+Y,-2.48593,-0.05673,0.00893\n"
+                                                 "9,2,-Y,+Z,0.02815,2.44869,0.01786\n"
+                                                 "10,2,+Y,+Z,-0.00405,-2.51798,-0.02333\n"
+                                                 "11,2,-Z,-X,2.51122,-0.02634,0.00052\n"
+                                                 "12,2,-Z,+X,-0.01324,0.00264,2.52213\n"));
+  Experiment experiment = experiment_for(accelerometer_truth());
+  experiment.method = Method::known;
+  experiment.table.slope = {0.0, 0.0};
+  const Calibration calibration = calibrate(experiment, run.observations);
+  ASSERT_TRUE(calibration.findings.suggestion.has_value());
+  EXPECT_THAT(calibration.findings.suggestion->message,
+              HasSubstr("run 11: fits 15 times better as rest -X, fence +Y"));
 }
 
 }  // namespace
