@@ -389,9 +389,9 @@ int run_batch(const CalibrateCommand& command,
       parameters = std::move(piece.parameters);
     }
     for (Unit& unit : piece.units) {
-      if (!unit.record.empty()) {
-        write_whole_file(output_for(*command.output, "", unit.serial), unit.record);
-        unit.record = {};
+      const std::string record = std::move(unit.record);  // whose memory is free at once
+      if (!record.empty()) {
+        write_whole_file(output_for(*command.output, "", unit.serial), record);
       }
       good += unit.result == "pass" || unit.result == "ok" || unit.result == "warning" ? 1U : 0U;
       text +=
