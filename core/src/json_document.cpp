@@ -70,8 +70,10 @@ std::size_t size_of_columns(const Json& value) {
     return value.get_binary().size();
   }
   std::size_t sum = 0;
-  for (const Json& child : value.is_object() ? value : Json()) {
-    sum += size_of_columns(child);
+  if (value.is_object()) {
+    for (const Json& child : value) {
+      sum += size_of_columns(child);
+    }
   }
   return sum;
 }
