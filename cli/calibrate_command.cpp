@@ -189,10 +189,19 @@ struct Outcome {
   std::string text;
 };
 
+bool is_refused(const Calibration& calibration) {
+  return calibration.findings.status == CalibrationStatus::refused;
+}
+
+// What is refused is stored by force alone.
+bool may_be_stored(const CalibrateCommand& command, bool refused) {
+  return !refused || command.force;
+}
+
 Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& calibrations) {
   Outcome outcome{.refused_slots = "refused"};
   for (const Calibration& calibration : calibrations) {
-    const bool refused = calibration.findings.status == CalibrationStatus::refused;
+    const bool refused = is_refused(calibration);
     outcome.refused = outcome.refused || refused;
     outcome.failed =
         outcome.failed || (calibration.findings.verdict && !calibration.findings.verdict->passed) ||
@@ -203,7 +212,7 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
     }
     outcome.text += outcome.text.empty() ? "" : "\n";
     outcome.text += summary(calibration, command.all ? SummaryDetail::full : SummaryDetail::brief);
-    if (command.output && *command.output != "-" && (!refused || command.force)) {
+    if (command.output && *command.output != "-" && may_be_stored(command, refused)) {
       const std::string path =
           output_for(*command.output, calibration.provenance.slot,
                      calibration.sensor.instrument.serial, calibration.provenance.instance);
@@ -254,7 +263,7 @@ void describe_unit(const CalibrateCommand& command,
                    const Calibration& calibration,
                    Unit& unit,
                    std::vector<std::string>& parameters) {
-  const bool refused = calibration.findings.status == CalibrationStatus::refused;
+  const bool refused = is_refused(calibration);
   unit.result = status_name(calibration.findings.status);
   if (refused ||
       (!calibration.findings.verdict && calibration.findings.status != CalibrationStatus::ok)) {
@@ -271,7 +280,7 @@ void describe_unit(const CalibrateCommand& command,
       parameters = calibration.fit.statistics->parameter_names;
     }
   }
-  if (command.output && (!refused || command.force)) {
+  if (command.output && may_be_stored(command, refused)) {
     try {
       unit.record = calibration_json(calibration);
     } catch (const DomainError& error) {  // a record that nobody could read again
@@ -416,7 +425,7 @@ int deliver_records(const CalibrateCommand& command,
                     const std::string& heading) {
   Outcome outcome = store(command, calibrations);
   outcome.text.insert(0, heading);
-  if (command.output == "-" && (!outcome.refused || command.force)) {
+  if (command.output == "-" && may_be_stored(command, outcome.refused)) {
     write_whole_file("-", records_text(calibrations));
     outcome.stored_refused = true;
   } else if (command.output != "-") {
@@ -528,7 +537,7 @@ int run(const CalibrateCommand& command) {
   std::optional<ObservationColumns> beside;
   if (command.align) {
     companion = read_calibration(*command.align);
-    if (companion->findings.status == CalibrationStatus::refused) {
+    if (is_refused(*companion)) {
       throw RefusedError(*command.align + ": this calibration was refused");
     }
     beside = {.axes = companion->sensor.instrument.axes,

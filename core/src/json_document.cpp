@@ -440,9 +440,6 @@ class JsonSkimmer {
   }
 
   bool skip_value() {
-    if (at() == '"') {
-      return skip_string();
-    }
     std::size_t depth = 0;
     do {
       while (place_ < text_.size() && !is_mark(text_[place_]) &&
