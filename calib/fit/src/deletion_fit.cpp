@@ -14,12 +14,61 @@
 
 namespace axiscal {
 
+// K = (1 - Q Q^T)^-1, which takes what the fit of all leaves of d readings to what the others' fit
+// does: by itself where they are fewer than the p columns, else by M = (1 - Q^T Q)^-1.
+class DeletionFit::Own {
+ public:
+  // @param Q  d x p: basis of an axis's own columns at the readings.
+  // @return nothing where the others do not determine what goes with the columns.
+  static std::optional<Own> of(Eigen::MatrixXd Q) {
+    Own own;
+    const bool few = Q.rows() > 0 && Q.rows() < Q.cols();
+    const Eigen::Index size = few ? Q.rows() : Q.cols();
+    const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(size, size);
+    const Eigen::LLT<Eigen::MatrixXd> cholesky(
+        few ? Eigen::MatrixXd(identity - Q.lazyProduct(Q.transpose()))
+            : Eigen::MatrixXd(identity - Q.transpose() * Q));
+    if (cholesky.info() != Eigen::Success ||
+        !(cholesky.matrixLLT().diagonal().array().square() > open_below).all()) {
+      return std::nullopt;
+    }
+    (few ? own.K_ : own.M_) = cholesky.solve(identity);
+    own.Q_ = std::move(Q);
+    return own;
+  }
+
+  [[nodiscard]] const Eigen::MatrixXd& Q() const { return Q_; }
+
+  // K B.
+  [[nodiscard]] Eigen::MatrixXd times(const Eigen::Ref<const Eigen::MatrixXd>& B) const {
+    if (K_.size() > 0) {
+      return K_.lazyProduct(B);
+    }
+    return B + Q_ * (M_ * (Q_.transpose() * B));
+  }
+
+  [[nodiscard]] Eigen::VectorXd diagonal() const {
+    return K_.size() > 0
+               ? Eigen::VectorXd(K_.diagonal())
+               : Eigen::VectorXd(1.0 + (Q_ * M_).cwiseProduct(Q_).rowwise().sum().array());
+  }
+
+  [[nodiscard]] Eigen::MatrixXd M() const {
+    return K_.size() > 0 ? Eigen::MatrixXd(Eigen::MatrixXd::Identity(Q_.cols(), Q_.cols()) +
+                                           Q_.transpose() * K_ * Q_)
+                         : M_;
+  }
+
+  static constexpr double open_below = 1e-11;
+
+ private:
+  Eigen::MatrixXd Q_;
+  Eigen::MatrixXd K_;  // one of the two
+  Eigen::MatrixXd M_;
+};
+
 // The fit of the other readings, by what it leaves of those that are left out.
 struct DeletionFit::Others {
-  struct Own {
-    Eigen::MatrixXd Q;  // d x p: basis of an axis's own columns at the readings
-    Eigen::MatrixXd M;  // p x p
-  };
   struct Axis {
     std::size_t own = 0;     // which of those
     Eigen::VectorXd error;   // d: of the readings, by others' coefficients where nothing is shared
@@ -29,7 +78,7 @@ struct DeletionFit::Others {
   // Of an axis's readings: their errors by the others' fit.
   [[nodiscard]] Eigen::VectorXd errors(Eigen::Index k) const {
     const Axis& axis = axes[static_cast<std::size_t>(k)];
-    return axis.error - axis.shared * fit.estimate;
+    return axis.shared.cols() > 0 ? axis.error - axis.shared * fit.estimate : axis.error;
   }
 
   [[nodiscard]] const Own& own_of(Eigen::Index k) const {
@@ -60,9 +109,10 @@ std::optional<DeletionFit::Others> DeletionFit::without(
     const std::vector<std::size_t>& readings) const {
   const Eigen::Index m = set_.axis_count();
   const Eigen::Index D = state_.direction_count();
-  constexpr double open_below = 1e-11;
   Others others;
+  others.axes.reserve(sums_.size());
   std::vector<ResponseSums> responses;
+  responses.reserve(sums_.size());
   Eigen::VectorXd start(m);
   Eigen::VectorXd all = Eigen::VectorXd::Zero(D);   // squares of the shared columns
   Eigen::VectorXd left = Eigen::VectorXd::Zero(D);  // and of what is left of them
@@ -70,28 +120,24 @@ std::optional<DeletionFit::Others> DeletionFit::without(
     const JointAxis& own = axis_of(k);
     Others::Axis& axis = others.axes.emplace_back();
     if (k == 0 || own.design != axis_of(k - 1).design) {
-      Others::Own& at = others.owns.emplace_back();
-      at.Q = own.design->basis()(readings, Eigen::all);
-      const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(at.Q.cols(), at.Q.cols());
-      const Eigen::LLT<Eigen::MatrixXd> cholesky(identity - at.Q.transpose() * at.Q);
-      if (cholesky.info() != Eigen::Success ||
-          !(cholesky.matrixLLT().diagonal().array().square() > open_below).all()) {
+      std::optional<Own> at = Own::of(own.design->basis()(readings, Eigen::all));
+      if (!at) {
         return std::nullopt;
       }
-      at.M = cholesky.solve(identity);
+      others.owns.push_back(*std::move(at));
     }
     axis.own = others.owns.size() - 1;
-    const auto& [Q, M] = others.owns.back();
+    const Own& at = others.owns.back();
     const Eigen::VectorXd e = own.residuals(readings);
-    const Eigen::MatrixXd P = own.projected(readings, Eigen::all);
-    axis.error = e + Q * (M * (Q.transpose() * e));
-    axis.shared = P;
-    if (D > 0) {
-      axis.shared += Q * (M * (Q.transpose() * P));
-    }
+    axis.error = at.times(e);
+    axis.shared.resize(e.size(), D);
     ResponseSums& response = responses.emplace_back(sums_[static_cast<std::size_t>(k)]);
-    response.information -= P.transpose() * axis.shared;
-    response.gradient -= P.transpose() * axis.error;
+    if (D > 0) {
+      const Eigen::MatrixXd P = own.projected(readings, Eigen::all);
+      axis.shared = at.times(P);
+      response.information -= P.transpose() * axis.shared;
+      response.gradient -= P.transpose() * axis.error;
+    }
     response.squares = std::max(response.squares - e.dot(axis.error), 0.0);
     for (const std::size_t i : readings) {
       response.degrees_of_freedom -=
@@ -99,13 +145,15 @@ std::optional<DeletionFit::Others> DeletionFit::without(
     }
     start(k) = std::max(response.squares / std::max(response.degrees_of_freedom, 1.0),
                         std::max(smallest_(k), std::numeric_limits<double>::min()));
-    all += (own.tangents.colwise().squaredNorm() -
-            own.tangents(readings, Eigen::all).colwise().squaredNorm())
-               .transpose() /
-           start(k);
-    left += response.information.diagonal() / start(k);
+    if (D > 0) {
+      all += (own.tangents.colwise().squaredNorm() -
+              own.tangents(readings, Eigen::all).colwise().squaredNorm())
+                 .transpose() /
+             start(k);
+      left += response.information.diagonal() / start(k);
+    }
   }
-  if (!(left.array() > open_below * all.array()).all()) {
+  if (!(left.array() > Own::open_below * all.array()).all()) {
     return std::nullopt;
   }
   std::optional<SharedFit> shared = fit_shared(responses, start, smallest_);
@@ -133,11 +181,8 @@ DeletionFit::LeftOut DeletionFit::left_out(const std::vector<std::size_t>& readi
   }
   const Others::Axis& axis = others.axes[static_cast<std::size_t>(k)];
   const Eigen::MatrixXd C = contrasts * root.cwiseInverse().asDiagonal();
-  const auto& [Q, M] = others.own_of(k);
-  const Eigen::MatrixXd CQ = C * Q;
-  LeftOut left{
-      .error = C * others.errors(k),
-      .covariance = others.fit.variance(k) * (C * C.transpose() + CQ * M * CQ.transpose())};
+  LeftOut left{.error = C * others.errors(k),
+               .covariance = others.fit.variance(k) * (C * others.own_of(k).times(C.transpose()))};
   if (axis.shared.cols() > 0) {
     const Eigen::MatrixXd CP = C * axis.shared;
     left.covariance += CP * others.fit.covariance * CP.transpose();
@@ -190,13 +235,13 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
     // What the others' fit leaves of themselves, and the variance of what it says of them.
     const JointAxis& axis = axis_of(k);
     const Others::Axis& gone = others->axes[static_cast<std::size_t>(k)];
-    const Others::Own& own = others->own_of(k);
+    const Own& own = others->own_of(k);
     const double variance = others->fit.variance(k);
     const Eigen::MatrixXd& Q = axis.design->basis();
     const Eigen::VectorXd left = axis.residuals - axis.projected * others->fit.estimate +
-                                 Q * (own.Q.transpose() * others->errors(k));
-    const Eigen::MatrixXd P = axis.projected + Q * (own.Q.transpose() * gone.shared);
-    const Eigen::VectorXd of_own = (Q * own.M).cwiseProduct(Q).rowwise().sum();
+                                 Q * (own.Q().transpose() * others->errors(k));
+    const Eigen::MatrixXd P = axis.projected + Q * (own.Q().transpose() * gone.shared);
+    const Eigen::VectorXd of_own = (Q * own.M()).cwiseProduct(Q).rowwise().sum();
     const Eigen::VectorXd of_shared =
         (P * others->fit.covariance).cwiseProduct(P).rowwise().sum() / variance;
     const Eigen::VectorXd free = 1.0 - (of_own + of_shared).array();
@@ -237,12 +282,11 @@ std::optional<std::vector<DeletionFit::Prediction>> DeletionFit::predictions(
                                          .degrees_of_freedom = others->fit.degrees_of_freedom});
   for (Eigen::Index k = 0; k < m; ++k) {
     const Others::Axis& axis = others->axes[static_cast<std::size_t>(k)];
-    const Others::Own& own = others->own_of(k);
     const Eigen::VectorXd errors = others->errors(k);
-    const Eigen::VectorXd variances =
-        others->fit.variance(k) *
-            (1.0 + (own.Q * own.M).cwiseProduct(own.Q).rowwise().sum().array()).matrix() +
-        (axis.shared * others->fit.covariance).cwiseProduct(axis.shared).rowwise().sum();
+    Eigen::VectorXd variances = others->fit.variance(k) * others->own_of(k).diagonal();
+    if (axis.shared.cols() > 0) {
+      variances += (axis.shared * others->fit.covariance).cwiseProduct(axis.shared).rowwise().sum();
+    }
     for (std::size_t i = 0; i < readings.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);
       const double root = axis_of(k).root_weights(static_cast<Eigen::Index>(readings[i]));

@@ -65,8 +65,8 @@ void test_levelness(const ReadingSet& set, bool known_field, Estimate& estimate)
   Levelness& levelness = *estimate.levelness;
   const std::optional<ReadingSet> paired =
       estimate.unpaired.empty() ? std::nullopt : std::optional(without_unpaired(set, estimate));
-  const OppositePairs opposites = find_opposite_pairs(set);
-  const std::vector<FaceContrasts> faces = contrasts_by_face(opposites.pairs);
+  const std::vector<OppositePair> pairs = opposite_positions(set);
+  const std::vector<FaceContrasts> faces = contrasts_by_face(pairs);
   const DeletionFit others(paired ? *paired : set, estimate.field, known_field);
   double smallest = 2.0;
   const FaceContrasts* suspect = nullptr;

@@ -48,12 +48,24 @@ Eigen::Matrix3d mean_met(const ReadingSet& set, const std::vector<std::size_t>& 
                                                     : Eigen::Matrix3d(sum / weights);
 }
 
+// Least squares of two unknowns over some faces.
+struct PlaneFit {
+  bool determined = false;
+  Eigen::Vector2d f = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d unscaled_covariance = Eigen::Matrix2d::Zero();
+  double rss = 0.0;
+  Eigen::Index rows = 0;
+};
+
 // The differences of one rest face in one block: rows d = G f, weighted.
 struct FaceDifferences {
   const OppositePair* pair = nullptr;  // the first of them
-  Eigen::MatrixXd G;                   // rows x 2
+  Eigen::MatrixX2d G;
   Eigen::VectorXd d;
+  PlaneFit alone;
 };
+
+using Faces = std::vector<const FaceDifferences*>;
 
 std::vector<FaceDifferences> differences_by_face(const std::vector<OppositePair>& pairs,
                                                  const SensitivityMatrix& sensitivity,
@@ -67,45 +79,36 @@ std::vector<FaceDifferences> differences_by_face(const std::vector<OppositePair>
     const auto [found, is_new] =
         place.emplace(std::pair(pair.block, pair.point.rest()), faces.size());
     if (is_new) {
-      faces.push_back({.pair = &pair, .G = Eigen::MatrixXd(0, 2), .d = Eigen::VectorXd(0)});
+      faces.push_back({.pair = &pair, .G = Eigen::MatrixX2d(0, 2), .d = Eigen::VectorXd(0)});
     }
     FaceDifferences& face = faces[found->second];
     const Eigen::VectorXd root = pair.weights.cwiseSqrt();
-    const Eigen::MatrixXd G =
-        root.asDiagonal() * (pair.level.of_all() * sensitivity * pair.half_rotation.leftCols<2>());
-    const Eigen::Index rows = face.d.size();
-    face.G.conservativeResize(rows + G.rows(), 2);
-    face.G.bottomRows(G.rows()) = G;
-    face.d.conservativeResize(rows + G.rows());
-    const Eigen::VectorXd along_normal = pair.level.of_all() * field.vector(pair.levelness).z() *
-                                         (sensitivity * pair.half_rotation.col(2));
-    face.d.tail(G.rows()) = root.cwiseProduct(pair.half_difference - along_normal);
+    const Eigen::Index rows = face.d.size() + root.size();
+    face.G.conservativeResize(rows, 2);
+    face.d.conservativeResize(rows);
+    const auto seen = pair.level.of_all() * sensitivity;
+    face.G.bottomRows(root.size()) =
+        root.asDiagonal() * seen.lazyProduct(pair.half_rotation.leftCols<2>());
+    face.d.tail(root.size()) =
+        root.cwiseProduct(pair.half_difference - field.vector(pair.levelness).z() *
+                                                     seen.lazyProduct(pair.half_rotation.col(2)));
   }
   return faces;
 }
 
-// Least squares of two unknowns over some faces.
-struct PlaneFit {
-  bool determined = false;
-  Eigen::Vector2d f = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d unscaled_covariance = Eigen::Matrix2d::Zero();
-  double rss = 0.0;
-  Eigen::Index rows = 0;
-};
-
 // @param smallest_pivot  relative; below it the two components count as not determined.
-PlaneFit fit_plane(const std::vector<FaceDifferences>& faces, double smallest_pivot = 1e-3) {
+PlaneFit fit_plane(const Faces& faces, double smallest_pivot = 1e-3) {
   PlaneFit fit;
-  for (const FaceDifferences& face : faces) {
-    fit.rows += face.d.size();
+  for (const FaceDifferences* face : faces) {
+    fit.rows += face->d.size();
   }
   Eigen::MatrixX2d G(fit.rows, 2);
   Eigen::VectorXd d(fit.rows);
   Eigen::Index at = 0;
-  for (const FaceDifferences& face : faces) {
-    G.middleRows(at, face.d.size()) = face.G;
-    d.segment(at, face.d.size()) = face.d;
-    at += face.d.size();
+  for (const FaceDifferences* face : faces) {
+    G.middleRows(at, face->d.size()) = face->G;
+    d.segment(at, face->d.size()) = face->d;
+    at += face->d.size();
   }
   if (fit.rows < 2) {
     return fit;
@@ -149,7 +152,7 @@ double sample_sd(const std::vector<LevelnessEstimate>& estimates, double Levelne
 }
 
 // The faces of each levelness, which have one slope.
-using FacesByLevel = std::vector<std::vector<FaceDifferences>>;
+using FacesByLevel = std::vector<Faces>;
 
 // A slope for each levelness.
 struct PlaneFits {
@@ -161,7 +164,7 @@ struct PlaneFits {
 
 PlaneFits fit_planes(const FacesByLevel& levels) {
   PlaneFits all;
-  for (const std::vector<FaceDifferences>& faces : levels) {
+  for (const Faces& faces : levels) {
     const PlaneFit& fit = all.fits.emplace_back(fit_plane(faces));
     all.determined = all.determined && fit.determined;
     all.rss += fit.rss;
@@ -171,12 +174,10 @@ PlaneFits fit_planes(const FacesByLevel& levels) {
 }
 
 // One slope for all blocks against one for each, by the F test of nested models.
-double block_p_value(const ReadingSet& set,
-                     const std::vector<FaceDifferences>& faces,
-                     const PlaneFit& all) {
-  std::map<int, std::vector<FaceDifferences>> by_block;
-  for (const FaceDifferences& face : faces) {
-    by_block[face.pair->block].push_back(face);
+double block_p_value(const ReadingSet& set, const Faces& faces, const PlaneFit& all) {
+  std::map<int, Faces> by_block;
+  for (const FaceDifferences* face : faces) {
+    by_block[face->pair->block].push_back(face);
   }
   FacesByLevel blocks;
   for (auto& [number, members] : by_block) {
@@ -203,13 +204,11 @@ struct MeanSlope {
   Eigen::Matrix2d unscaled_covariance = Eigen::Matrix2d::Zero();
 };
 
-MeanSlope mean_slope(const std::vector<FaceDifferences>& faces,
-                     const PlaneFit& together,
-                     bool three_axes) {
+MeanSlope mean_slope(const Faces& faces, const PlaneFit& together, bool three_axes) {
   MeanSlope mean;
   const auto n = static_cast<double>(faces.size());
-  for (const FaceDifferences& face : faces) {
-    const PlaneFit alone = fit_plane({face}, smallest_pivot_of_a_face);
+  for (const FaceDifferences* face : faces) {
+    const PlaneFit& alone = face->alone;
     if (!alone.determined || !three_axes) {
       return {.f = together.f, .unscaled_covariance = together.unscaled_covariance};
     }
@@ -221,7 +220,10 @@ MeanSlope mean_slope(const std::vector<FaceDifferences>& faces,
 
 }  // namespace
 
-OppositePairs find_opposite_pairs(const ReadingSet& set) {
+namespace {
+
+// What has readings at one of the two positions at least.
+std::vector<OppositePair> pairs_or_halves(const ReadingSet& set) {
   // Both points of a pair have the same block, level, temperature, rest face and axis of the fence
   // face.
   using Key = std::tuple<int, FieldLevel, int, Face, int>;
@@ -242,8 +244,21 @@ OppositePairs find_opposite_pairs(const ReadingSet& set) {
     OppositePair& pair = candidates[found->second];
     (is_positive(reading.point->fence()) ? pair.first : pair.second).push_back(i);
   }
+  return candidates;
+}
+
+}  // namespace
+
+std::vector<OppositePair> opposite_positions(const ReadingSet& set) {
+  std::vector<OppositePair> pairs = pairs_or_halves(set);
+  std::erase_if(pairs,
+                [](const OppositePair& pair) { return pair.first.empty() || pair.second.empty(); });
+  return pairs;
+}
+
+OppositePairs find_opposite_pairs(const ReadingSet& set) {
   OppositePairs result;
-  for (OppositePair& pair : candidates) {
+  for (OppositePair& pair : pairs_or_halves(set)) {
     if (pair.first.empty() || pair.second.empty()) {
       const auto& alone = pair.first.empty() ? pair.second : pair.first;
       result.unpaired.insert(result.unpaired.end(), alone.begin(), alone.end());
@@ -282,10 +297,13 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
                                             const SensitivityMatrix& sensitivity,
                                             const TableField& field,
                                             double F) {
-  const std::vector<FaceDifferences> faces = differences_by_face(pairs, sensitivity, field);
+  std::vector<FaceDifferences> differences = differences_by_face(pairs, sensitivity, field);
+  Faces faces;
   FacesByLevel levels(set.field.blocks().size());
-  for (const FaceDifferences& face : faces) {
-    levels[face.pair->levelness].push_back(face);
+  for (FaceDifferences& face : differences) {
+    face.alone = fit_plane({&face}, smallest_pivot_of_a_face);
+    faces.push_back(&face);
+    levels[face.pair->levelness].push_back(&face);
   }
   const PlaneFits planes = fit_planes(levels);
   const PlaneFit all = fit_plane(faces);
@@ -293,13 +311,12 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
     return std::nullopt;
   }
   Levelness levelness;
-  for (const FaceDifferences& face : faces) {
-    const PlaneFit alone = fit_plane({face}, smallest_pivot_of_a_face);
-    if (alone.determined) {
-      levelness.estimates.push_back({.point = face.pair->point,
-                                     .block = face.pair->block,
-                                     .x = alone.f.x() / F,
-                                     .y = alone.f.y() / F});
+  for (const FaceDifferences* face : faces) {
+    if (face->alone.determined) {
+      levelness.estimates.push_back({.point = face->pair->point,
+                                     .block = face->pair->block,
+                                     .x = face->alone.f.x() / F,
+                                     .y = face->alone.f.y() / F});
     }
   }
   const bool three_axes = sensitivity.rows() >= 3;

@@ -33,6 +33,9 @@ struct OppositePairs {
 
 [[nodiscard]] OppositePairs find_opposite_pairs(const ReadingSet& set);
 
+/// @return the pairs that it finds, which readings they are of and no more.
+[[nodiscard]] std::vector<OppositePair> opposite_positions(const ReadingSet& set);
+
 /// The field's components in the table's plane from the half differences (method.md, section 5).
 ///
 /// @param fields  as fitted, one for each levelness: what is along the normal drops out of the

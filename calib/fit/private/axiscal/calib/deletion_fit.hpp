@@ -56,6 +56,7 @@ class DeletionFit {
       const std::vector<std::size_t>& readings) const;
 
  private:
+  class Own;
   struct Others;
   struct LeftOut;
 
