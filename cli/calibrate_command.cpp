@@ -356,7 +356,7 @@ void check_outputs(const CalibrateCommand& command, const UnitsOfRun& units) {
 // Many units in one run: a line each, the yield, and why the others failed.
 int run_batch(const CalibrateCommand& command,
               const Experiment& experiment,
-              const Run& run,
+              Run run,
               const std::optional<Limits>& limits,
               const std::vector<Calibration>& earlier) {
   if (!command.table &&
@@ -409,6 +409,7 @@ int run_batch(const CalibrateCommand& command,
       units.push_back(std::move(unit));
     }
   });
+  run = {};  // makes room for the table
   text += formatted("yield: {} of {} units ({:.1f} %)\n", good, units.size(),
                     100.0 * static_cast<double>(good) / static_cast<double>(units.size()));
   if (command.table && *command.table != "-") {
@@ -545,12 +546,12 @@ int run(const CalibrateCommand& command) {
               .range = companion->sensor.instrument.range};
   }
   Observations companions;
-  const Run run = read_run(file, Units::several, {.options = table}, beside, &companions);
+  Run run = read_run(file, Units::several, {.options = table}, beside, &companions);
   experiment.positioner =
       with_assembly(experiment.positioner, command.experiment.assembly, run.slots);
   experiment.slot = slot_of(experiment, run);
   if (has_several_units(run) || command.table) {
-    return run_batch(command, experiment, run, limits, earlier);
+    return run_batch(command, experiment, std::move(run), limits, earlier);
   }
   experiment.process = process_of(command, earlier, experiment, run);
   if (command.history && !experiment.process) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -31,13 +32,34 @@ void append_number(std::string& out, double number) {
   out.append(text.data(), write_number(text.data(), number));
 }
 
+template <typename Integer>
+void append_integer(std::string& out, Integer number) {
+  std::array<char, std::numeric_limits<Integer>::digits10 + 3> text;
+  out.append(text.data(), std::to_chars(text.data(), text.data() + text.size(), number).ptr);
+}
+
+void append_text(std::string& out, const std::string& text) {
+  const bool plain = std::all_of(text.begin(), text.end(), [](char c) {
+    return c >= ' ' && c <= '~' && c != '"' && c != '\\';
+  });
+  if (plain) {
+    out += '"';
+    out += text;
+    out += '"';
+  } else {
+    out += Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
+  }
+}
+
 void append_scalar(std::string& out, const Json& value) {
   if (value.is_number_float()) {
     append_number(out, value.get<double>());
   } else if (value.is_number_unsigned()) {
-    out += formatted("{}", value.get<std::uint64_t>());
+    append_integer(out, value.get<std::uint64_t>());
   } else if (value.is_number_integer()) {
-    out += formatted("{}", value.get<std::int64_t>());
+    append_integer(out, value.get<std::int64_t>());
+  } else if (value.is_string()) {
+    append_text(out, value.get_ref<const std::string&>());
   } else {
     out += value.dump(-1, ' ', false, Json::error_handler_t::replace);
   }
@@ -105,7 +127,8 @@ void append(std::string& out, const Json& value, std::size_t indent) {
     first = false;
     out.append(indent + 2, ' ');
     if (object) {
-      out += Json(item.key()).dump(-1, ' ', false, Json::error_handler_t::replace) + ": ";
+      append_text(out, item.key());
+      out += ": ";
     }
     append(out, item.value(), indent + 2);
   }

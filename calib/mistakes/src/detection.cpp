@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -101,6 +100,11 @@ double nested_p(const SuspectRun& run, const HypothesisFit& with) {
              : 1.0;
 }
 
+// What a probability adds to a sum by Fisher's method.
+double fisher_term(double p) {
+  return -2.0 * std::log(std::max(p, 1e-300));
+}
+
 // Each axis by its own scatter, put together by Fisher's method.
 double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
   if (!with.fitted) {
@@ -111,7 +115,7 @@ double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
     const double p = nested_f_p(run.plain().rss(k), run.plain().degrees_of_freedom(k),
                                 run.plain().rss(k) - with.rss(k),
                                 run.plain().degrees_of_freedom(k) - with.degrees_of_freedom(k));
-    sum -= 2.0 * std::log(std::max(p, 1e-300));
+    sum += fisher_term(p);
   }
   return chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * static_cast<double>(run.m()));
 }
@@ -134,24 +138,61 @@ HypothesisFit weighed_fit(const SuspectRun& run) {
   return fit;
 }
 
-// How unlikely each reading is by the scatter of each axis: of what the fit of all leaves of it, as
-// if the others had been fitted alone. Exact but for the weights by axis, which are those of all.
-Eigen::VectorXd roughly_by_others(const SuspectRun& run, const HypothesisFit& fit) {
+// A reading, and how unlikely it is: by Fisher's method, the larger the less likely.
+struct Unlikely {
+  std::size_t reading = 0;
+  double sum = 0.0;
+};
+
+// The most unlikely readings by the scatter of each axis, the worst first: of what the fit of all
+// leaves of each, as if the others had been fitted alone. Exact but for the weights by axis, which
+// are those of all.
+std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
+                                        const HypothesisFit& fit,
+                                        std::size_t most) {
   const Eigen::MatrixXd leverage = fit.basis.leverage();
-  Eigen::VectorXd sums = Eigen::VectorXd::Zero(run.n());
-  for (Eigen::Index k = 0; k < run.m(); ++k) {
+  // F(1, nu - 1) of an axis's readings; 0 where it has too few.
+  const auto ratios_of = [&](Eigen::Index k) -> Eigen::ArrayXd {
     const double nu = fit.degrees_of_freedom(k);
     if (!(nu > 2.0) || !(fit.rss(k) > 0.0)) {
-      continue;
+      return Eigen::ArrayXd::Zero(run.n());
     }
-    for (Eigen::Index i = 0; i < run.n(); ++i) {
-      const double left = std::max(1.0 - leverage(i, k), 1e-9);
-      const double t2 = std::pow(fit.residuals(i, k), 2) / (left * fit.rss(k) / nu);
-      const double f = t2 * (nu - 1.0) / std::max(nu - t2, 1e-9);
-      sums(i) -= 2.0 * std::log(std::max(f_upper_p(std::max(f, 1e-12), 1.0, nu - 1.0), 1e-300));
+    const Eigen::ArrayXd left = (1.0 - leverage.col(k).array()).max(1e-9);
+    const Eigen::ArrayXd t2 = fit.residuals.col(k).array().square() / (left * fit.rss(k) / nu);
+    return (t2 * (nu - 1.0) / (nu - t2).max(1e-9)).max(1e-12);
+  };
+  Eigen::ArrayXXd ratios(run.n(), run.m());
+  for (Eigen::Index k = 0; k < run.m(); ++k) {
+    ratios.col(k) = ratios_of(k);
+  }
+  // Student's tails are no shorter than the normal distribution's, which bounds each sum: of
+  // thousands of readings few need their own.
+  std::vector<Unlikely> bounds(run.count());
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    bounds[i].reading = i;
+    for (const double ratio : ratios.row(static_cast<Eigen::Index>(i))) {
+      bounds[i].sum += fisher_term(std::erfc(std::sqrt(0.5 * ratio)));
     }
   }
-  return sums;
+  const auto less = [](const Unlikely& a, const Unlikely& b) { return a.sum < b.sum; };
+  std::make_heap(bounds.begin(), bounds.end(), less);
+  std::vector<Unlikely> worst;
+  while (!bounds.empty() && (worst.size() < most || worst.back().sum < bounds.front().sum)) {
+    Unlikely one{.reading = bounds.front().reading};
+    std::pop_heap(bounds.begin(), bounds.end(), less);
+    bounds.pop_back();
+    for (Eigen::Index k = 0; k < run.m(); ++k) {
+      const double ratio = ratios(static_cast<Eigen::Index>(one.reading), k);
+      if (ratio > 0.0) {
+        one.sum += fisher_term(f_upper_p(ratio, 1.0, fit.degrees_of_freedom(k) - 1.0));
+      }
+    }
+    worst.insert(std::upper_bound(worst.begin(), worst.end(), one,
+                                  [&](const Unlikely& a, const Unlikely& b) { return less(b, a); }),
+                 one);
+    worst.resize(std::min(worst.size(), most));
+  }
+  return worst;
 }
 
 // How unlikely the worst reading is by the others, each axis by its own scatter, over all readings.
@@ -162,22 +203,16 @@ double deletion_p(const SuspectRun& run) {
   constexpr double worth_deleting = 0.1;
   constexpr std::size_t most = 4;
   const HypothesisFit fit = weighed_fit(run);
-  const Eigen::VectorXd sums = roughly_by_others(run, fit);
-  std::vector<std::size_t> worst(run.count());
-  std::iota(worst.begin(), worst.end(), std::size_t{0});
-  std::partial_sort(
-      worst.begin(), worst.begin() + most, worst.end(), [&](std::size_t a, std::size_t b) {
-        return sums(static_cast<Eigen::Index>(a)) > sums(static_cast<Eigen::Index>(b));
-      });
+  const std::vector<Unlikely> worst = roughly_by_others(run, fit, most);
   const auto readings = static_cast<double>(run.n());
-  if (readings * chi_squared_upper_p(std::max(sums.maxCoeff(), 1e-12),
+  if (readings * chi_squared_upper_p(std::max(worst.front().sum, 1e-12),
                                      2.0 * static_cast<double>(run.m())) >
       worth_deleting) {
     return 1.0;
   }
   const DeletionFit others(run.set(), fit.field, run.fitter().known_field());
   double smallest = 1.0;
-  for (const std::size_t i : first_of(worst, most)) {
+  for (const auto& [i, sum] : worst) {
     const Eigen::MatrixXd one = Eigen::MatrixXd::Ones(1, 1);
     const double p = others.p_value({i}, one).value_or(1.0);
     constexpr double worth_their_tails = 0.005;

@@ -520,8 +520,10 @@ Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
       const auto out_of_range = [&](double value) {
         return wanted.range && (value <= wanted.range->low || value >= wanted.range->high);
       };
-      saturated.push_back(columns.minus[k] && (out_of_range(plus) || out_of_range(minus)) ? 1.0
-                                                                                          : 0.0);
+      if (!wanted.differences.empty()) {
+        saturated.push_back(columns.minus[k] && (out_of_range(plus) || out_of_range(minus)) ? 1.0
+                                                                                            : 0.0);
+      }
     }
     for (const std::size_t column : columns.axes_sd) {
       response_sd.push_back(wanted.needs_sd ? table.positive(column) : table.number(column));
