@@ -373,22 +373,22 @@ int run_batch(const CalibrateCommand& command,
   std::vector<std::string> parameters;
   std::string text;
   std::size_t good = 0;
-  const UnitsOfRun all(run, experiment.instrument.serial);
-  check_outputs(command, all);
+  std::optional<UnitsOfRun> all(std::in_place, std::move(run), experiment.instrument.serial);
+  check_outputs(command, *all);
   // Records are stored as they come, in their order: all of thousands would fill the memory.
   constexpr std::size_t at_once = 16;
   std::size_t begin = 0;
   const auto next = [&]() -> std::optional<std::function<UnitsAtOnce()>> {
-    if (begin == all.size()) {
+    if (begin == all->size()) {
       return std::nullopt;
     }
     const std::size_t first = begin;
-    begin = std::min(first + at_once, all.size());
+    begin = std::min(first + at_once, all->size());
     return [&, first, last = begin] {
       UnitsAtOnce piece;
       for (std::size_t i = first; i < last; ++i) {
         piece.units.push_back(
-            calibrate_unit(command, experiment, all[i], limits, earlier, piece.parameters));
+            calibrate_unit(command, experiment, (*all)[i], limits, earlier, piece.parameters));
       }
       return piece;
     };
@@ -409,7 +409,7 @@ int run_batch(const CalibrateCommand& command,
       units.push_back(std::move(unit));
     }
   });
-  run = {};  // makes room for the table
+  all.reset();  // makes room for the table
   text += formatted("yield: {} of {} units ({:.1f} %)\n", good, units.size(),
                     100.0 * static_cast<double>(good) / static_cast<double>(units.size()));
   if (command.table && *command.table != "-") {

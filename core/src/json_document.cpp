@@ -451,23 +451,34 @@ class JsonSkimmer {
 
   // From one quote to behind the other.
   bool skip_string() {
-    for (++place_; place_ < text_.size(); ++place_) {
-      if (at() == '\\') {
-        ++place_;
-      } else if (at() == '"') {
-        ++place_;
+    std::size_t begin = place_ + 1;
+    for (;;) {
+      const std::size_t end = text_.find('"', begin);
+      if (end == text_.npos) {
+        place_ = text_.size();
+        return false;
+      }
+      const std::size_t escape = text_.substr(0, end).find('\\', begin);
+      if (escape == text_.npos) {
+        place_ = end + 1;
         return true;
       }
+      begin = escape + 2;
     }
-    return false;
   }
 
   bool skip_value() {
     std::size_t depth = 0;
     do {
-      while (place_ < text_.size() && !is_mark(text_[place_]) &&
-             (depth > 0 || text_[place_] != ',')) {
-        ++place_;
+      if (depth > 0) {
+        place_ = static_cast<std::size_t>(
+            std::find_if(text_.begin() + static_cast<std::ptrdiff_t>(place_), text_.end(),
+                         is_mark) -
+            text_.begin());
+      } else {
+        while (place_ < text_.size() && !is_mark(text_[place_]) && text_[place_] != ',') {
+          ++place_;
+        }
       }
       switch (at()) {
         case '"':
@@ -495,7 +506,16 @@ class JsonSkimmer {
     return true;
   }
 
-  static bool is_mark(char c) { return c == '"' || c == '{' || c == '}' || c == '[' || c == ']'; }
+  static bool is_mark(char c) {
+    static constexpr std::array<bool, 256> marks = [] {
+      std::array<bool, 256> all{};
+      for (const char mark : std::string_view("\"{}[]")) {
+        all[static_cast<unsigned char>(mark)] = true;
+      }
+      return all;
+    }();
+    return marks[static_cast<unsigned char>(c)];
+  }
 
   // NOLINTNEXTLINE(misc-no-recursion): as deep as the members that are cut out
   bool take_object(const std::string& pointer) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <numeric>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
@@ -131,29 +132,44 @@ bool has_several_units(const Run& run) {
                      [&](const std::string& serial) { return serial != run.serials.front(); });
 }
 
-UnitsOfRun::UnitsOfRun(const Run& run, const std::string& stated_serial) : run_(run) {
-  if (run.serials.empty()) {
-    units_.push_back({.serial = stated_serial.empty() ? run.serial : stated_serial, .rows = {}});
+UnitsOfRun::UnitsOfRun(Run run, const std::string& stated_serial) : run_(std::move(run)) {
+  if (run_.serials.empty()) {
+    serials_.push_back(stated_serial.empty() ? run_.serial : stated_serial);
     return;
   }
   // Thousands of units in one file: each row is looked at once.
+  const std::vector<std::string> of_rows = std::exchange(run_.serials, {});
   std::unordered_map<std::string_view, std::size_t> places;
-  for (std::size_t i = 0; i < run.serials.size(); ++i) {
-    const auto [found, is_new] = places.emplace(run.serials[i], units_.size());
+  std::vector<std::size_t> units;  // of each row
+  units.reserve(of_rows.size());
+  for (const std::string& serial : of_rows) {
+    const auto [found, is_new] = places.emplace(serial, serials_.size());
     if (is_new) {
-      units_.push_back({.serial = run.serials[i], .rows = {}});
+      serials_.push_back(serial);
     }
-    units_[found->second].rows.push_back(i);
+    units.push_back(found->second);
+  }
+  begins_.resize(serials_.size() + 1);
+  for (const std::size_t unit : units) {
+    ++begins_[unit + 1];
+  }
+  std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
+  rows_.resize(units.size());
+  std::vector<std::size_t> next = begins_;
+  for (std::size_t i = 0; i < units.size(); ++i) {
+    rows_[next[units[i]]++] = i;
   }
 }
 
 Run UnitsOfRun::operator[](std::size_t unit) const {
-  const auto& [serial, rows] = units_[unit];
-  if (run_.serials.empty()) {
+  const std::string& serial = serials_[unit];
+  if (rows_.empty()) {
     Run only = run_;
     only.serial = serial;
     return only;
   }
+  const auto row = [&](std::size_t at) { return rows_.begin() + static_cast<std::ptrdiff_t>(at); };
+  const std::vector<std::size_t> rows(row(begins_[unit]), row(begins_[unit + 1]));
   return {.observations = select_rows(run_.observations, rows),
           .inputs = run_.inputs,
           .notes = run_.notes,

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <compare>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,7 +15,7 @@
 namespace axiscal {
 
 /// A face of the cube, named by its outward normal in the positioner's frame.
-enum class Face { plus_x, minus_x, plus_y, minus_y, plus_z, minus_z };
+enum class Face : std::uint8_t { plus_x, minus_x, plus_y, minus_y, plus_z, minus_z };
 
 inline constexpr std::array all_faces = {Face::plus_x,  Face::minus_x, Face::plus_y,
                                          Face::minus_y, Face::plus_z,  Face::minus_z};

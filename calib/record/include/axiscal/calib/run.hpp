@@ -89,21 +89,17 @@ enum class Units { one, several };
 /// take no more memory than their run.
 class UnitsOfRun {
  public:
-  /// @param run  must outlive this.
-  UnitsOfRun(const Run& run, const std::string& stated_serial);
+  UnitsOfRun(Run run, const std::string& stated_serial);
 
-  [[nodiscard]] std::size_t size() const { return units_.size(); }
-  [[nodiscard]] const std::string& serial(std::size_t unit) const { return units_[unit].serial; }
+  [[nodiscard]] std::size_t size() const { return serials_.size(); }
+  [[nodiscard]] const std::string& serial(std::size_t unit) const { return serials_[unit]; }
   [[nodiscard]] Run operator[](std::size_t unit) const;
 
  private:
-  struct Unit {
-    std::string serial;
-    std::vector<std::size_t> rows;
-  };
-
-  const Run& run_;
-  std::vector<Unit> units_;
+  Run run_;  // its readings' serials are in what follows
+  std::vector<std::string> serials_;
+  std::vector<std::size_t> rows_;    // of all units, one after another; empty where there is one
+  std::vector<std::size_t> begins_;  // where each unit's begin among those, and the end
 };
 
 /// @return all of them at once.

@@ -21,7 +21,8 @@ struct Linearised {
 /// The step s that makes |r + J s|^2 + damping |L s|^2 smallest, L the lengths of J's columns.
 ///
 /// @param by_qr  whether it is to have all digits: by QR, and of smallest norm where J leaves
-///               something open. Else J^T J will do, unless it is too close to singular.
+///               something open, unless J's columns are far from dependent. Else J^T J will do as
+///               long as it is not too close to singular.
 [[nodiscard]] Eigen::VectorXd damped_step(const Linearised& linear, double damping, bool by_qr);
 
 /// The same by the normal equations, columns scaled to length 1: quick, and good for steps from
@@ -69,7 +70,7 @@ struct GaussNewtonResult {
 
 /// Gauss-Newton, damped (Levenberg-Marquardt, columns of length 1) as soon as a step makes the fit
 /// worse. Far from the solution J^T J leads the way; the last steps, which the result rests on, are
-/// by QR.
+/// by QR where J^T J would spoil them: what it gets wrong of a step is a part of that step.
 ///
 /// @par Source
 /// Nocedal & Wright, Numerical Optimization, 2nd ed. (2006), sec. 10.3; Marquardt, J. SIAM 11
