@@ -20,6 +20,8 @@ TEST(WithoutMembers, CutsThemOutWithTheirCommas) {
   EXPECT_EQ(without_members(R"({"x": -1.5e3, "rows": null})", cut), R"({"x": -1.5e3})");
   EXPECT_EQ(without_members(R"({"rows": {}})", cut), "{}");
   EXPECT_EQ(without_members("{ }\n", cut), "{}");
+  EXPECT_EQ(without_members(R"({"rows": ["\\", "\\\"]", "\"\\"], "x": "\\"})", cut),
+            R"({"x": "\\"})");
   // Not where another object has a member of that name.
   EXPECT_EQ(without_members(R"({"fit": 1, "of": {"rows": [2]}})", cut),
             R"({"fit": 1,"of": {"rows": [2]}})");
@@ -31,6 +33,14 @@ TEST(WithoutMembers, LeavesToTheParserWhatIsWrong) {
         "", "{", R"({"x": "ab)", R"({"x": 1}})", R"({"x": 1,)", R"({"fit": {"text": 1)"}) {
     EXPECT_EQ(without_members(text, cut), text);
   }
+}
+
+TEST(JsonText, QuotesWhatNeedsIt) {
+  const Json json = {
+      {"a \"b\"", "tab\t, \xC2\xB0, \x7F, \\"}, {"plain", -12}, {"large", 18446744073709551615U}};
+  EXPECT_EQ(json_text(json),
+            "{\n  \"a \\\"b\\\"\": \"tab\\t, \xC2\xB0, \x7F, \\\\\",\n"
+            "  \"plain\": -12,\n  \"large\": 18446744073709551615\n}\n");
 }
 
 TEST(JsonColumns, ComeBackAsRows) {

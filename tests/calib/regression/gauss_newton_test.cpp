@@ -111,6 +111,18 @@ TEST(DampedStep, OfAnOpenProblemIsTheShortest) {
   }
 }
 
+// J^T J would leave half of them where the columns are nearly the same.
+TEST(DampedStep, HasAllDigitsWhereTheyAreAskedFor) {
+  const Eigen::Vector2d exact(-3.0, 2.0);
+  for (const double apart : {1.0, 1e-4}) {
+    Linearised linear;
+    linear.jacobian = Eigen::MatrixXd::Ones(40, 2);
+    linear.jacobian.col(1) += apart * Eigen::VectorXd::LinSpaced(40, -1.0, 1.0);
+    linear.residuals = -linear.jacobian * exact;
+    EXPECT_LT((damped_step(linear, 0.0, true) - exact).norm(), 1e-10) << apart;
+  }
+}
+
 TEST(ScaledQr, GivesWhatTheNormalEquationsGive) {
   Eigen::MatrixXd J(5, 3);
   J << 1, 2e3, 1e-4, 1, -1e3, 3e-4, 1, 5e2, -2e-4, 1, 0, 5e-4, 1, 3e3, 1e-4;
