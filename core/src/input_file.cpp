@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <memory>
 #include <utility>
 #include <vector>
 
@@ -60,14 +59,13 @@ bool can_be_read_again(const std::string& path) {
 std::string read_whole_file(const std::string& path) {
   InputFile file(path);
   std::string content;
-  constexpr std::size_t block_size = 1U << 16U;
-  const auto block = std::make_unique_for_overwrite<char[]>(block_size);
-  for (std::size_t count = file.read(block.get(), block_size); count > 0;
-       count = file.read(block.get(), block_size)) {
+  std::vector<char> block(1U << 16U);
+  for (std::size_t count = file.read(block.data(), block.size()); count > 0;
+       count = file.read(block.data(), block.size())) {
     if (content.size() + count > largest_whole_file) {
       throw DataError(path, "is larger than 256 MiB, the most that is read of such a file");
     }
-    content.append(block.get(), count);
+    content.append(block.data(), count);
   }
   return content;
 }

@@ -426,6 +426,15 @@ JsonValue parse_json(std::string_view text, std::string path) {
 
 namespace {
 
+// Which characters are among some.
+constexpr std::array<bool, 256> those(std::string_view some) {
+  std::array<bool, 256> all{};
+  for (const char c : some) {
+    all[static_cast<unsigned char>(c)] = true;
+  }
+  return all;
+}
+
 // Goes over a JSON text without reading its values. Whoever finds the end too early gives up.
 class JsonSkimmer {
  public:
@@ -468,18 +477,16 @@ class JsonSkimmer {
   }
 
   bool skip_value() {
+    static constexpr std::array<bool, 256> marks = those("\"{}[]");
+    static constexpr std::array<bool, 256> marks_or_comma = those("\"{}[],");
     std::size_t depth = 0;
     do {
-      if (depth > 0) {
-        place_ = static_cast<std::size_t>(
-            std::find_if(text_.begin() + static_cast<std::ptrdiff_t>(place_), text_.end(),
-                         is_mark) -
-            text_.begin());
-      } else {
-        while (place_ < text_.size() && !is_mark(text_[place_]) && text_[place_] != ',') {
-          ++place_;
-        }
-      }
+      const std::array<bool, 256>& ends = depth > 0 ? marks : marks_or_comma;
+      const std::string_view rest = text_.substr(place_);
+      place_ += static_cast<std::size_t>(
+          std::find_if(rest.begin(), rest.end(),
+                       [&](char c) { return ends[static_cast<unsigned char>(c)]; }) -
+          rest.begin());
       switch (at()) {
         case '"':
           if (!skip_string()) {
@@ -504,17 +511,6 @@ class JsonSkimmer {
       }
     } while (depth > 0);
     return true;
-  }
-
-  static bool is_mark(char c) {
-    static constexpr std::array<bool, 256> marks = [] {
-      std::array<bool, 256> all{};
-      for (const char mark : std::string_view("\"{}[]")) {
-        all[static_cast<unsigned char>(mark)] = true;
-      }
-      return all;
-    }();
-    return marks[static_cast<unsigned char>(c)];
   }
 
   // NOLINTNEXTLINE(misc-no-recursion): as deep as the members that are cut out

@@ -218,10 +218,6 @@ MeanSlope mean_slope(const Faces& faces, const PlaneFit& together, bool three_ax
   return mean;
 }
 
-}  // namespace
-
-namespace {
-
 // What has readings at one of the two positions at least.
 std::vector<OppositePair> pairs_or_halves(const ReadingSet& set) {
   // Both points of a pair have the same block, level, temperature, rest face and axis of the fence

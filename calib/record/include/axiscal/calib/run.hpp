@@ -98,7 +98,7 @@ class UnitsOfRun {
  private:
   Run run_;  // its readings' serials are in what follows
   std::vector<std::string> serials_;
-  std::vector<std::size_t> rows_;    // of all units, one after another; empty where there is one
+  std::vector<std::size_t> rows_;    // of all units, one after another; empty without a column
   std::vector<std::size_t> begins_;  // where each unit's begin among those, and the end
 };
 
