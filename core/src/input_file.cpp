@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/core/input_file.hpp"
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -59,7 +60,7 @@ bool can_be_read_again(const std::string& path) {
 std::string read_whole_file(const std::string& path) {
   InputFile file(path);
   std::string content;
-  std::vector<char> block(1U << 16U);
+  std::array<char, 1U << 16U> block;  // NOLINT(*-member-init): read() fills what is taken of it
   for (std::size_t count = file.read(block.data(), block.size()); count > 0;
        count = file.read(block.data(), block.size())) {
     if (content.size() + count > largest_whole_file) {

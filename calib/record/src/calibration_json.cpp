@@ -597,11 +597,17 @@ Calibration read_calibration(const std::string& path) {
 
 Calibration read_fitted_parameters(const std::string& path) {
   // Large, or written beside what it follows from.
-  static constexpr std::array<std::string_view, 23> others = {"/inputs",
+  static constexpr std::array<std::string_view, 29> others = {"/inputs",
                                                               "/experiment",
                                                               "/coefficients/polar",
                                                               "/polar_fit",
                                                               "/quantities",
+                                                              "/statistics/observations",
+                                                              "/statistics/degrees_of_freedom",
+                                                              "/statistics/residual_sd",
+                                                              "/statistics/r_squared",
+                                                              "/statistics/coverage_factor_95",
+                                                              "/statistics/condition_number",
                                                               "/statistics/rows",
                                                               "/statistics/components",
                                                               "/statistics/standard_error",

@@ -26,11 +26,17 @@ namespace {
 
 constexpr double seconds_per_year = 365.2425 * 86400.0;
 
+// What a history needs of a record; of thousands little is kept.
 struct Entry {
   std::string path;
   std::string failure;  // why it is no record; empty else
+  std::string created;
   double time_s = 0.0;
-  Calibration calibration;
+  std::string serial;
+  std::vector<std::string> axes;
+  // Of each axis its parameters, in the order of parameter_names(); u is NaN where none is known.
+  std::vector<double> values;
+  std::vector<double> u;
 };
 
 std::string date_text(double seconds) {
@@ -144,22 +150,18 @@ UnitHistory history_of(const std::string& serial,
   std::vector<double> years;
   for (const Entry& entry : entries) {
     unit.paths.push_back(entry.path);
-    unit.created.push_back(entry.calibration.provenance.created);
+    unit.created.push_back(entry.created);
     years.push_back(entry.time_s / seconds_per_year);
   }
-  for (const std::string& axis : entries.back().calibration.sensor.instrument.axes) {
+  std::size_t position = 0;
+  for (const std::string& axis : entries.back().axes) {
     for (const std::string& name : parameter_names({axis})) {
       ParameterTrend trend{.parameter = name};
       for (const Entry& entry : entries) {
-        const Calibration& calibration = entry.calibration;
-        trend.values.push_back(parameter_value(calibration.sensor, trend.parameter));
-        const Eigen::MatrixXd covariance = parameter_covariance(calibration);
-        const auto at = calibration.fit.statistics
-                            ? calibration.fit.statistics->position_of(trend.parameter)
-                            : std::nullopt;
-        trend.u.push_back(at && covariance.rows() > *at ? std::sqrt(covariance(*at, *at))
-                                                        : not_a_number);
+        trend.values.push_back(entry.values[position]);
+        trend.u.push_back(entry.u[position]);
       }
+      ++position;
       for (const Limit& limit : limits ? limits->limits : std::vector<Limit>{}) {
         if (limit.parameter == trend.parameter) {
           trend.low = limit.low;
@@ -210,17 +212,31 @@ namespace {
 // What a history needs of a record; or why it is none.
 Entry entry_of(const std::string& path) {
   Entry entry{.path = path};
+  Calibration calibration;
   try {
-    entry.calibration = read_fitted_parameters(path);
+    calibration = read_fitted_parameters(path);
   } catch (const DataError& failure) {
     entry.failure = failure.what();
     return entry;
   }
-  const std::optional<double> time = parse_timestamp(entry.calibration.provenance.created);
+  entry.created = calibration.provenance.created;
+  const std::optional<double> time = parse_timestamp(entry.created);
   if (!time) {
     throw DataError(path, "/created", "the history needs the date at which a record was made");
   }
   entry.time_s = *time;
+  entry.serial = calibration.sensor.instrument.serial;
+  entry.axes = calibration.sensor.instrument.axes;
+  const Eigen::MatrixXd covariance = parameter_covariance(calibration);
+  for (const std::string& axis : entry.axes) {
+    for (const std::string& name : parameter_names({axis})) {
+      entry.values.push_back(parameter_value(calibration.sensor, name));
+      const auto at =
+          calibration.fit.statistics ? calibration.fit.statistics->position_of(name) : std::nullopt;
+      entry.u.push_back(at && covariance.rows() > *at ? std::sqrt(covariance(*at, *at))
+                                                      : not_a_number);
+    }
+  }
   return entry;
 }
 
@@ -240,8 +256,7 @@ std::vector<UnitHistory> read_history(const std::string& folder,
       }
       continue;  // another kind of file
     }
-    const Instrument& instrument = entry.calibration.sensor.instrument;
-    units[{instrument.serial, joined(instrument.axes)}].push_back(std::move(entry));
+    units[{entry.serial, joined(entry.axes)}].push_back(std::move(entry));
   }
   std::vector<UnitHistory> histories;
   for (auto& [key, entries] : units) {
