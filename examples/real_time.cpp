@@ -42,7 +42,8 @@ int main() {
     const std::array<double, 3> volts = {0.01 + 1e-3 * tick, -0.02, 2.4};
     reduced = reducer.reduce(volts);
   }
+  const long allocated = allocations - before;
   std::printf("pitch %.3f deg, roll %.3f deg, | f | - F = %+.4f g; allocations: %ld\n",
-              reduced["pitch_deg"], reduced["roll_deg"], reduced.residual, allocations - before);
+              reduced["pitch_deg"], reduced["roll_deg"], reduced.residual, allocated);
   return 0;
 }

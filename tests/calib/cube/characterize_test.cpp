@@ -72,7 +72,8 @@ struct Pair {
 };
 
 Pair instrument(RandomStream& random, double sd) {
-  Pair pair{.truth = test::accelerometer_truth(), .record = test::accelerometer_truth()};
+  Pair pair{.truth = test::accelerometer_truth(),
+            .record = {.sensor = test::accelerometer_truth()}};
   pair.truth.response.sensitivity *= 0.4;  // near 1 a unit of the field
   pair.record.sensor.response = pair.truth.response;
   for (Eigen::Index k = 0; k < 3; ++k) {

@@ -348,7 +348,8 @@ TEST(BiasMethod, TakesTheSensitivityFromARecordAndTheFieldOut) {
   experiment.method = Method::bias;
   experiment.temperature.order = 2;
   experiment.temperature.reference = 20.0;
-  experiment.from = std::make_shared<const Calibration>(accelerometer_truth());
+  experiment.from =
+      std::make_shared<const Calibration>(Calibration{.sensor = accelerometer_truth()});
   const Calibration result = calibrate(experiment, observations);
   EXPECT_MATRIX_NEAR(result.sensor.response.bias, truth.response.bias, 1e-12);
   EXPECT_MATRIX_NEAR(result.sensor.temperature->bias, truth.temperature->bias, 1e-13);
