@@ -4,14 +4,9 @@
 
 #include <string>
 
-namespace axiscal {
+#include "qpdf_archive.hpp"
 
-struct PdfAttachment {
-  std::string name;         ///< "certificate.xml"
-  std::string description;  ///< for people
-  std::string type;         ///< "text/xml"
-  std::string content;
-};
+namespace axiscal {
 
 /// @param pdf         as cairo writes it: its fonts are within.
 /// @param attachment  that goes with it; nothing where its content is empty.
@@ -22,10 +17,3 @@ std::string archived_pdf(const std::string& pdf,
                          const PdfAttachment& attachment);
 
 }  // namespace axiscal
-
-/// What the module with qpdf in it exports.
-extern "C" __attribute__((visibility("default"))) void axiscal_archive_pdf(
-    const std::string& pdf,
-    const std::string& title,
-    const axiscal::PdfAttachment& attachment,
-    std::string& archived);
