@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The long look before a change is handed in: format, g++, clang, address, undefined-behaviour and thread
+# The long look before a change is handed in: format, clang, g++, address, undefined-behaviour and thread
 # sanitizers, libc++ where it is there, the gates (hostile clients, short fuzzing), each public header alone, Doxygen, and clang-tidy on what changed against origin/main (--all: on everything). Needs
 # clang, clang-format, clang-tidy and doxygen beside what dependencies.sh installs.
 set -euo pipefail
@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 
 . scripts/jobs.sh
 scripts/format.sh --check
-for preset in dev clang sanitize thread; do
+for preset in dev gcc sanitize thread; do
   cmake --workflow --preset "$preset"
 done
 # The objects of the library proper; programs need a GeographicLib of the same standard library.
@@ -29,5 +29,5 @@ else
 fi
 files=$(printf '%s\n' "$files" | grep -v '^tests/install/' || true)
 if [ -n "$files" ]; then
-  printf '%s\n' "$files" | xargs -P "$(nproc)" -n 4 clang-tidy -p build/clang --quiet
+  printf '%s\n' "$files" | xargs -P "$(nproc)" -n 4 clang-tidy -p build/sanitize --quiet
 fi

@@ -3,6 +3,12 @@
 # four compilers are in each other's way.
 export CMAKE_BUILD_PARALLEL_LEVEL="${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}"
 
+# clang++ compiles Eigen's expressions in 0.6 of g++'s time and half the memory (bench/README.md); the preset gcc
+# and whoever sets CXX have g++. A folder that is configured keeps its compiler.
+if [ -z "${CXX:-}" ] && command -v clang++ >/dev/null; then
+  export CXX=clang++
+fi
+
 # Configures the tests' build: dev [OPTIONS]. A compiler that we have not seen may warn of something new;
 # that is no failure of a user's build.
 configure_dev() {
