@@ -5,13 +5,15 @@
 #include <string_view>
 #include <vector>
 
-#include "axiscal/acquisition/settings.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/exchange/settings.hpp"
 #include "axiscal/field/settings.hpp"
 #include "axiscal/instruments/settings.hpp"
 #include "axiscal/logs/settings.hpp"
+#ifdef AXISCAL_ACQUISITION
+#include "axiscal/acquisition/settings.hpp"
+#endif
 
 namespace axiscal::cli {
 namespace {
@@ -22,6 +24,13 @@ struct OptionName {
 };
 
 constexpr std::array options_of_settings = {
+#ifdef AXISCAL_ACQUISITION
+    OptionName{settings::journal, "--journal"},
+    OptionName{settings::plain_face, "--plain"},
+    OptionName{settings::ports, "acquire --list"},
+    OptionName{settings::resume, "--resume"},
+    OptionName{settings::web_face, "--web"},
+#endif
     OptionName{settings::axes, "--axes"},
     OptionName{settings::column_names, "--map"},
     OptionName{settings::date, "--date"},
@@ -34,7 +43,6 @@ constexpr std::array options_of_settings = {
     OptionName{settings::gyroscope_scale, "--gyroscope-scale"},
     OptionName{settings::instrument, "--instrument"},
     OptionName{settings::imported_magnitude, "--magnitude"},
-    OptionName{settings::journal, "--journal"},
     OptionName{settings::laboratory, "--laboratory"},
     OptionName{settings::leave_out, "--leave-out"},
     OptionName{settings::local_gravity, "--gravity"},
@@ -44,20 +52,16 @@ constexpr std::array options_of_settings = {
     OptionName{settings::magnetic_model, "--magnetic-model"},
     OptionName{settings::method, "--method"},
     OptionName{settings::numbers, "--numbers"},
-    OptionName{settings::plain_face, "--plain"},
     OptionName{settings::polar_fit, "--polar-fit"},
-    OptionName{settings::ports, "acquire --list"},
     OptionName{settings::range, "--range"},
     OptionName{settings::rate, "--rate"},
     OptionName{settings::reading_factor, "--reading-factor"},
-    OptionName{settings::resume, "--resume"},
     OptionName{settings::run_sheet, "--plan"},
     OptionName{settings::shortest_rest, "--min-length"},
     OptionName{settings::site, "--latitude, --longitude"},
     OptionName{settings::slope, "--slope"},
     OptionName{settings::temperature_order, "--temperature-order"},
-    OptionName{settings::time_column, "--time"},
-    OptionName{settings::web_face, "--web"}};
+    OptionName{settings::time_column, "--time"}};
 
 // A setting without an option here is called by its path.
 std::string_view option_of(Setting setting) {
