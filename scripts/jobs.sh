@@ -3,8 +3,8 @@
 # four compilers are in each other's way.
 export CMAKE_BUILD_PARALLEL_LEVEL="${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}"
 
-# clang++ compiles Eigen's expressions in 0.6 of g++'s time and half the memory (bench/README.md); the preset gcc
-# and whoever sets CXX have g++. A folder that is configured keeps its compiler.
+# clang++ compiles Eigen's expressions in 0.6 of g++'s time and memory (bench/README.md). CXX=g++ asks for the other;
+# a folder that is configured keeps its compiler.
 if [ -z "${CXX:-}" ] && command -v clang++ >/dev/null; then
   export CXX=clang++
 fi
