@@ -4,8 +4,9 @@
 export CMAKE_BUILD_PARALLEL_LEVEL="${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}"
 
 # clang++ compiles Eigen's expressions in 0.6 of g++'s time and memory (bench/README.md). CXX=g++ asks for the other;
-# a folder that is configured keeps its compiler.
-if [ -z "${CXX:-}" ] && command -v clang++ >/dev/null; then
+# a folder that is configured keeps its compiler. A clang++ that is too old, or finds no standard library, is not taken.
+if [ -z "${CXX:-}" ] && printf '#include <span>\n#if __clang_major__ < 14\n#error\n#endif\n' |
+  clang++ -std=c++20 -fsyntax-only -x c++ - 2>/dev/null; then
   export CXX=clang++
 fi
 
