@@ -10,20 +10,21 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/piecewise_columns.hpp"
 #include "axiscal/calib/scaled_cholesky.hpp"
 
 namespace axiscal {
 namespace {
 
-// Generalised least squares at given variances.
+// Generalised least squares at given variances, b and its covariance in the basis of the pieces.
 struct Solved {
   bool determined = false;
   double squares = 0.0;  // y^T P y
   Eigen::VectorXd estimate;
   Eigen::MatrixXd covariance;
-  Eigen::MatrixXd inverses;  // n m x m: V^-1 of each unit
-  Eigen::MatrixXd U;         // n m x c: V^-1 W
-  Eigen::VectorXd left;      // n m: V^-1 (y - W b)
+  Eigen::MatrixXd inverses;        // n m x m: V^-1 of each unit
+  std::vector<Eigen::MatrixXd> U;  // V^-1 W of each piece
+  Eigen::VectorXd left;            // n m: V^-1 (y - W b)
 };
 
 // All that one round needs beside it.
@@ -33,34 +34,40 @@ struct Round : Solved {
   std::vector<Eigen::MatrixXd> B;  // sum over units of U^T Q U
 };
 
-// A unit's matrices of at most so many rows and columns: few need no memory of their own.
-template <int Most>
-using UnitMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Most, Most>;
-constexpr int few = 6;
-
-// Few rows are multiplied where they are; what makes many fast costs few most of the time.
-template <int Most, typename Left, typename Right, typename Result>
-void set_product(const Left& left, const Right& right, Result& result) {
-  if constexpr (Most == Eigen::Dynamic) {
-    result.noalias() = left * right;
-  } else {
-    result.noalias() = left.lazyProduct(right);
+// How many rows the units have, and columns their roots side by side, where that is known, and how
+// many at most: few need no memory of their own.
+template <int RowCount, int RootCount, int MostRows, int MostRoots>
+struct UnitSize {
+  template <typename Left, typename Right>
+  static auto product(const Left& left, const Right& right) {
+    if constexpr (MostRows == Eigen::Dynamic) {
+      return left * right;
+    } else {
+      return left.lazyProduct(right);
+    }
   }
-}
+  using Square = Eigen::Matrix<double, RowCount, RowCount, 0, MostRows, MostRows>;
+  using Roots = Eigen::Matrix<double, RowCount, RootCount, 0, MostRows, MostRoots>;
+  using OfRoots = Eigen::Matrix<double, RootCount, RootCount, 0, MostRoots, MostRoots>;
+  static constexpr int rows = RowCount;
+  static constexpr int roots = RootCount;
+};
+constexpr int few_rows = 6;
+constexpr int few_roots = 12;
+using AnySize = UnitSize<Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic>;
+using SmallSize = UnitSize<Eigen::Dynamic, Eigen::Dynamic, few_rows, few_roots>;
+using TriadSize = UnitSize<3, 6, 3, 6>;  // three axes, each with its noise, on a seat
 
-// Up to three rows in closed form.
-template <int Most>
-UnitMatrix<Most> inverse_of(const UnitMatrix<Most>& V) {
-  switch (V.rows()) {
-    case 1:
-      return V.cwiseInverse();
-    case 2:
-      return Eigen::Matrix2d(V).inverse();
-    case 3:
-      return Eigen::Matrix3d(V).inverse();
-    default:
-      return V.inverse();
+// What is done with units of so many rows and roots.
+template <typename Act>
+auto at_size(Eigen::Index rows, Eigen::Index roots, const Act& act) {
+  if (rows == TriadSize::rows && roots == TriadSize::roots) {
+    return act(TriadSize());
   }
+  if (rows <= few_rows && roots <= few_roots) {
+    return act(SmallSize());
+  }
+  return act(AnySize());
 }
 
 // A problem's likelihood at any variances.
@@ -68,29 +75,51 @@ class Likelihood {
  public:
   // @param problem  must outlive it.
   explicit Likelihood(const VarianceProblem& problem)
-      : problem_(problem),
-        small_(problem.rows <= few && std::all_of(problem.roots.begin(),
-                                                  problem.roots.end(),
-                                                  [](const auto& K) { return K.cols() <= few; })) {
+      : problem_(problem), columns_(piecewise_columns(problem.W, problem.rows, problem.prior)) {
+    Eigen::Index size = 0;
     for (const Eigen::MatrixXd& K : problem.roots) {
-      Eigen::MatrixXd& Q = Q_.emplace_back(K.rows(), problem.rows);
-      for (Eigen::Index first = 0; first < K.rows(); first += problem.rows) {
-        const auto of_unit = K.middleRows(first, problem.rows);
-        Q.middleRows(first, problem.rows).noalias() = of_unit * of_unit.transpose();
-      }
+      first_root_.push_back(size);
+      size += K.cols();
+    }
+    first_root_.push_back(size);
+    roots_.resize(problem.y.size(), size);
+    for (std::size_t q = 0; q < problem.roots.size(); ++q) {
+      roots_.middleCols(first_root_[q], problem.roots[q].cols()) = problem.roots[q];
     }
   }
 
   [[nodiscard]] Solved solve_at(const Eigen::VectorXd& theta) const {
+    return at_size(problem_.rows, roots_.cols(),
+                   [&](auto size) { return solve<decltype(size)>(theta); });
+  }
+
+  [[nodiscard]] Round round_at(const Eigen::VectorXd& theta) const {
+    return at_size(problem_.rows, roots_.cols(),
+                   [&](auto size) { return round<decltype(size)>(theta); });
+  }
+
+  [[nodiscard]] const PiecewiseColumns& columns() const { return columns_; }
+
+ private:
+  template <typename Size>
+  [[nodiscard]] typename Size::Roots roots_of(Eigen::Index first) const {
+    return roots_.middleRows(first, problem_.rows);
+  }
+
+  template <typename Size>
+  [[nodiscard]] Solved solve(const Eigen::VectorXd& theta) const {
     const Eigen::Index m = problem_.rows;
-    Solved solved{.inverses = Eigen::MatrixXd(problem_.y.size(), m),
-                  .U = Eigen::MatrixXd(problem_.y.size(), problem_.W.cols())};
-    if (small_) {
-      weigh_units<few>(theta, solved);
-    } else {
-      weigh_units<Eigen::Dynamic>(theta, solved);
+    const Eigen::Index c = columns_.count;
+    Solved solved{.inverses = Eigen::MatrixXd(problem_.y.size(), m)};
+    weigh_units<Size>(theta, solved);
+    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(c, c);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(c);
+    for (std::size_t p = 0; p < columns_.pieces.size(); ++p) {
+      const ColumnPiece& piece = columns_.pieces[p];
+      normal(piece.columns, piece.columns) += piece.W.transpose() * solved.U[p];
+      right(piece.columns) +=
+          solved.U[p].transpose() * problem_.y.segment(piece.first, piece.W.rows());
     }
-    Eigen::MatrixXd normal = problem_.W.transpose() * solved.U;
     normal.diagonal().tail(problem_.prior).array() += 1.0;
     const ScaledCholesky cholesky(normal);
     constexpr double open_below = 1e-13;
@@ -99,37 +128,36 @@ class Likelihood {
     }
     solved.determined = true;
     solved.covariance = cholesky.inverse();
-    solved.estimate = solved.covariance * (solved.U.transpose() * problem_.y);
-    const Eigen::VectorXd left = problem_.y - problem_.W * solved.estimate;
-    solved.left.resize(left.size());
-    for (Eigen::Index first = 0; first < left.size(); first += m) {
-      solved.left.segment(first, m).noalias() =
-          solved.inverses.middleRows(first, m) * left.segment(first, m);
+    solved.estimate = solved.covariance * right;
+    solved.left.resize(problem_.y.size());
+    for (const ColumnPiece& piece : columns_.pieces) {
+      const Eigen::VectorXd estimate = solved.estimate(piece.columns);
+      const Eigen::VectorXd left =
+          problem_.y.segment(piece.first, piece.W.rows()) - piece.W * estimate;
+      for (Eigen::Index row = 0; row < left.size(); row += m) {
+        solved.left.segment(piece.first + row, m) =
+            Size::product(solved.inverses.middleRows(piece.first + row, m), left.segment(row, m));
+      }
     }
     solved.squares = problem_.y.dot(solved.left);
     return solved;
   }
 
-  [[nodiscard]] Round round_at(const Eigen::VectorXd& theta) const {
+  template <typename Size>
+  [[nodiscard]] Round round(const Eigen::VectorXd& theta) const {
     const auto count = static_cast<Eigen::Index>(problem_.roots.size());
+    const Eigen::Index c = columns_.count;
     Round round{
-        solve_at(theta), Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count), {}};
+        solve<Size>(theta), Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count), {}};
     if (!round.determined) {
       return round;
     }
-    const Eigen::Index units = problem_.y.size() / problem_.rows;
-    std::vector<Eigen::MatrixXd> KU;
-    for (const Eigen::MatrixXd& K : problem_.roots) {
-      KU.emplace_back(units * K.cols(), problem_.W.cols());
-    }
-    if (small_) {
-      add_units<few>(round, KU);
-    } else {
-      add_units<Eigen::Dynamic>(round, KU);
+    round.B.assign(problem_.roots.size(), Eigen::MatrixXd::Zero(c, c));
+    for (std::size_t p = 0; p < columns_.pieces.size(); ++p) {
+      add_piece<Size>(columns_.pieces[p], round.U[p], round);
     }
     std::vector<Eigen::MatrixXd> CB;
-    for (const Eigen::MatrixXd& rows : KU) {
-      const Eigen::MatrixXd& B = round.B.emplace_back(rows.transpose() * rows);
+    for (const Eigen::MatrixXd& B : round.B) {
       CB.emplace_back(round.covariance * B);
     }
     for (Eigen::Index q = 0; q < count; ++q) {
@@ -149,62 +177,99 @@ class Likelihood {
     return round;
   }
 
- private:
   // The inverse of each unit's covariance, and what it makes of W; rows that are left out are on
   // their own.
-  template <int Most>
+  template <typename Size>
   void weigh_units(const Eigen::VectorXd& theta, Solved& solved) const {
     const Eigen::Index m = problem_.rows;
-    for (Eigen::Index first = 0; first < problem_.y.size(); first += m) {
-      UnitMatrix<Most> V = UnitMatrix<Most>::Zero(m, m);
-      for (std::size_t q = 0; q < Q_.size(); ++q) {
-        V += theta(static_cast<Eigen::Index>(q)) * Q_[q].middleRows(first, m);
+    Eigen::RowVectorXd of_roots(roots_.cols());
+    for (std::size_t q = 0; q + 1 < first_root_.size(); ++q) {
+      of_roots.segment(first_root_[q], first_root_[q + 1] - first_root_[q])
+          .setConstant(theta(static_cast<Eigen::Index>(q)));
+    }
+    for (const ColumnPiece& piece : columns_.pieces) {
+      Eigen::MatrixXd& U = solved.U.emplace_back(piece.W.rows(), piece.W.cols());
+      for (Eigen::Index row = 0; row < U.rows(); row += m) {
+        const typename Size::Roots K = roots_of<Size>(piece.first + row);
+        const typename Size::Roots weighted = K.array().rowwise() * of_roots.array();
+        typename Size::Square V = Size::product(weighted, K.transpose());
+        for (Eigen::Index k = 0; k < m; ++k) {
+          V(k, k) = V(k, k) > 0.0 ? V(k, k) : 1.0;
+        }
+        const typename Size::Square inverse = inverse_of(V);
+        solved.inverses.middleRows(piece.first + row, m) = inverse;
+        U.middleRows(row, m).noalias() = Size::product(inverse, piece.W.middleRows(row, m));
       }
-      for (Eigen::Index k = 0; k < m; ++k) {
-        V(k, k) = V(k, k) > 0.0 ? V(k, k) : 1.0;
-      }
-      const UnitMatrix<Most> inverse = inverse_of<Most>(V);
-      solved.inverses.middleRows(first, m) = inverse;
-      auto U = solved.U.middleRows(first, m);
-      set_product<Most>(inverse, problem_.W.middleRows(first, m), U);
     }
   }
 
-  // What the units add to A and g, and the rows K^T U of all of them.
-  template <int Most>
-  void add_units(Round& round, std::vector<Eigen::MatrixXd>& KU) const {
-    const Eigen::Index m = problem_.rows;
-    const std::size_t count = Q_.size();
-    const Eigen::MatrixXd UC = round.U * round.covariance;
-    UnitMatrix<Most> UCU(m, m);
-    std::vector<UnitMatrix<Most>> VQ(count, UCU);
-    std::vector<UnitMatrix<Most>> MQ(count, UCU);
-    for (Eigen::Index first = 0; first < problem_.y.size(); first += m) {
-      const auto U = round.U.middleRows(first, m);
-      const auto left = round.left.segment(first, m);
-      set_product<Most>(UC.middleRows(first, m), U.transpose(), UCU);
-      for (std::size_t q = 0; q < count; ++q) {
-        const auto Q = Q_[q].middleRows(first, m);
-        const auto K = problem_.roots[q].middleRows(first, m);
-        set_product<Most>(round.inverses.middleRows(first, m), Q, VQ[q]);
-        set_product<Most>(UCU, Q, MQ[q]);
-        auto own = KU[q].middleRows(first / m * K.cols(), K.cols());
-        set_product<Most>(K.transpose(), U, own);
-        round.g(static_cast<Eigen::Index>(q)) += left.dot(Q * left);
+  // Up to three rows in closed form.
+  template <typename Square>
+  [[nodiscard]] static Square inverse_of(const Square& V) {
+    if constexpr (Square::RowsAtCompileTime == Eigen::Dynamic) {
+      switch (V.rows()) {
+        case 1:
+          return V.cwiseInverse();
+        case 2:
+          return Eigen::Matrix2d(V).inverse();
+        case 3:
+          return Eigen::Matrix3d(V).inverse();
+        default:
+          break;
       }
-      // tr(V^-1 Q V^-1 R) - 2 tr(V^-1 Q U C U^T R).
+    }
+    return V.inverse();
+  }
+
+  // What the units of a piece add to A, g and B.
+  // @param U  V^-1 W of it.
+  template <typename Size>
+  void add_piece(const ColumnPiece& piece, const Eigen::MatrixXd& U, Round& round) const {
+    const Eigen::Index m = problem_.rows;
+    const std::size_t count = problem_.roots.size();
+    const Eigen::MatrixXd C = round.covariance(piece.columns, piece.columns);
+    const Eigen::MatrixXd UC = U * C;
+    std::vector<Eigen::MatrixXd> KU;
+    for (const Eigen::MatrixXd& K : problem_.roots) {
+      KU.emplace_back(U.rows() / m * K.cols(), U.cols());
+    }
+    for (Eigen::Index row = 0; row < U.rows(); row += m) {
+      const auto of_unit = U.middleRows(row, m);
+      const typename Size::Roots K = roots_of<Size>(piece.first + row);
+      const typename Size::Square V = round.inverses.middleRows(piece.first + row, m);
+      const typename Size::Square UCU = Size::product(UC.middleRows(row, m), of_unit.transpose());
+      const typename Size::Roots VK = Size::product(V, K);
+      const typename Size::Roots MK = Size::product(UCU, K);
+      const typename Size::OfRoots KVK = Size::product(K.transpose(), VK);
+      const typename Size::OfRoots KMK = Size::product(K.transpose(), MK);
+      // tr(V^-1 Q V^-1 R) - 2 tr(V^-1 Q U C U^T R), Q = K K^T.
+      const typename Size::OfRoots products = KVK.cwiseProduct(KVK - 2.0 * KMK);
       for (std::size_t q = 0; q < count; ++q) {
+        const Eigen::Index first = first_root_[q];
+        const Eigen::Index width = first_root_[q + 1] - first;
+        const auto own = K.middleCols(first, width);
+        KU[q].middleRows(row / m * width, width).noalias() =
+            Size::product(own.transpose(), of_unit);
+        for (Eigen::Index a = 0; a < width; ++a) {
+          round.g(static_cast<Eigen::Index>(q)) +=
+              std::pow(own.col(a).dot(round.left.segment(piece.first + row, m)), 2);
+        }
         for (std::size_t r = q; r < count; ++r) {
           round.A(static_cast<Eigen::Index>(q), static_cast<Eigen::Index>(r)) +=
-              VQ[q].cwiseProduct((VQ[r] - 2.0 * MQ[r]).transpose()).sum();
+              products.block(first, first_root_[r], width, first_root_[r + 1] - first_root_[r])
+                  .sum();
         }
       }
+    }
+    for (std::size_t q = 0; q < count; ++q) {
+      round.B[q](piece.columns, piece.columns) += KU[q].transpose() * KU[q];
     }
   }
 
   const VarianceProblem& problem_;
-  bool small_;
-  std::vector<Eigen::MatrixXd> Q_;  // q, n m x m: K K^T of each unit
+  PiecewiseColumns columns_;
+  Eigen::MatrixXd roots_;                 // n m x r: those of all components side by side
+  std::vector<Eigen::Index> first_root_;  // of each component, and behind the last
 };
 
 // A theta = g over the components that are open; what would fall below its smallest is set to that
@@ -323,8 +388,8 @@ std::optional<VarianceFit> fit_variance_components(const VarianceProblem& proble
     VarianceFit fit{.theta = theta,
                     .theta_covariance = Eigen::MatrixXd::Zero(theta.size(), theta.size()),
                     .information = round.A,
-                    .estimate = round.estimate,
-                    .covariance = round.covariance};
+                    .estimate = likelihood.columns().estimate_of(round.estimate),
+                    .covariance = likelihood.columns().covariance_of(round.covariance)};
     const Eigen::VectorXd units = scale(open);
     const Eigen::MatrixXd inner = units.asDiagonal() * round.A(open, open) * units.asDiagonal();
     const auto size = static_cast<Eigen::Index>(open.size());
@@ -332,7 +397,8 @@ std::optional<VarianceFit> fit_variance_components(const VarianceProblem& proble
     const Eigen::MatrixXd in_units = 2.0 * (units.asDiagonal() * inverse * units.asDiagonal());
     fit.theta_covariance(open, open) = in_units;
     for (const Eigen::MatrixXd& B : round.B) {
-      fit.unit_shares.emplace_back(round.covariance * B * round.covariance);
+      const Eigen::MatrixXd share = round.covariance * B * round.covariance;
+      fit.unit_shares.push_back(likelihood.columns().covariance_of(share));
     }
     return fit;
   }
@@ -357,11 +423,13 @@ std::optional<double> component_score(const VarianceProblem& problem,
 
 std::optional<WeightedFit> fit_at_variances(const VarianceProblem& problem,
                                             const Eigen::VectorXd& theta) {
-  Solved solved = Likelihood(problem).solve_at(theta);
+  const Likelihood likelihood(problem);
+  const Solved solved = likelihood.solve_at(theta);
   if (!solved.determined) {
     return std::nullopt;
   }
-  return WeightedFit{.estimate = std::move(solved.estimate), .squares = solved.squares};
+  return WeightedFit{.estimate = likelihood.columns().estimate_of(solved.estimate),
+                     .squares = solved.squares};
 }
 
 double equal_variances_p(const Eigen::VectorXd& variances,

@@ -6,6 +6,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "axiscal/calib/piecewise_columns.hpp"
+#include "axiscal/calib/piecewise_columns.hpp"
 #include "axiscal/core/random.hpp"
 #include "matchers.hpp"
 
@@ -64,6 +66,82 @@ TEST(VarianceComponents, MaximisesTheRestrictedLikelihood) {
     }
   }
   EXPECT_MATRIX_NEAR(fit->scatter(), fit->covariance, 1e-8);
+}
+
+// Each row of the units has a bias, changes of it from block to block, and two columns of its own;
+// the last column is shared. Some rows are left out.
+VarianceProblem problem_in_blocks(RandomStream& random) {
+  constexpr Eigen::Index units = 40;
+  constexpr Eigen::Index of_block = 10;
+  VarianceProblem problem = problem_of(units, 1.0, 2.0, random);
+  problem.W = Eigen::MatrixXd::Zero(2 * units, 13);
+  Eigen::Matrix<double, 4, 3> changes;
+  changes << 1, 1, 1, -1, 1, -1, 1, -1, -1, -1, -1, 1;
+  for (Eigen::Index row = 0; row < 2 * units; ++row) {
+    problem.W.row(row).segment<6>(row % 2 * 6) << 1.0, random.normal(), random.normal(),
+        changes.row(row / 2 / of_block);
+    problem.W(row, 12) = random.normal();
+  }
+  for (const Eigen::Index row : {3, 44}) {
+    problem.W.row(row).setZero();
+    problem.y(row) = 0.0;
+    for (Eigen::MatrixXd& K : problem.roots) {
+      K.row(row).setZero();
+    }
+  }
+  return problem;
+}
+
+TEST(VarianceComponents, AreTheSameInAnyBasisOfTheColumns) {
+  RandomStream random(11);
+  const VarianceProblem problem = problem_in_blocks(random);
+  VarianceProblem mixed = problem;
+  Eigen::MatrixXd T = Eigen::MatrixXd::Identity(13, 13);
+  for (double& entry : T.reshaped()) {
+    entry += 0.2 * random.normal();
+  }
+  mixed.W = problem.W * T;  // in which no column is of one row alone
+  const auto fit = fit_variance_components(problem, Eigen::Vector3d(1.0, 1.0, 1.0));
+  const auto other = fit_variance_components(mixed, Eigen::Vector3d(1.0, 1.0, 1.0));
+  ASSERT_TRUE(fit && other);
+  EXPECT_MATRIX_NEAR(fit->theta, other->theta, 1e-8);
+  EXPECT_MATRIX_NEAR(fit->estimate, T * other->estimate, 1e-8);
+  EXPECT_MATRIX_NEAR(fit->covariance, T * other->covariance * T.transpose(), 1e-8);
+  for (std::size_t q = 0; q < 3; ++q) {
+    EXPECT_MATRIX_NEAR(fit->unit_shares[q], T * other->unit_shares[q] * T.transpose(), 1e-8);
+  }
+  const auto weighted = fit_at_variances(problem, fit->theta);
+  ASSERT_TRUE(weighted);
+  EXPECT_MATRIX_NEAR(weighted->estimate, fit->estimate, 1e-8);
+}
+
+TEST(PiecewiseColumns, GiveEachBlockAColumn) {
+  RandomStream random(12);
+  const VarianceProblem problem = problem_in_blocks(random);
+  const PiecewiseColumns columns = piecewise_columns(problem.W, problem.rows, 0);
+  ASSERT_EQ(columns.pieces.size(), 4U);
+  Eigen::VectorXd in_basis(columns.count);
+  for (double& entry : in_basis) {
+    entry = random.normal();
+  }
+  const Eigen::VectorXd b = columns.estimate_of(in_basis);
+  for (const ColumnPiece& piece : columns.pieces) {
+    EXPECT_EQ(piece.columns.size(), 7U);  // of two rows a block and two of their own, and one
+    const Eigen::VectorXd by_piece = piece.W * in_basis(piece.columns);
+    const Eigen::VectorXd by_all = problem.W.middleRows(piece.first, piece.W.rows()) * b;
+    EXPECT_MATRIX_NEAR(by_piece, by_all, 1e-12);
+  }
+}
+
+TEST(PiecewiseColumns, StayWhereTheyTellFewerBlocksApart) {
+  RandomStream random(13);
+  const VarianceProblem problem = problem_in_blocks(random);
+  // Without one of the changes two columns and the bias tell four blocks.
+  const Eigen::MatrixXd W = problem.W.leftCols(5);
+  const PiecewiseColumns columns = piecewise_columns(W, problem.rows, 0);
+  EXPECT_TRUE(columns.replaced.empty());
+  ASSERT_EQ(columns.pieces.size(), 1U);
+  EXPECT_MATRIX_NEAR(columns.pieces.front().W, W, 0.0);
 }
 
 TEST(VarianceComponents, AreRightInTheMean) {
