@@ -100,7 +100,8 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
     }
     squares += std::pow((met + inverse * above).norm() - met.norm(), 2);
   }
-  // A P, P what the fit leaves of readings: A less A J C J^T, axis by axis.
+  // A P, P what the fit leaves of readings: A less A J C J^T, axis by axis; with G = A J C and
+  // A's own diagonal D, (D - G J^T)(D - G J^T)^T = D^2 + X G^T + G X^T, X = G J^T J / 2 - D J.
   Eigen::MatrixXd AJ = Eigen::MatrixXd::Zero(n, run.column_count());
   for (Eigen::Index k = 0; k < m; ++k) {
     AJ(Eigen::all, run.places_of_axis(k)) += A.col(k).asDiagonal() * run.columns_of_axis(k);
@@ -109,16 +110,20 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
   const Noise noise = noise_of(*calibration.fit.statistics);
   const Eigen::VectorXd pure = noise.sd.cwiseQuotient(calibration.fit.statistics->residual_sd);
   const Eigen::MatrixXd changes = change_of_readings(inputs, run, field);
-  Eigen::MatrixXd of_noise = Eigen::MatrixXd::Zero(n, n);
+  Eigen::MatrixXd X = Eigen::MatrixXd::Zero(n, run.column_count());
   Eigen::MatrixXd by_inputs = Eigen::MatrixXd::Zero(n, changes.cols());
   for (Eigen::Index k = 0; k < m; ++k) {
-    Eigen::MatrixXd AP =
-        -AJC(Eigen::all, run.places_of_axis(k)) * run.columns_of_axis(k).transpose();
-    AP.diagonal() += A.col(k);
-    of_noise += pure(k) * pure(k) * AP * AP.transpose();
+    const std::vector<Eigen::Index> places = run.places_of_axis(k);
+    const Eigen::MatrixXd J = run.columns_of_axis(k);
+    const Eigen::MatrixXd G = AJC(Eigen::all, places);
+    X(Eigen::all, places) += pure(k) * pure(k) *
+                             (0.5 * G * (J.transpose() * J) - A.col(k).asDiagonal() * J);
     const Eigen::MatrixXd of_axis = changes(run.rows_of_axis(k), Eigen::all);
-    by_inputs += AP * of_axis;
+    by_inputs += A.col(k).asDiagonal() * of_axis - G * (J.transpose() * of_axis);
   }
+  Eigen::MatrixXd of_noise = X * AJC.transpose();
+  of_noise += of_noise.transpose().eval();
+  of_noise.diagonal() += A.cwiseAbs2() * pure.cwiseAbs2();
   const Eigen::MatrixXd of_inputs = by_inputs * by_inputs.transpose();
   const Eigen::MatrixXd V = of_noise + of_inputs;
   const double expected = V.trace();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include <Eigen/SVD>
 
@@ -17,39 +18,63 @@ JointState JointFit::at(const TableField& field, bool directions_given) const {
   if (!directions_given) {
     state.tangents = field.tangents();
   }
-  const Eigen::Index directions = state.direction_count();
+  const Eigen::Index m = set_.axis_count();
+  state.axes.reserve(static_cast<std::size_t>(m));
   FieldChanges field_changes;
-  for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
-    JointAxis axis;
+  for (Eigen::Index first = 0; first < m;) {
     // Axes of the same weights share one factorisation.
-    const bool shared = k > 0 && weights_.col(k) == weights_.col(k - 1) &&
-                        set_.temperature.order == 0 && set_.visible.empty();
-    axis.columns =
-        shared ? state.axes.back().columns
-               : std::make_shared<const Eigen::MatrixXd>(set_.all_columns(designs.of(k), k));
-    axis.design = shared ? state.axes.back().design
-                         : std::make_shared<const FactoredDesign>(
-                               axis.X(), weights_.col(k), [&] { return set_.names_of_axis(k); });
-    axis.root_weights = weights_.col(k).cwiseSqrt();
-    axis.estimate = axis.design->estimate(set_.response.col(k));
-    axis.residuals =
-        axis.root_weights.cwiseProduct(set_.response.col(k) - axis.X() * axis.estimate);
-    axis.take_up.resize(axis.X().cols(), directions);
-    axis.tangents.resize(axis.X().rows(), directions);
-    axis.projected.resize(axis.X().rows(), directions);
-    if (directions > 0) {
-      if (k == 0 || !set_.visible.empty()) {  // else what one axis sees all see
-        field_changes = changes_with_directions(set_, field, state.tangents, k);
-      }
-      const Eigen::MatrixXd change =
-          response_changes(set_, k, axis.estimate.segment<3>(1).transpose(), field_changes);
-      axis.take_up = axis.design->estimates(change);
-      axis.tangents = axis.root_weights.asDiagonal() * change;
-      axis.projected = axis.root_weights.asDiagonal() * (change - axis.X() * axis.take_up);
+    Eigen::Index end = first + 1;
+    while (end < m && set_.temperature.order == 0 && set_.visible.empty() &&
+           weights_.col(end) == weights_.col(first)) {
+      ++end;
     }
-    state.axes.push_back(std::move(axis));
+    if (state.direction_count() > 0 && (first == 0 || !set_.visible.empty())) {
+      // What one axis sees all see, but for those.
+      field_changes = changes_with_directions(set_, field, state.tangents, first);
+    }
+    add_axes(first, end - first,
+             std::make_shared<const Eigen::MatrixXd>(set_.all_columns(designs.of(first), first)),
+             field_changes, state);
+    first = end;
   }
   return state;
+}
+
+void JointFit::add_axes(Eigen::Index first,
+                        Eigen::Index count,
+                        const std::shared_ptr<const Eigen::MatrixXd>& columns,
+                        const FieldChanges& field_changes,
+                        JointState& state) const {
+  const Eigen::MatrixXd& X = *columns;
+  const auto design = std::make_shared<const FactoredDesign>(
+      X, weights_.col(first), [&] { return set_.names_of_axis(first); });
+  const Eigen::VectorXd root_weights = weights_.col(first).cwiseSqrt();
+  const Eigen::Index directions = state.direction_count();
+  const Eigen::MatrixXd estimates = design->estimates(set_.response.middleCols(first, count));
+  const Eigen::MatrixXd residuals =
+      root_weights.asDiagonal() * (set_.response.middleCols(first, count) - X * estimates);
+  Eigen::MatrixXd changes(set_.size(), directions * count);  // of all axes, side by side
+  for (Eigen::Index a = 0; a < count && directions > 0; ++a) {
+    changes.middleCols(directions * a, directions) = response_changes(
+        set_, first + a, estimates.col(a).segment<3>(1).transpose(), field_changes);
+  }
+  Eigen::MatrixXd take_up(X.cols(), changes.cols());
+  Eigen::MatrixXd projected(X.rows(), changes.cols());
+  if (directions > 0) {
+    take_up = design->estimates(changes);
+    projected = root_weights.asDiagonal() * (changes - X * take_up);
+    changes = root_weights.asDiagonal() * changes;
+  }
+  for (Eigen::Index a = 0; a < count; ++a) {
+    state.axes.push_back({.columns = columns,
+                          .design = design,
+                          .root_weights = root_weights,
+                          .estimate = estimates.col(a),
+                          .residuals = residuals.col(a),
+                          .tangents = changes.middleCols(directions * a, directions),
+                          .projected = projected.middleCols(directions * a, directions),
+                          .take_up = take_up.middleCols(directions * a, directions)});
+  }
 }
 
 double JointFit::cost(const JointState& state, const Eigen::VectorXd& sigma) const {

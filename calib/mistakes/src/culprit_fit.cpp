@@ -142,6 +142,14 @@ struct SharedStep {
   bool determined = false;
   Eigen::VectorXd z;
   Eigen::MatrixXd root;  // T with T T^T the covariance of z and P T orthonormal
+
+  // Whether all else takes up little of the first so many columns.
+  // @param lengths  of the columns before it did.
+  [[nodiscard]] bool is_well_determined(Eigen::Index count, const Eigen::VectorXd& lengths) const {
+    constexpr double most = 10.0;  // times the uncertainty that they had by themselves
+    return (root.topRows(count).rowwise().norm().array() * lengths.head(count).array() < most)
+        .all();
+  }
 };
 
 // @param lengths  of the columns before the own took up their part: a column that is shorter than
@@ -330,23 +338,35 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
       b.segment(n * k, n) = w.cwiseProduct(set.response.col(k) - own.columns(k) * of_axis);
       left.segment(n * k, n) = own.left_of(k, b.segment(n * k, n));
     }
-    const SharedStep step = solve_shared(P, shared.colwise().norm().transpose(), left, open_below);
+    const Eigen::VectorXd lengths = shared.colwise().norm().transpose();
+    const SharedStep step = solve_shared(P, lengths, left, open_below);
     if (!step.determined) {
       return result;
     }
+    double scaled = 0.0;  // the largest change of a sensitivity, in parts of it
     for (Eigen::Index k = 0; k < m; ++k) {
-      result.coefficients.col(k) +=
+      auto of_axis = result.coefficients.col(k);
+      const Eigen::VectorXd change =
           own.coefficients(k, b.segment(n * k, n) - shared.middleRows(n * k, n) * step.z);
+      scaled = std::max(scaled,
+                        change.segment<3>(1).norm() / of_axis.segment<3>(1).norm());
+      of_axis += change;
     }
     left -= P * step.z;
     double turned = 0.0;
     bool is_linear = false;  // what the next step would change is nothing beside the residuals
     if (free_field) {
       turned = turn_fields(tangents, step.z.head(D), result.field);
-      constexpr double nothing = 1e-6;
-      constexpr double quickly = 0.01;  // as where the directions are well determined
-      is_linear = q == 0 && !over_temperature && turned < quickly * turned_before &&
-                  turned * (shared.leftCols(D) * step.z.head(D)).norm() < nothing * left.norm();
+      // The next step takes up what this one left out: the turn's own square and its product with
+      // the change of the sensitivities, where the other columns leave the directions their own.
+      constexpr double nothing = 1e-3;  // a millionth of the sum of squares
+      constexpr double small_turn_rad = 1e-3;
+      constexpr double quickly = 0.01;
+      const bool ends = turned < quickly * turned_before ||
+                        (turned < small_turn_rad && step.is_well_determined(D, lengths));
+      is_linear = q == 0 && !over_temperature && ends &&
+                  (turned + scaled) * (shared.leftCols(D) * step.z.head(D)).norm() <
+                      nothing * left.norm();
       turned_before = turned;
     }
     // Coefficients follow the fields exactly; a linear step for both would go astray far from them.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Cholesky>
 #include <Eigen/SVD>
 
 namespace axiscal {
@@ -11,6 +12,20 @@ namespace {
 
 Eigen::VectorXd per_length_of(const Eigen::Ref<const Eigen::MatrixXd>& J) {
   return J.colwise().norm().cwiseMax(1e-300).cwiseInverse();
+}
+
+// Whether no singular value of columns of length 1 is a smaller part of the largest, beyond doubt:
+// the normal equations tell it to half of the digits, by a bound on the smallest.
+bool is_well_conditioned(const Eigen::MatrixXd& scaled, double smallest) {
+  const Eigen::LLT<Eigen::MatrixXd> cholesky(scaled.transpose() * scaled);
+  if (cholesky.info() != Eigen::Success) {
+    return false;
+  }
+  const Eigen::Index p = scaled.cols();
+  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(p, p);
+  cholesky.matrixL().solveInPlace(root);
+  constexpr double surely = 1e-5;
+  return 1.0 / root.norm() > std::max(surely, std::sqrt(static_cast<double>(p)) * smallest);
 }
 
 }  // namespace
@@ -48,6 +63,9 @@ std::vector<Eigen::Index> confounded_columns(const Eigen::MatrixXd& J,
                                              double open_below,
                                              double share_above) {
   const Eigen::MatrixXd scaled = J * per_length_of(J).asDiagonal();
+  if (is_well_conditioned(scaled, open_below)) {
+    return {};
+  }
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinV);
   const Eigen::VectorXd& singular = svd.singularValues();
   std::vector<Eigen::Index> open;

@@ -14,35 +14,59 @@
 namespace axiscal {
 namespace {
 
-// Few coefficients need no memory of their own.
-template <int Most>
-using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Most, Most>;
-template <int Most>
-using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, Most, 1>;
-constexpr int few_in_common = 6;
+// How many coefficients, and responses, there are, where that is known, and how many at most: few
+// need no memory of their own.
+template <int ColumnCount, int ResponseCount, int MostColumns, int MostResponses>
+struct SharedSize {
+  using OfColumns = Eigen::Matrix<double, ColumnCount, 1, 0, MostColumns, 1>;
+  using Covariance = Eigen::Matrix<double, ColumnCount, ColumnCount, 0, MostColumns, MostColumns>;
+  using OfResponses = Eigen::Matrix<double, ResponseCount, 1, 0, MostResponses, 1>;
+  using OfOpen = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, MostResponses, 1>;  // responses
+  using AmongOpen =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, MostResponses, MostResponses>;
+};
+using SharedOfAny = SharedSize<Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic>;
+constexpr int few = 6;
+using SharedOfFew = SharedSize<Eigen::Dynamic, Eigen::Dynamic, few, few>;
+using SharedDirection = SharedSize<2, 3, 2, 3>;  // of three axes in one field
+
+// Sums of one response.
+template <typename S>
+struct FixedSums {
+  explicit FixedSums(const ResponseSums& response)
+      : information(response.information),
+        gradient(response.gradient),
+        squares(response.squares),
+        degrees_of_freedom(response.degrees_of_freedom) {}
+
+  typename S::Covariance information;
+  typename S::OfColumns gradient;
+  double squares;
+  double degrees_of_freedom;
+};
 
 // Of variances at which the sum of the P_k^T P_k has no root the misfit is not a number, and so
 // never less than another.
-// @tparam Most  coefficients, and responses, that there are at most.
-template <int Most>
+template <typename S>
 struct AtVariances {
-  using Matrix = SmallMatrix<Most>;
-  using Vector = SmallVector<Most>;
+  using Covariance = typename S::Covariance;
+  using OfColumns = typename S::OfColumns;
+  using OfResponses = typename S::OfResponses;
 
-  AtVariances(const std::vector<ResponseSums>& responses, const Vector& at) : log_variance(at) {
+  AtVariances(const std::vector<FixedSums<S>>& responses, const OfResponses& at) : log_variance(at) {
     const auto m = static_cast<Eigen::Index>(responses.size());
     const Eigen::Index columns = responses.front().information.cols();
-    const Vector weight = (-log_variance.array()).exp();
-    Matrix A = Matrix::Zero(columns, columns);
-    Vector c = Vector::Zero(columns);
+    const OfResponses weight = (-log_variance.array()).exp();
+    Covariance A = Covariance::Zero(columns, columns);
+    OfColumns c = OfColumns::Zero(columns);
     for (Eigen::Index k = 0; k < m; ++k) {
-      const ResponseSums& own = responses[static_cast<std::size_t>(k)];
+      const FixedSums<S>& own = responses[static_cast<std::size_t>(k)];
       A += weight(k) * own.information;
       c += weight(k) * own.gradient;
     }
     covariance = A;
     if (columns > 0) {
-      const ScaledCholeskyOf<Matrix> cholesky(A);
+      const ScaledCholeskyOf<Covariance> cholesky(A);
       constexpr double open_below = 1e-13;
       determined = cholesky.is_determined(open_below);
       covariance = cholesky.inverse();
@@ -52,8 +76,8 @@ struct AtVariances {
     degrees_of_freedom.resize(m);
     squares.resize(m);
     for (Eigen::Index k = 0; k < m; ++k) {
-      const ResponseSums& own = responses[static_cast<std::size_t>(k)];
-      const Vector to_estimate = own.information.lazyProduct(estimate);
+      const FixedSums<S>& own = responses[static_cast<std::size_t>(k)];
+      const OfColumns to_estimate = own.information.lazyProduct(estimate);
       squares(k) =
           weight(k) *
           std::max(own.squares - 2.0 * estimate.dot(own.gradient) + estimate.dot(to_estimate), 0.0);
@@ -64,29 +88,31 @@ struct AtVariances {
   }
 
   // Towards the least misfit among variances that are not below the lowest.
-  [[nodiscard]] Vector newton_step(const std::vector<ResponseSums>& responses,
-                                   const Eigen::VectorXd& lowest) const {
+  [[nodiscard]] OfResponses newton_step(const std::vector<FixedSums<S>>& responses,
+                                        const OfResponses& lowest) const {
     const auto m = log_variance.size();
-    const Vector gradient = degrees_of_freedom - squares;
-    const Vector weight = (-log_variance.array()).exp();
+    const OfResponses gradient = degrees_of_freedom - squares;
+    const OfResponses weight = (-log_variance.array()).exp();
     std::vector<Eigen::Index> open;
-    std::vector<Vector> gradients;  // P_k^T (y_k - P_k z) / sigma_k^2
+    open.reserve(responses.size());
+    std::vector<OfColumns> gradients;  // P_k^T (y_k - P_k z) / sigma_k^2
+    gradients.reserve(responses.size());
     for (Eigen::Index k = 0; k < m; ++k) {
-      const ResponseSums& own = responses[static_cast<std::size_t>(k)];
+      const FixedSums<S>& own = responses[static_cast<std::size_t>(k)];
       gradients.emplace_back(weight(k) * (own.gradient - own.information.lazyProduct(estimate)));
       if (log_variance(k) > lowest(k) || gradient(k) < 0.0) {
         open.push_back(k);
       }
     }
     const auto count = static_cast<Eigen::Index>(open.size());
-    Matrix H(count, count);
-    Vector g(count);
+    typename S::AmongOpen H(count, count);
+    typename S::OfOpen g(count);
     for (Eigen::Index a = 0; a < count; ++a) {
       const Eigen::Index k = open[static_cast<std::size_t>(a)];
-      const Matrix CA =
+      const Covariance CA =
           weight(k) * covariance.lazyProduct(responses[static_cast<std::size_t>(k)].information);
-      const Matrix CAC = CA.lazyProduct(covariance);
-      const Vector Cg = covariance.lazyProduct(gradients[static_cast<std::size_t>(k)]);
+      const Covariance CAC = CA.lazyProduct(covariance);
+      const OfColumns Cg = covariance.lazyProduct(gradients[static_cast<std::size_t>(k)]);
       g(a) = gradient(k);
       for (Eigen::Index b = 0; b < count; ++b) {
         const Eigen::Index l = open[static_cast<std::size_t>(b)];
@@ -96,9 +122,9 @@ struct AtVariances {
       }
       H(a, a) += CA.trace() + squares(k);
     }
-    const Eigen::LLT<Matrix> cholesky(H);
-    const Vector newton = cholesky.solve(g);
-    Vector step = Vector::Zero(m);
+    const Eigen::LLT<typename S::AmongOpen> cholesky(H);
+    const typename S::OfOpen newton = cholesky.solve(g);
+    OfResponses step = OfResponses::Zero(m);
     for (Eigen::Index a = 0; a < count; ++a) {
       const Eigen::Index k = open[static_cast<std::size_t>(a)];
       // Where the likelihood is not convex: what sigma_k^2 = RSS_k / nu_k asks for, at least by its
@@ -110,12 +136,12 @@ struct AtVariances {
   }
 
   bool determined = true;
-  Vector log_variance;        // u, m
+  OfResponses log_variance;        // u, m
   double misfit = 0.0;        // -2 ln of the likelihood, but for a constant
-  Vector degrees_of_freedom;  // nu, m
-  Vector squares;             // RSS_k / sigma_k^2, m
-  Vector estimate;            // z, D
-  Matrix covariance;          // how well z is known
+  OfResponses degrees_of_freedom;  // nu, m
+  OfResponses squares;             // RSS_k / sigma_k^2, m
+  OfColumns estimate;              // z, D
+  Covariance covariance;           // how well z is known
 };
 
 // With nothing in common each has its mean square.
@@ -133,22 +159,23 @@ SharedFit apart(const std::vector<ResponseSums>& responses, const Eigen::VectorX
   return fit;
 }
 
-template <int Most>
-std::optional<SharedFit> fit_together(const std::vector<ResponseSums>& responses,
+template <typename S>
+std::optional<SharedFit> fit_together(const std::vector<ResponseSums>& given,
                                       const Eigen::VectorXd& start,
                                       const Eigen::VectorXd& smallest,
                                       double readings) {
-  const Eigen::VectorXd lowest = smallest.array().log();
-  AtVariances<Most> best(responses, start.array().log().max(lowest.array()).matrix());
+  const std::vector<FixedSums<S>> responses(given.begin(), given.end());
+  const typename S::OfResponses lowest = smallest.array().log();
+  AtVariances<S> best(responses, start.array().log().max(lowest.array()).matrix());
   if (!best.determined) {
     return std::nullopt;
   }
   constexpr int most_rounds = 100;
   for (int round = 0; round < most_rounds; ++round) {
-    SmallVector<Most> step = best.newton_step(responses, lowest);
+    typename S::OfResponses step = best.newton_step(responses, lowest);
     bool better = false;
     for (int halving = 0; halving < 30 && !better; ++halving) {
-      AtVariances<Most> next(responses, (best.log_variance + step).cwiseMax(lowest));
+      AtVariances<S> next(responses, (best.log_variance + step).cwiseMax(lowest));
       // Rounding of the likelihood must not stop the last steps.
       better = next.misfit <= best.misfit + 1e-13 * (readings + std::abs(best.misfit));
       if (better) {
@@ -157,7 +184,8 @@ std::optional<SharedFit> fit_together(const std::vector<ResponseSums>& responses
         step *= 0.5;
       }
     }
-    if (!better || step.cwiseAbs().maxCoeff() < 1e-13) {
+    constexpr double still = 1e-7;  // what is left after such a step is its square
+    if (!better || step.cwiseAbs().maxCoeff() < still) {
       break;
     }
   }
@@ -181,10 +209,13 @@ std::optional<SharedFit> fit_shared(const std::vector<ResponseSums>& responses,
   if (responses.front().information.cols() == 0 && fewest > 0.0) {
     return apart(responses, smallest);
   }
-  const auto most =
-      std::max(static_cast<Eigen::Index>(responses.size()), responses.front().information.cols());
-  return most <= few_in_common ? fit_together<few_in_common>(responses, start, smallest, readings)
-                               : fit_together<Eigen::Dynamic>(responses, start, smallest, readings);
+  const Eigen::Index columns = responses.front().information.cols();
+  if (columns == 2 && responses.size() == 3) {
+    return fit_together<SharedDirection>(responses, start, smallest, readings);
+  }
+  return columns <= few && responses.size() <= few
+             ? fit_together<SharedOfFew>(responses, start, smallest, readings)
+             : fit_together<SharedOfAny>(responses, start, smallest, readings);
 }
 
 }  // namespace axiscal

@@ -9,6 +9,7 @@
 
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/reading_set.hpp"
+#include "axiscal/calib/response_system.hpp"
 
 namespace axiscal {
 
@@ -91,6 +92,14 @@ class JointFit {
   [[nodiscard]] DirectionShares shares(const JointState& state, const Eigen::VectorXd& sigma) const;
 
  private:
+  // Adds axes of the same columns and weights to a state that has its field and tangents.
+  // @param field_changes  what those change, where there are any.
+  void add_axes(Eigen::Index first,
+                Eigen::Index count,
+                const std::shared_ptr<const Eigen::MatrixXd>& columns,
+                const FieldChanges& field_changes,
+                JointState& state) const;
+
   // All residuals below each other, each axis in units of its sigma; and the sum of their squares.
   [[nodiscard]] Eigen::VectorXd residuals(const JointState& state,
                                           const Eigen::VectorXd& sigma) const;
