@@ -247,10 +247,16 @@ class RunFit {
                                           .stated_step = experiment_.stated.resolution,
                                           .one_sided = experiment_.instrument.one_sided});
     const bool is_transfer = fitted_.seen.cols() > 0;
-    ScatterSearch search(experiment_, fitted_, judged_ ? *judged_ : fitted_, method_);
+    StateOfRun& fitted_state = state_.emplace(fitted_, kind_.directions_known);
+    std::optional<StateOfRun> judged_state;
+    if (judged_) {
+      judged_state.emplace(*judged_, kind_.directions_known);
+    }
+    StateOfRun& alone = judged_state ? *judged_state : fitted_state;
+    ScatterSearch search(experiment_, fitted_state, alone, method_);
     if (!kind_.by_magnitude) {
       if (!is_transfer) {
-        test_levelness(judged_ ? *judged_ : fitted_, kind_.directions_known, estimate_);
+        test_levelness(alone, estimate_);
         test_lack_of_fit_of_inputs(experiment_, fitted_, method_, estimate_);
       }
       search.mounts = source_.mount_turns();
@@ -258,7 +264,7 @@ class RunFit {
       count_scatter(search, estimate_);
       search.forget_run();
       if (!is_transfer) {
-        estimate_.curvature = test_curvature(experiment_, fitted_, method_, estimate_);
+        estimate_.curvature = test_curvature(experiment_, fitted_state, method_, estimate_);
       }
       CalibrationConditions& conditions = calibration_.fit.conditions;
       conditions.blocks = static_cast<int>(std::max<std::size_t>(fitted_.effects.blocks.size(), 1));
@@ -321,7 +327,8 @@ class RunFit {
                                                      estimate_.field, kind_.directions_known);
     }
     calibration_.fit.field_size =
-        check_field_size(experiment_, fitted_, method_, estimate_.field, calibration_);
+        check_field_size(experiment_, *state_, method_, estimate_.field, calibration_);
+    state_.reset();
   }
 
   void look_at_residuals() {
@@ -528,6 +535,7 @@ class RunFit {
   AxisMask seen_;  // which readings one-sided axes saw
   Estimate estimate_;
   ReadingSet fitted_;
+  std::optional<StateOfRun> state_;   // about what was fitted, while it is looked at
   std::optional<ReadingSet> judged_;  // without the errors that readings share, if there are any
   ReadingSet kept_out_;               // the readings to be confirmed, likewise
   double mounts_expected_ = 0.0;      // as of MountStep

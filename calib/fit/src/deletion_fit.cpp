@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <Eigen/Cholesky>
 
@@ -91,9 +92,10 @@ struct DeletionFit::Others {
 };
 
 DeletionFit::DeletionFit(const ReadingSet& set, const TableField& field, bool known_field)
-    : set_(set),
-      state_(JointFit(set, set.weights).at(field, known_field || !field.has_vectors())),
-      smallest_(set.axis_count()) {
+    : DeletionFit(set, StateOfRun(set, known_field).at(field)) {}
+
+DeletionFit::DeletionFit(const ReadingSet& set, std::shared_ptr<const JointState> state)
+    : set_(set), state_(std::move(state)), smallest_(set.axis_count()) {
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     smallest_(k) = std::pow(set.rounding(k), 2);
     const JointAxis& axis = axis_of(k);
@@ -108,7 +110,7 @@ DeletionFit::DeletionFit(const ReadingSet& set, const TableField& field, bool kn
 std::optional<DeletionFit::Others> DeletionFit::without(
     const std::vector<std::size_t>& readings) const {
   const Eigen::Index m = set_.axis_count();
-  const Eigen::Index D = state_.direction_count();
+  const Eigen::Index D = state_->direction_count();
   Others others;
   others.axes.reserve(sums_.size());
   std::vector<ResponseSums> responses;

@@ -67,17 +67,18 @@ double p_of(double ratio, double own_dof, const Noise& noise, bool noise_alone) 
 }  // namespace
 
 std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
-                                               const ReadingSet& set,
+                                               StateOfRun& of,
                                                Method method,
                                                const TableField& field,
                                                const Calibration& calibration) {
+  const ReadingSet& set = of.set();
   if (!calibration.fit.statistics || !can_be_checked(experiment, set, field, calibration)) {
     return std::nullopt;
   }
   const bool known = method_kind(method).directions_known;
   const Eigen::Index n = set.size();
   const Eigen::Index m = set.axis_count();
-  const LinearisedRun run(set, field, calibration.fit.statistics->residual_sd, known);
+  const LinearisedRun run(of, field, calibration.fit.statistics->residual_sd);
   if (!run.is_determined()) {
     return std::nullopt;
   }

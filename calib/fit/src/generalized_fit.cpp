@@ -46,16 +46,16 @@ const ScatterComponent* seats_of(const FitStatistics& statistics) {
 
 class GeneralizedFit {
  public:
-  // @param set  must outlive it.
+  // @param run  of the layings; all must outlive it.
   GeneralizedFit(const Layings& layings,
+                 StateOfRun& run,
                  const std::vector<InputQuantity>& inputs,
-                 bool known_field,
                  bool seats,
                  const Estimate& start)
       : set_(layings.set()),
         layings_(layings),
+        run_(run),
         inputs_(inputs),
-        known_field_(known_field),
         seats_(seats),
         field_(start.field) {
     const Eigen::Index m = set_.axis_count();
@@ -78,7 +78,7 @@ class GeneralizedFit {
 
   // Whether seats may be seen at all, by one look at the readings without them. What is seen at
   // last is 1.6 standard errors, of which those with seats are the larger ones.
-  [[nodiscard]] bool may_see_seats() const {
+  [[nodiscard]] bool may_see_seats() {
     constexpr double clearly_less = 0.5;
     const Eigen::Index m = set_.axis_count();
     Eigen::VectorXd without = variances_;
@@ -220,8 +220,8 @@ class GeneralizedFit {
   }
 
  private:
-  [[nodiscard]] LinearisedRun about_field() const {
-    return {set_, field_, Eigen::VectorXd::Ones(set_.axis_count()), known_field_};
+  [[nodiscard]] LinearisedRun about_field() {
+    return {run_, field_, Eigen::VectorXd::Ones(set_.axis_count())};
   }
 
   void take_coefficients(const Eigen::VectorXd& solution) {
@@ -375,7 +375,7 @@ class GeneralizedFit {
     const Eigen::VectorXd squares = (layings_.squares + left).cwiseQuotient(ratio);
     // Of each axis's own columns, the square's among them, and its part of the directions.
     const double taken = static_cast<double>(set_.column_count()) + 1.0 +
-                         (known_field_ ? 0.0 : 2.0 / static_cast<double>(m));
+                         (run_.known_field() ? 0.0 : 2.0 / static_cast<double>(m));
     Eigen::VectorXd free(m);
     for (Eigen::Index k = 0; k < m; ++k) {
       free(k) = readings_of(k) - taken;
@@ -460,8 +460,8 @@ class GeneralizedFit {
 
   const ReadingSet& set_;
   const Layings& layings_;
+  StateOfRun& run_;
   const std::vector<InputQuantity>& inputs_;
-  bool known_field_;
   bool seats_;
   TableField field_;
   Eigen::VectorXd variances_;  // sigma_k^2, and tau^2
@@ -512,9 +512,10 @@ std::vector<UncertaintySource> sources_of(const std::vector<InputQuantity>& inpu
 }  // namespace
 
 std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
-                                            const ReadingSet& set,
+                                            StateOfRun& run,
                                             Method method,
                                             const Estimate& estimate) {
+  const ReadingSet& set = run.set();
   const FitStatistics& statistics = estimate.statistics;
   if (!can_weigh(set, estimate) || experiment.robust ||
       !(statistics.residual_sd.array() > 0.0).all()) {
@@ -530,7 +531,9 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, layings.set(), known, estimate.field);
   const bool seats = seats_of(statistics) != nullptr;
-  return GeneralizedFit(layings, inputs, known, seats, estimate).curvature();
+  StateOfRun of_layings(layings.set(), known);
+  return GeneralizedFit(layings, layings.own ? of_layings : run, inputs, seats, estimate)
+      .curvature();
 }
 
 std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
@@ -549,7 +552,8 @@ std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
   const Layings layings = layings_of(set, estimate);
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, layings.set(), known, estimate.field);
-  GeneralizedFit fit(layings, inputs, known, false, estimate);
+  StateOfRun of_layings(layings.set(), known);
+  GeneralizedFit fit(layings, of_layings, inputs, false, estimate);
   if (!fit.solve()) {
     return std::nullopt;
   }
@@ -559,9 +563,10 @@ std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
 }
 
 std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
-                                                   const ReadingSet& set,
+                                                   StateOfRun& run,
                                                    Method method,
                                                    Estimate& estimate) {
+  const ReadingSet& set = run.set();
   const bool known = method_kind(method).directions_known;
   if (!can_weigh(set, estimate)) {
     return {};
@@ -579,13 +584,14 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
     }
     return {};
   }
+  StateOfRun of_layings(layings.set(), known);
   for (const bool seats : {true, false}) {
     const bool shared =
         seats ? looks_for_seats(experiment, set, layings, estimate) : !inputs.empty();
     if (!shared) {
       continue;
     }
-    GeneralizedFit fit(layings, inputs, known, seats, estimate);
+    GeneralizedFit fit(layings, layings.own ? of_layings : run, inputs, seats, estimate);
     const bool may_be_nothing = seats && experiment.seats != SeatSetup::fit;
     // Their variance must be more than 1.6 times its standard error: less is as likely chance, and
     // would take from the noise what is its own.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -53,14 +54,23 @@ Eigen::MatrixXd leverage_of(const Estimate& estimate) {
   return leverage;
 }
 
-Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const JointSolution& plain) {
+// A run about a solution.
+LinearisedRun linearised(const ReadingSet& set, const JointSolution& solution) {
+  return {set, std::make_shared<const JointState>(solution.state), solution.sigma};
+}
+
+// @param run  linear about the plain solution.
+Estimate robust_estimate(const LinearisedRun& run,
+                         const JointFit& given,
+                         const JointSolution& plain) {
+  const ReadingSet& set = run.set();
   if (plain.shares.degrees_of_freedom.minCoeff() < 2.0) {
     throw RefusedError(
         "robust regression needs at least two readings more than coefficients; add readings or "
         "fit without robust weights");
   }
   const Eigen::MatrixXd leverage =
-      leverage_of(describe_joint(set, plain, Eigen::MatrixXd::Ones(set.size(), set.axis_count())));
+      leverage_of(describe_joint(run, plain, Eigen::MatrixXd::Ones(set.size(), set.axis_count())));
   JointState state = plain.state;
   Eigen::VectorXd sigma = plain.sigma;
   const Eigen::MatrixXd robust = reweight_until_still(
@@ -83,7 +93,7 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Joi
     axis.estimate = state.axes[static_cast<std::size_t>(k)].estimate;
     axis.residuals = axis.root_weights.cwiseProduct(set.response.col(k) - axis.X() * axis.estimate);
   }
-  return describe_joint(set, solution, robust);
+  return describe_joint(linearised(set, solution), solution, robust);
 }
 
 // (S, f) and (-S, -f) fit alike: a given direction decides, else the sign expected of S.
@@ -146,10 +156,11 @@ Estimate estimate_joint(const ReadingSet& set) {
         "the field and all sensitivities may as well have the opposite sign, as nothing says where "
         "the field points";
   }
-  require_direction(set, solution);
+  const LinearisedRun run = linearised(set, solution);
+  require_direction(run, solution);
   require_degrees_of_freedom(set, solution);
-  Estimate estimate = set.robust ? robust_estimate(set, fit, solution)
-                                 : describe_joint(set, solution, Eigen::MatrixXd());
+  Estimate estimate = set.robust ? robust_estimate(run, fit, solution)
+                                 : describe_joint(run, solution, Eigen::MatrixXd());
   estimate.ambiguity = std::move(best.ambiguity);
   if (!set.field.is_sum() && !set.leaves_out()) {
     estimate.levelness = levelness_of(set, find_opposite_pairs(set).pairs, estimate,

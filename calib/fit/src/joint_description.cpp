@@ -54,9 +54,10 @@ void describe_direction(const ReadingSet& set, const JointSolution& solution, Es
 
 }  // namespace
 
-Estimate describe_joint(const ReadingSet& set,
+Estimate describe_joint(const LinearisedRun& run,
                         const JointSolution& solution,
                         const Eigen::MatrixXd& robust_weights) {
+  const ReadingSet& set = run.set();
   const Eigen::Index m = set.axis_count();
   const JointState& state = solution.state;
   const Eigen::MatrixXd& C = solution.shares.covariance;
@@ -66,8 +67,7 @@ Estimate describe_joint(const ReadingSet& set,
   FitStatistics& statistics = estimate.statistics;
   statistics.degrees_of_freedom = solution.shares.degrees_of_freedom;
   statistics.residual_sd = Eigen::VectorXd::Constant(m, not_a_number);
-  statistics.condition_number =
-      condition_of(LinearisedRun(set, state, solution.sigma, false).columns());
+  statistics.condition_number = condition_of(run.columns());
   estimate.field = state.field;
   const Eigen::Index p = set.coefficient_count();
   std::optional<LeastSquaresDesign> design;

@@ -181,4 +181,12 @@ DirectionShares JointFit::shares(const JointState& state, const Eigen::VectorXd&
   return shares;
 }
 
+std::shared_ptr<const JointState> StateOfRun::at(const TableField& field) {
+  if (!last_ || last_->field.vectors() != field.vectors()) {
+    last_ = std::make_shared<const JointState>(
+        JointFit(set_, set_.weights).at(field, known_field_ || !field.has_vectors()));
+  }
+  return last_;
+}
+
 }  // namespace axiscal

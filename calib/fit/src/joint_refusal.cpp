@@ -48,9 +48,9 @@ Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
 
 }  // namespace
 
-void require_direction(const ReadingSet& set, const JointSolution& solution) {
-  const LinearisedRun run(set, solution.state, solution.sigma, false);
-  const Eigen::MatrixXd& J = run.columns();
+void require_direction(const LinearisedRun& run, const JointSolution& solution) {
+  const ReadingSet& set = run.set();
+  const Eigen::MatrixXd J = run.columns();
   const Eigen::Index parameters = J.cols();
   std::vector<Eigen::Index> open;
   if (J.rows() >= parameters) {

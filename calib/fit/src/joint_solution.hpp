@@ -8,6 +8,7 @@
 
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/linearised_run.hpp"
 
 namespace axiscal {
 
@@ -30,7 +31,8 @@ struct BestSolution {
 
 /// Refuses readings that do not determine coefficients and directions together.
 /// @throws RankDeficientError  naming what is open, and points that would close it.
-void require_direction(const ReadingSet& set, const JointSolution& solution);
+/// @param run  linear about the solution.
+void require_direction(const LinearisedRun& run, const JointSolution& solution);
 
 /// Without a degree of freedom to spare for each axis there is neither an uncertainty nor a check,
 /// and the direction may be anything that noise makes of it.
@@ -38,8 +40,9 @@ void require_direction(const ReadingSet& set, const JointSolution& solution);
 void require_degrees_of_freedom(const ReadingSet& set, const JointSolution& solution);
 
 /// Leverages, standard errors and covariance at the solution, by the given weights.
+/// @param run  linear about it.
 /// @param robust_weights  n x m; empty unless robust.
-[[nodiscard]] Estimate describe_joint(const ReadingSet& set,
+[[nodiscard]] Estimate describe_joint(const LinearisedRun& run,
                                       const JointSolution& solution,
                                       const Eigen::MatrixXd& robust_weights);
 

@@ -58,16 +58,18 @@ Eigen::MatrixXd matrix_of(const FaceContrasts& face) {
 
 }  // namespace
 
-void test_levelness(const ReadingSet& set, bool known_field, Estimate& estimate) {
+void test_levelness(StateOfRun& run, Estimate& estimate) {
   if (!estimate.levelness) {
     return;
   }
   Levelness& levelness = *estimate.levelness;
+  const ReadingSet& set = run.set();
   const std::optional<ReadingSet> paired =
       estimate.unpaired.empty() ? std::nullopt : std::optional(without_unpaired(set, estimate));
   const std::vector<OppositePair> pairs = opposite_positions(set);
   const std::vector<FaceContrasts> faces = contrasts_by_face(pairs);
-  const DeletionFit others(paired ? *paired : set, estimate.field, known_field);
+  const DeletionFit others = paired ? DeletionFit(*paired, estimate.field, run.known_field())
+                                    : DeletionFit(set, run.at(estimate.field));
   double smallest = 2.0;
   const FaceContrasts* suspect = nullptr;
   for (const FaceContrasts& face : faces) {

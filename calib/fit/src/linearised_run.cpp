@@ -25,9 +25,8 @@ Eigen::VectorXd scatter_of(const ReadingSet& set, const Estimate& estimate) {
 }  // namespace
 
 LinearisedRun::LinearisedRun(const ReadingSet& set,
-                             JointState state,
-                             Eigen::VectorXd sigma,
-                             bool known_field)
+                             std::shared_ptr<const JointState> state,
+                             Eigen::VectorXd sigma)
     : set_(set),
       state_(std::move(state)),
       sigma_(std::move(sigma)),
@@ -36,10 +35,7 @@ LinearisedRun::LinearisedRun(const ReadingSet& set,
       along_(set.size(), set.axis_count()) {
   const Eigen::Index m = set.axis_count();
   const Eigen::Index p = set.column_count();
-  const Eigen::Index D = known_field || !state_.field.has_vectors() ? 0 : state_.direction_count();
-  if (D == 0) {
-    state_.tangents.clear();
-  }
+  const Eigen::Index D = state_->direction_count();
   x_ = Eigen::VectorXd::Zero(p * m + D);
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& axis = axis_of(k);
@@ -62,17 +58,11 @@ LinearisedRun::LinearisedRun(const ReadingSet& set,
   x_ += step;
 }
 
-LinearisedRun::LinearisedRun(const ReadingSet& set,
-                             const TableField& field,
-                             Eigen::VectorXd sigma,
-                             bool known_field)
-    : LinearisedRun(set,
-                    JointFit(set, set.weights).at(field, known_field || !field.has_vectors()),
-                    std::move(sigma),
-                    known_field) {}
+LinearisedRun::LinearisedRun(StateOfRun& run, const TableField& field, Eigen::VectorXd sigma)
+    : LinearisedRun(run.set(), run.at(field), std::move(sigma)) {}
 
-LinearisedRun::LinearisedRun(const ReadingSet& set, const Estimate& estimate, bool known_field)
-    : LinearisedRun(set, estimate.field, scatter_of(set, estimate), known_field) {}
+LinearisedRun::LinearisedRun(StateOfRun& run, const Estimate& estimate)
+    : LinearisedRun(run, estimate.field, scatter_of(run.set(), estimate)) {}
 
 // By blocks: with T_k the root of an axis's own and U_k what takes up a step of the shared, that
 // step has the covariance Z and the coefficients sigma_k^2 T_k T_k^T + U_k Z U_k^T.
@@ -187,10 +177,10 @@ std::vector<std::string> LinearisedRun::names() const {
     const std::vector<std::string> own = set_.names_of_axis(k);
     names.insert(names.end(), own.begin(), own.end());
   }
-  for (std::size_t s = 0; s < state_.tangents.size(); ++s) {
+  for (std::size_t s = 0; s < state_->tangents.size(); ++s) {
     const std::string what =
         set_.field.has_free_length(s) ? "direction and size of " : "direction of ";
-    names.insert(names.end(), static_cast<std::size_t>(state_.tangents[s].cols()),
+    names.insert(names.end(), static_cast<std::size_t>(state_->tangents[s].cols()),
                  what + set_.field.name_of(s));
   }
   return names;

@@ -63,7 +63,8 @@ std::optional<MountStep> step_of_mounts(const ReadingSet& set,
       set.rotation_sensor_from_table.empty() || set.axis_count() < 2) {
     return std::nullopt;
   }
-  const LinearisedRun run(set, estimate, known_field);
+  StateOfRun state(set, known_field);
+  const LinearisedRun run(state, estimate);
   constexpr double open_below = 1e-7;
   const std::optional<FurtherColumns> fit = fit_further_columns(
       run.columns(), run.residuals(), mount_columns(run, estimate, step.turns), 1.0, open_below);

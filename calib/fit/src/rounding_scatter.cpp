@@ -125,10 +125,8 @@ bool is_coarsely_rounded(const ReadingSet& set,
   return false;
 }
 
-void add_rounding_scatter(const ReadingSet& set,
-                          bool known_field,
-                          double stated_step,
-                          Estimate& estimate) {
+void add_rounding_scatter(StateOfRun& of, double stated_step, Estimate& estimate) {
+  const ReadingSet& set = of.set();
   FitStatistics& statistics = estimate.statistics;
   fill_intervals(statistics);
   constexpr std::size_t most_poses = 500;
@@ -153,7 +151,7 @@ void add_rounding_scatter(const ReadingSet& set,
     }
     // What the field's direction takes up is lost to the coefficients.
     if (!run) {
-      run.emplace(set, estimate, known_field);
+      run.emplace(of, estimate);
     }
     const Eigen::MatrixXd design = run->own_columns(k)(poses.first, Eigen::all);
     std::optional<RoundedFit> rounded = fit_poses(poses, design, *step);

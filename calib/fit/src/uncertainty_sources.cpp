@@ -129,10 +129,10 @@ class BudgetMaker {
     if (!run_) {
       const bool known = method_kind(calibration_.fit.method).directions_known ||
                          !(statistics_.residual_sd.array() > 0.0).all();
-      run_.emplace(set_, field_,
+      StateOfRun state(set_, known);
+      run_.emplace(state, field_,
                    known ? Eigen::VectorXd(Eigen::VectorXd::Ones(set_.axis_count()))
-                         : statistics_.residual_sd,
-                   known);
+                         : statistics_.residual_sd);
     }
     return *run_;
   }

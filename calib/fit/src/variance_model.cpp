@@ -16,7 +16,7 @@ namespace {
 
 void count_inputs_and_seats(ScatterSearch& search, Estimate& estimate) {
   search.weighed =
-      weigh_shared_errors(search.experiment, search.fitted, search.method.method, estimate);
+      weigh_shared_errors(search.experiment, search.fitted_state, search.method.method, estimate);
 }
 
 void count_mounts(ScatterSearch& search, Estimate& estimate) {
@@ -35,8 +35,7 @@ void count_soaks(ScatterSearch& search, Estimate& estimate) {
 }
 
 void count_rounding(ScatterSearch& search, Estimate& estimate) {
-  add_rounding_scatter(search.fitted, search.method.directions_known,
-                       search.experiment.stated.resolution, estimate);
+  add_rounding_scatter(search.fitted_state, search.experiment.stated.resolution, estimate);
 }
 
 void count_blocks(ScatterSearch& search, Estimate& estimate) {

@@ -307,8 +307,8 @@ ForecastParts parts_of(const ForecastSetup& setup) {
   const ReadingSet set = reading_set(setup);
   const TableField field = set.field.with_all(field_in_table(setup));
   check_design(setup, set, field);
-  const LinearisedRun run(set, field, Eigen::VectorXd::Ones(set.axis_count()),
-                          method_kind(setup.method).directions_known);
+  StateOfRun state(set, method_kind(setup.method).directions_known);
+  const LinearisedRun run(state, field, Eigen::VectorXd::Ones(set.axis_count()));
   std::map<std::string, SharedErrors> errors = errors_of_inputs(setup, run, field);
   return {.map = linear_map(setup, run),
           .positioner = std::move(errors["positioner"]),

@@ -31,8 +31,9 @@ TEST(WeighSharedErrors, IsGeneralizedLeastSquares) {
   experiment.stated.slope_u = u;
   Estimate estimate = estimate_known(set, as_given);
   fill_intervals(estimate.statistics);
+  StateOfRun state(set, true);
   const std::vector<UncertaintySource> sources =
-      weigh_shared_errors(experiment, set, Method::known, estimate);
+      weigh_shared_errors(experiment, state, Method::known, estimate);
   ASSERT_EQ(sources.size(), 1U);
   EXPECT_EQ(sources.front().name, "levelness");
 

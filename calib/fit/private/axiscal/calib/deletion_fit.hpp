@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -27,6 +28,9 @@ class DeletionFit {
   /// @param field        in the table, as fitted or given.
   /// @param known_field  whether it is given.
   DeletionFit(const ReadingSet& set, const TableField& field, bool known_field);
+
+  /// @param state  of the set about that field; without directions where they are given.
+  DeletionFit(const ReadingSet& set, std::shared_ptr<const JointState> state);
 
   /// How unlikely contrasts of some readings are by the others: for each axis F(q, nu_k) with the
   /// others' fit, its noise by axis iterated anew, and the axes put together by Fisher's method.
@@ -61,7 +65,7 @@ class DeletionFit {
   struct LeftOut;
 
   [[nodiscard]] const JointAxis& axis_of(Eigen::Index axis) const {
-    return state_.axes[static_cast<std::size_t>(axis)];
+    return state_->axes[static_cast<std::size_t>(axis)];
   }
   [[nodiscard]] std::optional<Others> without(const std::vector<std::size_t>& readings) const;
 
@@ -72,7 +76,7 @@ class DeletionFit {
                                  Eigen::Index axis) const;
 
   const ReadingSet& set_;
-  JointState state_;
+  std::shared_ptr<const JointState> state_;
   Eigen::VectorXd smallest_;        // m variances: each axis's rounding
   std::vector<ResponseSums> sums_;  // of each axis, all readings
 };

@@ -5,7 +5,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
-#include "axiscal/calib/reading_set.hpp"
+#include "axiscal/calib/joint_fit.hpp"
 
 namespace axiscal {
 
@@ -18,7 +18,7 @@ namespace axiscal {
 /// A of u^T S^-1: their sum of squares is held against its expectation tr(A P V P^T A^T), V of the
 /// noise and of the inputs' shared errors.
 ///
-/// @param set          the readings that were fitted.
+/// @param run          the readings that were fitted.
 /// @param field        as fitted or given.
 /// @param calibration  with response and statistics.
 /// @return nothing for other than three axes that used all readings, a sum of fields, readings
@@ -26,7 +26,7 @@ namespace axiscal {
 /// @par Source
 /// Geist & Gaitan, Metrologia 59 (2022) 052101, for the idea; method.md, section 5.
 [[nodiscard]] std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
-                                                             const ReadingSet& set,
+                                                             StateOfRun& run,
                                                              Method method,
                                                              const TableField& field,
                                                              const Calibration& calibration);

@@ -6,6 +6,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/joint_fit.hpp"
 
 namespace axiscal {
 
@@ -19,12 +20,12 @@ namespace axiscal {
 /// freedom, covariance, intervals and components of the estimate are replaced; they stay where
 /// nothing is shared, or the readings do not tell it from noise, which the notes then say.
 ///
-/// @param set  the readings that were fitted.
+/// @param run  the readings that were fitted.
 /// @return what each uncertain input leaves in the coefficients; none where nothing was weighed.
 /// @par Source
 /// Searle, Casella & McCulloch, Variance Components (1992), secs. 6.6, 7.6, 11.1.
 [[nodiscard]] std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
-                                                                 const ReadingSet& set,
+                                                                 StateOfRun& run,
                                                                  Method method,
                                                                  Estimate& estimate);
 
@@ -46,13 +47,13 @@ namespace axiscal {
 /// Columns f_k^2, the field along each axis, added to the fit with all its shared errors: an F test
 /// of nested models.
 ///
-/// @param set       the readings that were fitted.
+/// @param run       the readings that were fitted.
 /// @param estimate  as weigh_shared_errors() leaves it.
 /// @return nothing where the readings do not tell.
 /// @par Source
 /// method.md, section 5.
 [[nodiscard]] std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
-                                                          const ReadingSet& set,
+                                                          StateOfRun& run,
                                                           Method method,
                                                           const Estimate& estimate);
 

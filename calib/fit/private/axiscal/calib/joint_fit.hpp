@@ -125,4 +125,22 @@ class JointFit {
   const Eigen::MatrixXd& weights_;
 };
 
+/// What is fitted of a run for a field, as JointFit has it, kept for the field that was last asked
+/// for: looks at one fit from several sides share it.
+class StateOfRun {
+ public:
+  /// @param set          must outlive it, and stay as it is.
+  /// @param known_field  whether the field's directions are given, not fitted.
+  StateOfRun(const ReadingSet& set, bool known_field) : set_(set), known_field_(known_field) {}
+
+  [[nodiscard]] const ReadingSet& set() const { return set_; }
+  [[nodiscard]] bool known_field() const { return known_field_; }
+  [[nodiscard]] std::shared_ptr<const JointState> at(const TableField& field);
+
+ private:
+  const ReadingSet& set_;
+  bool known_field_;
+  std::shared_ptr<const JointState> last_;
+};
+
 }  // namespace axiscal

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/joint_fit.hpp"
 
 namespace axiscal {
 
@@ -10,8 +11,7 @@ namespace axiscal {
 /// (method.md, section 5). Puts the probability, and the face that disagrees, into the estimate's
 /// levelness; nothing where it has none.
 ///
-/// @param set          the readings that were fitted.
-/// @param known_field  whether the field's direction was given.
-void test_levelness(const ReadingSet& set, bool known_field, Estimate& estimate);
+/// @param run  the readings that were fitted.
+void test_levelness(StateOfRun& run, Estimate& estimate);
 
 }  // namespace axiscal

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -21,19 +22,17 @@ namespace axiscal {
 class LinearisedRun {
  public:
   /// @param set    must outlive it, as for the others.
-  /// @param state  coefficients fitted for given fields.
+  /// @param state  coefficients fitted for given fields; without directions where those were given.
   /// @param sigma  m: what each axis takes as 1.
-  /// @param known_field  whether the field's directions were given, not fitted.
-  LinearisedRun(const ReadingSet& set, JointState state, Eigen::VectorXd sigma, bool known_field);
+  LinearisedRun(const ReadingSet& set,
+                std::shared_ptr<const JointState> state,
+                Eigen::VectorXd sigma);
 
   /// The same about the best coefficients for a field.
-  LinearisedRun(const ReadingSet& set,
-                const TableField& field,
-                Eigen::VectorXd sigma,
-                bool known_field);
+  LinearisedRun(StateOfRun& run, const TableField& field, Eigen::VectorXd sigma);
 
   /// The same about an estimate: sigma is its residual_sd, at least the axis's rounding.
-  LinearisedRun(const ReadingSet& set, const Estimate& estimate, bool known_field);
+  LinearisedRun(StateOfRun& run, const Estimate& estimate);
 
   [[nodiscard]] const ReadingSet& set() const { return set_; }
   [[nodiscard]] Eigen::Index readings() const { return set_.size(); }
@@ -130,12 +129,12 @@ class LinearisedRun {
 
  private:
   [[nodiscard]] const JointAxis& axis_of(Eigen::Index axis) const {
-    return state_.axes[static_cast<std::size_t>(axis)];
+    return state_->axes[static_cast<std::size_t>(axis)];
   }
   void find_covariance();
 
   const ReadingSet& set_;
-  JointState state_;
+  std::shared_ptr<const JointState> state_;
   Eigen::VectorXd sigma_;
   SensitivityMatrix sensitivity_;
   Eigen::VectorXd r_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/joint_fit.hpp"
 
 namespace axiscal {
 
@@ -9,16 +10,12 @@ namespace axiscal {
 /// noise: the same pose then rounds the same way each time, and readings of one digit share an
 /// error. Says in the estimate's notes which axes are so.
 ///
-/// @param set          the readings that were fitted.
-/// @param known_field  whether the field's direction was given.
+/// @param of           the readings that were fitted.
 /// @param stated_step  of the readings [unit]; 0: as they show it.
 /// @param estimate     of methods paired, joint and known; its intervals are filled.
 /// @par Source
 /// method.md, section 4.1.
-void add_rounding_scatter(const ReadingSet& set,
-                          bool known_field,
-                          double stated_step,
-                          Estimate& estimate);
+void add_rounding_scatter(StateOfRun& of, double stated_step, Estimate& estimate);
 
 /// @return whether the readings' step is so wide beside an axis's scatter that what is left of them
 ///         is the step's, not noise.

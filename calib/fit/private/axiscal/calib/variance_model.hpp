@@ -20,10 +20,16 @@ class ScatterSearch {
  public:
   /// @param set    the readings of the fit, with the run's effects.
   /// @param alone  the same without errors that readings share; all must outlive this.
-  ScatterSearch(const Experiment& of, const ReadingSet& set, const ReadingSet& alone, Method by)
-      : experiment(of), fitted(set), judged(alone), method(method_kind(by)) {}
+  ScatterSearch(const Experiment& of, StateOfRun& set, StateOfRun& alone, Method by)
+      : experiment(of),
+        fitted_state(set),
+        fitted(set.set()),
+        judged(alone.set()),
+        method(method_kind(by)),
+        judged_state_(alone) {}
 
   const Experiment& experiment;
+  StateOfRun& fitted_state;
   const ReadingSet& fitted;
   const ReadingSet& judged;
   const MethodKind& method;
@@ -35,13 +41,14 @@ class ScatterSearch {
   bool gains_differ = false;               ///< between blocks, as one of the causes found
 
   [[nodiscard]] const LinearisedRun& run(const Estimate& estimate) {
-    return run_ ? *run_ : run_.emplace(judged, estimate, method.directions_known);
+    return run_ ? *run_ : run_.emplace(judged_state_, estimate);
   }
 
   /// Frees it.
   void forget_run() { run_.reset(); }
 
  private:
+  StateOfRun& judged_state_;
   std::optional<LinearisedRun> run_;
 };
 
