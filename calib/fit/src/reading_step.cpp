@@ -73,17 +73,21 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
   }
   for (int part = 1; static_cast<double>(part) <= steps_tried; ++part) {
     double step = gap / part;
+    double unsure = 4.0 * tolerance / part;  // of the step
     double products = 0.0;
     double squares = 0.0;
     bool fits = true;
-    // From near to far, so that the step is known well enough to count ever more of them.
+    // From near to far, so that the step is known well enough to count ever more of them; until one
+    // is further off than all tolerances together.
     for (std::size_t i = 1; i < distinct.size() && fits; ++i) {
       const double difference = distinct[i] - distinct.front();
       const double count = nearest(difference / step);
       products += count * difference;
       squares += count * count;
-      fits = count > 0.0;
+      fits = count > 0.0 &&
+             std::abs(difference - count * step) <= 2.0 * (2.0 * tolerance + count * unsure);
       step = fits ? products / squares : step;
+      unsure = 2.0 * tolerance * std::sqrt(static_cast<double>(i) / squares);
     }
     fits = fits && step >= 10.0 * tolerance &&
            std::all_of(distinct.begin(), distinct.end(), [&](double value) {

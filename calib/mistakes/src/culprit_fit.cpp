@@ -103,14 +103,28 @@ class OwnColumns {
   // The columns of an axis, not weighted.
   [[nodiscard]] const Eigen::MatrixXd& columns(Eigen::Index k) const { return of(k).X; }
 
-  // What weighted readings of an axis make of its coefficients.
-  [[nodiscard]] Eigen::VectorXd coefficients(Eigen::Index k, const Eigen::VectorXd& y) const {
-    return of(k).T * (of(k).Q.transpose() * y) / scale_(k);
+  // What weighted readings of the axes, n x m, make of their coefficients; p x m.
+  [[nodiscard]] Eigen::MatrixXd coefficients(const Eigen::MatrixXd& Y) const {
+    Eigen::MatrixXd all(factored_.front().T.rows(), Y.cols());
+    for_each_factored([&](const Factored& one, Eigen::Index first, Eigen::Index count) {
+      all.middleCols(first, count) = one.T * (one.Q.transpose() * Y.middleCols(first, count)) *
+                                     scale_.segment(first, count).cwiseInverse().asDiagonal();
+    });
+    return all;
   }
 
-  // What is left of columns of an axis.
-  [[nodiscard]] Eigen::MatrixXd left_of(Eigen::Index k, const Eigen::MatrixXd& Z) const {
-    return Z - of(k).Q * (of(k).Q.transpose() * Z);
+  // What the axes' own columns leave of others, axis below axis: (n m) x c.
+  [[nodiscard]] Eigen::MatrixXd left_of(const Eigen::MatrixXd& Z) const {
+    Eigen::MatrixXd left(Z.rows(), Z.cols());
+    const Eigen::Index n = Z.rows() / scale_.size();
+    for_each_factored([&](const Factored& one, Eigen::Index first, Eigen::Index count) {
+      for (Eigen::Index j = 0; j < Z.cols(); ++j) {
+        const auto of_axes = Z.col(j).segment(n * first, n * count).reshaped(n, count);
+        left.col(j).segment(n * first, n * count).reshaped(n, count) =
+            of_axes - one.Q * (one.Q.transpose() * of_axes);
+      }
+    });
+    return left;
   }
 
   [[nodiscard]] std::vector<Eigen::MatrixXd> bases() const {
@@ -130,6 +144,18 @@ class OwnColumns {
 
   [[nodiscard]] const Factored& of(Eigen::Index k) const {
     return factored_[of_axis_[static_cast<std::size_t>(k)]];
+  }
+
+  // Each factorisation with the first of its axes, and how many those are.
+  template <typename Act>
+  void for_each_factored(const Act& act) const {
+    Eigen::Index first = 0;
+    for (std::size_t which = 0; which < factored_.size(); ++which) {
+      const auto count = static_cast<Eigen::Index>(
+          std::count(of_axis_.begin(), of_axis_.end(), which));
+      act(factored_[which], first, count);
+      first += count;
+    }
   }
 
   Eigen::VectorXd scale_;  // m: the largest weight's root
@@ -219,8 +245,12 @@ void HatBasis::add_product(Eigen::Index axis,
                            Eigen::Index reading,
                            const Eigen::Ref<const Eigen::RowVectorXd>& z,
                            Eigen::MatrixXd& products) const {
-  products.middleRows(width() * axis, width()) += own_of(axis).row(reading).transpose() * z;
-  products.bottomRows(shared_.cols()) += shared_.row(readings() * axis + reading).transpose() * z;
+  const auto own = own_of(axis).row(reading).transpose();
+  const auto shared = shared_.row(readings() * axis + reading).transpose();
+  for (Eigen::Index j = 0; j < z.size(); ++j) {
+    products.col(j).segment(width() * axis, width()) += z(j) * own;
+    products.col(j).tail(shared.size()) += z(j) * shared;
+  }
 }
 
 Eigen::MatrixXd HatBasis::left_of(const Eigen::MatrixXd& Z) const {
@@ -311,9 +341,8 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     if (!own.determined()) {
       return result;
     }
-    for (Eigen::Index k = 0; k < m && !has_coefficients; ++k) {
-      result.coefficients.col(k) =
-          own.coefficients(k, root.col(k).cwiseProduct(set.response.col(k)));
+    if (!has_coefficients) {
+      result.coefficients = own.coefficients(root.cwiseProduct(set.response));
     }
     const Eigen::MatrixXd Z =
         added ? added(result.field, result.coefficients) : Eigen::MatrixXd(n * m, 0);
@@ -324,9 +353,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
         free_field ? changes_with_directions(set, result.field, tangents) : FieldChanges(3 * n, 0);
     const Eigen::Index D = changes.cols();
     Eigen::MatrixXd shared(n * m, D + q);
-    Eigen::MatrixXd P(n * m, D + q);
-    Eigen::VectorXd b(n * m);
-    Eigen::VectorXd left(n * m);
+    Eigen::MatrixXd b(n, m);
     for (Eigen::Index k = 0; k < m; ++k) {
       const auto w = root.col(k);
       const Eigen::VectorXd of_axis = result.coefficients.col(k);
@@ -334,24 +361,22 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
       columns << response_changes(set, k, of_axis.segment<3>(1).transpose(), changes),
           Z.middleRows(n * k, n);
       columns = w.asDiagonal() * columns;
-      P.middleRows(n * k, n) = own.left_of(k, columns);
-      b.segment(n * k, n) = w.cwiseProduct(set.response.col(k) - own.columns(k) * of_axis);
-      left.segment(n * k, n) = own.left_of(k, b.segment(n * k, n));
+      b.col(k) = w.cwiseProduct(set.response.col(k) - own.columns(k) * of_axis);
     }
+    const Eigen::MatrixXd P = own.left_of(shared);
+    Eigen::VectorXd left = own.left_of(b.reshaped());
     const Eigen::VectorXd lengths = shared.colwise().norm().transpose();
     const SharedStep step = solve_shared(P, lengths, left, open_below);
     if (!step.determined) {
       return result;
     }
-    double scaled = 0.0;  // the largest change of a sensitivity, in parts of it
-    for (Eigen::Index k = 0; k < m; ++k) {
-      auto of_axis = result.coefficients.col(k);
-      const Eigen::VectorXd change =
-          own.coefficients(k, b.segment(n * k, n) - shared.middleRows(n * k, n) * step.z);
-      scaled = std::max(scaled,
-                        change.segment<3>(1).norm() / of_axis.segment<3>(1).norm());
-      of_axis += change;
-    }
+    b.reshaped() -= shared * step.z;
+    const Eigen::MatrixXd change = own.coefficients(b);
+    // The largest change of a sensitivity, in parts of it.
+    const double scaled = (change.middleRows<3>(1).colwise().norm().array() /
+                           result.coefficients.middleRows<3>(1).colwise().norm().array())
+                              .maxCoeff();
+    result.coefficients += change;
     left -= P * step.z;
     double turned = 0.0;
     bool is_linear = false;  // what the next step would change is nothing beside the residuals

@@ -136,14 +136,15 @@ std::vector<Eigen::Index> SuspectRun::rows_of(const std::vector<std::size_t>& re
 namespace {
 
 // e^T (1 - H)^-1 e over the readings that are left out.
-// @tparam Most  rows that there are at most: few need no memory of their own.
-template <int Most>
+// @tparam Count  how many rows there are, where that is known.
+// @tparam Most   how many at most: few need no memory of their own.
+template <int Count, int Most>
 double drop_of_rows(const HypothesisFit& fit,
                     const std::vector<std::size_t>& readings,
                     Eigen::Index m) {
   const auto d = static_cast<Eigen::Index>(readings.size());
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Most, Most> M(d * m, d * m);
-  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, Most, 1> e(d * m);
+  Eigen::Matrix<double, Count, Count, 0, Most, Most> M(d * m, d * m);
+  Eigen::Matrix<double, Count, 1, 0, Most, 1> e(d * m);
   for (Eigen::Index a = 0; a < d * m; ++a) {
     const auto i = static_cast<Eigen::Index>(readings[static_cast<std::size_t>(a / m)]);
     e(a) = fit.residuals(i, a % m);
@@ -163,10 +164,14 @@ double drop_of_rows(const HypothesisFit& fit,
 // What leaving readings out takes from the sum of squares, to first order.
 double SuspectRun::drop_without(const HypothesisFit& fit,
                                 const std::vector<std::size_t>& readings) const {
+  constexpr int of_triad = 3;
   constexpr int few = 6;
-  return static_cast<Eigen::Index>(readings.size()) * m() <= few
-             ? drop_of_rows<few>(fit, readings, m())
-             : drop_of_rows<Eigen::Dynamic>(fit, readings, m());
+  const Eigen::Index rows = static_cast<Eigen::Index>(readings.size()) * m();
+  if (rows == of_triad) {
+    return drop_of_rows<of_triad, of_triad>(fit, readings, m());
+  }
+  return rows <= few ? drop_of_rows<Eigen::Dynamic, few>(fit, readings, m())
+                     : drop_of_rows<Eigen::Dynamic, Eigen::Dynamic>(fit, readings, m());
 }
 
 // What added columns take from it.

@@ -260,8 +260,20 @@ double lag_one_score(const OrderedReadings& readings) {
   double counted = 0.0;
   double mean = 0.0;
   double variance = 0.0;
+  Eigen::MatrixXd Q;
+  double trace = 0.0;
+  double trace_of_square = 0.0;
   for (Eigen::Index k = 0; k < m; ++k) {
-    const Eigen::MatrixXd Q = basis_of(readings.designs[static_cast<std::size_t>(k)]);
+    const Eigen::MatrixXd& design = readings.designs[static_cast<std::size_t>(k)];
+    if (k == 0 || design != readings.designs[static_cast<std::size_t>(k) - 1]) {
+      Q = basis_of(design);
+      // Q' = P A P with P = I - Q Q^T: its trace and that of its square, without any n x n.
+      const Eigen::MatrixXd AQ = beside(Q, Eigen::VectorXd::Ones(n - 1));
+      const Eigen::MatrixXd G = Q.transpose() * AQ;
+      trace = -G.trace();
+      trace_of_square =
+          0.5 * static_cast<double>(n - 1) - 2.0 * AQ.squaredNorm() + G.squaredNorm();
+    }
     const Eigen::VectorXd y = readings.responses.col(k);
     const Eigen::VectorXd e = y - Q * (Q.transpose() * y);
     const double squares = e.squaredNorm();
@@ -269,12 +281,6 @@ double lag_one_score(const OrderedReadings& readings) {
     if (!(squares > 0.0) || !(d > 2.0)) {
       continue;
     }
-    // Q' = P A P with P = I - Q Q^T: its trace and that of its square, without any n x n.
-    const Eigen::MatrixXd AQ = beside(Q, Eigen::VectorXd::Ones(n - 1));
-    const Eigen::MatrixXd G = Q.transpose() * AQ;
-    const double trace = -G.trace();
-    const double trace_of_square =
-        0.5 * static_cast<double>(n - 1) - 2.0 * AQ.squaredNorm() + G.squaredNorm();
     products += d * e.head(n - 1).dot(e.tail(n - 1)) / squares;
     mean += trace;
     variance += 2.0 * (d * trace_of_square - trace * trace) / (d + 2.0);
