@@ -171,25 +171,45 @@ struct DeletionFit::LeftOut {
   bool seen = true;            // whether the axis uses all the readings
   Eigen::VectorXd error;       // q: contrast less prediction
   Eigen::MatrixXd covariance;  // q x q: the readings' own and the prediction's
+
+  // In units of it.
+  [[nodiscard]] double squares() const {
+    return error.size() == 1 ? error(0) * error(0) / covariance(0, 0)
+                             : error.dot(covariance.ldlt().solve(error));
+  }
 };
 
-DeletionFit::LeftOut DeletionFit::left_out(const std::vector<std::size_t>& readings,
-                                           const Eigen::MatrixXd& contrasts,
-                                           const Others& others,
-                                           Eigen::Index k) const {
-  const Eigen::VectorXd root = axis_of(k).root_weights(readings);
-  if (!(root.array() > 0.0).all()) {
-    return {.seen = false, .error = {}, .covariance = {}};
+std::vector<DeletionFit::LeftOut> DeletionFit::left_out(const std::vector<std::size_t>& readings,
+                                                        const Eigen::MatrixXd& contrasts,
+                                                        const Others& others) const {
+  std::vector<LeftOut> all(others.axes.size());
+  // Axes of one design have these in common.
+  bool seen = false;
+  Eigen::MatrixXd C;
+  Eigen::MatrixXd unscaled;  // of C, by the readings and their own columns
+  for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+    const Others::Axis& axis = others.axes[static_cast<std::size_t>(k)];
+    if (k == 0 || axis.own != others.axes[static_cast<std::size_t>(k) - 1].own) {
+      const Eigen::VectorXd root = axis_of(k).root_weights(readings);
+      seen = (root.array() > 0.0).all();
+      if (seen) {
+        C = contrasts * root.cwiseInverse().asDiagonal();
+        unscaled = C.lazyProduct(others.own_of(k).times(C.transpose()));
+      }
+    }
+    LeftOut& left = all[static_cast<std::size_t>(k)];
+    left.seen = seen;
+    if (!seen) {
+      continue;
+    }
+    left.error = C * others.errors(k);
+    left.covariance = others.fit.variance(k) * unscaled;
+    if (axis.shared.cols() > 0) {
+      const Eigen::MatrixXd CP = C * axis.shared;
+      left.covariance += CP * others.fit.covariance * CP.transpose();
+    }
   }
-  const Others::Axis& axis = others.axes[static_cast<std::size_t>(k)];
-  const Eigen::MatrixXd C = contrasts * root.cwiseInverse().asDiagonal();
-  LeftOut left{.error = C * others.errors(k),
-               .covariance = others.fit.variance(k) * (C * others.own_of(k).times(C.transpose()))};
-  if (axis.shared.cols() > 0) {
-    const Eigen::MatrixXd CP = C * axis.shared;
-    left.covariance += CP * others.fit.covariance * CP.transpose();
-  }
-  return left;
+  return all;
 }
 
 std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readings,
@@ -201,14 +221,14 @@ std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readi
   const auto q = static_cast<double>(contrasts.rows());
   double sum = 0.0;
   double axes = 0.0;
-  for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
-    const LeftOut left = left_out(readings, contrasts, *others, k);
-    if (!left.seen) {
-      continue;
+  Eigen::Index k = 0;
+  for (const LeftOut& left : left_out(readings, contrasts, *others)) {
+    if (left.seen) {
+      const double f = std::max(left.squares() / q, 1e-12);
+      sum -= 2.0 * std::log(std::max(f_upper_p(f, q, others->fit.degrees_of_freedom(k)), 1e-300));
+      axes += 1.0;
     }
-    const double f = std::max(left.error.dot(left.covariance.ldlt().solve(left.error)) / q, 1e-12);
-    sum -= 2.0 * std::log(std::max(f_upper_p(f, q, others->fit.degrees_of_freedom(k)), 1e-300));
-    axes += 1.0;
+    ++k;
   }
   return axes > 0.0 ? std::optional(chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * axes))
                     : std::nullopt;
@@ -226,8 +246,9 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
   }
   NoiseTails tails;
   std::vector<double> deviations;  // of the contrasts, square to each other, of variance 1
+  const std::vector<LeftOut> of_axes = left_out(readings, contrasts, *others);
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
-    const LeftOut left_of_all = left_out(readings, contrasts, *others, k);
+    const LeftOut& left_of_all = of_axes[static_cast<std::size_t>(k)];
     if (!left_of_all.seen) {
       continue;
     }

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Cholesky>
+
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/serial_correlation.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -12,8 +14,8 @@ namespace axiscal {
 namespace {
 
 // Mean squares of the residuals in two parts that make up all of them, r' D r and r' (1 - D) r: of
-// white noise their ratio is about F, by the traces of P D P and of its square, P the projection
-// onto what the fit leaves.
+// white noise their ratio is about F, by the traces of P D P and of its square, P = 1 - K K^T the
+// projection onto what the fit leaves.
 struct NoiseRatio {
   double ratio = 1.0;
   double above = 1.0;  // probability of a larger ratio by chance
@@ -21,53 +23,43 @@ struct NoiseRatio {
 };
 
 struct PartOfNoise {
-  double squares = 0.0;  // r' D r
-  double trace = 0.0;    // of D
-  double trace_of_square = 0.0;
-  Eigen::MatrixXd with_columns;         // J' D J
-  Eigen::MatrixXd square_with_columns;  // J' D^2 J
+  double squares = 0.0;          // r' D r
+  double trace = 0.0;            // of P D P
+  double trace_of_square = 0.0;  // of its square
+
+  [[nodiscard]] double freedom() const { return trace * trace / trace_of_square; }
 };
 
-// @param C  (J' J)^-1.
-double freedom_of(const PartOfNoise& part, const Eigen::MatrixXd& C, double& trace) {
-  const Eigen::MatrixXd CM = C * part.with_columns;
-  trace = part.trace - CM.trace();
-  const double of_square = part.trace_of_square -
-                           2.0 * C.cwiseProduct(part.square_with_columns).sum() +
-                           CM.cwiseProduct(CM.transpose()).sum();
-  return trace * trace / of_square;
-}
-
-NoiseRatio ratio_of(const PartOfNoise& one, const PartOfNoise& other, const Eigen::MatrixXd& C) {
-  double trace = 0.0;
-  double trace_of_other = 0.0;
-  const double freedom = freedom_of(one, C, trace);
-  const double freedom_of_other = freedom_of(other, C, trace_of_other);
+NoiseRatio ratio_of(const PartOfNoise& one, const PartOfNoise& other) {
   constexpr double fewest = 0.5;
-  if (!(trace > fewest) || !(trace_of_other > fewest) || !(other.squares > 0.0)) {
+  if (!(one.trace > fewest) || !(other.trace > fewest) || !(other.squares > 0.0)) {
     return {};
   }
-  NoiseRatio result{.ratio = (one.squares / trace) / (other.squares / trace_of_other)};
-  result.above = f_upper_p(std::max(result.ratio, 1e-300), freedom, freedom_of_other);
+  NoiseRatio result{.ratio = (one.squares / one.trace) / (other.squares / other.trace)};
+  result.above = f_upper_p(std::max(result.ratio, 1e-300), one.freedom(), other.freedom());
   result.below = 1.0 - result.above;
   return result;
 }
 
 // Of an axis's residuals, each with a weight in 0 .. 1 for the one part.
 NoiseRatio ratio_of_axis(const LinearisedRun& run, Eigen::Index k, const Eigen::VectorXd& cosines) {
-  const Eigen::MatrixXd J = run.columns_of_axis(k);
+  const std::vector<Eigen::Index> places = run.places_of_axis(k);
+  const Eigen::LLT<Eigen::MatrixXd> root(run.covariance()(places, places));
+  const Eigen::MatrixXd K = run.columns_of_axis(k) * Eigen::MatrixXd(root.matrixL());
+  const Eigen::VectorXd leverage = K.rowwise().squaredNorm();
   const Eigen::VectorXd r2 = run.residuals()(run.rows_of_axis(k)).cwiseAbs2();
-  const auto part_of = [&](const Eigen::VectorXd& weights) {
+  const auto part_of = [&](const Eigen::VectorXd& weights, const Eigen::MatrixXd& KDK) {
     return PartOfNoise{.squares = weights.dot(r2),
-                       .trace = weights.sum(),
-                       .trace_of_square = weights.squaredNorm(),
-                       .with_columns = J.transpose() * weights.asDiagonal() * J,
-                       .square_with_columns = J.transpose() * weights.cwiseAbs2().asDiagonal() * J};
+                       .trace = weights.sum() - weights.dot(leverage),
+                       .trace_of_square = weights.squaredNorm() -
+                                          2.0 * weights.cwiseAbs2().dot(leverage) +
+                                          KDK.squaredNorm()};
   };
   const Eigen::VectorXd used = (run.set().weights.col(k).array() > 0.0).cast<double>();
   const Eigen::VectorXd along = cosines.cwiseAbs2().cwiseProduct(used);
-  const std::vector<Eigen::Index> places = run.places_of_axis(k);
-  return ratio_of(part_of(along), part_of(used - along), run.covariance()(places, places));
+  const Eigen::MatrixXd of_along = K.transpose() * (along.asDiagonal() * K);
+  const Eigen::MatrixXd of_all = K.transpose() * K;
+  return ratio_of(part_of(along, of_along), part_of(used - along, of_all - of_along));
 }
 
 // How each axis lies to the field, reading by reading; n x m.
@@ -177,22 +169,18 @@ void add_field_noise(const LinearisedRun& run, Estimate& estimate) {
   NoiseRatio all;
   if (m > 1) {
     const AlongRows rows = rows_along(run, along_field(run).direction);
-    const Eigen::MatrixXd M = rows.columns.transpose() * rows.columns;
+    const Eigen::LLT<Eigen::MatrixXd> root(run.covariance());
+    const Eigen::MatrixXd K = rows.columns * Eigen::MatrixXd(root.matrixL());
+    const double taken = K.squaredNorm();  // by the fit, along the field
+    const double taken_of_square = (K.transpose() * K).squaredNorm();
     const auto n = static_cast<double>(run.readings());
     const PartOfNoise along{.squares = rows.deviations.squaredNorm(),
-                            .trace = n,
-                            .trace_of_square = n,
-                            .with_columns = M,
-                            .square_with_columns = M};
-    const Eigen::MatrixXd across = run.information() - M;
-    const double used = run.degrees_of_freedom() + static_cast<double>(run.column_count());
-    all = ratio_of(along,
-                   {.squares = run.residuals().squaredNorm() - along.squares,
-                    .trace = used - n,
-                    .trace_of_square = used - n,
-                    .with_columns = across,
-                    .square_with_columns = across},
-                   run.covariance());
+                            .trace = n - taken,
+                            .trace_of_square = n - 2.0 * taken + taken_of_square};
+    const double left = run.degrees_of_freedom();
+    all = ratio_of(along, {.squares = run.residuals().squaredNorm() - along.squares,
+                           .trace = left - along.trace,
+                           .trace_of_square = left - n + taken_of_square});
   }
   const Eigen::MatrixXd cosines = cosines_of(run, estimate);
   double one_axis = 1.0;

@@ -69,11 +69,10 @@ class DeletionFit {
   }
   [[nodiscard]] std::optional<Others> without(const std::vector<std::size_t>& readings) const;
 
-  // Contrasts of an axis's readings as the others see them: not weighted.
-  [[nodiscard]] LeftOut left_out(const std::vector<std::size_t>& readings,
-                                 const Eigen::MatrixXd& contrasts,
-                                 const Others& others,
-                                 Eigen::Index axis) const;
+  // Contrasts of each axis's readings as the others see them: not weighted.
+  [[nodiscard]] std::vector<LeftOut> left_out(const std::vector<std::size_t>& readings,
+                                              const Eigen::MatrixXd& contrasts,
+                                              const Others& others) const;
 
   const ReadingSet& set_;
   std::shared_ptr<const JointState> state_;
