@@ -69,41 +69,59 @@ std::optional<TableField> linear_start(const ReadingSet& set) {
   return set.field.with(std::move(vectors));
 }
 
+// [1, vec R_i, ...] of the readings that an axis uses, where it has full rank.
+std::optional<FactoredDesign> design_of_directions(const ReadingSet& set,
+                                                   const std::vector<Eigen::Index>& used,
+                                                   Eigen::Index k) {
+  const auto parts = static_cast<Eigen::Index>(set.field.parts().size());
+  const Eigen::Index unknowns = 1 + 9 * parts;
+  const Eigen::Index others = 3 * static_cast<Eigen::Index>(set.also_in_table.size());
+  const auto n = static_cast<Eigen::Index>(used.size());
+  Eigen::MatrixXd Z(n, unknowns + others + set.temperature.order);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto at = static_cast<std::size_t>(used[static_cast<std::size_t>(i)]);
+    const Eigen::Matrix3d R = set.met_of_field(at);
+    Z(i, 0) = 1.0;
+    for (Eigen::Index p = 0; p < parts; ++p) {
+      const auto part = static_cast<std::size_t>(p);
+      const bool seen = set.sees(k, static_cast<Eigen::Index>(at), part);
+      const double factor = seen ? set.field.factor_of(part, set.readings[at].level) : 0.0;
+      Z.row(i).segment<9>(1 + 9 * p) = factor * R.reshaped().transpose();
+    }
+    Z.row(i).segment(unknowns, others) = set.design_row(R, Eigen::Vector3d::Zero()).tail(others);
+    for (int j = 0; j < set.temperature.order; ++j) {
+      Z(i, unknowns + others + j) =
+          std::pow(set.temperature.d(static_cast<Eigen::Index>(at), k), j + 1);
+    }
+  }
+  if (n < Z.cols() || !undetermined_columns(Z).empty()) {
+    return std::nullopt;
+  }
+  const Eigen::VectorXd weights = set.weights.col(k)(used);
+  return FactoredDesign(Z, weights);
+}
+
 }  // namespace
 
 Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen::Index>& rows) {
   const auto parts = static_cast<Eigen::Index>(set.field.parts().size());
-  const Eigen::Index unknowns = 1 + 9 * parts;
-  const Eigen::Index others = 3 * static_cast<Eigen::Index>(set.also_in_table.size());
   // Rows of M_k of the axes that determine theirs.
   Eigen::MatrixXd M(3 * set.axis_count(), 3 * parts);
   Eigen::Index axes = 0;
+  std::optional<FactoredDesign> design;  // axes alike have it in common
+  std::vector<Eigen::Index> used;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const std::vector<Eigen::Index> used = used_rows(set, rows, k);
-    const auto n = static_cast<Eigen::Index>(used.size());
-    Eigen::MatrixXd Z(n, unknowns + others + set.temperature.order);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const auto at = static_cast<std::size_t>(used[static_cast<std::size_t>(i)]);
-      const Eigen::Matrix3d R = set.met_of_field(at);
-      Z(i, 0) = 1.0;
-      for (Eigen::Index p = 0; p < parts; ++p) {
-        const auto part = static_cast<std::size_t>(p);
-        const bool seen = set.sees(k, static_cast<Eigen::Index>(at), part);
-        const double factor = seen ? set.field.factor_of(part, set.readings[at].level) : 0.0;
-        Z.row(i).segment<9>(1 + 9 * p) = factor * R.reshaped().transpose();
-      }
-      Z.row(i).segment(unknowns, others) = set.design_row(R, Eigen::Vector3d::Zero()).tail(others);
-      for (int j = 0; j < set.temperature.order; ++j) {
-        Z(i, unknowns + others + j) =
-            std::pow(set.temperature.d(static_cast<Eigen::Index>(at), k), j + 1);
-      }
+    const bool alike = k > 0 && set.temperature.order == 0 && set.visible.empty() &&
+                       set.weights.col(k) == set.weights.col(k - 1);
+    if (!alike) {
+      used = used_rows(set, rows, k);
+      design = design_of_directions(set, used, k);
     }
-    if (n < Z.cols() || !undetermined_columns(Z).empty()) {
+    if (!design) {
       continue;
     }
-    const Eigen::VectorXd weights = set.weights.col(k)(used);
     const Eigen::VectorXd response = set.response.col(k)(used);
-    const Eigen::VectorXd x = FactoredDesign(Z, weights).estimate(response);
+    const Eigen::VectorXd x = design->estimate(response);
     for (Eigen::Index p = 0; p < parts; ++p) {
       M.block<3, 3>(3 * axes, 3 * p) = x.segment<9>(1 + 9 * p).reshaped(3, 3);
     }

@@ -51,11 +51,19 @@ LinearisedRun::LinearisedRun(const ReadingSet& set,
   if (C_.size() == 0 || D == 0) {
     return;  // each axis is at its best without the others
   }
-  const Eigen::VectorXd step = taken_up(r_);  // by the axes' own scatter
+  // A step of the directions by the axes' own scatter; the coefficients take up their part of it.
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(D);
   for (Eigen::Index k = 0; k < m; ++k) {
-    r_(rows_of_axis(k)) -= columns_of_axis(k) * step(places_of_axis(k));
+    const JointAxis& axis = axis_of(k);
+    gradient += axis.projected.transpose() * axis.residuals / (sigma_(k) * sigma_(k));
   }
-  x_ += step;
+  const Eigen::VectorXd step = C_.bottomRightCorner(D, D) * gradient;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const JointAxis& axis = axis_of(k);
+    r_(rows_of_axis(k)) -= axis.projected * step / sigma_(k);
+    x_.segment(p * k, p) -= axis.take_up * step;
+  }
+  x_.tail(D) = step;
 }
 
 LinearisedRun::LinearisedRun(StateOfRun& run, const TableField& field, Eigen::VectorXd sigma)
@@ -95,19 +103,20 @@ void LinearisedRun::find_covariance() {
   }
   C_ = Eigen::MatrixXd::Zero(x_.size(), x_.size());
   C_.bottomRightCorner(D, D) = Z;
+  Eigen::MatrixXd U(p * m, D);
   for (Eigen::Index k = 0; k < m; ++k) {
     const Eigen::MatrixXd T = axis_of(k).design->root_of_covariance();
     auto own = C_.block(p * k, p * k, p, p);
     own = sigma_(k) * sigma_(k) * (T * T.transpose());
-    if (D == 0) {
-      continue;
+    if (D > 0) {
+      U.middleRows(p * k, p) = axis_of(k).take_up;
     }
-    const Eigen::MatrixXd UZ = axis_of(k).take_up * Z;
-    C_.block(p * k, p * m, p, D) = -UZ;
-    C_.block(p * m, p * k, D, p) = -UZ.transpose();
-    for (Eigen::Index l = 0; l < m; ++l) {
-      C_.block(p * k, p * l, p, p) += UZ * axis_of(l).take_up.transpose();
-    }
+  }
+  if (D > 0) {
+    const Eigen::MatrixXd UZ = U * Z;
+    C_.topLeftCorner(p * m, p * m) += UZ * U.transpose();
+    C_.topRightCorner(p * m, D) = -UZ;
+    C_.bottomLeftCorner(D, p * m) = -UZ.transpose();
   }
 }
 

@@ -21,9 +21,8 @@ struct SharedSize {
   using OfColumns = Eigen::Matrix<double, ColumnCount, 1, 0, MostColumns, 1>;
   using Covariance = Eigen::Matrix<double, ColumnCount, ColumnCount, 0, MostColumns, MostColumns>;
   using OfResponses = Eigen::Matrix<double, ResponseCount, 1, 0, MostResponses, 1>;
-  using OfOpen = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, MostResponses, 1>;  // responses
-  using AmongOpen =
-      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, MostResponses, MostResponses>;
+  using AmongResponses =
+      Eigen::Matrix<double, ResponseCount, ResponseCount, 0, MostResponses, MostResponses>;
 };
 using SharedOfAny = SharedSize<Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic>;
 constexpr int few = 6;
@@ -93,43 +92,45 @@ struct AtVariances {
     const auto m = log_variance.size();
     const OfResponses gradient = degrees_of_freedom - squares;
     const OfResponses weight = (-log_variance.array()).exp();
-    std::vector<Eigen::Index> open;
+    // Those that stay at their lowest have no step, and no part in that of the others.
+    std::vector<bool> open;
     open.reserve(responses.size());
     std::vector<OfColumns> gradients;  // P_k^T (y_k - P_k z) / sigma_k^2
     gradients.reserve(responses.size());
     for (Eigen::Index k = 0; k < m; ++k) {
       const FixedSums<S>& own = responses[static_cast<std::size_t>(k)];
       gradients.emplace_back(weight(k) * (own.gradient - own.information.lazyProduct(estimate)));
-      if (log_variance(k) > lowest(k) || gradient(k) < 0.0) {
-        open.push_back(k);
-      }
+      open.push_back(log_variance(k) > lowest(k) || gradient(k) < 0.0);
     }
-    const auto count = static_cast<Eigen::Index>(open.size());
-    typename S::AmongOpen H(count, count);
-    typename S::OfOpen g(count);
-    for (Eigen::Index a = 0; a < count; ++a) {
-      const Eigen::Index k = open[static_cast<std::size_t>(a)];
+    typename S::AmongResponses H = S::AmongResponses::Identity(m, m);
+    OfResponses g = OfResponses::Zero(m);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      if (!open[static_cast<std::size_t>(k)]) {
+        continue;
+      }
       const Covariance CA =
           weight(k) * covariance.lazyProduct(responses[static_cast<std::size_t>(k)].information);
       const Covariance CAC = CA.lazyProduct(covariance);
       const OfColumns Cg = covariance.lazyProduct(gradients[static_cast<std::size_t>(k)]);
-      g(a) = gradient(k);
-      for (Eigen::Index b = 0; b < count; ++b) {
-        const Eigen::Index l = open[static_cast<std::size_t>(b)];
-        H(a, b) = -weight(l) *
-                      CAC.cwiseProduct(responses[static_cast<std::size_t>(l)].information).sum() -
-                  2.0 * Cg.dot(gradients[static_cast<std::size_t>(l)]);
+      g(k) = gradient(k);
+      H(k, k) = CA.trace() + squares(k);
+      for (Eigen::Index l = 0; l < m; ++l) {
+        if (open[static_cast<std::size_t>(l)]) {
+          H(k, l) -=
+              weight(l) * CAC.cwiseProduct(responses[static_cast<std::size_t>(l)].information)
+                              .sum() +
+              2.0 * Cg.dot(gradients[static_cast<std::size_t>(l)]);
+        }
       }
-      H(a, a) += CA.trace() + squares(k);
     }
-    const Eigen::LLT<typename S::AmongOpen> cholesky(H);
-    const typename S::OfOpen newton = cholesky.solve(g);
-    OfResponses step = OfResponses::Zero(m);
-    for (Eigen::Index a = 0; a < count; ++a) {
-      const Eigen::Index k = open[static_cast<std::size_t>(a)];
-      // Where the likelihood is not convex: what sigma_k^2 = RSS_k / nu_k asks for, at least by its
-      // sign.
-      step(k) = cholesky.info() == Eigen::Success ? -newton(a) : -g(a) / std::max(squares(k), 1.0);
+    const Eigen::LLT<typename S::AmongResponses> cholesky(H);
+    OfResponses step;
+    if (cholesky.info() == Eigen::Success) {
+      step = -cholesky.solve(g);
+    } else {
+      // Where the likelihood is not convex: what sigma_k^2 = RSS_k / nu_k asks for, at least by
+      // its sign.
+      step = -g.cwiseQuotient(squares.cwiseMax(1.0));
     }
     constexpr double longest_step = 2.0;
     return step * std::min(1.0, longest_step / std::max(step.cwiseAbs().maxCoeff(), 1e-300));

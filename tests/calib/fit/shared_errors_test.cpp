@@ -77,7 +77,8 @@ TEST(LinearisedRun, TakesUpWhatItsColumnsSpan) {
   for (const bool all : {true, false}) {
     ReadingSet set = test::labelled_set(truth, field, all ? standard_design(12) : six, 1e-4, 3);
     set.field = field;
-    const LinearisedRun run(set, field, Eigen::VectorXd::Ones(1), false);
+    StateOfRun state(set, false);
+    const LinearisedRun run(state, field, Eigen::VectorXd::Ones(1));
     EXPECT_EQ(run.covariance().size() > 0, all);
     const Eigen::MatrixXd& J = run.columns();
     Eigen::MatrixXd changes(J.rows(), 2);

@@ -40,6 +40,12 @@ class ScaledCholeskyOf {
   }
 
   [[nodiscard]] Matrix inverse() const {
+    constexpr int in_closed_form = 4;
+    if constexpr (Matrix::RowsAtCompileTime != Eigen::Dynamic &&
+                  Matrix::RowsAtCompileTime <= in_closed_form) {
+      const Matrix root = Matrix(cholesky_.matrixL()).inverse() * per_length_.asDiagonal();
+      return root.transpose() * root;
+    }
     return per_length_.asDiagonal() *
            cholesky_.solve(Matrix::Identity(per_length_.size(), per_length_.size())) *
            per_length_.asDiagonal();
