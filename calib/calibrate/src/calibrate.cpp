@@ -205,7 +205,6 @@ class RunFit {
   void fit() {
     if (kind_.by_magnitude) {
       fit_without_labels();
-      take_fitted();
     } else {
       source_.set_effects({.blocks = true, .drift = experiment_.drift == DriftSetup::linear});
       fit_by_labels();
@@ -401,7 +400,6 @@ class RunFit {
       }
       fit_once();
     }
-    take_fitted();
     fit_mounts();
   }
 
@@ -441,7 +439,6 @@ class RunFit {
       source_.turn_mounts(turns);
       mounts_expected_ = step->expected;
       fit_once();
-      take_fitted();
       if (largest < still_rad) {
         return;
       }
@@ -449,9 +446,14 @@ class RunFit {
   }
 
   void fit_once() {
-    estimate_ = experiment_.instrument.one_sided
-                    ? estimate_one_sided(method_, source_, parts_, seen_)
-                    : estimate_by(method_, source_.set(parts_, {}), by_field_);
+    if (experiment_.instrument.one_sided) {
+      estimate_ = estimate_one_sided(method_, source_, parts_, seen_);
+      fitted_ = source_.set(parts_, seen_);
+    } else {
+      fitted_ = source_.set(parts_, {});
+      estimate_ = estimate_by(method_, fitted_, by_field_);
+    }
+    complete_fitted();
   }
 
   // What the drift that was found came to; it is the last of the effects.
@@ -468,8 +470,8 @@ class RunFit {
         changes, experiment_.instrument.unit);
   }
 
-  void take_fitted() {
-    fitted_ = source_.set(parts_, seen_);
+  // What the estimate says of the readings that were fitted.
+  void complete_fitted() {
     fitted_.seen = estimate_.seen;
     fitted_.visible = estimate_.visible;
     if (fitted_.temperature.order > 0) {
@@ -480,8 +482,8 @@ class RunFit {
 
   void fit_without_labels() {
     source_.keep_complete_rows();
-    const ReadingSet set = source_.set(parts_, {});
-    for (const Eigen::Matrix3d& change : set.field_then) {
+    fitted_ = source_.set(parts_, {});
+    for (const Eigen::Matrix3d& change : fitted_.field_then) {
       constexpr double same = 1e-9;
       if (std::abs(std::cbrt(change.determinant()) - 1.0) > same) {
         throw RefusedError(
@@ -490,12 +492,13 @@ class RunFit {
       }
     }
     const double F = calibration_.sensor.field.magnitude;
-    estimate_ =
-        estimate_sessions(set, F, experiment_.shape, noise_of(observations_), experiment_.squares);
+    estimate_ = estimate_sessions(fitted_, F, experiment_.shape, noise_of(observations_),
+                                  experiment_.squares);
     calibration_.fit.shape = experiment_.shape;
-    if (!set.rotation_sensor_from_table.empty()) {
-      align_by_points(set, F, estimate_);
+    if (!fitted_.rotation_sensor_from_table.empty()) {
+      align_by_points(fitted_, F, estimate_);
     }
+    complete_fitted();
   }
 
   // Which readings of the file each axis used.

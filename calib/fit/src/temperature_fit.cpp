@@ -71,13 +71,14 @@ int temperature_count(const ReadingSet& set) {
   return static_cast<int>(std::set<double>(mean.begin(), mean.end()).size());
 }
 
-Estimate fit_over_temperature(ReadingSet set,
+Estimate fit_over_temperature(const ReadingSet& given,
                               const std::function<Estimate(const ReadingSet&)>& fit) {
-  TemperatureTerms& terms = set.temperature;
-  if (terms.order == 0) {
-    return fit(set);
+  if (given.temperature.order == 0) {
+    return fit(given);
   }
-  require_temperatures(set);
+  require_temperatures(given);
+  ReadingSet set = given;
+  TemperatureTerms& terms = set.temperature;
   terms.scale = Eigen::MatrixXd::Zero(set.axis_count(), terms.order);
   terms.along = SensitivityMatrix::Zero(set.axis_count(), 3);
   ReadingSet plain = set;

@@ -12,10 +12,10 @@ namespace axiscal {
 /// Fits with temperature terms: [P]'s main-axis terms first, then the full product refined from
 /// them by Gauss-Newton (method.md, section 6).
 ///
-/// @param set  with temperature.order and .d; its scale and along are set here.
+/// @param given  with temperature.order and .d; without an order it is fitted as it is.
 /// @param fit  one of the methods.
 /// @throws RankDeficientError  where the temperatures do not determine the terms.
-[[nodiscard]] Estimate fit_over_temperature(ReadingSet set,
+[[nodiscard]] Estimate fit_over_temperature(const ReadingSet& given,
                                             const std::function<Estimate(const ReadingSet&)>& fit);
 
 /// How many temperatures a run has: soak levels, or all of a continuous one.
