@@ -67,7 +67,8 @@ Estimate describe_joint(const LinearisedRun& run,
   FitStatistics& statistics = estimate.statistics;
   statistics.degrees_of_freedom = solution.shares.degrees_of_freedom;
   statistics.residual_sd = Eigen::VectorXd::Constant(m, not_a_number);
-  statistics.condition_number = condition_of(run.columns());
+  const std::optional<double> condition = small_condition_of(run.information());
+  statistics.condition_number = condition ? *condition : condition_of(run.columns());
   estimate.field = state.field;
   const Eigen::Index p = set.coefficient_count();
   std::optional<LeastSquaresDesign> design;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
 namespace axiscal {
@@ -12,20 +12,6 @@ namespace {
 
 Eigen::VectorXd per_length_of(const Eigen::Ref<const Eigen::MatrixXd>& J) {
   return J.colwise().norm().cwiseMax(1e-300).cwiseInverse();
-}
-
-// Whether no singular value of columns of length 1 is a smaller part of the largest, beyond doubt:
-// the normal equations tell it to half of the digits, by a bound on the smallest.
-bool is_well_conditioned(const Eigen::MatrixXd& scaled, double smallest) {
-  const Eigen::LLT<Eigen::MatrixXd> cholesky(scaled.transpose() * scaled);
-  if (cholesky.info() != Eigen::Success) {
-    return false;
-  }
-  const Eigen::Index p = scaled.cols();
-  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(p, p);
-  cholesky.matrixL().solveInPlace(root);
-  constexpr double surely = 1e-5;
-  return 1.0 / root.norm() > std::max(surely, std::sqrt(static_cast<double>(p)) * smallest);
 }
 
 }  // namespace
@@ -62,10 +48,11 @@ Eigen::VectorXd ScaledQr::leverage() const {
 std::vector<Eigen::Index> confounded_columns(const Eigen::MatrixXd& J,
                                              double open_below,
                                              double share_above) {
-  const Eigen::MatrixXd scaled = J * per_length_of(J).asDiagonal();
-  if (is_well_conditioned(scaled, open_below)) {
+  const std::optional<double> condition = small_condition_of(J.transpose() * J);
+  if (condition && *condition * open_below < 1.0) {
     return {};
   }
+  const Eigen::MatrixXd scaled = J * per_length_of(J).asDiagonal();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinV);
   const Eigen::VectorXd& singular = svd.singularValues();
   std::vector<Eigen::Index> open;
@@ -109,6 +96,16 @@ double condition_of(const Eigen::MatrixXd& J) {
       qr.matrixQR().topRows(J.cols()).triangularView<Eigen::Upper>().toDenseMatrix();
   const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>(R).singularValues();
   return singular(0) / singular(singular.size() - 1);
+}
+
+std::optional<double> small_condition_of(const Eigen::MatrixXd& normal) {
+  const Eigen::VectorXd per_length = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = per_length.asDiagonal() * normal * per_length.asDiagonal();
+  const Eigen::VectorXd values =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled, Eigen::EigenvaluesOnly).eigenvalues();
+  constexpr double most = 1e4;  // the condition number's square
+  const double ratio = values(values.size() - 1) / values(0);
+  return ratio > 0.0 && ratio < most ? std::optional(std::sqrt(ratio)) : std::nullopt;
 }
 
 }  // namespace axiscal

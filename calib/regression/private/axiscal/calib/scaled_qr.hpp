@@ -63,4 +63,8 @@ class ScaledQr {
 /// @return ratio of the largest to the smallest singular value of J with columns of length 1.
 [[nodiscard]] double condition_of(const Eigen::MatrixXd& J);
 
+/// The same by the normal equations J^T J, which are less work.
+/// @return nothing above 100, where they cost digits that matter.
+[[nodiscard]] std::optional<double> small_condition_of(const Eigen::MatrixXd& normal);
+
 }  // namespace axiscal
