@@ -39,17 +39,6 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
   const bool by_magnitude = !fitted.has_vectors() && !source.by_field();
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> inverse(response.sensitivity);
   const bool has_magnitude = inverse.rank() == 3;
-  Eigen::MatrixXd measured(3, has_magnitude ? observations.size() : 0);  // fields in the sensor
-  if (has_magnitude) {
-    Eigen::MatrixXd above(response.bias.size(), observations.size());
-    for (Eigen::Index i = 0; i < above.cols(); ++i) {
-      above.col(i) = reading_at_reference(
-                         calibration.sensor, observations.response.row(i),
-                         observations.readings[static_cast<std::size_t>(i)].temperature) -
-                     response.bias;
-    }
-    measured = inverse.solve(above);
-  }
   std::vector<ReadingResidual> residuals;
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
     const Reading& reading = observations.readings[i];
@@ -65,12 +54,14 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     }
     const Eigen::VectorXd v = observations.response.row(row);
     const bool complete = source.in_range().row(row).all() && calibration.sensor.also.empty();
-    Eigen::Vector3d field = Eigen::Vector3d::Zero();
-    if (!by_magnitude) {
-      field = source.field_in_sensor(reading, fitted);
-    } else if (has_magnitude) {
-      field = calibration.sensor.field.magnitude * measured.col(row).normalized();
-    }
+    const Eigen::Vector3d measured =
+        has_magnitude
+            ? Eigen::Vector3d(inverse.solve(
+                  reading_at_reference(calibration.sensor, v, reading.temperature) - response.bias))
+            : Eigen::Vector3d::Zero();
+    const Eigen::Vector3d field =
+        by_magnitude ? Eigen::Vector3d(calibration.sensor.field.magnitude * measured.normalized())
+                     : source.field_in_sensor(reading, fitted);
     const Eigen::VectorXd left = v - fitted_response(calibration, source, reading, fitted, field);
     for (Eigen::Index k = 0; k < left.size(); ++k) {
       // What an axis does not see, or cannot read, leaves nothing; a reading that was left out
@@ -79,7 +70,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
       residual.response(k) = holds ? left(k) : not_a_number;
     }
     if (has_magnitude && complete && !calibration.sensor.instrument.one_sided) {
-      residual.magnitude = measured.col(row).norm() - field.norm();
+      residual.magnitude = measured.norm() - field.norm();
     }
     if (observations.has_level) {
       residual.level = reading.level;

@@ -112,14 +112,19 @@ LackOfFit test_lack_of_fit(const std::vector<int>& group,
     double weight = 0.0;
     double residual = 0.0;
     int count = 0;
+    double first = 0.0;  // of its residuals, not weighted
   };
   std::map<int, Sums> groups;
+  bool scatters = false;
   for (std::size_t i = 0; i < group.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     if (weights(row) == 0.0) {
       continue;
     }
     Sums& sums = groups[group[i]];
+    const double residual = weighted_residuals(row) / std::sqrt(weights(row));
+    sums.first = sums.count == 0 ? residual : sums.first;
+    scatters = scatters || std::abs(residual - sums.first) > rounding;
     sums.weight += weights(row);
     sums.residual += std::sqrt(weights(row)) * weighted_residuals(row);
     ++sums.count;
@@ -141,8 +146,9 @@ LackOfFit test_lack_of_fit(const std::vector<int>& group,
   if (!(pure_error_dof > 0.0)) {
     return result;
   }
+  // Readings that are all the same have none.
   const double pure_error =
-      std::max(weighted_residuals.squaredNorm() - between, 0.0) / pure_error_dof;
+      scatters ? std::max(weighted_residuals.squaredNorm() - between, 0.0) / pure_error_dof : 0.0;
   result.pure_error_sd = std::sqrt(pure_error);
   if (!(lack_of_fit_dof > 0.0)) {
     return result;

@@ -219,19 +219,16 @@ std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readi
     return std::nullopt;
   }
   const auto q = static_cast<double>(contrasts.rows());
-  double sum = 0.0;
-  double axes = 0.0;
+  FisherSum axes;
   Eigen::Index k = 0;
   for (const LeftOut& left : left_out(readings, contrasts, *others)) {
     if (left.seen) {
       const double f = std::max(left.squares() / q, 1e-12);
-      sum -= 2.0 * std::log(std::max(f_upper_p(f, q, others->fit.degrees_of_freedom(k)), 1e-300));
-      axes += 1.0;
+      axes.add(f_upper_p(f, q, others->fit.degrees_of_freedom(k)));
     }
     ++k;
   }
-  return axes > 0.0 ? std::optional(chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * axes))
-                    : std::nullopt;
+  return axes.count() > 0.0 ? std::optional(axes.p_value()) : std::nullopt;
 }
 
 std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_t>& readings,
@@ -281,13 +278,11 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
   double p = 0.0;
   const auto weights = tails.weights();
   for (std::size_t v = 0; v < weights.size(); ++v) {
-    double sum = 0.0;
+    FisherSum all;
     for (const double t : deviations) {
-      sum -=
-          2.0 * std::log(std::max(NoiseTails::two_sided_p_of(NoiseTails::freedoms[v], t), 1e-300));
+      all.add(NoiseTails::two_sided_p_of(NoiseTails::freedoms[v], t));
     }
-    p += weights[v] *
-         chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * static_cast<double>(deviations.size()));
+    p += weights[v] * all.p_value();
   }
   return p;
 }

@@ -49,11 +49,11 @@ NoiseRatio ratio_of_axis(const LinearisedRun& run, Eigen::Index k, const Eigen::
   const Eigen::VectorXd leverage = K.rowwise().squaredNorm();
   const Eigen::VectorXd r2 = run.residuals()(run.rows_of_axis(k)).cwiseAbs2();
   const auto part_of = [&](const Eigen::VectorXd& weights, const Eigen::MatrixXd& KDK) {
-    return PartOfNoise{.squares = weights.dot(r2),
-                       .trace = weights.sum() - weights.dot(leverage),
-                       .trace_of_square = weights.squaredNorm() -
-                                          2.0 * weights.cwiseAbs2().dot(leverage) +
-                                          KDK.squaredNorm()};
+    return PartOfNoise{
+        .squares = weights.dot(r2),
+        .trace = weights.sum() - weights.dot(leverage),
+        .trace_of_square =
+            weights.squaredNorm() - 2.0 * weights.cwiseAbs2().dot(leverage) + KDK.squaredNorm()};
   };
   const Eigen::VectorXd used = (run.set().weights.col(k).array() > 0.0).cast<double>();
   const Eigen::VectorXd along = cosines.cwiseAbs2().cwiseProduct(used);

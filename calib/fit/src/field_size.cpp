@@ -117,8 +117,8 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
     const std::vector<Eigen::Index> places = run.places_of_axis(k);
     const Eigen::MatrixXd J = run.columns_of_axis(k);
     const Eigen::MatrixXd G = AJC(Eigen::all, places);
-    X(Eigen::all, places) += pure(k) * pure(k) *
-                             (0.5 * G * (J.transpose() * J) - A.col(k).asDiagonal() * J);
+    X(Eigen::all, places) +=
+        pure(k) * pure(k) * (0.5 * G * (J.transpose() * J) - A.col(k).asDiagonal() * J);
     const Eigen::MatrixXd of_axis = changes(run.rows_of_axis(k), Eigen::all);
     by_inputs += A.col(k).asDiagonal() * of_axis - G * (J.transpose() * of_axis);
   }

@@ -151,8 +151,8 @@ class OwnColumns {
   void for_each_factored(const Act& act) const {
     Eigen::Index first = 0;
     for (std::size_t which = 0; which < factored_.size(); ++which) {
-      const auto count = static_cast<Eigen::Index>(
-          std::count(of_axis_.begin(), of_axis_.end(), which));
+      const auto count =
+          static_cast<Eigen::Index>(std::count(of_axis_.begin(), of_axis_.end(), which));
       act(factored_[which], first, count);
       first += count;
     }
@@ -383,15 +383,20 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     if (free_field) {
       turned = turn_fields(tangents, step.z.head(D), result.field);
       // The next step takes up what this one left out: the turn's own square and its product with
-      // the change of the sensitivities, where the other columns leave the directions their own.
+      // the change of the sensitivities. That holds where residuals are small beside the readings,
+      // so that a turn changes what they are along by little, and where the other columns leave the
+      // directions their own; else how fast the steps shrink must tell.
       constexpr double nothing = 1e-3;  // a millionth of the sum of squares
       constexpr double small_turn_rad = 1e-3;
+      constexpr double small_residuals = 0.01;
       constexpr double quickly = 0.01;
-      const bool ends = turned < quickly * turned_before ||
-                        (turned < small_turn_rad && step.is_well_determined(D, lengths));
-      is_linear = q == 0 && !over_temperature && ends &&
-                  (turned + scaled) * (shared.leftCols(D) * step.z.head(D)).norm() <
-                      nothing * left.norm();
+      const bool is_near = turned < small_turn_rad &&
+                           left.norm() < small_residuals * lengths.head(D).minCoeff() &&
+                           step.is_well_determined(D, lengths);
+      const bool ends = is_near || turned < quickly * turned_before;
+      is_linear =
+          q == 0 && !over_temperature && ends &&
+          (turned + scaled) * (shared.leftCols(D) * step.z.head(D)).norm() < nothing * left.norm();
       turned_before = turned;
     }
     // Coefficients follow the fields exactly; a linear step for both would go astray far from them.

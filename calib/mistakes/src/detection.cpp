@@ -100,24 +100,18 @@ double nested_p(const SuspectRun& run, const HypothesisFit& with) {
              : 1.0;
 }
 
-// What a probability adds to a sum by Fisher's method.
-double fisher_term(double p) {
-  return -2.0 * std::log(std::max(p, 1e-300));
-}
-
 // Each axis by its own scatter, put together by Fisher's method.
 double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
   if (!with.fitted) {
     return 1.0;
   }
-  double sum = 0.0;
+  FisherSum axes;
   for (Eigen::Index k = 0; k < run.m(); ++k) {
-    const double p = nested_f_p(run.plain().rss(k), run.plain().degrees_of_freedom(k),
-                                run.plain().rss(k) - with.rss(k),
-                                run.plain().degrees_of_freedom(k) - with.degrees_of_freedom(k));
-    sum += fisher_term(p);
+    axes.add(nested_f_p(run.plain().rss(k), run.plain().degrees_of_freedom(k),
+                        run.plain().rss(k) - with.rss(k),
+                        run.plain().degrees_of_freedom(k) - with.degrees_of_freedom(k)));
   }
-  return chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * static_cast<double>(run.m()));
+  return axes.p_value();
 }
 
 // The fit of all readings with the axes weighed by what it leaves of them, where they differ: else
@@ -171,7 +165,7 @@ std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
   for (std::size_t i = 0; i < bounds.size(); ++i) {
     bounds[i].reading = i;
     for (const double ratio : ratios.row(static_cast<Eigen::Index>(i))) {
-      bounds[i].sum += fisher_term(std::erfc(std::sqrt(0.5 * ratio)));
+      bounds[i].sum += FisherSum::term(std::erfc(std::sqrt(0.5 * ratio)));
     }
   }
   const auto less = [](const Unlikely& a, const Unlikely& b) { return a.sum < b.sum; };
@@ -184,7 +178,7 @@ std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
     for (Eigen::Index k = 0; k < run.m(); ++k) {
       const double ratio = ratios(static_cast<Eigen::Index>(one.reading), k);
       if (ratio > 0.0) {
-        one.sum += fisher_term(f_upper_p(ratio, 1.0, fit.degrees_of_freedom(k) - 1.0));
+        one.sum += FisherSum::term(f_upper_p(ratio, 1.0, fit.degrees_of_freedom(k) - 1.0));
       }
     }
     worst.insert(std::upper_bound(worst.begin(), worst.end(), one,

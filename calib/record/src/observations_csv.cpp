@@ -424,8 +424,8 @@ Reading read_reading(const Table& table, Columns& columns, int row) {
                                   : any_point_on(table.face(*columns.rest));
   }
   if (columns.pitch) {
-    reading.attitude = {.pitch_rad = table.number(*columns.pitch) * rad_per_deg,
-                        .roll_rad = table.number(*columns.roll) * rad_per_deg};
+    reading.attitude = StatedAttitude{.pitch_rad = table.number(*columns.pitch) * rad_per_deg,
+                                      .roll_rad = table.number(*columns.roll) * rad_per_deg};
     if (columns.heading) {
       reading.attitude->heading_rad = table.number(*columns.heading) * rad_per_deg;
     }

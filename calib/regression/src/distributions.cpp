@@ -223,6 +223,19 @@ double chi_squared_upper_p(double x, double degrees_of_freedom) {
   return boost::math::cdf(boost::math::complement(distribution, x));
 }
 
+double FisherSum::term(double p) {
+  return -2.0 * std::log(std::max(p, 1e-300));
+}
+
+void FisherSum::add(double p) {
+  sum_ += term(p);
+  count_ += 1.0;
+}
+
+double FisherSum::p_value() const {
+  return chi_squared_upper_p(std::max(sum_, 1e-12), 2.0 * count_);
+}
+
 double chi_squared_quantile(double probability, double degrees_of_freedom) {
   if (!(probability > 0.0 && probability < 1.0) || !(degrees_of_freedom > 0.0)) {
     return not_a_number;

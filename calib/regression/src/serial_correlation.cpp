@@ -271,8 +271,7 @@ double lag_one_score(const OrderedReadings& readings) {
       const Eigen::MatrixXd AQ = beside(Q, Eigen::VectorXd::Ones(n - 1));
       const Eigen::MatrixXd G = Q.transpose() * AQ;
       trace = -G.trace();
-      trace_of_square =
-          0.5 * static_cast<double>(n - 1) - 2.0 * AQ.squaredNorm() + G.squaredNorm();
+      trace_of_square = 0.5 * static_cast<double>(n - 1) - 2.0 * AQ.squaredNorm() + G.squaredNorm();
     }
     const Eigen::VectorXd y = readings.responses.col(k);
     const Eigen::VectorXd e = y - Q * (Q.transpose() * y);

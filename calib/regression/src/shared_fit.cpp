@@ -52,7 +52,8 @@ struct AtVariances {
   using OfColumns = typename S::OfColumns;
   using OfResponses = typename S::OfResponses;
 
-  AtVariances(const std::vector<FixedSums<S>>& responses, const OfResponses& at) : log_variance(at) {
+  AtVariances(const std::vector<FixedSums<S>>& responses, const OfResponses& at)
+      : log_variance(at) {
     const auto m = static_cast<Eigen::Index>(responses.size());
     const Eigen::Index columns = responses.front().information.cols();
     const OfResponses weight = (-log_variance.array()).exp();
@@ -87,8 +88,10 @@ struct AtVariances {
   }
 
   // Towards the least misfit among variances that are not below the lowest.
+  // @param is_newton  whether it is one of Newton's, and whole.
   [[nodiscard]] OfResponses newton_step(const std::vector<FixedSums<S>>& responses,
-                                        const OfResponses& lowest) const {
+                                        const OfResponses& lowest,
+                                        bool& is_newton) const {
     const auto m = log_variance.size();
     const OfResponses gradient = degrees_of_freedom - squares;
     const OfResponses weight = (-log_variance.array()).exp();
@@ -117,15 +120,16 @@ struct AtVariances {
       for (Eigen::Index l = 0; l < m; ++l) {
         if (open[static_cast<std::size_t>(l)]) {
           H(k, l) -=
-              weight(l) * CAC.cwiseProduct(responses[static_cast<std::size_t>(l)].information)
-                              .sum() +
+              weight(l) *
+                  CAC.cwiseProduct(responses[static_cast<std::size_t>(l)].information).sum() +
               2.0 * Cg.dot(gradients[static_cast<std::size_t>(l)]);
         }
       }
     }
     const Eigen::LLT<typename S::AmongResponses> cholesky(H);
     OfResponses step;
-    if (cholesky.info() == Eigen::Success) {
+    is_newton = cholesky.info() == Eigen::Success;
+    if (is_newton) {
       step = -cholesky.solve(g);
     } else {
       // Where the likelihood is not convex: what sigma_k^2 = RSS_k / nu_k asks for, at least by
@@ -138,7 +142,7 @@ struct AtVariances {
 
   bool determined = true;
   OfResponses log_variance;        // u, m
-  double misfit = 0.0;        // -2 ln of the likelihood, but for a constant
+  double misfit = 0.0;             // -2 ln of the likelihood, but for a constant
   OfResponses degrees_of_freedom;  // nu, m
   OfResponses squares;             // RSS_k / sigma_k^2, m
   OfColumns estimate;              // z, D
@@ -173,7 +177,8 @@ std::optional<SharedFit> fit_together(const std::vector<ResponseSums>& given,
   }
   constexpr int most_rounds = 100;
   for (int round = 0; round < most_rounds; ++round) {
-    typename S::OfResponses step = best.newton_step(responses, lowest);
+    bool is_newton = false;
+    typename S::OfResponses step = best.newton_step(responses, lowest, is_newton);
     bool better = false;
     for (int halving = 0; halving < 30 && !better; ++halving) {
       AtVariances<S> next(responses, (best.log_variance + step).cwiseMax(lowest));
@@ -183,9 +188,11 @@ std::optional<SharedFit> fit_together(const std::vector<ResponseSums>& given,
         best = std::move(next);
       } else {
         step *= 0.5;
+        is_newton = false;
       }
     }
-    constexpr double still = 1e-7;  // what is left after such a step is its square
+    // What is left after a step of Newton's is about its square.
+    const double still = is_newton ? 1e-8 : 1e-13;
     if (!better || step.cwiseAbs().maxCoeff() < still) {
       break;
     }

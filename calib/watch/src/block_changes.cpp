@@ -15,21 +15,17 @@ namespace {
 // Parameters that are looked at together: biases, main terms, cross terms. All in the variance that
 // the readings' noise makes of them.
 struct ParameterClass {
-  double sum = 0.0;  // of Fisher's method, against the noise
-  double count = 0.0;
+  FisherSum parameters;  // against the noise
   double by_one = 0.0;   // of Fisher's method, the less likely to be a change of both scatters
   double squares = 0.0;  // of the differences, by 1 / blocks + 1 / new blocks
   double scatter = 0.0;  // of the blocks' mean squares
   double scatter_squared = 0.0;
   double degrees_of_freedom = 0.0;  // of one of them
 
-  void add(double p_by_noise) {
-    sum -= 2.0 * std::log(std::max(p_by_noise, 1e-300));
-    count += 1.0;
-  }
+  void add(double p_by_noise) { parameters.add(p_by_noise); }
   void add_blocks(double square, double mean_square, double freedom, double p_by_noise) {
     const double t = std::sqrt(square / std::max(mean_square, 1e-300));
-    by_one -= 2.0 * std::log(std::max({student_t_two_sided_p(t, freedom), p_by_noise, 1e-300}));
+    by_one += FisherSum::term(std::max(student_t_two_sided_p(t, freedom), p_by_noise));
     squares += square;
     scatter += mean_square;
     scatter_squared += mean_square * mean_square;
@@ -37,10 +33,10 @@ struct ParameterClass {
   }
   // The less likely to be a change of both.
   [[nodiscard]] double p() const {
-    if (!(count > 0.0)) {
+    if (!(parameters.count() > 0.0)) {
       return 1.0;
     }
-    const double by_noise = chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * count);
+    const double by_noise = parameters.p_value();
     if (!(degrees_of_freedom > 0.0) || !(scatter > 0.0)) {
       return by_noise;
     }
@@ -49,7 +45,8 @@ struct ParameterClass {
     const double together =
         f_upper_p(std::max(squares / scatter, 1e-300), alike, alike * degrees_of_freedom);
     // One by one they see what all of them do, together what one of them does far beyond the rest.
-    const double one_by_one = chi_squared_upper_p(std::max(by_one, 1e-12), 2.0 * count);
+    const double one_by_one =
+        chi_squared_upper_p(std::max(by_one, 1e-12), 2.0 * parameters.count());
     return std::max(by_noise, std::min(1.0, 2.0 * std::min(together, one_by_one)));
   }
 };

@@ -134,10 +134,10 @@ double p_with_offset(const std::vector<Pose>& poses,
   }
   const auto others = static_cast<double>(P - 3);
   const double left = (y - W * beta).squaredNorm() / others;
-  const double of_rest = f_upper_p(std::max(left, 1e-300), others, nu);
-  return chi_squared_upper_p(
-      -2.0 * (std::log(std::max(of_offset, 1e-300)) + std::log(std::max(of_rest, 1e-300))) + 1e-12,
-      4.0);
+  FisherSum tests;
+  tests.add(of_offset);
+  tests.add(f_upper_p(std::max(left, 1e-300), others, nu));
+  return tests.p_value();
 }
 
 // How likely means of poses are so far from F by chance: T = m' V^-1 m / P, by F(P, nu), where the

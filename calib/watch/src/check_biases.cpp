@@ -54,7 +54,7 @@ DriftCheck check_biases(const Calibration& old,
                    .pitch_error_deg = not_a_number,
                    .pitch_error_u_deg = not_a_number,
                    .pitch_error_expanded_deg = not_a_number};
-  double fisher = 0.0;
+  FisherSum axes;
   for (std::size_t k = 0; k < old.sensor.instrument.axes.size(); ++k) {
     const std::string& axis = old.sensor.instrument.axes[k];
     const auto row = static_cast<Eigen::Index>(k);
@@ -82,11 +82,10 @@ DriftCheck check_biases(const Calibration& old,
                             std::max(std::abs(change.new_value), std::abs(change.old_value));
     change.z = u.u > 0.0 && std::abs(difference) > rounding ? difference / u.u : 0.0;
     const double p = student_t_two_sided_p(change.z, u.degrees_of_freedom);
-    fisher -= 2.0 * std::log(std::max(std::isnan(p) ? 1.0 : p, 1e-300));
+    axes.add(std::isnan(p) ? 1.0 : p);
     check.changes.push_back(std::move(change));
   }
-  check.p_value = chi_squared_upper_p(std::max(fisher, 1e-12),
-                                      2.0 * static_cast<double>(old.sensor.instrument.axes.size()));
+  check.p_value = axes.p_value();
   check.drifted = check.p_value < alpha;
   check.notes.push_back(formatted(
       "the biases hold what the instrument met of the field: they are compared{}, as the "

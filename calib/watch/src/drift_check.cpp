@@ -399,14 +399,13 @@ DriftCheck check_drift(const Calibration& old_record,
   if (!states_covariance(old)) {
     check.notes.emplace_back("the old record states no covariance and counts as exact");
   }
-  double sum = 0.0;
+  FisherSum axes;
   const Eigen::Index m = old.sensor.instrument.axis_count();
   pool_scatters(old, fresh);
   for (Eigen::Index k = 0; k < m; ++k) {
-    const double p = compare_axis(old, fresh, k, check.changes);
-    sum -= 2.0 * std::log(std::max(p, 1e-300));
+    axes.add(compare_axis(old, fresh, k, check.changes));
   }
-  check.p_value = chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * static_cast<double>(m));
+  check.p_value = axes.p_value();
   if (const std::optional<double> p = p_of_block_changes(old, fresh, check.notes)) {
     check.p_value = *p;
   }

@@ -78,7 +78,7 @@ double freedom_with_blocks(const Eigen::MatrixXd& V,
 // own degrees of freedom; Fisher's method puts them together.
 double p_of(const WeighedFit& fit, const Eigen::VectorXd& degrees_of_freedom) {
   const Eigen::Index m = degrees_of_freedom.size();
-  double sum = 0.0;
+  FisherSum axes;
   for (Eigen::Index k = 0; k < m; ++k) {
     double squares = 0.0;
     double q = 0.0;
@@ -86,10 +86,9 @@ double p_of(const WeighedFit& fit, const Eigen::VectorXd& degrees_of_freedom) {
       squares += fit.left(i) * fit.left(i);
       q += fit.left_share(i);
     }
-    const double p = f_upper_p(std::max(squares / q, 1e-12), q, degrees_of_freedom(k));
-    sum -= 2.0 * std::log(std::max(p, 1e-300));
+    axes.add(f_upper_p(std::max(squares / q, 1e-12), q, degrees_of_freedom(k)));
   }
-  return chi_squared_upper_p(std::max(sum, 1e-12), 2.0 * static_cast<double>(m));
+  return axes.p_value();
 }
 
 }  // namespace

@@ -36,6 +36,19 @@ TEST(Distributions, AgreeWithTables) {
   EXPECT_NEAR(student_t_factor(0.95, 2.0), 0.95 * std::sqrt(2.0 / (1.0 - 0.95 * 0.95)), 1e-14);
 }
 
+// scipy.stats.combine_pvalues([0.02, 0.3, 0.7], "fisher")
+TEST(Distributions, PutProbabilitiesTogetherByFishersMethod) {
+  FisherSum all;
+  for (const double p : {0.02, 0.3, 0.7}) {
+    all.add(p);
+  }
+  EXPECT_NEAR(all.p_value(), 0.09008048, 1e-7);
+  EXPECT_EQ(all.count(), 3.0);
+  all.add(0.0);
+  EXPECT_GT(all.p_value(), 0.0);
+  EXPECT_LT(all.p_value(), 1e-200);
+}
+
 TEST(Distributions, AreNanWhereTheyDoNotExist) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double value :

@@ -7,7 +7,6 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/piecewise_columns.hpp"
-#include "axiscal/calib/piecewise_columns.hpp"
 #include "axiscal/core/random.hpp"
 #include "matchers.hpp"
 

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/sensor_temperature.hpp"
+#include "axiscal/core/rare.hpp"
 #include "axiscal/field/field_level.hpp"
 #include "axiscal/positioner/design_point.hpp"
 
@@ -22,16 +23,16 @@ struct StatedAttitude {
 
 /// What is known of one reading besides its responses.
 struct Reading {
-  int run = 1;                                     ///< number of the reading, in the order taken
-  int block = 1;                                   ///< replicate of the whole design
-  int mount = 1;                                   ///< how often the instrument was mounted anew
-  bool confirm = false;                            ///< kept out of the fit, which is judged by it
-  std::optional<DesignPoint> point;                ///< how the cube lay
-  FieldLevel level;                                ///< multiple of the induced field
-  std::optional<SensorTemperature> temperature;    ///< what temperature sensors said, any unit
-  std::optional<double> time_s;                    ///< when it was taken [s]
-  std::optional<Eigen::Vector3d> field_in_sensor;  ///< instead of a design point [field unit]
-  std::optional<StatedAttitude> attitude;          ///< instead of either
+  int run = 1;                                   ///< number of the reading, in the order taken
+  int block = 1;                                 ///< replicate of the whole design
+  int mount = 1;                                 ///< how often the instrument was mounted anew
+  bool confirm = false;                          ///< kept out of the fit, which is judged by it
+  std::optional<DesignPoint> point;              ///< how the cube lay
+  FieldLevel level;                              ///< multiple of the induced field
+  std::optional<SensorTemperature> temperature;  ///< what temperature sensors said, any unit
+  std::optional<double> time_s;                  ///< when it was taken [s]
+  Rare<Eigen::Vector3d> field_in_sensor;         ///< instead of a design point [field unit]
+  Rare<StatedAttitude> attitude;                 ///< instead of either
 };
 
 /// The readings of one run: n readings of an instrument with m axes.

@@ -34,6 +34,29 @@ namespace axiscal {
 /// @return P(X > x) for chi-squared; NaN where an argument is NaN or not positive.
 [[nodiscard]] double chi_squared_upper_p(double x, double degrees_of_freedom);
 
+/// Independent probabilities put together by Fisher's method: -2 sum ln p is of chi-squared with
+/// two degrees of freedom for each.
+///
+/// @par Source
+/// Fisher, Statistical Methods for Research Workers, 4th ed. (1932), sec. 21.1.
+class FisherSum {
+ public:
+  /// @return what a probability adds to the sum; one of 0 counts as 1e-300.
+  [[nodiscard]] static double term(double p);
+
+  void add(double p);
+
+  /// @return how many were added.
+  [[nodiscard]] double count() const { return count_; }
+
+  /// @return the probability of all of them; NaN where there are none, or one is NaN.
+  [[nodiscard]] double p_value() const;
+
+ private:
+  double sum_ = 0.0;
+  double count_ = 0.0;
+};
+
 /// @return x with P(X <= x) = probability for chi-squared; NaN where an argument is out of range.
 [[nodiscard]] double chi_squared_quantile(double probability, double degrees_of_freedom);
 

@@ -9,13 +9,14 @@ namespace axiscal {
 /// The Cholesky factor of normal equations N, p x p, judged and solved with columns of length 1: a
 /// diagonal of ones, whatever the units.
 ///
-/// @tparam Matrix  dynamic, of at most so many rows, or of a fixed size: few need no memory of their
+/// @tparam Matrix  dynamic, of at most so many rows, or of a fixed size: few need no memory of
+/// their
 ///                 own.
 template <typename Matrix>
 class ScaledCholeskyOf {
  public:
-  using Vector = Eigen::
-      Matrix<double, Matrix::RowsAtCompileTime, 1, 0, Matrix::MaxRowsAtCompileTime, 1>;
+  using Vector =
+      Eigen::Matrix<double, Matrix::RowsAtCompileTime, 1, 0, Matrix::MaxRowsAtCompileTime, 1>;
 
   /// @param damping  added to each of the ones.
   explicit ScaledCholeskyOf(const Matrix& normal, double damping = 0.0)

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <concepts>
+#include <memory>
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+namespace axiscal {
+
+/// A value that few objects have, in the space of a pointer; used as std::optional is.
+template <typename T>
+class Rare {
+ public:
+  Rare() = default;
+  Rare(std::nullopt_t) {}  // NOLINT(google-explicit-constructor)
+  Rare(T value)
+      : value_(std::make_unique<T>(std::move(value))) {}  // NOLINT(google-explicit-constructor)
+
+  /// From what a T is made of.
+  template <typename From>
+  requires(std::constructible_from<T, From> && !std::same_as<std::remove_cvref_t<From>, T> &&
+           !std::same_as<std::remove_cvref_t<From>, Rare>)
+      Rare(From&& from)  // NOLINT(google-explicit-constructor)
+      : value_(std::make_unique<T>(std::forward<From>(from))) {}
+
+  Rare(const Rare& other) : value_(other ? std::make_unique<T>(*other) : nullptr) {}
+  Rare(Rare&&) noexcept = default;
+  Rare& operator=(Rare other) noexcept {
+    value_ = std::move(other.value_);
+    return *this;
+  }
+  ~Rare() = default;
+
+  [[nodiscard]] bool has_value() const { return value_ != nullptr; }
+  explicit operator bool() const { return has_value(); }
+
+  /// The following need a value.
+
+  [[nodiscard]] T& operator*() { return *value_; }
+  [[nodiscard]] const T& operator*() const { return *value_; }
+  [[nodiscard]] T* operator->() { return value_.get(); }
+  [[nodiscard]] const T* operator->() const { return value_.get(); }
+
+  void reset() { value_.reset(); }
+
+ private:
+  std::unique_ptr<T> value_;
+};
+
+}  // namespace axiscal
