@@ -364,6 +364,28 @@ TEST(Calibrate, PairedAgreesWithJoint) {
   EXPECT_MATRIX_NEAR(*paired.sensor.field.in_table, *joint.sensor.field.in_table, 1e-5);
 }
 
+// Readings of coarse steps repeat each other to the last digit: what rounding leaves of sums of
+// squares is no error of theirs.
+TEST(Calibrate, FindsNoPureErrorInReadingsThatAreAllTheSame) {
+  const SensorModel truth = accelerometer_truth();
+  Experiment experiment = experiment_for(truth);
+  for (const unsigned seed : {1U, 2U, 3U, 4U, 5U, 6U}) {
+    Observations observations =
+        observe(truth, {.replicates = 3, .slope = {0.004, -0.003}, .noise_sd = 1e-7, .seed = seed});
+    for (double& v : observations.response.reshaped()) {
+      constexpr double step = 0.0121;
+      v = step * std::round(v / step);
+    }
+    for (const Method method : {Method::paired, Method::joint, Method::known}) {
+      experiment.method = method;
+      const Calibration calibration = calibrate(experiment, observations);
+      for (const LackOfFit& test : calibration.fit.statistics->lack_of_fit) {
+        EXPECT_EQ(test.pure_error_sd, 0.0);
+      }
+    }
+  }
+}
+
 // Three shifts between four blocks are taken from the pure error.
 TEST(Calibrate, SplitsPureErrorFromLackOfFit) {
   const SensorModel truth = accelerometer_truth();
