@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include <Eigen/LU>
+
 #include "axiscal/calib/bias_fit.hpp"
 #include "axiscal/calib/calibrate_run.hpp"
 #include "axiscal/calib/confirmation_fit.hpp"

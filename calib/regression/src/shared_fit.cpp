@@ -88,7 +88,7 @@ struct AtVariances {
   }
 
   // Towards the least misfit among variances that are not below the lowest.
-  // @param is_newton  whether it is one of Newton's, and whole.
+  // @param is_newton  on return whether it is one of Newton's.
   [[nodiscard]] OfResponses newton_step(const std::vector<FixedSums<S>>& responses,
                                         const OfResponses& lowest,
                                         bool& is_newton) const {
