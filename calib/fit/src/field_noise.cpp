@@ -117,36 +117,31 @@ Eigen::MatrixXd leverage_of(const LinearisedRun& run) {
   return leverage;
 }
 
-// The direction of a reading's residuals that the field's size changes, and by how much; n x m.
+// A run's readings along the direction of their residuals that the field's size changes.
 struct AlongField {
-  Eigen::MatrixXd direction;
-  Eigen::VectorXd size;
+  Eigen::VectorXd size;        // n: by how much it does
+  Eigen::MatrixXd columns;     // n x q: of the Jacobian
+  Eigen::VectorXd deviations;  // n: of the residuals
+  Eigen::MatrixXd hat_root;    // n x q: K, with K K^T what the fit takes of the deviations
 };
 
 AlongField along_field(const LinearisedRun& run) {
-  AlongField along{.direction = run.along_field(), .size = run.along_field().rowwise().norm()};
-  for (Eigen::Index i = 0; i < along.size.size(); ++i) {
-    along.direction.row(i) /= std::max(along.size(i), std::numeric_limits<double>::min());
-  }
-  return along;
-}
-
-// The Jacobian and the residuals along that direction.
-struct AlongRows {
-  Eigen::MatrixXd columns;     // n x q
-  Eigen::VectorXd deviations;  // n
-};
-
-AlongRows rows_along(const LinearisedRun& run, const Eigen::MatrixXd& direction) {
   const Eigen::Index n = run.readings();
-  AlongRows rows{.columns = Eigen::MatrixXd::Zero(n, run.column_count()),
-                 .deviations = Eigen::VectorXd::Zero(n)};
+  AlongField along{.size = run.along_field().rowwise().norm(),
+                   .columns = Eigen::MatrixXd::Zero(n, run.column_count()),
+                   .deviations = Eigen::VectorXd::Zero(n),
+                   .hat_root = {}};
+  const Eigen::VectorXd per_size =
+      along.size.cwiseMax(std::numeric_limits<double>::min()).cwiseInverse();
   for (Eigen::Index k = 0; k < run.axes(); ++k) {
-    rows.columns(Eigen::all, run.places_of_axis(k)) +=
-        direction.col(k).asDiagonal() * run.columns_of_axis(k);
-    rows.deviations += direction.col(k).cwiseProduct(run.residuals()(run.rows_of_axis(k)).matrix());
+    const Eigen::VectorXd direction = run.along_field().col(k).cwiseProduct(per_size);
+    along.columns(Eigen::all, run.places_of_axis(k)) +=
+        direction.asDiagonal() * run.columns_of_axis(k);
+    along.deviations += direction.cwiseProduct(run.residuals()(run.rows_of_axis(k)).matrix());
   }
-  return rows;
+  const Eigen::LLT<Eigen::MatrixXd> root(run.covariance());
+  along.hat_root = along.columns * Eigen::MatrixXd(root.matrixL());
+  return along;
 }
 
 bool can_be_looked_at(const LinearisedRun& run) {
@@ -156,31 +151,28 @@ bool can_be_looked_at(const LinearisedRun& run) {
          set.visible.empty() && !set.robust;
 }
 
-}  // namespace
-
-void add_field_noise(const LinearisedRun& run, Estimate& estimate) {
+// Noise that is not the same along the field and across it.
+void add_field_noise(const LinearisedRun& run, const AlongField& along, Estimate& estimate) {
   const std::vector<ScatterComponent>& known = estimate.statistics.components;
   const bool seats_fitted = std::any_of(
       known.begin(), known.end(), [](const auto& component) { return component.name == "seats"; });
-  if (!can_be_looked_at(run) || seats_fitted) {
+  if (seats_fitted) {
     return;
   }
   const Eigen::Index m = run.axes();
   NoiseRatio all;
   if (m > 1) {
-    const AlongRows rows = rows_along(run, along_field(run).direction);
-    const Eigen::LLT<Eigen::MatrixXd> root(run.covariance());
-    const Eigen::MatrixXd K = rows.columns * Eigen::MatrixXd(root.matrixL());
+    const Eigen::MatrixXd& K = along.hat_root;
     const double taken = K.squaredNorm();  // by the fit, along the field
     const double taken_of_square = (K.transpose() * K).squaredNorm();
     const auto n = static_cast<double>(run.readings());
-    const PartOfNoise along{.squares = rows.deviations.squaredNorm(),
-                            .trace = n - taken,
-                            .trace_of_square = n - 2.0 * taken + taken_of_square};
+    const PartOfNoise one{.squares = along.deviations.squaredNorm(),
+                          .trace = n - taken,
+                          .trace_of_square = n - 2.0 * taken + taken_of_square};
     const double left = run.degrees_of_freedom();
-    all = ratio_of(along, {.squares = run.residuals().squaredNorm() - along.squares,
-                           .trace = left - along.trace,
-                           .trace_of_square = left - n + taken_of_square});
+    all = ratio_of(one, {.squares = run.residuals().squaredNorm() - one.squares,
+                         .trace = left - one.trace,
+                         .trace_of_square = left - n + taken_of_square});
   }
   const Eigen::MatrixXd cosines = cosines_of(run, estimate);
   double one_axis = 1.0;
@@ -227,14 +219,13 @@ void add_field_noise(const LinearisedRun& run, Estimate& estimate) {
   }
 }
 
-void add_field_wander(const LinearisedRun& run, bool gains_differ, Estimate& estimate) {
-  if (!can_be_looked_at(run)) {
-    return;
-  }
-  const AlongField along = along_field(run);
-  const AlongRows rows = rows_along(run, along.direction);
+// A field whose size wanders slowly over the run, or all gains together.
+void add_field_wander(const LinearisedRun& run,
+                      const AlongField& along,
+                      bool gains_differ,
+                      Estimate& estimate) {
   constexpr double one_sided_5_percent = 1.645;
-  const double score = likeness_along(rows.deviations, rows.columns, run.covariance());
+  const double score = likeness_along(along.deviations, along.hat_root);
   if (!(score > one_sided_5_percent)) {
     return;
   }
@@ -243,8 +234,8 @@ void add_field_wander(const LinearisedRun& run, bool gains_differ, Estimate& est
   const CorrelatedFit fit =
       fit_under_wander({.information = run.information(),
                         .squares = run.residuals().squaredNorm(),
-                        .along = rows.columns,
-                        .deviations = rows.deviations,
+                        .along = along.columns,
+                        .deviations = along.deviations,
                         .sizes = along.size / size,
                         .places = Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)),
                         .degrees_of_freedom = run.degrees_of_freedom()});
@@ -275,6 +266,19 @@ void add_field_wander(const LinearisedRun& run, bool gains_differ, Estimate& est
                    "that hour, and their intervals count it",
                    number_text(fit.correlation, 1))});
   }
+}
+
+}  // namespace
+
+void add_field_scatter(const LinearisedRun& run, bool gains_differ, Estimate& estimate) {
+  if (!can_be_looked_at(run)) {
+    return;
+  }
+  const AlongField along = along_field(run);
+  if (!gains_differ) {  // which look like noise along the field
+    add_field_noise(run, along, estimate);
+  }
+  add_field_wander(run, along, gains_differ, estimate);
 }
 
 }  // namespace axiscal

@@ -10,6 +10,7 @@
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/reweighting.hpp"
 #include "axiscal/calib/robust.hpp"
+#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "joint_solution.hpp"
@@ -59,18 +60,19 @@ LinearisedRun linearised(const ReadingSet& set, const JointSolution& solution) {
   return {set, std::make_shared<const JointState>(solution.state), solution.sigma};
 }
 
-// @param run  linear about the plain solution.
-Estimate robust_estimate(const LinearisedRun& run,
-                         const JointFit& given,
-                         const JointSolution& plain) {
-  const ReadingSet& set = run.set();
+// @param small  of its normal equations, where it is.
+double condition_number_of(const LinearisedRun& run, const std::optional<double>& small) {
+  return small ? *small : condition_of(run.columns());
+}
+
+Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const JointSolution& plain) {
   if (plain.shares.degrees_of_freedom.minCoeff() < 2.0) {
     throw RefusedError(
         "robust regression needs at least two readings more than coefficients; add readings or "
         "fit without robust weights");
   }
   const Eigen::MatrixXd leverage =
-      leverage_of(describe_joint(run, plain, Eigen::MatrixXd::Ones(set.size(), set.axis_count())));
+      leverage_of(describe_joint(set, plain, Eigen::MatrixXd::Ones(set.size(), set.axis_count())));
   JointState state = plain.state;
   Eigen::VectorXd sigma = plain.sigma;
   const Eigen::MatrixXd robust = reweight_until_still(
@@ -93,7 +95,11 @@ Estimate robust_estimate(const LinearisedRun& run,
     axis.estimate = state.axes[static_cast<std::size_t>(k)].estimate;
     axis.residuals = axis.root_weights.cwiseProduct(set.response.col(k) - axis.X() * axis.estimate);
   }
-  return describe_joint(linearised(set, solution), solution, robust);
+  Estimate estimate = describe_joint(set, solution, robust);
+  const LinearisedRun run = linearised(set, solution);
+  estimate.statistics.condition_number =
+      condition_number_of(run, small_condition_of(run.information()));
+  return estimate;
 }
 
 // (S, f) and (-S, -f) fit alike: a given direction decides, else the sign expected of S.
@@ -157,10 +163,18 @@ Estimate estimate_joint(const ReadingSet& set) {
         "the field points";
   }
   const LinearisedRun run = linearised(set, solution);
-  require_direction(run, solution);
+  const std::optional<double> small = small_condition_of(run.information());
+  if (!small) {
+    require_direction(run, solution);
+  }
   require_degrees_of_freedom(set, solution);
-  Estimate estimate = set.robust ? robust_estimate(run, fit, solution)
-                                 : describe_joint(run, solution, Eigen::MatrixXd());
+  Estimate estimate;
+  if (set.robust) {
+    estimate = robust_estimate(set, fit, solution);
+  } else {
+    estimate = describe_joint(set, solution, Eigen::MatrixXd());
+    estimate.statistics.condition_number = condition_number_of(run, small);
+  }
   estimate.ambiguity = std::move(best.ambiguity);
   if (!set.field.is_sum() && !set.leaves_out()) {
     estimate.levelness = levelness_of(set, find_opposite_pairs(set).pairs, estimate,

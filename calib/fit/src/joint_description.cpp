@@ -6,8 +6,6 @@
 #include <Eigen/SVD>
 
 #include "axis_regression.hpp"
-#include "axiscal/calib/linearised_run.hpp"
-#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "joint_solution.hpp"
 
@@ -54,10 +52,9 @@ void describe_direction(const ReadingSet& set, const JointSolution& solution, Es
 
 }  // namespace
 
-Estimate describe_joint(const LinearisedRun& run,
+Estimate describe_joint(const ReadingSet& set,
                         const JointSolution& solution,
                         const Eigen::MatrixXd& robust_weights) {
-  const ReadingSet& set = run.set();
   const Eigen::Index m = set.axis_count();
   const JointState& state = solution.state;
   const Eigen::MatrixXd& C = solution.shares.covariance;
@@ -67,8 +64,6 @@ Estimate describe_joint(const LinearisedRun& run,
   FitStatistics& statistics = estimate.statistics;
   statistics.degrees_of_freedom = solution.shares.degrees_of_freedom;
   statistics.residual_sd = Eigen::VectorXd::Constant(m, not_a_number);
-  const std::optional<double> condition = small_condition_of(run.information());
-  statistics.condition_number = condition ? *condition : condition_of(run.columns());
   estimate.field = state.field;
   const Eigen::Index p = set.coefficient_count();
   std::optional<LeastSquaresDesign> design;

@@ -22,12 +22,7 @@ JointState JointFit::at(const TableField& field, bool directions_given) const {
   state.axes.reserve(static_cast<std::size_t>(m));
   FieldChanges field_changes;
   for (Eigen::Index first = 0; first < m;) {
-    // Axes of the same weights share one factorisation.
-    Eigen::Index end = first + 1;
-    while (end < m && set_.temperature.order == 0 && set_.visible.empty() &&
-           weights_.col(end) == weights_.col(first)) {
-      ++end;
-    }
+    const Eigen::Index end = set_.end_of_alike(first, weights_);  // which share one factorisation
     if (state.direction_count() > 0 && (first == 0 || !set_.visible.empty())) {
       // What one axis sees all see, but for those.
       field_changes = changes_with_directions(set_, field, state.tangents, first);

@@ -50,9 +50,6 @@ Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
 
 void require_direction(const LinearisedRun& run, const JointSolution& solution) {
   const ReadingSet& set = run.set();
-  if (small_condition_of(run.information())) {
-    return;
-  }
   const Eigen::MatrixXd J = run.columns();
   const Eigen::Index parameters = J.cols();
   std::vector<Eigen::Index> open;

@@ -31,7 +31,7 @@ struct BestSolution {
 
 /// Refuses readings that do not determine coefficients and directions together.
 /// @throws RankDeficientError  naming what is open, and points that would close it.
-/// @param run  linear about the solution.
+/// @param run  linear about the solution; of no small condition number.
 void require_direction(const LinearisedRun& run, const JointSolution& solution);
 
 /// Without a degree of freedom to spare for each axis there is neither an uncertainty nor a check,
@@ -40,9 +40,8 @@ void require_direction(const LinearisedRun& run, const JointSolution& solution);
 void require_degrees_of_freedom(const ReadingSet& set, const JointSolution& solution);
 
 /// Leverages, standard errors and covariance at the solution, by the given weights.
-/// @param run  linear about it.
 /// @param robust_weights  n x m; empty unless robust.
-[[nodiscard]] Estimate describe_joint(const LinearisedRun& run,
+[[nodiscard]] Estimate describe_joint(const ReadingSet& set,
                                       const JointSolution& solution,
                                       const Eigen::MatrixXd& robust_weights);
 

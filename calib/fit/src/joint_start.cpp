@@ -108,24 +108,19 @@ Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen
   // Rows of M_k of the axes that determine theirs.
   Eigen::MatrixXd M(3 * set.axis_count(), 3 * parts);
   Eigen::Index axes = 0;
-  std::optional<FactoredDesign> design;  // axes alike have it in common
-  std::vector<Eigen::Index> used;
-  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const bool alike = k > 0 && set.temperature.order == 0 && set.visible.empty() &&
-                       set.weights.col(k) == set.weights.col(k - 1);
-    if (!alike) {
-      used = used_rows(set, rows, k);
-      design = design_of_directions(set, used, k);
+  for (Eigen::Index first = 0; first < set.axis_count();) {
+    const Eigen::Index end = set.end_of_alike(first, set.weights);
+    const std::vector<Eigen::Index> used = used_rows(set, rows, first);
+    if (const std::optional<FactoredDesign> design = design_of_directions(set, used, first)) {
+      for (Eigen::Index k = first; k < end; ++k, ++axes) {
+        const Eigen::VectorXd response = set.response.col(k)(used);
+        const Eigen::VectorXd x = design->estimate(response);
+        for (Eigen::Index p = 0; p < parts; ++p) {
+          M.block<3, 3>(3 * axes, 3 * p) = x.segment<9>(1 + 9 * p).reshaped(3, 3);
+        }
+      }
     }
-    if (!design) {
-      continue;
-    }
-    const Eigen::VectorXd response = set.response.col(k)(used);
-    const Eigen::VectorXd x = design->estimate(response);
-    for (Eigen::Index p = 0; p < parts; ++p) {
-      M.block<3, 3>(3 * axes, 3 * p) = x.segment<9>(1 + 9 * p).reshaped(3, 3);
-    }
-    ++axes;
+    first = end;
   }
   if (axes == 0) {
     return {};

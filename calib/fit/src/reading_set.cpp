@@ -124,6 +124,15 @@ std::vector<std::string> ReadingSet::names_of_axis(Eigen::Index axis) const {
   return names;
 }
 
+Eigen::Index ReadingSet::end_of_alike(Eigen::Index first, const Eigen::MatrixXd& of_axes) const {
+  Eigen::Index end = first + 1;
+  while (end < axis_count() && temperature.order == 0 && visible.empty() &&
+         of_axes.col(end) == of_axes.col(first)) {
+    ++end;
+  }
+  return end;
+}
+
 Eigen::MatrixXd ReadingSet::seen_columns(const Eigen::MatrixXd& design, Eigen::Index axis) const {
   return seen.cols() == 0 ? all_columns(design, axis) : all_columns(design, axis) * map_of_seen();
 }

@@ -22,12 +22,10 @@ void add_serial_correlation(const ReadingSet& set, Estimate& estimate);
 /// @return whether main entries do, as far as 5 % tells.
 bool add_block_sensitivities(const LinearisedRun& run, bool mounts_known, Estimate& estimate);
 
-/// Noise that is not the same along the field and across it: a field whose size jitters, or a cube
-/// that is laid otherwise each time.
-void add_field_noise(const LinearisedRun& run, Estimate& estimate);
-
-/// A field whose size wanders slowly over the run, or all gains together.
+/// Noise that is not the same along the field and across it (a field whose size jitters, or a cube
+/// that is laid otherwise each time), and a field whose size wanders slowly over the run, or all
+/// gains together.
 /// @param gains_differ  between blocks, which was said already and looks like it.
-void add_field_wander(const LinearisedRun& run, bool gains_differ, Estimate& estimate);
+void add_field_scatter(const LinearisedRun& run, bool gains_differ, Estimate& estimate);
 
 }  // namespace axiscal

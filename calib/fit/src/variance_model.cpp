@@ -50,21 +50,10 @@ void count_block_sensitivities(ScatterSearch& search, Estimate& estimate) {
   }
 }
 
-// Averages of opposite readings hide what is along the field.
-bool looks_along_field(const ScatterSearch& search) {
-  return !is_transfer(search) && !search.method.averages_pairs;
-}
-
-void count_field_noise(ScatterSearch& search, Estimate& estimate) {
-  // Gains that differ between blocks look like noise along the field.
-  if (looks_along_field(search) && !search.gains_differ) {
-    add_field_noise(search.run(estimate), estimate);
-  }
-}
-
-void count_field_wander(ScatterSearch& search, Estimate& estimate) {
-  if (looks_along_field(search)) {
-    add_field_wander(search.run(estimate), search.gains_differ, estimate);
+void count_field_scatter(ScatterSearch& search, Estimate& estimate) {
+  // Averages of opposite readings hide what is along the field.
+  if (!is_transfer(search) && !search.method.averages_pairs) {
+    add_field_scatter(search.run(estimate), search.gains_differ, estimate);
   }
 }
 
@@ -76,9 +65,9 @@ void count_correlation(ScatterSearch& search, Estimate& estimate) {
 // its degrees of freedom. These change the fit itself;
 constexpr std::array fitted_causes = {count_inputs_and_seats, count_mounts};
 // these are looked for in what it leaves.
-constexpr std::array causes = {
-    count_soaks,       count_rounding,     count_blocks,     count_block_sensitivities,
-    count_field_noise, count_field_wander, count_correlation};
+constexpr std::array causes = {count_soaks,         count_rounding,
+                               count_blocks,        count_block_sensitivities,
+                               count_field_scatter, count_correlation};
 
 }  // namespace
 

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
+#include <utility>
 
 #include <Eigen/QR>
 
@@ -75,41 +77,43 @@ class OwnColumns {
   OwnColumns(const ReadingSet& set,
              const TableField& field,
              const Eigen::MatrixXd& root,
-             double open_below)
-      : scale_(set.axis_count()) {
+             double open_below) {
     const Eigen::MatrixXd base = field_design(set, field);
-    for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-      scale_(k) = root.col(k).maxCoeff();
-      const bool alike =
-          k > 0 && set.temperature.order == 0 && set.weights.col(k) == set.weights.col(k - 1);
-      if (!alike) {
-        Factored& one = factored_.emplace_back(Factored{.X = set.all_columns(base, k)});
-        const Eigen::MatrixXd weighted = (root.col(k) / scale_(k)).asDiagonal() * one.X;
-        const ScaledQr qr(weighted, open_below);
-        if (!qr.has_full_rank()) {
-          return;
-        }
-        one.T = qr.root_of_covariance();
-        one.Q = weighted * one.T;
+    scale_ = root.colwise().maxCoeff().transpose();
+    for (Eigen::Index first = 0; first < set.axis_count();) {
+      const Eigen::Index end = set.end_of_alike(first, set.weights);
+      Factored one{.X = set.all_columns(base, first), .first = first, .count = end - first};
+      const Eigen::MatrixXd weighted = (root.col(first) / scale_(first)).asDiagonal() * one.X;
+      const ScaledQr qr(weighted, open_below);
+      if (!qr.has_full_rank()) {
+        determined_ = false;
+        return;
       }
-      of_axis_.push_back(factored_.size() - 1);
+      one.T = qr.root_of_covariance();
+      one.Q = weighted * one.T;
+      factored_.push_back(std::move(one));
+      first = end;
     }
   }
 
-  [[nodiscard]] bool determined() const {
-    return of_axis_.size() == static_cast<std::size_t>(scale_.size());
-  }
+  [[nodiscard]] bool determined() const { return determined_; }
 
   // The columns of an axis, not weighted.
-  [[nodiscard]] const Eigen::MatrixXd& columns(Eigen::Index k) const { return of(k).X; }
+  [[nodiscard]] const Eigen::MatrixXd& columns(Eigen::Index k) const {
+    return std::prev(std::upper_bound(
+                         factored_.begin(), factored_.end(), k,
+                         [](Eigen::Index axis, const Factored& one) { return axis < one.first; }))
+        ->X;
+  }
 
   // What weighted readings of the axes, n x m, make of their coefficients; p x m.
   [[nodiscard]] Eigen::MatrixXd coefficients(const Eigen::MatrixXd& Y) const {
     Eigen::MatrixXd all(factored_.front().T.rows(), Y.cols());
-    for_each_factored([&](const Factored& one, Eigen::Index first, Eigen::Index count) {
-      all.middleCols(first, count) = one.T * (one.Q.transpose() * Y.middleCols(first, count)) *
-                                     scale_.segment(first, count).cwiseInverse().asDiagonal();
-    });
+    for (const Factored& one : factored_) {
+      all.middleCols(one.first, one.count) =
+          one.T * (one.Q.transpose() * Y.middleCols(one.first, one.count)) *
+          scale_.segment(one.first, one.count).cwiseInverse().asDiagonal();
+    }
     return all;
   }
 
@@ -117,50 +121,37 @@ class OwnColumns {
   [[nodiscard]] Eigen::MatrixXd left_of(const Eigen::MatrixXd& Z) const {
     Eigen::MatrixXd left(Z.rows(), Z.cols());
     const Eigen::Index n = Z.rows() / scale_.size();
-    for_each_factored([&](const Factored& one, Eigen::Index first, Eigen::Index count) {
+    for (const Factored& one : factored_) {
       for (Eigen::Index j = 0; j < Z.cols(); ++j) {
-        const auto of_axes = Z.col(j).segment(n * first, n * count).reshaped(n, count);
-        left.col(j).segment(n * first, n * count).reshaped(n, count) =
+        const auto of_axes = Z.col(j).segment(n * one.first, n * one.count).reshaped(n, one.count);
+        left.col(j).segment(n * one.first, n * one.count).reshaped(n, one.count) =
             of_axes - one.Q * (one.Q.transpose() * of_axes);
       }
-    });
+    }
     return left;
   }
 
   [[nodiscard]] std::vector<Eigen::MatrixXd> bases() const {
     std::vector<Eigen::MatrixXd> all;
-    for (const std::size_t which : of_axis_) {
-      all.push_back(factored_[which].Q);
+    for (const Factored& one : factored_) {
+      all.insert(all.end(), static_cast<std::size_t>(one.count), one.Q);
     }
     return all;
   }
 
  private:
+  // Of axes alike.
   struct Factored {
     Eigen::MatrixXd X;  // n x p
+    Eigen::Index first = 0;
+    Eigen::Index count = 0;
     Eigen::MatrixXd T;  // p x p
     Eigen::MatrixXd Q;  // n x p
   };
 
-  [[nodiscard]] const Factored& of(Eigen::Index k) const {
-    return factored_[of_axis_[static_cast<std::size_t>(k)]];
-  }
-
-  // Each factorisation with the first of its axes, and how many those are.
-  template <typename Act>
-  void for_each_factored(const Act& act) const {
-    Eigen::Index first = 0;
-    for (std::size_t which = 0; which < factored_.size(); ++which) {
-      const auto count =
-          static_cast<Eigen::Index>(std::count(of_axis_.begin(), of_axis_.end(), which));
-      act(factored_[which], first, count);
-      first += count;
-    }
-  }
-
   Eigen::VectorXd scale_;  // m: the largest weight's root
   std::vector<Factored> factored_;
-  std::vector<std::size_t> of_axis_;
+  bool determined_ = true;
 };
 
 // What is shared, beside the axes' own columns: P z = b, P being less what the own take up.

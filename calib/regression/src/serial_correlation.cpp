@@ -355,12 +355,8 @@ CorrelatedFit fit_under_correlation(const Eigen::MatrixXd& design,
   return mean_over(models, fits, static_cast<double>(rows - design.cols()));
 }
 
-double likeness_along(const Eigen::VectorXd& z,
-                      const Eigen::MatrixXd& changes,
-                      const Eigen::MatrixXd& covariance) {
-  const Eigen::LLT<Eigen::MatrixXd> root(covariance);
-  return likeness_score(z, changes * Eigen::MatrixXd(root.matrixL()),
-                        Eigen::VectorXd::Ones(z.size() - 1));
+double likeness_along(const Eigen::VectorXd& z, const Eigen::MatrixXd& hat_root) {
+  return likeness_score(z, hat_root, Eigen::VectorXd::Ones(z.size() - 1));
 }
 
 CorrelatedFit fit_under_wander(const WanderProblem& problem) {

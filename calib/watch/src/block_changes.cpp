@@ -16,7 +16,7 @@ namespace {
 // the readings' noise makes of them.
 struct ParameterClass {
   FisherSum parameters;  // against the noise
-  double by_one = 0.0;   // of Fisher's method, the less likely to be a change of both scatters
+  FisherSum by_one;      // each the less likely to be a change of both scatters
   double squares = 0.0;  // of the differences, by 1 / blocks + 1 / new blocks
   double scatter = 0.0;  // of the blocks' mean squares
   double scatter_squared = 0.0;
@@ -25,7 +25,7 @@ struct ParameterClass {
   void add(double p_by_noise) { parameters.add(p_by_noise); }
   void add_blocks(double square, double mean_square, double freedom, double p_by_noise) {
     const double t = std::sqrt(square / std::max(mean_square, 1e-300));
-    by_one += FisherSum::term(std::max(student_t_two_sided_p(t, freedom), p_by_noise));
+    by_one.add(std::max(student_t_two_sided_p(t, freedom), p_by_noise));
     squares += square;
     scatter += mean_square;
     scatter_squared += mean_square * mean_square;
@@ -45,9 +45,7 @@ struct ParameterClass {
     const double together =
         f_upper_p(std::max(squares / scatter, 1e-300), alike, alike * degrees_of_freedom);
     // One by one they see what all of them do, together what one of them does far beyond the rest.
-    const double one_by_one =
-        chi_squared_upper_p(std::max(by_one, 1e-12), 2.0 * parameters.count());
-    return std::max(by_noise, std::min(1.0, 2.0 * std::min(together, one_by_one)));
+    return std::max(by_noise, std::min(1.0, 2.0 * std::min(together, by_one.p_value())));
   }
 };
 

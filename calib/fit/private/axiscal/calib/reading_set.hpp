@@ -85,6 +85,11 @@ struct ReadingSet {
                                                Eigen::Index reading,
                                                Eigen::Index axis) const;
 
+  // Axes have the same columns where neither temperature nor what they see tells them apart.
+  // @param of_axes  weights, n x m.
+  // @return the axis after those that follow `first` with the columns and the weights that it has.
+  [[nodiscard]] Eigen::Index end_of_alike(Eigen::Index first, const Eigen::MatrixXd& of_axes) const;
+
   // The columns of an axis that its readings tell apart: all of them, but for a transfer, which has
   // one for each direction that its fields had; and the map that makes these of all columns.
   [[nodiscard]] Eigen::MatrixXd seen_columns(const Eigen::MatrixXd& design,

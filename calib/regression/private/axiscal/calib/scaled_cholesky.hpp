@@ -47,10 +47,11 @@ class ScaledCholeskyOf {
                   Matrix::RowsAtCompileTime <= in_closed_form) {
       const Matrix root = Matrix(cholesky_.matrixL()).inverse() * per_length_.asDiagonal();
       return root.transpose() * root;
+    } else {
+      return per_length_.asDiagonal() *
+             cholesky_.solve(Matrix::Identity(per_length_.size(), per_length_.size())) *
+             per_length_.asDiagonal();
     }
-    return per_length_.asDiagonal() *
-           cholesky_.solve(Matrix::Identity(per_length_.size(), per_length_.size())) *
-           per_length_.asDiagonal();
   }
 
   [[nodiscard]] double log_determinant() const {

@@ -74,11 +74,8 @@ struct CorrelatedFit {
                                                   const Eigen::MatrixX3d& along);
 
 /// As lag_one_score(), of deviations z = B e of the residuals e of a larger fit.
-/// @param changes     n x q: B J, J the Jacobian of that fit.
-/// @param covariance  (J^T J)^-1.
-[[nodiscard]] double likeness_along(const Eigen::VectorXd& z,
-                                    const Eigen::MatrixXd& changes,
-                                    const Eigen::MatrixXd& covariance);
+/// @param hat_root  K, n x q, with K K^T = B J (J^T J)^-1 J^T B^T, J the Jacobian of that fit.
+[[nodiscard]] double likeness_along(const Eigen::VectorXd& z, const Eigen::MatrixXd& hat_root);
 
 /// A linear fit in whose residuals each reading may share one cause, of size h_i along one
 /// direction of its m residuals, that wanders from reading to reading.
