@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 #include "axiscal/core/error.hpp"
@@ -100,10 +101,15 @@ std::size_t size_of_columns(const Json& value) {
   return sum;
 }
 
+// A column of a table that may be changed is then empty: it does not stand beside its text.
 // NOLINTNEXTLINE(misc-no-recursion): the records that we write are a few levels deep
-void append(std::string& out, const Json& value, std::size_t indent) {
+template <typename AnyJson>
+void append(std::string& out, AnyJson& value, std::size_t indent) {
   if (value.is_binary()) {
     append_column(out, value.get_binary(), indent);
+    if constexpr (!std::is_const_v<AnyJson>) {
+      value = Json::array();
+    }
     return;
   }
   if (!value.is_structured()) {
@@ -122,7 +128,7 @@ void append(std::string& out, const Json& value, std::size_t indent) {
   }
   out += object ? "{\n" : "[\n";
   bool first = true;
-  for (const auto& item : value.items()) {
+  for (auto& item : value.items()) {
     out += first ? "" : ",\n";
     first = false;
     out.append(indent + 2, ' ');
@@ -593,8 +599,6 @@ void put_nulls(Json& value) {
     }
   } else if (value.is_number_float() && !std::isfinite(value.get<double>())) {
     value = nullptr;
-  } else if (value.is_binary()) {
-    value = Json::array();
   }
 }
 
@@ -605,7 +609,7 @@ JsonValue as_read_back(Json value, std::string path) {
   return {std::move(value), std::move(path)};
 }
 
-std::string json_text(const Json& value) {
+std::string json_text(Json& value) {
   std::string out;
   // Columns are most of what is long.
   constexpr std::size_t others = std::size_t{1} << 16U;

@@ -569,8 +569,10 @@ std::string calibration_json(const Calibration& calibration) {
   constexpr std::size_t most_members = 64;
   json.get_ref<Json::object_t&>().reserve(most_members);  // which copies when it grows
   JsonMembers io(json);
-  Calibration written = calibration;
-  members(io, written);
+  {
+    Calibration written = calibration;  // of a long run not kept beside the text
+    members(io, written);
+  }
   std::string text = json_text(json);
   // Nothing is stored that could not be read again.
   constexpr std::string_view name = "the record";

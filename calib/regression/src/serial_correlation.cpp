@@ -6,12 +6,16 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 
 namespace axiscal {
 namespace {
+
+// A reading's numbers lie side by side.
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // An orthonormal basis of the columns.
 Eigen::MatrixXd basis_of(const Eigen::MatrixXd& design) {
@@ -86,15 +90,15 @@ std::vector<Model> wandering_models() {
   return all;
 }
 
-// L^-1 x of V = L L^T, and ln det V.
+// x^T V^-1 x of c columns, and ln det V.
 struct Whitened {
-  Eigen::MatrixXd x;
+  Eigen::MatrixXd products;  // c x c, the lower triangle
   double log_determinant = 0.0;
 };
 
-// I + gamma 1 1^T has the root I + (sqrt(1 + gamma n) - 1) / n 1 1^T.
-Whitened whiten_blocks(double gamma, const std::vector<int>& blocks, const Eigen::MatrixXd& x) {
-  Whitened result{.x = x};
+// V = I + gamma 1 1^T of a block's n readings has the inverse I - gamma / (1 + gamma n) 1 1^T.
+Whitened whiten_blocks(double gamma, const std::vector<int>& blocks, const Rows& x) {
+  Whitened result{.products = x.transpose() * x};
   for (Eigen::Index first = 0; first < x.rows();) {
     Eigen::Index after = first;
     while (after < x.rows() &&
@@ -102,48 +106,59 @@ Whitened whiten_blocks(double gamma, const std::vector<int>& blocks, const Eigen
       ++after;
     }
     const auto n = static_cast<double>(after - first);
-    const Eigen::RowVectorXd mean = x.middleRows(first, after - first).colwise().mean();
-    result.x.middleRows(first, after - first).rowwise() -=
-        (1.0 - 1.0 / std::sqrt(1.0 + gamma * n)) * mean;
+    const Eigen::VectorXd sum = x.middleRows(first, after - first).colwise().sum().transpose();
+    result.products -= gamma / (1.0 + gamma * n) * sum * sum.transpose();
     result.log_determinant += std::log1p(gamma * n);
     first = after;
   }
   return result;
 }
 
-// The Kalman filter of y_i = h_i . x_i + white noise, for all columns at once; d the components of
-// the state.
+// By the Kalman filter of y_i = h_i . x_i + white noise, for all columns at once; d the components
+// of the state. The root of V^-1 times x is made and summed by so many rows that a cache holds
+// them.
 template <int d>
 Whitened whiten(const Model& model,
                 const Eigen::VectorXd& places,
                 const Eigen::MatrixXd& along,
-                const Eigen::MatrixXd& x) {
-  Whitened result{.x = Eigen::MatrixXd(x.rows(), x.cols())};
+                const Rows& x) {
+  constexpr Eigen::Index most_rows = 256;
+  const Eigen::Index n = x.rows();
+  Whitened result{.products = Eigen::MatrixXd::Zero(x.cols(), x.cols())};
+  Rows white(std::min(n, most_rows), x.cols());
   Eigen::Matrix<double, d, Eigen::Dynamic> predicted =
       Eigen::Matrix<double, d, Eigen::Dynamic>::Zero(d, x.cols());
   using Square = Eigen::Matrix<double, d, d>;
   Square P = model.signal * Square::Identity();
   double kept_for = -1.0;
   double kept = 1.0;
-  for (Eigen::Index i = 0; i < x.rows(); ++i) {
-    if (i > 0) {
-      const double gap = places(i) - places(i - 1);
-      if (gap != kept_for) {
-        kept_for = gap;
-        kept = std::pow(model.rho, gap);
+  for (Eigen::Index first = 0; first < n; first += white.rows()) {
+    const Eigen::Index count = std::min(white.rows(), n - first);
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const Eigen::Index i = first + j;
+      if (i > 0) {
+        const double gap = places(i) - places(i - 1);
+        if (gap != kept_for) {
+          kept_for = gap;
+          kept = std::pow(model.rho, gap);
+        }
+        predicted *= kept;
+        P = (kept * kept * P + model.signal * (1.0 - kept * kept) * Square::Identity()).eval();
       }
-      predicted *= kept;
-      P = (kept * kept * P + model.signal * (1.0 - kept * kept) * Square::Identity()).eval();
+      const Eigen::Matrix<double, d, 1> h = along.row(i).transpose();
+      const Eigen::Matrix<double, d, 1> Ph = P * h;
+      constexpr double least = 1e-12;
+      const double whole = std::max(h.dot(Ph) + model.white, least);
+      const Eigen::Matrix<double, d, 1> gain = Ph / whole;
+      auto innovation = white.row(j);
+      innovation = x.row(i) - h.transpose().lazyProduct(predicted);
+      predicted += gain.lazyProduct(innovation);
+      innovation /= std::sqrt(whole);
+      result.log_determinant += std::log(whole);
+      P -= gain * Ph.transpose();
     }
-    const Eigen::Matrix<double, d, 1> h = along.row(i).transpose();
-    const Eigen::Matrix<double, d, 1> Ph = P * h;
-    constexpr double least = 1e-12;
-    const double whole = std::max(h.dot(Ph) + model.white, least);
-    const Eigen::RowVectorXd innovation = x.row(i) - h.transpose() * predicted;
-    result.x.row(i) = innovation / std::sqrt(whole);
-    result.log_determinant += std::log(whole);
-    predicted += Ph / whole * innovation;
-    P -= Ph * Ph.transpose() / whole;
+    const auto rows = white.topRows(count);
+    result.products.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
   }
   return result;
 }
@@ -155,22 +170,80 @@ struct ModelFit {
   Eigen::MatrixXd covariance;
 };
 
-// @param both  the design and the response beside it, whitened.
-ModelFit fit_whitened(const Whitened& both) {
-  const Eigen::Index p = both.x.cols() - 1;
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(both.x);
-  const Eigen::MatrixXd R = qr.matrixQR().topRows(p + 1).triangularView<Eigen::Upper>();
-  const auto free = static_cast<double>(both.x.rows() - p);
-  const double least = std::numeric_limits<double>::min();
-  const double squares = std::max(R(p, p) * R(p, p), least);
-  const auto upper = R.topLeftCorner(p, p).triangularView<Eigen::Upper>();
-  const Eigen::MatrixXd inverse = upper.solve(Eigen::MatrixXd::Identity(p, p));
-  return {.log_likelihood = -0.5 * both.log_determinant -
-                            R.diagonal().head(p).cwiseAbs().array().log().sum() -
-                            0.5 * free * std::log(squares),
-          .estimate = upper.solve(R.topRightCorner(p, 1)),
-          .covariance = squares / free * inverse * inverse.transpose()};
-}
+// By its sums the fit of residuals y by p columns X: N = X^T V^-1 X, c = X^T V^-1 y, y^T V^-1 y.
+class ModelSolver {
+ public:
+  // @param N  of which the lower triangle counts.
+  ModelSolver(const Eigen::MatrixXd& N, double log_determinant, double degrees_of_freedom)
+      : cholesky_(N),
+        inverse_(cholesky_.solve(Eigen::MatrixXd::Identity(N.rows(), N.cols()))),
+        log_determinant_(log_determinant +
+                         2.0 * cholesky_.matrixLLT().diagonal().array().log().sum()),
+        degrees_of_freedom_(degrees_of_freedom) {}
+
+  [[nodiscard]] ModelFit fit(const Eigen::VectorXd& c, double squares_of_y) const {
+    const Eigen::VectorXd step = cholesky_.solve(c);
+    const double squares = std::max(squares_of_y - c.dot(step), std::numeric_limits<double>::min());
+    return {
+        .log_likelihood = -0.5 * log_determinant_ - 0.5 * degrees_of_freedom_ * std::log(squares),
+        .estimate = step,
+        .covariance = squares / degrees_of_freedom_ * inverse_};
+  }
+
+ private:
+  Eigen::LLT<Eigen::MatrixXd> cholesky_;
+  Eigen::MatrixXd inverse_;
+  double log_determinant_ = 0.0;  // of V and of N
+  double degrees_of_freedom_ = 0.0;
+};
+
+// A regression in an orthonormal basis of its columns, and what it leaves: a model of the noise
+// moves its solution by little, which is found by sums without loss of digits.
+class PlainFit {
+ public:
+  // @param Y  n x r.
+  PlainFit(const Eigen::MatrixXd& design, const Eigen::MatrixXd& Y)
+      : p_(design.cols()), r_(Y.cols()), both_(design.rows(), p_ + r_) {
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(design);
+    root_ = qr.matrixQR().topRows(p_).triangularView<Eigen::Upper>().solve(
+        Eigen::MatrixXd::Identity(p_, p_));
+    const Eigen::MatrixXd Q =
+        qr.householderQ() * Eigen::MatrixXd::Identity(design.rows(), design.cols());
+    in_basis_ = Q.transpose() * Y;
+    both_ << Q, Y - Q * in_basis_;
+  }
+
+  // The basis and the residuals beside it, n x (p + r).
+  [[nodiscard]] const Rows& basis_and_residuals() const { return both_; }
+
+  // What a model says of each response, in the basis.
+  [[nodiscard]] std::vector<ModelFit> under(const Whitened& sums) const {
+    const ModelSolver solver(sums.products.topLeftCorner(p_, p_), sums.log_determinant,
+                             static_cast<double>(both_.rows() - p_));
+    std::vector<ModelFit> fits;
+    for (Eigen::Index j = p_; j < p_ + r_; ++j) {
+      fits.push_back(solver.fit(sums.products.row(j).head(p_).transpose(), sums.products(j, j)));
+    }
+    return fits;
+  }
+
+  [[nodiscard]] Eigen::Index responses() const { return r_; }
+
+  // What models say of a response's coefficients, from the basis to the design.
+  [[nodiscard]] CorrelatedFit in_design(Eigen::Index response, const CorrelatedFit& mean) const {
+    CorrelatedFit result = mean;
+    result.estimate = root_ * (in_basis_.col(response) + mean.estimate);
+    result.covariance = root_ * mean.covariance * root_.transpose();
+    return result;
+  }
+
+ private:
+  Eigen::Index p_;
+  Eigen::Index r_;
+  Eigen::MatrixXd root_;      // p x p: X root is the basis
+  Eigen::MatrixXd in_basis_;  // p x r: the plain solution
+  Rows both_;
+};
 
 // The weights of models by their restricted likelihood and prior; they sum to 1.
 std::vector<double> weights_of(const std::vector<Model>& models,
@@ -294,17 +367,26 @@ CorrelatedMean mean_under_correlation(const OrderedReadings& readings) {
   const Eigen::Index n = readings.responses.rows();
   const std::vector<Model> models = models_of_run(!readings.blocks.empty());
   const Eigen::MatrixXd along = Eigen::MatrixXd::Ones(n, 1);
+  std::vector<PlainFit> plain;  // each of the responses of one design
   std::vector<std::vector<ModelFit>> fits(static_cast<std::size_t>(m));
   std::vector<double> log_likelihood(models.size(), 0.0);
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const Eigen::MatrixXd& X = readings.designs[static_cast<std::size_t>(k)];
-    Eigen::MatrixXd both(n, X.cols() + 1);
-    both << X, readings.responses.col(k);
+  for (Eigen::Index first = 0; first < m; first += plain.back().responses()) {
+    const Eigen::MatrixXd& design = readings.designs[static_cast<std::size_t>(first)];
+    Eigen::Index end = first + 1;
+    while (end < m && readings.designs[static_cast<std::size_t>(end)] == design) {
+      ++end;
+    }
+    plain.emplace_back(design, readings.responses.middleCols(first, end - first));
+    const Rows& both = plain.back().basis_and_residuals();
     for (std::size_t g = 0; g < models.size(); ++g) {
-      fits[static_cast<std::size_t>(k)].push_back(
-          fit_whitened(models[g].gamma > 0.0 ? whiten_blocks(models[g].gamma, readings.blocks, both)
-                                             : whiten<1>(models[g], readings.places, along, both)));
-      log_likelihood[g] += fits[static_cast<std::size_t>(k)].back().log_likelihood;
+      const Whitened sums = models[g].gamma > 0.0
+                                ? whiten_blocks(models[g].gamma, readings.blocks, both)
+                                : whiten<1>(models[g], readings.places, along, both);
+      Eigen::Index k = first;
+      for (ModelFit& fit : plain.back().under(sums)) {
+        log_likelihood[g] += fit.log_likelihood;
+        fits[static_cast<std::size_t>(k++)].push_back(std::move(fit));
+      }
     }
   }
   const std::vector<double> weights = weights_of(models, log_likelihood);
@@ -313,10 +395,14 @@ CorrelatedMean mean_under_correlation(const OrderedReadings& readings) {
       .u = Eigen::VectorXd(m),
       .degrees_of_freedom = static_cast<double>(n - readings.designs.front().cols()),
       .correlation = correlation_of(models, weights)};
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const CorrelatedFit all = average(weights, fits[static_cast<std::size_t>(k)]);
-    mean.estimate(k) = all.estimate(0);
-    mean.u(k) = std::sqrt(all.covariance(0, 0));
+  Eigen::Index k = 0;
+  for (const PlainFit& one : plain) {
+    for (Eigen::Index j = 0; j < one.responses(); ++j, ++k) {
+      const CorrelatedFit all =
+          one.in_design(j, average(weights, fits[static_cast<std::size_t>(k)]));
+      mean.estimate(k) = all.estimate(0);
+      mean.u(k) = std::sqrt(all.covariance(0, 0));
+    }
   }
   return mean;
 }
@@ -338,21 +424,24 @@ CorrelatedFit fit_under_correlation(const Eigen::MatrixXd& design,
   constexpr Eigen::Index most = 1500;
   const Eigen::Index each = (n + most - 1) / most;
   const Eigen::Index rows = n / each;
-  Eigen::MatrixXd both(rows, design.cols() + 1);
+  Eigen::MatrixXd X(rows, design.cols());
+  Eigen::VectorXd y(rows);
   Eigen::MatrixXd directions(rows, 3);
   for (Eigen::Index i = 0; i < rows; ++i) {
-    both.row(i) << design.middleRows(each * i, each).colwise().mean(),
-        response.segment(each * i, each).mean();
+    X.row(i) = design.middleRows(each * i, each).colwise().mean();
+    y(i) = response.segment(each * i, each).mean();
     directions.row(i) = along.middleRows(each * i, each).colwise().mean();
   }
+  const PlainFit plain(X, y);
   const Eigen::VectorXd places =
       Eigen::VectorXd::LinSpaced(rows, 0.0, static_cast<double>(rows - 1));
   const std::vector<Model> models = correlated_models(1.0);
   std::vector<ModelFit> fits;
   for (const Model& model : models) {
-    fits.push_back(fit_whitened(whiten<3>(model, places, directions, both)));
+    fits.push_back(
+        plain.under(whiten<3>(model, places, directions, plain.basis_and_residuals())).front());
   }
-  return mean_over(models, fits, static_cast<double>(rows - design.cols()));
+  return plain.in_design(0, mean_over(models, fits, static_cast<double>(rows - design.cols())));
 }
 
 double likeness_along(const Eigen::VectorXd& z, const Eigen::MatrixXd& hat_root) {
@@ -363,28 +452,19 @@ CorrelatedFit fit_under_wander(const WanderProblem& problem) {
   const Eigen::Index q = problem.information.rows();
   const Eigen::MatrixXd& A = problem.along;
   const Eigen::MatrixXd others = problem.information - A.transpose() * A;
-  Eigen::MatrixXd both(A.rows(), q + 1);
+  Rows both(A.rows(), q + 1);
   both << A, problem.deviations;
+  // Outside of the common cause the residuals are square to the columns already.
+  const Eigen::VectorXd gradient_across = -A.transpose() * problem.deviations;
   const double squares_across = problem.squares - problem.deviations.squaredNorm();
   const std::vector<Model> models = wandering_models();
   std::vector<ModelFit> fits;
   for (const Model& model : models) {
-    const Whitened whitened = whiten<1>(model, problem.places, problem.sizes, both);
-    const auto W = whitened.x.leftCols(q);
-    const auto y = whitened.x.col(q);
-    const Eigen::MatrixXd N = others + W.transpose() * W;
-    // Outside of the common cause the residuals are square to the columns already.
-    const Eigen::VectorXd c = W.transpose() * y - A.transpose() * problem.deviations;
-    const Eigen::LLT<Eigen::MatrixXd> cholesky(N);
-    const Eigen::VectorXd step = cholesky.solve(c);
-    const double least = std::numeric_limits<double>::min();
-    const double squares = std::max(squares_across + y.squaredNorm() - c.dot(step), least);
-    fits.push_back({.log_likelihood = -0.5 * whitened.log_determinant -
-                                      cholesky.matrixLLT().diagonal().array().log().sum() -
-                                      0.5 * problem.degrees_of_freedom * std::log(squares),
-                    .estimate = step,
-                    .covariance = squares / problem.degrees_of_freedom *
-                                  cholesky.solve(Eigen::MatrixXd::Identity(q, q))});
+    const Whitened sums = whiten<1>(model, problem.places, problem.sizes, both);
+    const ModelSolver solver(others + sums.products.topLeftCorner(q, q), sums.log_determinant,
+                             problem.degrees_of_freedom);
+    fits.push_back(solver.fit(gradient_across + sums.products.row(q).head(q).transpose(),
+                              squares_across + sums.products(q, q)));
   }
   return mean_over(models, fits, problem.degrees_of_freedom);
 }

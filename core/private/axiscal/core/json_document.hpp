@@ -102,13 +102,15 @@ class JsonValue {
 [[nodiscard]] std::string without_members(std::string_view text,
                                           std::span<const std::string_view> members);
 
-/// @return what reading json_text() of the value back gives, without its text; JsonColumns, which
-///         hold nothing but what was written as a number, a word or a list of those, are empty.
-[[nodiscard]] JsonValue as_read_back(Json value, std::string path);
-
 /// @return the value as text to read: members on lines of their own, arrays of numbers on one,
 ///         doubles as the shortest text that reads back, NaN as null; ends with a line feed.
-[[nodiscard]] std::string json_text(const Json& value);
+///         JsonColumns are empty afterwards, as their text stands in this one then.
+[[nodiscard]] std::string json_text(Json& value);
+
+/// @return what reading json_text() of the value back gives, without that text; JsonColumns, which
+///         hold nothing but what was written as a number, a word or a list of those, are empty.
+/// @param value  after json_text().
+[[nodiscard]] JsonValue as_read_back(Json value, std::string path);
 
 /// Rows taken apart into columns: of each member its values, null where a row has none. They are
 /// kept as the text that they become in the file.
