@@ -216,7 +216,7 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
       const std::string path =
           output_for(*command.output, calibration.provenance.slot,
                      calibration.sensor.instrument.serial, calibration.provenance.instance);
-      write_whole_file(path, calibration_json(calibration));
+      write(calibration, path);
       outcome.stored_refused = outcome.stored_refused || refused;
       outcome.text += formatted("\nrecord: {}\n", path);
     }

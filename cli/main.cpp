@@ -6,6 +6,9 @@
 #include <vector>
 
 #include <fcntl.h>
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
 #include <unistd.h>
 
 #include "axiscal/calib/experiment.hpp"
@@ -49,6 +52,17 @@ void set_signals() {
   }
 }
 
+// The matrices of a long run come and go: their memory is kept, which is quicker than asking the
+// system for it each time.
+void keep_freed_memory() {
+#if defined(__GLIBC__)
+  constexpr int largest_kept = 32 << 20;  // bytes, of one piece; the most that may be asked for
+  constexpr int most_kept = 256 << 20;
+  ::mallopt(M_MMAP_THRESHOLD, largest_kept);
+  ::mallopt(M_TRIM_THRESHOLD, most_kept);
+#endif
+}
+
 int fail(ExitStatus status, const std::string& message) {
   std::fprintf(stderr, "%s\n", message.c_str());
   return status;
@@ -70,6 +84,7 @@ std::vector<axiscal::cli::Subcommand> subcommands() {
 int main(int argc, char** argv) {
   open_missing_standard_files();
   set_signals();
+  keep_freed_memory();
   const axiscal::InputProtection no_input_is_overwritten;
   axiscal::add_formula_field();
   try {

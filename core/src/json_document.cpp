@@ -66,10 +66,25 @@ void append_scalar(std::string& out, const Json& value) {
   }
 }
 
+// Where text is put, which is taken away piece by piece as it grows, or kept whole.
+struct JsonSink {
+  std::string& out;
+  const TakeText* take = nullptr;
+
+  void pass_on() const {
+    constexpr std::size_t long_enough = std::size_t{1} << 16U;
+    if (take != nullptr && out.size() >= long_enough) {
+      (*take)(out);
+      out.clear();
+    }
+  }
+};
+
 // What a column of a table is among JSON values: its cells as text, each ended by a line feed.
 enum class ColumnOf : std::uint8_t { scalars, lists };
 
-void append_column(std::string& out, const Json::binary_t& column, std::size_t indent) {
+void append_column(const JsonSink& sink, const Json::binary_t& column, std::size_t indent) {
+  std::string& out = sink.out;
   const bool lists = column.subtype() == static_cast<std::uint8_t>(ColumnOf::lists);
   const std::string between = lists ? ",\n" + std::string(indent + 2, ' ') : ", ";
   out += '[';
@@ -79,6 +94,7 @@ void append_column(std::string& out, const Json::binary_t& column, std::size_t i
     out.append(cell, end);
     cell = end + 1;
     out += cell != column.end() ? std::string_view(between) : "";
+    sink.pass_on();
   }
   if (lists) {
     out += '\n';
@@ -104,9 +120,10 @@ std::size_t size_of_columns(const Json& value) {
 // A column of a table that may be changed is then empty: it does not stand beside its text.
 // NOLINTNEXTLINE(misc-no-recursion): the records that we write are a few levels deep
 template <typename AnyJson>
-void append(std::string& out, AnyJson& value, std::size_t indent) {
+void append(const JsonSink& sink, AnyJson& value, std::size_t indent) {
+  std::string& out = sink.out;
   if (value.is_binary()) {
-    append_column(out, value.get_binary(), indent);
+    append_column(sink, value.get_binary(), indent);
     if constexpr (!std::is_const_v<AnyJson>) {
       value = Json::array();
     }
@@ -136,7 +153,8 @@ void append(std::string& out, AnyJson& value, std::size_t indent) {
       append_text(out, item.key());
       out += ": ";
     }
-    append(out, item.value(), indent + 2);
+    append(sink, item.value(), indent + 2);
+    sink.pass_on();
   }
   out += '\n';
   out.append(indent, ' ');
@@ -616,9 +634,16 @@ std::string json_text(Json& value) {
   if (const std::size_t columns = size_of_columns(value); columns > others) {
     out.reserve(columns + columns / 4 + others);
   }
-  append(out, value, 0);
+  append(JsonSink{out}, value, 0);
   out += '\n';
   return out;
+}
+
+void put_json(Json& value, const TakeText& take) {
+  std::string out;
+  append(JsonSink{out, &take}, value, 0);
+  out += '\n';
+  take(out);
 }
 
 void JsonColumns::begin_row() {
@@ -666,7 +691,7 @@ void JsonColumns::put_value(std::string_view key, const Json& value) {
   if (value.is_structured() && !is_scalar_array(value)) {
     cells += value.dump(-1, ' ', false, Json::error_handler_t::replace);
   } else {
-    append(cells, value, 0);
+    append(JsonSink{cells}, value, 0);
   }
   cells += '\n';
 }

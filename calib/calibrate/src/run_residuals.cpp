@@ -40,6 +40,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> inverse(response.sensitivity);
   const bool has_magnitude = inverse.rank() == 3;
   std::vector<ReadingResidual> residuals;
+  residuals.reserve(observations.readings.size());
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
     const Reading& reading = observations.readings[i];
     const auto row = static_cast<Eigen::Index>(i);

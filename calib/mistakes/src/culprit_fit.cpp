@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -90,7 +91,7 @@ class OwnColumns {
         return;
       }
       one.T = qr.root_of_covariance();
-      one.Q = weighted * one.T;
+      one.Q = std::make_shared<const Eigen::MatrixXd>(weighted * one.T);
       factored_.push_back(std::move(one));
       first = end;
     }
@@ -111,7 +112,7 @@ class OwnColumns {
     Eigen::MatrixXd all(factored_.front().T.rows(), Y.cols());
     for (const Factored& one : factored_) {
       all.middleCols(one.first, one.count) =
-          one.T * (one.Q.transpose() * Y.middleCols(one.first, one.count)) *
+          one.T * (one.Q->transpose() * Y.middleCols(one.first, one.count)) *
           scale_.segment(one.first, one.count).cwiseInverse().asDiagonal();
     }
     return all;
@@ -125,14 +126,14 @@ class OwnColumns {
       for (Eigen::Index j = 0; j < Z.cols(); ++j) {
         const auto of_axes = Z.col(j).segment(n * one.first, n * one.count).reshaped(n, one.count);
         left.col(j).segment(n * one.first, n * one.count).reshaped(n, one.count) =
-            of_axes - one.Q * (one.Q.transpose() * of_axes);
+            of_axes - *one.Q * (one.Q->transpose() * of_axes);
       }
     }
     return left;
   }
 
-  [[nodiscard]] std::vector<Eigen::MatrixXd> bases() const {
-    std::vector<Eigen::MatrixXd> all;
+  [[nodiscard]] std::vector<std::shared_ptr<const Eigen::MatrixXd>> bases() const {
+    std::vector<std::shared_ptr<const Eigen::MatrixXd>> all;
     for (const Factored& one : factored_) {
       all.insert(all.end(), static_cast<std::size_t>(one.count), one.Q);
     }
@@ -145,8 +146,8 @@ class OwnColumns {
     Eigen::MatrixXd X;  // n x p
     Eigen::Index first = 0;
     Eigen::Index count = 0;
-    Eigen::MatrixXd T;  // p x p
-    Eigen::MatrixXd Q;  // n x p
+    Eigen::MatrixXd T;                         // p x p
+    std::shared_ptr<const Eigen::MatrixXd> Q;  // n x p
   };
 
   Eigen::VectorXd scale_;  // m: the largest weight's root

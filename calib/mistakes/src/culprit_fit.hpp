@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -17,9 +18,9 @@ class HatBasis {
  public:
   HatBasis() = default;
 
-  /// @param own     of each axis n x p.
+  /// @param own     of each axis n x p; axes alike have one in common.
   /// @param shared  (n m) x s.
-  HatBasis(std::vector<Eigen::MatrixXd> own, Eigen::MatrixXd shared)
+  HatBasis(std::vector<std::shared_ptr<const Eigen::MatrixXd>> own, Eigen::MatrixXd shared)
       : own_(std::move(own)), shared_(std::move(shared)) {}
 
   /// @return how many columns there are.
@@ -48,13 +49,13 @@ class HatBasis {
 
  private:
   [[nodiscard]] const Eigen::MatrixXd& own_of(Eigen::Index axis) const {
-    return own_[static_cast<std::size_t>(axis)];
+    return *own_[static_cast<std::size_t>(axis)];
   }
   [[nodiscard]] Eigen::Index axes() const { return static_cast<Eigen::Index>(own_.size()); }
-  [[nodiscard]] Eigen::Index readings() const { return own_.front().rows(); }
-  [[nodiscard]] Eigen::Index width() const { return own_.front().cols(); }
+  [[nodiscard]] Eigen::Index readings() const { return own_.front()->rows(); }
+  [[nodiscard]] Eigen::Index width() const { return own_.front()->cols(); }
 
-  std::vector<Eigen::MatrixXd> own_;
+  std::vector<std::shared_ptr<const Eigen::MatrixXd>> own_;
   Eigen::MatrixXd shared_;
 };
 

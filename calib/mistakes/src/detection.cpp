@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -115,22 +116,61 @@ double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
 }
 
 // The fit of all readings with the axes weighed by what it leaves of them, where they differ: else
-// a noisy axis, by the field's direction, hides what a quiet one shows.
-HypothesisFit weighed_fit(const SuspectRun& run) {
-  HypothesisFit fit = run.plain();
-  HypothesisFitter fitter = run.fitter();
-  constexpr int rounds = 2;
-  for (int round = 0; round < rounds && equality_p_value(fit) < may_be_equal; ++round) {
-    HypothesisFitter own = fitter.by_scatter_of(fit);
-    HypothesisFit next = own.again(run.set(), fit, fitter);
-    if (!next.fitted) {
-      break;
+// a noisy axis, by the field's direction, hides what a quiet one shows. Each round once, where it
+// is asked for.
+class WeighedFit {
+ public:
+  explicit WeighedFit(const SuspectRun& run) : run_(run) {}
+
+  // After one round; null where the axes do not differ, or it is not fitted.
+  const HypothesisFit* once() {
+    if (!first_) {
+      first_ = next(run_.plain(), run_.fitter());
     }
-    fit = std::move(next);
-    fitter = std::move(own);
+    return fit_of(first_);
   }
-  return fit;
-}
+
+  // After two, if as many are needed.
+  const HypothesisFit& best() {
+    if (once() == nullptr) {
+      return run_.plain();
+    }
+    if (!second_) {
+      second_ = next((*first_)->fit, (*first_)->fitter);
+    }
+    const HypothesisFit* const twice = fit_of(second_);
+    return twice != nullptr ? *twice : (*first_)->fit;
+  }
+
+ private:
+  struct Weighed {
+    HypothesisFit fit;
+    HypothesisFitter fitter;
+  };
+  // Whether it was looked for, and what was found.
+  using Round = std::optional<std::optional<Weighed>>;
+
+  static const HypothesisFit* fit_of(const Round& round) {
+    return *round ? &(*round)->fit : nullptr;
+  }
+
+  [[nodiscard]] std::optional<Weighed> next(const HypothesisFit& fit,
+                                            const HypothesisFitter& fitter) const {
+    if (!(equality_p_value(fit) < may_be_equal)) {
+      return std::nullopt;
+    }
+    HypothesisFitter own = fitter.by_scatter_of(fit);
+    HypothesisFit again = own.again(run_.set(), fit, fitter);
+    if (!again.fitted) {
+      return std::nullopt;
+    }
+    return Weighed{.fit = std::move(again), .fitter = std::move(own)};
+  }
+
+  const SuspectRun& run_;
+  Round first_;
+  Round second_;
+};
 
 // A reading, and how unlikely it is: by Fisher's method, the larger the less likely.
 struct Unlikely {
@@ -190,13 +230,13 @@ std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
 }
 
 // How unlikely the worst reading is by the others, each axis by its own scatter, over all readings.
-double deletion_p(const SuspectRun& run) {
+double deletion_p(const SuspectRun& run, WeighedFit& weighed) {
   if (!run.is_judged_by_others() || run.only_rounding()) {
     return 1.0;
   }
   constexpr double worth_deleting = 0.1;
   constexpr std::size_t most = 4;
-  const HypothesisFit fit = weighed_fit(run);
+  const HypothesisFit& fit = weighed.best();
   const std::vector<Unlikely> worst = roughly_by_others(run, fit, most);
   const auto readings = static_cast<double>(run.n());
   if (readings * chi_squared_upper_p(std::max(worst.front().sum, 1e-12),
@@ -218,11 +258,11 @@ double deletion_p(const SuspectRun& run) {
 }
 
 // How unlikely the worst two are by the others, likewise; as if they were the only two.
-double pair_p(const SuspectRun& run) {
+double pair_p(const SuspectRun& run, WeighedFit& weighed) {
   if (!run.best_pair().fitted || run.only_rounding()) {
     return 1.0;
   }
-  const DeletionFit others(run.set(), weighed_fit(run).field, run.fitter().known_field());
+  const DeletionFit others(run.set(), weighed.best().field, run.fitter().known_field());
   return others.p_value({run.pair()[0], run.pair()[1]}, Eigen::MatrixXd::Identity(2, 2))
       .value_or(1.0);
 }
@@ -260,15 +300,15 @@ bool looks_bad(const SuspectRun& run) {
   const auto suspicious = [&](const HypothesisFit& fit) {
     return classes * std::min(single_p(run, fit), added_p(run, fit)) < worth_a_look;
   };
-  if (suspicious(run.plain()) || deletion_p(run) < false_alarm_of_deletion) {
+  if (suspicious(run.plain())) {
     return true;
   }
-  if (!(equality_p_value(run.plain()) < may_be_equal)) {
-    return false;
+  WeighedFit weighed(run);
+  if (const HypothesisFit* const once = weighed.once();
+      once != nullptr && classes * single_p(run, *once) < worth_a_look) {
+    return true;
   }
-  const HypothesisFit again =
-      run.fitter().by_scatter_of(run.plain()).again(run.set(), run.plain(), run.fitter());
-  return again.fitted && classes * single_p(run, again) < worth_a_look;
+  return deletion_p(run, weighed) < false_alarm_of_deletion;
 }
 
 bool is_bad(SuspectRun& run) {
@@ -282,11 +322,12 @@ bool is_bad(SuspectRun& run) {
     }
   };
   run.delete_pairs();
+  WeighedFit weighed(run);
   constexpr double rare = 100.0;  // two independent mistakes
   const double pairs = rare * 0.5 * readings * (readings - 1.0);
   const bool many = run.is_judged_by_others();
   if (many) {  // what the others say of each judges it at any noise of the axes
-    smallest = pairs * pair_p(run);
+    smallest = pairs * pair_p(run, weighed);
   } else {
     consider(run.without(run.by_deletion().front()), {.tests = readings, .of_few = true});
     consider(run.best_pair(), {.tests = pairs, .of_few = true});
@@ -297,7 +338,7 @@ bool is_bad(SuspectRun& run) {
     }
   }
   const bool bad = classes * smallest < (many ? false_alarm_of_others : false_alarm) ||
-                   deletion_p(run) < false_alarm_of_deletion;
+                   deletion_p(run, weighed) < false_alarm_of_deletion;
   const bool unequal = !run.stated_ratio() && weigh_axes(run);
   if (bad || !unequal || !run.plain().fitted) {
     return bad && run.plain().fitted;

@@ -562,19 +562,23 @@ Calibration calibration_from(const JsonValue& json) {
 
 }  // namespace
 
-std::string calibration_json(const Calibration& calibration) {
+namespace {
+
+Json document_of(const Calibration& calibration) {
   const bool newer = calibration.sensor.temperature &&
                      calibration.sensor.temperature->has_own_sensors();  // 0.1 would misread it
   Json json = {{"format", "axiscal-calibration"}, {"version", newer ? 2 : 1}};
   constexpr std::size_t most_members = 64;
   json.get_ref<Json::object_t&>().reserve(most_members);  // which copies when it grows
   JsonMembers io(json);
-  {
-    Calibration written = calibration;  // of a long run not kept beside the text
-    members(io, written);
-  }
-  std::string text = json_text(json);
-  // Nothing is stored that could not be read again.
+  Calibration written = calibration;
+  members(io, written);
+  return json;
+}
+
+// Nothing is stored that could not be read again.
+// @param json  after its text was made.
+void require_readable(Json json) {
   constexpr std::string_view name = "the record";
   try {
     static_cast<void>(calibration_from(as_read_back(std::move(json), std::string(name))));
@@ -582,6 +586,14 @@ std::string calibration_json(const Calibration& calibration) {
     throw DomainError(std::string("it would make a record that cannot be read back: ") +
                       (error.what() + name.size() + 2));
   }
+}
+
+}  // namespace
+
+std::string calibration_json(const Calibration& calibration) {
+  Json json = document_of(calibration);
+  std::string text = json_text(json);
+  require_readable(std::move(json));
   return text;
 }
 
@@ -590,7 +602,15 @@ Calibration parse_calibration(std::string_view text, const std::string& path) {
 }
 
 void write(const Calibration& calibration, const std::string& path) {
-  write_whole_file(path, calibration_json(calibration));
+  OutputFile file(path);
+  if (file.is_direct()) {
+    file.write(calibration_json(calibration));
+  } else {
+    Json json = document_of(calibration);
+    put_json(json, [&](std::string_view text) { file.write(text); });
+    require_readable(std::move(json));
+  }
+  file.commit();
 }
 
 Calibration read_calibration(const std::string& path) {

@@ -30,6 +30,9 @@ class OutputFile {
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
+  /// @return whether what is written cannot be taken back.
+  [[nodiscard]] bool is_direct() const { return target_.empty(); }
+
   /// @throws OutputError  if the disk is full or the like; ClosedPipe if nobody reads any more.
   void write(std::string_view text);
 

@@ -107,6 +107,12 @@ class JsonValue {
 ///         JsonColumns are empty afterwards, as their text stands in this one then.
 [[nodiscard]] std::string json_text(Json& value);
 
+/// Takes a piece of a text, which is gone afterwards.
+using TakeText = std::function<void(std::string_view)>;
+
+/// The same, piece by piece.
+void put_json(Json& value, const TakeText& take);
+
 /// @return what reading json_text() of the value back gives, without that text; JsonColumns, which
 ///         hold nothing but what was written as a number, a word or a list of those, are empty.
 /// @param value  after json_text().
