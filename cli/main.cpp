@@ -56,8 +56,8 @@ void set_signals() {
 // system for it each time.
 void keep_freed_memory() {
 #if defined(__GLIBC__)
-  constexpr int largest_kept = 32 << 20;  // bytes, of one piece; the most that may be asked for
-  constexpr int most_kept = 256 << 20;
+  constexpr int largest_kept = 8 << 20;  // bytes, of one piece
+  constexpr int most_kept = 64 << 20;
   ::mallopt(M_MMAP_THRESHOLD, largest_kept);
   ::mallopt(M_TRIM_THRESHOLD, most_kept);
 #endif

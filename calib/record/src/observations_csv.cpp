@@ -553,7 +553,6 @@ Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
   if (observations.readings.empty()) {
     table.fail_without_rows();
   }
-  observations.readings.shrink_to_fit();
   observations.response = rows_of(response, wanted.axes.size());
   if (!wanted.differences.empty()) {
     observations.saturated = rows_of(saturated, wanted.axes.size()).array() > 0.0;
