@@ -39,7 +39,7 @@ void append_integer(std::string& out, Integer number) {
   out.append(text.data(), std::to_chars(text.data(), text.data() + text.size(), number).ptr);
 }
 
-void append_text(std::string& out, const std::string& text) {
+void append_text(std::string& out, std::string_view text) {
   const bool plain = std::all_of(text.begin(), text.end(), [](char c) {
     return c >= ' ' && c <= '~' && c != '"' && c != '\\';
   });
@@ -672,6 +672,18 @@ std::string& JsonColumns::next_cell(std::string_view key, bool is_list) {
 void JsonColumns::put_number(std::string_view key, double number) {
   std::string& cells = next_cell(key, false);
   append_number(cells, number);
+  cells += '\n';
+}
+
+void JsonColumns::put_integer(std::string_view key, int number) {
+  std::string& cells = next_cell(key, false);
+  append_integer(cells, number);
+  cells += '\n';
+}
+
+void JsonColumns::put_text(std::string_view key, std::string_view text) {
+  std::string& cells = next_cell(key, false);
+  append_text(cells, text);
   cells += '\n';
 }
 

@@ -47,13 +47,14 @@ TEST(JsonColumns, ComeBackAsRows) {
   JsonColumns columns;
   columns.begin_row();
   columns.put_number("a", 1.5);
-  columns.put_value("word", "x \"y\"\n");
+  columns.put_text("word", "x \"y\"\n");
   columns.begin_row();
   columns.put_numbers("list", Eigen::Vector2d(0.1, std::nan("")));
   columns.put_number("a", std::numeric_limits<double>::infinity());
   columns.begin_row();
   columns.put_value("object", Json{{"k", {1, 2}}});
-  columns.put_value("word", "z");
+  columns.put_text("word", "z");
+  columns.put_integer("count", -3);
   Json json = {{"table", columns.take()}};
   const std::string text = json_text(json);
   EXPECT_TRUE(json["table"]["a"].is_array() && json["table"]["a"].empty());
@@ -70,7 +71,8 @@ TEST(JsonColumns, ComeBackAsRows) {
       null,
       null,
       {"k":[1,2]}
-    ]
+    ],
+    "count": [null, null, -3]
   }
 }
 )");

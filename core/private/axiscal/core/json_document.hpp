@@ -126,6 +126,8 @@ class JsonColumns {
   void begin_row();
 
   void put_number(std::string_view key, double number);  ///< null where it is not finite
+  void put_integer(std::string_view key, int number);
+  void put_text(std::string_view key, std::string_view text);
   void put_numbers(std::string_view key, const Eigen::Ref<const Eigen::VectorXd>& numbers);
   void put_value(std::string_view key, const Json& value);
 

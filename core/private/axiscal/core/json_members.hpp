@@ -47,6 +47,10 @@ class JsonMembers {
       (*to_)[key] = value;
     } else if constexpr (std::is_same_v<Value, double>) {
       columns_->put_number(key, value);
+    } else if constexpr (std::is_same_v<Value, int>) {
+      columns_->put_integer(key, value);
+    } else if constexpr (std::is_convertible_v<const Value&, std::string_view>) {
+      columns_->put_text(key, value);
     } else {
       columns_->put_value(key, value);
     }
