@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -12,6 +13,7 @@
 
 #include "axiscal/calib/bias_fit.hpp"
 #include "axiscal/calib/calibrate_run.hpp"
+#include "axiscal/calib/calibrated_coefficients.hpp"
 #include "axiscal/calib/confirmation_fit.hpp"
 #include "axiscal/calib/culprit.hpp"
 #include "axiscal/calib/estimate_by_method.hpp"
@@ -137,12 +139,16 @@ std::optional<Observations> without_left_out(const Experiment& experiment,
   return used;
 }
 
+// How much of a record is made.
+enum class RecordPart : std::uint8_t { all, coefficients };
+
 // Takes one run on its way to a record, step by step.
 class RunFit {
  public:
-  RunFit(const Experiment& experiment, const Observations& observations)
+  RunFit(const Experiment& experiment, const Observations& observations, RecordPart part)
       : experiment_(experiment),
         observations_(observations),
+        remarks_(part == RecordPart::all),
         without_left_out_(without_left_out(experiment, observations)),
         method_(choose_method(experiment, used())),
         kind_(method_kind(method_)),
@@ -163,6 +169,10 @@ class RunFit {
   }
 
   [[nodiscard]] Method method() const { return method_; }
+
+  // Whether what is said of the run is wanted beside its coefficients.
+  [[nodiscard]] bool remarks() const { return remarks_; }
+
   [[nodiscard]] Calibration result() { return std::move(calibration_); }
 
   // What is known before anything is fitted.
@@ -243,10 +253,12 @@ class RunFit {
 
   // The estimate with its uncertainty becomes the record's.
   void take_over() {
-    estimate_.saturated = saturated_axes(fitted_, estimate_,
-                                         {.magnitude = calibration_.sensor.field.magnitude,
-                                          .stated_step = experiment_.stated.resolution,
-                                          .one_sided = experiment_.instrument.one_sided});
+    if (remarks_) {
+      estimate_.saturated = saturated_axes(fitted_, estimate_,
+                                           {.magnitude = calibration_.sensor.field.magnitude,
+                                            .stated_step = experiment_.stated.resolution,
+                                            .one_sided = experiment_.instrument.one_sided});
+    }
     const bool is_transfer = fitted_.seen.cols() > 0;
     StateOfRun& fitted_state = state_.emplace(fitted_, kind_.directions_known);
     std::optional<StateOfRun> judged_state;
@@ -256,7 +268,8 @@ class RunFit {
     StateOfRun& alone = judged_state ? *judged_state : fitted_state;
     ScatterSearch search(experiment_, fitted_state, alone, method_);
     if (!kind_.by_magnitude) {
-      if (!is_transfer) {
+      const bool tests = remarks_ && !is_transfer;
+      if (tests) {
         test_levelness(alone, estimate_);
         test_lack_of_fit_of_inputs(experiment_, fitted_, method_, estimate_);
       }
@@ -264,7 +277,7 @@ class RunFit {
       search.mounts_expected = mounts_expected_;
       count_scatter(search, estimate_);
       search.forget_run();
-      if (!is_transfer) {
+      if (tests) {
         estimate_.curvature = test_curvature(experiment_, fitted_state, method_, estimate_);
       }
       CalibrationConditions& conditions = calibration_.fit.conditions;
@@ -529,6 +542,7 @@ class RunFit {
 
   const Experiment& experiment_;
   const Observations& observations_;
+  bool remarks_;
   std::optional<Observations> without_left_out_;  // where some are
   Method method_;
   const MethodKind& kind_;
@@ -555,16 +569,16 @@ Calibration finished(RunFit& run) {
   run.fit();
   run.search_for_mistakes();
   run.take_over();
-  run.hold_against_others();
-  run.look_at_residuals();
-  run.remark();
-  run.judge();
+  if (run.remarks()) {
+    run.hold_against_others();
+    run.look_at_residuals();
+    run.remark();
+    run.judge();
+  }
   return run.result();
 }
 
-}  // namespace
-
-Calibration calibrate(const Experiment& experiment, const Observations& given) {
+Calibration calibrated(const Experiment& experiment, const Observations& given, RecordPart part) {
   const bool by_attitudes = has_attitudes(given) &&
                             method_kind(experiment.method.value_or(Method::known)).directions_known;
   const Observations with_fields =
@@ -575,14 +589,14 @@ Calibration calibrate(const Experiment& experiment, const Observations& given) {
   if (looks_at_temperature) {
     Experiment with = experiment;
     with.temperature.automatic = true;
-    RunFit run(with, observations);
+    RunFit run(with, observations, part);
     run.describe();
     run.choose_temperature_order();
     if (run.needs_temperature_terms()) {
       return finished(run);
     }
   }
-  RunFit run(experiment, observations);
+  RunFit run(experiment, observations, part);
   run.describe();
   if (!method_kind(run.method()).fits_sensitivity) {
     if (std::any_of(observations.readings.begin(), observations.readings.end(),
@@ -597,6 +611,17 @@ Calibration calibrate(const Experiment& experiment, const Observations& given) {
     run.take_as_looked_at();
   }
   return finished(run);
+}
+
+}  // namespace
+
+Calibration calibrate(const Experiment& experiment, const Observations& observations) {
+  return calibrated(experiment, observations, RecordPart::all);
+}
+
+Calibration calibrated_coefficients(const Experiment& experiment,
+                                    const Observations& observations) {
+  return calibrated(experiment, observations, RecordPart::coefficients);
 }
 
 Calibration calibrate(const Experiment& experiment,

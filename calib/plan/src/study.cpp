@@ -7,6 +7,7 @@
 #include <numbers>
 #include <set>
 
+#include "axiscal/calib/calibrated_coefficients.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/calib/experiment_json.hpp"
@@ -72,7 +73,8 @@ class Trial {
     SimulatedRun run = setup_.recording ? simulate_recording(truth_, *setup_.recording, simulation_)
                                         : simulate_run(truth_, sheet(), simulation_);
     bias_of_run_ = std::move(run.bias_of_run);
-    return calibrate(setup_.experiment, run.observations);
+    return setup_.alarms ? calibrate(setup_.experiment, run.observations)
+                         : calibrated_coefficients(setup_.experiment, run.observations);
   }
 
   // What a calibration of the run can find out, at best: the truth, the bias as it was in its mean.

@@ -233,6 +233,30 @@ TEST(Alarms, OfLevelnessHoldTheirLevel) {
   EXPECT_LE(unlevel, 12);
 }
 
+// A study that counts no alarms does not make what raises them; its figures are the same.
+TEST(Alarms, ChangeNoFigureOfAStudy) {
+  for (const Method method : {Method::known, Method::paired, Method::joint}) {
+    for (const char* const world : {"", "ar=0.7", "block_sd=3e-4", "jitter=3e-4", "round=2e-4"}) {
+      StudySetup setup = setup_of(world, 12, 2);
+      setup.experiment.method = method;
+      if (method == Method::known) {
+        setup.experiment.field.in_table = Eigen::Vector3d::UnitZ();
+        setup.slope_sd = 0.0;
+      }
+      const Study plain = run_study(setup, 30, 4);
+      setup.alarms = true;
+      const Study alarmed = run_study(setup, 30, 4);
+      ASSERT_EQ(plain.sums.size(), alarmed.sums.size());
+      ASSERT_EQ(plain.refused, alarmed.refused) << world;
+      for (std::size_t p = 0; p < plain.parameters.size(); ++p) {
+        EXPECT_EQ(plain.sums[0][p].error_squared, alarmed.sums[0][p].error_squared) << world;
+        EXPECT_EQ(plain.sums[0][p].u_squared, alarmed.sums[0][p].u_squared) << world;
+        EXPECT_EQ(plain.sums[0][p].covered, alarmed.sums[0][p].covered) << world;
+      }
+    }
+  }
+}
+
 // A slope that is off as much as was stated is not called wrong.
 TEST(Alarms, OfAStatedSlopeCountItsUncertainty) {
   StudySetup setup = setup_of("stated=1", 12, 1);
